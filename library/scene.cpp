@@ -121,9 +121,10 @@ void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint>
 }
 
 void Scene::signed_distance(std::span<const Vec3> points, std::span<float> distances, FillRule rule,
-                            const std::atomic<bool>* cancel) const {
-    with_public_errors(
-        [&] { require(impl_).questions().signed_distance(points, distances, rule, cancel); });
+                            float max_distance, const std::atomic<bool>* cancel) const {
+    with_public_errors([&] {
+        require(impl_).questions().signed_distance(points, distances, rule, max_distance, cancel);
+    });
 }
 
 Image Scene::render(const View& view) const {

@@ -65,7 +65,9 @@ bool asks(const Options& o, Question question) {
 bool asks_inside(const Options& o) {
     return asks(o, Question::kInside) || asks(o, Question::kDistance);
 }
-bool asks_closest(const Options& o) { return asks(o, Question::kClosest); }
+bool asks_distance(const Options& o) {
+    return asks(o, Question::kClosest) || asks(o, Question::kDistance);
+}
 bool is_no_bundle(const Options& o) { return !is_bundle_name(o.scene); }
 
 /// Options that have an effect only if `has_effect`, and why not otherwise.
@@ -158,7 +160,7 @@ const Rule kRules[] = {
      takes_all_hits,
      "is about all hits of a ray; give --all, too"},
     {{kQuery}, {"--rule"}, asks_inside, "only --ask inside and distance tell inside from outside"},
-    {{kQuery}, {"--max-distance"}, asks_closest, "only --ask closest has one"},
+    {{kQuery}, {"--max-distance"}, asks_distance, "only --ask distance and closest have one"},
     {{kProfile},
      {"--trace-events", "--plot"},
      compares_policies,

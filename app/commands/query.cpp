@@ -61,7 +61,8 @@ private:
                 break;
             case Question::kDistance:
                 batch_.distances.resize(count);
-                scene_.signed_distance(points_, batch_.distances, options_.rule);
+                scene_.signed_distance(points_, batch_.distances, options_.rule,
+                                       options_.max_distance);
                 break;
             case Question::kClosest:
                 batch_.closest.resize(count);

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "bench/questions/question_work.h"
-#include "bench/works/user_scene.h"
+#include "bench/user_scene.h"
 #include "bench/works/works.h"
 #include "common/base/thread_arena.h"
 #include "common/ray_queries.h"

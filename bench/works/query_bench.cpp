@@ -11,7 +11,7 @@
 #include "bench/cgal/cgal_tree.h"
 #include "bench/embree/embree_questions.h"
 #include "bench/questions/question_work.h"
-#include "bench/works/user_scene.h"
+#include "bench/user_scene.h"
 #include "bench/works/works.h"
 #include "common/base/thread_arena.h"
 

@@ -178,10 +178,10 @@ public:
     /// all threads of the device if there are many rays, and in the calling thread if there are
     /// few. Throws bad_argument if the sizes differ, device_lost, limit.
     ///
-    /// If `cancel` is given, throws cancelled soon after another thread has made it true: within
-    /// some milliseconds on the CPU, by brute force once each thread has traced 1024 rays, and at
-    /// the latest where a device has finished 2^18 rays. Hits that were not found by then are left
-    /// as they were.
+    /// If `cancel` is given, throws cancelled if it is true before, also for no rays, and soon
+    /// after another thread has made it true: within some milliseconds on the CPU, by brute force
+    /// once each thread has traced 1024 rays, and at the latest where a device has finished 2^18
+    /// rays. Hits that were not found by then are left as they were.
     void intersect(std::span<const Ray> rays, std::span<Hit> hits,
                    const std::atomic<bool>* cancel = nullptr) const;
     /// One ray, for callers that need each hit before they make the next ray. On a Vulkan device a
@@ -204,6 +204,8 @@ public:
     /// intersect() and occluded() know:
     ///
     ///     for (Hit hit = scene.intersect(ray); hit; hit = scene.intersect(ray, hit)) ...
+    ///
+    /// Each is found once, also where t is rounded: a denormal, or too large for a float.
     ///
     /// `after` need not be a hit of the scene: any t, geom_id and prim_id do. Throws bad_argument
     /// if its t is NaN.
@@ -247,10 +249,12 @@ public:
                         float max_distance = std::numeric_limits<float>::infinity(),
                         const std::atomic<bool>* cancel = nullptr) const;
     /// The distances of closest_points() from points to the meshes, negative inside by the rule of
-    /// contains(), 0 for a point that lies on a triangle. Infinity if nothing is found, NaN for a
-    /// point that is not finite. Throws and is cancelled as intersect().
+    /// contains(), 0 for a point that lies on a triangle. Infinity, negative inside, if nothing is
+    /// found within max_distance; NaN for a point that is not finite. Throws and is cancelled as
+    /// closest_points().
     void signed_distance(std::span<const Vec3> points, std::span<float> distances,
                          FillRule rule = FillRule::nonzero,
+                         float max_distance = std::numeric_limits<float>::infinity(),
                          const std::atomic<bool>* cancel = nullptr) const;
 
     /// Renders an image. Throws bad_input for an impossible view (eye and target coincide, up is

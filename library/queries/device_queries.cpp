@@ -51,6 +51,7 @@ void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits,
                 hits[begin + i] = space_.to_world(found[i], t_exponents[i]);
         });
     }
+    throw_if_cancelled(cancel);
     cost_.add(trace_ms, rays.size());
 }
 

@@ -10,6 +10,7 @@
 
 #include "common/base/errors.h"
 #include "common/interop/closest_rule.h"
+#include "common/interop/hit_rule.h"
 #include "common/scene/exact_crossing.h"
 #include "cpu/queries/closest_places.h"
 #include "library/queries/point_order.h"
@@ -150,6 +151,24 @@ AllHits SceneQuestions::intersect_all(std::span<const Ray> rays,
     return all;
 }
 
+/// The t in scene space of a hit of the last one of `passed` triangles. A power of two gives it
+/// exactly, unless t is rounded in world space: where it is a denormal, or too large for a float.
+/// Then the triangle is asked again.
+float SceneQuestions::scene_t(const mray::Ray& ray, int t_exponent, float world_t,
+                              std::uint32_t passed) const {
+    using Limits = std::numeric_limits<float>;
+    const auto t = static_cast<float>(std::ldexp(static_cast<double>(world_t), -t_exponent));
+    const bool is_exact = world_t >= Limits::min() && world_t < Limits::max();
+    if (is_exact || passed == 0) return t;
+    const mray::uvec3 corners = meshes_.topology().triangles[passed - 1];
+    const std::span<const mray::vec3> positions = pose_.positions();
+    mray::TriangleHit hit;
+    const bool is_hit = mray::intersect_triangle(mray::shear_ray(ray.org, ray.dir), ray.tnear,
+                                                 ray.tfar, positions[corners.x],
+                                                 positions[corners.y], positions[corners.z], hit);
+    return is_hit && to_world_t(hit.t, t_exponent) == world_t ? hit.t : t;
+}
+
 Hit SceneQuestions::intersect(const Ray& ray, const Hit& after, Crossing crossing) const {
     if (std::isnan(after.t)) throw_bad_argument("after: its t is NaN");
     if (!after) return {};
@@ -159,8 +178,8 @@ Hit SceneQuestions::intersect(const Ray& ray, const Hit& after, Crossing crossin
         const RayScale scale = rays_.to_scene(ray, asked);
         if (!scale.is_valid) return;
         mray::HitCursor cursor;
-        cursor.t = static_cast<float>(std::ldexp(static_cast<double>(after.t), -scale.t_exponent));
         const std::uint32_t passed = meshes_.count_up_to(after.geom_id, after.prim_id);
+        cursor.t = scene_t(asked, scale.t_exponent, after.t, passed);
         if (passed != 0) {
             cursor.prim_id = passed - 1;
         } else {  // All hits at this t come after it.
@@ -253,6 +272,17 @@ void SceneQuestions::contains(std::span<const Vec3> points, std::span<std::uint8
          });
 }
 
+/// At least the squares of all distances in scene space that distance_of() takes to max_distance or
+/// less. Throws Error for a max_distance that is negative or NaN.
+float SceneQuestions::most_d2(float max_distance) const {
+    if (!(max_distance >= 0))
+        throw_bad_argument(fmt::format("max_distance: {} is not 0 or more", max_distance));
+    // The next float, because distances are rounded, by up to a half of them if they are denormals;
+    // and a little more than its square.
+    const double most = pose_.space().length_to_scene(std::nextafter(max_distance, kInfinity));
+    return static_cast<float>(std::min(most * most * (1 + 0x1p-20), double{mray::kAnyDistance2}));
+}
+
 /// `scale` is the length in world space of 1 in scene space.
 ClosestPoint SceneQuestions::to_world(mray::vec3 point, std::uint32_t prim_id,
                                       const mray::NearPoint& near, double scale) const {
@@ -277,11 +307,7 @@ ClosestPoint SceneQuestions::to_world(mray::vec3 point, std::uint32_t prim_id,
 void SceneQuestions::closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
                                     float max_distance, const std::atomic<bool>* cancel) const {
     require_room(points.size(), "points", closest.size());
-    if (!(max_distance >= 0))
-        throw_bad_argument(fmt::format("max_distance: {} is not 0 or more", max_distance));
-    const double most = pose_.space().length_to_scene(max_distance);
-    // A little more than the square, because the distance itself decides.
-    const double most_d2 = std::min(most * most * (1 + 0x1p-20), double{mray::kAnyDistance2});
+    const float most = most_d2(max_distance);
     std::fill(closest.begin(), closest.end(), ClosestPoint{});
     const double scale = pose_.space().length_to_world(1);
     const ScenePoints asked = to_scene(points, PointOrder::places);
@@ -290,7 +316,7 @@ void SceneQuestions::closest_points(std::span<const Vec3> points, std::span<Clos
         [&](const mray::SceneQueries& scene, std::span<const mray::vec3> run, auto answers, auto) {
             std::vector<mray::ClosestTriangle> found(run.size());
             std::vector<mray::NearPoint> places(run.size());
-            scene.closest(run, static_cast<float>(most_d2), found);
+            scene.closest(run, most, found);
             mray::cpu::find_places(rays_.target(), run, found, meshes_.topology().triangles,
                                    pose_.positions(), places);
             for (std::size_t i = 0; i < run.size(); ++i) answers[i] = {found[i].prim_id, places[i]};
@@ -303,23 +329,28 @@ void SceneQuestions::closest_points(std::span<const Vec3> points, std::span<Clos
 }
 
 void SceneQuestions::signed_distance(std::span<const Vec3> points, std::span<float> distances,
-                                     FillRule rule, const std::atomic<bool>* cancel) const {
+                                     FillRule rule, float max_distance,
+                                     const std::atomic<bool>* cancel) const {
     require_room(points.size(), "points", distances.size());
+    const float most = most_d2(max_distance);
     const auto is_finite = [](const Vec3& p) {
         return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
     };
     for (std::size_t i = 0; i < points.size(); ++i)
         distances[i] = is_finite(points[i]) ? kInfinity : std::numeric_limits<float>::quiet_NaN();
-    const ScenePoints asked = to_scene(points, PointOrder::places);
+    ScenePoints asked = to_scene(points, PointOrder::places);
     const double scale = pose_.space().length_to_world(1);
     ask_points<mray::ClosestTriangle>(
         asked, cancel,
-        [](const mray::SceneQueries& scene, auto run, auto answers, auto) {
-            scene.closest(run, mray::kAnyDistance2, answers);
+        [most](const mray::SceneQueries& scene, auto run, auto answers, auto) {
+            scene.closest(run, most, answers);
         },
         [&](std::size_t i, const mray::ClosestTriangle& found) {
-            if (found.prim_id != mray::kNoPrim) distances[i] = distance_of(found.d2, scale);
+            if (found.prim_id == mray::kNoPrim) return;
+            const float distance = distance_of(found.d2, scale);
+            if (distance <= max_distance) distances[i] = distance;
         });
+    if (!asked.order.empty()) asked.order = order_points(asked.points, PointOrder::columns);
     wind(points, asked, cancel, [&](std::size_t i, const PointWinding& winding) {
         if (winding.is_on_surface) {
             distances[i] = 0;

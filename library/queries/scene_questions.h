@@ -35,7 +35,7 @@ public:
     void closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
                         float max_distance, const std::atomic<bool>* cancel) const;
     void signed_distance(std::span<const Vec3> points, std::span<float> distances, FillRule rule,
-                         const std::atomic<bool>* cancel) const;
+                         float max_distance, const std::atomic<bool>* cancel) const;
 
 private:
     /// Points in scene space; those that are not finite or too far away have is_within 0 and some
@@ -55,6 +55,8 @@ private:
               const std::atomic<bool>* cancel, Visit visit) const;
     ClosestPoint to_world(mray::vec3 point, std::uint32_t prim_id, const mray::NearPoint& near,
                           double scale) const;
+    float most_d2(float max_distance) const;
+    float scene_t(const mray::Ray& ray, int t_exponent, float world_t, std::uint32_t passed) const;
 
     const Queries& queries_;
     const RaySpace& rays_;

@@ -104,11 +104,13 @@ py::array closest_points(PyScene& scene, const py::object& points,
 }
 
 py::array signed_distance(PyScene& scene, const py::object& points, const py::object& out,
-                          const std::string& rule, const py::object& cancel) {
+                          const std::string& rule, std::optional<float> max_distance,
+                          const py::object& cancel) {
     const QueryArray array = query_points_of(points);
     const FillRule fill = rule_named(rule);
+    const float most = max_distance.value_or(std::numeric_limits<float>::infinity());
     return answer<float, float>(array, out, [&](std::span<float> distances) {
-        scene.signed_distance(array, fill, distances, cancel_of(cancel));
+        scene.signed_distance(array, fill, most, distances, cancel_of(cancel));
     });
 }
 
@@ -136,7 +138,7 @@ void bind_questions(py::class_<PyScene>& scene_class) {
              arg("cancel") = py::none())
         .def("signed_distance", &signed_distance, kSignedDistanceDoc, arg("points"),
              arg("out") = py::none(), py::kw_only(), arg("rule") = "nonzero",
-             arg("cancel") = py::none());
+             arg("max_distance") = py::none(), arg("cancel") = py::none());
 }
 
 }  // namespace morphray::python

@@ -110,7 +110,7 @@ same on all machines and devices.
 Raises what winding() raises, Error "bad_argument" for a max_distance that is negative or NaN.)";
 
 inline constexpr const char* kSignedDistanceDoc =
-    R"(signed_distance(self, points, out=None, *, rule="nonzero", cancel=None)
+    R"(signed_distance(self, points, out=None, *, rule="nonzero", max_distance=None, cancel=None)
 --
 
 Finds the distances of points to the meshes, negative inside.
@@ -118,9 +118,11 @@ Finds the distances of points to the meshes, negative inside.
 points, cancel: those of winding()
 out:            an array of float32 to write to, one element a point: C-contiguous and writable
 rule:           that of contains()
+max_distance:   that of closest_points()
 
 Returns an array of float32, one a point; `out` if it is given. It has the distances of
-closest_points(): 0 for a point that lies on a triangle, inf if there is none, NaN for a point that
-is NaN or infinite. Raises what contains() raises.)";
+closest_points(): 0 for a point that lies on a triangle, inf (inside -inf) if there is none within
+max_distance, NaN for a point that is NaN or infinite. Raises what contains() and closest_points()
+raise.)";
 
 }  // namespace morphray::python

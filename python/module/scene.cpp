@@ -312,10 +312,10 @@ void PyScene::closest_points(const QueryArray& points, float max_distance,
     });
 }
 
-void PyScene::signed_distance(const QueryArray& points, FillRule rule, std::span<float> distances,
-                              Cancel* cancel) {
+void PyScene::signed_distance(const QueryArray& points, FillRule rule, float max_distance,
+                              std::span<float> distances, Cancel* cancel) {
     ask(points, cancel, [&](const std::atomic<bool>* cancelled) {
-        scene_->signed_distance(points_in(points), distances, rule, cancelled);
+        scene_->signed_distance(points_in(points), distances, rule, max_distance, cancelled);
     });
 }
 

@@ -81,8 +81,8 @@ public:
                   Cancel* cancel);
     void closest_points(const QueryArray& points, float max_distance,
                         std::span<ClosestPoint> closest, Cancel* cancel);
-    void signed_distance(const QueryArray& points, FillRule rule, std::span<float> distances,
-                         Cancel* cancel);
+    void signed_distance(const QueryArray& points, FillRule rule, float max_distance,
+                         std::span<float> distances, Cancel* cancel);
 
     Comparison compare(PyScene& other, const QueryArray& rays, std::size_t keep);
     std::unique_ptr<PyScene> on(const Device& device);

@@ -271,6 +271,7 @@ class Scene(metaclass=_Type):
         out: Optional[NDArray[np.float32]] = None,
         *,
         rule: _FillRule = "nonzero",
+        max_distance: Optional[float] = None,
         cancel: Optional[Cancel] = None,
     ) -> NDArray[np.float32]: ...
     def render(

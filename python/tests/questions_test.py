@@ -201,10 +201,15 @@ def test_nothing_is_found_beyond_max_distance():
         assert nothing["distance"] == np.inf and nothing["point"].tolist() == [0, 0, 0]
         assert nothing["prim_id"] == nothing["geom_id"] == morphray.INVALID_ID
         assert (nothing["u"], nothing["v"], nothing["feature"]) == (0, 0, 0)
+    assert scene.signed_distance(above, max_distance=2).tolist() == [2]
+    assert scene.signed_distance(above, max_distance=1.5).tolist() == [np.inf]
+    inside = np.array([[0.5, 0.5, 0.5]], np.float32)
+    assert morphray.Scene(*cube()).signed_distance(inside, max_distance=0.25).tolist() == [-np.inf]
     for bad in [-1, np.nan]:
-        with pytest.raises(morphray.Error) as caught:
-            scene.closest_points(above, bad)
-        assert caught.value.code == "bad_argument"
+        for ask in [scene.closest_points, scene.signed_distance]:
+            with pytest.raises(morphray.Error) as caught:
+                ask(above, max_distance=bad)
+            assert caught.value.code == "bad_argument"
 
 
 def test_answers_follow_the_points():

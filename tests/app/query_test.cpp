@@ -68,6 +68,23 @@ TEST(Query, ClosestPointIsNamedWithItsFeature) {
         "- - - inf - - - -\n0.5 0 0 1 0 0.5 0 edge\n");
 }
 
+TEST(Query, DistanceBeyondTheLargestIsInfiniteWithItsSign) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("c.obj", cube(2));
+    const std::string points = "0.5 0 0\n0 0 0\n0 1.5 0\n0 3 0\n";
+    const Outcome all = query(scene, points, {"--ask", "distance"});
+    const std::vector<std::string> distances = lines(all.out);
+    const Outcome near = query(scene, points, {"--ask", "distance", "--max-distance", "0.5"});
+    ASSERT_EQ(distances.size(), 4u);
+    for (std::size_t i = 0; i < distances.size(); ++i) {
+        const double distance = std::stod(distances[i]);
+        const std::string expected = std::abs(distance) <= 0.5 ? distances[i]
+                                     : distance < 0            ? "-inf"
+                                                               : "inf";
+        EXPECT_EQ(lines(near.out).at(i), expected) << distance;
+    }
+}
+
 TEST(Query, RuleDecidesWhereMeshesOverlap) {
     TemporaryFolder folder;
     std::string two = cube(2);

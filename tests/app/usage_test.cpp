@@ -455,8 +455,8 @@ TEST(Usage, OptionsWithoutEffectAreRefusedByEveryCommand) {
         expect_refused(with("trace", {"--rays", "-", "-o", "-", option}), 2, "give --all, too");
     expect_refused(with("query", {"--points", "-", "--ask", "winding", "--rule", "odd"}), 2,
                    "--rule: only --ask inside and distance");
-    expect_refused(with("query", {"--points", "-", "--ask", "distance", "--max-distance", "1"}), 2,
-                   "--max-distance: only --ask closest");
+    expect_refused(with("query", {"--points", "-", "--ask", "inside", "--max-distance", "1"}), 2,
+                   "--max-distance: only --ask distance and closest");
     expect_refused(with("profile", {"--update-budget", "3ms"}), 2, "only the update policy auto");
     expect_refused(with("profile", {"--policies", "refit", "--deterministic-updates"}), 2,
                    "--deterministic-updates: only the update policy auto");

@@ -72,7 +72,7 @@ set(places
     "^embree[0-9]*/"            "^tools/embree/"
     "^tools/embree/"            "^(tools/embree|bench/embree|accuracy/methods)/"
     "^tiny_bvh\\.h$"            "^bench/tinybvh/"
-    "^CGAL/"                    "^bench/cgal/"
+    "^CGAL/"                    "^(bench|tests)/cgal/"
     "^pybind11/"                "^python/module/"
     "^gmp(xx)?\\.h$"            "^accuracy/"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -81,6 +83,48 @@ inline void expect_same_answers_on(const std::vector<morphray::Device>& devices)
             morphray::Scene::build(mesh.view(), morphray::Device::brute_force(), options);
         const std::vector<morphray::Vec3> some(points.begin(), points.begin() + 200);
         EXPECT_TRUE(PointAnswers(built, some) == PointAnswers(scene, some));
+    }
+}
+
+/// Every question, about nothing as well, is cancelled on a device by a flag that is true before.
+inline void expect_all_are_cancelled_on(const morphray::Device& device) {
+    UserMesh mesh(icosphere(1));
+    const morphray::Scene scene = morphray::Scene::build(mesh.view(), device);
+    const std::atomic<bool> cancelled = true;
+    for (const std::size_t count : {0, 1, 1000}) {
+        const std::vector<morphray::Ray> rays(count, {.org = {0, 0, 0}, .dir = {0, 0, 1}});
+        const std::vector<morphray::Vec3> points(count);
+        std::vector<morphray::Hit> hits(count);
+        std::vector<std::uint8_t> bytes(count);
+        std::vector<std::uint64_t> counts(count);
+        std::vector<std::int32_t> windings(count);
+        std::vector<morphray::ClosestPoint> closest(count);
+        std::vector<float> distances(count);
+        constexpr float kInfinity = std::numeric_limits<float>::infinity();
+        const auto expect_cancelled = [&](const char* what, auto ask) {
+            try {
+                ask();
+                ADD_FAILURE() << what << " of " << count << " on " << device.description();
+            } catch (const morphray::Error& error) {
+                EXPECT_EQ(error.code(), morphray::ErrorCode::cancelled) << what;
+            }
+        };
+        expect_cancelled("intersect", [&] { scene.intersect(rays, hits, &cancelled); });
+        expect_cancelled("occluded", [&] { scene.occluded(rays, bytes, &cancelled); });
+        expect_cancelled("intersect_all",
+                         [&] { scene.intersect_all(rays, {.cancel = &cancelled}); });
+        expect_cancelled("count",
+                         [&] { scene.count(rays, counts, morphray::Crossing::owner, &cancelled); });
+        expect_cancelled("winding", [&] { scene.winding(points, windings, &cancelled); });
+        expect_cancelled("contains", [&] {
+            scene.contains(points, bytes, morphray::FillRule::odd, &cancelled);
+        });
+        expect_cancelled("closest_points",
+                         [&] { scene.closest_points(points, closest, kInfinity, &cancelled); });
+        expect_cancelled("signed_distance", [&] {
+            scene.signed_distance(points, distances, morphray::FillRule::odd, kInfinity,
+                                  &cancelled);
+        });
     }
 }
 

@@ -73,6 +73,42 @@ TEST(AllHits, AreInOrderAndThoseOfTheCursor) {
     }
 }
 
+TEST(AllHits, AreSteppedThroughOnceEachWhereTIsRounded) {
+    // In turn t is a denormal and too large for a float.
+    for (const auto& [half, length] : {std::pair(1e-41f, 1.0f), {3e-39f, 2.0f}, {1e5f, 1e-36f}}) {
+        UserMesh mesh;
+        for (int i = 1; i <= 8; ++i) {
+            const UserMesh one = cube({}, false, half * static_cast<float>(i) / 9);
+            for (const std::uint32_t k : one.triangles)
+                mesh.triangles.push_back(k + static_cast<std::uint32_t>(mesh.points.size()));
+            mesh.points.insert(mesh.points.end(), one.points.begin(), one.points.end());
+        }
+        const Scene scene = Scene::build(mesh.view());
+        const Ray ray = {{-2 * half, half / 64, half / 50}, 0, {length, length / 77, 0}};
+        const AllHits all = scene.intersect_all({&ray, 1}, {.crossing = Crossing::each});
+        EXPECT_EQ(all.hits.size(), 16u) << half;
+        std::vector<Hit> stepped;
+        for (Hit hit = scene.intersect(ray); hit && stepped.size() < 100;
+             hit = scene.intersect(ray, hit))
+            stepped.push_back(hit);
+        EXPECT_TRUE(stepped == all.hits) << half;
+    }
+}
+
+TEST(AllHits, ComeAfterACursorBeforeAllTriangles) {
+    const UserMesh far = cube({8, 0, 0});
+    const UserMesh near = cube();
+    const std::vector<morphray::MeshView> meshes = {far.view(), near.view()};
+    Scene scene = Scene::build(meshes);
+    scene.detach(0);
+    scene.update();
+    const Ray ray = {{-2, 0.25f, 0.125f}, 0, {1, 0, 0}};
+    const Hit first = scene.intersect(ray);
+    EXPECT_EQ(first.geom_id, 1u);
+    // The same t, with a triangle that is before all of the scene.
+    EXPECT_EQ(scene.intersect(ray, Hit{.t = first.t, .prim_id = 5, .geom_id = 0}), first);
+}
+
 TEST(AllHits, SayHowManyAreLeftOut) {
     const UserMesh mesh(star(3, 4));
     const Scene scene = Scene::build(mesh.view());
@@ -233,6 +269,38 @@ TEST(ClosestPoints, TellPlaceFeatureAndTriangle) {
     EXPECT_TRUE(closest[0]);
 }
 
+TEST(ClosestPoints, AreFoundWithinExactlyTheirDistance) {
+    // Distances of the last ones are denormals, which rounding changes by a larger part.
+    for (const float half : {1.0f, 1e-3f, 1e-37f, 3e-38f, 1e-40f, 1e-42f}) {
+        const UserMesh mesh = cube({}, false, half);
+        const Scene scene = Scene::build(mesh.view());
+        std::vector<Vec3> points;
+        for (int i = 0; i < 100; ++i) {
+            const auto part = [&](int by) { return half * static_cast<float>(i * by % 41) / 10; };
+            points.push_back({part(7), part(11), part(17)});
+        }
+        std::vector<ClosestPoint> closest(points.size());
+        scene.closest_points(points, closest);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            ClosestPoint again;
+            scene.closest_points({&points[i], 1}, {&again, 1}, closest[i].distance);
+            EXPECT_EQ(again, closest[i]) << half << ", point " << i;
+            float all = 0;
+            float distance = 0;
+            scene.signed_distance({&points[i], 1}, {&all, 1});
+            scene.signed_distance({&points[i], 1}, {&distance, 1}, FillRule::nonzero,
+                                  closest[i].distance);
+            EXPECT_EQ(distance, all) << half << ", point " << i;
+            const float less = std::nextafter(closest[i].distance, -1.0f);
+            if (less < 0) continue;
+            scene.closest_points({&points[i], 1}, {&again, 1}, less);
+            EXPECT_FALSE(again) << half << ", point " << i;
+            scene.signed_distance({&points[i], 1}, {&distance, 1}, FillRule::nonzero, less);
+            EXPECT_EQ(distance, all == 0 ? 0 : std::copysign(kInfinity, all));
+        }
+    }
+}
+
 TEST(ClosestPoints, HaveDefinedAnswersForBadPointsAndEmptyScenes) {
     const std::vector<Vec3> points = {{kNan, 0, 0}, {kInfinity, 0, 0}, {1e30f, 0, 0}, {0, 0, 0}};
     const UserMesh mesh = cube();
@@ -272,6 +340,12 @@ TEST(ClosestPoints, RefuseWhatCannotBeMeant) {
     EXPECT_EQ(code_of([&] { scene.closest_points(points, closest, kNan); }),
               ErrorCode::bad_argument);
     EXPECT_EQ(code_of([&] { scene.closest_points(points, closest, -1); }), ErrorCode::bad_argument);
+    std::vector<float> signed_distances(2);
+    for (const float bad : {-1.0f, kNan}) {
+        EXPECT_EQ(
+            code_of([&] { scene.signed_distance(points, signed_distances, FillRule::odd, bad); }),
+            ErrorCode::bad_argument);
+    }
     const Ray ray = {.org = {0, 0, 0}, .dir = {0, 0, 1}};
     EXPECT_EQ(code_of([&] { scene.intersect(ray, Hit{.t = kNan, .prim_id = 0, .geom_id = 0}); }),
               ErrorCode::bad_argument);
@@ -279,9 +353,15 @@ TEST(ClosestPoints, RefuseWhatCannotBeMeant) {
     const std::atomic<bool> cancelled = true;
     const std::vector<Vec3> many(100000);
     std::vector<float> distances(many.size());
-    EXPECT_EQ(
-        code_of([&] { scene.signed_distance(many, distances, FillRule::nonzero, &cancelled); }),
-        ErrorCode::cancelled);
+    EXPECT_EQ(code_of([&] {
+                  scene.signed_distance(many, distances, FillRule::nonzero, kInfinity, &cancelled);
+              }),
+              ErrorCode::cancelled);
+}
+
+TEST(Questions, AreCancelledByAFlagThatIsTrueBefore) {
+    expect_all_are_cancelled_on(Device::cpu());
+    expect_all_are_cancelled_on(Device::brute_force());
 }
 
 TEST(Questions, AreTheSameOnEachCpuDeviceAndAfterEachUpdate) {

@@ -55,6 +55,10 @@ TEST(LibraryOnVulkan, AnswersQuestionsAsTheCpuAfterEachUpdate) {
     expect_same_answers_on({vulkan()});
 }
 
+TEST(LibraryOnVulkan, QuestionsAreCancelledByAFlagThatIsTrueBefore) {
+    expect_all_are_cancelled_on(vulkan());
+}
+
 TEST(LibraryOnVulkan, LitImagesAreThoseOfTheCpu) {
     UserMesh mesh(torus(40, 24));
     const Scene scene = Scene::build(mesh.view(), vulkan());

@@ -61,8 +61,9 @@ def read_suites(path: pathlib.Path) -> Suites:
 
 def check_suites(suites: Suites, root: pathlib.Path) -> list[str]:
     """Returns a line for each test of which no CMakeLists.txt makes the program."""
-    lists = "\n".join(path.read_text() for path in (root / "tests").rglob("CMakeLists.txt"))
-    made = set(re.findall(r"(?:add_executable\(|\(NAME )(\w+)", lists))
+    lists = "\n".join(path.read_text() for folder in ("tests", "proofs")
+                      for path in (root / folder).rglob("CMakeLists.txt"))
+    made = set(re.findall(r"(?:add_executable\(|proof_program\(|\(NAME )(\w+)", lists))
     return [f"suites.txt: no program {test.target} for {prefix}"
             for prefix, tests in suites.items() for test in tests if test.target not in made]
 
@@ -159,19 +160,24 @@ class Workshop:
             environment = dict(self.environment, TMPDIR=folder, MORPHRAY_MUTANT=str(mutant))
             with subprocess.Popen(
                     [*self.before, *started, self.build_folder / "bin" / test.target, *arguments],
-                    cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+                    cwd=folder, env=environment, stdin=subprocess.DEVNULL, bufsize=0,
                     stdout=subprocess.PIPE, stderr=subprocess.STDOUT, preexec_fn=limit,
                     start_new_session=True) as process:
                 assert process.stdout is not None
                 process.stdout.readline()
                 begin = time.monotonic()
                 try:
-                    output = process.stdout.read().decode(errors="replace")
-                    code = process.wait()
+                    output = process.communicate(timeout=timeout + 20)[0]
+                    code = process.returncode
+                except subprocess.TimeoutExpired:
+                    # Processes that it started go on, and have its output.
+                    os.killpg(process.pid, signal.SIGKILL)
+                    output, code = b"", 124
                 except BaseException:
                     os.killpg(process.pid, signal.SIGKILL)
                     raise
-                return ("" if code == 0 else _why(code, output)), time.monotonic() - begin
+                why = "" if code == 0 else _why(code, output.decode(errors="replace"))
+                return why, time.monotonic() - begin
 
 
 def _why(code: int, output: str) -> str:

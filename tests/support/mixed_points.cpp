@@ -63,7 +63,7 @@ std::vector<vec3> mixed_points(const std::vector<uvec3>& triangles,
         const double u = random.real(0, 1);
         const double v = random.real(0, 1 - u);
         vec3 p;
-        switch (random.below(10)) {
+        switch (random.below(12)) {
             case 0:
                 p = in_box(0.2);
                 break;
@@ -93,6 +93,15 @@ std::vector<vec3> mixed_points(const std::vector<uvec3>& triangles,
             case 8:  // On the plane of a triangle, outside of it.
                 p = mean(a, b, c, random.real(-2, 2), random.real(-2, 2));
                 break;
+            case 9:  // In line with an edge.
+                p = mean(a, b, c, random.real(-3, 4), 0);
+                break;
+            case 10: {  // Under or over a triangle, or in its plane.
+                p = mean(a, b, c, u, v);
+                const auto axis = static_cast<int>(random.below(3));
+                p[axis] = in_box(0.1)[axis];
+                break;
+            }
             default: {  // Near the surface.
                 const vec3 q = in_box(0);
                 p = mean(mean(a, b, c, u, v), q, q, random.real(0, 0.01), 0);

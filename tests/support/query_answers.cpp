@@ -24,8 +24,6 @@ Questions mixed_questions(const TestScene& scene, const SceneQueries& reference,
 
 Answers answers_of(const SceneQueries& queries, const Questions& questions, Crossing crossing,
                    std::uint32_t most) {
-    // It reaches a part of the scene.
-    constexpr float kNear = 0x1p+34f;
     Answers a;
     a.counts.resize(questions.rays.size());
     queries.count(questions.rays, crossing, a.counts);
@@ -38,7 +36,7 @@ Answers answers_of(const SceneQueries& queries, const Questions& questions, Cros
     a.closest.resize(questions.points.size());
     queries.closest(questions.points, kAnyDistance2, a.closest);
     a.near.resize(questions.points.size());
-    queries.closest(questions.points, kNear, a.near);
+    queries.closest(questions.points, questions.reach, a.near);
     return a;
 }
 

@@ -14,6 +14,8 @@ struct Questions {
     std::vector<Ray> rays;
     std::vector<HitCursor> after;
     std::vector<vec3> points;
+    /// The squared distance up to which Answers::near are found: a part of the scene.
+    float reach = 0x1p+34f;
 };
 
 /// Questions on which answers fail; cursors are at hits that `reference` finds, or before all.

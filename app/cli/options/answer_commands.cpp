@@ -97,7 +97,7 @@ CommandSpec define_query(Options& options) {
                      "which points are inside: those that meshes wind around, or those with an "
                      "odd number of crossings (nonzero)",
                      kFillRules, options.rule);
-    adder.add("--max-distance", "LENGTH", "how far the closest point may be (any distance)",
+    adder.add("--max-distance", "LENGTH", "how far the surface may be (any distance)",
               [&options](const std::string& option, const std::string& value) {
                   const double length = parse_finite(option, value, 0);
                   constexpr float kMost = std::numeric_limits<float>::max();

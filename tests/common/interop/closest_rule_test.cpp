@@ -82,6 +82,25 @@ TEST(ClosestRule, IsWithinItsBoundOfTheExactDistance) {
     RecordProperty("largest_error_in_2^-24", std::to_string(largest * 0x1p+24));
 }
 
+TEST(ClosestRule, GivesTheWeightsOfThePoint) {
+    Random random(8);
+    double largest = 0;
+    std::size_t wrong = 0;
+    for (int i = 0; i < 500000; ++i) {
+        const Case one = random_case(random);
+        const NearPoint near = closest_on_triangle(one.p, one.a, one.b, one.c);
+        wrong += !(near.u >= 0 && near.v >= 0 && near.u + near.v <= 1);
+        const dvec3 a = dvec3(one.a) - dvec3(one.p);
+        const dvec3 b = dvec3(one.b) - dvec3(one.p);
+        const dvec3 c = dvec3(one.c) - dvec3(one.p);
+        const dvec3 mean = a + double{near.u} * (b - a) + double{near.v} * (c - a);
+        const double size = std::max({glm::length(a), glm::length(b), glm::length(c)});
+        if (size > 0) largest = std::max(largest, glm::length(mean - dvec3(near.offset)) / size);
+    }
+    EXPECT_EQ(wrong, 0u);
+    EXPECT_LT(largest, 0x1p-21);
+}
+
 TEST(ClosestRule, IsNotNearerThanAnyBoxAroundTheTriangle) {
     Random random(4);
     std::size_t nearer = 0;
@@ -95,6 +114,42 @@ TEST(ClosestRule, IsNotNearerThanAnyBoxAroundTheTriangle) {
         nearer += least < box_distance2(one.p, larger.lower, larger.upper);
     }
     EXPECT_EQ(nearer, 0u);
+}
+
+TEST(ClosestRule, IsAsNearToABoxAsItsNearestPoint) {
+    Random random(9);
+    double largest = 0;
+    for (int i = 0; i < 200000; ++i) {
+        const Case one = random_case(random);
+        Box box;
+        for (const vec3& corner : {one.a, one.b, one.c}) box.extend(corner);
+        double exact = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double p = one.p[axis];
+            const double d = std::max({box.lower[axis] - p, p - box.upper[axis], 0.0});
+            exact += d * d;
+        }
+        const double found = box_distance2(one.p, box.lower, box.upper);
+        if (exact > 0) largest = std::max(largest, std::abs(found - exact) / exact);
+    }
+    EXPECT_LT(largest, 0x1p-21);
+}
+
+TEST(ClosestRule, GivesAVertexTheSameBitsInAllEdges) {
+    Random random(10);
+    std::size_t different = 0;
+    std::size_t ends = 0;
+    for (int i = 0; i < 200000; ++i) {
+        const Case one = random_case(random);
+        const vec3 a = one.a - one.p;
+        const vec3 b = one.b - one.p;
+        const NearPoint near = closest_on_edge(a, b);
+        if (near.u != 0 && near.u != 1) continue;
+        ++ends;
+        different += near.offset != (near.u == 0 ? a : b);
+    }
+    EXPECT_EQ(different, 0u);
+    EXPECT_GT(ends, 50000u);
 }
 
 TEST(ClosestRule, GivesAnEdgeTheSameBitsInAllTriangles) {

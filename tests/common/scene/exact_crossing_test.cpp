@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "common/interop/winding_rule.h"
@@ -45,6 +46,62 @@ TEST(ExactCrossing, WindsOnceAroundWhatIsInsideATetrahedron) {
             }
         }
     }
+}
+
+/// A corner as seen from a point that is moved by (e, e^2, e^3) with e = 2^-5, in units of 2^-15.
+struct MovedCorner {
+    std::int64_t x, y, z;
+
+    MovedCorner(vec3 p, vec3 corner)
+        : x(scaled(corner.x - p.x) - 1024),
+          y(scaled(corner.y - p.y) - 32),
+          z(scaled(corner.z - p.z) - 1) {}
+    static std::int64_t scaled(float x) { return static_cast<std::int64_t>(x) * 32768; }
+    /// The edge function seen along z.
+    std::int64_t edge(const MovedCorner& to) const { return x * to.y - y * to.x; }
+};
+
+/// The crossing of a half-line that goes through no edge, and does not begin on the triangle.
+int moved_crossing(vec3 p, vec3 a, vec3 b, vec3 c) {
+    const MovedCorner ra(p, a);
+    const MovedCorner rb(p, b);
+    const MovedCorner rc(p, c);
+    const std::int64_t u = rb.edge(rc);
+    const std::int64_t v = rc.edge(ra);
+    const std::int64_t w = ra.edge(rb);
+    const std::int64_t height = u * ra.z + v * rb.z + w * rc.z;
+    if (u > 0 && v > 0 && w > 0 && height > 0) return 1;
+    return u < 0 && v < 0 && w < 0 && height < 0 ? -1 : 0;
+}
+
+TEST(ExactCrossing, IsThatOfAPointThatIsMovedALittle) {
+    // Coordinates of -1, 0 and 1: 2^-5 is less than any ratio of their determinants.
+    const auto at = [](int i) { return vec3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1); };
+    std::size_t wrong = 0;
+    std::size_t crossed = 0;
+    for (int a = 0; a < 27; ++a) {
+        for (int b = 0; b < 27; ++b) {
+            // The order of the corners turns the sign alone.
+            for (int c = a; c < 27; ++c) {
+                for (int p = 0; p < 27; ++p) {
+                    const int expected = moved_crossing(at(p), at(a), at(b), at(c));
+                    wrong += exact_crossing(at(p), at(a), at(b), at(c)).sign != expected;
+                    crossed += expected != 0;
+                }
+            }
+        }
+    }
+    EXPECT_EQ(wrong, 0u);
+    EXPECT_GT(crossed, 1000u);
+}
+
+TEST(ExactCrossing, TakesDenormalsBesideOtherNumbers) {
+    // In the middle of an edge from 0 to a point of which one coordinate is a denormal, at last.
+    const vec3 a(0, 0, 0);
+    const vec3 b(0x1p-125f, 0x1p-126f, 0);
+    const vec3 c(0, 1, 0);
+    EXPECT_TRUE(exact_crossing({0x1p-126f, 0x1p-127f, 0}, a, b, c).is_on_triangle);
+    EXPECT_FALSE(exact_crossing({0x1p-126f, 0x1.fffff8p-128f, 0}, a, b, c).is_on_triangle);
 }
 
 TEST(ExactCrossing, TakesCoordinatesOfAllSizes) {

@@ -41,6 +41,23 @@ TEST(TreeQueries, HaveTheBitsOfBruteForceOnEveryTarget) {
     }
 }
 
+TEST(TreeQueries, ListsTakeMemoryForWhatTheyList) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        if (named.name != "nested") continue;
+        const TestScene& scene = named.scene;
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        // Through all of its 300 triangles.
+        const std::vector<Ray> rays(40, scene_ray(scene, {0, 0, 5}, {0, 0, -1}));
+        for (const SimdTarget& target : supported_simd_targets()) {
+            HitLists lists;
+            cpu::TreeQueries(bvh, target).list(rays, Crossing::kEach, 1, lists);
+            EXPECT_EQ(lists.hits.size(), rays.size());
+            EXPECT_EQ(lists.total.back(), 300u);
+            EXPECT_LT(lists.hits.capacity(), 200u) << target.name;
+        }
+    }
+}
+
 TEST(TreeQueries, DoNotDependOnTheTree) {
     const TestScene scene = star(4, 3);
     Bvh refitted = build_bvh(scene.topology(), scene.positions());

@@ -156,6 +156,11 @@ private:
             ray.tnear = read_number<double>();
             ray.tfar = read_number<double>();
             out.rays.push_back(ray);
+        } else if (key == "questions") {
+            out.asks_questions = true;
+        } else if (key == "point") {
+            out.points.push_back(
+                vec3{read_number<float>(), read_number<float>(), read_number<float>()});
         } else {
             fail(fmt::format("'{}' is not known", key));
         }
@@ -184,6 +189,8 @@ std::string to_text(const FuzzCase& fuzz_case, const std::string& remarks) {
     for (const WorldRay& ray : fuzz_case.rays)
         text += fmt::format("ray {} {} {} {}\n", triple(ray.org), triple(ray.dir),
                             number(ray.tnear), number(ray.tfar));
+    if (fuzz_case.asks_questions) text += "questions\n";
+    for (const vec3& p : fuzz_case.points) text += fmt::format("point {}\n", triple(p));
     return text;
 }
 

@@ -39,6 +39,8 @@ FuzzCase special_case() {
     special.view.eye = Point{-0.0, 5e-324, 0.1};
     special.view.fov = 1e-4;
     special.rays = {{{1, 2, 3}, {0, -0.0, 1e-300}, 0, std::numeric_limits<double>::infinity()}};
+    special.asks_questions = true;
+    special.points = {special.poses[0][0], special.poses[0][1], {1, -2, 1e-40f}};
     return special;
 }
 
@@ -48,6 +50,8 @@ TEST(CaseText, ReadsBackBitForBit) {
     EXPECT_EQ(bits_of(read.poses[0]), bits_of(special.poses[0]));
     EXPECT_TRUE(std::signbit((*read.view.eye)[0]));
     EXPECT_EQ(std::memcmp(read.rays.data(), special.rays.data(), sizeof(WorldRay)), 0);
+    EXPECT_TRUE(read.asks_questions);
+    EXPECT_EQ(bits_of(read.points), bits_of(special.points));
     EXPECT_EQ(to_text(read), to_text(special));
 }
 
@@ -75,8 +79,10 @@ TEST(CaseText, NamesTheLineOfWhatItCannotRead) {
 }
 
 TEST(Generator, IsAFunctionOfTheSeed) {
-    for (std::uint64_t seed = 0; seed < 200; ++seed)
+    for (std::uint64_t seed = 0; seed < 200; ++seed) {
         ASSERT_EQ(to_text(make_case(seed)), to_text(make_case(seed)));
+        ASSERT_EQ(to_text(make_questions(seed)), to_text(make_questions(seed)));
+    }
     EXPECT_NE(to_text(make_case(1)), to_text(make_case(2)));
 }
 

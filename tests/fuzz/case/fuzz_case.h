@@ -1,4 +1,5 @@
-// A case of the fuzzer: a deforming mesh, an image of it, single rays through it.
+// A case of the fuzzer: a deforming mesh, an image of it, single rays through it, questions about
+// it.
 #pragma once
 
 #include <cstddef>
@@ -31,6 +32,10 @@ struct FuzzCase {
     /// Without an image the width is 0.
     ViewSpec view;
     std::vector<WorldRay> rays;
+    /// Whether all questions are asked: about the rays, in addition to their closest hits, and
+    /// about the points.
+    bool asks_questions = false;
+    std::vector<vec3> points;
 
     bool has_image() const { return view.width > 0; }
 };

@@ -16,6 +16,13 @@ struct GeneratorConfig {
 /// A pure function of seed and config. make_image_params() may refuse the view.
 FuzzCase make_case(std::uint64_t seed, const GeneratorConfig& config = {});
 
+/// The number of rays, and of points, of make_questions().
+inline constexpr std::size_t kAskedRays = 24;
+inline constexpr std::size_t kAskedPoints = 64;
+
+/// A case of questions alone: a pure function of seed.
+FuzzCase make_questions(std::uint64_t seed);
+
 /// The seed of a campaign's case.
 std::uint64_t case_seed(std::uint64_t campaign_seed, std::uint64_t index);
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -13,7 +12,8 @@
 #include "common/base/errors.h"
 #include "common/interop/arithmetic.h"
 #include "common/ray_queries.h"
-#include "common/text/number_text.h"
+#include "common/scene_queries.h"
+#include "tests/fuzz/judge/world_check.h"
 #include "tests/support/last_trace.h"
 #include "tests/support/same_bits.h"
 
@@ -25,14 +25,6 @@ constexpr double kNearAPlane = 0x1p-20;
 bool same(const Frame& a, const Frame& b) {
     return test::same_bytes(a.hits, b.hits) && test::same_bytes(a.occlusion, b.occlusion) &&
            test::same_bytes(a.pixels, b.pixels);
-}
-
-std::string hit_text(const Hit& hit) {
-    if (hit.prim_id == kNoPrim && hit.t == 0) return "miss";
-    return fmt::format("prim {} t {} (0x{:08x}) u {} (0x{:08x}) v {} (0x{:08x})", hit.prim_id,
-                       hex_text(hit.t), std::bit_cast<std::uint32_t>(hit.t), hex_text(hit.u),
-                       std::bit_cast<std::uint32_t>(hit.u), hex_text(hit.v),
-                       std::bit_cast<std::uint32_t>(hit.v));
 }
 
 /// Runs some builds in the background and decides the same in every run.
@@ -72,18 +64,15 @@ std::vector<std::uint8_t> any_hits(const RayQueries& queries, std::span<const Ra
 
 /// The rays for which `differs(i)`, if any.
 template <class Differs>
-std::optional<Finding> find_difference(std::span<const std::size_t> indices,
+std::optional<Finding> find_difference(Asked asked, std::span<const std::size_t> indices,
                                        std::span<const Hit> expected, std::span<const Hit> actual,
                                        Differs differs) {
+    AnswerDifferences found;
+    for (std::size_t i = 0; i < indices.size(); ++i)
+        if (differs(i)) found.add(asked, indices[i], hit_text(expected[i]), hit_text(actual[i]));
+    if (found.all().empty()) return {};
     Finding finding;
-    for (std::size_t i = indices.size(); i-- > 0;) {
-        if (!differs(i)) continue;
-        ++finding.ray_count;
-        finding.ray_index = indices[i];
-        finding.expected = expected[i];
-        finding.actual = actual[i];
-    }
-    if (finding.ray_count == 0) return {};
+    finding.answer = found.all().front();
     return finding;
 }
 
@@ -95,20 +84,19 @@ void Tally::add(const Tally& other) {
     images += other.images;
     images_near_a_plane += other.images_near_a_plane;
     rays += other.rays;
+    questions += other.questions;
     failed_cases += other.failed_cases;
     failed_images += other.failed_images;
 }
 
 std::string describe(const Finding& finding) {
     std::string text = finding.variant->name() + ": ";
-    if (finding.is_any_hit) {
-        return text + fmt::format("any hits of {} single rays differ; ray {}\n  reference {}",
-                                  finding.ray_count, finding.ray_index, hit_text(finding.expected));
-    }
     if (!finding.is_image()) {
-        return text + fmt::format("{} single rays differ; ray {}\n  reference {}\n  found     {}",
-                                  finding.ray_count, finding.ray_index, hit_text(finding.expected),
-                                  hit_text(finding.actual));
+        const AnswerDifference& a = finding.answer;
+        const char* const thing = finding.is_about_points() ? "point" : "ray";
+        return text + fmt::format("{} of {} {}s differ; {} {}\n  reference {}\n  found     {}",
+                                  name_of(a.asked), a.count, thing, thing, a.index, a.expected,
+                                  a.actual);
     }
     const PixelDifference& p = finding.image.first.front();
     return text + fmt::format(
@@ -209,19 +197,34 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
         prepare(variant);
         variant.backend->trace_rays(rays, actual);
         tally.rays += rays.size();
-        auto finding = find_difference(indices, expected, actual, [&](std::size_t i) {
-            return !test::same_bits(expected[i], actual[i]);
-        });
-        add(variant, finding);
+        add(variant,
+            find_difference(Asked::kClosestHits, indices, expected, actual, [&](std::size_t i) {
+                return !test::same_bits(expected[i], actual[i]);
+            }));
         const RayQueries* const queries = variant.backend->queries();
         if (queries == nullptr) continue;
         const std::vector<std::uint8_t> occluded = any_hits(*queries, rays);
-        finding = find_difference(indices, expected, actual, [&](std::size_t i) {
-            return (occluded[i] != 0) != (expected[i].prim_id != kNoPrim);
-        });
-        if (finding) finding->is_any_hit = true;
-        add(variant, finding);
+        add(variant,
+            find_difference(Asked::kAnyHits, indices, expected, actual, [&](std::size_t i) {
+                return (occluded[i] != 0) != (expected[i].prim_id != kNoPrim);
+            }));
     }
+    return findings;
+}
+
+std::vector<Finding> Referee::compare_questions(const FuzzCase& fuzz_case, Tally& tally) {
+    const CaseQuestions questions(*scene_, fuzz_case, reference_.scene_queries());
+    tally.questions += questions.size();
+    std::vector<Finding> findings;
+    const auto add = [&](const Variant& variant, const std::vector<AnswerDifference>& differences) {
+        for (const AnswerDifference& difference : differences)
+            findings.push_back({&variant, {}, difference});
+    };
+    for (const Variant& variant : variants_) {
+        prepare(variant);
+        add(variant, questions.compare(variant.backend->scene_queries()));
+    }
+    add(world_, check_world(fuzz_case));
     return findings;
 }
 
@@ -238,22 +241,28 @@ std::vector<Finding> check_case(Referee& referee, const FuzzCase& fuzz_case,
             ++tally.refused;
         }
     }
-    const std::vector<Finding> of_rays = referee.compare_rays(fuzz_case.rays, tally);
-    findings.insert(findings.end(), of_rays.begin(), of_rays.end());
+    const auto add = [&findings](const std::vector<Finding>& more) {
+        findings.insert(findings.end(), more.begin(), more.end());
+    };
+    add(referee.compare_rays(fuzz_case.rays, tally));
+    if (fuzz_case.asks_questions) add(referee.compare_questions(fuzz_case, tally));
     tally.failed_cases += findings.empty() ? 0 : 1;
     return findings;
 }
 
 std::vector<WorldRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_case) {
+    constexpr std::uint32_t kMostHits = 16;
     const FuzzScene scene(fuzz_case);
     brute.set_scene(scene.topology(), scene.positions(), scene.rebuilt());
     std::vector<WorldRay> all = fuzz_case.rays;
     for (const WorldRay& world : fuzz_case.rays) {
         const SceneRay ray = to_scene(scene.space(), world);
         if (!ray.valid) continue;
-        Hit hit;
-        brute.trace_rays(std::span(&ray.ray, 1), std::span(&hit, 1));
-        if (hit.prim_id == kNoPrim) continue;
+        HitLists lists;
+        brute.scene_queries().list({&ray.ray, 1}, Crossing::kEach, kMostHits, lists);
+        if (lists.hits.empty()) continue;
+        // Questions are asked about all hits.
+        const Hit hit = lists.hits[fuzz_case.asks_questions ? all.size() % lists.hits.size() : 0];
         const float t[] = {hit.t, std::nextafter(hit.t, 0.0f), std::nextafter(hit.t, kInfiniteT)};
         for (const float end : t) {
             const double world_t = std::ldexp(static_cast<double>(end), ray.t_exponent);

@@ -10,6 +10,12 @@
 
 namespace mray::fuzz {
 std::string summary(const Tally& tally, double seconds) {
+    if (tally.questions > 0 && tally.images == 0) {
+        return fmt::format(
+            "{} cases, {} rays and points, {:.1f} s ({:.0f} a second), {} cases differ",
+            tally.cases, tally.questions, seconds,
+            static_cast<double>(tally.questions) / std::max(seconds, 1e-3), tally.failed_cases);
+    }
     return fmt::format(
         "{} cases ({} without an image), {} images ({} near a plane), {} rays, {:.1f} s ({:.0f} "
         "images a second), {} cases and {} images differ",
@@ -36,13 +42,15 @@ int run_campaign(const CampaignConfig& config, const Worker& worker, WorkerState
     WorkerProgress progress(worker);
     const auto try_seed = [&](std::uint64_t seed, const std::vector<Variant>& group) {
         state.current = seed;
-        FuzzCase fuzz_case = make_case(seed);
+        FuzzCase fuzz_case = config.asks_questions ? make_questions(seed) : make_case(seed);
         fuzz_case.rays = with_ends_at_hits(*brute, fuzz_case);
         const std::vector<Finding> findings = check_case(referee, fuzz_case, group, state.tally);
         if (!findings.empty()) {
             ++failures;
             report_failure(config.failure, fuzz_case, findings,
-                           fmt::format("{}-{}", worker.name(), seed), referee);
+                           fmt::format("{}{}-{}", config.asks_questions ? "questions-" : "",
+                                       worker.name(), seed),
+                           referee);
         }
         progress.update(state.tally);
     };

@@ -21,6 +21,8 @@ struct CampaignConfig {
     std::uint64_t most_failures = 10;
     /// Tries only the case of this seed.
     std::optional<std::uint64_t> only_case;
+    /// Cases of questions alone instead of images.
+    bool asks_questions = false;
     FailureConfig failure;
 };
 

@@ -34,13 +34,15 @@ CampaignConfig campaign_config(const FuzzOptions& options, int shares) {
     config.seconds = options.hours * kSecondsAnHour / shares;
     config.most_failures = options.most_failures;
     config.only_case = options.only_case;
+    config.asks_questions = options.mode == Mode::kQuestions;
     config.failure = failure_config(options);
     return config;
 }
 
 WorkerTask work_of(const FuzzOptions& options) {
     switch (options.mode) {
-        case Mode::kOnePicture: {
+        case Mode::kOnePicture:
+        case Mode::kQuestions: {
             const int shares = options.cpu && options.vulkan ? 2 : 1;
             return [config = campaign_config(options, shares)](
                        const Worker& worker, WorkerState& state,

@@ -30,6 +30,7 @@ bool read_option(const std::string& option, const std::string& value, FuzzOption
     };
     const bool traces = options.mode != Mode::kReplay;
     const bool sweeps = options.mode == Mode::kSweep;
+    const bool makes = traces && !sweeps;
     if (option == "--backend") {
         choose_backends(option, value, options);
     } else if (option == "--out" && traces) {
@@ -42,10 +43,10 @@ bool read_option(const std::string& option, const std::string& value, FuzzOption
         options.most_failures = count(1, kMostCount);
     } else if (option == "--jobs" && traces) {
         options.jobs = static_cast<std::uint32_t>(count(1, 64));
-    } else if (option == "--hours" && options.mode == Mode::kOnePicture) {
+    } else if (option == "--hours" && makes) {
         options.hours = app::parse_finite(option, value, 0);
         if (options.hours == 0) usage("--hours: give more than 0");
-    } else if (option == "--case" && options.mode == Mode::kOnePicture) {
+    } else if (option == "--case" && makes) {
         options.only_case = count(0, kMostCount + 1);
     } else if (option == "--every" && sweeps) {
         options.every = static_cast<std::uint32_t>(count(1, 1u << 30));
@@ -73,9 +74,10 @@ void take_argument(const std::string& argument, FuzzOptions& options) {
 
 Mode parse_mode(const std::string& word) {
     if (word == "one-picture") return Mode::kOnePicture;
+    if (word == "questions") return Mode::kQuestions;
     if (word == "sweep") return Mode::kSweep;
     if (word == "replay") return Mode::kReplay;
-    usage(fmt::format("'{}' is not one of one-picture, sweep, replay", word));
+    usage(fmt::format("'{}' is not one of one-picture, questions, sweep, replay", word));
 }
 
 }  // namespace
@@ -83,7 +85,8 @@ Mode parse_mode(const std::string& word) {
 std::optional<FuzzOptions> parse_fuzz_options(std::span<const std::string> arguments) {
     for (const std::string& argument : arguments)
         if (argument == "--help" || argument == "-h") return std::nullopt;
-    if (arguments.empty()) usage("the mode is missing: one-picture, sweep SCENE or replay FILE");
+    if (arguments.empty())
+        usage("the mode is missing: one-picture, questions, sweep SCENE or replay FILE");
     FuzzOptions options;
     options.mode = parse_mode(arguments.front());
     for (std::size_t i = 1; i < arguments.size(); ++i) {
@@ -102,18 +105,20 @@ std::optional<FuzzOptions> parse_fuzz_options(std::span<const std::string> argum
         usage("sweep: the scene is missing: builtin:NAME[:TRIANGLES], an .obj file or a folder");
     if (options.mode == Mode::kReplay && options.files.empty())
         usage("replay: give the text files of cases");
-    if (options.mode == Mode::kOnePicture && options.hours == 0 && options.cases == 0)
-        options.cases = 2000;
+    const bool makes = options.mode == Mode::kOnePicture || options.mode == Mode::kQuestions;
+    if (makes && options.hours == 0 && options.cases == 0) options.cases = 2000;
     return options;
 }
 
 const char* fuzz_help() {
     return R"(usage: fuzz one-picture [OPTIONS]    random cases compared with brute force
+       fuzz questions [OPTIONS]      all hits, windings, closest points of random cases
        fuzz sweep SCENE [OPTIONS]    eyes in the planes of a scene's triangles
        fuzz replay FILE... [--backend B]    cases from text files, such as the corpus
 
 Compares hits, occlusion and pixels bit by bit: each instruction set of the CPU, on 1 and 2 threads,
-over refitted, rebuilt and updated trees; on Vulkan each width of lavapipe's vectors.
+over refitted, rebuilt and updated trees; on Vulkan each width of lavapipe's vectors. `questions`
+compares answers about single rays and points, also those of the library.
 
   --backend cpu|vulkan|all   backends to compare with the reference (cpu)
   --seed S        seed of the cases (1)
@@ -122,7 +127,7 @@ over refitted, rebuilt and updated trees; on Vulkan each width of lavapipe's vec
   --jobs N        processes that share the CPU's cases, 1 to 64 (2); Vulkan has one for each width
   --list          print a line for each failure; neither shrink nor write it
   --out DIR       where failures are written (out/fuzz)
-  one-picture:
+  one-picture and questions:
   --hours N       try cases for this many hours
   --case SEED     only the case of this seed, as a failure's name has it
   sweep:

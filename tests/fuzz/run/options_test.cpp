@@ -24,6 +24,7 @@ TEST(FuzzOptions, AreRead) {
     EXPECT_EQ(parse({"sweep", "a.obj", "--size", "8x4"})->height, 4u);
     EXPECT_EQ(parse({"replay", "a.txt", "b.txt"})->files.size(), 2u);
     EXPECT_GT(parse({"one-picture"})->cases, 0u);
+    EXPECT_EQ(parse({"questions", "--case", "5"})->only_case, 5u);
     EXPECT_FALSE(parse({"sweep", "--help"}).has_value());
 }
 
@@ -38,6 +39,7 @@ TEST(FuzzOptions, InvalidOnesAreRefusedWithAReason) {
         {"one-picture", "--backend", "gpu"},
         {"one-picture", "--every", "2"},
         {"one-picture", "stray"},
+        {"questions", "--size", "4x4"},
         {"sweep"},
         {"sweep", "a", "b"},
         {"sweep", "a", "--size", "4"},

@@ -14,15 +14,14 @@
 namespace mray::fuzz {
 namespace {
 
-/// The kind of a failure, which must not change while it shrinks: otherwise a failure of secondary
-/// rays could turn into one of camera rays that the case has, too.
-enum class FailureClass { kClosestHits, kSecondary, kSingleRays };
+/// Whether an image differs in occlusion and colours alone.
+bool is_secondary(const FrameDifference& d) { return d.total() == d.occlusion + d.colour; }
 
-FailureClass class_of(const Finding& finding) {
-    if (!finding.is_image()) return FailureClass::kSingleRays;
-    const FrameDifference& d = finding.image;
-    return d.total() == d.occlusion + d.colour ? FailureClass::kSecondary
-                                               : FailureClass::kClosestHits;
+/// Whether two failures are of one kind, which must not change while a case shrinks: otherwise a
+/// failure of secondary rays could turn into one of camera rays that the case has, too.
+bool are_alike(const Finding& a, const Finding& b) {
+    return a.variant == b.variant && a.answer.asked == b.answer.asked &&
+           (!a.is_image() || is_secondary(a.image) == is_secondary(b.image));
 }
 
 /// A finding of the same kind in a case, traced by the variant of the original finding alone.
@@ -32,7 +31,7 @@ std::optional<Finding> find_again(Referee& referee, const FuzzCase& fuzz_case,
     try {
         for (const Finding& finding :
              check_case(referee, fuzz_case, std::span(original.variant, 1), ignored))
-            if (class_of(finding) == class_of(original)) return finding;
+            if (are_alike(finding, original)) return finding;
     } catch (const Error& error) {
         // A step of the shrinker may give a case that cannot be traced.
         if (error.kind() != ErrorKind::kBadInput) throw;
@@ -44,13 +43,15 @@ FuzzCase shrunk(Referee& referee, const FuzzCase& fuzz_case, const Finding& orig
     return shrink(fuzz_case, [&](const FuzzCase& smaller) -> std::optional<FailurePlace> {
         const std::optional<Finding> found = find_again(referee, smaller, original);
         if (!found) return std::nullopt;
-        if (!found->is_image()) return FailurePlace{0, 0, found->ray_index};
+        if (found->is_about_points()) return FailurePlace{0, 0, 0, found->answer.index};
+        if (!found->is_image()) return FailurePlace{0, 0, found->answer.index};
         return FailurePlace{found->image.first.front().x, found->image.first.front().y, 0};
     });
 }
 
 std::string kind_of(const Finding& finding, const FuzzCase& fuzz_case) {
-    return finding.is_image() ? app::name_of_rays(fuzz_case.view.rays) : "single rays";
+    return finding.is_image() ? app::name_of_rays(fuzz_case.view.rays)
+                              : name_of(finding.answer.asked);
 }
 
 std::string names_of(std::span<const Finding> findings) {
@@ -68,6 +69,7 @@ std::string size_text(const FuzzCase& fuzz_case) {
         text += fmt::format(", {}x{} pixels, {}", fuzz_case.view.width, fuzz_case.view.height,
                             app::name_of_rays(fuzz_case.view.rays));
     if (!fuzz_case.rays.empty()) text += fmt::format(", {} single rays", fuzz_case.rays.size());
+    if (!fuzz_case.points.empty()) text += fmt::format(", {} points", fuzz_case.points.size());
     return text;
 }
 

@@ -31,11 +31,27 @@ std::string rays_text(const FuzzCase& fuzz_case) {
     return text;
 }
 
-/// `morphray trace` of the case's rays to stdout.
-std::string trace_line(const FuzzCase& fuzz_case, const std::string& program,
-                       const std::string& folder, const std::string& backend) {
-    return fmt::format("{} trace {} --frames {} --rays {}/rays.txt --out - --quiet {}", program,
-                       shell_quoted(folder), fuzz_case.frame, shell_quoted(folder), backend);
+std::string points_text(const FuzzCase& fuzz_case) {
+    std::string text;
+    for (const vec3& p : fuzz_case.points) text += fmt::format("{} {} {}\n", p.x, p.y, p.z);
+    return text;
+}
+
+/// `morphray trace` of the case's rays, or `morphray query` of its points, to stdout.
+std::string answer_line(const FuzzCase& fuzz_case, Asked asked, const std::string& program,
+                        const std::string& folder, const std::string& backend) {
+    const std::string place = shell_quoted(folder);
+    if (is_about_points(asked)) {
+        return fmt::format(
+            "{} query {} --lenient --allow-empty --frames {} --points {}/points.txt "
+            "--ask inside,winding,distance,closest --quiet {}",
+            program, place, fuzz_case.frame, place, backend);
+    }
+    const std::string line =
+        fmt::format("{} trace {} --frames {} --rays {}/rays.txt --out - --quiet {}", program, place,
+                    fuzz_case.frame, place, backend);
+    if (asked == Asked::kClosestHits || asked == Asked::kAnyHits) return line;
+    return fmt::format("{} --all; {} --all --crossing each", line, line);
 }
 
 /// The environment variables that the device depends on.
@@ -45,13 +61,16 @@ std::string environment_of(const Variant& variant) {
     return width == nullptr ? std::string() : fmt::format("LP_NATIVE_VECTOR_WIDTH={} ", width);
 }
 
-std::string line_with(const std::string& program, const FuzzCase& fuzz_case, const Variant& variant,
+std::string line_with(const std::string& program, const FuzzCase& fuzz_case, const Finding& finding,
                       const std::string& folder) {
+    const Variant& variant = *finding.variant;
     const std::string environment = environment_of(variant);
     if (!fuzz_case.has_image()) {
-        return environment + fmt::format("bash -c 'cmp <({}) <({})'",
-                                         trace_line(fuzz_case, program, folder, "--backend brute"),
-                                         trace_line(fuzz_case, program, folder, variant.arguments));
+        const auto line = [&](const std::string& backend) {
+            return answer_line(fuzz_case, finding.answer.asked, program, folder, backend);
+        };
+        return environment + fmt::format("bash -c 'cmp <({}) <({})'", line("--backend brute"),
+                                         line(variant.arguments));
     }
     return environment + program + " " +
            shell_line(crosscheck_arguments(fuzz_case, variant, folder));
@@ -64,6 +83,7 @@ void write_files(const FuzzCase& fuzz_case, const std::filesystem::path& folder,
     for (std::size_t pose = 0; pose < fuzz_case.poses.size(); ++pose)
         write_file(folder / fmt::format("f{:04}.obj", pose), obj_text(fuzz_case, pose));
     if (!fuzz_case.rays.empty()) write_file(folder / "rays.txt", rays_text(fuzz_case));
+    if (!fuzz_case.points.empty()) write_file(folder / "points.txt", points_text(fuzz_case));
     write_file(folder / "case.txt", to_text(fuzz_case, remarks));
 }
 
@@ -109,7 +129,7 @@ Reproducer write_reproducer(const FuzzCase& fuzz_case, const Finding& finding,
     Reproducer reproducer;
     const Variant& variant = *finding.variant;
     if (!variant.arguments.empty())
-        reproducer.line = line_with("morphray", fuzz_case, variant, folder.string());
+        reproducer.line = line_with("morphray", fuzz_case, finding, folder.string());
     write_files(fuzz_case, folder, remarks);
     if (!reproducer.line.empty()) write_file(folder / "cmd.sh", reproducer.line + "\n");
     if (reproducer.line.empty()) {
@@ -118,7 +138,7 @@ Reproducer write_reproducer(const FuzzCase& fuzz_case, const Finding& finding,
         reproducer.remark = fmt::format("not tried: {} does not exist", program.string());
     } else {
         const ShellResult result = run_shell(
-            line_with(shell_quoted(program.string()), fuzz_case, variant, folder.string()) +
+            line_with(shell_quoted(program.string()), fuzz_case, finding, folder.string()) +
             " >/dev/null 2>&1");
         reproducer.reproduces = result.status == 1;
         reproducer.remark =

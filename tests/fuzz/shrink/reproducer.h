@@ -26,8 +26,8 @@ struct Reproducer {
     std::string remark;
 };
 
-/// Writes case.txt, the OBJ sequence, for single rays a file of them, and cmd.sh with the line into
-/// `folder`, and runs the line if `program` exists. Throws Error(kOutput).
+/// Writes case.txt, the OBJ sequence, files of single rays and points, and cmd.sh with the line
+/// into `folder`, and runs the line if `program` exists. Throws Error(kOutput).
 Reproducer write_reproducer(const FuzzCase& fuzz_case, const Finding& finding,
                             const std::filesystem::path& folder,
                             const std::filesystem::path& program, const std::string& remarks);

@@ -68,6 +68,10 @@ void for_each_number(Case& fuzz_case, const Visit& visit) {
             if (visit(x)) return;
         if (visit(ray.tnear) || visit(ray.tfar)) return;
     }
+    for (auto& point : fuzz_case.points) {
+        for (int axis = 0; axis < 3; ++axis)
+            if (visit(point[axis])) return;
+    }
     for (auto& pose : fuzz_case.poses) {
         for (auto& v : pose) {
             for (int axis = 0; axis < 3; ++axis)

@@ -25,7 +25,7 @@ std::vector<ViewSpec> with_simpler_rays(const ViewSpec& view);
 /// smallest come first.
 std::vector<ViewSpec> with_fewer_pixels(const ViewSpec& view, std::uint32_t x, std::uint32_t y);
 
-/// The numbers of a case: of the view, the poses and the rays.
+/// The numbers of a case: of the view, the poses, the rays and the points.
 std::size_t number_count(const FuzzCase& fuzz_case);
 /// Rounds a number to `bits` binary digits; 0 bits give 0. Returns whether that changes it.
 bool round_number(FuzzCase& fuzz_case, std::size_t index, int bits);

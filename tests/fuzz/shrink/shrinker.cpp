@@ -21,7 +21,8 @@ public:
             again = false;
             again |= shrink_poses();
             again |= shrink_mesh();
-            again |= shrink_rays();
+            again |= shrink_things(&FuzzCase::rays, place_.ray);
+            again |= shrink_things(&FuzzCase::points, place_.point);
             again |= best_.has_image() && shrink_image();
         }
         simplify_numbers();
@@ -41,12 +42,22 @@ private:
     }
 
     void keep_one_comparison() {
+        const bool has_single = !best_.rays.empty() || !best_.points.empty();
         FuzzCase alone = best_;
         alone.rays.clear();
-        if (best_.has_image() && !best_.rays.empty() && take(std::move(alone))) return;
+        alone.points.clear();
+        alone.asks_questions = false;
+        if (best_.has_image() && has_single && take(std::move(alone))) return;
         alone = best_;
         alone.view.width = alone.view.height = 0;
-        if (!best_.rays.empty() && best_.has_image()) take(std::move(alone));
+        if (has_single && best_.has_image()) take(std::move(alone));
+        if (best_.rays.empty() || best_.points.empty()) return;
+        alone = best_;
+        alone.points.clear();
+        if (take(std::move(alone))) return;
+        alone = best_;
+        alone.rays.clear();
+        take(std::move(alone));
     }
 
     bool shrink_poses() {
@@ -92,16 +103,19 @@ private:
         return shrunk;
     }
 
-    bool shrink_rays() {
-        if (best_.rays.size() < 2) return false;
+    /// Removes rays or points, first all but the one at `place`.
+    template <class Thing>
+    bool shrink_things(std::vector<Thing> FuzzCase::*things, std::size_t place) {
+        const std::vector<Thing>& all = best_.*things;
+        if (all.size() < 2) return false;
         FuzzCase alone = best_;
-        alone.rays = {best_.rays[place_.ray]};
+        (alone.*things) = {all[std::min(place, all.size() - 1)]};
         if (take(std::move(alone))) return true;
-        return remove_parts([](const FuzzCase& c) { return c.rays.size(); },
-                            [](FuzzCase c, std::size_t first, std::size_t n) {
+        return remove_parts([=](const FuzzCase& c) { return (c.*things).size(); },
+                            [=](FuzzCase c, std::size_t first, std::size_t n) {
                                 const auto from =
-                                    c.rays.begin() + static_cast<std::ptrdiff_t>(first);
-                                c.rays.erase(from, from + static_cast<std::ptrdiff_t>(n));
+                                    (c.*things).begin() + static_cast<std::ptrdiff_t>(first);
+                                (c.*things).erase(from, from + static_cast<std::ptrdiff_t>(n));
                                 return c;
                             });
     }

@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <functional>
 #include <memory>
 
+#include "common/scene_queries.h"
 #include "cpu/cpu_backend.h"
 #include "tests/fuzz/generate/dice.h"
 #include "tests/fuzz/judge/referee.h"
@@ -12,11 +15,57 @@
 namespace mray::fuzz {
 namespace {
 
+/// Answers like another one, but counts hits of cursed triangles twice, and points that are closest
+/// to one wind once more.
+class PlantedQueries final : public SceneQueries {
+public:
+    using IsCursed = std::function<bool(std::uint32_t prim_id)>;
+    PlantedQueries(const Backend& inner, IsCursed is_cursed)
+        : inner_(inner), is_cursed_(std::move(is_cursed)) {}
+
+    void count(std::span<const Ray> rays, Crossing crossing,
+               std::span<std::uint64_t> counts) const override {
+        queries().count(rays, crossing, counts);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            HitLists lists;
+            queries().list(rays.subspan(i, 1), crossing, 1000, lists);
+            counts[i] += static_cast<std::uint64_t>(std::ranges::count_if(
+                lists.hits, [&](const Hit& hit) { return is_cursed_(hit.prim_id); }));
+        }
+    }
+    void list(std::span<const Ray> rays, Crossing crossing, std::uint32_t most,
+              HitLists& lists) const override {
+        queries().list(rays, crossing, most, lists);
+    }
+    void intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
+                         Crossing crossing, std::span<Hit> hits) const override {
+        queries().intersect_after(rays, after, crossing, hits);
+    }
+    void wind(std::span<const vec3> points, std::span<FloatWinding> windings,
+              std::vector<UncertainCrossing>& uncertain) const override {
+        queries().wind(points, windings, uncertain);
+        std::vector<ClosestTriangle> nearest(points.size());
+        queries().closest(points, kAnyDistance2, nearest);
+        for (std::size_t i = 0; i < points.size(); ++i)
+            windings[i].winding += is_cursed_(nearest[i].prim_id) ? 1 : 0;
+    }
+    void closest(std::span<const vec3> points, float most_d2,
+                 std::span<ClosestTriangle> closest) const override {
+        queries().closest(points, most_d2, closest);
+    }
+
+private:
+    const SceneQueries& queries() const { return inner_.scene_queries(); }
+
+    const Backend& inner_;
+    IsCursed is_cursed_;
+};
+
 /// Traces like another backend, but loses triangles whose vertices have the same z, or only their
-/// shadows.
+/// shadows; or its questions have planted errors.
 class PlantedError final : public Backend {
 public:
-    enum class Loses { kHits, kOcclusion };
+    enum class Loses { kHits, kOcclusion, kAnswers };
     explicit PlantedError(Loses loses)
         : Backend({"cpu", "planted errors"}),
           loses_(loses),
@@ -55,12 +104,16 @@ public:
             if (is_cursed(hit)) hit = no_hit();
     }
     const BackendTimes& finish() override { return inner_->finish(); }
-    const SceneQueries& scene_queries() const override { return inner_->scene_queries(); }
+    const SceneQueries& scene_queries() const override {
+        if (loses_ == Loses::kAnswers) return queries_;
+        return inner_->scene_queries();
+    }
 
 private:
-    bool is_cursed(const Hit& hit) const {
-        if (hit.prim_id == kNoPrim) return false;
-        const uvec3 t = topology_.triangles[hit.prim_id];
+    bool is_cursed(const Hit& hit) const { return is_cursed(hit.prim_id); }
+    bool is_cursed(std::uint32_t prim_id) const {
+        if (prim_id == kNoPrim) return false;
+        const uvec3 t = topology_.triangles[prim_id];
         return positions_[t.x].z == positions_[t.y].z && positions_[t.x].z == positions_[t.z].z;
     }
 
@@ -68,6 +121,7 @@ private:
     std::unique_ptr<Backend> inner_;
     Topology topology_;
     std::vector<vec3> positions_;
+    PlantedQueries queries_{*inner_, [this](std::uint32_t prim_id) { return is_cursed(prim_id); }};
 };
 
 /// A soup with one triangle of equal z before it, in three poses.
@@ -115,7 +169,7 @@ protected:
             const auto found = findings(c);
             if (found.empty()) return std::nullopt;
             const Finding& first = found.front();
-            if (!first.is_image()) return FailurePlace{0, 0, first.ray_index};
+            if (!first.is_image()) return FailurePlace{0, 0, first.answer.index};
             const PixelDifference& p = first.image.first.front();
             return FailurePlace{p.x, p.y, 0};
         });
@@ -172,10 +226,46 @@ TEST(Shrinker, FindsTheRayThatFails) {
         Tally tally;
         const auto found = check_case(referee, c, std::span(&variant, 1), tally);
         if (found.empty()) return std::nullopt;
-        return FailurePlace{0, 0, found.front().ray_index};
+        return FailurePlace{0, 0, found.front().answer.index};
     });
     EXPECT_EQ(small.rays.size(), 1u);
     EXPECT_EQ(small.triangles.size(), 1u);
+}
+
+/// The case that fails in the same way with the planted errors in answers, made small.
+FuzzCase small_case_of(Asked asked) {
+    PlantedError planted(PlantedError::Loses::kAnswers);
+    const auto brute = cpu::make_brute_backend({.threads = 1});
+    Referee referee(*brute);
+    Variant variant;
+    variant.backend = &planted;
+    FuzzCase questions = soup_with_a_flat_triangle();
+    questions.view.width = questions.view.height = 0;
+    questions.asks_questions = true;
+    questions.points = {{0.1f, -0.2f, 0.3f}, {0.1f, 0, 1.625f}, {2, 2, 2}};
+    return shrink(questions, [&](const FuzzCase& c) -> std::optional<FailurePlace> {
+        Tally tally;
+        for (const Finding& found : check_case(referee, c, std::span(&variant, 1), tally)) {
+            if (found.answer.asked == asked)
+                return FailurePlace{0, 0, found.answer.index, found.answer.index};
+        }
+        return std::nullopt;
+    });
+}
+
+TEST(Shrinker, FindsTheRayWhoseHitsAreCountedWrongly) {
+    const FuzzCase small = small_case_of(Asked::kHitCounts);
+    EXPECT_EQ(small.rays.size(), 1u);
+    EXPECT_TRUE(small.points.empty());
+    EXPECT_EQ(small.triangles.size(), 1u);
+}
+
+TEST(Shrinker, FindsThePointThatIsWoundWrongly) {
+    const FuzzCase small = small_case_of(Asked::kWindings);
+    EXPECT_TRUE(small.rays.empty());
+    EXPECT_EQ(small.points.size(), 1u);
+    EXPECT_EQ(small.triangles.size(), 1u);
+    EXPECT_TRUE(small.asks_questions);
 }
 
 TEST(Shrinker, LeavesWhatDoesNotFail) {

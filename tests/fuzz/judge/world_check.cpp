@@ -1,0 +1,275 @@
+#include "tests/fuzz/judge/world_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "common/scene/exact_crossing.h"
+#include "common/text/number_text.h"
+#include "morphray/morphray.hpp"
+
+namespace mray::fuzz {
+namespace {
+
+using morphray::ClosestPoint;
+using morphray::Device;
+using morphray::FillRule;
+using morphray::Scene;
+using morphray::Vec3;
+
+// Crossings by exact integers that a case may take: some milliseconds.
+constexpr std::size_t kMostExact = 3000;
+
+bool is_finite(const Vec3& p) {
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+vec3 to_vec(const Vec3& p) { return {p.x, p.y, p.z}; }
+
+std::vector<Vec3> to_world(std::span<const vec3> points) {
+    std::vector<Vec3> world;
+    for (const vec3& p : points) world.push_back({p.x, p.y, p.z});
+    return world;
+}
+
+/// The crossings of a half-line from a point, and whether it lies on a triangle.
+struct ExactWinding {
+    std::int32_t winding = 0;
+    std::uint32_t crossings = 0;
+    bool is_on_surface = false;
+
+    ExactWinding(const Vec3& p, std::span<const uvec3> triangles, std::span<const Vec3> vertices) {
+        for (const uvec3& t : triangles) {
+            const Vec3& a = vertices[t.x];
+            const Vec3& b = vertices[t.y];
+            const Vec3& c = vertices[t.z];
+            if (!is_finite(a) || !is_finite(b) || !is_finite(c)) continue;
+            const ExactCrossing crossing =
+                exact_crossing(to_vec(p), to_vec(a), to_vec(b), to_vec(c));
+            winding += crossing.sign;
+            crossings += crossing.sign != 0;
+            is_on_surface |= crossing.is_on_triangle;
+        }
+    }
+    bool is_inside(FillRule rule) const {
+        return is_on_surface || (rule == FillRule::nonzero ? winding != 0 : crossings % 2 == 1);
+    }
+};
+
+/// The answers about a point.
+struct PointAnswer {
+    std::int32_t winding = 0;
+    bool is_nonzero = false;
+    bool is_odd = false;
+    float distance = 0;
+    ClosestPoint closest;
+
+    std::string text() const {
+        return fmt::format("winding {}, nonzero {}, odd {}, {} from the surface; triangle {} at {}",
+                           winding, is_nonzero, is_odd, hex_text(distance), closest.prim_id,
+                           hex_text(closest.distance));
+    }
+    bool operator==(const PointAnswer& other) const {
+        return winding == other.winding && is_nonzero == other.is_nonzero &&
+               is_odd == other.is_odd && closest == other.closest &&
+               std::bit_cast<std::uint32_t>(distance) ==
+                   std::bit_cast<std::uint32_t>(other.distance);
+    }
+};
+
+std::vector<PointAnswer> point_answers(const Scene& scene, std::span<const Vec3> points) {
+    std::vector<std::int32_t> windings(points.size());
+    std::vector<std::uint8_t> nonzero(points.size());
+    std::vector<std::uint8_t> odd(points.size());
+    std::vector<float> distances(points.size());
+    std::vector<ClosestPoint> closest(points.size());
+    scene.winding(points, windings);
+    scene.contains(points, nonzero);
+    scene.contains(points, odd, FillRule::odd);
+    scene.signed_distance(points, distances);
+    scene.closest_points(points, closest);
+    std::vector<PointAnswer> answers;
+    for (std::size_t i = 0; i < points.size(); ++i)
+        answers.push_back({windings[i], nonzero[i] != 0, odd[i] != 0, distances[i], closest[i]});
+    return answers;
+}
+
+/// Why an answer cannot be right; empty if it may be.
+std::string fault_of(const PointAnswer& answer, const Vec3& point,
+                     const std::optional<ExactWinding>& exact) {
+    if (!is_finite(point)) {
+        const bool is_none = answer.winding == 0 && !answer.is_nonzero && !answer.is_odd &&
+                             std::isnan(answer.distance) && !answer.closest;
+        return is_none ? "" : "none, and NaN from the surface";
+    }
+    if (exact) {
+        if (answer.winding != exact->winding) return fmt::format("winding {}", exact->winding);
+        for (const FillRule rule : {FillRule::nonzero, FillRule::odd}) {
+            const bool is_inside = rule == FillRule::odd ? answer.is_odd : answer.is_nonzero;
+            if (is_inside != exact->is_inside(rule))
+                return exact->is_on_surface ? "inside, since on the surface" : "another side";
+        }
+        if (exact->is_on_surface) return answer.distance == 0 ? "" : "no distance on the surface";
+    }
+    if (answer.is_nonzero != std::signbit(answer.distance) && answer.distance != 0)
+        return "the sign of inside";
+    const bool is_zero_on_surface = !exact && answer.distance == 0;
+    if (std::abs(answer.distance) != answer.closest.distance && !is_zero_on_surface)
+        return "the distance of the closest point";
+    return "";
+}
+
+class WorldCheck {
+public:
+    explicit WorldCheck(const FuzzCase& fuzz_case)
+        : fuzz_case_(fuzz_case), points_(to_world(fuzz_case.points)) {
+        std::vector<vec3> both =
+            world_positions(fuzz_case, static_cast<double>(fuzz_case.build_at));
+        built_ = to_world(both);
+        const std::vector<vec3> positions = world_positions(fuzz_case, fuzz_case.frame);
+        vertices_ = to_world(positions);
+        both.insert(both.end(), positions.begin(), positions.end());
+        bounds_ = bounds_of(both);
+        space_ = SceneSpace(bounds_);
+        for (const uvec3& t : fuzz_case.triangles) indices_.insert(indices_.end(), {t.x, t.y, t.z});
+    }
+
+    const std::vector<AnswerDifference>& run() {
+        // Its positions move.
+        std::vector<Vec3> positions = built_;
+        morphray::SceneOptions options;
+        if (!bounds_.empty()) {
+            const auto point = [](const double(&p)[3]) {
+                return morphray::Point{p[0], p[1], p[2]};
+            };
+            options.bounds = morphray::Box{point(bounds_.lower), point(bounds_.upper)};
+        }
+        constexpr std::array kPolicies = {"refit", "rebuild", "auto"};
+        options.update = morphray::parse_update_policy(
+            kPolicies[(fuzz_case_.triangles.size() + fuzz_case_.rays.size()) % kPolicies.size()]);
+        Scene scene = Scene::build(morphray::MeshView{morphray::packed(positions), indices_},
+                                   Device::cpu({.threads = 1}), options);
+        positions = vertices_;
+        scene.update();
+        const Scene brute = Scene::build(morphray::MeshView{morphray::packed(vertices_), indices_},
+                                         Device::brute_force({.threads = 1}), options);
+        check_points(scene, brute);
+        check_rays(scene, brute);
+        return differences_.all();
+    }
+
+private:
+    /// Whether a point is so near that the interface answers for it.
+    bool is_near(const Vec3& p) const {
+        return is_finite(p) && largest_component(space_.to_scene(to_vec(p))) < kOriginExtent;
+    }
+
+    void check_points(const Scene& scene, const Scene& brute) {
+        const std::vector<PointAnswer> answers = point_answers(scene, points_);
+        const std::vector<PointAnswer> expected = point_answers(brute, points_);
+        const std::size_t exact_points =
+            kMostExact / std::max<std::size_t>(1, fuzz_case_.triangles.size());
+        for (std::size_t i = 0; i < points_.size(); ++i) {
+            std::optional<ExactWinding> exact;
+            if (i < exact_points && is_near(points_[i]))
+                exact.emplace(points_[i], fuzz_case_.triangles, vertices_);
+            const std::string fault = fault_of(answers[i], points_[i], exact);
+            if (!fault.empty()) {
+                differences_.add(Asked::kWindings, i, fault, answers[i].text());
+            } else if (!(answers[i] == expected[i])) {
+                differences_.add(Asked::kClosestPoints, i, expected[i].text(), answers[i].text());
+            }
+        }
+        check_reaches(scene, answers);
+    }
+
+    /// Asks within the distance of one point, and just less.
+    void check_reaches(const Scene& scene, std::span<const PointAnswer> answers) {
+        if (answers.empty()) return;
+        const float one = answers[answers.size() / 2].closest.distance;
+        for (const float reach : {one, std::nextafter(one, 0.0f), 0.0f}) {
+            std::vector<ClosestPoint> found(points_.size());
+            scene.closest_points(points_, found, reach);
+            for (std::size_t i = 0; i < points_.size(); ++i) {
+                const ClosestPoint& all = answers[i].closest;
+                const ClosestPoint expected = all.distance <= reach ? all : ClosestPoint{};
+                if (found[i] == expected) continue;
+                differences_.add(
+                    Asked::kClosestPoints, i,
+                    fmt::format("triangle {} within {}", expected.prim_id, hex_text(reach)),
+                    fmt::format("triangle {}", found[i].prim_id));
+            }
+        }
+    }
+
+    void check_rays(const Scene& scene, const Scene& brute) {
+        std::vector<morphray::Ray> rays;
+        for (const WorldRay& r : fuzz_case_.rays) {
+            const auto f = [](double x) { return static_cast<float>(x); };
+            rays.push_back({{f(r.org[0]), f(r.org[1]), f(r.org[2])},
+                            f(r.tnear),
+                            {f(r.dir[0]), f(r.dir[1]), f(r.dir[2])},
+                            f(r.tfar)});
+        }
+        std::vector<std::uint64_t> counts(rays.size());
+        for (const auto crossing : {morphray::Crossing::each, morphray::Crossing::owner}) {
+            const morphray::AllHits all = scene.intersect_all(rays, {.crossing = crossing});
+            const morphray::AllHits expected = brute.intersect_all(rays, {.crossing = crossing});
+            const morphray::AllHits one =
+                scene.intersect_all(rays, {.crossing = crossing, .max_hits = 1});
+            scene.count(rays, counts, crossing);
+            for (std::size_t i = 0; i < rays.size(); ++i) {
+                const auto hits = all.of_ray(i);
+                if (!std::ranges::equal(hits, expected.of_ray(i)))
+                    add(Asked::kAllHits, i, expected.of_ray(i).size(), hits.size());
+                if (counts[i] != hits.size()) add(Asked::kHitCounts, i, hits.size(), counts[i]);
+                const std::size_t listed = one.of_ray(i).size();
+                if (listed != std::min<std::size_t>(1, hits.size()) ||
+                    listed + one.left_out[i] != hits.size() ||
+                    (listed == 1 && !(one.of_ray(i)[0] == hits[0])))
+                    add(Asked::kAllHits, i, hits.size(), listed + one.left_out[i]);
+                check_steps(scene, rays[i], i, crossing, hits);
+            }
+        }
+    }
+
+    /// From hit to hit.
+    void check_steps(const Scene& scene, const morphray::Ray& ray, std::size_t i,
+                     morphray::Crossing crossing, std::span<const morphray::Hit> hits) {
+        if (hits.empty()) return;
+        if (crossing == morphray::Crossing::each && !(scene.intersect(ray) == hits[0]))
+            add(Asked::kClosestHits, i, 0, 1);
+        constexpr std::size_t kSteps = 8;
+        for (std::size_t k = 0; k < std::min(kSteps, hits.size()); ++k) {
+            const morphray::Hit next = scene.intersect(ray, hits[k], crossing);
+            const bool is_last = k + 1 == hits.size();
+            if (is_last ? bool{next} : !(next == hits[k + 1])) add(Asked::kNextHits, i, k + 1, k);
+        }
+    }
+
+    void add(Asked asked, std::size_t i, std::uint64_t expected, std::uint64_t actual) {
+        differences_.add(asked, i, fmt::format("hit {} of the interface", expected),
+                         fmt::format("hit {}", actual));
+    }
+
+    const FuzzCase& fuzz_case_;
+    std::vector<Vec3> points_;
+    std::vector<Vec3> built_;
+    std::vector<Vec3> vertices_;
+    std::vector<std::uint32_t> indices_;
+    /// Those of both poses, and the space that they make.
+    WorldBounds bounds_;
+    SceneSpace space_{WorldBounds{}};
+    AnswerDifferences differences_;
+};
+
+}  // namespace
+
+std::vector<AnswerDifference> check_world(const FuzzCase& fuzz_case) {
+    return WorldCheck(fuzz_case).run();
+}
+
+}  // namespace mray::fuzz
