@@ -26,7 +26,8 @@ FuzzCase make_questions(std::uint64_t seed) {
     fuzz_case.view.width = fuzz_case.view.height = 0;
     fuzz_case.rays = make_rays(dice, around, kAskedRays);
     fuzz_case.asks_questions = true;
-    fuzz_case.points = make_points(dice, around, kAskedPoints);
+    fuzz_case.points = dice.one_in(4) ? make_groups(dice, around, kAskedGroups, kGroupSize)
+                                      : make_points(dice, around, kAskedPoints);
     return fuzz_case;
 }
 

@@ -16,9 +16,12 @@ struct GeneratorConfig {
 /// A pure function of seed and config. make_image_params() may refuse the view.
 FuzzCase make_case(std::uint64_t seed, const GeneratorConfig& config = {});
 
-/// The number of rays, and of points, of make_questions().
+/// The number of rays, and of points, of make_questions(); in one of four cases the points come in
+/// groups, so many that they are asked about together.
 inline constexpr std::size_t kAskedRays = 24;
 inline constexpr std::size_t kAskedPoints = 64;
+inline constexpr std::size_t kAskedGroups = 20;
+inline constexpr std::size_t kGroupSize = 16;
 
 /// A case of questions alone: a pure function of seed.
 FuzzCase make_questions(std::uint64_t seed);

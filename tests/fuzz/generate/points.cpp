@@ -82,4 +82,18 @@ std::vector<vec3> make_points(Dice& dice, const Surroundings& around, std::size_
     return points;
 }
 
+std::vector<vec3> make_groups(Dice& dice, const Surroundings& around, std::size_t groups,
+                              std::size_t size) {
+    std::vector<vec3> points;
+    for (const vec3& centre : make_points(dice, around, groups)) {
+        const double spread = dice.magnitude(1e-9, 1) * around.extent;
+        points.push_back(centre);
+        for (std::size_t i = 1; i < size; ++i) {
+            const dvec3 offset = dice.point(spread);
+            points.push_back(to_floats(dice, dvec3(centre) + offset));
+        }
+    }
+    return points;
+}
+
 }  // namespace mray::fuzz

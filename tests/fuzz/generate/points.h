@@ -12,4 +12,9 @@ namespace mray::fuzz {
 /// infinite coordinates and NaN.
 std::vector<vec3> make_points(Dice& dice, const Surroundings& around, std::size_t count);
 
+/// Groups of points near each other, one after the other: `size` at and around each of
+/// make_points().
+std::vector<vec3> make_groups(Dice& dice, const Surroundings& around, std::size_t groups,
+                              std::size_t size);
+
 }  // namespace mray::fuzz
