@@ -1,0 +1,148 @@
+#include "embree/parts.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "embree/scene.h"
+
+namespace mray::embree {
+namespace {
+
+constexpr std::size_t kMostLevels = 32;
+
+class Collector {
+public:
+    void collect(const Attachments& attachments) {
+        for (const auto& [id, geometry] : attachments) {
+            if (!geometry->is_enabled()) continue;
+            if (chain_.empty()) first_id_ = id;
+            chain_.push_back(geometry);
+            geometry->require_static();
+            if (!geometry->is_instance()) {
+                append(id, *geometry);
+            } else if (const SceneObject* const scene = geometry->instanced_scene()) {
+                if (chain_.size() == kMostLevels)
+                    fail_argument("instances are nested more than 32 levels deep");
+                collect(scene->attachments());
+            }
+            chain_.pop_back();
+        }
+    }
+    std::vector<Part> take() { return std::move(parts_); }
+
+private:
+    void append(unsigned int id, const Geometry& mesh) {
+        Part part{.chain = chain_, .versions = {}, .geom_id = id};
+        part.inst_id = chain_.size() > 1 ? first_id_ : kInvalid;
+        for (const Ref<Geometry>& geometry : chain_) part.versions.push_back(geometry->version());
+        part.vertices = mesh.vertices();
+        part.indices = mesh.indices();
+        part.is_quads = mesh.is_quads();
+        parts_.push_back(std::move(part));
+    }
+
+    std::vector<Ref<Geometry>> chain_;
+    unsigned int first_id_ = kInvalid;
+    std::vector<Part> parts_;
+};
+
+morphray::Vec3 operator-(const morphray::Vec3& a, const morphray::Vec3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+}  // namespace
+
+bool Part::find_corners(std::size_t triangle, std::array<std::uint32_t, 3>& corners) const {
+    const std::size_t count = vertices.count;
+    if (!is_quads) {
+        const auto* const ids = indices.at<std::uint32_t>(triangle);
+        corners = {ids[0], ids[1], ids[2]};
+        return ids[0] < count && ids[1] < count && ids[2] < count;
+    }
+    const auto* const ids = indices.at<std::uint32_t>(triangle / 2);
+    if (triangle % 2 == 0) {
+        corners = {ids[0], ids[1], ids[3]};
+    } else {
+        corners = {ids[2], ids[3], ids[1]};
+    }
+    return ids[0] < count && ids[1] < count && ids[2] < count && ids[3] < count;
+}
+
+morphray::Vec3 Part::vertex(std::uint32_t index) const {
+    const auto* const p = vertices.at<float>(index);
+    return {p[0], p[1], p[2]};
+}
+
+morphray::Vec3 Part::normal(std::uint32_t triangle) const {
+    std::array<std::uint32_t, 3> corners;
+    if (!find_corners(triangle, corners)) return {};
+    const morphray::Vec3 a = vertex(corners[0]);
+    const morphray::Vec3 e1 = vertex(corners[1]) - a;
+    const morphray::Vec3 e2 = vertex(corners[2]) - a;
+    return {e1.y * e2.z - e1.z * e2.y, e1.z * e2.x - e1.x * e2.z, e1.x * e2.y - e1.y * e2.x};
+}
+
+void Part::place() {
+    if (!is_instance()) return;
+    to_world = chain.front()->transform();
+    for (std::size_t level = 1; level + 1 < chain.size(); ++level)
+        to_world = to_world * chain[level]->transform();
+    to_object = to_world.inverse();
+    world_positions.resize(vertices.count);
+    for (std::size_t i = 0; i < vertices.count; ++i)
+        world_positions[i] = to_world.point(vertex(static_cast<std::uint32_t>(i)));
+}
+
+bool Part::read_masks() {
+    masks.clear();
+    bool is_set = false;
+    for (const Ref<Geometry>& geometry : chain) {
+        masks.push_back(geometry->mask());
+        is_set |= geometry->has_mask();
+    }
+    return is_set;
+}
+
+morphray::MeshView Part::view(std::vector<std::uint32_t>& triangles) const {
+    morphray::MeshView view;
+    if (vertices.count == 0 || indices.count == 0) return view;
+    if (is_instance()) {
+        view.positions = morphray::packed(world_positions);
+    } else {
+        view.positions = {vertices.data, vertices.count, vertices.stride};
+    }
+    bool are_in_place = !is_quads && indices.stride == 3 * sizeof(std::uint32_t);
+    const std::size_t count = triangle_count();
+    std::array<std::uint32_t, 3> corners;
+    for (std::size_t i = 0; are_in_place && i < count; ++i) are_in_place = find_corners(i, corners);
+    if (are_in_place) {
+        view.triangles = {indices.at<std::uint32_t>(0), 3 * count};
+        return view;
+    }
+    triangles.reserve(3 * count);
+    for (std::size_t i = 0; i < count; ++i) {
+        // A triangle without an area is never hit.
+        if (!find_corners(i, corners)) corners = {0, 0, 0};
+        triangles.insert(triangles.end(), corners.begin(), corners.end());
+    }
+    view.triangles = triangles;
+    return view;
+}
+
+std::vector<Part> collect_parts(const Attachments& attachments) {
+    Collector collector;
+    collector.collect(attachments);
+    return collector.take();
+}
+
+bool have_same_shape(const std::vector<Part>& a, const std::vector<Part>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Part& p, const Part& q) {
+        return p.geom_id == q.geom_id && p.inst_id == q.inst_id && p.chain == q.chain &&
+               std::equal(p.versions.begin(), p.versions.end(), q.versions.begin(),
+                          [](const GeometryVersion& v, const GeometryVersion& w) {
+                              return v.shape == w.shape;
+                          });
+    });
+}
+
+}  // namespace mray::embree

@@ -1,0 +1,71 @@
+// The meshes of a scene, those of its instances among them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "embree/geometry.h"
+#include "morphray/geometry.hpp"
+#include "morphray/mesh.hpp"
+
+namespace mray::embree {
+
+/// A mesh as a scene was committed with it. What it reads of the caller stays alive with it.
+struct Part {
+    /// The instances from the scene down to the mesh, which is the last one.
+    std::vector<Ref<Geometry>> chain;
+    /// Their versions at the last commit.
+    std::vector<GeometryVersion> versions;
+    unsigned int geom_id = kInvalid;
+    /// Those of the first instance.
+    unsigned int inst_id = kInvalid;
+    BufferView vertices = {};
+    BufferView indices = {};
+    bool is_quads = false;
+    /// A ray passes by if it shares no bit with one of these.
+    std::vector<unsigned int> masks = {};
+    Transform to_world = {};
+    Transform to_object = {};
+    /// Only those of instances.
+    std::vector<morphray::Vec3> world_positions = {};
+
+    Geometry& mesh() const { return *chain.back(); }
+    bool is_instance() const { return chain.size() > 1; }
+    std::size_t triangle_count() const { return indices.count * (is_quads ? 2 : 1); }
+    unsigned int prim_id(std::uint32_t triangle) const {
+        return is_quads ? triangle / 2 : triangle;
+    }
+    /// Finds the vertices of a triangle; false if an index is out of range.
+    bool find_corners(std::size_t triangle, std::array<std::uint32_t, 3>& corners) const;
+    /// The corner in the space of the mesh.
+    morphray::Vec3 vertex(std::uint32_t index) const;
+    /// The edges' cross product, in the space of the mesh.
+    morphray::Vec3 normal(std::uint32_t triangle) const;
+    bool sees(unsigned int ray_mask) const {
+        for (const unsigned int mask : masks)
+            if ((mask & ray_mask) == 0) return false;
+        return true;
+    }
+
+    /// Computes what the transformations and vertices of instances give.
+    void place();
+    /// Reads masks again. Returns whether any was set by the caller.
+    bool read_masks();
+    /// For Scene::build(). `triangles` is memory that it may use for the indices.
+    morphray::MeshView view(std::vector<std::uint32_t>& triangles) const;
+};
+
+/// Geometries by the IDs that they are attached with.
+using Attachments = std::map<unsigned int, Ref<Geometry>>;
+
+/// Appends the enabled meshes, ascending by the IDs on the way to them, so that ties between hits
+/// go to the lowest. Throws Failure for motion blur, and for scenes that contain themselves.
+std::vector<Part> collect_parts(const Attachments& attachments);
+
+/// Whether two lists are over the same triangles.
+bool have_same_shape(const std::vector<Part>& a, const std::vector<Part>& b);
+
+}  // namespace mray::embree

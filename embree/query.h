@@ -1,0 +1,58 @@
+// Rays of Embree's layout, and the hits that masks and filters let through.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+#include "embree/scene.h"
+#include "morphray/geometry.hpp"
+
+namespace mray::embree {
+
+/// A ray's interval is closed in scenes that are robust and in the library, and open at tnear in
+/// the others.
+inline float least_t(float tnear, bool is_robust) {
+    if (is_robust || !(tnear > 0)) return tnear;
+    return std::bit_cast<float>(std::bit_cast<std::uint32_t>(tnear) + 1);
+}
+
+/// Answers the rays of a call. One thread's.
+class Query {
+public:
+    enum class Kind { closest, occlusion };
+
+    Query(const Committed& committed, const QueryOptions& options, Kind kind)
+        : committed_(committed), options_(options), kind_(kind) {}
+
+    const Committed& committed() const { return committed_; }
+    /// The tracer's scene; to be asked only if there is one.
+    const morphray::Scene& scene() const { return *committed_.scene; }
+    morphray::Ray to_trace(const RTCRay& ray) const {
+        return {{ray.org_x, ray.org_y, ray.org_z},
+                least_t(ray.tnear, committed_.is_robust),
+                {ray.dir_x, ray.dir_y, ray.dir_z},
+                ray.tfar};
+    }
+    /// Whether any hit occludes a ray.
+    bool takes_any_hit() const {
+        return options_.filter == nullptr && !committed_.filters_occlusion &&
+               !committed_.uses_masks;
+    }
+    /// Takes the closest hit of `traced`, and finds the first one from there on that is let
+    /// through: true, and `hit` and ray.tfar are set. False: neither is changed.
+    bool settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray, RTCHit& hit) const;
+
+private:
+    bool passes_filters(const Part& part, RTCRay& ray, RTCHit& hit) const;
+    void call_filter(RTCFilterFunctionN filter, const Part& part, int& valid, RTCRay& ray,
+                     RTCHit& hit, Context& context) const;
+    morphray::Hit next(const morphray::Ray& traced, const Part& part,
+                       const morphray::Hit& last) const;
+    RTCHit make_hit(const Part& part, const morphray::Hit& found) const;
+
+    const Committed& committed_;
+    QueryOptions options_;
+    Kind kind_;
+};
+
+}  // namespace mray::embree
