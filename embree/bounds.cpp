@@ -37,8 +37,7 @@ void add_triangles(const Part& part, Bounds& bounds) {
         if (!part.find_corners(i, corners)) continue;
         std::array<morphray::Vec3, 3> points;
         for (std::size_t k = 0; k < 3; ++k) {
-            points[k] =
-                part.is_instance() ? part.world_positions[corners[k]] : part.vertex(corners[k]);
+            points[k] = part.placed_vertex(corners[k]);
         }
         if (!std::all_of(points.begin(), points.end(), is_finite)) continue;
         for (const morphray::Vec3& p : points) bounds.add(p);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cctype>
+#include <cstdio>
 #include <cstdlib>
 #include <iterator>
 #include <optional>
@@ -82,8 +83,9 @@ std::optional<std::string> target_of(std::string_view isa) {
     return std::nullopt;
 }
 
-morphray::CpuOptions options_of(const char* config) {
-    morphray::CpuOptions options;
+Settings read_settings(const char* config) {
+    Settings settings;
+    morphray::CpuOptions& options = settings.options;
     std::string text = config == nullptr ? "" : config;
     std::transform(text.begin(), text.end(), text.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -97,9 +99,10 @@ morphray::CpuOptions options_of(const char* config) {
         if (name == "threads") options.threads = std::clamp(std::atoi(value.c_str()), 0, 1024);
         if (name == "isa" || name == "max_isa")
             options.simd = target_of(value).value_or(options.simd);
+        if (name == "verbose") settings.is_verbose = std::atoi(value.c_str()) > 0;
         begin = end + 1;
     }
-    return options;
+    return settings;
 }
 
 #if MORPHRAY_EMBREE == 3
@@ -135,8 +138,12 @@ void fail_unsupported(const std::string& what) {
     throw Failure{RTC_ERROR_INVALID_OPERATION, what + " not supported by morphray"};
 }
 
-Device::Device(const char* config)
-    : number_(next_number()), tracer_(morphray::Device::cpu(options_of(config))) {}
+Device::Device(const char* config) : Device(read_settings(config)) {}
+
+Device::Device(const Settings& settings)
+    : number_(next_number()),
+      is_verbose_(settings.is_verbose),
+      tracer_(morphray::Device::cpu(settings.options)) {}
 
 void Device::set_error_function(RTCErrorFunction function, void* user) {
     error_function_ = function;
@@ -172,7 +179,9 @@ void report(Device* device, const Failure& failure) noexcept {
         });
         if (!is_taken) slots.push_back({number, failure.code});
         last_message = failure.message;
-        if (device != nullptr) device->call_error_function(failure);
+        if (device == nullptr) return;
+        if (device->is_verbose()) std::fprintf(stderr, "morphray: %s\n", failure.message.c_str());
+        device->call_error_function(failure);
     } catch (...) {
         // There is no memory to note that there is no memory.
     }

@@ -25,11 +25,17 @@ struct Failure {
 /// For all that this library does not do: `what` is the subject of a sentence.
 [[noreturn]] void fail_unsupported(const std::string& what);
 
+/// What the text of rtcNewDevice() says.
+struct Settings {
+    morphray::CpuOptions options = {};
+    bool is_verbose = false;
+};
+
 /// Threads may use one at the same time, but for its two callbacks.
 class Device final : public Object {
 public:
-    /// Reads Embree's text of settings: isa=, max_isa= and threads= count, the others are known and
-    /// have no meaning here. Null: none.
+    /// Reads Embree's text of settings: isa=, max_isa=, threads= and verbose= count, the others are
+    /// known and have no meaning here. Null: none.
     explicit Device(const char* config);
 
     const morphray::Device& tracer() const { return tracer_; }
@@ -42,10 +48,15 @@ public:
 
     /// Names the device in slots of errors; no other device has the number.
     std::uint64_t number() const { return number_; }
+    /// Whether the settings ask for messages.
+    bool is_verbose() const { return is_verbose_; }
     void call_error_function(const Failure& failure) const;
 
 private:
+    explicit Device(const Settings& settings);
+
     std::uint64_t number_;
+    bool is_verbose_ = false;
     morphray::Device tracer_;
     RTCErrorFunction error_function_ = nullptr;
     void* error_user_ = nullptr;

@@ -23,12 +23,6 @@ const char* name_of_unsupported(RTCGeometryType type) {
     return nullptr;
 }
 
-void check_range(const BufferView& view, std::size_t item_size) {
-    if (view.count > 0xFFFFFFFFu) fail_argument("the buffer has more than 2^32 - 1 items");
-    if (view.count > 1 && view.stride < item_size)
-        fail_argument("the stride of the buffer is less than an item");
-}
-
 bool holds_floats(RTCFormat format) {
     return format >= RTC_FORMAT_FLOAT && format <= RTC_FORMAT_FLOAT16;
 }
@@ -101,20 +95,16 @@ BufferView& Geometry::buffer(RTCBufferType type, unsigned int slot) {
 
 void Geometry::set_buffer(RTCBufferType type, unsigned int slot, BufferView view) {
     BufferView& place = buffer(type, slot);
-    std::size_t item_size = 0;
+    if (view.count > 0xFFFFFFFFu) fail_argument("the buffer has more than 2^32 - 1 items");
     if (type == RTC_BUFFER_TYPE_INDEX) {
         const RTCFormat wanted = is_quads() ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3;
-        if (view.format != wanted) fail_argument("indices have another format than UINT3 or UINT4");
-        item_size = is_quads() ? 16 : 12;
+        if (view.format != wanted)
+            fail_argument("indices have the format UINT3 for triangles and UINT4 for quads");
     } else if (type == RTC_BUFFER_TYPE_VERTEX) {
         if (view.format != RTC_FORMAT_FLOAT3) fail_argument("vertices have the format FLOAT3");
-        item_size = 12;
-    } else if (holds_floats(view.format)) {
-        item_size = 4 * (static_cast<std::size_t>(view.format) - RTC_FORMAT_FLOAT + 1);
-    } else {
+    } else if (!holds_floats(view.format)) {
         fail_argument("vertex attributes have the formats FLOAT to FLOAT16");
     }
-    check_range(view, item_size);
     place = std::move(view);
     if (type != RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE) ++version_.shape;
 }

@@ -1,6 +1,8 @@
 // rtcInterpolate: attributes of vertices at places on triangles and quads.
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <vector>
 
 #include "embree/device.h"
 #include "embree/geometry.h"
@@ -45,8 +47,6 @@ void interpolate(const RTCInterpolateArguments& asked) {
     const BufferView* const values = geometry.find_buffer(asked.bufferType, asked.bufferSlot);
     if (values == nullptr || values->data == nullptr)
         fail_argument("the geometry has no such buffer");
-    const std::size_t most = static_cast<std::size_t>(values->format) - RTC_FORMAT_FLOAT + 1;
-    if (asked.valueCount > most) fail_argument("the buffer has fewer values a vertex");
     const Place at = find_place(geometry, *values, asked.primID, asked.u, asked.v);
     const auto [a, b, c] = at.corners;
     const float w = 1 - at.u - at.v;
@@ -72,21 +72,22 @@ void rtcInterpolate(const struct RTCInterpolateArguments* asked) {
 /// The results of value k of query i are at [k * N + i].
 void rtcInterpolateN(const struct RTCInterpolateNArguments* asked) {
     with<Geometry>("rtcInterpolateN", asked == nullptr ? nullptr : asked->geometry, [&](Geometry&) {
-        constexpr unsigned int kMost = 16;
-        if (asked->valueCount > kMost) fail_argument("more than 16 values a vertex");
         float* const outs[] = {asked->P,       asked->dPdu,    asked->dPdv,
                                asked->ddPdudu, asked->ddPdvdv, asked->ddPdudv};
-        float found[6][kMost];
+        const std::size_t count = asked->valueCount;
+        std::vector<float> found(6 * count);
+        const auto values_of = [&](std::size_t out) { return found.data() + out * count; };
         for (unsigned int i = 0; i < asked->N; ++i) {
             const auto* const valid = static_cast<const int*>(asked->valid);
             if (valid != nullptr && valid[i] != -1) continue;
             interpolate({asked->geometry, asked->primIDs[i], asked->u[i], asked->v[i],
-                         asked->bufferType, asked->bufferSlot, found[0], found[1], found[2],
-                         found[3], found[4], found[5], asked->valueCount});
+                         asked->bufferType, asked->bufferSlot, values_of(0), values_of(1),
+                         values_of(2), values_of(3), values_of(4), values_of(5),
+                         asked->valueCount});
             for (std::size_t out = 0; out < 6; ++out) {
                 if (outs[out] == nullptr) continue;
-                for (unsigned int k = 0; k < asked->valueCount; ++k)
-                    outs[out][std::size_t{k} * asked->N + i] = found[out][k];
+                for (std::size_t k = 0; k < count; ++k)
+                    outs[out][k * asked->N + i] = values_of(out)[k];
             }
         }
     });

@@ -42,6 +42,10 @@ struct Part {
     bool find_corners(std::size_t triangle, std::array<std::uint32_t, 3>& corners) const;
     /// The corner in the space of the mesh.
     morphray::Vec3 vertex(std::uint32_t index) const;
+    /// The corner in the space of the scene.
+    morphray::Vec3 placed_vertex(std::uint32_t index) const {
+        return is_instance() ? world_positions[index] : vertex(index);
+    }
     /// The edges' cross product, in the space of the mesh.
     morphray::Vec3 normal(std::uint32_t triangle) const;
     bool sees(unsigned int ray_mask) const {

@@ -182,6 +182,7 @@ void SceneObject::update(const std::vector<Part>& parts) {
         part.versions = parts[i].versions;
     }
     for (const std::size_t i : moved) committed_->parts[i].place();
+    if (!moved.empty()) committed_->forget_boxes();
     if (moved.empty() || !committed_->scene) return;
     try {
         if (moved.size() == 1) {

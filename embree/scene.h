@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "embree/box_tree.h"
 #include "embree/parts.h"
 #include "morphray/scene.hpp"
 
@@ -27,6 +28,15 @@ struct Committed {
     std::size_t bytes = 0;
 
     void read_settings();
+    /// A tree of all primitives, made by the first call at a pose. Threads may call it at the same
+    /// time.
+    const BoxTree& boxes() const;
+    void forget_boxes();
+
+private:
+    mutable std::mutex boxes_mutex_;
+    mutable std::atomic<const BoxTree*> boxes_ = nullptr;
+    mutable std::unique_ptr<const BoxTree> made_boxes_;
 };
 
 /// Queries may be asked by many threads at the same time, but not during a commit: those that begin
