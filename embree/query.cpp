@@ -100,17 +100,28 @@ bool Query::passes_filters(const Part& part, RTCRay& ray, RTCHit& hit) const {
     return valid != 0;
 }
 
+/// Whether the ray surely meets the triangle apart from its edges, where all rules agree.
+bool Query::lies_inside(const morphray::Hit& hit) const {
+    constexpr float kMargin = 0x1p-18f;
+    return hit.u > kMargin && hit.v > kMargin && 1 - (hit.u + hit.v) > kMargin;
+}
+
 /// The next hit after the last one. A ray through the diagonal of a quad hits the quad once.
 morphray::Hit Query::next(const morphray::Ray& traced, const Part& part,
                           const morphray::Hit& last) const {
-    const morphray::Hit hit = scene().intersect(traced, last);
+    const morphray::Hit hit = scene().intersect(traced, last, crossing_);
     const bool is_other_half = part.is_quads && last.prim_id % 2 == 0 && hit.t == last.t &&
                                hit.geom_id == last.geom_id && hit.prim_id == last.prim_id + 1;
-    return is_other_half ? scene().intersect(traced, hit) : hit;
+    return is_other_half ? scene().intersect(traced, hit, crossing_) : hit;
 }
 
 bool Query::settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray,
                    RTCHit& hit) const {
+    if (crossing_ == morphray::Crossing::owner && found && !lies_inside(found)) {
+        // Before all hits.
+        constexpr morphray::Hit kBefore = {.t = -1, .prim_id = 0, .geom_id = 0};
+        found = scene().intersect(traced, kBefore, crossing_);
+    }
     while (found) {
         const Part& part = committed_.parts[found.geom_id];
         if (!committed_.uses_masks || part.sees(ray.mask)) {

@@ -22,7 +22,11 @@ public:
     enum class Kind { closest, occlusion };
 
     Query(const Committed& committed, const QueryOptions& options, Kind kind)
-        : committed_(committed), options_(options), kind_(kind) {}
+        : committed_(committed),
+          options_(options),
+          kind_(kind),
+          crossing_(options.filter == nullptr ? morphray::Crossing::each
+                                              : morphray::Crossing::owner) {}
 
     const Committed& committed() const { return committed_; }
     /// The tracer's scene; to be asked only if there is one.
@@ -43,6 +47,7 @@ public:
     bool settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray, RTCHit& hit) const;
 
 private:
+    bool lies_inside(const morphray::Hit& hit) const;
     bool passes_filters(const Part& part, RTCRay& ray, RTCHit& hit) const;
     void call_filter(RTCFilterFunctionN filter, const Part& part, int& valid, RTCRay& ray,
                      RTCHit& hit, Context& context) const;
@@ -53,6 +58,8 @@ private:
     const Committed& committed_;
     QueryOptions options_;
     Kind kind_;
+    /// Queries with a filter of their own count hits, and so take one of those at an edge.
+    morphray::Crossing crossing_;
 };
 
 }  // namespace mray::embree
