@@ -44,7 +44,7 @@ void add_triangles(const Part& part, Bounds& bounds) {
     }
 }
 
-/// Of the triangles that can be hit, not of vertices that none of them has.
+/// Encloses the triangles that can be hit, and no vertex that none of them has.
 RTCBounds bounds_of(const SceneObject& scene) {
     Bounds bounds;
     for (const Part& part : scene.committed().parts) add_triangles(part, bounds);

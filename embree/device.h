@@ -25,7 +25,7 @@ struct Failure {
 /// For all that this library does not do: `what` is the subject of a sentence.
 [[noreturn]] void fail_unsupported(const std::string& what);
 
-/// What the text of rtcNewDevice() says.
+/// The settings in the text of rtcNewDevice().
 struct Settings {
     morphray::CpuOptions options = {};
     bool is_verbose = false;

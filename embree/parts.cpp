@@ -46,41 +46,7 @@ private:
     std::vector<Part> parts_;
 };
 
-morphray::Vec3 operator-(const morphray::Vec3& a, const morphray::Vec3& b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-
 }  // namespace
-
-bool Part::find_corners(std::size_t triangle, std::array<std::uint32_t, 3>& corners) const {
-    const std::size_t count = vertices.count;
-    if (!is_quads) {
-        const auto* const ids = indices.at<std::uint32_t>(triangle);
-        corners = {ids[0], ids[1], ids[2]};
-        return ids[0] < count && ids[1] < count && ids[2] < count;
-    }
-    const auto* const ids = indices.at<std::uint32_t>(triangle / 2);
-    if (triangle % 2 == 0) {
-        corners = {ids[0], ids[1], ids[3]};
-    } else {
-        corners = {ids[2], ids[3], ids[1]};
-    }
-    return ids[0] < count && ids[1] < count && ids[2] < count && ids[3] < count;
-}
-
-morphray::Vec3 Part::vertex(std::uint32_t index) const {
-    const auto* const p = vertices.at<float>(index);
-    return {p[0], p[1], p[2]};
-}
-
-morphray::Vec3 Part::normal(std::uint32_t triangle) const {
-    std::array<std::uint32_t, 3> corners;
-    if (!find_corners(triangle, corners)) return {};
-    const morphray::Vec3 a = vertex(corners[0]);
-    const morphray::Vec3 e1 = vertex(corners[1]) - a;
-    const morphray::Vec3 e2 = vertex(corners[2]) - a;
-    return {e1.y * e2.z - e1.z * e2.y, e1.z * e2.x - e1.x * e2.z, e1.x * e2.y - e1.y * e2.x};
-}
 
 void Part::place() {
     if (!is_instance()) return;

@@ -39,15 +39,41 @@ struct Part {
         return is_quads ? triangle / 2 : triangle;
     }
     /// Finds the vertices of a triangle; false if an index is out of range.
-    bool find_corners(std::size_t triangle, std::array<std::uint32_t, 3>& corners) const;
+    bool find_corners(std::size_t triangle, std::array<std::uint32_t, 3>& corners) const {
+        const std::size_t count = vertices.count;
+        if (!is_quads) {
+            const auto* const ids = indices.at<std::uint32_t>(triangle);
+            corners = {ids[0], ids[1], ids[2]};
+            return ids[0] < count && ids[1] < count && ids[2] < count;
+        }
+        const auto* const ids = indices.at<std::uint32_t>(triangle / 2);
+        if (triangle % 2 == 0) {
+            corners = {ids[0], ids[1], ids[3]};
+        } else {
+            corners = {ids[2], ids[3], ids[1]};
+        }
+        return ids[0] < count && ids[1] < count && ids[2] < count && ids[3] < count;
+    }
     /// The corner in the space of the mesh.
-    morphray::Vec3 vertex(std::uint32_t index) const;
+    morphray::Vec3 vertex(std::uint32_t index) const {
+        const auto* const p = vertices.at<float>(index);
+        return {p[0], p[1], p[2]};
+    }
     /// The corner in the space of the scene.
     morphray::Vec3 placed_vertex(std::uint32_t index) const {
         return is_instance() ? world_positions[index] : vertex(index);
     }
     /// The edges' cross product, in the space of the mesh.
-    morphray::Vec3 normal(std::uint32_t triangle) const;
+    morphray::Vec3 normal(std::uint32_t triangle) const {
+        std::array<std::uint32_t, 3> corners;
+        if (!find_corners(triangle, corners)) return {};
+        const morphray::Vec3 a = vertex(corners[0]);
+        const morphray::Vec3 b = vertex(corners[1]);
+        const morphray::Vec3 c = vertex(corners[2]);
+        const morphray::Vec3 e1 = {b.x - a.x, b.y - a.y, b.z - a.z};
+        const morphray::Vec3 e2 = {c.x - a.x, c.y - a.y, c.z - a.z};
+        return {e1.y * e2.z - e1.z * e2.y, e1.z * e2.x - e1.x * e2.z, e1.x * e2.y - e1.y * e2.x};
+    }
     bool sees(unsigned int ray_mask) const {
         for (const unsigned int mask : masks)
             if ((mask & ray_mask) == 0) return false;

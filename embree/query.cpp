@@ -29,36 +29,6 @@ Context no_context() {
 
 }  // namespace
 
-RTCHit Query::make_hit(const Part& part, const morphray::Hit& found) const {
-    RTCHit hit;
-    const morphray::Vec3 normal = part.normal(found.prim_id);
-    hit.Ng_x = normal.x;
-    hit.Ng_y = normal.y;
-    hit.Ng_z = normal.z;
-    hit.u = found.u;
-    hit.v = found.v;
-    if (part.is_quads && found.prim_id % 2 != 0) {
-        hit.u = 1 - found.u;
-        hit.v = 1 - found.v;
-    }
-    hit.primID = part.prim_id(found.prim_id);
-    hit.geomID = part.geom_id;
-    if (part.is_instance()) {
-        hit.instID[0] = part.inst_id;
-    } else {
-        hit.instID[0] = options_.context == nullptr ? kInvalid : options_.context->instID[0];
-    }
-#if MORPHRAY_EMBREE == 4
-    if (part.is_instance()) {
-        hit.instPrimID[0] = 0;
-    } else {
-        hit.instPrimID[0] =
-            options_.context == nullptr ? kInvalid : options_.context->instPrimID[0];
-    }
-#endif
-    return hit;
-}
-
 void Query::call_filter(RTCFilterFunctionN filter, const Part& part, int& valid, RTCRay& ray,
                         RTCHit& hit, Context& context) const {
     if (filter == nullptr || valid == 0) return;
@@ -125,7 +95,7 @@ bool Query::settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray
     while (found) {
         const Part& part = committed_.parts[found.geom_id];
         if (!committed_.uses_masks || part.sees(ray.mask)) {
-            RTCHit candidate = make_hit(part, found);
+            RTCHit candidate = make_hit(found);
             const float tfar = ray.tfar;
             ray.tfar = found.t;
             if (passes_filters(part, ray, candidate)) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "embree/device.h"
@@ -37,7 +38,13 @@ Device* device_of(RTCScene handle) {
 void intersect_one(const Query& query, RTCRayHit& rayhit) {
     const morphray::Ray traced = query.to_trace(rayhit.ray);
     const morphray::Hit found = query.scene().intersect(traced);
-    if (found) query.settle(found, traced, rayhit.ray, rayhit.hit);
+    if (!found) return;
+    if (query.takes_any_hit()) {
+        rayhit.ray.tfar = found.t;
+        rayhit.hit = query.make_hit(found);
+    } else {
+        query.settle(found, traced, rayhit.ray, rayhit.hit);
+    }
 }
 
 void occlude_one(const Query& query, RTCRay& ray) {
@@ -51,66 +58,76 @@ void occlude_one(const Query& query, RTCRay& ray) {
     if (found && query.settle(found, traced, ray, hit)) ray.tfar = kOccluded;
 }
 
-/// Traces the rays first[0] to first[count - 1] whose numbers are in `active`, all of them if there
-/// are as many, in this thread.
-template <Query::Kind kind, class Layout>
-void trace_batch(const Query& query, const Layout& rays, std::span<const std::uint32_t> active) {
-    const std::size_t count = active.size();
-    std::vector<morphray::Ray> large;
-    std::vector<morphray::Hit> large_hits;
-    std::array<morphray::Ray, 64> small;
-    std::array<morphray::Hit, 64> small_hits;
-    std::span<morphray::Ray> traced(small);
-    std::span<morphray::Hit> found(small_hits);
-    if (count > small.size()) {
-        large.resize(count);
-        large_hits.resize(count);
-        traced = large;
-        found = large_hits;
+/// Stores a hit in its lane, or the first one after it that is let through.
+template <Query::Kind kind, class Lane>
+void store(const Query& query, const morphray::Hit& found, const morphray::Ray& traced,
+           const Lane& lane) {
+    if (kind == Query::Kind::closest && query.takes_any_hit()) {
+        lane.store_tfar(found.t);
+        lane.store_hit(query.make_hit(found));
+        return;
     }
-    traced = traced.first(count);
-    found = found.first(count);
-    for (std::size_t k = 0; k < count; ++k) traced[k] = query.to_trace(rays[active[k]].load());
+    RTCRay ray = lane.load();
+    RTCHit hit;
+    if (!query.settle(found, traced, ray, hit)) return;
     if constexpr (kind == Query::Kind::occlusion) {
-        if (query.takes_any_hit()) {
-            std::vector<std::uint8_t> occluded(count);
-            query.scene().occluded(traced, std::span(occluded), morphray::Threads::calling);
-            for (std::size_t k = 0; k < count; ++k)
-                if (occluded[k] != 0) rays[active[k]].store_tfar(kOccluded);
-            return;
-        }
+        lane.store_tfar(kOccluded);
+    } else {
+        lane.store_tfar(ray.tfar);
+        lane.store_hit(hit);
     }
-    query.scene().intersect(traced, found, morphray::Threads::calling);
-    for (std::size_t k = 0; k < count; ++k) {
-        if (!found[k]) continue;
-        const auto lane = rays[active[k]];
-        RTCRay ray = lane.load();
-        RTCHit hit;
-        if (!query.settle(found[k], traced[k], ray, hit)) continue;
-        if constexpr (kind == Query::Kind::occlusion) {
-            lane.store_tfar(kOccluded);
-        } else {
-            lane.store_tfar(ray.tfar);
-            lane.store_hit(hit);
-        }
+}
+
+/// Rays on their way through the tracer. The memory stays with the thread, since fresh memory takes
+/// longer than the rays: up to 4 MB.
+struct Batch {
+    std::vector<std::uint32_t> active;
+    std::vector<morphray::Ray> rays;
+    std::vector<morphray::Hit> hits;
+    std::vector<std::uint8_t> occluded;
+
+    void resize(std::size_t count) {
+        if (count <= active.size()) return;
+        active.resize(count);
+        rays.resize(count);
+        hits.resize(count);
+        occluded.resize(count);
     }
+};
+thread_local Batch batch;
+
+/// Traces the rays with the first `count` numbers of batch.active, in this thread.
+template <Query::Kind kind, class Layout>
+void trace_batch(const Query& query, const Layout& rays, std::size_t count) {
+    // A filter may trace other rays.
+    Batch mine = std::exchange(batch, {});
+    const auto traced = std::span(mine.rays).first(count);
+    for (std::size_t k = 0; k < count; ++k) traced[k] = query.to_trace(rays[mine.active[k]].load());
+    if (kind == Query::Kind::occlusion && query.takes_any_hit()) {
+        const auto occluded = std::span(mine.occluded).first(count);
+        query.scene().occluded(traced, occluded, morphray::Threads::calling);
+        for (std::size_t k = 0; k < count; ++k)
+            if (occluded[k] != 0) rays[mine.active[k]].store_tfar(kOccluded);
+    } else {
+        const auto found = std::span(mine.hits).first(count);
+        query.scene().intersect(traced, found, morphray::Threads::calling);
+        for (std::size_t k = 0; k < count; ++k)
+            if (found[k]) store<kind>(query, found[k], traced[k], rays[mine.active[k]]);
+    }
+    batch = std::move(mine);
 }
 
 /// Traces one ray of a layout.
 template <Query::Kind kind, class Lane>
 void trace_lane(const Query& query, const Lane& lane) {
-    RTCRayHit rayhit;
-    rayhit.ray = lane.load();
-    const float tfar = rayhit.ray.tfar;
+    RTCRay ray = lane.load();
     if constexpr (kind == Query::Kind::occlusion) {
-        occlude_one(query, rayhit.ray);
-        if (rayhit.ray.tfar != tfar) lane.store_tfar(rayhit.ray.tfar);
+        occlude_one(query, ray);
+        if (ray.tfar == kOccluded) lane.store_tfar(kOccluded);
     } else {
-        rayhit.hit.geomID = kInvalid;
-        intersect_one(query, rayhit);
-        if (rayhit.hit.geomID == kInvalid) return;
-        lane.store_tfar(rayhit.ray.tfar);
-        lane.store_hit(rayhit.hit);
+        const morphray::Ray traced = query.to_trace(ray);
+        const morphray::Hit found = query.scene().intersect(traced);
+        if (found) store<kind>(query, found, traced, lane);
     }
 }
 
@@ -121,24 +138,20 @@ void trace(const char* call, RTCScene scene, const QueryOptions& options, const 
     guarded(call, device_of(scene), [&] {
         const Query query(committed_of(scene, first), options, kind);
         if (!query.committed().scene) return;
-        std::vector<std::uint32_t> many;
-        std::array<std::uint32_t, 64> few;
         for (std::size_t begin = 0; begin < count; begin += kBatch) {
             const std::size_t end = std::min(count, begin + kBatch);
-            std::span<std::uint32_t> active(few);
-            if (end - begin > few.size()) {
-                many.resize(end - begin);
-                active = many;
-            }
+            batch.resize(end - begin);
             std::size_t size = 0;
             for (std::size_t i = begin; i < end; ++i)
                 if (valid == nullptr || valid[i] == -1)
-                    active[size++] = static_cast<std::uint32_t>(i);
-            if (size < kFewRays) {
-                for (std::size_t k = 0; k < size; ++k) trace_lane<kind>(query, rays[active[k]]);
-            } else {
-                trace_batch<kind>(query, rays, active.first(size));
+                    batch.active[size++] = static_cast<std::uint32_t>(i);
+            if (size >= kFewRays) {
+                trace_batch<kind>(query, rays, size);
+                continue;
             }
+            std::array<std::uint32_t, kFewRays> few;
+            std::copy_n(batch.active.begin(), size, few.begin());
+            for (std::size_t k = 0; k < size; ++k) trace_lane<kind>(query, rays[few[k]]);
         }
     });
 }

@@ -21,7 +21,7 @@ inline constexpr unsigned int kDefaultMask = 1;
 
 inline constexpr unsigned int kInvalid = RTC_INVALID_GEOMETRY_ID;
 
-/// What a query is given beside its rays.
+/// The arguments of a query beside its rays.
 struct QueryOptions {
     /// May be null.
     Context* context = nullptr;

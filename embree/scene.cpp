@@ -41,9 +41,11 @@ bool has_moved(const Part& before, const Part& now) {
 
 void Committed::read_settings() {
     uses_masks = false;
+    filters_hits = false;
     filters_occlusion = false;
     for (Part& part : parts) {
         uses_masks |= part.read_masks();
+        filters_hits |= part.mesh().intersect_filter != nullptr;
         filters_occlusion |= part.mesh().occluded_filter != nullptr;
     }
 }

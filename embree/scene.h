@@ -14,7 +14,7 @@
 
 namespace mray::embree {
 
-/// What queries read. Its parts are the meshes of `scene`, by geom_id.
+/// The scene as queries read it. Its parts are the meshes of `scene`, by geom_id.
 struct Committed {
     std::vector<Part> parts;
     /// Nothing if the scene has no triangles.
@@ -22,7 +22,8 @@ struct Committed {
     bool is_robust = false;
     /// Whether rays are compared with masks: only where the caller has set one.
     bool uses_masks = false;
-    /// Whether a mesh has a filter for occlusion.
+    /// Whether a mesh has a filter for hits, or for occlusion.
+    bool filters_hits = false;
     bool filters_occlusion = false;
     /// What the memory monitor was told.
     std::size_t bytes = 0;

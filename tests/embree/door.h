@@ -25,7 +25,7 @@ using Context = RTCIntersectContext;
 using Context = RTCRayQueryContext;
 #endif
 
-/// What a query is given; the same for both versions.
+/// The arguments of a query beside its rays, the same for both versions.
 struct Query {
     Context context;
     RTCFilterFunctionN filter = nullptr;

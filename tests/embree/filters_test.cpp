@@ -8,7 +8,7 @@ namespace {
 
 using namespace door_test;
 
-/// What filters see, and which hits they let through.
+/// The hits that filters see, and which of them pass.
 struct Seen {
     std::vector<float> t;
     std::vector<unsigned int> geom_ids;
