@@ -87,14 +87,17 @@ morphray::Hit Query::next(const morphray::Ray& traced, const Part& part,
 
 bool Query::settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray,
                    RTCHit& hit) const {
-    if (crossing_ == morphray::Crossing::owner && found && !lies_inside(found)) {
-        // Before all hits.
-        constexpr morphray::Hit kBefore = {.t = -1, .prim_id = 0, .geom_id = 0};
-        found = scene().intersect(traced, kBefore, crossing_);
-    }
+    const bool takes_owners = crossing_ == morphray::Crossing::owner;
+    // Before all hits.
+    constexpr morphray::Hit kBefore = {.t = -1, .prim_id = 0, .geom_id = 0};
+    const bool is_sure = !takes_owners || lies_inside(found);
+    if (!is_sure) found = scene().intersect(traced, kBefore, crossing_);
+    // The closest hit of all triangles; those at edges may come before it.
+    morphray::Hit passed;
     while (found) {
         const Part& part = committed_.parts[found.geom_id];
-        if (!committed_.uses_masks || part.sees(ray.mask)) {
+        const bool is_seen = found.geom_id == passed.geom_id && found.prim_id == passed.prim_id;
+        if (!is_seen && (!committed_.uses_masks || part.sees(ray.mask))) {
             RTCHit candidate = make_hit(found);
             const float tfar = ray.tfar;
             ray.tfar = found.t;
@@ -104,7 +107,12 @@ bool Query::settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray
             }
             ray.tfar = tfar;
         }
-        found = next(traced, part, found);
+        if (takes_owners && is_sure && !passed) {
+            passed = found;
+            found = scene().intersect(traced, kBefore, crossing_);
+        } else {
+            found = next(traced, part, found);
+        }
     }
     return false;
 }
