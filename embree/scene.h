@@ -25,7 +25,7 @@ struct Committed {
     /// Whether a mesh has a filter for hits, or for occlusion.
     bool filters_hits = false;
     bool filters_occlusion = false;
-    /// What the memory monitor was told.
+    /// The bytes that the memory monitor was told of.
     std::size_t bytes = 0;
 
     void read_settings();
