@@ -59,6 +59,22 @@ void Part::place() {
         world_positions[i] = to_world.point(vertex(static_cast<std::uint32_t>(i)));
 }
 
+void Part::make_normals() {
+    own_normals.resize(triangle_count());
+    std::array<std::uint32_t, 3> corners;
+    for (std::size_t i = 0; i < own_normals.size(); ++i) {
+        if (!find_corners(i, corners)) continue;
+        const morphray::Vec3 a = vertex(corners[0]);
+        const morphray::Vec3 b = vertex(corners[1]);
+        const morphray::Vec3 c = vertex(corners[2]);
+        const morphray::Vec3 e1 = {b.x - a.x, b.y - a.y, b.z - a.z};
+        const morphray::Vec3 e2 = {c.x - a.x, c.y - a.y, c.z - a.z};
+        own_normals[i] = {e1.y * e2.z - e1.z * e2.y, e1.z * e2.x - e1.x * e2.z,
+                          e1.x * e2.y - e1.y * e2.x};
+    }
+    normals = own_normals.data();
+}
+
 bool Part::read_masks() {
     masks.clear();
     bool is_set = false;

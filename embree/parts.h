@@ -31,6 +31,11 @@ struct Part {
     Transform to_object = {};
     /// Only those of instances.
     std::vector<morphray::Vec3> world_positions = {};
+    /// The cross product of each triangle's edges, in the space of the mesh. A hit that looked up
+    /// its vertices would wait for memory, for up to a quarter of its time. Parts of one mesh share
+    /// them.
+    const morphray::Vec3* normals = nullptr;
+    std::vector<morphray::Vec3> own_normals = {};
 
     Geometry& mesh() const { return *chain.back(); }
     bool is_instance() const { return chain.size() > 1; }
@@ -63,17 +68,6 @@ struct Part {
     morphray::Vec3 placed_vertex(std::uint32_t index) const {
         return is_instance() ? world_positions[index] : vertex(index);
     }
-    /// The edges' cross product, in the space of the mesh.
-    morphray::Vec3 normal(std::uint32_t triangle) const {
-        std::array<std::uint32_t, 3> corners;
-        if (!find_corners(triangle, corners)) return {};
-        const morphray::Vec3 a = vertex(corners[0]);
-        const morphray::Vec3 b = vertex(corners[1]);
-        const morphray::Vec3 c = vertex(corners[2]);
-        const morphray::Vec3 e1 = {b.x - a.x, b.y - a.y, b.z - a.z};
-        const morphray::Vec3 e2 = {c.x - a.x, c.y - a.y, c.z - a.z};
-        return {e1.y * e2.z - e1.z * e2.y, e1.z * e2.x - e1.x * e2.z, e1.x * e2.y - e1.y * e2.x};
-    }
     bool sees(unsigned int ray_mask) const {
         for (const unsigned int mask : masks)
             if ((mask & ray_mask) == 0) return false;
@@ -82,6 +76,8 @@ struct Part {
 
     /// Computes what the transformations and vertices of instances give.
     void place();
+    /// Computes own_normals.
+    void make_normals();
     /// Reads masks again. Returns whether any was set by the caller.
     bool read_masks();
     /// For Scene::build(). `triangles` is memory that it may use for the indices.

@@ -46,7 +46,7 @@ public:
     RTCHit make_hit(const morphray::Hit& found) const {
         const Part& part = committed_.parts[found.geom_id];
         RTCHit hit;
-        const morphray::Vec3 normal = part.normal(found.prim_id);
+        const morphray::Vec3 normal = part.normals[found.prim_id];
         hit.Ng_x = normal.x;
         hit.Ng_y = normal.y;
         hit.Ng_z = normal.z;

@@ -1,6 +1,7 @@
 #include "embree/scene.h"
 
 #include <algorithm>
+#include <map>
 #include <span>
 #include <string>
 #include <utility>
@@ -8,9 +9,9 @@
 namespace mray::embree {
 namespace {
 
-/// Bytes of a vertex and a triangle that morphray::Scene says it takes.
+/// Bytes of a vertex and a triangle that morphray::Scene says it takes, and a normal.
 constexpr std::size_t kVertexBytes = 12;
-constexpr std::size_t kTriangleBytes = 64;
+constexpr std::size_t kTriangleBytes = 76;
 
 std::size_t bytes_of(const std::vector<Part>& parts) {
     std::size_t bytes = 0;
@@ -151,8 +152,16 @@ void SceneObject::build(std::vector<Part> parts) {
     std::vector<std::vector<std::uint32_t>> triangles(made->parts.size());
     std::vector<morphray::MeshView> views;
     std::size_t triangle_count = 0;
+    std::map<const Geometry*, const Part*> first_of;
     for (std::size_t i = 0; i < made->parts.size(); ++i) {
-        made->parts[i].place();
+        Part& part = made->parts[i];
+        part.place();
+        const Part* const first = first_of.try_emplace(&part.mesh(), &part).first->second;
+        if (first == &part) {
+            part.make_normals();
+        } else {
+            part.normals = first->normals;
+        }
         views.push_back(made->parts[i].view(triangles[i]));
         triangle_count += views.back().triangles.size() / 3;
     }
@@ -183,7 +192,11 @@ void SceneObject::update(const std::vector<Part>& parts) {
         if (has_moved(part, parts[i])) moved.push_back(i);
         part.versions = parts[i].versions;
     }
-    for (const std::size_t i : moved) committed_->parts[i].place();
+    for (const std::size_t i : moved) {
+        Part& part = committed_->parts[i];
+        part.place();
+        if (!part.own_normals.empty()) part.make_normals();
+    }
     if (!moved.empty()) committed_->forget_boxes();
     if (moved.empty() || !committed_->scene) return;
     try {
