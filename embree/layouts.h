@@ -28,11 +28,6 @@ struct PacketLane {
             copy_bits(ray + (12 + member) * n, from + member);
     }
 
-#if MORPHRAY_EMBREE == 3
-    static constexpr std::size_t kHitMembers = 8;
-#else
-    static constexpr std::size_t kHitMembers = 9;
-#endif
     static void copy_bits(float* to, const float* from) { __builtin_memcpy(to, from, 4); }
 };
 
@@ -50,7 +45,9 @@ struct OneLane {
 
     RTCRay load() const { return *ray; }
     void store_tfar(float tfar) const { ray->tfar = tfar; }
-    void store_hit(const RTCHit& hit) const { reinterpret_cast<RTCRayHit*>(ray)->hit = hit; }
+    void store_hit(const RTCHit& hit) const {
+        copy_hit(reinterpret_cast<RTCRayHit*>(ray)->hit, hit);
+    }
 };
 
 /// Rays `stride` bytes apart.

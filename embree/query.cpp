@@ -102,7 +102,7 @@ bool Query::settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray
             const float tfar = ray.tfar;
             ray.tfar = found.t;
             if (passes_filters(part, ray, candidate)) {
-                hit = candidate;
+                copy_hit(hit, candidate);
                 return true;
             }
             ray.tfar = tfar;

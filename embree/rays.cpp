@@ -41,7 +41,7 @@ void intersect_one(const Query& query, RTCRayHit& rayhit) {
     if (!found) return;
     if (query.takes_any_hit()) {
         rayhit.ray.tfar = found.t;
-        rayhit.hit = query.make_hit(found);
+        copy_hit(rayhit.hit, query.make_hit(found));
     } else {
         query.settle(found, traced, rayhit.ray, rayhit.hit);
     }

@@ -9,6 +9,9 @@
 #include <embree4/rtcore.h>
 #endif
 
+#include <cstddef>
+#include <cstring>
+
 namespace mray::embree {
 
 #if MORPHRAY_EMBREE == 3
@@ -18,6 +21,10 @@ inline constexpr unsigned int kDefaultMask = 0xFFFFFFFFu;
 using Context = RTCRayQueryContext;
 inline constexpr unsigned int kDefaultMask = 1;
 #endif
+
+/// The members of a hit, of 4 bytes each. Behind them version 4 has bytes that are the caller's.
+inline constexpr std::size_t kHitMembers = MORPHRAY_EMBREE == 3 ? 8 : 9;
+inline void copy_hit(RTCHit& to, const RTCHit& from) { std::memcpy(&to, &from, 4 * kHitMembers); }
 
 inline constexpr unsigned int kInvalid = RTC_INVALID_GEOMETRY_ID;
 

@@ -85,6 +85,11 @@ void trace_packet(Function function, const int* valid, RTCScene scene, Packet* p
 
 using Point = std::array<float, 3>;
 
+/// Whether all members have the same bits. Version 4 has bytes behind them.
+inline bool are_same(const RTCRayHit& a, const RTCRayHit& b) {
+    return std::memcmp(&a, &b, MORPHRAY_EMBREE == 3 ? 80 : 84) == 0;
+}
+
 inline RTCRayHit make_ray(Point org, Point dir, float tnear = 0, float tfar = kInfinity,
                           unsigned int mask = kInvalid) {
     RTCRayHit ray;

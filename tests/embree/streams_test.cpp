@@ -47,7 +47,7 @@ protected:
     void expect_hits(const std::vector<RTCRayHit>& rays) const {
         ASSERT_EQ(rays.size(), expected_.size());
         for (std::size_t i = 0; i < rays.size(); ++i)
-            ASSERT_EQ(std::memcmp(&rays[i], &expected_[i], sizeof(RTCRayHit)), 0) << i;
+            ASSERT_TRUE(are_same(rays[i], expected_[i])) << i;
     }
     void expect_occlusion(const std::vector<RTCRay>& rays) const {
         for (std::size_t i = 0; i < rays.size(); ++i)
