@@ -30,12 +30,12 @@ bool holds_floats(RTCFormat format) {
 }  // namespace
 
 Geometry::Geometry(Device& device, RTCGeometryType type) : device_(&device), type_(type) {
-    if (type == RTC_GEOMETRY_TYPE_TRIANGLE || type == RTC_GEOMETRY_TYPE_QUAD ||
-        type == RTC_GEOMETRY_TYPE_INSTANCE)
-        return;
-    if (const char* const name = name_of_unsupported(type)) fail_unsupported(name);
-    fail_argument("the type of geometry is unknown");
+    const bool is_mesh = type == RTC_GEOMETRY_TYPE_TRIANGLE || type == RTC_GEOMETRY_TYPE_QUAD;
+    if (!is_mesh && !is_instance() && unsupported() == nullptr)
+        fail_argument("the type of geometry is unknown");
 }
+
+const char* Geometry::unsupported() const { return name_of_unsupported(type_); }
 
 Geometry::~Geometry() {
     if (instanced_ != nullptr) instanced_->release();
@@ -80,6 +80,10 @@ void Geometry::set_build_quality(RTCBuildQuality quality) {
 
 const BufferView* Geometry::find_buffer(RTCBufferType type, unsigned int slot) const {
     if (is_instance()) return nullptr;
+    if (unsupported() != nullptr) {
+        const auto found = others_.find({type, slot});
+        return found == others_.end() ? nullptr : &found->second;
+    }
     if (type == RTC_BUFFER_TYPE_INDEX) return slot == 0 ? &indices_ : nullptr;
     if (type == RTC_BUFFER_TYPE_VERTEX) return slot < vertices_.size() ? &vertices_[slot] : nullptr;
     if (type == RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE)
@@ -94,6 +98,10 @@ BufferView& Geometry::buffer(RTCBufferType type, unsigned int slot) {
 }
 
 void Geometry::set_buffer(RTCBufferType type, unsigned int slot, BufferView view) {
+    if (unsupported() != nullptr) {
+        others_[{type, slot}] = std::move(view);
+        return;
+    }
     BufferView& place = buffer(type, slot);
     if (view.count > 0xFFFFFFFFu) fail_argument("the buffer has more than 2^32 - 1 items");
     if (type == RTC_BUFFER_TYPE_INDEX) {

@@ -1,7 +1,10 @@
-// Geometries: triangle meshes, quad meshes and instances.
+// Geometries: triangle meshes, quad meshes and instances, and those of other types, which take
+// buffers and are refused by commits: programs write through the pointers that they ask for.
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "embree/buffer.h"
@@ -28,13 +31,15 @@ struct GeometryVersion {
 /// One thread at a time may change it. Members that queries read are public.
 class Geometry final : public Object {
 public:
-    /// Throws Failure for types that are not supported.
+    /// Throws Failure for types that Embree does not have.
     Geometry(Device& device, RTCGeometryType type);
     ~Geometry() override;
 
     Device& device() const { return *device_; }
     bool is_instance() const { return type_ == RTC_GEOMETRY_TYPE_INSTANCE; }
     bool is_quads() const { return type_ == RTC_GEOMETRY_TYPE_QUAD; }
+    /// The type as the subject of a sentence, "curves are", if it is not supported; otherwise null.
+    const char* unsupported() const;
     const GeometryVersion& version() const { return version_; }
 
     bool is_enabled() const { return is_enabled_; }
@@ -88,6 +93,8 @@ private:
     /// One for each time step.
     std::vector<BufferView> vertices_ = std::vector<BufferView>(1);
     std::vector<BufferView> attributes_;
+    /// The buffers of types that are not supported, by type and slot.
+    std::map<std::pair<RTCBufferType, unsigned int>, BufferView> others_;
     SceneObject* instanced_ = nullptr;
     std::vector<Transform> transforms_ = std::vector<Transform>(1);
 };

@@ -14,9 +14,12 @@ auto with_geometry(const char* call, RTCGeometry geometry, Work work) {
     return with<Geometry>(call, geometry, work);
 }
 
-/// For calls about what no supported geometry has.
+/// For calls about what no supported geometry has. Geometries that have it were refused when they
+/// were made.
 void refuse(const char* call, RTCGeometry geometry, const char* what) {
-    with_geometry(call, geometry, [&](Geometry&) { fail_unsupported(what); });
+    with_geometry(call, geometry, [&](Geometry& g) {
+        if (g.unsupported() == nullptr) fail_unsupported(what);
+    });
 }
 
 [[noreturn]] void fail_operation(const char* message) {
@@ -37,9 +40,14 @@ BufferView make_view(Ref<Buffer> buffer, RTCFormat format, std::size_t offset, s
 
 using namespace mray::embree;
 
+/// Geometries that are not supported are errors here and at the commit of a scene with them.
 RTCGeometry rtcNewGeometry(RTCDevice device, enum RTCGeometryType type) {
     return with<Device>("rtcNewGeometry", device, [&](Device& d) {
-        return reinterpret_cast<RTCGeometry>(new Geometry(d, type));
+        auto* const made = new Geometry(d, type);
+        with<Geometry>("rtcNewGeometry", reinterpret_cast<RTCGeometry>(made), [](Geometry& g) {
+            if (g.unsupported() != nullptr) fail_unsupported(g.unsupported());
+        });
+        return reinterpret_cast<RTCGeometry>(made);
     });
 }
 

@@ -16,6 +16,7 @@ public:
         for (const auto& [id, geometry] : attachments) {
             if (!geometry->is_enabled()) continue;
             if (chain_.empty()) first_id_ = id;
+            if (const char* const type = geometry->unsupported()) fail_unsupported(type);
             chain_.push_back(geometry);
             geometry->require_static();
             if (!geometry->is_instance()) {
