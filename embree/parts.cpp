@@ -76,6 +76,16 @@ void Part::make_normals() {
     normals = own_normals.data();
 }
 
+void Part::count_used_vertices() {
+    used_vertices = 0;
+    std::array<std::uint32_t, 3> corners;
+    for (std::size_t i = 0; i < triangle_count(); ++i) {
+        if (!find_corners(i, corners)) continue;
+        for (const std::size_t corner : corners)
+            used_vertices = std::max(used_vertices, corner + 1);
+    }
+}
+
 bool Part::read_masks() {
     masks.clear();
     bool is_set = false;
@@ -88,11 +98,11 @@ bool Part::read_masks() {
 
 morphray::MeshView Part::view(std::vector<std::uint32_t>& triangles) const {
     morphray::MeshView view;
-    if (vertices.count == 0 || indices.count == 0) return view;
+    if (used_vertices == 0) return view;
     if (is_instance()) {
-        view.positions = morphray::packed(world_positions);
+        view.positions = {world_positions.data(), used_vertices, sizeof(morphray::Vec3)};
     } else {
-        view.positions = {vertices.data, vertices.count, vertices.stride};
+        view.positions = {vertices.data, used_vertices, vertices.stride};
     }
     bool are_in_place = !is_quads && indices.stride == 3 * sizeof(std::uint32_t);
     const std::size_t count = triangle_count();

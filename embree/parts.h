@@ -25,6 +25,9 @@ struct Part {
     BufferView vertices = {};
     BufferView indices = {};
     bool is_quads = false;
+    /// The vertices up to the last one of a triangle. What follows may be memory that nobody has
+    /// set, such as the vertex that Blender adds to each mesh, and would stretch the scene.
+    std::size_t used_vertices = 0;
     /// A ray passes by if it shares no bit with one of these.
     std::vector<unsigned int> masks = {};
     Transform to_world = {};
@@ -78,6 +81,8 @@ struct Part {
     void place();
     /// Computes own_normals.
     void make_normals();
+    /// Finds used_vertices.
+    void count_used_vertices();
     /// Reads masks again. Returns whether any was set by the caller.
     bool read_masks();
     /// For Scene::build(). `triangles` is memory that it may use for the indices.

@@ -155,6 +155,7 @@ void SceneObject::build(std::vector<Part> parts) {
     std::map<const Geometry*, const Part*> first_of;
     for (std::size_t i = 0; i < made->parts.size(); ++i) {
         Part& part = made->parts[i];
+        part.count_used_vertices();
         part.place();
         const Part* const first = first_of.try_emplace(&part.mesh(), &part).first->second;
         if (first == &part) {
@@ -202,9 +203,9 @@ void SceneObject::update(const std::vector<Part>& parts) {
     try {
         if (moved.size() == 1) {
             const Part& part = committed_->parts[moved.front()];
-            if (part.indices.count == 0) return;
+            if (part.used_vertices == 0) return;
             committed_->scene->update(static_cast<std::uint32_t>(moved.front()), 0,
-                                      part.vertices.count);
+                                      part.used_vertices);
         } else {
             committed_->scene->update();
         }

@@ -106,6 +106,17 @@ TEST(DoorHits, TrianglesWithBadIndicesAndNansAreLeftOut) {
     rtcReleaseScene(scene);
 }
 
+TEST(DoorHits, VerticesBehindTheLastTriangleDoNotMatter) {
+    const Door door;
+    // They stretch no scene so far that the triangle is a point in it.
+    RTCScene scene = door.committed(
+        {door.triangles({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-3e38f, 2e38f, 1e38f}}, {{0, 1, 2}})});
+    const RTCRayHit hit = trace(scene, down(0.25f, 0.5f));
+    EXPECT_EQ(hit.hit.u, 0.25f);
+    EXPECT_EQ(hit.hit.v, 0.5f);
+    rtcReleaseScene(scene);
+}
+
 TEST(DoorHits, TiesGoToTheLowestIds) {
     const Door door;
     RTCScene scene = rtcNewScene(door.device);
