@@ -3,6 +3,8 @@
 #   library   the shared library
 #   dev       headers, the static library, the packages for CMake and pkg-config, examples
 #   program   the program and those that it starts, its man pages and completions
+#   embree    the libraries in place of Embree's, and the program that starts others with them, if they
+#             are built (embree/CMakeLists.txt)
 #   python    the Python package, if it is built (python/CMakeLists.txt); otherwise an error
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -49,6 +51,12 @@ string(REGEX REPLACE "/$" "" pc_prefix ${pc_prefix})
 configure_file(cmake/morphray.pc.in ${package_build}/morphray.pc @ONLY)
 install(FILES ${package_build}/morphray.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
     COMPONENT dev)
+
+foreach(version 3 4)
+    if(TARGET morphray_embree${version})
+        add_dependencies(morphray_install_files morphray_embree${version})
+    endif()
+endforeach()
 
 if(TARGET morphray)
     install(TARGETS morphray RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)

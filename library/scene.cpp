@@ -73,7 +73,11 @@ Update Scene::last_update() const {
 
 void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits,
                       const std::atomic<bool>* cancel) const {
-    with_public_errors([&] { require(impl_).intersect(rays, hits, cancel); });
+    with_public_errors([&] { require(impl_).intersect(rays, hits, Threads::all, cancel); });
+}
+
+void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads) const {
+    with_public_errors([&] { require(impl_).intersect(rays, hits, threads, nullptr); });
 }
 
 Hit Scene::intersect(const Ray& ray) const {
@@ -82,7 +86,12 @@ Hit Scene::intersect(const Ray& ray) const {
 
 void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
                      const std::atomic<bool>* cancel) const {
-    with_public_errors([&] { require(impl_).occluded(rays, occluded, cancel); });
+    with_public_errors([&] { require(impl_).occluded(rays, occluded, Threads::all, cancel); });
+}
+
+void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+                     Threads threads) const {
+    with_public_errors([&] { require(impl_).occluded(rays, occluded, threads, nullptr); });
 }
 
 bool Scene::occluded(const Ray& ray) const {

@@ -23,6 +23,9 @@ if(TARGET morphray_python AND NOT MORPHRAY_PYTHON STREQUAL "AUTO")
         OUTPUT_VARIABLE interpreter OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
     set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${interpreter}, python3-numpy")
 endif()
+if(TARGET morphray_embree3 OR TARGET morphray_embree4)
+    list(APPEND CPACK_COMPONENTS_ALL embree)
+endif()
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
@@ -70,6 +73,16 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "gnuplot-nox, mesa-vulkan-drivers | vu
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "${about}
 This package has the program, which renders clips, compares backends and
 measures updates.")
+
+# Its libraries are found by no linker, so it names what they need itself.
+set(CPACK_DEBIAN_EMBREE_PACKAGE_NAME morphray-embree)
+set(CPACK_DEBIAN_EMBREE_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_EMBREE_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_COMPONENT_EMBREE_DEPENDS library)
+set(CPACK_DEBIAN_EMBREE_PACKAGE_DEPENDS "libc6, libgcc-s1, libstdc++6")
+set(CPACK_DEBIAN_EMBREE_DESCRIPTION "${about}
+This package runs programs that use Embree, such as Blender and Open3D, with
+morphray in its place.")
 
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-morphray)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)

@@ -22,6 +22,12 @@ enum class Crossing {
     owner,
 };
 
+/// The threads that answer a batch of rays.
+enum class Threads {
+    all,      ///< Those of the device.
+    calling,  ///< The one that calls, for callers who have threads of their own.
+};
+
 struct AllHitsOptions {
     Crossing crossing = Crossing::owner;
     /// The most hits that are listed for a ray: the first ones. More are counted.

@@ -184,6 +184,8 @@ public:
     /// rays. Hits that were not found by then are left as they were.
     void intersect(std::span<const Ray> rays, std::span<Hit> hits,
                    const std::atomic<bool>* cancel = nullptr) const;
+    /// The same on these threads. A Vulkan device traces as ever.
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads) const;
     /// One ray, for callers that need each hit before they make the next ray. On a Vulkan device a
     /// call is a submission: hand over many rays there.
     Hit intersect(const Ray& ray) const;
@@ -192,6 +194,8 @@ public:
     /// cancelled as intersect().
     void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
                   const std::atomic<bool>* cancel = nullptr) const;
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+                  Threads threads) const;
     bool occluded(const Ray& ray) const;
 
     /// Finds all hits of rays, each once: none is lost, and hits at one t are all there. Memory: 20

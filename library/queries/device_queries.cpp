@@ -25,7 +25,7 @@ double DeviceQueries::trace(std::span<const mray::Ray> rays, std::span<mray::Hit
 /// Converts in many threads, and traces in large batches. The reported cost is the time of tracing;
 /// it leaves out what the tree has no part in, such as waiting for other threads and compiling
 /// kernels.
-void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits,
+void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads,
                               const std::atomic<bool>* cancel) const {
     std::vector<mray::Ray> batch;
     std::vector<int> t_exponents;
@@ -57,15 +57,15 @@ void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits,
 
 Hit DeviceQueries::intersect(const Ray& ray) const {
     Hit hit;
-    intersect(std::span<const Ray>(&ray, 1), std::span<Hit>(&hit, 1), nullptr);
+    intersect(std::span<const Ray>(&ray, 1), std::span<Hit>(&hit, 1), Threads::all, nullptr);
     return hit;
 }
 
 /// By closest hits: a device has no kernel that ends at the first hit of any ray.
 void DeviceQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
-                             const std::atomic<bool>* cancel) const {
+                             Threads threads, const std::atomic<bool>* cancel) const {
     std::vector<Hit> hits(rays.size());
-    intersect(rays, std::span<Hit>(hits), cancel);
+    intersect(rays, std::span<Hit>(hits), threads, cancel);
     for (std::size_t i = 0; i < hits.size(); ++i) occluded[i] = hits[i] ? 1 : 0;
 }
 

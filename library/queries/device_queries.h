@@ -18,10 +18,10 @@ public:
                   mray::ThreadArena& arena, QueryCost& cost)
         : backend_(backend), mutex_(mutex), space_(space), arena_(arena), cost_(cost) {}
 
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits,
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
                    const std::atomic<bool>* cancel) const override;
     Hit intersect(const Ray& ray) const override;
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Threads threads,
                   const std::atomic<bool>* cancel) const override;
     bool occluded(const Ray& ray) const override;
     void ask(std::size_t total, const std::atomic<bool>* cancel, const Ask& ask) const override;

@@ -52,17 +52,23 @@ bool HostQueries::trace_tile(std::span<const Ray> rays, std::span<Answer> answer
     return true;
 }
 
-/// Traces rays in many threads. If they are those of an image it does so in tiles, and sets
+/// Traces rays on these threads. If they are those of an image it does so in tiles, and sets
 /// answers[i] to answer_of(i, hit) for rays[i]; otherwise, and for what is beside the tiles,
 /// run(first, count) is to trace at most kRun of them. Throws Error(kCancelled).
 template <class Answer, class AnswerOf, class Run>
 void HostQueries::trace_all(std::span<const Ray> rays, std::span<Answer> answers,
-                            AnswerOf answer_of, Run run, const std::atomic<bool>* cancel) const {
+                            AnswerOf answer_of, Run run, Threads threads,
+                            const std::atomic<bool>* cancel) const {
     constexpr std::size_t kSide = mray::kStoredTileSide;
     constexpr std::size_t kStep = mray::kStoredTileStep;
-    const RayGrid grid = rays.size() > kFewRays ? find_grid(rays) : RayGrid{};
+    const bool is_alone = threads == Threads::calling;
+    const RayGrid grid = rays.size() > kFewRays || is_alone ? find_grid(rays) : RayGrid{};
     if (grid.row == 0) {
-        for_each_run(rays.size(), arena_, cancel, run);
+        if (is_alone) {
+            for_runs_of(0, rays.size(), cancel, run);
+        } else {
+            for_each_run(rays.size(), arena_, cancel, run);
+        }
         throw_if_cancelled(cancel);
         return;
     }
@@ -94,14 +100,20 @@ void HostQueries::trace_all(std::span<const Ray> rays, std::span<Answer> answers
         }
         for (std::size_t y = y0; y < y1; ++y) run_range(y * grid.row + x0, y * grid.row + x1);
     };
-    arena_.execute([&] {
-        tbb::parallel_for(std::size_t{0}, tiles, trace);
-        // Columns and rows beside the tiles.
-        tbb::parallel_for(std::size_t{0}, height, [&](std::size_t y) {
-            run_range(y * grid.row + width, (y + 1) * grid.row);
+    // Columns and rows beside the tiles.
+    const auto trace_rest_of_row = [&](std::size_t y) {
+        run_range(y * grid.row + width, (y + 1) * grid.row);
+    };
+    if (is_alone) {
+        for (std::size_t i = 0; i < tiles; ++i) trace(i);
+        for (std::size_t y = 0; y < height; ++y) trace_rest_of_row(y);
+    } else {
+        arena_.execute([&] {
+            tbb::parallel_for(std::size_t{0}, tiles, trace);
+            tbb::parallel_for(std::size_t{0}, height, trace_rest_of_row);
         });
-        run_range(height * grid.row, rays.size());
-    });
+    }
+    run_range(height * grid.row, rays.size());
     throw_if_cancelled(cancel);
 }
 
@@ -122,7 +134,7 @@ void HostQueries::occlude_run(std::span<const Ray> rays, std::span<std::uint8_t>
     scene_.occluded(std::span(scene.rays).first(rays.size()), occluded);
 }
 
-void HostQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits,
+void HostQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
                             const std::atomic<bool>* cancel) const {
     cost_.measure(rays.size(), [&] {
         trace_all(
@@ -133,7 +145,7 @@ void HostQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits,
             [&](std::size_t first, std::size_t count) {
                 intersect_run(rays.subspan(first, count), hits.subspan(first, count));
             },
-            cancel);
+            threads, cancel);
     });
 }
 
@@ -151,7 +163,7 @@ Hit HostQueries::intersect(const Ray& ray) const {
 }
 
 void HostQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
-                           const std::atomic<bool>* cancel) const {
+                           Threads threads, const std::atomic<bool>* cancel) const {
     cost_.measure(rays.size(), [&] {
         // In packets closest hits take less time than any hits of single rays.
         trace_all(
@@ -162,7 +174,7 @@ void HostQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> oc
             [&](std::size_t first, std::size_t count) {
                 occlude_run(rays.subspan(first, count), occluded.subspan(first, count));
             },
-            cancel);
+            threads, cancel);
     });
 }
 

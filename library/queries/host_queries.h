@@ -17,10 +17,10 @@ public:
                 mray::ThreadArena& arena, QueryCost& cost)
         : scene_(scene), backend_(backend), space_(space), arena_(arena), cost_(cost) {}
 
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits,
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
                    const std::atomic<bool>* cancel) const override;
     Hit intersect(const Ray& ray) const override;
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Threads threads,
                   const std::atomic<bool>* cancel) const override;
     bool occluded(const Ray& ray) const override;
     void ask(std::size_t total, const std::atomic<bool>* cancel, const Ask& ask) const override;
@@ -33,7 +33,7 @@ private:
                     std::size_t width, std::size_t height, AnswerOf answer_of) const;
     template <class Answer, class AnswerOf, class Run>
     void trace_all(std::span<const Ray> rays, std::span<Answer> answers, AnswerOf answer_of,
-                   Run run, const std::atomic<bool>* cancel) const;
+                   Run run, Threads threads, const std::atomic<bool>* cancel) const;
 
     const mray::RayQueries& scene_;
     const mray::Backend& backend_;

@@ -9,6 +9,7 @@
 
 #include "common/scene_queries.h"
 #include "morphray/geometry.hpp"
+#include "morphray/queries.hpp"
 
 namespace morphray::detail {
 
@@ -19,11 +20,11 @@ class Queries {
 public:
     virtual ~Queries() = default;
 
-    virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits,
+    virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
                            const std::atomic<bool>* cancel) const = 0;
     virtual Hit intersect(const Ray& ray) const = 0;
     virtual void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
-                          const std::atomic<bool>* cancel) const = 0;
+                          Threads threads, const std::atomic<bool>* cancel) const = 0;
     virtual bool occluded(const Ray& ray) const = 0;
 
     /// Asks about the questions [0, total) in parts: calls ask(queries, first, count), in many

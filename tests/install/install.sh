@@ -89,3 +89,20 @@ echo "== first_ray with the component static"
 "$scratch/static/first_ray"
 "$scratch/static/own_names"
 if readelf -d "$scratch/static/first_ray" | grep -q libmorphray; then fail "linked to the shared library"; fi
+
+# The build has no libraries in place of Embree's without its headers.
+if [ -e "$build/bin/morphray-embree" ]; then
+    echo "== morphray-embree"
+    "$cmake" --install "$build" --prefix "$prefix" --component embree >/dev/null
+    # shellcheck disable=SC2016  # the shell that it starts expands it
+    folder=$("$prefix/bin/morphray-embree" sh -c 'echo "${LD_LIBRARY_PATH%%:*}"')
+    [ "$(dirname "$folder")" = "$library/morphray" ] || fail "morphray-embree looks into $folder"
+    [ ! -e "$folder/libembree3.so" ] || fail "linkers find libembree3.so"
+    # It finds libmorphray from where it lies.
+    for file in "$folder"/libembree?.so.?; do
+        ldd "$file" | grep -q "libmorphray.so.$major => $prefix" || fail "$file finds no libmorphray"
+    done
+    code=0
+    "$prefix/bin/morphray-embree" 2>/dev/null || code=$?
+    [ "$code" = 2 ] || fail "morphray-embree without a program ends with $code"
+fi

@@ -6,8 +6,8 @@ cmake_minimum_required(VERSION 3.25)
 
 # A file is in the longest of these rooms that its path begins with. may_see_X: the rooms whose
 # headers room X may include, besides its own.
-set(rooms common/interop common cpu gpu shaders include library clips tools accuracy app/chart app bench tests
-    proofs examples python)
+set(rooms common/interop common cpu gpu shaders include library clips tools accuracy app/chart app bench embree
+    tests proofs examples python)
 set(may_see_common/interop)
 set(may_see_common common/interop)
 set(may_see_cpu common common/interop)
@@ -22,6 +22,7 @@ set(may_see_app include tools clips cpu gpu common common/interop)
 # The program morphray-chart.
 set(may_see_app/chart app accuracy tools clips common common/interop)
 set(may_see_bench include tools clips cpu gpu common common/interop)
+set(may_see_embree include)
 set(may_see_tests library include tools clips cpu gpu common common/interop)
 set(may_see_proofs cpu common common/interop)
 set(may_see_examples include)
@@ -69,7 +70,7 @@ set(places
     "^assimp/"                  "^app/files/formats/assimp_[a-z]+\\.cpp$"
     "^(OpenEXR/|Iex\\.h$)"      "^(tests/|app/files/exr_(reader|writer)\\.cpp$)"
     "^benchmark/"               "^bench/"
-    "^embree[0-9]*/"            "^tools/embree/"
+    "^embree[0-9]+/"            "^(tools/embree|embree|tests/embree)/"
     "^tools/embree/"            "^(tools/embree|bench/embree|accuracy/methods)/"
     "^tiny_bvh\\.h$"            "^bench/tinybvh/"
     "^CGAL/"                    "^(bench|tests)/cgal/"

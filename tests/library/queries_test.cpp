@@ -126,6 +126,28 @@ TEST(Queries, OfImagesEqualBruteForce) {
     EXPECT_GT(hit_count, 3000u);
 }
 
+TEST(Queries, OfTheCallingThreadAreThoseOfAllThreads) {
+    const UserMesh mesh(torus(40, 20));
+    const Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 4}));
+    std::vector<morphray::Ray> image;
+    for (int i = 0; i < 150 * 70 + 9; ++i) {
+        const float x = static_cast<float>(i % 150) / 80 - 0.9f;
+        const float y = static_cast<float>(i / 150) / 80 - 0.4f;
+        image.push_back({.org = {0.3f, 0.2f, 3}, .dir = {x, y, -1}});
+    }
+    for (const auto& rays : {image, world_rays(mesh, kRays, 31)}) {
+        const std::vector<morphray::Hit> expected = hits_of(scene, rays);
+        EXPECT_GT(count_hits(expected), 100u);
+        std::vector<morphray::Hit> hits(rays.size());
+        std::vector<std::uint8_t> occluded(rays.size());
+        scene.intersect(rays, std::span(hits), morphray::Threads::calling);
+        scene.occluded(rays, std::span(occluded), morphray::Threads::calling);
+        expect_same_hits(hits, expected, "calling");
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            ASSERT_EQ(occluded[i] != 0, bool{expected[i]}) << i;
+    }
+}
+
 TEST(Queries, HitPointsAreOnTheTrianglesOfTheCaller) {
     const UserMesh mesh(torus(30, 20));
     const Scene scene = Scene::build(mesh.view());

@@ -1,0 +1,102 @@
+// The meshes of a scene, those of its instances among them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "embree/geometry.h"
+#include "morphray/geometry.hpp"
+#include "morphray/mesh.hpp"
+
+namespace mray::embree {
+
+/// A mesh as a scene was committed with it. What it reads of the caller stays alive with it.
+struct Part {
+    /// The instances from the scene down to the mesh, which is the last one.
+    std::vector<Ref<Geometry>> chain;
+    /// Their versions at the last commit.
+    std::vector<GeometryVersion> versions;
+    unsigned int geom_id = kInvalid;
+    /// Those of the first instance.
+    unsigned int inst_id = kInvalid;
+    BufferView vertices = {};
+    BufferView indices = {};
+    bool is_quads = false;
+    /// The vertices up to the last one of a triangle. What follows may be memory that nobody has
+    /// set, such as the vertex that Blender adds to each mesh, and would stretch the scene.
+    std::size_t used_vertices = 0;
+    /// A ray passes by if it shares no bit with one of these.
+    std::vector<unsigned int> masks = {};
+    Transform to_world = {};
+    Transform to_object = {};
+    /// Only those of instances.
+    std::vector<morphray::Vec3> world_positions = {};
+    /// The cross product of each triangle's edges, in the space of the mesh. A hit that looked up
+    /// its vertices would wait for memory, for up to a quarter of its time. Parts of one mesh share
+    /// them.
+    const morphray::Vec3* normals = nullptr;
+    std::vector<morphray::Vec3> own_normals = {};
+
+    Geometry& mesh() const { return *chain.back(); }
+    bool is_instance() const { return chain.size() > 1; }
+    std::size_t triangle_count() const { return indices.count * (is_quads ? 2 : 1); }
+    unsigned int prim_id(std::uint32_t triangle) const {
+        return is_quads ? triangle / 2 : triangle;
+    }
+    /// Finds the vertices of a triangle; false if an index is out of range.
+    bool find_corners(std::size_t triangle, std::array<std::uint32_t, 3>& corners) const {
+        const std::size_t count = vertices.count;
+        if (!is_quads) {
+            const auto* const ids = indices.at<std::uint32_t>(triangle);
+            corners = {ids[0], ids[1], ids[2]};
+            return ids[0] < count && ids[1] < count && ids[2] < count;
+        }
+        const auto* const ids = indices.at<std::uint32_t>(triangle / 2);
+        if (triangle % 2 == 0) {
+            corners = {ids[0], ids[1], ids[3]};
+        } else {
+            corners = {ids[2], ids[3], ids[1]};
+        }
+        return ids[0] < count && ids[1] < count && ids[2] < count && ids[3] < count;
+    }
+    /// The corner in the space of the mesh.
+    morphray::Vec3 vertex(std::uint32_t index) const {
+        const auto* const p = vertices.at<float>(index);
+        return {p[0], p[1], p[2]};
+    }
+    /// The corner in the space of the scene.
+    morphray::Vec3 placed_vertex(std::uint32_t index) const {
+        return is_instance() ? world_positions[index] : vertex(index);
+    }
+    bool sees(unsigned int ray_mask) const {
+        for (const unsigned int mask : masks)
+            if ((mask & ray_mask) == 0) return false;
+        return true;
+    }
+
+    /// Computes what the transformations and vertices of instances give.
+    void place();
+    /// Computes own_normals.
+    void make_normals();
+    /// Finds used_vertices.
+    void count_used_vertices();
+    /// Reads masks again. Returns whether any was set by the caller.
+    bool read_masks();
+    /// For Scene::build(). `triangles` is memory that it may use for the indices.
+    morphray::MeshView view(std::vector<std::uint32_t>& triangles) const;
+};
+
+/// Geometries by the IDs that they are attached with.
+using Attachments = std::map<unsigned int, Ref<Geometry>>;
+
+/// Appends the enabled meshes, ascending by the IDs on the way to them, so that ties between hits
+/// go to the lowest. Throws Failure for motion blur, and for scenes that contain themselves.
+std::vector<Part> collect_parts(const Attachments& attachments);
+
+/// Whether two lists are over the same triangles.
+bool have_same_shape(const std::vector<Part>& a, const std::vector<Part>& b);
+
+}  // namespace mray::embree

@@ -1,0 +1,194 @@
+// rtcPointQuery: the primitives near a point, handed to the functions of the caller.
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "embree/box_tree.h"
+#include "embree/device.h"
+#include "embree/scene.h"
+
+namespace mray::embree {
+namespace {
+
+using Function = RTCPointQueryFunction;
+
+bool is_finite(const PrimBox& box) {
+    float sum = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        sum += (box.lower[axis] - box.lower[axis]) + (box.upper[axis] - box.upper[axis]);
+    return sum == 0;
+}
+
+/// The primitives with all indices in range and finite vertices.
+std::vector<PrimBox> boxes_of(const std::vector<Part>& parts) {
+    std::vector<PrimBox> boxes;
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+        const Part& part = parts[p];
+        const std::size_t step = part.is_quads ? 2 : 1;
+        for (std::size_t triangle = 0; triangle < part.triangle_count(); triangle += step) {
+            PrimBox box;
+            box.lower.fill(INFINITY);
+            box.upper.fill(-INFINITY);
+            box.part = static_cast<std::uint32_t>(p);
+            box.prim_id = static_cast<std::uint32_t>(triangle / step);
+            bool is_whole = true;
+            for (std::size_t half = 0; half < step; ++half) {
+                std::array<std::uint32_t, 3> corners;
+                is_whole = is_whole && part.find_corners(triangle + half, corners);
+                for (std::size_t k = 0; is_whole && k < 3; ++k) {
+                    const morphray::Vec3 corner = part.placed_vertex(corners[k]);
+                    const float at[3] = {corner.x, corner.y, corner.z};
+                    for (std::size_t axis = 0; axis < 3; ++axis) {
+                        // NaN stays.
+                        if (!(at[axis] >= box.lower[axis])) box.lower[axis] = at[axis];
+                        if (!(at[axis] <= box.upper[axis])) box.upper[axis] = at[axis];
+                    }
+                }
+            }
+            if (is_whole && is_finite(box)) boxes.push_back(box);
+        }
+    }
+    return boxes;
+}
+
+void write_matrix(const Transform& transform, float (&matrix)[16]) {
+    write_transform(transform, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, matrix);
+}
+
+/// The factor of lengths, if the transformation is a similarity; otherwise 0.
+float similarity_of(const Transform& t) {
+    const auto dot = [&](int i, int j) {
+        return t.columns[i][0] * t.columns[j][0] + t.columns[i][1] * t.columns[j][1] +
+               t.columns[i][2] * t.columns[j][2];
+    };
+    const double scale2 = dot(0, 0);
+    const double most = 1e-5 * scale2;
+    const bool is_similarity =
+        std::abs(dot(1, 1) - scale2) <= most && std::abs(dot(2, 2) - scale2) <= most &&
+        std::abs(dot(0, 1)) <= most && std::abs(dot(0, 2)) <= most && std::abs(dot(1, 2)) <= most;
+    return is_similarity ? static_cast<float>(std::sqrt(scale2)) : 0.0f;
+}
+
+/// The context of a primitive's mesh; that of the caller is as before afterwards.
+class InstanceScope {
+public:
+    InstanceScope(const Part& part, RTCPointQueryContext& context)
+        : context_(context), is_instance_(part.is_instance() && context.instStackSize == 0) {
+        if (!is_instance_) return;
+        write_matrix(part.to_object, context.world2inst[0]);
+        write_matrix(part.to_world, context.inst2world[0]);
+        context.instID[0] = part.inst_id;
+#if MORPHRAY_EMBREE == 4
+        context.instPrimID[0] = 0;
+#endif
+        context.instStackSize = 1;
+    }
+    ~InstanceScope() {
+        if (!is_instance_) return;
+        context_.instID[0] = kInvalid;
+#if MORPHRAY_EMBREE == 4
+        context_.instPrimID[0] = kInvalid;
+#endif
+        context_.instStackSize = 0;
+    }
+    InstanceScope(const InstanceScope&) = delete;
+
+private:
+    RTCPointQueryContext& context_;
+    bool is_instance_;
+};
+
+/// Returns whether a function changed the query. The functions of the geometry and of the call may
+/// lower the radius.
+bool visit_near(const Committed& committed, RTCPointQuery& query, RTCPointQueryContext& context,
+                Function function, void* user) {
+    bool has_changed = false;
+    const std::array<float, 3> point = {query.x, query.y, query.z};
+    committed.boxes().visit_near(point, query.radius, [&](const PrimBox& box) {
+        const Part& part = committed.parts[box.part];
+        const InstanceScope scope(part, context);
+        RTCPointQueryFunctionArguments arguments;
+        arguments.query = &query;
+        arguments.userPtr = user;
+        arguments.primID = box.prim_id;
+        arguments.geomID = part.geom_id;
+        arguments.context = &context;
+        arguments.similarityScale = part.is_instance() ? similarity_of(part.to_object) : 1.0f;
+        for (const Function each : {part.mesh().point_query, function})
+            if (each != nullptr) has_changed |= each(&arguments);
+    });
+    return has_changed;
+}
+
+bool query_point(RTCScene scene, RTCPointQuery* query, RTCPointQueryContext* context,
+                 Function function, void* user) {
+    return with<SceneObject>("rtcPointQuery", scene, [&](SceneObject& s) {
+        if (query == nullptr || context == nullptr) fail_argument("query or context is null");
+        return visit_near(s.committed(), *query, *context, function, user);
+    });
+}
+
+/// One query after the other.
+template <std::size_t n, class Packet>
+bool query_points(const int* valid, RTCScene scene, Packet* queries, RTCPointQueryContext* context,
+                  Function function, void** users) {
+    return with<SceneObject>("rtcPointQuery", scene, [&](SceneObject& s) {
+        if (valid == nullptr || queries == nullptr || context == nullptr)
+            fail_argument("valid, queries or context is null");
+        bool has_changed = false;
+        for (std::size_t i = 0; i < n; ++i) {
+            if (valid[i] != -1) continue;
+            RTCPointQuery query = {queries->x[i], queries->y[i], queries->z[i], queries->time[i],
+                                   queries->radius[i]};
+            void* const user = users == nullptr ? nullptr : users[i];
+            has_changed |= visit_near(s.committed(), query, *context, function, user);
+            queries->radius[i] = query.radius;
+        }
+        return has_changed;
+    });
+}
+
+}  // namespace
+
+const BoxTree& Committed::boxes() const {
+    if (const BoxTree* const made = boxes_.load(std::memory_order_acquire)) return *made;
+    const std::scoped_lock lock(boxes_mutex_);
+    if (made_boxes_ == nullptr) made_boxes_ = std::make_unique<BoxTree>(boxes_of(parts));
+    boxes_.store(made_boxes_.get(), std::memory_order_release);
+    return *made_boxes_;
+}
+
+void Committed::forget_boxes() {
+    boxes_ = nullptr;
+    made_boxes_ = nullptr;
+}
+
+}  // namespace mray::embree
+
+using namespace mray::embree;
+
+bool rtcPointQuery(RTCScene scene, struct RTCPointQuery* query,
+                   struct RTCPointQueryContext* context, RTCPointQueryFunction function,
+                   void* user) {
+    return query_point(scene, query, context, function, user);
+}
+
+bool rtcPointQuery4(const int* valid, RTCScene scene, struct RTCPointQuery4* queries,
+                    struct RTCPointQueryContext* context, RTCPointQueryFunction function,
+                    void** users) {
+    return query_points<4>(valid, scene, queries, context, function, users);
+}
+
+bool rtcPointQuery8(const int* valid, RTCScene scene, struct RTCPointQuery8* queries,
+                    struct RTCPointQueryContext* context, RTCPointQueryFunction function,
+                    void** users) {
+    return query_points<8>(valid, scene, queries, context, function, users);
+}
+
+bool rtcPointQuery16(const int* valid, RTCScene scene, struct RTCPointQuery16* queries,
+                     struct RTCPointQueryContext* context, RTCPointQueryFunction function,
+                     void** users) {
+    return query_points<16>(valid, scene, queries, context, function, users);
+}

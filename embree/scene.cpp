@@ -1,0 +1,301 @@
+#include "embree/scene.h"
+
+#include <algorithm>
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace mray::embree {
+namespace {
+
+/// Bytes of a vertex and a triangle that morphray::Scene says it takes, and a normal.
+constexpr std::size_t kVertexBytes = 12;
+constexpr std::size_t kTriangleBytes = 76;
+
+std::size_t bytes_of(const std::vector<Part>& parts) {
+    std::size_t bytes = 0;
+    for (const Part& part : parts) {
+        bytes += kVertexBytes * part.vertices.count * (part.is_instance() ? 2 : 1) +
+                 kTriangleBytes * part.triangle_count();
+    }
+    return bytes;
+}
+
+bool is_any_refitted(const std::vector<Part>& parts) {
+    return std::any_of(parts.begin(), parts.end(),
+                       [](const Part& part) { return part.mesh().is_refitted(); });
+}
+
+bool have_same_versions(const std::vector<Part>& a, const std::vector<Part>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](const Part& p, const Part& q) { return p.versions == q.versions; });
+}
+
+bool has_moved(const Part& before, const Part& now) {
+    for (std::size_t level = 0; level < now.versions.size(); ++level)
+        if (before.versions[level].pose != now.versions[level].pose) return true;
+    return false;
+}
+
+}  // namespace
+
+void Committed::read_settings() {
+    uses_masks = false;
+    filters_hits = false;
+    filters_occlusion = false;
+    for (Part& part : parts) {
+        uses_masks |= part.read_masks();
+        filters_hits |= part.mesh().intersect_filter != nullptr;
+        filters_occlusion |= part.mesh().occluded_filter != nullptr;
+    }
+}
+
+SceneObject::~SceneObject() {
+    if (committed_ != nullptr) device_->give_memory(committed_->bytes);
+}
+
+unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
+    constexpr unsigned int kMost = 0x7FFFFFFFu;
+    const std::scoped_lock lock(mutex_);
+    if (id == kInvalid) {
+        id = 0;
+        for (const auto& [taken, unused] : attachments_) {
+            if (taken != id) break;
+            ++id;
+        }
+    }
+    if (id > kMost) fail_argument("the geometry ID is too large");
+    if (attachments_.contains(id))
+        fail_argument("the geometry ID " + std::to_string(id) + " is taken");
+    // IDs far apart are found in attachments_ alone.
+    constexpr std::size_t kMostSparse = std::size_t{1} << 20;
+    if (id < by_id_.size() || id < 4 * attachments_.size() + kMostSparse) {
+        if (id >= by_id_.size()) by_id_.resize(std::size_t{id} + 1);
+        by_id_[id] = &geometry;
+    }
+    attachments_.emplace(id, Ref<Geometry>(&geometry));
+    return id;
+}
+
+void SceneObject::detach(unsigned int id) {
+    const std::scoped_lock lock(mutex_);
+    if (attachments_.erase(id) == 0) fail_argument("no geometry has the ID " + std::to_string(id));
+    if (id < by_id_.size()) by_id_[id] = nullptr;
+}
+
+Geometry* SceneObject::find(unsigned int id) const {
+    if (id < by_id_.size()) return by_id_[id];
+    const auto found = attachments_.find(id);
+    return found == attachments_.end() ? nullptr : found->second.get();
+}
+
+Geometry* SceneObject::find_locked(unsigned int id) const {
+    const std::scoped_lock lock(mutex_);
+    return find(id);
+}
+
+void SceneObject::set_build_quality(RTCBuildQuality quality) {
+    if (quality > RTC_BUILD_QUALITY_HIGH) fail_argument("the build quality is unknown");
+    quality_ = quality;
+}
+
+void SceneObject::set_progress_function(RTCProgressMonitorFunction function, void* user) {
+    progress_function_ = function;
+    progress_user_ = user;
+}
+
+void SceneObject::report_progress(double part) const {
+    if (progress_function_ != nullptr && !progress_function_(progress_user_, part))
+        throw Failure{RTC_ERROR_CANCELLED, "the progress monitor ended the commit"};
+}
+
+const Committed& SceneObject::committed() const {
+    const Committed* const found = current();
+    if (found == nullptr) throw Failure{RTC_ERROR_INVALID_OPERATION, "the scene is not committed"};
+    return *found;
+}
+
+void SceneObject::commit() {
+    const std::scoped_lock lock(commit_mutex_);
+    std::vector<Part> parts;
+    {
+        const std::scoped_lock attach_lock(mutex_);
+        parts = collect_parts(attachments_);
+    }
+    const bool is_kept = committed_ != nullptr && have_same_shape(committed_->parts, parts) &&
+                         quality_ == built_quality_ && is_any_refitted(parts) == built_refitted_;
+    const bool is_robust = (flags_ & RTC_SCENE_FLAG_ROBUST) != 0;
+    if (is_kept && committed_->is_robust == is_robust &&
+        have_same_versions(committed_->parts, parts)) {
+        current_.store(committed_.get(), std::memory_order_release);
+        return;
+    }
+    current_.store(nullptr, std::memory_order_release);
+    report_progress(0);
+    if (is_kept) {
+        update(parts);
+    } else {
+        build(std::move(parts));
+    }
+    committed_->is_robust = is_robust;
+    committed_->read_settings();
+    report_progress(1);
+    current_.store(committed_.get(), std::memory_order_release);
+}
+
+void SceneObject::build(std::vector<Part> parts) {
+    if (committed_ != nullptr) device_->give_memory(committed_->bytes);
+    committed_ = nullptr;
+    auto made = std::make_unique<Committed>();
+    made->parts = std::move(parts);
+    std::vector<std::vector<std::uint32_t>> triangles(made->parts.size());
+    std::vector<morphray::MeshView> views;
+    std::size_t triangle_count = 0;
+    std::map<const Geometry*, const Part*> first_of;
+    for (std::size_t i = 0; i < made->parts.size(); ++i) {
+        Part& part = made->parts[i];
+        part.count_used_vertices();
+        part.place();
+        const Part* const first = first_of.try_emplace(&part.mesh(), &part).first->second;
+        if (first == &part) {
+            part.make_normals();
+        } else {
+            part.normals = first->normals;
+        }
+        views.push_back(made->parts[i].view(triangles[i]));
+        triangle_count += views.back().triangles.size() / 3;
+    }
+    built_quality_ = quality_;
+    built_refitted_ = is_any_refitted(made->parts);
+    morphray::SceneOptions options;
+    if (built_refitted_) options.update = morphray::Refit{};
+    if (quality_ == RTC_BUILD_QUALITY_HIGH) options.split = morphray::Split::sweep;
+    made->bytes = bytes_of(made->parts);
+    device_->take_memory(made->bytes);
+    try {
+        if (triangle_count > 0) {
+            made->scene = morphray::Scene::build(std::span<const morphray::MeshView>(views),
+                                                 device_->tracer(), options);
+        }
+    } catch (...) {
+        device_->give_memory(made->bytes);
+        throw;
+    }
+    committed_ = std::move(made);
+}
+
+/// Follows positions and transformations: `parts` have those of the caller.
+void SceneObject::update(const std::vector<Part>& parts) {
+    std::vector<std::size_t> moved;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        Part& part = committed_->parts[i];
+        if (has_moved(part, parts[i])) moved.push_back(i);
+        part.versions = parts[i].versions;
+    }
+    for (const std::size_t i : moved) {
+        Part& part = committed_->parts[i];
+        part.place();
+        if (!part.own_normals.empty()) part.make_normals();
+    }
+    if (!moved.empty()) committed_->forget_boxes();
+    if (moved.empty() || !committed_->scene) return;
+    try {
+        if (moved.size() == 1) {
+            const Part& part = committed_->parts[moved.front()];
+            if (part.used_vertices == 0) return;
+            committed_->scene->update(static_cast<std::uint32_t>(moved.front()), 0,
+                                      part.used_vertices);
+        } else {
+            committed_->scene->update();
+        }
+    } catch (...) {
+        device_->give_memory(committed_->bytes);
+        committed_ = nullptr;
+        throw;
+    }
+}
+
+}  // namespace mray::embree
+
+using namespace mray::embree;
+
+RTCScene rtcNewScene(RTCDevice device) {
+    return with<Device>("rtcNewScene", device,
+                        [](Device& d) { return reinterpret_cast<RTCScene>(new SceneObject(d)); });
+}
+
+RTCDevice rtcGetSceneDevice(RTCScene scene) {
+    return with<SceneObject>("rtcGetSceneDevice", scene, [](SceneObject& s) {
+        s.device().retain();
+        return reinterpret_cast<RTCDevice>(&s.device());
+    });
+}
+
+void rtcRetainScene(RTCScene scene) {
+    with<SceneObject>("rtcRetainScene", scene, [](SceneObject& s) { s.retain(); });
+}
+
+void rtcReleaseScene(RTCScene scene) {
+    with<SceneObject>("rtcReleaseScene", scene, [](SceneObject& s) { s.release(); });
+}
+
+unsigned int rtcAttachGeometry(RTCScene scene, RTCGeometry geometry) {
+    unsigned int id = kInvalid;
+    with<SceneObject>("rtcAttachGeometry", scene, [&](SceneObject& s) {
+        if (geometry == nullptr) fail_argument("the geometry is null");
+        id = s.attach(*reinterpret_cast<Geometry*>(geometry));
+    });
+    return id;
+}
+
+void rtcAttachGeometryByID(RTCScene scene, RTCGeometry geometry, unsigned int id) {
+    with<SceneObject>("rtcAttachGeometryByID", scene, [&](SceneObject& s) {
+        if (geometry == nullptr) fail_argument("the geometry is null");
+        if (id == kInvalid) fail_argument("the geometry ID is RTC_INVALID_GEOMETRY_ID");
+        s.attach(*reinterpret_cast<Geometry*>(geometry), id);
+    });
+}
+
+void rtcDetachGeometry(RTCScene scene, unsigned int id) {
+    with<SceneObject>("rtcDetachGeometry", scene, [&](SceneObject& s) { s.detach(id); });
+}
+
+RTCGeometry rtcGetGeometry(RTCScene scene, unsigned int id) {
+    return with<SceneObject>("rtcGetGeometry", scene, [&](SceneObject& s) {
+        return reinterpret_cast<RTCGeometry>(s.find(id));
+    });
+}
+
+RTCGeometry rtcGetGeometryThreadSafe(RTCScene scene, unsigned int id) {
+    return with<SceneObject>("rtcGetGeometryThreadSafe", scene, [&](SceneObject& s) {
+        return reinterpret_cast<RTCGeometry>(s.find_locked(id));
+    });
+}
+
+void rtcCommitScene(RTCScene scene) {
+    with<SceneObject>("rtcCommitScene", scene, [](SceneObject& s) { s.commit(); });
+}
+
+void rtcJoinCommitScene(RTCScene scene) {
+    with<SceneObject>("rtcJoinCommitScene", scene, [](SceneObject& s) { s.commit(); });
+}
+
+void rtcSetSceneProgressMonitorFunction(RTCScene scene, RTCProgressMonitorFunction function,
+                                        void* user) {
+    with<SceneObject>("rtcSetSceneProgressMonitorFunction", scene,
+                      [&](SceneObject& s) { s.set_progress_function(function, user); });
+}
+
+void rtcSetSceneBuildQuality(RTCScene scene, enum RTCBuildQuality quality) {
+    with<SceneObject>("rtcSetSceneBuildQuality", scene,
+                      [&](SceneObject& s) { s.set_build_quality(quality); });
+}
+
+void rtcSetSceneFlags(RTCScene scene, enum RTCSceneFlags flags) {
+    with<SceneObject>("rtcSetSceneFlags", scene, [&](SceneObject& s) { s.set_flags(flags); });
+}
+
+RTCSceneFlags rtcGetSceneFlags(RTCScene scene) {
+    return with<SceneObject>("rtcGetSceneFlags", scene, [](SceneObject& s) { return s.flags(); });
+}

@@ -1,0 +1,97 @@
+// Scenes: attached geometries, and what a commit makes of them.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "embree/box_tree.h"
+#include "embree/parts.h"
+#include "morphray/scene.hpp"
+
+namespace mray::embree {
+
+/// The scene as queries read it. Its parts are the meshes of `scene`, by geom_id.
+struct Committed {
+    std::vector<Part> parts;
+    /// Nothing if the scene has no triangles.
+    std::optional<morphray::Scene> scene;
+    bool is_robust = false;
+    /// Whether rays are compared with masks: only where the caller has set one.
+    bool uses_masks = false;
+    /// Whether a mesh has a filter for hits, or for occlusion.
+    bool filters_hits = false;
+    bool filters_occlusion = false;
+    /// The bytes that the memory monitor was told of.
+    std::size_t bytes = 0;
+
+    void read_settings();
+    /// A tree of all primitives, made by the first call at a pose. Threads may call it at the same
+    /// time.
+    const BoxTree& boxes() const;
+    void forget_boxes();
+
+private:
+    mutable std::mutex boxes_mutex_;
+    mutable std::atomic<const BoxTree*> boxes_ = nullptr;
+    mutable std::unique_ptr<const BoxTree> made_boxes_;
+};
+
+/// Queries may be asked by many threads at the same time, but not during a commit: those that begin
+/// during one are refused. Geometries may be attached by several threads at the same time.
+class SceneObject final : public Object {
+public:
+    explicit SceneObject(Device& device) : device_(&device) {}
+    ~SceneObject() override;
+
+    Device& device() const { return *device_; }
+
+    /// The lowest ID that is free, or `id` if it is given. Throws Failure if that is taken.
+    unsigned int attach(Geometry& geometry, unsigned int id = kInvalid);
+    void detach(unsigned int id);
+    /// Without a lock; null if there is none.
+    Geometry* find(unsigned int id) const;
+    Geometry* find_locked(unsigned int id) const;
+    const Attachments& attachments() const { return attachments_; }
+
+    void set_flags(RTCSceneFlags flags) { flags_ = flags; }
+    RTCSceneFlags flags() const { return flags_; }
+    void set_build_quality(RTCBuildQuality quality);
+    void set_progress_function(RTCProgressMonitorFunction function, void* user);
+
+    /// Brings queries to the geometries. Several threads may call it: the first one works, the
+    /// others wait. Throws Failure or morphray::Error; then queries are refused until a later
+    /// commit succeeds.
+    void commit();
+    /// Null before the first commit and during one.
+    const Committed* current() const { return current_.load(std::memory_order_acquire); }
+    /// Throws Failure if there is none.
+    const Committed& committed() const;
+
+private:
+    void build(std::vector<Part> parts);
+    void update(const std::vector<Part>& parts);
+    void report_progress(double part) const;
+
+    Ref<Device> device_;
+    mutable std::mutex mutex_;
+    Attachments attachments_;
+    /// The geometries by ID, for find().
+    std::vector<Geometry*> by_id_;
+    RTCSceneFlags flags_ = RTC_SCENE_FLAG_NONE;
+    RTCBuildQuality quality_ = RTC_BUILD_QUALITY_MEDIUM;
+    RTCProgressMonitorFunction progress_function_ = nullptr;
+    void* progress_user_ = nullptr;
+
+    std::mutex commit_mutex_;
+    std::unique_ptr<Committed> committed_;
+    /// That of committed_'s tree.
+    RTCBuildQuality built_quality_ = RTC_BUILD_QUALITY_MEDIUM;
+    bool built_refitted_ = false;
+    std::atomic<const Committed*> current_ = nullptr;
+};
+
+}  // namespace mray::embree

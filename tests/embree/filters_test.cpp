@@ -1,0 +1,145 @@
+// Masks and filters.
+#include <gtest/gtest.h>
+
+#include "tests/embree/door.h"
+
+namespace mray {
+namespace {
+
+using namespace door_test;
+
+/// The hits that filters see, and which of them pass.
+struct Seen {
+    std::vector<float> t;
+    std::vector<unsigned int> geom_ids;
+    float least_accepted = kInfinity;
+};
+Seen* seen = nullptr;
+
+void filter(const RTCFilterFunctionNArguments* arguments) {
+    ASSERT_EQ(arguments->N, 1u);
+    ASSERT_EQ(arguments->valid[0], -1);
+    const float t = RTCRayN_tfar(arguments->ray, 1, 0);
+    seen->t.push_back(t);
+    seen->geom_ids.push_back(RTCHitN_geomID(arguments->hit, 1, 0));
+    if (t < seen->least_accepted) arguments->valid[0] = 0;
+}
+
+class DoorFilters : public testing::Test {
+protected:
+    DoorFilters() { seen = &seen_; }
+    Seen seen_;
+    Door door_;
+};
+
+TEST_F(DoorFilters, RejectedHitsAreFollowedByTheNext) {
+    RTCGeometry upper = door_.triangle(0);
+    rtcSetGeometryIntersectFilterFunction(upper, filter);
+    rtcSetGeometryOccludedFilterFunction(upper, filter);
+    RTCScene scene = door_.committed({upper, door_.triangle(-1)});
+    const RTCRayHit hit = trace(scene, down(0.25f, 0.25f));
+    EXPECT_EQ(hit.hit.geomID, 1u);
+    EXPECT_EQ(hit.ray.tfar, 2);
+    EXPECT_EQ(seen_.t, std::vector<float>{1});
+    EXPECT_TRUE(is_occluded(scene, down(0.25f, 0.25f)));
+    RTCRayHit near = down(0.25f, 0.25f);
+    near.ray.tfar = 1.5f;
+    EXPECT_FALSE(is_occluded(scene, near));
+    EXPECT_EQ(trace(scene, near).ray.tfar, 1.5f);
+    seen_.least_accepted = 0;
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, 0u);
+    rtcReleaseScene(scene);
+}
+
+TEST_F(DoorFilters, HitsAtOnePlaceAreAllSeenInOrder) {
+    RTCScene scene = door_.committed({door_.triangle(), door_.triangle(), door_.triangle(-1)});
+    Query query;
+    query.filter = filter;
+    const RTCRayHit hit = trace(scene, down(0.25f, 0.25f), query);
+    EXPECT_EQ(hit.hit.geomID, kInvalid);
+    EXPECT_EQ(seen_.geom_ids, (std::vector<unsigned int>{0, 1, 2}));
+    rtcReleaseScene(scene);
+}
+
+TEST_F(DoorFilters, SeeAClosedMeshAnEvenNumberOfTimesThroughItsEdges) {
+    // A cube; rays go through edges, corners and diagonals of faces.
+    std::vector<Point> corners;
+    for (int i = 0; i < 8; ++i)
+        corners.push_back({static_cast<float>(i & 1), static_cast<float>(i >> 1 & 1),
+                           static_cast<float>(i >> 2)});
+    RTCScene scene = door_.committed({door_.triangles(corners, {{0, 2, 1},
+                                                                {1, 2, 3},
+                                                                {4, 5, 6},
+                                                                {5, 7, 6},
+                                                                {0, 1, 4},
+                                                                {1, 5, 4},
+                                                                {2, 6, 3},
+                                                                {3, 6, 7},
+                                                                {0, 4, 2},
+                                                                {2, 4, 6},
+                                                                {1, 3, 5},
+                                                                {3, 7, 5}})});
+    Query query;
+    query.filter = filter;
+    for (const Point& through :
+         {Point{0, 0, 0}, {1, 1, 1}, {0.5f, 0.5f, 0}, {0.5f, 0, 0}, {0, 0.5f, 0.5f}, {1, 0, 0}}) {
+        const Point inside = {0.375f, 0.25f, 0.75f};
+        seen_ = {};
+        trace(scene,
+              make_ray(inside,
+                       {through[0] - inside[0], through[1] - inside[1], through[2] - inside[2]}),
+              query);
+        EXPECT_EQ(seen_.t.size(), 1u) << through[0] << ' ' << through[1] << ' ' << through[2];
+    }
+    rtcReleaseScene(scene);
+}
+
+TEST_F(DoorFilters, QuadsAreSeenOnceThroughTheirDiagonal) {
+    RTCScene scene = door_.committed(
+        {door_.quads({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{{0, 1, 2, 3}}})});
+    Query query;
+    query.filter = filter;
+    trace(scene, down(0.5f, 0.5f), query);
+    EXPECT_EQ(seen_.t.size(), 1u);
+    rtcReleaseScene(scene);
+    RTCGeometry quad = door_.quads({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{{0, 1, 2, 3}}});
+    rtcSetGeometryIntersectFilterFunction(quad, filter);
+    scene = door_.committed({quad});
+    seen_ = {};
+    trace(scene, down(0.5f, 0.5f));
+    EXPECT_EQ(seen_.t.size(), 1u);
+    rtcReleaseScene(scene);
+}
+
+TEST_F(DoorFilters, MasksPassByGeometriesThatShareNoBit) {
+    RTCGeometry upper = door_.triangle(0);
+    rtcSetGeometryMask(upper, 2);
+    RTCGeometry lower = door_.triangle(-1);
+    rtcSetGeometryMask(lower, 4);
+    RTCScene scene = door_.committed({upper, lower});
+    RTCRayHit ray = down(0.25f, 0.25f);
+    for (const auto& [mask, geom_id] : {std::array{2u, 0u}, std::array{6u, 0u}, std::array{4u, 1u},
+                                        std::array{8u, kInvalid}, std::array{0u, kInvalid}}) {
+        ray.ray.mask = mask;
+        EXPECT_EQ(trace(scene, ray).hit.geomID, geom_id) << mask;
+        EXPECT_EQ(is_occluded(scene, ray), geom_id != kInvalid) << mask;
+    }
+    rtcSetGeometryMask(upper, 8);
+    rtcCommitGeometry(upper);
+    rtcCommitScene(scene);
+    ray.ray.mask = 8;
+    EXPECT_EQ(trace(scene, ray).hit.geomID, 0u);
+    rtcReleaseScene(scene);
+}
+
+TEST_F(DoorFilters, MasksAreIgnoredWhereNoGeometryHasOne) {
+    RTCScene scene = door_.committed({door_.triangle()});
+    RTCRayHit ray = down(0.25f, 0.25f);
+    ray.ray.mask = 0;
+    EXPECT_EQ(trace(scene, ray).hit.geomID, 0u);
+    EXPECT_TRUE(is_occluded(scene, ray));
+    rtcReleaseScene(scene);
+}
+
+}  // namespace
+}  // namespace mray

@@ -1,0 +1,239 @@
+// Commits: updates, refits, geometries that come and go, instances.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/embree/door.h"
+
+namespace mray {
+namespace {
+
+using namespace door_test;
+
+/// The hits of rays over [0, 1]^2.
+std::vector<RTCRayHit> hits_of(RTCScene scene) {
+    std::vector<RTCRayHit> hits;
+    for (int y = 0; y < 30; ++y) {
+        for (int x = 0; x < 30; ++x) {
+            hits.push_back(
+                trace(scene, make_ray({static_cast<float>(x) / 30, static_cast<float>(y) / 30, 1},
+                                      {0.1f, -0.2f, -1})));
+        }
+    }
+    return hits;
+}
+
+void expect_same_ids(const std::vector<RTCRayHit>& a, const std::vector<RTCRayHit>& b) {
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        EXPECT_EQ(a[i].hit.primID, b[i].hit.primID) << i;
+        if (a[i].hit.geomID == kInvalid) continue;
+        EXPECT_NEAR(a[i].ray.tfar, b[i].ray.tfar, 1e-6f) << i;
+    }
+}
+
+TEST(DoorScenes, UpdatesAreSeenAfterACommit) {
+    const Door door;
+    for (const RTCBuildQuality quality : {RTC_BUILD_QUALITY_REFIT, RTC_BUILD_QUALITY_MEDIUM}) {
+        const Waves start(24);
+        const Waves end(24, 1);
+        RTCGeometry mesh = door.triangles(start.vertices, start.indices);
+        rtcSetGeometryBuildQuality(mesh, quality);
+        RTCScene scene = door.committed({mesh, door.triangle(-3)});
+        const std::vector<RTCRayHit> before = hits_of(scene);
+        std::memcpy(rtcGetGeometryBufferData(mesh, RTC_BUFFER_TYPE_VERTEX, 0), end.vertices.data(),
+                    end.vertices.size() * sizeof(Point));
+        rtcUpdateGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0);
+        rtcCommitGeometry(mesh);
+        EXPECT_EQ(hits_of(scene)[17].ray.tfar, before[17].ray.tfar);
+        rtcCommitScene(scene);
+        RTCScene built =
+            door.committed({door.triangles(end.vertices, end.indices), door.triangle(-3)});
+        expect_same_ids(hits_of(scene), hits_of(built));
+        EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+        rtcReleaseScene(scene);
+        rtcReleaseScene(built);
+    }
+}
+
+TEST(DoorScenes, GeometriesComeAndGo) {
+    const Door door;
+    RTCScene scene = door.committed({door.triangle(0), door.triangle(-1)});
+    RTCGeometry upper = rtcGetGeometry(scene, 0);
+    EXPECT_EQ(rtcGetGeometryThreadSafe(scene, 0), upper);
+    EXPECT_EQ(rtcGetGeometry(scene, 5), nullptr);
+    rtcSetGeometryUserData(upper, &scene);
+    EXPECT_EQ(rtcGetGeometryUserData(upper), &scene);
+    rtcDisableGeometry(upper);
+    rtcCommitGeometry(upper);
+    rtcCommitScene(scene);
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, 1u);
+    rtcEnableGeometry(upper);
+    rtcCommitGeometry(upper);
+    rtcCommitScene(scene);
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, 0u);
+    rtcDetachGeometry(scene, 0);
+    rtcCommitScene(scene);
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, 1u);
+    RTCGeometry again = door.triangle(0.5f);
+    EXPECT_EQ(rtcAttachGeometry(scene, again), 0u);
+    rtcReleaseGeometry(again);
+    rtcCommitScene(scene);
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).ray.tfar, 0.5f);
+    rtcReleaseScene(scene);
+}
+
+TEST(DoorScenes, NewBuffersReplaceTheOldOnes) {
+    const Door door;
+    RTCScene scene = door.committed({door.triangle()});
+    const std::vector<Point> moved = {{0, 0, -4}, {1, 0, -4}, {0, 1, -4}};
+    rtcSetSharedGeometryBuffer(rtcGetGeometry(scene, 0), RTC_BUFFER_TYPE_VERTEX, 0,
+                               RTC_FORMAT_FLOAT3, moved.data(), 0, sizeof(Point), 3);
+    rtcCommitScene(scene);
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).ray.tfar, 5);
+    RTCBuffer buffer = rtcNewBuffer(door.device, 3 * sizeof(Point));
+    std::memcpy(rtcGetBufferData(buffer), moved.data(), 3 * sizeof(Point));
+    static_cast<Point*>(rtcGetBufferData(buffer))[0][2] = 0;
+    rtcSetGeometryBuffer(rtcGetGeometry(scene, 0), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                         buffer, 0, sizeof(Point), 3);
+    rtcReleaseBuffer(buffer);
+    rtcCommitScene(scene);
+    EXPECT_EQ(trace(scene, down(0, 0)).ray.tfar, 1);
+    rtcReleaseScene(scene);
+}
+
+/// The scene as an instance whose transformation has this layout.
+RTCScene instance_of(const Door& door, RTCScene child, RTCFormat format,
+                     const std::vector<float>& floats) {
+    RTCGeometry instance = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(instance, child);
+    rtcSetGeometryTransform(instance, 0, format, floats.data());
+    return door.committed({door.triangle(-50), instance});
+}
+
+TEST(DoorScenes, InstancesTakeAllLayoutsOfTransformations) {
+    const Door door;
+    RTCScene child = door.committed({door.triangle(), door.triangle(-1)});
+    // x and y change places, everything is twice as large and moved by (10, 20, 30).
+    const std::vector<float> rows = {0, 2, 0, 10, 2, 0, 0, 20, 0, 0, 2, 30};
+    const std::vector<float> columns = {0, 2, 0, 2, 0, 0, 0, 0, 2, 10, 20, 30};
+    std::vector<float> rows4 = rows;
+    rows4.insert(rows4.end(), {0, 0, 0, 1});
+    const std::vector<float> columns4 = {0, 2, 0, 0, 2, 0, 0, 0, 0, 0, 2, 0, 10, 20, 30, 1};
+    const std::pair<RTCFormat, std::vector<float>> layouts[] = {
+        {RTC_FORMAT_FLOAT3X4_ROW_MAJOR, rows},
+        {RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns},
+        {RTC_FORMAT_FLOAT4X4_ROW_MAJOR, rows4},
+        {RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, columns4}};
+    for (const auto& [format, floats] : layouts) {
+        RTCScene scene = instance_of(door, child, format, floats);
+        const RTCRayHit hit = trace(scene, down(11, 20.5f, 40));
+        EXPECT_EQ(hit.ray.tfar, 10);
+        EXPECT_EQ(hit.hit.instID[0], 1u);
+        EXPECT_EQ(hit.hit.geomID, 0u);
+        EXPECT_EQ(hit.hit.u, 0.25f);
+        EXPECT_EQ(hit.hit.v, 0.5f);
+        // In the space of the child.
+        EXPECT_EQ(hit.hit.Ng_z, 1);
+        std::vector<float> read(floats.size());
+        rtcGetGeometryTransform(rtcGetGeometry(scene, 1), 0, format, read.data());
+        EXPECT_EQ(read, floats);
+        rtcReleaseScene(scene);
+    }
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    rtcReleaseScene(child);
+}
+
+TEST(DoorScenes, InstancesOfInstancesAndQuaternions) {
+    const Door door;
+    RTCScene child = door.committed({door.triangle()});
+    RTCScene middle = instance_of(door, child, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
+                                  {1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0});
+    RTCGeometry instance = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(instance, middle);
+    RTCQuaternionDecomposition parts;
+    rtcInitQuaternionDecomposition(&parts);
+    // A quarter turn about z, then up by 2.
+    rtcQuaternionDecompositionSetQuaternion(&parts, std::sqrt(0.5f), 0, 0, std::sqrt(0.5f));
+    rtcQuaternionDecompositionSetTranslation(&parts, 0, 0, 2);
+    rtcSetGeometryTransformQuaternion(instance, 0, &parts);
+    RTCScene scene = door.committed({instance});
+    // (5.25, 0.5, 0) of the middle scene is at (-0.5, 5.25, 2).
+    const RTCRayHit hit = trace(scene, down(-0.5f, 5.25f, 3));
+    EXPECT_NEAR(hit.ray.tfar, 1, 1e-6);
+    EXPECT_NEAR(hit.hit.u, 0.25f, 1e-5);
+    EXPECT_EQ(hit.hit.instID[0], 0u);
+    // A moved instance is followed.
+    rtcQuaternionDecompositionSetTranslation(&parts, 0, 0, 1);
+    rtcSetGeometryTransformQuaternion(instance, 0, &parts);
+    rtcCommitGeometry(instance);
+    rtcCommitScene(scene);
+    EXPECT_NEAR(trace(scene, down(-0.5f, 5.25f, 3)).ray.tfar, 2, 1e-6);
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    for (RTCScene each : {scene, middle, child}) rtcReleaseScene(each);
+}
+
+TEST(DoorScenes, InterpolationFollowsTrianglesAndQuads) {
+    const Door door;
+    RTCGeometry quad = door.quads({{0, 0, 0}, {2, 0, 0}, {2, 1, 1}, {0, 1, 0}}, {{{0, 1, 2, 3}}});
+    float p[3];
+    float du[3];
+    float dv[3];
+    float zero[3] = {1, 1, 1};
+    rtcInterpolate2(quad, 0, 0.25f, 0.5f, RTC_BUFFER_TYPE_VERTEX, 0, p, du, dv, zero, zero, zero,
+                    3);
+    EXPECT_EQ(p[0], 0.5f);
+    EXPECT_EQ(p[1], 0.5f);
+    EXPECT_EQ(du[0], 2);
+    EXPECT_EQ(dv[1], 1);
+    EXPECT_EQ(zero[0], 0);
+    rtcInterpolate0(quad, 0, 0.75f, 0.75f, RTC_BUFFER_TYPE_VERTEX, 0, p, 3);
+    EXPECT_EQ(p[0], 1.5f);
+    EXPECT_EQ(p[2], 0.5f);
+    const float weights[] = {1, 2, 3, 4};
+    rtcSetGeometryVertexAttributeCount(quad, 1);
+    rtcSetSharedGeometryBuffer(quad, RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE, 0, RTC_FORMAT_FLOAT, weights,
+                               0, 4, 4);
+    rtcInterpolate0(quad, 0, 0.5f, 0, RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE, 0, p, 1);
+    EXPECT_EQ(p[0], 1.5f);
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    rtcReleaseGeometry(quad);
+}
+
+bool lower_radius(RTCPointQueryFunctionArguments* arguments) {
+    ++*static_cast<int*>(arguments->userPtr);
+    if (arguments->query->radius <= 2) return false;
+    arguments->query->radius = 2;
+    return true;
+}
+bool count_only(RTCPointQueryFunctionArguments* arguments) {
+    ++*static_cast<int*>(arguments->userPtr);
+    return false;
+}
+
+TEST(DoorScenes, PointQueriesVisitPrimitivesWithinTheRadius) {
+    const Door door;
+    const Waves waves(16);
+    RTCScene scene = door.committed(
+        {door.triangles(waves.vertices, waves.indices),
+         door.quads({{9, 0, 0}, {10, 0, 0}, {10, 1, 0}, {9, 1, 0}}, {{{0, 1, 2, 3}}})});
+    const auto count = [&](Point at, float radius, RTCPointQueryFunction function) {
+        RTCPointQuery query = {at[0], at[1], at[2], 0, radius};
+        RTCPointQueryContext context;
+        rtcInitPointQueryContext(&context);
+        int visited = 0;
+        rtcPointQuery(scene, &query, &context, function, &visited);
+        return visited;
+    };
+    EXPECT_EQ(count({0, 0, 0}, kInfinity, count_only), 2 * 16 * 16 + 1);
+    EXPECT_EQ(count({9.5f, 0.5f, 3}, 3, count_only), 1);
+    EXPECT_EQ(count({9.5f, 0.5f, 3}, 2.9f, count_only), 0);
+    // The nearest primitives come first, and once the radius is small no others.
+    EXPECT_LE(count({9.5f, 0.5f, 1}, kInfinity, lower_radius), 4);
+    EXPECT_EQ(count({kInfinity, 0, 0}, 1, count_only), 0);
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    rtcReleaseScene(scene);
+}
+
+}  // namespace
+}  // namespace mray
