@@ -25,8 +25,8 @@ struct Part {
     BufferView vertices = {};
     BufferView indices = {};
     bool is_quads = false;
-    /// The vertices up to the last one of a triangle. What follows may be memory that nobody has
-    /// set, such as the vertex that Blender adds to each mesh, and would stretch the scene.
+    /// The number of vertices up to the last one that a triangle has. Later ones may be unset
+    /// memory, as the vertex that Blender adds to each mesh is. They would enlarge the scene's box.
     std::size_t used_vertices = 0;
     /// A ray passes by if it shares no bit with one of these.
     std::vector<unsigned int> masks = {};

@@ -42,8 +42,8 @@ std::uint32_t start_after(const HitCursor& after, Ray& ray) {
 
 }  // namespace
 
-/// Answers the questions that have been uploaded, as many as there are answers. Returns the number
-/// of pairs that the kernel has found; those beyond pair_room() are not in the pixels.
+/// Answers the questions that have been uploaded, as many as there are answers. Returns how many
+/// pairs the kernel has found; the pixels have the first pair_room() of them.
 std::uint32_t Questions::ask(const char* what, Kernel& kernel, std::uint32_t flags,
                              std::span<uvec4> answers) const {
     kernels_.prepare({&kernel});

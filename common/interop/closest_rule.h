@@ -1,12 +1,12 @@
 // The point of a triangle that is closest to a point: a pure function of the two, which rounds in
 // the same way everywhere.
 //
-// Vertices are taken relative to the point, rounded once. Floats give the closest point of each
-// edge and that of the triangle's inside, and the nearest of these four is the answer. The regions
-// are those of C. Ericson (Real-Time Collision Detection, 2005, 5.1.5); the arithmetic is not. Each
-// of the four is a mean of vertices under weights that are not negative: it lies on the triangle,
-// up to rounding of the mean, and so no nearer than the triangle does (docs/design/arithmetic.md,
-// "Distances").
+// Vertices are taken relative to the point, rounded once. Floats give four candidates: the closest
+// point of each edge, and that of the triangle's inside. The nearest candidate is the answer. The
+// regions are those of C. Ericson (Real-Time Collision Detection, 2005, 5.1.5); the arithmetic is
+// not. A candidate is a weighted mean of vertices, and no weight is negative. So it lies on the
+// triangle, apart from the rounding of the mean, and is not nearer than the triangle
+// (docs/design/arithmetic.md, "Distances").
 //
 // - An edge gives the same bits in all triangles that share it, and so does a vertex: the lowest
 //   prim_id of them is the answer.

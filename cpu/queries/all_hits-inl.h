@@ -46,6 +46,7 @@ HWY_INLINE void for_each_hit(const Bvh& bvh, const RayStream& stream, Visit visi
                                                 visit_repeats(bvh, leaf.prim_id[slot], hit, visit);
                                                 return false;
                                             });
+        return true;
     });
 }
 

@@ -25,7 +25,50 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-// ---- The triangles of a leaf
+// ---- Boxes and triangles
+
+struct BoxLanes {
+    lanes::Float3 lower;
+    lanes::Float3 upper;
+};
+
+/// Vector v of the boxes of a node.
+HWY_INLINE BoxLanes load_boxes(const Node& node, std::size_t v) {
+    const std::size_t i = v * kLanes;
+    return {{load_unaligned(node.lower_x + i), load_unaligned(node.lower_y + i),
+             load_unaligned(node.lower_z + i)},
+            {load_unaligned(node.upper_x + i), load_unaligned(node.upper_y + i),
+             load_unaligned(node.upper_z + i)}};
+}
+
+/// The boxes of triangles.
+HWY_INLINE BoxLanes boxes_of(const lanes::Float3& a, const lanes::Float3& b,
+                             const lanes::Float3& c) {
+    return {lanes::lesser3(a, lanes::lesser3(b, c)), lanes::greater3(a, lanes::greater3(b, c))};
+}
+
+/// The slots whose boxes meet(boxes) has, as bits.
+template <class Meet>
+HWY_INLINE std::uint32_t slots_of(const Node& node, Meet meet) {
+    std::uint32_t slots = 0;
+    for (std::size_t v = 0; v < kVectors; ++v)
+        slots |= bits_of(meet(load_boxes(node, v))) << (v * kLanes);
+    return slots;
+}
+
+/// The slots whose boxes are no farther than `most_d2` by distance2(boxes), as bits; stores the
+/// distances of all.
+template <class Distance2>
+HWY_INLINE std::uint32_t slots_within(const Node& node, FloatVec most_d2, Distance2 distance2,
+                                      float* HWY_RESTRICT d2) {
+    std::uint32_t slots = 0;
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        const FloatVec distances2 = distance2(load_boxes(node, v));
+        store(distances2, d2 + v * kLanes);
+        slots |= bits_of(distances2 <= most_d2) << (v * kLanes);
+    }
+    return slots;
+}
 
 #if HWY_TARGET == HWY_SCALAR
 
@@ -77,22 +120,6 @@ HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
 
 // ---- Windings
 
-/// The slots whose boxes the half-line from p upwards meets, as bits.
-HWY_INLINE std::uint32_t slots_above(const Node& node, const lanes::Float3& p) {
-    std::uint32_t slots = 0;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        const std::size_t i = v * kLanes;
-        const Mask met =
-            lanes::may_cross_in(p,
-                                {load_unaligned(node.lower_x + i), load_unaligned(node.lower_y + i),
-                                 load_unaligned(node.lower_z + i)},
-                                {load_unaligned(node.upper_x + i), load_unaligned(node.upper_y + i),
-                                 load_unaligned(node.upper_z + i)});
-        slots |= bits_of(met) << i;
-    }
-    return slots;
-}
-
 /// Counts the crossings of a point with a leaf's triangles; uncertain(prim_id) is called for those
 /// that floats cannot decide on.
 template <class Uncertain>
@@ -135,41 +162,28 @@ HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, std::size_t& lea
                                     Uncertain uncertain) {
     FloatWinding winding;
     const lanes::Float3 p(clipped_point(point));
-    const auto met = [&](const Node& node) HWY_ATTR { return slots_above(node, p); };
+    const auto met = [&](const Node& node) HWY_ATTR {
+        return slots_of(node, [&](const BoxLanes& boxes) HWY_ATTR {
+            return lanes::may_cross_in(p, boxes.lower, boxes.upper);
+        });
+    };
     for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
         ++leaves;
         wind_around_leaf(bvh, leaf, p, winding, uncertain);
+        return true;
     });
     return winding;
 }
 
 // ---- Closest triangles
 
-/// The slots whose boxes are no farther than `most_d2`, as bits, and the squared distances of all.
-HWY_INLINE std::uint32_t slots_within(const Node& node, const lanes::Float3& p, float most_d2,
-                                      float* HWY_RESTRICT d2) {
-    std::uint32_t slots = 0;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        const std::size_t i = v * kLanes;
-        const FloatVec distance2 = lanes::box_distance2(
-            p,
-            {load_unaligned(node.lower_x + i), load_unaligned(node.lower_y + i),
-             load_unaligned(node.lower_z + i)},
-            {load_unaligned(node.upper_x + i), load_unaligned(node.upper_y + i),
-             load_unaligned(node.upper_z + i)});
-        store(distance2, d2 + i);
-        slots |= bits_of(distance2 <= splat(most_d2)) << i;
-    }
-    return slots;
-}
-
 HWY_INLINE void find_closest_in(const Leaf& leaf, const lanes::Float3& p,
                                 ClosestTriangle& closest) {
     for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
                                 const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
         const FloatVec most = splat(closest.d2);
-        const FloatVec box = lanes::box_distance2(p, lanes::lesser3(a, lanes::lesser3(b, c)),
-                                                  lanes::greater3(a, lanes::greater3(b, c)));
+        const BoxLanes boxes = boxes_of(a, b, c);
+        const FloatVec box = lanes::box_distance2(p, boxes.lower, boxes.upper);
         const Mask near = used & (box <= most);
         if (none(near)) return;
         const FloatVec d2 = lanes::closest_on_triangle(p, a, b, c).d2;
@@ -211,7 +225,10 @@ HWY_NOINLINE inline std::size_t find_closest(const Bvh& bvh, vec3 point, std::ui
         }
         HWY_ALIGN float d2[kWidth];
         const Node& node = bvh.nodes[entry.child];
-        const std::uint32_t slots = slots_within(node, p, closest.d2, d2);
+        const auto distance2 = [&](const BoxLanes& boxes) HWY_ATTR {
+            return lanes::box_distance2(p, boxes.lower, boxes.upper);
+        };
+        const std::uint32_t slots = slots_within(node, splat(closest.d2), distance2, d2);
         size = push_sorted(node, slots, d2, stack, size);
     }
     return leaves;

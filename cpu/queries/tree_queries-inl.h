@@ -16,7 +16,7 @@
 #include "common/scene_queries.h"
 #include "cpu/queries/all_hits-inl.h"
 #include "cpu/queries/bundle_choice.h"
-#include "cpu/queries/point_bundle-inl.h"
+#include "cpu/queries/closest_bundle-inl.h"
 #include "cpu/queries/points-inl.h"
 #include "cpu/queries/winding_bundle-inl.h"
 
@@ -58,7 +58,7 @@ void find_next_hits(const Bvh& bvh, std::span<const Ray> rays, std::span<const H
 /// it has visited.
 template <class Bundle, class Each>
 HWY_INLINE void ask_in_bundles(std::size_t total, Bundle bundle, Each each) {
-    // Fewer are asked about in any order.
+    // Calls about fewer points come in any order, and their bundles would be wide.
     constexpr std::size_t kManyPoints = 256;
     if (HWY_TARGET == HWY_SCALAR || total < kManyPoints) {
         each(0, total);
@@ -117,8 +117,8 @@ void find_closest_triangles(const Bvh& bvh, std::span<const vec3> points, float 
     const auto bundle = [&]([[maybe_unused]] std::size_t first, [[maybe_unused]] std::size_t count,
                             [[maybe_unused]] std::size_t most_leaves) {
 #if HWY_TARGET != HWY_SCALAR
-        PointBundle search(bvh, points.subspan(first, count), most_d2);
-        const bool is_done = search.search(most_leaves, near_leaf);
+        ClosestBundle search(bvh, points.subspan(first, count), most_d2, near_leaf);
+        const bool is_done = search.search(most_leaves);
         // Those found before it gave up are a beginning.
         search.store_closest(closest.subspan(first, count));
         return is_done;

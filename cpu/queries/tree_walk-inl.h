@@ -20,22 +20,24 @@ namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
 /// Calls visit(leaf) for the leaves whose box, and those of the nodes above, are among met(node),
-/// which returns slots as bits.
+/// which returns slots as bits, until it returns false. Returns whether it never did.
 template <class Met, class Visit>
-HWY_INLINE void for_each_leaf(const Bvh& bvh, Met met, Visit visit) {
+HWY_INLINE bool for_each_leaf(const Bvh& bvh, Met met, Visit visit) {
     std::uint32_t stack[kMaxStack];
     stack[0] = 0;
     for (std::size_t size = 1; size > 0;) {
         const Node& node = bvh.nodes[stack[--size]];
         const std::uint32_t slots = met(node);
         const std::uint32_t leaves = leaf_slots(node);
-        for (std::uint32_t rest = slots & leaves; rest != 0; rest &= rest - 1)
-            visit(bvh.leaves[node.child[std::countr_zero(rest)] & ~kLeafBit]);
+        for (std::uint32_t rest = slots & leaves; rest != 0; rest &= rest - 1) {
+            if (!visit(bvh.leaves[node.child[std::countr_zero(rest)] & ~kLeafBit])) return false;
+        }
         for (std::uint32_t rest = slots & ~leaves; rest != 0; rest &= rest - 1) {
             assert(size < kMaxStack);
             stack[size++] = node.child[std::countr_zero(rest)];
         }
     }
+    return true;
 }
 
 }  // namespace HWY_NAMESPACE

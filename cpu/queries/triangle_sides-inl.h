@@ -1,15 +1,20 @@
 // Lower bounds of the distances between points and triangles that are much cheaper than the rule,
 // relative to a centre near the points.
 //
-// distance2: if all of a triangle is farther than s1 in direction w1 and farther than s2 in
-// direction w2, its squared distance is at least (s1^2 + s2^2) / (W + |w1 w2|), with W the larger
-// of |w1|^2 and |w2|^2: the offset q to its closest point has q w1 >= s1 and q w2 >= s2, and
-// Cauchy's inequality does the rest. This holds for any two directions, so neither the normal of
-// the plane nor those of the edges need to be accurate: for needles the bound is small.
+// distance2() takes two directions w1 and w2, and how far the whole triangle is from the point
+// along each of them: s1 and s2. Let q be the offset to the closest point of the triangle, and let
+// v be s1 w1 + s2 w2. Then q.w1 >= s1 and q.w2 >= s2, so q.v >= s1^2 + s2^2. Cauchy's inequality
+// |q.v| <= |q| |v| and |v|^2 <= (s1^2 + s2^2) (W + |w1.w2|), with W the larger of |w1|^2 and
+// |w2|^2, give
 //
-// may_be_within: the distance is at least w r / |w| for the place r of the triangle, relative to
-// the point, at which this is least: a vertex. The direction w to the nearest vertex makes that the
-// distance itself where the vertex is the closest point.
+//     |q|^2 >= (s1^2 + s2^2) / (W + |w1.w2|).
+//
+// This holds for any two directions. Those in use are the normal of the plane and that of an edge;
+// where they are inaccurate, as for needles, the bound is only smaller.
+//
+// may_be_within() takes one direction w. The offset r of each place of the triangle is at least
+// r.w / |w| long, and r.w is least at a vertex. With w the offset of the nearest vertex, the bound
+// is the distance itself where that vertex is the closest point.
 //
 // Rounding, that of the rule as well, is covered by the constants (proofs/closest.g). No answer
 // depends on the bounds, so they may be fused, and differ by target.

@@ -16,6 +16,7 @@
 #include "common/scene_queries.h"
 #include "cpu/queries/point_lanes-inl.h"
 #include "cpu/queries/points-inl.h"
+#include "cpu/queries/tree_walk-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
@@ -35,24 +36,16 @@ public:
     /// Returns whether it did not give up after `most_leaves`.
     template <class Uncertain>
     HWY_INLINE bool search(const Bvh& bvh, std::size_t most_leaves, Uncertain uncertain) {
-        std::uint32_t stack[kMaxStack];
-        stack[0] = 0;
-        std::size_t leaf_count = 0;
-        for (std::size_t size = 1; size > 0;) {
-            const Node& node = bvh.nodes[stack[--size]];
-            const std::uint32_t slots = met_slots(node);
-            const std::uint32_t leaves = leaf_slots(node);
-            for (std::uint32_t rest = slots & leaves; rest != 0; rest &= rest - 1) {
-                if (++leaf_count > most_leaves) return false;
-                wind_around_leaf(bvh, bvh.leaves[node.child[std::countr_zero(rest)] & ~kLeafBit],
-                                 uncertain);
-            }
-            for (std::uint32_t rest = slots & ~leaves; rest != 0; rest &= rest - 1) {
-                assert(size < kMaxStack);
-                stack[size++] = node.child[std::countr_zero(rest)];
-            }
-        }
-        return true;
+        const auto met = [&](const Node& node) HWY_ATTR {
+            return slots_of(node,
+                            [&](const BoxLanes& boxes) HWY_ATTR { return may_cross_in(boxes); });
+        };
+        std::size_t leaves = 0;
+        return for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
+            if (++leaves > most_leaves) return false;
+            wind_around_leaf(bvh, leaf, uncertain);
+            return true;
+        });
     }
 
     HWY_INLINE void store_windings(std::span<FloatWinding> windings) const {
@@ -67,34 +60,21 @@ public:
 private:
     /// The boxes in which a triangle may be that the half-line of a point crosses: rounding is
     /// monotone, so the outermost points decide for all (may_cross_in()).
-    HWY_INLINE Mask may_cross_in(const lanes::Float3& lower, const lanes::Float3& upper) const {
+    HWY_INLINE Mask may_cross_in(const BoxLanes& boxes) const {
         const FloatVec most = splat(kCoordinateError);
         const FloatVec least = splat(-kCoordinateError);
-        return (lower.x - points_.upper.x <= most) & (upper.x - points_.lower.x >= least) &
-               (lower.y - points_.upper.y <= most) & (upper.y - points_.lower.y >= least) &
-               (upper.z - points_.lower.z >= least);
-    }
-
-    HWY_INLINE std::uint32_t met_slots(const Node& node) const {
-        std::uint32_t slots = 0;
-        for (std::size_t v = 0; v < kVectors; ++v) {
-            const std::size_t i = v * kLanes;
-            const Mask met =
-                may_cross_in({load_unaligned(node.lower_x + i), load_unaligned(node.lower_y + i),
-                              load_unaligned(node.lower_z + i)},
-                             {load_unaligned(node.upper_x + i), load_unaligned(node.upper_y + i),
-                              load_unaligned(node.upper_z + i)});
-            slots |= bits_of(met) << i;
-        }
-        return slots;
+        return (boxes.lower.x - points_.upper.x <= most) &
+               (boxes.upper.x - points_.lower.x >= least) &
+               (boxes.lower.y - points_.upper.y <= most) &
+               (boxes.upper.y - points_.lower.y >= least) &
+               (boxes.upper.z - points_.lower.z >= least);
     }
 
     template <class Uncertain>
     HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, Uncertain& uncertain) {
         for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
                                     const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
-            const Mask met = used & may_cross_in(lanes::lesser3(a, lanes::lesser3(b, c)),
-                                                 lanes::greater3(a, lanes::greater3(b, c)));
+            const Mask met = used & may_cross_in(boxes_of(a, b, c));
             for (std::uint32_t bits = bits_of(met); bits != 0; bits &= bits - 1) {
                 const auto lane = static_cast<std::uint32_t>(std::countr_zero(bits));
                 wind_around(bvh, leaf, slot_of(lane), uncertain);

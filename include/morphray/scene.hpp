@@ -194,6 +194,7 @@ public:
     /// cancelled as intersect().
     void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
                   const std::atomic<bool>* cancel = nullptr) const;
+    /// The same on these threads, as intersect().
     void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
                   Threads threads) const;
     bool occluded(const Ray& ray) const;

@@ -1,11 +1,11 @@
 // Closest triangles of points that are near each other, one in each lane. They share nodes and
 // leaves, and the rule is asked about those pairs of a point and a triangle alone that a lower
 // bound leaves open, kLanes of them at a time.
-#if defined(MORPHRAY_CPU_QUERIES_POINT_BUNDLE_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_QUERIES_POINT_BUNDLE_INL_H
-#undef MORPHRAY_CPU_QUERIES_POINT_BUNDLE_INL_H
+#if defined(MORPHRAY_CPU_QUERIES_CLOSEST_BUNDLE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_QUERIES_CLOSEST_BUNDLE_INL_H
+#undef MORPHRAY_CPU_QUERIES_CLOSEST_BUNDLE_INL_H
 #else
-#define MORPHRAY_CPU_QUERIES_POINT_BUNDLE_INL_H
+#define MORPHRAY_CPU_QUERIES_CLOSEST_BUNDLE_INL_H
 #endif
 
 #include <algorithm>
@@ -57,28 +57,24 @@ struct AskedPairs {
 };
 
 /// At most kLanes points, and the closest triangle of each so far.
-class PointBundle {
+class ClosestBundle {
 public:
-    HWY_INLINE PointBundle(const Bvh& bvh, std::span<const vec3> points, float most_d2)
-        : bvh_(bvh), points_(points) {
-        const PointLanes lanes(points);
-        p_ = lanes.p;
-        lower_ = lanes.lower;
-        upper_ = lanes.upper;
+    /// `near_leaf` is a leaf to begin with, in which points nearby had their answer; becomes one of
+    /// these points. All arguments must outlive it.
+    HWY_INLINE ClosestBundle(const Bvh& bvh, std::span<const vec3> points, float most_d2,
+                             std::uint32_t& near_leaf)
+        : bvh_(bvh), asked_(points), near_leaf_(near_leaf), points_(points) {
         centre_ = lanes::Float3(points[0]);
-        from_centre_ = p_ - centre_;
+        from_centre_ = points_.p - centre_;
         extent_ = hn::MaxOfLanes(kFloats, lanes::largest_component(from_centre_));
         // Nothing is near enough to lanes without a point.
         const FloatVec most = splat(most_d2);
         set_closest(select(mask_of((1u << points.size()) - 1), most, splat(-1.0f)), splat(kNoPrim));
     }
 
-    /// Looks for closer triangles in all leaves, or gives up after `most_leaves`. `near_leaf` is a
-    /// leaf to begin with, in which points nearby had their answer; becomes one of these points.
-    /// Returns whether all is found.
-    HWY_INLINE bool search(std::size_t most_leaves, std::uint32_t& near_leaf) {
-        const std::uint32_t first_leaf = near_leaf;
-        near_leaf_ = near_leaf;
+    /// Looks for closer triangles in all leaves. Returns false if it gave up after `most_leaves`.
+    HWY_INLINE bool search(std::size_t most_leaves) {
+        const std::uint32_t first_leaf = near_leaf_;
         if (first_leaf < bvh_.leaves.size()) ask_leaf(first_leaf);
         std::size_t leaves = 0;
         Entry stack[kMaxStack];
@@ -97,14 +93,14 @@ public:
             }
         }
         ask_pairs();
-        near_leaf = near_leaf_;
         return true;
     }
 
     /// Sets the closest triangles found.
     HWY_INLINE void store_closest(std::span<ClosestTriangle> closest) const {
+        const StoredClosest found(*this);
         for (std::size_t i = 0; i < closest.size(); ++i)
-            closest[i] = {closest_d2_[i], closest_prim_id_[i]};
+            closest[i] = {found.d2[i], found.prim_id[i]};
     }
 
 private:
@@ -115,20 +111,28 @@ private:
         std::uint32_t slot;
     };
 
+    /// The closest triangles in memory.
+    struct StoredClosest {
+        HWY_ALIGN float d2[kLanes];
+        HWY_ALIGN std::uint32_t prim_id[kLanes];
+
+        HWY_INLINE explicit StoredClosest(const ClosestBundle& bundle) {
+            store(bundle.d2_, d2);
+            store(bundle.prim_id_, prim_id);
+        }
+    };
+
     HWY_INLINE void set_closest(FloatVec d2, UintVec prim_id) {
         d2_ = d2;
         prim_id_ = prim_id;
         most_d2_ = hn::MaxOfLanes(kFloats, d2);
-        store(d2, closest_d2_);
-        store(prim_id, closest_prim_id_);
     }
 
     /// The squared distances of boxes from the box of all points: not above that of any point.
-    HWY_INLINE FloatVec box_distance2(const lanes::Float3& lower,
-                                      const lanes::Float3& upper) const {
+    HWY_INLINE FloatVec box_distance2(const BoxLanes& boxes) const {
         const lanes::Float3 zero3(zero(), zero(), zero());
-        const lanes::Float3 d =
-            lanes::greater3(lanes::greater3(lower - upper_, lower_ - upper), zero3);
+        const lanes::Float3 d = lanes::greater3(
+            lanes::greater3(boxes.lower - points_.upper, points_.lower - boxes.upper), zero3);
         return lanes::dot3(d, d);
     }
 
@@ -136,24 +140,15 @@ private:
     HWY_INLINE bool is_near(const Node& node, std::uint32_t slot) const {
         const lanes::Float3 lower(vec3(node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]));
         const lanes::Float3 upper(vec3(node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]));
-        return !none(lanes::box_distance2(p_, lower, upper) <= d2_);
+        return !none(lanes::box_distance2(points_.p, lower, upper) <= d2_);
     }
 
     /// Pushes the children that may be near enough; returns the new size.
     HWY_INLINE std::size_t push_near(std::uint32_t index, Entry* stack, std::size_t size) const {
         const Node& node = bvh_.nodes[index];
         HWY_ALIGN float d2[kWidth];
-        std::uint32_t slots = 0;
-        for (std::size_t v = 0; v < kVectors; ++v) {
-            const std::size_t i = v * kLanes;
-            const FloatVec distance2 =
-                box_distance2({load_unaligned(node.lower_x + i), load_unaligned(node.lower_y + i),
-                               load_unaligned(node.lower_z + i)},
-                              {load_unaligned(node.upper_x + i), load_unaligned(node.upper_y + i),
-                               load_unaligned(node.upper_z + i)});
-            store(distance2, d2 + i);
-            slots |= bits_of(distance2 <= most_d2_) << i;
-        }
+        const auto distance2 = [&](const BoxLanes& boxes) HWY_ATTR { return box_distance2(boxes); };
+        std::uint32_t slots = slots_within(node, most_d2_, distance2, d2);
         const std::size_t base = size;
         for (; slots != 0; slots &= slots - 1) {
             const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
@@ -167,8 +162,7 @@ private:
         const Leaf& leaf = bvh_.leaves[index];
         for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
                                     const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
-            const FloatVec box = box_distance2(lanes::lesser3(a, lanes::lesser3(b, c)),
-                                               lanes::greater3(a, lanes::greater3(b, c)));
+            const FloatVec box = box_distance2(boxes_of(a, b, c));
             const std::uint32_t near = bits_of(used & (box <= most_d2_));
             if (near != 0) ask_triangles(index, slot_of, near, a, b, c);
         });
@@ -203,7 +197,7 @@ private:
                                  hn::TableLookupLanes(v.y, lookup),
                                  hn::TableLookupLanes(v.z, lookup));
         };
-        const FloatVec d2 = distances2(p_, of_nearest(a), of_nearest(b), of_nearest(c));
+        const FloatVec d2 = distances2(points_.p, of_nearest(a), of_nearest(b), of_nearest(c));
         const UintVec prim_id = as_uint(hn::TableLookupLanes(as_float(load(prim_ids)), lookup));
         const Mask is_closer =
             is_open & ((d2 < d2_) | ((d2 == d2_) & float_mask(prim_id < prim_id_)));
@@ -258,7 +252,7 @@ private:
         const Leaf& leaf = bvh_.leaves[pairs_.leaf[pair]];
         for (int corner = 0; corner < 3; ++corner)
             asked.set(corner, leaf_position(leaf, slot, static_cast<uint>(corner)));
-        asked.set(AskedPairs::kPoint, points_[lane]);
+        asked.set(AskedPairs::kPoint, asked_[lane]);
         asked.lane[asked.count] = lane;
         asked.prim_id[asked.count] = leaf.prim_id[slot];
         asked.leaf[asked.count] = pairs_.leaf[pair];
@@ -269,23 +263,23 @@ private:
         HWY_ALIGN float d2[kLanes];
         store(distances2(asked.get(AskedPairs::kPoint), asked.get(0), asked.get(1), asked.get(2)),
               d2);
+        StoredClosest closest(*this);
         for (std::uint32_t i = 0; i < asked.count; ++i) {
             const std::uint32_t lane = asked.lane[i];
-            if (!is_closer(d2[i], asked.prim_id[i], closest_d2_[lane], closest_prim_id_[lane]))
+            if (!is_closer(d2[i], asked.prim_id[i], closest.d2[lane], closest.prim_id[lane]))
                 continue;
-            closest_d2_[lane] = d2[i];
-            closest_prim_id_[lane] = asked.prim_id[i];
+            closest.d2[lane] = d2[i];
+            closest.prim_id[lane] = asked.prim_id[i];
             near_leaf_ = asked.leaf[i];
         }
-        set_closest(load(closest_d2_), load(closest_prim_id_));
+        set_closest(load(closest.d2), load(closest.prim_id));
         asked.count = 0;
     }
 
     const Bvh& bvh_;
-    std::span<const vec3> points_;
-    lanes::Float3 p_;
-    lanes::Float3 lower_;
-    lanes::Float3 upper_;
+    std::span<const vec3> asked_;
+    std::uint32_t& near_leaf_;
+    PointLanes points_;
     /// The points relative to a place among them, and their largest coordinate.
     lanes::Float3 centre_;
     lanes::Float3 from_centre_;
@@ -294,10 +288,6 @@ private:
     FloatVec d2_;
     UintVec prim_id_;
     FloatVec most_d2_;
-    /// The leaf in which the last closer triangle was.
-    std::uint32_t near_leaf_ = kNoPrim;
-    HWY_ALIGN float closest_d2_[kLanes];
-    HWY_ALIGN std::uint32_t closest_prim_id_[kLanes];
     PointPairs pairs_;
 };
 
