@@ -17,7 +17,7 @@ namespace mray::app {
 namespace {
 
 // Points that are asked about and written together.
-constexpr std::size_t kBatch = std::size_t{1} << 16;
+constexpr std::size_t kPointsOfBatch = std::size_t{1} << 16;
 
 bool is_finite(const morphray::Vec3& p) {
     return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
@@ -32,7 +32,7 @@ public:
     void add(const morphray::Vec3& point) {
         if (!is_finite(point)) ++invalid_;
         points_.push_back(point);
-        if (points_.size() == kBatch) flush();
+        if (points_.size() == kPointsOfBatch) flush();
     }
 
     void flush() {
@@ -84,7 +84,7 @@ private:
 ExitCode run_query(const Options& options, const Messages& messages) {
     check_reports({options.out});
     const std::string text = read_input(options.point_file, "points");
-    const PosedScene scene(options, 2 * text.size() + kBatch * 128, messages);
+    const PosedScene scene(options, 2 * text.size() + kPointsOfBatch * 128, messages);
     const std::string name = input_name(options.point_file);
     PointReader reader(name, text);
     PointAsker asker(options, scene.scene());

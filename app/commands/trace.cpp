@@ -18,7 +18,7 @@ namespace mray::app {
 namespace {
 
 // Rays that are converted, traced and written together.
-constexpr std::size_t kBatch = std::size_t{1} << 16;
+constexpr std::size_t kRaysOfBatch = std::size_t{1} << 16;
 
 /// Traces rays in batches and gathers their hits.
 class RayTracer {
@@ -41,7 +41,7 @@ public:
                           scaled(ray.dir[2], -exponent)},
                          scaled(ray.tfar, exponent)});
         exponents_.push_back(exponent);
-        if (rays_.size() == kBatch) flush();
+        if (rays_.size() == kRaysOfBatch) flush();
     }
 
     void flush() {
@@ -105,7 +105,7 @@ ExitCode run_trace(const Options& given, const Messages& messages) {
     options.lenient = true;
     check_reports({options.out});
     const std::string rays = read_input(options.ray_file, "rays");
-    const PosedScene scene(options, 2 * rays.size() + kBatch * 128, messages);
+    const PosedScene scene(options, 2 * rays.size() + kRaysOfBatch * 128, messages);
     const std::string name = input_name(options.ray_file);
     RayTracer tracer(options, scene);
     Progress progress("tracing", count_rays(options, rays), progress_mode(options));

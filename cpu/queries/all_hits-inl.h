@@ -36,18 +36,27 @@ HWY_INLINE void visit_repeats(const Bvh& bvh, std::uint32_t prim_id, const Trian
     for (const RepeatedTriangle& repeated : repeats_of(bvh, prim_id)) visit(repeated.prim_id, hit);
 }
 
-/// Calls visit(prim_id, hit) for all triangles that ray 0 of the stream hits, in any order.
+/// Calls visit(prim_id, hit) for all triangles of a leaf that a ray hits, in any order.
 template <Crossing kCrossing, class Visit>
-HWY_INLINE void for_each_hit(const Bvh& bvh, const RayStream& stream, Visit visit) {
-    const auto met = [&](const Node& node) HWY_ATTR { return met_slots(stream, 0, node); };
-    for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
-        intersect_leaf<kAnyAxis, kCrossing>(stream, 0, stream.tfar[0], leaf,
-                                            [&](std::uint32_t slot, const TriangleHit& hit) {
-                                                visit_repeats(bvh, leaf.prim_id[slot], hit, visit);
-                                                return false;
-                                            });
+HWY_INLINE void for_each_hit_of_leaf(const Bvh& bvh, const RayStream& stream, std::size_t ray,
+                                     const Leaf& leaf, Visit visit) {
+    intersect_leaf<kAnyAxis, kCrossing>(stream, ray, stream.tfar[ray], leaf,
+                                        [&](std::uint32_t slot, const TriangleHit& hit) {
+                                            visit_repeats(bvh, leaf.prim_id[slot], hit, visit);
+                                            return false;
+                                        });
+}
+
+/// Calls visit(prim_id, hit) for all triangles below a node that a ray hits, in any order.
+template <Crossing kCrossing, class Visit>
+HWY_INLINE void for_each_hit(const Bvh& bvh, const RayStream& stream, std::size_t ray,
+                             std::uint32_t root, Visit visit) {
+    const auto met = [&](const Node& node) HWY_ATTR { return met_slots(stream, ray, node); };
+    const auto visit_leaf = [&](const Leaf& leaf) HWY_ATTR {
+        for_each_hit_of_leaf<kCrossing>(bvh, stream, ray, leaf, visit);
         return true;
-    });
+    };
+    for_each_leaf(bvh, met, visit_leaf, root);
 }
 
 template <Crossing kCrossing>
@@ -55,7 +64,7 @@ HWY_INLINE std::uint64_t count_hits_of(const Bvh& bvh, const Ray& ray) {
     RayStream stream;
     prepare_one(stream, ray);
     std::uint64_t count = 0;
-    for_each_hit<kCrossing>(bvh, stream, [&](std::uint32_t, const TriangleHit&) { ++count; });
+    for_each_hit<kCrossing>(bvh, stream, 0, 0, [&](std::uint32_t, const TriangleHit&) { ++count; });
     return count;
 }
 
@@ -79,7 +88,7 @@ HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, std::uint32_t most,
     // So that a list that is full costs little: twice as many are kept before the rest is dropped.
     const std::size_t room = 2 * std::size_t{most} + 16;
     std::uint64_t total = 0;
-    for_each_hit<kCrossing>(bvh, stream, [&](std::uint32_t prim_id, const TriangleHit& hit) {
+    for_each_hit<kCrossing>(bvh, stream, 0, 0, [&](std::uint32_t prim_id, const TriangleHit& hit) {
         ++total;
         if (lists.hits.size() - first == room) keep_first(lists.hits, first, most);
         lists.hits.push_back(make_hit(hit, prim_id));

@@ -17,19 +17,35 @@
 #include "cpu/queries/all_hits-inl.h"
 #include "cpu/queries/bundle_choice.h"
 #include "cpu/queries/closest_bundle-inl.h"
+#include "cpu/queries/count_stream-inl.h"
 #include "cpu/queries/points-inl.h"
 #include "cpu/queries/winding_bundle-inl.h"
+#include "cpu/single_ray/octant_order-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
+template <Crossing kCrossing>
+HWY_INLINE void count_hits_of_rays(const Bvh& bvh, std::span<const Ray> rays,
+                                   std::span<std::uint64_t> counts) {
+    if (rays.size() <= kCountedTogether) {
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            counts[i] = count_hits_of<kCrossing>(bvh, rays[i]);
+        return;
+    }
+    for_each_stream(
+        rays, [&](const Ray* batch, std::span<const std::uint16_t> order, std::size_t first)
+                  HWY_ATTR { CountStream<kCrossing>(bvh, batch, order).count(&counts[first]); });
+}
+
 void count_hits(const Bvh& bvh, std::span<const Ray> rays, Crossing crossing,
                 std::span<std::uint64_t> counts) {
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        counts[i] = crossing == Crossing::kOwner ? count_hits_of<Crossing::kOwner>(bvh, rays[i])
-                                                 : count_hits_of<Crossing::kEach>(bvh, rays[i]);
+    if (crossing == Crossing::kOwner) {
+        count_hits_of_rays<Crossing::kOwner>(bvh, rays, counts);
+    } else {
+        count_hits_of_rays<Crossing::kEach>(bvh, rays, counts);
     }
 }
 

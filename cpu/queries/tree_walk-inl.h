@@ -19,12 +19,13 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-/// Calls visit(leaf) for the leaves whose box, and those of the nodes above, are among met(node),
-/// which returns slots as bits, until it returns false. Returns whether it never did.
+/// Calls visit(leaf) for the leaves below node `root` whose box, and those of the nodes above, are
+/// among met(node), which returns slots as bits, until it returns false. Returns whether it never
+/// did.
 template <class Met, class Visit>
-HWY_INLINE bool for_each_leaf(const Bvh& bvh, Met met, Visit visit) {
+HWY_INLINE bool for_each_leaf(const Bvh& bvh, Met met, Visit visit, std::uint32_t root = 0) {
     std::uint32_t stack[kMaxStack];
-    stack[0] = 0;
+    stack[0] = root;
     for (std::size_t size = 1; size > 0;) {
         const Node& node = bvh.nodes[stack[--size]];
         const std::uint32_t slots = met(node);

@@ -9,13 +9,15 @@
 
 #include <hwy/highway.h>
 
+#include "common/scene_queries.h"
 #include "cpu/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
-/// The exact path of intersect_triangle for vertices with rotated axes.
+/// The exact path of intersect_triangle, or of cross_triangle, for vertices with rotated axes.
+template <Crossing kCrossing = Crossing::kEach>
 HWY_INLINE Mask intersect_exactly(const lanes::ShearedRay& s, FloatVec tnear, FloatVec tfar,
                                   const lanes::Float3& a, const lanes::Float3& b,
                                   const lanes::Float3& c, lanes::TriangleHit& hit) {
@@ -23,7 +25,8 @@ HWY_INLINE Mask intersect_exactly(const lanes::ShearedRay& s, FloatVec tnear, Fl
     const lanes::Float3 pb = lanes::project_rotated(s, b);
     const lanes::Float3 pc = lanes::project_rotated(s, c);
     const lanes::Edges e = lanes::exact_edges(pa, pb, pc);
-    const Mask hits = lanes::exact_hit(s, e, pa.z, pb.z, pc.z, hit);
+    Mask hits = lanes::exact_hit(s, e, pa.z, pb.z, pc.z, hit);
+    if constexpr (kCrossing == Crossing::kOwner) hits = hits & lanes::owns_ray(e, pa, pb, pc);
     return hits & lanes::is_in_range(hit.t, tnear, tfar) & lanes::finite_vertices(a, b, c);
 }
 

@@ -145,11 +145,12 @@ struct LeafRays {
     FloatVec tnear;
 };
 
-/// intersect_triangles() for triangle i with its fast edge functions u, v and w given, and
-/// closest.t in place of tfar.
-HWY_INLINE void intersect_triangle(const LeafRays& rays, const Leaf& leaf, std::uint32_t i,
-                                   const ProjectedLeaf& points, lanes::Edges e,
-                                   ClosestHits& closest) {
+/// Calls keep(hits, hit, prim_id) for the lanes that hit triangle i no later than tfar of their
+/// rays; e has its fast edge functions u, v and w.
+template <Crossing kCrossing, class Keep>
+HWY_INLINE void intersect_triangle(const LeafRays& rays, const float* tfar_of_rays,
+                                   const Leaf& leaf, std::uint32_t i, const ProjectedLeaf& points,
+                                   lanes::Edges e, Keep keep) {
     if (has_equal_corners(leaf, i)) return;
     const std::uint32_t local = leaf.vertex[i].corners;
     const lanes::ShearedRay& s = rays.sheared;
@@ -163,7 +164,7 @@ HWY_INLINE void intersect_triangle(const LeafRays& rays, const Leaf& leaf, std::
     const DepthSum depth = depth_sum(e, a.z, b.z, c.z, s.dir.z);
     const Mask possible = rays.active & lanes::may_be_inside(e) & may_be_ahead(e, depth);
     if (none(possible)) return;
-    const FloatVec tfar = load(closest.t + rays.first);
+    const FloatVec tfar = load(tfar_of_rays + rays.first);
     lanes::TriangleHit hit;
     const Mask is_certain = lanes::weighted_hit(s, e, a.z, b.z, c.z, hit);
     const Mask is_hit = lanes::surely_inside(s, e) & is_certain;
@@ -174,7 +175,7 @@ HWY_INLINE void intersect_triangle(const LeafRays& rays, const Leaf& leaf, std::
     const lanes::Float3 vc(leaf_position(leaf, i, 2));
     if (!none(uncertain)) {
         lanes::TriangleHit exact;
-        const Mask exact_hits = intersect_exactly(
+        const Mask exact_hits = intersect_exactly<kCrossing>(
             s, rays.tnear, tfar, lanes::rotate_axes(va, s.axis), lanes::rotate_axes(vb, s.axis),
             lanes::rotate_axes(vc, s.axis), exact);
         hits = hits | (uncertain & exact_hits);
@@ -182,14 +183,15 @@ HWY_INLINE void intersect_triangle(const LeafRays& rays, const Leaf& leaf, std::
         hit.u = select(uncertain, exact.u, hit.u);
         hit.v = select(uncertain, exact.v, hit.v);
     }
-    closest.keep_closer(rays.first, hits & lanes::finite_vertices(va, vb, vc), hit,
-                        leaf.prim_id[i]);
+    keep(hits & lanes::finite_vertices(va, vb, vc), hit, leaf.prim_id[i]);
 }
 
-/// The closest hits of the rays `asked` (bits, from `first` on) in a leaf: lanes are rays.
+/// Calls keep(hits, hit, prim_id) for the triangles of a leaf that rays among `asked` (bits, from
+/// `first` on) hit no later than tfar of their rays: lanes are rays.
+template <Crossing kCrossing, class Keep>
 HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t first,
-                                        std::uint32_t asked, const Leaf& leaf,
-                                        ClosestHits& closest) {
+                                        std::uint32_t asked, const float* tfar, const Leaf& leaf,
+                                        Keep keep) {
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
     const LeafRays rays{first, sheared_rays(stream, first), mask_of(asked),
                         load(stream.tnear + first)};
@@ -206,8 +208,18 @@ HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t fir
         e.w = lanes::fast_edge(a, b);
         e.bound = points.bound;
         if (none(lanes::may_be_inside(e) & rays.active)) continue;
-        intersect_triangle(rays, leaf, i, points, e, closest);
+        intersect_triangle<kCrossing>(rays, tfar, leaf, i, points, e, keep);
     }
+}
+
+/// The closest hits of the rays `asked` (bits, from `first` on) in a leaf.
+HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t first,
+                                        std::uint32_t asked, const Leaf& leaf,
+                                        ClosestHits& closest) {
+    intersect_leaf_together<Crossing::kEach>(
+        stream, first, asked, closest.t, leaf,
+        [&](Mask hits, const lanes::TriangleHit& hit, std::uint32_t prim_id)
+            HWY_ATTR { closest.keep_closer(first, hits, hit, prim_id); });
 }
 
 }  // namespace HWY_NAMESPACE

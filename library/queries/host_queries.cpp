@@ -191,8 +191,10 @@ bool HostQueries::occluded(const Ray& ray) const {
 void HostQueries::ask(std::size_t total, const std::atomic<bool>* cancel, const Ask& ask) const {
     cost_.measure(total, [&] {
         const mray::SceneQueries& queries = backend_.scene_queries();
-        for_each_run(total, arena_, cancel,
-                     [&](std::size_t first, std::size_t count) { ask(queries, first, count); });
+        for_each_run(
+            total, arena_, cancel,
+            [&](std::size_t first, std::size_t count) { ask(queries, first, count); },
+            kQuestionRun);
     });
     throw_if_cancelled(cancel);
 }

@@ -9,6 +9,8 @@ namespace {
 // Images that are smaller gain nothing.
 constexpr std::size_t kLeastSide = 16;
 constexpr std::size_t kMostRow = std::size_t{1} << 16;
+// The rays of a tile are a stream (cpu/single_ray/ray_stream-inl.h).
+constexpr std::size_t kTileSide = 8;
 
 struct Direction {
     double x, y, z;
@@ -49,6 +51,27 @@ RayGrid find_grid(std::span<const Ray> rays) {
         step = next_step;
     }
     return {};
+}
+
+void find_tiled_places(const RayGrid& grid, std::size_t begin, std::span<std::size_t> places) {
+    const std::size_t band_size = kTileSide * grid.row;
+    const std::size_t tiled = grid.rows / kTileSide * band_size;
+    std::size_t filled = 0;
+    while (filled < places.size() && begin + filled < tiled) {
+        // The rest of a tile. Columns beside the tiles are a narrower one.
+        const std::size_t in_band = (begin + filled) % band_size;
+        const std::size_t x = in_band / (kTileSide * kTileSide) * kTileSide;
+        const std::size_t width = std::min(kTileSide, grid.row - x);
+        const std::size_t in_tile = in_band - x * kTileSide;
+        const std::size_t corner = begin + filled - in_band + x;
+        std::size_t column = in_tile % width;
+        for (std::size_t y = in_tile / width; y < kTileSide && filled < places.size(); ++y) {
+            for (; column < width && filled < places.size(); ++column)
+                places[filled++] = corner + y * grid.row + column;
+            column = 0;
+        }
+    }
+    for (; filled < places.size(); ++filled) places[filled] = begin + filled;
 }
 
 }  // namespace morphray::detail

@@ -18,6 +18,8 @@ namespace morphray::detail {
 inline constexpr std::size_t kFewRays = 256;
 /// Rays that are converted and traced together, in memory on the stack.
 inline constexpr std::size_t kRun = RaySpace::kMost;
+/// Rays or points that are asked about together: enough for streams of each octant of directions.
+inline constexpr std::size_t kQuestionRun = 2048;
 
 inline bool is_cancelled(const std::atomic<bool>* cancel) {
     return cancel != nullptr && cancel->load(std::memory_order_relaxed);
@@ -27,26 +29,27 @@ inline void throw_if_cancelled(const std::atomic<bool>* cancel) {
         throw mray::Error(mray::ErrorKind::kCancelled, "the query was cancelled");
 }
 
-/// Calls `work(first, count)` for runs of at most kRun of the rays [begin, end), until `cancel` is
+/// Calls `work(first, count)` for runs of at most `most` of the rays [begin, end), until `cancel` is
 /// true; null: for all of them.
 template <class Work>
-void for_runs_of(std::size_t begin, std::size_t end, const std::atomic<bool>* cancel, Work work) {
-    for (; begin < end && !is_cancelled(cancel); begin += kRun)
-        work(begin, std::min(kRun, end - begin));
+void for_runs_of(std::size_t begin, std::size_t end, const std::atomic<bool>* cancel, Work work,
+                 std::size_t most = kRun) {
+    for (; begin < end && !is_cancelled(cancel); begin += most)
+        work(begin, std::min(most, end - begin));
 }
 
 /// The same for the rays [0, total), in this thread or in many.
 template <class Work>
 void for_each_run(std::size_t total, mray::ThreadArena& arena, const std::atomic<bool>* cancel,
-                  Work work) {
+                  Work work, std::size_t most = kRun) {
     if (total <= kFewRays) {
-        for_runs_of(0, total, cancel, work);
+        for_runs_of(0, total, cancel, work, most);
         return;
     }
     using Range = tbb::blocked_range<std::size_t>;
     arena.execute([&] {
         tbb::parallel_for(Range(0, total, kRun), [&](const Range& range) {
-            for_runs_of(range.begin(), range.end(), cancel, work);
+            for_runs_of(range.begin(), range.end(), cancel, work, most);
         });
     });
 }

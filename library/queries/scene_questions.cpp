@@ -14,6 +14,7 @@
 #include "common/scene/exact_crossing.h"
 #include "cpu/queries/closest_places.h"
 #include "library/queries/point_order.h"
+#include "library/queries/ray_grid.h"
 #include "library/scene/errors.h"
 
 namespace morphray::detail {
@@ -87,15 +88,28 @@ void for_runs(std::size_t total, Work work) {
 void SceneQuestions::count(std::span<const Ray> rays, std::span<std::uint64_t> counts,
                            Crossing crossing, const std::atomic<bool>* cancel) const {
     require_room(rays.size(), "rays", counts.size());
+    const auto ask = [&](const mray::SceneQueries& scene, std::span<const Ray> some,
+                         std::span<std::uint64_t> counts_of_some) {
+        std::vector<mray::Ray> part;
+        part.reserve(some.size());
+        for_runs(some.size(), [&](std::size_t first, std::size_t count) {
+            const SceneRun run(rays_, some.subspan(first, count));
+            part.insert(part.end(), run.rays.begin(), run.rays.end());
+        });
+        scene.count(part, crossing_of(crossing), counts_of_some);
+    };
+    const RayGrid grid = find_grid(rays);
     queries_.ask(rays.size(), cancel,
                  [&](const mray::SceneQueries& scene, std::size_t begin, std::size_t size) {
-                     std::vector<mray::Ray> part;
-                     part.reserve(size);
-                     for_runs(size, [&](std::size_t first, std::size_t count) {
-                         const SceneRun run(rays_, rays.subspan(begin + first, count));
-                         part.insert(part.end(), run.rays.begin(), run.rays.end());
-                     });
-                     scene.count(part, crossing_of(crossing), counts.subspan(begin, size));
+                     if (grid.row == 0)
+                         return ask(scene, rays.subspan(begin, size), counts.subspan(begin, size));
+                     std::vector<std::size_t> places(size);
+                     find_tiled_places(grid, begin, places);
+                     std::vector<Ray> tiled(size);
+                     std::vector<std::uint64_t> tiled_counts(size);
+                     for (std::size_t i = 0; i < size; ++i) tiled[i] = rays[places[i]];
+                     ask(scene, tiled, tiled_counts);
+                     for (std::size_t i = 0; i < size; ++i) counts[places[i]] = tiled_counts[i];
                  });
 }
 

@@ -12,6 +12,9 @@
 
 namespace mray::app {
 
+/// Pixels of a comparison that tables and pages describe.
+inline constexpr std::size_t kShownPixels = 3;
+
 /// The comparison of one variant of one frame with the reference.
 struct CheckRow {
     double frame = 0;

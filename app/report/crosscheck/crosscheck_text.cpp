@@ -12,8 +12,6 @@
 namespace mray::app {
 namespace {
 
-// Pixels of a comparison that are described.
-constexpr std::size_t kShownPixels = 3;
 // Comparisons that are described in detail.
 constexpr std::size_t kShownRows = 8;
 

@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kCommand = "crosscheck --bless";
 constexpr std::uint64_t kMostBytes = 1 << 26;
-constexpr std::uint64_t kMostSide = 65536;
+constexpr std::uint64_t kMostRecordedSide = 65536;
 
 /// The options that decide which image is traced; how the tree is built does not.
 std::string view_text(const Options& options) {
@@ -67,8 +67,8 @@ ReferenceImage image_of(const JsonAt& json) {
 GoldenScene scene_of(const JsonAt& json) {
     GoldenScene scene;
     scene.scene = json.at("scene").text();
-    scene.width = static_cast<std::uint32_t>(count_of(json.at("width"), kMostSide));
-    scene.height = static_cast<std::uint32_t>(count_of(json.at("height"), kMostSide));
+    scene.width = static_cast<std::uint32_t>(count_of(json.at("width"), kMostRecordedSide));
+    scene.height = static_cast<std::uint32_t>(count_of(json.at("height"), kMostRecordedSide));
     scene.view = json.at("options").text();
     const JsonAt images = json.at("images");
     for (std::size_t i = 0; i < images.size(); ++i) scene.images.push_back(image_of(images[i]));

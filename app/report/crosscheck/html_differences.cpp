@@ -11,9 +11,6 @@
 namespace mray::app {
 namespace {
 
-// Pixels of a comparison that are described.
-constexpr std::size_t kShownPixels = 3;
-
 std::string kinds_html(const FrameDifference& difference) {
     std::string html = "<ul class=\"kinds\">";
     for (const DifferenceKind& kind : difference_kinds()) {

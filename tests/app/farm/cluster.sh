@@ -37,6 +37,7 @@ configure_cluster() {
     local user host ports i=1 node
     user=$(id -un) host=$(hostname -s)
     mapfile -t ports < <(cluster_ports $(($# + 1)))
+    # With ReturnToService=2 a late answer of a daemon that was killed brings its node back (Slurm 24).
     cat <<EOF
 ClusterName=local
 SlurmctldHost=$host(127.0.0.1)
@@ -60,7 +61,7 @@ SelectTypeParameters=CR_CPU
 JobAcctGatherType=jobacct_gather/none
 AccountingStorageType=accounting_storage/none
 MpiDefault=none
-ReturnToService=2
+ReturnToService=1
 KillWait=5
 JobRequeue=1
 SchedulerParameters=sched_interval=1

@@ -125,5 +125,30 @@ TEST(TreeQueries, AnswerAboutPointsNearEachOtherAsBruteForceOnEveryTarget) {
     }
 }
 
+TEST(TreeQueries, CountHitsOfRaysNearEachOtherAsBruteForceOnEveryTarget) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const cpu::BruteQueries brute(scene.topology(), scene.positions());
+        // From one place each to a group of points.
+        const std::vector<vec3> points = grouped_points(scene, 60);
+        std::vector<Ray> rays = mixed_rays(scene, points.size(), 13);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            rays[i].org = rays[i - i % 48].org;
+            const vec3 dir = points[i] - rays[i].org;
+            if (dir != vec3(0, 0, 0)) rays[i].dir = dir;
+        }
+        for (const Crossing crossing : {Crossing::kEach, Crossing::kOwner}) {
+            std::vector<std::uint64_t> expected(rays.size());
+            brute.count(rays, crossing, expected);
+            for (const SimdTarget& target : supported_simd_targets()) {
+                std::vector<std::uint64_t> counts(rays.size());
+                cpu::TreeQueries(bvh, target).count(rays, crossing, counts);
+                EXPECT_EQ(counts, expected) << named.name << ", " << target.name;
+            }
+        }
+    }
+}
+
 }  // namespace
 }  // namespace mray::test

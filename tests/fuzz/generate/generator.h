@@ -16,9 +16,11 @@ struct GeneratorConfig {
 /// A pure function of seed and config. make_image_params() may refuse the view.
 FuzzCase make_case(std::uint64_t seed, const GeneratorConfig& config = {});
 
-/// The number of rays, and of points, of make_questions(); in one of four cases the points come in
-/// groups, so many that they are asked about together.
+/// The number of rays, and of points, of make_questions(); in one of four cases the rays, or the
+/// points, come in groups, so many that they are asked about together.
 inline constexpr std::size_t kAskedRays = 24;
+inline constexpr std::size_t kAskedRayGroups = 2;
+inline constexpr std::size_t kRayGroupSize = 40;
 inline constexpr std::size_t kAskedPoints = 64;
 inline constexpr std::size_t kAskedGroups = 20;
 inline constexpr std::size_t kGroupSize = 16;

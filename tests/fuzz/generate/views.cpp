@@ -136,4 +136,17 @@ std::vector<WorldRay> make_rays(Dice& dice, const Surroundings& around, std::siz
     return rays;
 }
 
+std::vector<WorldRay> make_ray_groups(Dice& dice, const Surroundings& around, std::size_t groups,
+                                      std::size_t size) {
+    std::vector<WorldRay> rays;
+    for (std::size_t group = 0; group < groups; ++group) {
+        const dvec3 org = special_place(dice, around).point;
+        const dvec3 target = special_target(dice, around);
+        const double spread = dice.magnitude(1e-9, 1) * around.extent;
+        for (std::size_t i = 0; i < size; ++i)
+            rays.push_back(ray_towards(dice, around, org, target + dice.point(spread)));
+    }
+    return rays;
+}
+
 }  // namespace mray::fuzz
