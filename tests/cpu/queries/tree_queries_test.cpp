@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
+#include "common/interop/arithmetic.h"
 #include "cpu/reference/brute_queries.h"
 #include "cpu/refit/refit.h"
 #include "tests/support/closed_poses.h"
@@ -135,8 +136,16 @@ TEST(TreeQueries, CountHitsOfRaysNearEachOtherAsBruteForceOnEveryTarget) {
         std::vector<Ray> rays = mixed_rays(scene, points.size(), 13);
         for (std::size_t i = 0; i < rays.size(); ++i) {
             rays[i].org = rays[i - i % 48].org;
-            const vec3 dir = points[i] - rays[i].org;
-            if (dir != vec3(0, 0, 0)) rays[i].dir = dir;
+            const vec3 dir = snap_point(points[i]) - rays[i].org;
+            if (dir != vec3(0, 0, 0)) rays[i].dir = canonical_direction(dir);
+            rays[i].tfar = i % 4 == 0 ? rays[i].tnear : kInfiniteT;
+        }
+        // Some end at their first hit, or just before it.
+        std::vector<Hit> first(rays.size());
+        brute.intersect_after(rays, std::vector<HitCursor>(rays.size()), Crossing::kEach, first);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            if (first[i].prim_id == kNoPrim || i % 3 == 0) continue;
+            rays[i].tfar = i % 3 == 1 ? first[i].t : std::nextafter(first[i].t, 0.0f);
         }
         for (const Crossing crossing : {Crossing::kEach, Crossing::kOwner}) {
             std::vector<std::uint64_t> expected(rays.size());
