@@ -24,9 +24,8 @@ FuzzCase make_questions(std::uint64_t seed) {
     const std::vector<vec3> positions = world_positions(fuzz_case, fuzz_case.frame);
     const Surroundings around(positions, fuzz_case.triangles);
     fuzz_case.view.width = fuzz_case.view.height = 0;
-    fuzz_case.rays = dice.one_in(4)
-                         ? make_ray_groups(dice, around, kAskedRayGroups, kRayGroupSize)
-                         : make_rays(dice, around, kAskedRays);
+    fuzz_case.rays = dice.one_in(4) ? make_ray_groups(dice, around, kAskedRayGroups, kRayGroupSize)
+                                    : make_rays(dice, around, kAskedRays);
     fuzz_case.asks_questions = true;
     fuzz_case.points = dice.one_in(4) ? make_groups(dice, around, kAskedGroups, kGroupSize)
                                       : make_points(dice, around, kAskedPoints);
