@@ -64,6 +64,7 @@ RTCBounds bounds_of(const SceneObject& scene) {
 using namespace mray::embree;
 
 void rtcGetSceneBounds(RTCScene scene, struct RTCBounds* bounds) {
+    if (const Forward to = forward(scene)) return to->rtcGetSceneBounds(to.scene, bounds);
     with<SceneObject>("rtcGetSceneBounds", scene, [&](SceneObject& s) {
         if (bounds == nullptr) fail_argument("the bounds are null");
         *bounds = bounds_of(s);
@@ -71,6 +72,7 @@ void rtcGetSceneBounds(RTCScene scene, struct RTCBounds* bounds) {
 }
 
 void rtcGetSceneLinearBounds(RTCScene scene, struct RTCLinearBounds* bounds) {
+    if (const Forward to = forward(scene)) return to->rtcGetSceneLinearBounds(to.scene, bounds);
     with<SceneObject>("rtcGetSceneLinearBounds", scene, [&](SceneObject& s) {
         if (bounds == nullptr) fail_argument("the bounds are null");
         bounds->bounds0 = bounds_of(s);

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "embree/fallback.h"
 #include "embree/object.h"
 #include "embree/rtcore.h"
 #include "morphray/device.hpp"
@@ -21,8 +22,11 @@ struct Failure {
     std::string message;
 };
 
+/// One of what this library does not do.
+struct Unsupported : Failure {};
+
 [[noreturn]] void fail_argument(std::string message);
-/// For all that this library does not do: `what` is the subject of a sentence.
+/// Throws Unsupported: `what` is the subject of a sentence.
 [[noreturn]] void fail_unsupported(const std::string& what);
 
 /// The settings in the text of rtcNewDevice().
@@ -37,7 +41,11 @@ public:
     /// Reads Embree's text of settings: isa=, max_isa=, threads= and verbose= count, the others are
     /// known and have no meaning here. Null: none.
     explicit Device(const char* config);
+    ~Device() override;
 
+    /// Embree's own library, if the user wishes it, and its device; null: none.
+    const Fallback* fallback() const { return fallback_; }
+    RTCDevice twin() const { return twin_; }
     const morphray::Device& tracer() const { return tracer_; }
 
     void set_error_function(RTCErrorFunction function, void* user);
@@ -54,6 +62,7 @@ public:
 
 private:
     explicit Device(const Settings& settings);
+    void make_twin(const char* config);
 
     std::uint64_t number_;
     bool is_verbose_ = false;
@@ -62,6 +71,8 @@ private:
     void* error_user_ = nullptr;
     RTCMemoryMonitorFunction memory_function_ = nullptr;
     void* memory_user_ = nullptr;
+    const Fallback* fallback_ = nullptr;
+    RTCDevice twin_ = nullptr;
 };
 
 /// Notes an error in this thread's slot of the device, or that of no device, unless the slot has an

@@ -172,23 +172,31 @@ using namespace mray::embree;
 bool rtcPointQuery(RTCScene scene, struct RTCPointQuery* query,
                    struct RTCPointQueryContext* context, RTCPointQueryFunction function,
                    void* user) {
+    if (const Forward to = forward(scene))
+        return to->rtcPointQuery(to.scene, query, context, function, user);
     return query_point(scene, query, context, function, user);
 }
 
 bool rtcPointQuery4(const int* valid, RTCScene scene, struct RTCPointQuery4* queries,
                     struct RTCPointQueryContext* context, RTCPointQueryFunction function,
                     void** users) {
+    if (const Forward to = forward(scene))
+        return to->rtcPointQuery4(valid, to.scene, queries, context, function, users);
     return query_points<4>(valid, scene, queries, context, function, users);
 }
 
 bool rtcPointQuery8(const int* valid, RTCScene scene, struct RTCPointQuery8* queries,
                     struct RTCPointQueryContext* context, RTCPointQueryFunction function,
                     void** users) {
+    if (const Forward to = forward(scene))
+        return to->rtcPointQuery8(valid, to.scene, queries, context, function, users);
     return query_points<8>(valid, scene, queries, context, function, users);
 }
 
 bool rtcPointQuery16(const int* valid, RTCScene scene, struct RTCPointQuery16* queries,
                      struct RTCPointQueryContext* context, RTCPointQueryFunction function,
                      void** users) {
+    if (const Forward to = forward(scene))
+        return to->rtcPointQuery16(valid, to.scene, queries, context, function, users);
     return query_points<16>(valid, scene, queries, context, function, users);
 }

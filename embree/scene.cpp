@@ -51,8 +51,13 @@ void Committed::read_settings() {
     }
 }
 
+SceneObject::SceneObject(Device& device) : device_(&device) {
+    if (device.twin() != nullptr) twin_ = device.fallback()->rtcNewScene(device.twin());
+}
+
 SceneObject::~SceneObject() {
-    if (committed_ != nullptr) device_->give_memory(committed_->bytes);
+    on_twin(*this, &Fallback::rtcReleaseScene);
+    forget();
 }
 
 unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
@@ -75,12 +80,16 @@ unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
         by_id_[id] = &geometry;
     }
     attachments_.emplace(id, Ref<Geometry>(&geometry));
+    on_twin(*this, &Fallback::rtcAttachGeometryByID, geometry.twin(), id);
     return id;
 }
 
 void SceneObject::detach(unsigned int id) {
     const std::scoped_lock lock(mutex_);
-    if (attachments_.erase(id) == 0) fail_argument("no geometry has the ID " + std::to_string(id));
+    const auto found = attachments_.find(id);
+    if (found == attachments_.end()) fail_argument("no geometry has the ID " + std::to_string(id));
+    on_twin(*this, &Fallback::rtcDetachGeometry, id);
+    attachments_.erase(found);
     if (id < by_id_.size()) by_id_[id] = nullptr;
 }
 
@@ -95,14 +104,21 @@ Geometry* SceneObject::find_locked(unsigned int id) const {
     return find(id);
 }
 
+void SceneObject::set_flags(RTCSceneFlags flags) {
+    flags_ = flags;
+    on_twin(*this, &Fallback::rtcSetSceneFlags, flags);
+}
+
 void SceneObject::set_build_quality(RTCBuildQuality quality) {
     if (quality > RTC_BUILD_QUALITY_HIGH) fail_argument("the build quality is unknown");
     quality_ = quality;
+    on_twin(*this, &Fallback::rtcSetSceneBuildQuality, quality);
 }
 
 void SceneObject::set_progress_function(RTCProgressMonitorFunction function, void* user) {
     progress_function_ = function;
     progress_user_ = user;
+    on_twin(*this, &Fallback::rtcSetSceneProgressMonitorFunction, function, user);
 }
 
 void SceneObject::report_progress(double part) const {
@@ -116,13 +132,27 @@ const Committed& SceneObject::committed() const {
     return *found;
 }
 
+std::vector<Part> SceneObject::collect() {
+    const std::scoped_lock lock(mutex_);
+    return collect_parts(attachments_);
+}
+
 void SceneObject::commit() {
     const std::scoped_lock lock(commit_mutex_);
     std::vector<Part> parts;
-    {
-        const std::scoped_lock attach_lock(mutex_);
-        parts = collect_parts(attachments_);
+    try {
+        parts = collect();
+    } catch (const Unsupported& what) {
+        current_.store(nullptr, std::memory_order_release);
+        if (twin_ == nullptr) throw;
+        announce_fallback(*device_->fallback(), what.message);
+        commit_twin();
+        return;
+    } catch (...) {
+        current_.store(nullptr, std::memory_order_release);
+        throw;
     }
+    is_twin_used_.store(false, std::memory_order_release);
     const bool is_kept = committed_ != nullptr && have_same_shape(committed_->parts, parts) &&
                          quality_ == built_quality_ && is_any_refitted(parts) == built_refitted_;
     const bool is_robust = (flags_ & RTC_SCENE_FLAG_ROBUST) != 0;
@@ -144,9 +174,32 @@ void SceneObject::commit() {
     current_.store(committed_.get(), std::memory_order_release);
 }
 
-void SceneObject::build(std::vector<Part> parts) {
+void SceneObject::forget() {
     if (committed_ != nullptr) device_->give_memory(committed_->bytes);
     committed_ = nullptr;
+}
+
+/// Queries during it are those of the program to avoid, as they are with Embree: the twin cannot
+/// say whether it has anything to do.
+void SceneObject::commit_twin() {
+    forget();
+    const Fallback& fallback = *device_->fallback();
+    fallback.rtcGetDeviceError(device_->twin());
+    commit_twins(0);
+    const RTCError error = fallback.rtcGetDeviceError(device_->twin());
+    is_twin_used_.store(error == RTC_ERROR_NONE, std::memory_order_release);
+}
+
+void SceneObject::commit_twins(std::size_t level) {
+    if (level == kMostLevels) fail_argument("instances are nested more than 32 levels deep");
+    for (const auto& [id, geometry] : attachments_)
+        for (SceneObject* const scene : geometry->instanced_scenes())
+            scene->commit_twins(level + 1);
+    on_twin(*this, &Fallback::rtcJoinCommitScene);
+}
+
+void SceneObject::build(std::vector<Part> parts) {
+    forget();
     auto made = std::make_unique<Committed>();
     made->parts = std::move(parts);
     std::vector<std::vector<std::uint32_t>> triangles(made->parts.size());
@@ -210,8 +263,7 @@ void SceneObject::update(const std::vector<Part>& parts) {
             committed_->scene->update();
         }
     } catch (...) {
-        device_->give_memory(committed_->bytes);
-        committed_ = nullptr;
+        forget();
         throw;
     }
 }

@@ -44,10 +44,17 @@ private:
 /// during one are refused. Geometries may be attached by several threads at the same time.
 class SceneObject final : public Object {
 public:
-    explicit SceneObject(Device& device) : device_(&device) {}
+    explicit SceneObject(Device& device);
     ~SceneObject() override;
 
     Device& device() const { return *device_; }
+    /// That of the fallback library; null: none.
+    RTCScene twin() const { return twin_; }
+    /// The twin, if it answers the queries.
+    RTCScene twin_in_use() const {
+        return current() == nullptr && is_twin_used_.load(std::memory_order_acquire) ? twin_
+                                                                                     : nullptr;
+    }
 
     /// The lowest ID that is free, or `id` if it is given. Throws Failure if that is taken.
     unsigned int attach(Geometry& geometry, unsigned int id = kInvalid);
@@ -57,21 +64,26 @@ public:
     Geometry* find_locked(unsigned int id) const;
     const Attachments& attachments() const { return attachments_; }
 
-    void set_flags(RTCSceneFlags flags) { flags_ = flags; }
+    void set_flags(RTCSceneFlags flags);
     RTCSceneFlags flags() const { return flags_; }
     void set_build_quality(RTCBuildQuality quality);
     void set_progress_function(RTCProgressMonitorFunction function, void* user);
 
     /// Brings queries to the geometries. Several threads may call it: the first one works, the
     /// others wait. Throws Failure or morphray::Error; then queries are refused until a later
-    /// commit succeeds.
+    /// commit succeeds. A scene with what is not supported is committed as its twin, if it has one.
     void commit();
-    /// Null before the first commit and during one.
+    /// Null before the first commit, during one, and if the twin is in use.
     const Committed* current() const { return current_.load(std::memory_order_acquire); }
     /// Throws Failure if there is none.
     const Committed& committed() const;
 
 private:
+    std::vector<Part> collect();
+    void commit_twin();
+    /// Commits the twins of instanced scenes, then that of this one.
+    void commit_twins(std::size_t level);
+    void forget();
     void build(std::vector<Part> parts);
     void update(const std::vector<Part>& parts);
     void report_progress(double part) const;
@@ -92,6 +104,23 @@ private:
     RTCBuildQuality built_quality_ = RTC_BUILD_QUALITY_MEDIUM;
     bool built_refitted_ = false;
     std::atomic<const Committed*> current_ = nullptr;
+
+    RTCScene twin_ = nullptr;
+    std::atomic<bool> is_twin_used_ = false;
 };
+
+/// The fallback library and the twin that answers a scene there; false: the scene is ours.
+struct Forward {
+    const Fallback* library = nullptr;
+    RTCScene scene = nullptr;
+
+    explicit operator bool() const { return scene != nullptr; }
+    const Fallback* operator->() const { return library; }
+};
+inline Forward forward(RTCScene handle) {
+    const auto* const scene = reinterpret_cast<const SceneObject*>(handle);
+    if (scene == nullptr || scene->twin_in_use() == nullptr) return {};
+    return {scene->device().fallback(), scene->twin_in_use()};
+}
 
 }  // namespace mray::embree

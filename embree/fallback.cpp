@@ -1,0 +1,70 @@
+#include "embree/fallback.h"
+
+#include <dlfcn.h>
+
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <type_traits>
+
+#include "embree/device.h"
+
+// The library's own calls stay inside it. The sanitizer of addresses takes none that is bound so.
+#if defined(__SANITIZE_ADDRESS__)
+#define MORPHRAY_BINDING 0
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define MORPHRAY_BINDING 0
+#endif
+#endif
+#ifndef MORPHRAY_BINDING
+#define MORPHRAY_BINDING RTLD_DEEPBIND
+#endif
+
+namespace mray::embree {
+namespace {
+
+constexpr const char* kVariable = "MORPHRAY_EMBREE_FALLBACK";
+
+std::atomic<const Fallback*> loaded = nullptr;
+
+[[noreturn]] void fail_loading(const std::string& reason) {
+    throw Failure{RTC_ERROR_INVALID_ARGUMENT, std::string(kVariable) + ": " + reason};
+}
+
+}  // namespace
+
+Fallback::Fallback(const char* file) : path(file) {
+    void* const library = dlopen(file, RTLD_NOW | RTLD_LOCAL | MORPHRAY_BINDING);
+    if (library == nullptr) fail_loading(dlerror());
+    const auto find = [&](const char* name, auto& function) {
+        function =
+            reinterpret_cast<std::remove_reference_t<decltype(function)>>(dlsym(library, name));
+        if (function == nullptr)
+            fail_loading(path + " is not the library of Embree " RTC_VERSION_STRING ": it has no " +
+                         name);
+    };
+#define MORPHRAY_FIND(name) find(#name, name);
+    MORPHRAY_FALLBACK_FUNCTIONS(MORPHRAY_FIND)
+#undef MORPHRAY_FIND
+    if (rtcNewDevice == &::rtcNewDevice) fail_loading(path + " is morphray's own library");
+}
+
+const Fallback* load_fallback() {
+    const char* const path = std::getenv(kVariable);
+    if (path == nullptr || *path == '\0') return nullptr;
+    static const Fallback library(path);
+    loaded.store(&library, std::memory_order_release);
+    return &library;
+}
+
+const Fallback* loaded_fallback() { return loaded.load(std::memory_order_acquire); }
+
+void announce_fallback(const Fallback& library, const std::string& reason) {
+    static std::atomic<bool> is_said = false;
+    if (is_said.exchange(true)) return;
+    std::fprintf(stderr, "morphray: %s: %s answers such scenes\n", reason.c_str(),
+                 library.path.c_str());
+}
+
+}  // namespace mray::embree
