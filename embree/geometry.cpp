@@ -159,6 +159,8 @@ void Geometry::share_with_twin(RTCBufferType type, unsigned int slot) const {
 }
 
 void Geometry::touch_buffer(RTCBufferType type, unsigned int slot) {
+    // The rules of other types are those of their twins.
+    if (unsupported() != nullptr) return;
     buffer(type, slot);
     if (type == RTC_BUFFER_TYPE_INDEX) ++version_.shape;
     if (type == RTC_BUFFER_TYPE_VERTEX) ++version_.pose;

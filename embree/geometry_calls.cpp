@@ -49,10 +49,15 @@ unsigned int ask_twin(const char* call, RTCGeometry geometry, Function Fallback:
     throw Failure{RTC_ERROR_INVALID_OPERATION, message};
 }
 
-BufferView make_view(Ref<Buffer> buffer, RTCFormat format, std::size_t offset, std::size_t stride,
-                     std::size_t count) {
-    if ((reinterpret_cast<std::uintptr_t>(buffer->data()) + offset) % 4 != 0 || stride % 4 != 0)
+/// Flags of curves are bytes, so the buffers of other types may lie anywhere.
+void check_places(const Geometry& geometry, std::size_t first, std::size_t stride) {
+    if (geometry.unsupported() == nullptr && (first % 4 != 0 || stride % 4 != 0))
         fail_operation("offset and stride of a buffer are multiples of 4 bytes");
+}
+
+BufferView make_view(const Geometry& geometry, Ref<Buffer> buffer, RTCFormat format,
+                     std::size_t offset, std::size_t stride, std::size_t count) {
+    check_places(geometry, reinterpret_cast<std::uintptr_t>(buffer->data()) + offset, stride);
     char* const data = buffer->data() == nullptr ? nullptr : buffer->data() + offset;
     if (data == nullptr && count > 0) fail_argument("the buffer has no data");
     return {std::move(buffer), format, data, stride, count};
@@ -153,7 +158,7 @@ void rtcSetGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, unsigne
         if (offset > shared->size() ||
             (stride != 0 && count > (shared->size() - offset + stride - 1) / stride))
             fail_argument("the items reach beyond the end of the buffer");
-        g.set_buffer(type, slot, make_view(shared, format, offset, stride, count));
+        g.set_buffer(type, slot, make_view(g, shared, format, offset, stride, count));
     });
 }
 
@@ -164,7 +169,7 @@ void rtcSetSharedGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, u
         auto* const made = new Buffer(g.device(), const_cast<void*>(data), offset + stride * count);
         const Ref<Buffer> shared(made);
         made->release();
-        g.set_buffer(type, slot, make_view(shared, format, offset, stride, count));
+        g.set_buffer(type, slot, make_view(g, shared, format, offset, stride, count));
     });
 }
 
@@ -172,11 +177,11 @@ void* rtcSetNewGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, uns
                               enum RTCFormat format, size_t stride, size_t count) {
     return with_geometry("rtcSetNewGeometryBuffer", geometry, [&](Geometry& g) -> void* {
         if (stride != 0 && count > SIZE_MAX / 2 / stride) throw std::bad_alloc();
-        if (stride % 4 != 0) fail_operation("the stride of a buffer is a multiple of 4 bytes");
+        check_places(g, 0, stride);
         auto* const made = new Buffer(g.device(), stride * count);
         const Ref<Buffer> own(made);
         made->release();
-        g.set_buffer(type, slot, make_view(own, format, 0, stride, count));
+        g.set_buffer(type, slot, make_view(g, own, format, 0, stride, count));
         return own->data();
     });
 }
