@@ -121,6 +121,19 @@ TEST(DoorErrors, WhatIsNotSupportedIsNamed) {
     rtcReleaseScene(scene);
 }
 
+TEST(DoorErrors, ACommitThatIsRefusedLeavesNoOldAnswers) {
+    const Door door;
+    RTCScene scene = door.committed({door.triangle()});
+    RTCGeometry grid = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_GRID);
+    rtcAttachGeometry(scene, grid);
+    rtcCommitScene(scene);
+    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION);
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, kInvalid);
+    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION);
+    rtcReleaseGeometry(grid);
+    rtcReleaseScene(scene);
+}
+
 TEST(DoorErrors, MotionBlurIsRefusedUnlessNothingMoves) {
     const Door door;
     RTCGeometry mesh = door.triangle();
