@@ -9,22 +9,17 @@
 
 #include "embree/device.h"
 
-// The library's own calls stay inside it. The sanitizer of addresses takes none that is bound so.
-#if defined(__SANITIZE_ADDRESS__)
-#define MORPHRAY_BINDING 0
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define MORPHRAY_BINDING 0
-#endif
-#endif
-#ifndef MORPHRAY_BINDING
-#define MORPHRAY_BINDING RTLD_DEEPBIND
-#endif
-
 namespace mray::embree {
 namespace {
 
 constexpr const char* kVariable = "MORPHRAY_EMBREE_FALLBACK";
+
+// The library's own calls stay inside it. Sanitizers take no library that is bound so.
+#ifdef MORPHRAY_SANITIZED
+constexpr int kBinding = RTLD_NOW | RTLD_LOCAL;
+#else
+constexpr int kBinding = RTLD_NOW | RTLD_LOCAL | RTLD_DEEPBIND;
+#endif
 
 std::atomic<const Fallback*> loaded = nullptr;
 
@@ -35,7 +30,7 @@ std::atomic<const Fallback*> loaded = nullptr;
 }  // namespace
 
 Fallback::Fallback(const char* file) : path(file) {
-    void* const library = dlopen(file, RTLD_NOW | RTLD_LOCAL | MORPHRAY_BINDING);
+    void* const library = dlopen(file, kBinding);
     if (library == nullptr) fail_loading(dlerror());
     const auto find = [&](const char* name, auto& function) {
         function =
