@@ -1,6 +1,7 @@
 // Devices, and the errors of calls.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -46,6 +47,10 @@ public:
     /// Embree's own library, if the user wishes it, and its device; null: none.
     const Fallback* fallback() const { return fallback_; }
     RTCDevice twin() const { return twin_; }
+    /// Whether a user geometry was made, which may send rays on into any scene. From then on the
+    /// twins of all scenes are committed.
+    bool has_user_geometry() const { return has_user_geometry_; }
+    void note_user_geometry() { has_user_geometry_ = true; }
     const morphray::Device& tracer() const { return tracer_; }
 
     void set_error_function(RTCErrorFunction function, void* user);
@@ -73,6 +78,7 @@ private:
     void* memory_user_ = nullptr;
     const Fallback* fallback_ = nullptr;
     RTCDevice twin_ = nullptr;
+    std::atomic<bool> has_user_geometry_ = false;
 };
 
 /// Notes an error in this thread's slot of the device, or that of no device, unless the slot has an

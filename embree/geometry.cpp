@@ -53,6 +53,7 @@ Geometry::Geometry(Device& device, RTCGeometryType type) : device_(&device), typ
     const bool is_mesh = type == RTC_GEOMETRY_TYPE_TRIANGLE || type == RTC_GEOMETRY_TYPE_QUAD;
     if (!is_mesh && !is_instance() && unsupported() == nullptr)
         fail_argument("the type of geometry is unknown");
+    if (type == RTC_GEOMETRY_TYPE_USER) device.note_user_geometry();
     if (device.twin() != nullptr) twin_ = device.fallback()->rtcNewGeometry(device.twin(), type);
 }
 

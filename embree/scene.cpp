@@ -146,13 +146,19 @@ void SceneObject::commit() {
         current_.store(nullptr, std::memory_order_release);
         if (twin_ == nullptr) throw;
         announce_fallback(*device_->fallback(), what.message);
+        forget();
         commit_twin();
         return;
     } catch (...) {
         current_.store(nullptr, std::memory_order_release);
         throw;
     }
-    is_twin_used_.store(false, std::memory_order_release);
+    is_twin_committed_.store(false, std::memory_order_release);
+    commit_parts(std::move(parts));
+    if (twin_ != nullptr && device_->has_user_geometry()) commit_twin();
+}
+
+void SceneObject::commit_parts(std::vector<Part> parts) {
     const bool is_kept = committed_ != nullptr && have_same_shape(committed_->parts, parts) &&
                          quality_ == built_quality_ && is_any_refitted(parts) == built_refitted_;
     const bool is_robust = (flags_ & RTC_SCENE_FLAG_ROBUST) != 0;
@@ -182,12 +188,11 @@ void SceneObject::forget() {
 /// Queries during it are those of the program to avoid, as they are with Embree: the twin cannot
 /// say whether it has anything to do.
 void SceneObject::commit_twin() {
-    forget();
     const Fallback& fallback = *device_->fallback();
     fallback.rtcGetDeviceError(device_->twin());
     commit_twins(0);
     const RTCError error = fallback.rtcGetDeviceError(device_->twin());
-    is_twin_used_.store(error == RTC_ERROR_NONE, std::memory_order_release);
+    is_twin_committed_.store(error == RTC_ERROR_NONE, std::memory_order_release);
 }
 
 void SceneObject::commit_twins(std::size_t level) {

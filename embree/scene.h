@@ -52,8 +52,12 @@ public:
     RTCScene twin() const { return twin_; }
     /// The twin, if it answers the queries.
     RTCScene twin_in_use() const {
-        return current() == nullptr && is_twin_used_.load(std::memory_order_acquire) ? twin_
-                                                                                     : nullptr;
+        return current() == nullptr && is_twin_committed_.load(std::memory_order_acquire) ? twin_
+                                                                                          : nullptr;
+    }
+    /// The twin, if it may be asked at all: rays of user geometries go from twin to twin.
+    RTCScene committed_twin() const {
+        return is_twin_committed_.load(std::memory_order_acquire) ? twin_ : nullptr;
     }
 
     /// The lowest ID that is free, or `id` if it is given. Throws Failure if that is taken.
@@ -80,6 +84,7 @@ public:
 
 private:
     std::vector<Part> collect();
+    void commit_parts(std::vector<Part> parts);
     void commit_twin();
     /// Commits the twins of instanced scenes, then that of this one.
     void commit_twins(std::size_t level);
@@ -106,7 +111,7 @@ private:
     std::atomic<const Committed*> current_ = nullptr;
 
     RTCScene twin_ = nullptr;
-    std::atomic<bool> is_twin_used_ = false;
+    std::atomic<bool> is_twin_committed_ = false;
 };
 
 /// The fallback library and the twin that answers a scene there; false: the scene is ours.
