@@ -39,7 +39,7 @@ void intersect_one(const Query& query, RTCRayHit& rayhit) {
     const morphray::Ray traced = query.to_trace(rayhit.ray);
     const morphray::Hit found = query.scene().intersect(traced);
     if (!found) return;
-    if (query.takes_any_hit()) {
+    if (query.takes_any_hit(rayhit.ray.mask)) {
         rayhit.ray.tfar = found.t;
         copy_hit(rayhit.hit, query.make_hit(found));
     } else {
@@ -49,7 +49,7 @@ void intersect_one(const Query& query, RTCRayHit& rayhit) {
 
 void occlude_one(const Query& query, RTCRay& ray) {
     const morphray::Ray traced = query.to_trace(ray);
-    if (query.takes_any_hit()) {
+    if (query.takes_any_hit(ray.mask)) {
         if (query.scene().occluded(traced)) ray.tfar = kOccluded;
         return;
     }
@@ -58,11 +58,12 @@ void occlude_one(const Query& query, RTCRay& ray) {
     if (found && query.settle(found, traced, ray, hit)) ray.tfar = kOccluded;
 }
 
-/// Stores a hit in its lane, or the first one after it that is let through.
+/// Stores a hit in its lane, or the first one after it that is let through: the hit itself if it is
+/// known to be.
 template <Query::Kind kind, class Lane>
-void store(const Query& query, const morphray::Hit& found, const morphray::Ray& traced,
-           const Lane& lane) {
-    if (kind == Query::Kind::closest && query.takes_any_hit()) {
+void store(const Query& query, bool takes_any_hit, const morphray::Hit& found,
+           const morphray::Ray& traced, const Lane& lane) {
+    if (kind == Query::Kind::closest && takes_any_hit) {
         lane.store_tfar(found.t);
         lane.store_hit(query.make_hit(found));
         return;
@@ -102,8 +103,13 @@ void trace_batch(const Query& query, const Layout& rays, std::size_t count) {
     // A filter may trace other rays.
     Batch mine = std::exchange(batch, {});
     const auto traced = std::span(mine.rays).first(count);
-    for (std::size_t k = 0; k < count; ++k) traced[k] = query.to_trace(rays[mine.active[k]].load());
-    if (kind == Query::Kind::occlusion && query.takes_any_hit()) {
+    bool takes_any_hit = true;
+    for (std::size_t k = 0; k < count; ++k) {
+        const RTCRay ray = rays[mine.active[k]].load();
+        traced[k] = query.to_trace(ray);
+        takes_any_hit = takes_any_hit && query.takes_any_hit(ray.mask);
+    }
+    if (kind == Query::Kind::occlusion && takes_any_hit) {
         const auto occluded = std::span(mine.occluded).first(count);
         query.scene().occluded(traced, occluded, morphray::Threads::calling);
         for (std::size_t k = 0; k < count; ++k)
@@ -112,7 +118,8 @@ void trace_batch(const Query& query, const Layout& rays, std::size_t count) {
         const auto found = std::span(mine.hits).first(count);
         query.scene().intersect(traced, found, morphray::Threads::calling);
         for (std::size_t k = 0; k < count; ++k)
-            if (found[k]) store<kind>(query, found[k], traced[k], rays[mine.active[k]]);
+            if (found[k])
+                store<kind>(query, takes_any_hit, found[k], traced[k], rays[mine.active[k]]);
     }
     batch = std::move(mine);
 }
@@ -127,7 +134,7 @@ void trace_lane(const Query& query, const Lane& lane) {
     } else {
         const morphray::Ray traced = query.to_trace(ray);
         const morphray::Hit found = query.scene().intersect(traced);
-        if (found) store<kind>(query, found, traced, lane);
+        if (found) store<kind>(query, query.takes_any_hit(ray.mask), found, traced, lane);
     }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -49,6 +50,10 @@ void Committed::read_settings() {
         filters_hits |= part.mesh().intersect_filter != nullptr;
         filters_occlusion |= part.mesh().occluded_filter != nullptr;
     }
+    std::set<unsigned int> different;
+    if (uses_masks)
+        for (const Part& part : parts) different.insert(part.masks.begin(), part.masks.end());
+    masks.assign(different.begin(), different.end());
 }
 
 SceneObject::SceneObject(Device& device) : device_(&device) {

@@ -22,6 +22,8 @@ struct Committed {
     bool is_robust = false;
     /// Whether rays are compared with masks: only where the caller has set one.
     bool uses_masks = false;
+    /// All different masks on the way to meshes, if they are used.
+    std::vector<unsigned int> masks;
     /// Whether a mesh has a filter for hits, or for occlusion.
     bool filters_hits = false;
     bool filters_occlusion = false;
@@ -29,6 +31,12 @@ struct Committed {
     std::size_t bytes = 0;
 
     void read_settings();
+    /// Whether a ray with this mask passes by no mesh.
+    bool all_seen(unsigned int ray_mask) const {
+        for (const unsigned int mask : masks)
+            if ((mask & ray_mask) == 0) return false;
+        return true;
+    }
     /// A tree of all primitives, made by the first call at a pose. Threads may call it at the same
     /// time.
     const BoxTree& boxes() const;
