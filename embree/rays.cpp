@@ -11,6 +11,7 @@
 #include "embree/device.h"
 #include "embree/layouts.h"
 #include "embree/query.h"
+#include "embree/reading.h"
 #include "embree/scene.h"
 
 namespace mray::embree {
@@ -22,12 +23,12 @@ constexpr std::size_t kFewRays = 4;
 // Rays of a stream that are traced together: an image of 256 x 256.
 constexpr std::size_t kBatch = std::size_t{1} << 16;
 
-/// The scene of a handle as it was committed. Throws Failure.
-const Committed& committed_of(RTCScene handle, const void* rays) {
+/// The scene of a handle. Throws Failure.
+const SceneObject& scene_of(RTCScene handle, const void* rays) {
     const auto* const scene = reinterpret_cast<const SceneObject*>(handle);
     if (scene == nullptr) fail_argument("the scene is null");
     if (rays == nullptr) fail_argument("the rays are null");
-    return scene->committed();
+    return *scene;
 }
 
 Device* device_of(RTCScene handle) {
@@ -143,7 +144,8 @@ template <Query::Kind kind, class Layout>
 void trace(const char* call, RTCScene scene, const QueryOptions& options, const void* first,
            const Layout& rays, std::size_t count, const int* valid) noexcept {
     guarded(call, device_of(scene), [&] {
-        const Query query(committed_of(scene, first), options, kind);
+        const Reading reading(scene_of(scene, first));
+        const Query query(reading.committed(), options, kind);
         if (!query.committed().scene) return;
         for (std::size_t begin = 0; begin < count; begin += kBatch) {
             const std::size_t end = std::min(count, begin + kBatch);
@@ -172,14 +174,16 @@ void trace_packet(const char* call, RTCScene scene, const QueryOptions& options,
 
 void intersect1(RTCScene scene, const QueryOptions& options, RTCRayHit* rayhit) noexcept {
     guarded("rtcIntersect1", device_of(scene), [&] {
-        const Query query(committed_of(scene, rayhit), options, Query::Kind::closest);
+        const Reading reading(scene_of(scene, rayhit));
+        const Query query(reading.committed(), options, Query::Kind::closest);
         if (query.committed().scene) intersect_one(query, *rayhit);
     });
 }
 
 void occluded1(RTCScene scene, const QueryOptions& options, RTCRay* ray) noexcept {
     guarded("rtcOccluded1", device_of(scene), [&] {
-        const Query query(committed_of(scene, ray), options, Query::Kind::occlusion);
+        const Reading reading(scene_of(scene, ray));
+        const Query query(reading.committed(), options, Query::Kind::occlusion);
         if (query.committed().scene) occlude_one(query, *ray);
     });
 }

@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "embree/reading.h"
+
 namespace mray::embree {
 namespace {
 
@@ -131,10 +133,11 @@ void SceneObject::report_progress(double part) const {
         throw Failure{RTC_ERROR_CANCELLED, "the progress monitor ended the commit"};
 }
 
-const Committed& SceneObject::committed() const {
-    const Committed* const found = current();
-    if (found == nullptr) throw Failure{RTC_ERROR_INVALID_OPERATION, "the scene is not committed"};
-    return *found;
+void SceneObject::take_from_queries() {
+    const Committed* const before = current_.exchange(nullptr, std::memory_order_acq_rel);
+    if (before == nullptr || wait_for_queries(*before)) return;
+    current_.store(before, std::memory_order_release);
+    throw Failure{RTC_ERROR_INVALID_OPERATION, "queries of the scene are under way"};
 }
 
 std::vector<Part> SceneObject::collect() {
@@ -148,14 +151,14 @@ void SceneObject::commit() {
     try {
         parts = collect();
     } catch (const Unsupported& what) {
-        current_.store(nullptr, std::memory_order_release);
+        take_from_queries();
         if (twin_ == nullptr) throw;
         announce_fallback(*device_->fallback(), what.message);
         forget();
         commit_twin();
         return;
     } catch (...) {
-        current_.store(nullptr, std::memory_order_release);
+        take_from_queries();
         throw;
     }
     is_twin_committed_.store(false, std::memory_order_release);
@@ -172,7 +175,7 @@ void SceneObject::commit_parts(std::vector<Part> parts) {
         current_.store(committed_.get(), std::memory_order_release);
         return;
     }
-    current_.store(nullptr, std::memory_order_release);
+    take_from_queries();
     report_progress(0);
     if (is_kept) {
         update(parts);

@@ -49,7 +49,8 @@ private:
 };
 
 /// Queries may be asked by many threads at the same time, but not during a commit: those that begin
-/// during one are refused. Geometries may be attached by several threads at the same time.
+/// during one are refused, and a commit is if one stays under way. Geometries may be attached by
+/// several threads at the same time.
 class SceneObject final : public Object {
 public:
     explicit SceneObject(Device& device);
@@ -87,8 +88,6 @@ public:
     void commit();
     /// Null before the first commit, during one, and if the twin is in use.
     const Committed* current() const { return current_.load(std::memory_order_acquire); }
-    /// Throws Failure if there is none.
-    const Committed& committed() const;
 
 private:
     std::vector<Part> collect();
@@ -96,6 +95,8 @@ private:
     void commit_twin();
     /// Commits the twins of instanced scenes, then that of this one.
     void commit_twins(std::size_t level);
+    /// Takes committed_ from queries. Throws Failure, and leaves it, if one stays under way.
+    void take_from_queries();
     void forget();
     void build(std::vector<Part> parts);
     void update(const std::vector<Part>& parts);
