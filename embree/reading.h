@@ -10,7 +10,7 @@ namespace mray::embree {
 struct Committed;
 class SceneObject;
 
-/// What the queries of a thread read, the outermost first: a filter may ask another query.
+/// The scenes that queries of a thread read, the outermost first: a filter may ask another query.
 struct ReadingThread {
     static constexpr std::size_t kMostNested = 16;
     std::array<std::atomic<const Committed*>, kMostNested> reads = {};
