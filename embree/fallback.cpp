@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 
+#include <array>
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
@@ -55,11 +56,14 @@ const Fallback* load_fallback() {
 
 const Fallback* loaded_fallback() { return loaded.load(std::memory_order_acquire); }
 
-void announce_fallback(const Fallback& library, const std::string& reason) {
-    static std::atomic<bool> is_said = false;
-    if (is_said.exchange(true)) return;
-    std::fprintf(stderr, "morphray: %s: %s answers such scenes\n", reason.c_str(),
-                 library.path.c_str());
+void announce_unsupported(const std::string& reason, const Fallback* library) {
+    static std::array<std::atomic<bool>, 2> is_said = {};
+    if (is_said[library == nullptr ? 0 : 1].exchange(true)) return;
+    const std::string who = library == nullptr
+                                ? std::string("no ray of such scenes hits, unless ") + kVariable +
+                                      " names Embree's own library"
+                                : library->path + " answers such scenes";
+    std::fprintf(stderr, "morphray: %s: %s\n", reason.c_str(), who.c_str());
 }
 
 }  // namespace mray::embree

@@ -74,8 +74,9 @@ struct Fallback {
 const Fallback* load_fallback();
 /// The library, or null if no device of the process has one: for calls that name no device.
 const Fallback* loaded_fallback();
-/// Tells the user once that scenes are answered by the library, and why.
-void announce_fallback(const Fallback& library, const std::string& reason);
+/// Tells the user, once, why a scene is not ours, and who answers it: the library, or null: nobody,
+/// which some programs do not show.
+void announce_unsupported(const std::string& reason, const Fallback* library);
 
 /// Calls a function of the library for the twin of a geometry or scene, if there is one.
 template <class Twinned, class Function, class... Arguments>

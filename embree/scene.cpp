@@ -152,8 +152,8 @@ void SceneObject::commit() {
         parts = collect();
     } catch (const Unsupported& what) {
         take_from_queries();
+        announce_unsupported(what.message, device_->fallback());
         if (twin_ == nullptr) throw;
-        announce_fallback(*device_->fallback(), what.message);
         forget();
         commit_twin();
         return;

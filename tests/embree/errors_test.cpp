@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstdlib>
 #include <thread>
 
 #include "tests/embree/door.h"
@@ -119,6 +120,21 @@ TEST(DoorErrors, WhatIsNotSupportedIsNamed) {
     rtcCollide(scene, scene, nullptr, nullptr);
     EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION);
     rtcReleaseScene(scene);
+}
+
+TEST(DoorErrors, TheUserIsToldOnceOfScenesThatAreRefused) {
+    // Programs may show no errors. In a process of its own, the first time.
+    GTEST_FLAG_SET(death_test_style, "threadsafe");
+    EXPECT_EXIT(
+        {
+            const Door door;
+            for (int i = 0; i < 2; ++i)
+                door.committed({rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_GRID)});
+            std::exit(0);
+        },
+        testing::ExitedWithCode(0),
+        "^morphray: grids are not supported by morphray: no ray of such scenes hits, unless "
+        "MORPHRAY_EMBREE_FALLBACK names Embree's own library\n$");
 }
 
 TEST(DoorErrors, ACommitThatIsRefusedLeavesNoOldAnswers) {
