@@ -127,9 +127,11 @@ TEST(DoorErrors, TheUserIsToldOnceOfScenesThatAreRefused) {
     GTEST_FLAG_SET(death_test_style, "threadsafe");
     EXPECT_EXIT(
         {
-            const Door door;
-            for (int i = 0; i < 2; ++i)
-                door.committed({rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_GRID)});
+            for (int i = 0; i < 2; ++i) {
+                const Door door;
+                rtcReleaseScene(
+                    door.committed({rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_GRID)}));
+            }
             std::exit(0);
         },
         testing::ExitedWithCode(0),
