@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "embree/device.h"
+#include "embree/reading.h"
 #include "embree/scene.h"
 
 namespace mray::embree {
@@ -47,7 +48,8 @@ void add_triangles(const Part& part, Bounds& bounds) {
 /// Encloses the triangles that can be hit, and no vertex that none of them has.
 RTCBounds bounds_of(const SceneObject& scene) {
     Bounds bounds;
-    for (const Part& part : scene.committed().parts) add_triangles(part, bounds);
+    const Reading reading(scene);
+    for (const Part& part : reading.committed().parts) add_triangles(part, bounds);
     RTCBounds result = {};
     result.lower_x = bounds.lower[0];
     result.lower_y = bounds.lower[1];
@@ -64,6 +66,7 @@ RTCBounds bounds_of(const SceneObject& scene) {
 using namespace mray::embree;
 
 void rtcGetSceneBounds(RTCScene scene, struct RTCBounds* bounds) {
+    if (const Forward to = forward(scene)) return to->rtcGetSceneBounds(to.scene, bounds);
     with<SceneObject>("rtcGetSceneBounds", scene, [&](SceneObject& s) {
         if (bounds == nullptr) fail_argument("the bounds are null");
         *bounds = bounds_of(s);
@@ -71,6 +74,7 @@ void rtcGetSceneBounds(RTCScene scene, struct RTCBounds* bounds) {
 }
 
 void rtcGetSceneLinearBounds(RTCScene scene, struct RTCLinearBounds* bounds) {
+    if (const Forward to = forward(scene)) return to->rtcGetSceneLinearBounds(to.scene, bounds);
     with<SceneObject>("rtcGetSceneLinearBounds", scene, [&](SceneObject& s) {
         if (bounds == nullptr) fail_argument("the bounds are null");
         bounds->bounds0 = bounds_of(s);

@@ -1,6 +1,7 @@
 // Devices, and the errors of calls.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -9,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "embree/fallback.h"
 #include "embree/object.h"
 #include "embree/rtcore.h"
 #include "morphray/device.hpp"
@@ -21,8 +23,11 @@ struct Failure {
     std::string message;
 };
 
+/// One of what this library does not do.
+struct Unsupported : Failure {};
+
 [[noreturn]] void fail_argument(std::string message);
-/// For all that this library does not do: `what` is the subject of a sentence.
+/// Throws Unsupported: `what` is the subject of a sentence.
 [[noreturn]] void fail_unsupported(const std::string& what);
 
 /// The settings in the text of rtcNewDevice().
@@ -37,7 +42,15 @@ public:
     /// Reads Embree's text of settings: isa=, max_isa=, threads= and verbose= count, the others are
     /// known and have no meaning here. Null: none.
     explicit Device(const char* config);
+    ~Device() override;
 
+    /// Embree's own library, if the user wishes it, and its device; null: none.
+    const Fallback* fallback() const { return fallback_; }
+    RTCDevice twin() const { return twin_; }
+    /// Whether a user geometry was made, which may send rays on into any scene. From then on the
+    /// twins of all scenes are committed.
+    bool has_user_geometry() const { return has_user_geometry_; }
+    void note_user_geometry() { has_user_geometry_ = true; }
     const morphray::Device& tracer() const { return tracer_; }
 
     void set_error_function(RTCErrorFunction function, void* user);
@@ -54,6 +67,7 @@ public:
 
 private:
     explicit Device(const Settings& settings);
+    void make_twin(const char* config);
 
     std::uint64_t number_;
     bool is_verbose_ = false;
@@ -62,6 +76,9 @@ private:
     void* error_user_ = nullptr;
     RTCMemoryMonitorFunction memory_function_ = nullptr;
     void* memory_user_ = nullptr;
+    const Fallback* fallback_ = nullptr;
+    RTCDevice twin_ = nullptr;
+    std::atomic<bool> has_user_geometry_ = false;
 };
 
 /// Notes an error in this thread's slot of the device, or that of no device, unless the slot has an

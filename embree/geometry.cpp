@@ -1,6 +1,7 @@
 #include "embree/geometry.h"
 
 #include <cstring>
+#include <mutex>
 #include <utility>
 
 #include "embree/scene.h"
@@ -27,18 +28,51 @@ bool holds_floats(RTCFormat format) {
     return format >= RTC_FORMAT_FLOAT && format <= RTC_FORMAT_FLOAT16;
 }
 
+/// The geometries whose twins call functions of displacement, which get a handle.
+struct Displaced {
+    Geometry* geometry;
+    RTCDisplacementFunctionN function;
+};
+std::mutex displaced_mutex;
+std::map<RTCGeometry, Displaced> displaced;
+
+void displace(const RTCDisplacementFunctionNArguments* twin_arguments) {
+    Displaced found;
+    {
+        const std::scoped_lock lock(displaced_mutex);
+        found = displaced.at(twin_arguments->geometry);
+    }
+    RTCDisplacementFunctionNArguments arguments = *twin_arguments;
+    arguments.geometry = reinterpret_cast<RTCGeometry>(found.geometry);
+    found.function(&arguments);
+}
+
 }  // namespace
 
 Geometry::Geometry(Device& device, RTCGeometryType type) : device_(&device), type_(type) {
     const bool is_mesh = type == RTC_GEOMETRY_TYPE_TRIANGLE || type == RTC_GEOMETRY_TYPE_QUAD;
     if (!is_mesh && !is_instance() && unsupported() == nullptr)
         fail_argument("the type of geometry is unknown");
+    if (type == RTC_GEOMETRY_TYPE_USER) device.note_user_geometry();
+    if (device.twin() != nullptr) twin_ = device.fallback()->rtcNewGeometry(device.twin(), type);
+}
+
+bool Geometry::is_instance_array() const {
+#if MORPHRAY_EMBREE == 4
+    return type_ == RTC_GEOMETRY_TYPE_INSTANCE_ARRAY;
+#else
+    return false;
+#endif
 }
 
 const char* Geometry::unsupported() const { return name_of_unsupported(type_); }
 
 Geometry::~Geometry() {
-    if (instanced_ != nullptr) instanced_->release();
+    on_twin(*this, &Fallback::rtcReleaseGeometry);
+    for (SceneObject* const scene : instanced_) scene->release();
+    if (twin_ == nullptr) return;
+    const std::scoped_lock lock(displaced_mutex);
+    displaced.erase(twin_);
 }
 
 void Geometry::enable(bool is_enabled) {
@@ -100,6 +134,7 @@ BufferView& Geometry::buffer(RTCBufferType type, unsigned int slot) {
 void Geometry::set_buffer(RTCBufferType type, unsigned int slot, BufferView view) {
     if (unsupported() != nullptr) {
         others_[{type, slot}] = std::move(view);
+        share_with_twin(type, slot);
         return;
     }
     BufferView& place = buffer(type, slot);
@@ -114,10 +149,19 @@ void Geometry::set_buffer(RTCBufferType type, unsigned int slot, BufferView view
         fail_argument("vertex attributes have the formats FLOAT to FLOAT16");
     }
     place = std::move(view);
+    share_with_twin(type, slot);
     if (type != RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE) ++version_.shape;
 }
 
+void Geometry::share_with_twin(RTCBufferType type, unsigned int slot) const {
+    const BufferView& view = *find_buffer(type, slot);
+    on_twin(*this, &Fallback::rtcSetSharedGeometryBuffer, type, slot, view.format, view.data,
+            std::size_t{0}, view.stride, view.count);
+}
+
 void Geometry::touch_buffer(RTCBufferType type, unsigned int slot) {
+    // The rules of other types are those of their twins.
+    if (unsupported() != nullptr) return;
     buffer(type, slot);
     if (type == RTC_BUFFER_TYPE_INDEX) ++version_.shape;
     if (type == RTC_BUFFER_TYPE_VERTEX) ++version_.pose;
@@ -139,13 +183,25 @@ void Geometry::require_static() const {
     }
 }
 
-void Geometry::set_instanced_scene(SceneObject* scene) {
-    if (!is_instance()) fail_argument("the geometry is no instance");
-    if (scene == nullptr) fail_argument("the scene is null");
-    scene->retain();
-    if (instanced_ != nullptr) instanced_->release();
-    instanced_ = scene;
+void Geometry::set_instanced_scenes(std::span<SceneObject* const> scenes) {
+    if (!is_instance() && !is_instance_array()) fail_argument("the geometry is no instance");
+    for (SceneObject* const scene : scenes) {
+        if (scene == nullptr) fail_argument("the scene is null");
+        scene->retain();
+    }
+    for (SceneObject* const scene : instanced_) scene->release();
+    instanced_.assign(scenes.begin(), scenes.end());
     ++version_.shape;
+}
+
+void Geometry::set_displacement(RTCDisplacementFunctionN function) {
+    if (twin_ == nullptr) return;
+    {
+        const std::scoped_lock lock(displaced_mutex);
+        displaced[twin_] = {this, function};
+    }
+    on_twin(*this, &Fallback::rtcSetGeometryDisplacementFunction,
+            function == nullptr ? nullptr : displace);
 }
 
 void Geometry::set_transform(unsigned int step, const Transform& transform) {

@@ -8,8 +8,6 @@
 namespace mray::embree {
 namespace {
 
-constexpr std::size_t kMostLevels = 32;
-
 class Collector {
 public:
     void collect(const Attachments& attachments) {
@@ -21,7 +19,8 @@ public:
             geometry->require_static();
             if (!geometry->is_instance()) {
                 append(id, *geometry);
-            } else if (const SceneObject* const scene = geometry->instanced_scene()) {
+            }
+            for (const SceneObject* const scene : geometry->instanced_scenes()) {
                 if (chain_.size() == kMostLevels)
                     fail_argument("instances are nested more than 32 levels deep");
                 collect(scene->attachments());

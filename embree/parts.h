@@ -89,6 +89,9 @@ struct Part {
     morphray::MeshView view(std::vector<std::uint32_t>& triangles) const;
 };
 
+/// How deep instances may be nested.
+inline constexpr std::size_t kMostLevels = 32;
+
 /// Geometries by the IDs that they are attached with.
 using Attachments = std::map<unsigned int, Ref<Geometry>>;
 

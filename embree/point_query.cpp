@@ -7,6 +7,7 @@
 
 #include "embree/box_tree.h"
 #include "embree/device.h"
+#include "embree/reading.h"
 #include "embree/scene.h"
 
 namespace mray::embree {
@@ -126,7 +127,8 @@ bool query_point(RTCScene scene, RTCPointQuery* query, RTCPointQueryContext* con
                  Function function, void* user) {
     return with<SceneObject>("rtcPointQuery", scene, [&](SceneObject& s) {
         if (query == nullptr || context == nullptr) fail_argument("query or context is null");
-        return visit_near(s.committed(), *query, *context, function, user);
+        const Reading reading(s);
+        return visit_near(reading.committed(), *query, *context, function, user);
     });
 }
 
@@ -137,13 +139,14 @@ bool query_points(const int* valid, RTCScene scene, Packet* queries, RTCPointQue
     return with<SceneObject>("rtcPointQuery", scene, [&](SceneObject& s) {
         if (valid == nullptr || queries == nullptr || context == nullptr)
             fail_argument("valid, queries or context is null");
+        const Reading reading(s);
         bool has_changed = false;
         for (std::size_t i = 0; i < n; ++i) {
             if (valid[i] != -1) continue;
             RTCPointQuery query = {queries->x[i], queries->y[i], queries->z[i], queries->time[i],
                                    queries->radius[i]};
             void* const user = users == nullptr ? nullptr : users[i];
-            has_changed |= visit_near(s.committed(), query, *context, function, user);
+            has_changed |= visit_near(reading.committed(), query, *context, function, user);
             queries->radius[i] = query.radius;
         }
         return has_changed;
@@ -172,23 +175,31 @@ using namespace mray::embree;
 bool rtcPointQuery(RTCScene scene, struct RTCPointQuery* query,
                    struct RTCPointQueryContext* context, RTCPointQueryFunction function,
                    void* user) {
+    if (const Forward to = forward(scene))
+        return to->rtcPointQuery(to.scene, query, context, function, user);
     return query_point(scene, query, context, function, user);
 }
 
 bool rtcPointQuery4(const int* valid, RTCScene scene, struct RTCPointQuery4* queries,
                     struct RTCPointQueryContext* context, RTCPointQueryFunction function,
                     void** users) {
+    if (const Forward to = forward(scene))
+        return to->rtcPointQuery4(valid, to.scene, queries, context, function, users);
     return query_points<4>(valid, scene, queries, context, function, users);
 }
 
 bool rtcPointQuery8(const int* valid, RTCScene scene, struct RTCPointQuery8* queries,
                     struct RTCPointQueryContext* context, RTCPointQueryFunction function,
                     void** users) {
+    if (const Forward to = forward(scene))
+        return to->rtcPointQuery8(valid, to.scene, queries, context, function, users);
     return query_points<8>(valid, scene, queries, context, function, users);
 }
 
 bool rtcPointQuery16(const int* valid, RTCScene scene, struct RTCPointQuery16* queries,
                      struct RTCPointQueryContext* context, RTCPointQueryFunction function,
                      void** users) {
+    if (const Forward to = forward(scene))
+        return to->rtcPointQuery16(valid, to.scene, queries, context, function, users);
     return query_points<16>(valid, scene, queries, context, function, users);
 }

@@ -27,9 +27,9 @@ public:
           kind_(kind),
           crossing_(options.filter == nullptr ? morphray::Crossing::each
                                               : morphray::Crossing::owner),
-          takes_any_hit_(
-              options.filter == nullptr && !committed.uses_masks &&
-              !(kind == Kind::closest ? committed.filters_hits : committed.filters_occlusion)) {}
+          has_filters_(
+              options.filter != nullptr ||
+              (kind == Kind::closest ? committed.filters_hits : committed.filters_occlusion)) {}
 
     const Committed& committed() const { return committed_; }
     /// The tracer's scene; to be asked only if there is one.
@@ -40,8 +40,10 @@ public:
                 {ray.dir_x, ray.dir_y, ray.dir_z},
                 ray.tfar};
     }
-    /// Whether the first hit of each ray is let through.
-    bool takes_any_hit() const { return takes_any_hit_; }
+    /// Whether the first hit of a ray with this mask is let through.
+    bool takes_any_hit(unsigned int ray_mask) const {
+        return !has_filters_ && committed_.all_seen(ray_mask);
+    }
     /// The hit in Embree's words.
     RTCHit make_hit(const morphray::Hit& found) const {
         const Part& part = committed_.parts[found.geom_id];
@@ -83,7 +85,7 @@ private:
     Kind kind_;
     /// Queries with a filter of their own count hits, and so take one of those at an edge.
     morphray::Crossing crossing_;
-    bool takes_any_hit_;
+    bool has_filters_;
 };
 
 }  // namespace mray::embree

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
+
+#include "embree/reading.h"
 
 namespace mray::embree {
 namespace {
@@ -49,10 +52,19 @@ void Committed::read_settings() {
         filters_hits |= part.mesh().intersect_filter != nullptr;
         filters_occlusion |= part.mesh().occluded_filter != nullptr;
     }
+    std::set<unsigned int> different;
+    if (uses_masks)
+        for (const Part& part : parts) different.insert(part.masks.begin(), part.masks.end());
+    masks.assign(different.begin(), different.end());
+}
+
+SceneObject::SceneObject(Device& device) : device_(&device) {
+    if (device.twin() != nullptr) twin_ = device.fallback()->rtcNewScene(device.twin());
 }
 
 SceneObject::~SceneObject() {
-    if (committed_ != nullptr) device_->give_memory(committed_->bytes);
+    on_twin(*this, &Fallback::rtcReleaseScene);
+    forget();
 }
 
 unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
@@ -75,12 +87,16 @@ unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
         by_id_[id] = &geometry;
     }
     attachments_.emplace(id, Ref<Geometry>(&geometry));
+    on_twin(*this, &Fallback::rtcAttachGeometryByID, geometry.twin(), id);
     return id;
 }
 
 void SceneObject::detach(unsigned int id) {
     const std::scoped_lock lock(mutex_);
-    if (attachments_.erase(id) == 0) fail_argument("no geometry has the ID " + std::to_string(id));
+    const auto found = attachments_.find(id);
+    if (found == attachments_.end()) fail_argument("no geometry has the ID " + std::to_string(id));
+    on_twin(*this, &Fallback::rtcDetachGeometry, id);
+    attachments_.erase(found);
     if (id < by_id_.size()) by_id_[id] = nullptr;
 }
 
@@ -95,14 +111,21 @@ Geometry* SceneObject::find_locked(unsigned int id) const {
     return find(id);
 }
 
+void SceneObject::set_flags(RTCSceneFlags flags) {
+    flags_ = flags;
+    on_twin(*this, &Fallback::rtcSetSceneFlags, flags);
+}
+
 void SceneObject::set_build_quality(RTCBuildQuality quality) {
     if (quality > RTC_BUILD_QUALITY_HIGH) fail_argument("the build quality is unknown");
     quality_ = quality;
+    on_twin(*this, &Fallback::rtcSetSceneBuildQuality, quality);
 }
 
 void SceneObject::set_progress_function(RTCProgressMonitorFunction function, void* user) {
     progress_function_ = function;
     progress_user_ = user;
+    on_twin(*this, &Fallback::rtcSetSceneProgressMonitorFunction, function, user);
 }
 
 void SceneObject::report_progress(double part) const {
@@ -110,19 +133,40 @@ void SceneObject::report_progress(double part) const {
         throw Failure{RTC_ERROR_CANCELLED, "the progress monitor ended the commit"};
 }
 
-const Committed& SceneObject::committed() const {
-    const Committed* const found = current();
-    if (found == nullptr) throw Failure{RTC_ERROR_INVALID_OPERATION, "the scene is not committed"};
-    return *found;
+void SceneObject::take_from_queries() {
+    const Committed* const before = current_.exchange(nullptr, std::memory_order_acq_rel);
+    if (before == nullptr || wait_for_queries(*before)) return;
+    current_.store(before, std::memory_order_release);
+    throw Failure{RTC_ERROR_INVALID_OPERATION, "queries of the scene are under way"};
+}
+
+std::vector<Part> SceneObject::collect() {
+    const std::scoped_lock lock(mutex_);
+    return collect_parts(attachments_);
 }
 
 void SceneObject::commit() {
     const std::scoped_lock lock(commit_mutex_);
     std::vector<Part> parts;
-    {
-        const std::scoped_lock attach_lock(mutex_);
-        parts = collect_parts(attachments_);
+    try {
+        parts = collect();
+    } catch (const Unsupported& what) {
+        take_from_queries();
+        announce_unsupported(what.message, device_->fallback());
+        if (twin_ == nullptr) throw;
+        forget();
+        commit_twin();
+        return;
+    } catch (...) {
+        take_from_queries();
+        throw;
     }
+    is_twin_committed_.store(false, std::memory_order_release);
+    commit_parts(std::move(parts));
+    if (twin_ != nullptr && device_->has_user_geometry()) commit_twin();
+}
+
+void SceneObject::commit_parts(std::vector<Part> parts) {
     const bool is_kept = committed_ != nullptr && have_same_shape(committed_->parts, parts) &&
                          quality_ == built_quality_ && is_any_refitted(parts) == built_refitted_;
     const bool is_robust = (flags_ & RTC_SCENE_FLAG_ROBUST) != 0;
@@ -131,7 +175,7 @@ void SceneObject::commit() {
         current_.store(committed_.get(), std::memory_order_release);
         return;
     }
-    current_.store(nullptr, std::memory_order_release);
+    take_from_queries();
     report_progress(0);
     if (is_kept) {
         update(parts);
@@ -144,9 +188,31 @@ void SceneObject::commit() {
     current_.store(committed_.get(), std::memory_order_release);
 }
 
-void SceneObject::build(std::vector<Part> parts) {
+void SceneObject::forget() {
     if (committed_ != nullptr) device_->give_memory(committed_->bytes);
     committed_ = nullptr;
+}
+
+/// Queries during it are those of the program to avoid, as they are with Embree: the twin cannot
+/// say whether it has anything to do.
+void SceneObject::commit_twin() {
+    const Fallback& fallback = *device_->fallback();
+    fallback.rtcGetDeviceError(device_->twin());
+    commit_twins(0);
+    const RTCError error = fallback.rtcGetDeviceError(device_->twin());
+    is_twin_committed_.store(error == RTC_ERROR_NONE, std::memory_order_release);
+}
+
+void SceneObject::commit_twins(std::size_t level) {
+    if (level == kMostLevels) fail_argument("instances are nested more than 32 levels deep");
+    for (const auto& [id, geometry] : attachments_)
+        for (SceneObject* const scene : geometry->instanced_scenes())
+            scene->commit_twins(level + 1);
+    on_twin(*this, &Fallback::rtcJoinCommitScene);
+}
+
+void SceneObject::build(std::vector<Part> parts) {
+    forget();
     auto made = std::make_unique<Committed>();
     made->parts = std::move(parts);
     std::vector<std::vector<std::uint32_t>> triangles(made->parts.size());
@@ -210,8 +276,7 @@ void SceneObject::update(const std::vector<Part>& parts) {
             committed_->scene->update();
         }
     } catch (...) {
-        device_->give_memory(committed_->bytes);
-        committed_ = nullptr;
+        forget();
         throw;
     }
 }

@@ -22,6 +22,8 @@ struct Committed {
     bool is_robust = false;
     /// Whether rays are compared with masks: only where the caller has set one.
     bool uses_masks = false;
+    /// All different masks on the way to meshes, if they are used.
+    std::vector<unsigned int> masks;
     /// Whether a mesh has a filter for hits, or for occlusion.
     bool filters_hits = false;
     bool filters_occlusion = false;
@@ -29,6 +31,12 @@ struct Committed {
     std::size_t bytes = 0;
 
     void read_settings();
+    /// Whether a ray with this mask passes by no mesh.
+    bool all_seen(unsigned int ray_mask) const {
+        for (const unsigned int mask : masks)
+            if ((mask & ray_mask) == 0) return false;
+        return true;
+    }
     /// A tree of all primitives, made by the first call at a pose. Threads may call it at the same
     /// time.
     const BoxTree& boxes() const;
@@ -41,13 +49,25 @@ private:
 };
 
 /// Queries may be asked by many threads at the same time, but not during a commit: those that begin
-/// during one are refused. Geometries may be attached by several threads at the same time.
+/// during one are refused, and a commit is if one stays under way. Geometries may be attached by
+/// several threads at the same time.
 class SceneObject final : public Object {
 public:
-    explicit SceneObject(Device& device) : device_(&device) {}
+    explicit SceneObject(Device& device);
     ~SceneObject() override;
 
     Device& device() const { return *device_; }
+    /// That of the fallback library; null: none.
+    RTCScene twin() const { return twin_; }
+    /// The twin, if it answers the queries.
+    RTCScene twin_in_use() const {
+        return current() == nullptr && is_twin_committed_.load(std::memory_order_acquire) ? twin_
+                                                                                          : nullptr;
+    }
+    /// The twin, if it may be asked at all: rays of user geometries go from twin to twin.
+    RTCScene committed_twin() const {
+        return is_twin_committed_.load(std::memory_order_acquire) ? twin_ : nullptr;
+    }
 
     /// The lowest ID that is free, or `id` if it is given. Throws Failure if that is taken.
     unsigned int attach(Geometry& geometry, unsigned int id = kInvalid);
@@ -57,21 +77,27 @@ public:
     Geometry* find_locked(unsigned int id) const;
     const Attachments& attachments() const { return attachments_; }
 
-    void set_flags(RTCSceneFlags flags) { flags_ = flags; }
+    void set_flags(RTCSceneFlags flags);
     RTCSceneFlags flags() const { return flags_; }
     void set_build_quality(RTCBuildQuality quality);
     void set_progress_function(RTCProgressMonitorFunction function, void* user);
 
     /// Brings queries to the geometries. Several threads may call it: the first one works, the
     /// others wait. Throws Failure or morphray::Error; then queries are refused until a later
-    /// commit succeeds.
+    /// commit succeeds. A scene with what is not supported is committed as its twin, if it has one.
     void commit();
-    /// Null before the first commit and during one.
+    /// Null before the first commit, during one, and if the twin is in use.
     const Committed* current() const { return current_.load(std::memory_order_acquire); }
-    /// Throws Failure if there is none.
-    const Committed& committed() const;
 
 private:
+    std::vector<Part> collect();
+    void commit_parts(std::vector<Part> parts);
+    void commit_twin();
+    /// Commits the twins of instanced scenes, then that of this one.
+    void commit_twins(std::size_t level);
+    /// Takes committed_ from queries. Throws Failure, and leaves it, if one stays under way.
+    void take_from_queries();
+    void forget();
     void build(std::vector<Part> parts);
     void update(const std::vector<Part>& parts);
     void report_progress(double part) const;
@@ -92,6 +118,23 @@ private:
     RTCBuildQuality built_quality_ = RTC_BUILD_QUALITY_MEDIUM;
     bool built_refitted_ = false;
     std::atomic<const Committed*> current_ = nullptr;
+
+    RTCScene twin_ = nullptr;
+    std::atomic<bool> is_twin_committed_ = false;
 };
+
+/// The fallback library and the twin that answers a scene there; false: the scene is ours.
+struct Forward {
+    const Fallback* library = nullptr;
+    RTCScene scene = nullptr;
+
+    explicit operator bool() const { return scene != nullptr; }
+    const Fallback* operator->() const { return library; }
+};
+inline Forward forward(RTCScene handle) {
+    const auto* const scene = reinterpret_cast<const SceneObject*>(handle);
+    if (scene == nullptr || scene->twin_in_use() == nullptr) return {};
+    return {scene->device().fallback(), scene->twin_in_use()};
+}
 
 }  // namespace mray::embree

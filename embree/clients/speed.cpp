@@ -17,6 +17,7 @@
 #include <cstring>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -70,6 +71,21 @@ Mesh make_mesh(unsigned int side, float phase) {
     return mesh;
 }
 
+/// Attaches the mesh, `scale` times as large.
+RTCGeometry add_mesh(const Library& library, const Mesh& mesh, float scale = 1) {
+    RTCGeometry made = CALL(library, rtcNewGeometry)(library.device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    CALL(library, rtcSetGeometryBuildQuality)(made, RTC_BUILD_QUALITY_REFIT);
+    const auto set = CALL(library, rtcSetNewGeometryBuffer);
+    auto* const vertices = static_cast<float*>(
+        set(made, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, mesh.vertices.size() / 3));
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) vertices[i] = scale * mesh.vertices[i];
+    std::memcpy(set(made, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, mesh.indices.size() / 3),
+                mesh.indices.data(), 4 * mesh.indices.size());
+    CALL(library, rtcCommitGeometry)(made);
+    CALL(library, rtcAttachGeometry)(library.scene, made);
+    return made;
+}
+
 Library open_library(const char* path, const Mesh& mesh) {
     Library library = {};
     library.handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
@@ -79,17 +95,7 @@ Library open_library(const char* path, const Mesh& mesh) {
     }
     library.device = CALL(library, rtcNewDevice)("threads=1");
     library.scene = CALL(library, rtcNewScene)(library.device);
-    library.mesh = CALL(library, rtcNewGeometry)(library.device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    CALL(library, rtcSetGeometryBuildQuality)(library.mesh, RTC_BUILD_QUALITY_REFIT);
-    const auto set = CALL(library, rtcSetNewGeometryBuffer);
-    std::memcpy(set(library.mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12,
-                    mesh.vertices.size() / 3),
-                mesh.vertices.data(), 4 * mesh.vertices.size());
-    std::memcpy(
-        set(library.mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, mesh.indices.size() / 3),
-        mesh.indices.data(), 4 * mesh.indices.size());
-    CALL(library, rtcCommitGeometry)(library.mesh);
-    CALL(library, rtcAttachGeometry)(library.scene, library.mesh);
+    library.mesh = add_mesh(library, mesh);
     CALL(library, rtcCommitScene)(library.scene);
     return library;
 }
@@ -227,6 +233,29 @@ void compare_rays(const char* name, const Library& a, const Library& b,
 #endif
 }
 
+/// Two shells with masks 1, outside, and 2: rays that see both, and rays that see the inner one
+/// through the outer one.
+void compare_masks(const Library& a, const Library& b, const Mesh& mesh,
+                   const std::vector<RTCRayHit>& rays) {
+    Library shells[] = {a, b};
+    for (Library& library : shells) {
+        library.scene = CALL(library, rtcNewScene)(library.device);
+        for (unsigned int mask = 1; mask <= 2; ++mask) {
+            const RTCGeometry shell = add_mesh(library, mesh, mask == 1 ? 1.05f : 1.0f);
+            CALL(library, rtcSetGeometryMask)(shell, mask);
+            CALL(library, rtcCommitGeometry)(shell);
+        }
+        CALL(library, rtcCommitScene)(library.scene);
+    }
+    const std::pair<const char*, unsigned int> cases[] = {{"mask of both", 3},
+                                                          {"mask of inner", 2}};
+    for (const auto& [name, mask] : cases) {
+        std::vector<RTCRayHit> asked = rays;
+        for (RTCRayHit& ray : asked) ray.ray.mask = mask;
+        compare_rays(name, shells[0], shells[1], asked);
+    }
+}
+
 void compare_commits(const Library& a, const Library& b, unsigned int side) {
     const Mesh poses[] = {make_mesh(side, 0), make_mesh(side, 0.1f)};
     int turn = 0;
@@ -258,5 +287,6 @@ int main(int argc, char** argv) {
     const Library b = open_library(argv[2], mesh);
     compare_rays("camera", a, b, camera_rays());
     compare_rays("random", a, b, random_rays());
+    compare_masks(a, b, mesh, camera_rays());
     compare_commits(a, b, side);
 }

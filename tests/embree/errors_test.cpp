@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstdlib>
 #include <thread>
 
 #include "tests/embree/door.h"
@@ -121,6 +122,36 @@ TEST(DoorErrors, WhatIsNotSupportedIsNamed) {
     rtcReleaseScene(scene);
 }
 
+TEST(DoorErrors, TheUserIsToldOnceOfScenesThatAreRefused) {
+    // Programs may show no errors. In a process of its own, the first time.
+    GTEST_FLAG_SET(death_test_style, "threadsafe");
+    EXPECT_EXIT(
+        {
+            for (int i = 0; i < 2; ++i) {
+                const Door door;
+                rtcReleaseScene(
+                    door.committed({rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_GRID)}));
+            }
+            std::exit(0);
+        },
+        testing::ExitedWithCode(0),
+        "^morphray: grids are not supported by morphray: no ray of such scenes hits, unless "
+        "MORPHRAY_EMBREE_FALLBACK names Embree's own library\n$");
+}
+
+TEST(DoorErrors, ACommitThatIsRefusedLeavesNoOldAnswers) {
+    const Door door;
+    RTCScene scene = door.committed({door.triangle()});
+    RTCGeometry grid = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_GRID);
+    rtcAttachGeometry(scene, grid);
+    rtcCommitScene(scene);
+    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION);
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, kInvalid);
+    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION);
+    rtcReleaseGeometry(grid);
+    rtcReleaseScene(scene);
+}
+
 TEST(DoorErrors, MotionBlurIsRefusedUnlessNothingMoves) {
     const Door door;
     RTCGeometry mesh = door.triangle();
@@ -203,6 +234,79 @@ TEST(DoorErrors, ScenesThatAreNotCommittedAnswerNothing) {
     EXPECT_EQ(door.error(), RTC_ERROR_CANCELLED);
     EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, kInvalid);
     EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION);
+    rtcReleaseScene(scene);
+}
+
+RTCScene committed_inside = nullptr;
+void commit_inside(const RTCFilterFunctionNArguments*) { rtcCommitScene(committed_inside); }
+bool commit_near(RTCPointQueryFunctionArguments*) {
+    rtcCommitScene(committed_inside);
+    return false;
+}
+
+TEST(DoorErrors, ACommitDuringAQueryIsRefused) {
+    const Door door;
+    RTCGeometry mesh = door.triangle();
+    rtcSetGeometryIntersectFilterFunction(mesh, commit_inside);
+    RTCScene scene = door.committed({mesh});
+    committed_inside = scene;
+    // Without changes there is nothing to do.
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, 0u);
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    rtcUpdateGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0);
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, 0u);
+    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION);
+    RTCPointQuery query = {0, 0, 0, 0, 1};
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(scene, &query, &context, commit_near, nullptr);
+    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION);
+    // A geometry that is refused leaves the scene to the query, too.
+    rtcReleaseGeometry(rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_GRID));
+    RTCGeometry grid = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_GRID);
+    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION);
+    rtcAttachGeometry(scene, grid);
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, 0u);
+    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION);
+    rtcReleaseGeometry(grid);
+    rtcDetachGeometry(scene, 1);
+    rtcCommitScene(scene);
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    rtcReleaseScene(scene);
+}
+
+TEST(DoorErrors, CommitsWhileOthersTraceEndInErrors) {
+    const Door door;
+    Waves waves(30);
+    RTCGeometry mesh = door.triangles(waves.vertices, waves.indices);
+    RTCScene scene = door.committed({mesh});
+    std::atomic<bool> is_done = false;
+    std::atomic<int> wrong = 0;
+    std::vector<std::thread> threads;
+    for (int k = 0; k < 3; ++k) {
+        threads.emplace_back([&] {
+            while (!is_done) {
+                const RTCRayHit hit = trace(scene, down(0.4f, 0.5f));
+                const RTCError error = door.error();
+                if (hit.hit.geomID != (error == RTC_ERROR_NONE ? 0 : kInvalid)) ++wrong;
+                if (error != RTC_ERROR_NONE && error != RTC_ERROR_INVALID_OPERATION) ++wrong;
+            }
+        });
+    }
+    int done = 0;
+    for (int i = 0; done < 40 && i < 1000000; ++i) {
+        rtcUpdateGeometryBuffer(mesh, i % 2 == 0 ? RTC_BUFFER_TYPE_INDEX : RTC_BUFFER_TYPE_VERTEX,
+                                0);
+        rtcCommitScene(scene);
+        const RTCError error = door.error();
+        if (error == RTC_ERROR_NONE) ++done;
+        if (error != RTC_ERROR_NONE && error != RTC_ERROR_INVALID_OPERATION) ++wrong;
+        std::this_thread::yield();
+    }
+    is_done = true;
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_EQ(wrong, 0);
+    EXPECT_EQ(done, 40);
     rtcReleaseScene(scene);
 }
 

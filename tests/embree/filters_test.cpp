@@ -132,6 +132,41 @@ TEST_F(DoorFilters, MasksPassByGeometriesThatShareNoBit) {
     rtcReleaseScene(scene);
 }
 
+/// Rays of one packet whose masks see both, one or none of two triangles.
+template <class Packet, class Function>
+Packet traced_with_masks(RTCScene scene, Function function) {
+    Packet packet;
+    std::memset(&packet, 0, sizeof packet);
+    auto* const members = reinterpret_cast<float*>(&packet);
+    const RTCRayHit ray = down(0.25f, 0.25f);
+    for (unsigned int lane = 0; lane < 8; ++lane) {
+        for (unsigned int member = 0; member < sizeof(Packet) / 32; ++member)
+            std::memcpy(members + 8 * member + lane, reinterpret_cast<const float*>(&ray) + member,
+                        4);
+        const unsigned int mask = lane;
+        std::memcpy(members + 8 * 9 + lane, &mask, 4);
+    }
+    alignas(32) const int valid[8] = {-1, -1, -1, -1, -1, -1, -1, -1};
+    trace_packet(function, valid, scene, &packet);
+    return packet;
+}
+
+TEST_F(DoorFilters, RaysOfAPacketHaveMasksOfTheirOwn) {
+    RTCGeometry upper = door_.triangle(0);
+    rtcSetGeometryMask(upper, 2);
+    RTCGeometry lower = door_.triangle(-1);
+    rtcSetGeometryMask(lower, 4);
+    RTCScene scene = door_.committed({upper, lower});
+    const auto hits = traced_with_masks<RTCRayHit8>(scene, rtcIntersect8);
+    const auto shadows = traced_with_masks<RTCRay8>(scene, rtcOccluded8);
+    for (unsigned int mask = 0; mask < 8; ++mask) {
+        const unsigned int seen_id = (mask & 2) != 0 ? 0 : (mask & 4) != 0 ? 1 : kInvalid;
+        EXPECT_EQ(hits.hit.geomID[mask], seen_id) << mask;
+        EXPECT_EQ(shadows.tfar[mask] == -kInfinity, seen_id != kInvalid) << mask;
+    }
+    rtcReleaseScene(scene);
+}
+
 TEST_F(DoorFilters, MasksAreIgnoredWhereNoGeometryHasOne) {
     RTCScene scene = door_.committed({door_.triangle()});
     RTCRayHit ray = down(0.25f, 0.25f);

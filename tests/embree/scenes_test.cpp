@@ -56,6 +56,42 @@ TEST(DoorScenes, UpdatesAreSeenAfterACommit) {
     }
 }
 
+int monitor_calls = 0;
+bool count_calls(void*, ssize_t, bool) {
+    ++monitor_calls;
+    return true;
+}
+
+TEST(DoorScenes, MovedPositionsBuildNothing) {
+    for (const RTCBuildQuality quality : {RTC_BUILD_QUALITY_REFIT, RTC_BUILD_QUALITY_MEDIUM}) {
+        const Door door;
+        // A build tells the monitor of its memory; a refit takes none.
+        rtcSetDeviceMemoryMonitorFunction(door.device, count_calls, nullptr);
+        Waves waves(24);
+        RTCGeometry mesh = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_TRIANGLE);
+        rtcSetGeometryBuildQuality(mesh, quality);
+        rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                   waves.vertices.data(), 0, sizeof(Point), waves.vertices.size());
+        rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                   waves.indices.data(), 0, 12, waves.indices.size());
+        RTCScene scene = door.committed({mesh});
+        EXPECT_GT(monitor_calls, 0);
+        monitor_calls = 0;
+        for (int frame = 1; frame < 10; ++frame) {
+            for (Point& vertex : waves.vertices) vertex[2] += 0.01f;
+            rtcUpdateGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0);
+            rtcCommitGeometry(mesh);
+            rtcCommitScene(scene);
+        }
+        EXPECT_EQ(monitor_calls, 0);
+        rtcUpdateGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0);
+        rtcCommitScene(scene);
+        EXPECT_GT(monitor_calls, 0);
+        EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+        rtcReleaseScene(scene);
+    }
+}
+
 TEST(DoorScenes, GeometriesComeAndGo) {
     const Door door;
     RTCScene scene = door.committed({door.triangle(0), door.triangle(-1)});
