@@ -62,8 +62,10 @@ public:
     /// `truth` is closest(ray); `prim_id` is the answer of a tracer, kNoPrim for a miss.
     Judgement judge(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;
 
-private:
+    /// The triangle as the ray meets it.
     ExactTriangle triangle(const Ray& ray, std::uint32_t prim_id) const;
+
+private:
     Truth closest_of(const Ray& ray, std::span<const std::uint32_t> candidates) const;
     bool seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;
 
