@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <map>
 #include <numeric>
 #include <set>
@@ -137,7 +138,12 @@ private:
     std::optional<Reproducer> best_;
 };
 
-std::string literal(float x) { return fmt::format("{:a}f", x); }
+std::string literal(float x) {
+    // fmt writes 0 as a denormal.
+    char text[32];
+    std::snprintf(text, sizeof text, "%af", static_cast<double>(x));
+    return text;
+}
 std::string literal(vec3 p) {
     return fmt::format("{{{}, {}, {}}}", literal(p.x), literal(p.y), literal(p.z));
 }

@@ -26,7 +26,7 @@ constexpr Names kNames[kFaultCount] = {
     {"lost", "no hit, although the ray hits a triangle"},
     {"passed", "a triangle behind the one that is hit, near an edge of that one"},
     {"invented", "a hit, although the ray hits nothing"},
-    {"wrong triangle", "another triangle than the one that is hit, not near an edge"},
+    {"wrong triangle", "another triangle in place of the one that is hit"},
     {"any hit", "whether anything is hit is not what the closest hit says"},
     {"lost crossing", "one of all hits is missing"},
     {"double crossing", "an edge or vertex of a closed mesh counts more than once"},
@@ -48,7 +48,8 @@ double ulp_of(double t) {
 void add_error(const ExactTriangle& exact, const Hit& hit, std::size_t ray, HitErrors& errors) {
     if (!exact.has_t()) return;
     const double t = exact.t();
-    const double ulps = std::abs(hit.t - t) / ulp_of(t);
+    const double ulps =
+        std::abs(hit.t - t) / ulp_of(std::max(std::abs(t), std::abs(double{hit.t})));
     std::size_t bucket = 0;
     while (bucket < HitErrors::kUlps.size() && ulps > HitErrors::kUlps[bucket]) ++bucket;
     ++errors.t_counts[bucket];

@@ -36,7 +36,7 @@ const char* meaning_of(Fault fault);
 
 /// How far t, u and v of hits are from the exact ones of the triangle that was answered.
 struct HitErrors {
-    /// Hits whose t is off by up to these numbers of ulp of a float, and by more.
+    /// Hits whose t is off by up to these numbers of ulp of a float at the larger t, and by more.
     static constexpr std::array<double, 5> kUlps = {0.5, 1, 4, 16, 256};
     std::array<std::uint64_t, kUlps.size() + 1> t_counts{};
     double worst_t_ulps = 0;

@@ -8,6 +8,7 @@
 #include "app/base/memory_budget.h"
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
+#include "gpu/ray_query/ray_query.h"
 #include "gpu/vulkan_backend.h"
 
 namespace mray::app {
@@ -98,6 +99,16 @@ std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions
                                       const Messages& messages) {
     return make_chosen(choice, options, messages,
                        [&](BackendChoice chosen) { return make_concrete(chosen, options); });
+}
+
+std::unique_ptr<DriverRays> make_driver_rays(const std::string& device,
+                                             const BackendOptions& options) {
+    check_vulkan();
+#ifdef MORPHRAY_HAS_VULKAN
+    return gpu::make_ray_query({.device = device, .validate = options.validate});
+#else
+    return nullptr;
+#endif
 }
 
 std::unique_ptr<Backend> make_refitter(const Options& options, const Backend& tracer,

@@ -157,6 +157,8 @@ struct Options {
     std::string bless;
     std::string expect;
     bool strict = false;
+    /// The device whose driver is judged, "" for the first usable one; none: backends are compared.
+    std::optional<std::string> suspect;
     /// The number of rays and of points a frame that the backends are asked about.
     std::uint32_t query_count = 0;
 

@@ -57,6 +57,8 @@ bool has_no_scene(const Options& o) { return o.scene.empty(); }
 bool has_seconds(const Options& o) {
     return !o.time.empty() || (has_gltf_name(o.scene) && o.cache.empty());
 }
+bool compares_backends(const Options& o) { return !o.suspect; }
+bool judges_a_driver(const Options& o) { return o.suspect.has_value(); }
 bool describes_trees(const Options& o) { return o.tree_facts; }
 bool takes_all_hits(const Options& o) { return o.all_hits; }
 bool asks(const Options& o, Question question) {
@@ -128,6 +130,16 @@ const Rule kRules[] = {
       "--build-at"},
      is_no_bundle,
      "the scene is a bundle, which has its own ray and tree"},
+    {{kCrosscheck},
+     {"--backend", "--simd", "--device", "--devices", "--refit-on", "--build", "--build-at",
+      "--rays", "--light", "--ao-samples", "--ao-distance", "--reference", "--queries", "--junit",
+      "--bless", "--expect", "--strict"},
+     compares_backends,
+     "is about our backends, and --suspect judges a driver; leave out one of them"},
+    {{kCrosscheck},
+     {"--hits"},
+     judges_a_driver,
+     "only --suspect has hits of a driver; give it, too"},
     {{kRender, kView},
      {"--flat"},
      has_normals,
