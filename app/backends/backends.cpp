@@ -37,8 +37,9 @@ bool is_lack_of_vulkan(const Error& error) {
 }
 
 std::uint64_t named_devices(const Options& options) {
-    const bool is_named =
-        options.backend.choice == BackendChoice::kVulkan || asks_for_vulkan(options.backend);
+    const bool is_named = options.backend.choice == BackendChoice::kVulkan ||
+                          options.backend.choice == BackendChoice::kRayQuery ||
+                          asks_for_vulkan(options.backend);
     return is_named || options.tree.refit_on == RefitOn::kVulkan ? 1 : 0;
 }
 

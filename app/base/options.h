@@ -36,7 +36,8 @@ enum class Command {
     kMerge
 };
 
-enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
+/// kRayQuery, the driver's own rays, is a choice of profile alone.
+enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute, kRayQuery };
 
 /// Which backend refits: kOwn is the one that traces.
 enum class RefitOn { kOwn, kCpu, kVulkan };

@@ -247,7 +247,8 @@ CommandSpec define_profile(Options& options) {
     add_scene(adder, true);
     add_frames(adder, kFewFrames);
     add_view_options(adder, kWholeImage, "primary");
-    add_backend_options(adder, kBackends, "auto: the CPU, and Vulkan where there is a device");
+    add_backend_options(adder, kProfiledBackends,
+                        "auto: the CPU, and Vulkan where there is a device");
     add_tree_options(adder, std::nullopt);
     adder.add("--repeat", "N", "runs whose median is reported (5)",
               [&options](const std::string& option, const std::string& value) {
