@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <map>
 #include <numeric>
 #include <set>
@@ -61,6 +62,12 @@ public:
         for (const Prims* const prims : {&finding.answered_prims, &finding.ruled_prims})
             for (const std::uint32_t prim : *prims)
                 if (prim < triangles) kept_.insert(prim);
+        if (finding.fault != Fault::kLostCrossing) return;
+        // The neighbours that might have been hit instead.
+        concerned_.clear();
+        std::ranges::set_difference(finding.ruled_prims, finding.answered_prims,
+                                    std::inserter(concerned_, concerned_.end()));
+        for (const std::uint32_t prim : neighbours()) kept_.insert(prim);
     }
 
     std::optional<Reproducer> shrink() {

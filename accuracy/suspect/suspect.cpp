@@ -23,6 +23,7 @@ struct Names {
 };
 constexpr Names kNames[kFaultCount] = {
     {"bad answer", "a triangle that does not exist, or t, u or v that are no numbers"},
+    {"hole", "a miss or a farther triangle, where all lines near the ray hit a nearer one"},
     {"lost", "no hit, although the ray hits a triangle"},
     {"passed", "a triangle behind the one that is hit, near an edge of that one"},
     {"invented", "a hit, although the ray hits nothing"},
@@ -158,9 +159,19 @@ private:
         const Truth truth = referee_.closest(ray);
         const Judgement judgement = referee_.judge(ray, truth, hit.prim_id);
         if (!is_wrong(judgement.verdict)) return std::nullopt;
-        if (hit.prim_id == kNoPrim) return Fault::kLost;
         if (!truth.hit()) return Fault::kInvented;
+        const bool is_through = hit.prim_id == kNoPrim || judgement.t_ulps > 0;
+        if (is_through && !referee_.is_seen_within(ray, truth, hit.prim_id, precision(ray)))
+            return Fault::kHole;
+        if (hit.prim_id == kNoPrim) return Fault::kLost;
         return judgement.verdict == Verdict::kLeak ? Fault::kPassed : Fault::kWrongTriangle;
+    }
+
+    /// How far a ray may be off that a driver traces with floats relative to the ray's origin:
+    /// 2^-20 of the distance to the far side of the mesh, 16 roundings.
+    double precision(const Ray& ray) const {
+        const double reach = 2 * kSceneExtent + largest_magnitude(ray.org);
+        return 0x1p-20 * reach;
     }
 
     /// Whether the ray passes so near an edge, or so steeply, that whether it crosses the triangle

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <tuple>
 
 #include "accuracy/suspect/aimed_rays.h"
@@ -188,6 +188,21 @@ private:
         progress.finish();
     }
 
+    /// The reproducer of a kind on the fewest triangles.
+    struct Smallest {
+        int tries = 0;
+        std::size_t triangles = std::numeric_limits<std::size_t>::max();
+        std::string reproducer;
+    };
+
+    /// Whether one more finding of a kind is worth shrinking.
+    bool tries_to_shrink(Fault fault) {
+        constexpr int kTries = 6;
+        constexpr std::size_t kSmall = 2;
+        Smallest& smallest = smallest_[fault];
+        return smallest.triangles > kSmall && ++smallest.tries <= kTries;
+    }
+
     void hold(const PosedMesh& mesh) {
         driver_->set_scene(mesh.topology, mesh.positions);
         ours_->set_scene(mesh.topology, mesh.positions, mesh.bvh);
@@ -198,7 +213,8 @@ private:
         const double build_ms = driver_->times().build_ms;
         const std::vector<Ray> camera = camera_rays(scene.params);
         const std::vector<Ray> aimed =
-            aimed_rays(scene.topology, pose.positions, kAimedRays, 1 + run_.rows.size());
+            aimed_rays(scene.topology, pose.positions, kAimedRays,
+                       1 + static_cast<std::uint64_t>(&pose - scene.poses.data()));
         struct Shrinkable {
             Finding finding;
             Ray ray;
@@ -221,7 +237,7 @@ private:
             for (const Finding& finding : judged.findings) {
                 if (++described_[{scene.name, finding.fault, is_camera}] > kDescribed) continue;
                 describe_finding(scene, pose, row, finding, is_camera);
-                if (shrunk_.insert(finding.fault).second)
+                if (tries_to_shrink(finding.fault))
                     found.push_back({finding, (*rays)[finding.ray], run_.findings.size() - 1});
             }
         }
@@ -230,13 +246,13 @@ private:
             SuspectFinding& finding = run_.findings[one.described];
             const auto part =
                 shrink(*driver_, *ours_, mesh, one.ray, one.finding, throw_if_interrupted);
-            if (!part) {
-                // It depends on the rest of the structure; another one of its kind may not.
-                shrunk_.erase(one.finding.fault);
-                continue;
-            }
+            // It may depend on the rest of the structure; another one of its kind may not.
+            if (!part) continue;
             finding.reproducer = text_of(*part, finding.place, run_.driver);
             finding.triangles = part->topology.triangles.size();
+            Smallest& smallest = smallest_[finding.fault];
+            if (finding.triangles < smallest.triangles)
+                smallest = {smallest.tries, finding.triangles, finding.reproducer};
         }
     }
 
@@ -293,12 +309,12 @@ private:
 
     void write_reports() {
         const std::filesystem::path folder = options_.out;
-        for (const SuspectFinding& finding : run_.findings) {
-            if (finding.reproducer.empty()) continue;
+        for (const auto& [fault, smallest] : smallest_) {
+            if (smallest.reproducer.empty()) continue;
             make_output_folder(folder);
-            std::string name = name_of(finding.fault);
+            std::string name = name_of(fault);
             std::ranges::replace(name, ' ', '_');
-            write_file(folder / (name + ".c"), finding.reproducer);
+            write_file(folder / (name + ".c"), smallest.reproducer);
         }
         if (hits_) call_library([&] { hits_->write(options_.hits); });
         if (!options_.json.empty()) write_report(options_.json, suspect_json(run_));
@@ -313,7 +329,7 @@ private:
     SuspectRun run_;
     std::optional<morphray::HitsWriter> hits_;
     std::map<std::tuple<std::string, Fault, bool>, std::size_t> described_;
-    std::set<Fault> shrunk_;
+    std::map<Fault, Smallest> smallest_;
 };
 
 }  // namespace

@@ -126,9 +126,9 @@ std::uint64_t SuspectRun::wrong() const {
 }
 
 std::uint32_t colour_of(accuracy::Fault fault) {
-    // Based on: M. Okabe, K. Ito. Color Universal Design. 2008; and two more.
+    // Based on: M. Okabe, K. Ito. Color Universal Design. 2008; and three more.
     constexpr std::array<std::uint32_t, kFaultCount> kColours = {
-        0xFF0000FF, 0xFF005ED5, 0xFF009FE6, 0xFFA779CC, 0xFFB27200,
+        0xFF0000FF, 0xFF0080FF, 0xFF005ED5, 0xFF009FE6, 0xFFA779CC, 0xFFB27200,
         0xFF42E4F0, 0xFFE9B456, 0xFF739E00, 0xFF800080, 0xFFFF00FF};
     return kColours[static_cast<std::size_t>(fault)];
 }

@@ -119,13 +119,16 @@ TEST(Suspect, IsToldFromRightByEachKindOfClosestHit) {
         };
         return stage.judge();
     };
-    expect_only(spoiled([](Hit& hit) { hit = no_hit(); }), Fault::kLost);
+    // At the outline a miss may be a matter of precision, elsewhere it is a hole.
+    const Judged lost = spoiled([](Hit& hit) { hit = no_hit(); });
+    EXPECT_GT(lost.counts[Fault::kHole], 9 * lost.counts[Fault::kLost]);
+    EXPECT_EQ(lost.counts.wrong(), lost.counts[Fault::kHole] + lost.counts[Fault::kLost]);
     expect_only(spoiled([](Hit& hit) { hit.prim_id = 1 << 20; }), Fault::kBadAnswer);
     expect_only(spoiled([](Hit& hit) { hit.u = std::numeric_limits<float>::quiet_NaN(); }),
                 Fault::kBadAnswer);
     // A triangle at the other side of the sphere, which few rays meet, and then not first.
     const Judged wrong = spoiled([](Hit& hit) { hit.prim_id = (hit.prim_id + 700) % 1400; });
-    EXPECT_GT(wrong.counts[Fault::kWrongTriangle] + wrong.counts[Fault::kPassed], 0u);
+    EXPECT_GT(wrong.counts[Fault::kWrongTriangle] + wrong.counts[Fault::kHole], 0u);
     EXPECT_EQ(wrong.counts[Fault::kLost] + wrong.counts[Fault::kInvented], 0u);
 }
 
@@ -188,7 +191,7 @@ TEST(Suspect, IsShrunkToTheTrianglesThatMatter) {
     const Judged judged = stage.judge();
     ASSERT_FALSE(judged.findings.empty());
     const Finding& finding = judged.findings.front();
-    ASSERT_EQ(finding.fault, Fault::kLost);
+    ASSERT_EQ(finding.fault, Fault::kHole);
     const auto found =
         shrink(stage.driver, *stage.ours, {stage.topology, stage.positions, stage.bvh, true},
                stage.rays[finding.ray], finding, [] {});
@@ -196,7 +199,7 @@ TEST(Suspect, IsShrunkToTheTrianglesThatMatter) {
     EXPECT_LE(found->topology.triangles.size(), 2u);
     EXPECT_EQ(found->prim_ids.size(), found->topology.triangles.size());
     const std::string text = text_of(*found, "sphere, ray 1", "planted");
-    EXPECT_NE(text.find("// lost: no hit"), std::string::npos) << text;
+    EXPECT_NE(text.find("// hole: a miss"), std::string::npos) << text;
     EXPECT_NE(text.find("static const float origin[3] = {"), std::string::npos) << text;
 }
 
