@@ -58,20 +58,21 @@ public:
         for (const std::uint32_t prim :
              {finding.answered.prim_id, finding.ruled.prim_id, finding.truth.prim_id})
             if (prim < triangles) concerned_.insert(prim);
+        if (finding.fault == Fault::kHole && finding.truth.hit())
+            keep_neighbours({finding.truth.prim_id});
         if (!is_of_crossings(finding.fault)) return;
         for (const Prims* const prims : {&finding.answered_prims, &finding.ruled_prims})
             for (const std::uint32_t prim : *prims)
                 if (prim < triangles) kept_.insert(prim);
         if (finding.fault != Fault::kLostCrossing) return;
-        // The neighbours that might have been hit instead.
-        concerned_.clear();
+        std::set<std::uint32_t> missing;
         std::ranges::set_difference(finding.ruled_prims, finding.answered_prims,
-                                    std::inserter(concerned_, concerned_.end()));
-        for (const std::uint32_t prim : neighbours()) kept_.insert(prim);
+                                    std::inserter(missing, missing.end()));
+        keep_neighbours(missing);
     }
 
     std::optional<Reproducer> shrink() {
-        Prims prims = neighbours();
+        Prims prims = neighbours(concerned_);
         if (!tries(prims)) {
             prims.resize(mesh_.topology.triangles.size());
             std::iota(prims.begin(), prims.end(), 0u);
@@ -86,10 +87,21 @@ public:
     }
 
 private:
-    /// The triangles that share a vertex with those concerned, and those that are kept.
-    Prims neighbours() const {
+    /// Keeps the triangles near the ray that might have been hit instead of these.
+    void keep_neighbours(const std::set<std::uint32_t>& prims) {
+        for (const std::uint32_t prim : neighbours(prims)) {
+            const uvec3 t = mesh_.topology.triangles[prim];
+            const ExactTriangle triangle(ray_, mesh_.positions[t.x], mesh_.positions[t.y],
+                                         mesh_.positions[t.z]);
+            if (triangle.edge_distance() * triangle.size() <= precision_of(ray_))
+                kept_.insert(prim);
+        }
+    }
+
+    /// The triangles that share a vertex with these, and those that are kept.
+    Prims neighbours(const std::set<std::uint32_t>& of) const {
         std::set<std::uint32_t> vertices;
-        for (const std::uint32_t prim : concerned_) {
+        for (const std::uint32_t prim : of) {
             const uvec3 t = mesh_.topology.triangles[prim];
             vertices.insert({t.x, t.y, t.z});
         }

@@ -161,17 +161,10 @@ private:
         if (!is_wrong(judgement.verdict)) return std::nullopt;
         if (!truth.hit()) return Fault::kInvented;
         const bool is_through = hit.prim_id == kNoPrim || judgement.t_ulps > 0;
-        if (is_through && !referee_.is_seen_within(ray, truth, hit.prim_id, precision(ray)))
+        if (is_through && !referee_.is_seen_within(ray, truth, hit.prim_id, precision_of(ray)))
             return Fault::kHole;
         if (hit.prim_id == kNoPrim) return Fault::kLost;
         return judgement.verdict == Verdict::kLeak ? Fault::kPassed : Fault::kWrongTriangle;
-    }
-
-    /// How far a ray may be off that a driver traces with floats relative to the ray's origin:
-    /// 2^-20 of the distance to the far side of the mesh, 16 roundings.
-    double precision(const Ray& ray) const {
-        const double reach = 2 * kSceneExtent + largest_magnitude(ray.org);
-        return 0x1p-20 * reach;
     }
 
     /// Whether the ray passes so near an edge, or so steeply, that whether it crosses the triangle
@@ -230,6 +223,10 @@ private:
 };
 
 }  // namespace
+
+double precision_of(const Ray& ray) {
+    return 0x1p-20 * (2 * kSceneExtent + largest_magnitude(ray.org));
+}
 
 const char* name_of(Fault fault) { return kNames[static_cast<std::size_t>(fault)].name; }
 const char* meaning_of(Fault fault) { return kNames[static_cast<std::size_t>(fault)].meaning; }

@@ -88,6 +88,10 @@ struct PosedMesh {
     bool closed = false;
 };
 
+/// How far beside the ray a driver may trace that computes with floats relative to the ray's
+/// origin: 2^-20 of the distance to the far side of the scene, 16 roundings.
+double precision_of(const Ray& ray);
+
 /// Whether each directed edge of the mesh occurs as often as its opposite, and all positions are
 /// finite: then a ray that ends far away crosses an even number of triangles if it starts outside.
 bool is_closed(const Topology& topology, std::span<const vec3> positions);
