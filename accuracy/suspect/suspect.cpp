@@ -23,7 +23,7 @@ struct Names {
 };
 constexpr Names kNames[kFaultCount] = {
     {"bad answer", "a triangle that does not exist, or t, u or v that are no numbers"},
-    {"hole", "a miss or a farther triangle, where all lines near the ray hit a nearer one"},
+    {"hole", "no hit, although the ray and all lines near it hit triangles"},
     {"lost", "no hit, although the ray hits a triangle"},
     {"passed", "a triangle behind the one that is hit, near an edge of that one"},
     {"invented", "a hit, although the ray hits nothing"},
@@ -160,10 +160,10 @@ private:
         const Judgement judgement = referee_.judge(ray, truth, hit.prim_id);
         if (!is_wrong(judgement.verdict)) return std::nullopt;
         if (!truth.hit()) return Fault::kInvented;
-        const bool is_through = hit.prim_id == kNoPrim || judgement.t_ulps > 0;
-        if (is_through && !referee_.is_seen_within(ray, truth, hit.prim_id, precision_of(ray)))
-            return Fault::kHole;
-        if (hit.prim_id == kNoPrim) return Fault::kLost;
+        if (hit.prim_id == kNoPrim) {
+            const bool is_outline = referee_.is_seen_within(ray, truth, kNoPrim, precision_of(ray));
+            return is_outline ? Fault::kLost : Fault::kHole;
+        }
         return judgement.verdict == Verdict::kLeak ? Fault::kPassed : Fault::kWrongTriangle;
     }
 

@@ -16,15 +16,15 @@ namespace mray::accuracy {
 
 /// How an answer is wrong, the first that applies.
 enum class Fault : std::uint8_t {
-    kBadAnswer,       // a triangle that does not exist, or t, u or v that are no numbers
-    kHole,            // a miss or a farther triangle where all lines near the ray hit a nearer one
-    kLost,            // no hit, although the ray hits a triangle
-    kPassed,          // a triangle behind the one that is hit, near an edge of that one
-    kInvented,        // a hit, although the ray hits nothing
-    kWrongTriangle,   // any other triangle
-    kAnyHit,          // "occluded" is not what the closest hit says
-    kLostCrossing,    // of all hits one is missing
-    kDoubleCrossing,  // an edge or vertex of a closed mesh counts more than once
+    kBadAnswer,         // a triangle that does not exist, or t, u or v that are no numbers
+    kHole,              // no hit, although the ray and all lines near it hit triangles
+    kLost,              // no hit, although the ray hits a triangle
+    kPassed,            // a triangle behind the one that is hit, near an edge of that one
+    kInvented,          // a hit, although the ray hits nothing
+    kWrongTriangle,     // any other triangle
+    kAnyHit,            // "occluded" is not what the closest hit says
+    kLostCrossing,      // of all hits one is missing
+    kDoubleCrossing,    // an edge or vertex of a closed mesh counts more than once
     kInventedCrossing,  // a triangle is among all hits that the ray misses by far
     kRepeated,          // a triangle is twice among all hits
 };
