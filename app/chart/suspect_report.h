@@ -20,7 +20,7 @@ struct SuspectRow {
     /// "camera" or "aimed".
     std::string view;
     accuracy::SuspectCounts counts;
-    /// Of the driver's closest hits.
+    /// The hash of the driver's closest hits.
     std::uint64_t hits_hash = 0;
     /// Milliseconds of the build or update, and of the closest hits of all rays.
     double build_ms = 0;
