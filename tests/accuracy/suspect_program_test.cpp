@@ -78,6 +78,34 @@ TEST(SuspectCommand, JudgesTheDeviceOrSaysInOneLineWhyNot) {
     EXPECT_EQ(same.code, 0) << same.out << same.err;
 }
 
+TEST(DriverProfile, HasARowForEachStageOrSaysWhyNot) {
+    const Outcome outcome =
+        run({"profile", "builtin:cloth:500", "--backend", "ray-query", "--size", "32x32",
+             "--ao-samples", "1", "--frames", "0,4", "--repeat", "1", "--json", "-"});
+    if (!device_has_rays()) {
+        EXPECT_EQ(outcome.code, 4) << outcome.err;
+        EXPECT_NE(outcome.err.find("lacks VK_KHR_"), std::string::npos) << outcome.err;
+        return;
+    }
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    for (const char* const stage : {"build", "update", "rebuild", "camera rays, packets",
+                                    "camera rays, single", "shadow rays", "ambient occlusion"}) {
+        const std::string row = std::string("\"stage\": \"") + stage + "\"";
+        EXPECT_NE(outcome.out.find(row), std::string::npos) << stage;
+    }
+}
+
+TEST(DriverProfile, RefusesWhatItHasNoUseFor) {
+    for (const std::vector<std::string>& more :
+         {std::vector<std::string>{"--policies", "refit"}, {"--simd", "off"}, {"--rays", "ao"}}) {
+        std::vector<std::string> line = {"profile", "builtin:cloth:500", "--backend", "ray-query"};
+        line.insert(line.end(), more.begin(), more.end());
+        const Outcome outcome = run(line);
+        EXPECT_EQ(outcome.code, 2) << outcome.err;
+        EXPECT_EQ(outcome.err.find("morphray: " + more.front() + ": "), 0u) << outcome.err;
+    }
+}
+
 TEST(SuspectCommand, NamesTheMeshesThatThereAre) {
     if (!device_has_rays()) return;
     const Outcome outcome = run({"crosscheck", "--suspect", "ray-query", "failures:cube"});
