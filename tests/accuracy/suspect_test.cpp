@@ -183,6 +183,23 @@ TEST(Suspect, IsWrongIfAnEdgeOfAClosedMeshCountsTwice) {
     EXPECT_EQ(judged.counts.wrong(), judged.counts[Fault::kDoubleCrossing]);
 }
 
+TEST(Suspect, CountsHowFarTAndWeightsAreOff) {
+    Stage stage("sphere");
+    const Judged right = stage.judge();
+    stage.driver.spoil = [](Hit& hit) {
+        hit.t *= 1 + 0x1p-17f;
+        hit.u = std::min(1.0f, hit.u + 0.125f);
+    };
+    const Judged wrong = stage.judge();
+    const auto beyond = [](const HitErrors& errors) { return errors.t_counts[4]; };
+    // 64 to 128 ulp: more than 16, at most 256.
+    EXPECT_GT(beyond(wrong.counts.driver), wrong.counts.rays / 2);
+    EXPECT_LT(beyond(right.counts.driver), wrong.counts.rays / 10);
+    EXPECT_GE(wrong.counts.driver.worst_weight, 0.12);
+    EXPECT_EQ(wrong.counts.ours.t_counts, right.counts.ours.t_counts);
+    EXPECT_EQ(right.counts.driver.t_counts, right.counts.ours.t_counts);
+}
+
 TEST(Suspect, IsShrunkToTheTrianglesThatMatter) {
     Stage stage("sphere");
     stage.driver.spoil = [](Hit& hit) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/backends/backends.h"
+#include "app/base/memory_budget.h"
 #include "app/clip/frames.h"
 #include "app/commands/profile/profile_head.h"
 #include "app/report/json_parts.h"
@@ -207,6 +208,15 @@ ExitCode profile_driver(const Options& options, const Messages& messages) {
     SceneFrames scene = open_frames(options, messages);
     const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kFew);
     warn_of_damage(options, scene.clip(), frames, messages);
+    // Rays and answers of camera, shadows and ambient occlusion are held at once.
+    const std::uint64_t pixels = std::uint64_t{options.view.width} * options.view.height;
+    require_memory({.triangles = scene.clip().topology().triangles.size(),
+                    .vertices = scene.clip().topology().vertex_count,
+                    .copies = 4,
+                    .pixels = pixels,
+                    .devices = 2,
+                    .kept_bytes = pixels * (2 + options.view.ao_count) * (sizeof(Ray) + 1)},
+                   options.scene);
     DriverProfiler profiler(options, scene, frames.front(), messages);
     std::vector<DriverRow> rows;
     Progress progress("measuring", frames.size(), progress_mode(options));
