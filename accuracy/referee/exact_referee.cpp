@@ -104,18 +104,23 @@ bool ExactReferee::seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t
             reach = std::max(reach, largest_magnitude(p - ray.org));
         }
     }
-    const double shift = kDisplacement * size + kFarDisplacement * reach;
+    return is_seen_within(ray, truth, prim_id, kDisplacement * size + kFarDisplacement * reach);
+}
+
+bool ExactReferee::is_seen_within(const Ray& ray, const Truth& truth, std::uint32_t prim_id,
+                                  double radius) const {
+    if (prim_id != kNoPrim && usable_[prim_id] == 0) return false;
     std::vector<std::uint32_t> candidates;
-    search_.find(ray, 2 * shift, candidates);
+    search_.find(ray, 2 * radius, candidates);
     ParallelView view(ray);
     for (const std::uint32_t id : candidates) {
         const uvec3 t = topology_->triangles[id];
         if (usable_[id] != 0) view.add(id, positions_[t.x], positions_[t.y], positions_[t.z]);
     }
-    if (view.shows(prim_id, shift, kCloseUlps)) return true;
+    if (view.shows(prim_id, radius, kCloseUlps)) return true;
     if (prim_id == kNoPrim || triangle(ray, prim_id).has_t()) return false;
     const uvec3 t = topology_->triangles[prim_id];
-    return view.grazes(positions_[t.x], positions_[t.y], positions_[t.z], shift,
+    return view.grazes(positions_[t.x], positions_[t.y], positions_[t.z], radius,
                        truth.hit() ? truth.t : std::numeric_limits<double>::infinity(), kCloseUlps);
 }
 

@@ -153,6 +153,15 @@ double ExactTriangle::t() const {
     return exact.value[kVolume].get_d() / exact.value[kSum].get_d();
 }
 
+std::array<double, 2> ExactTriangle::weights() const {
+    const double least = std::abs(value_[kSum]) * kPreciseT;
+    if (least > error_[kSum] && least > error_[1] && least > error_[2])
+        return {value_[1] / value_[kSum], value_[2] / value_[kSum]};
+    const Integers& exact = integers();
+    const double sum = exact.value[kSum].get_d();
+    return {exact.value[1].get_d() / sum, exact.value[2].get_d() / sum};
+}
+
 int ExactTriangle::compare_t(const ExactTriangle& other) const {
     const double left = value_[kVolume] * other.value_[kSum];
     const double right = other.value_[kVolume] * value_[kSum];

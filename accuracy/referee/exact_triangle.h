@@ -31,6 +31,8 @@ public:
     bool has_t() const;
     /// t of the plane, to 2^-27 of itself.
     double t() const;
+    /// The weights of the second and the third corner where the line crosses the plane, to 2^-27.
+    std::array<double, 2> weights() const;
     /// How near the line is to the nearest edge, as a part of size(); in double.
     double edge_distance() const;
     /// The largest distance of a corner from the line.

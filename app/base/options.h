@@ -36,7 +36,8 @@ enum class Command {
     kMerge
 };
 
-enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
+/// kRayQuery, the driver's own rays, is a choice of profile alone.
+enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute, kRayQuery };
 
 /// Which backend refits: kOwn is the one that traces.
 enum class RefitOn { kOwn, kCpu, kVulkan };
@@ -157,6 +158,8 @@ struct Options {
     std::string bless;
     std::string expect;
     bool strict = false;
+    /// The device whose driver is judged, "" for the first usable one; none: backends are compared.
+    std::optional<std::string> suspect;
     /// The number of rays and of points a frame that the backends are asked about.
     std::uint32_t query_count = 0;
 

@@ -6,6 +6,7 @@
 #include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/commands/profile/baseline.h"
+#include "app/commands/profile/profile_driver.h"
 #include "app/commands/profile/profile_head.h"
 #include "app/commands/profile/profile_policies.h"
 #include "app/commands/profile/stage_profiler.h"
@@ -87,6 +88,8 @@ void publish(const ProfileReport& report, const Options& options, const Messages
 }  // namespace
 
 ExitCode run_profile(const Options& options, const Messages& messages) {
+    if (options.backend.choice == BackendChoice::kRayQuery)
+        return profile_driver(options, messages);
     if (!options.policies.empty() || options.tree.update) {
         return profile_policies(options, messages);
     }

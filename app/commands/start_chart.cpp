@@ -1,4 +1,4 @@
-// morphray chart: becomes the program morphray-chart.
+// morphray chart, and crosscheck --suspect: become the program morphray-chart.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -26,30 +26,39 @@ void become(const std::filesystem::path& program, std::vector<std::string> argum
     ::execv(program.c_str(), argv.data());
     if (errno == ENOENT || errno == ENOTDIR) return;
     throw Error(ErrorKind::kUnavailable,
-                fmt::format("chart: {} cannot be started: {}; install morphray again",
-                            program.string(), std::generic_category().message(errno)));
+                fmt::format("{}: cannot be started: {}; install morphray again", program.string(),
+                            std::generic_category().message(errno)));
 }
 
-}  // namespace
-
 // The other program parses the same arguments with the same code; nothing was written before.
-ExitCode run_chart(const Options& options, const Messages&) {
-    if (interrupted()) throw Error(ErrorKind::kCancelled, "chart: interrupted; no chart is kept");
+[[noreturn]] void become_chart_program(const char* command, const Options& options) {
     std::error_code error;
     const std::filesystem::path folder =
         std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
     if (error) {
         throw Error(ErrorKind::kUnavailable,
-                    fmt::format("chart: {} cannot be found: /proc/self/exe: {}; mount /proc", kName,
-                                error.message()));
+                    fmt::format("{}: {} cannot be found: /proc/self/exe: {}; mount /proc", command,
+                                kName, error.message()));
     }
     // In the build folder, and where it is installed.
     for (const char* place : {".", MORPHRAY_CHART_FOLDER})
         become((folder / place / kName).lexically_normal(), options.arguments);
     throw Error(ErrorKind::kUnavailable,
-                fmt::format("chart: {} is missing, which belongs beside {}; build the target "
+                fmt::format("{}: {} is missing, which belongs beside {}; build the target "
                             "morphray_programs, or install morphray again",
-                            kName, (folder / "morphray").string()));
+                            command, kName, (folder / "morphray").string()));
+}
+
+}  // namespace
+
+ExitCode run_chart(const Options& options, const Messages&) {
+    if (interrupted()) throw Error(ErrorKind::kCancelled, "chart: interrupted; no chart is kept");
+    become_chart_program("chart", options);
+}
+
+ExitCode run_suspect(const Options& options, const Messages&) {
+    if (interrupted()) throw Error(ErrorKind::kCancelled, "crosscheck: interrupted");
+    become_chart_program("crosscheck", options);
 }
 
 }  // namespace mray::app

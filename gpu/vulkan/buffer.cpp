@@ -63,8 +63,13 @@ Buffer::Buffer(Context& context, const std::string& name, VkDeviceSize size,
     vkGetBufferMemoryRequirements(context.device(), buffer, &needs);
     const MemoryChoice choice =
         choose_memory(context.physical().memory, needs.memoryTypeBits, memory);
+    const VkMemoryAllocateFlagsInfo has_address = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
+    };
     const VkMemoryAllocateInfo allocation = {
         .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+        .pNext = (usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) != 0 ? &has_address : nullptr,
         .allocationSize = needs.size,
         .memoryTypeIndex = choice.type,
     };

@@ -22,7 +22,8 @@ PhysicalDevice pick(const Instance& instance, const std::string& wanted) {
     return devices[choose_device(infos, wanted)];
 }
 
-VkDevice create_device(const PhysicalDevice& physical) {
+VkDevice create_device(const PhysicalDevice& physical, const DeviceExtras& extras) {
+    require_extras(physical, extras);
     const float priority = 1.0f;
     const VkDeviceQueueCreateInfo queue = {
         .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
@@ -30,13 +31,16 @@ VkDevice create_device(const PhysicalDevice& physical) {
         .queueCount = 1,
         .pQueuePriorities = &priority,
     };
-    const char* const float_controls = VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME;
+    std::vector<const char*> extensions(extras.extensions.begin(), extras.extensions.end());
+    if (physical.float_controls_is_extension)
+        extensions.push_back(VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME);
     const VkDeviceCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+        .pNext = extras.features,
         .queueCreateInfoCount = 1,
         .pQueueCreateInfos = &queue,
-        .enabledExtensionCount = physical.float_controls_is_extension ? 1u : 0u,
-        .ppEnabledExtensionNames = &float_controls,
+        .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
+        .ppEnabledExtensionNames = extensions.data(),
     };
     VkDevice device = VK_NULL_HANDLE;
     check(vkCreateDevice(physical.handle, &info, nullptr, &device), "create the device");
@@ -113,13 +117,14 @@ Instance make_instance(const VulkanConfig& config, const Tuning& tuning, Validat
 
 }  // namespace
 
-Context::Context(const VulkanConfig& config, const Tuning& tuning)
+Context::Context(const VulkanConfig& config, const Tuning& tuning, const DeviceExtras& extras)
     : tuning_(tuning),
       host_(config.host),
       log_(tuning.log != nullptr ? *tuning.log : own_log_),
       instance_(make_instance(config, tuning, log_)),
       physical_(host_ != nullptr ? host_device(instance_, *host_) : pick(instance_, config.device)),
-      device_(host_ != nullptr ? static_cast<VkDevice>(host_->device) : create_device(physical_),
+      device_(host_ != nullptr ? static_cast<VkDevice>(host_->device)
+                               : create_device(physical_, extras),
               host_ == nullptr),
       pool_(create_pool(device(), physical_.queue_family)),
       commands_(allocate_commands(device(), pool_.get())),

@@ -21,8 +21,9 @@ using Record = std::function<void(VkCommandBuffer)>;
 
 class Context {
 public:
-    /// Throws Error as make_vulkan_backend.
-    Context(const VulkanConfig& config, const Tuning& tuning);
+    /// Throws Error as make_vulkan_backend, and if the device lacks one of the extras, which a
+    /// host's device is not asked for.
+    Context(const VulkanConfig& config, const Tuning& tuning, const DeviceExtras& extras = {});
 
     VkDevice device() const { return device_.get(); }
     const PhysicalDevice& physical() const { return physical_; }

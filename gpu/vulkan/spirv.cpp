@@ -23,6 +23,7 @@ enum Op : std::uint32_t {
     kVariable = 59,
     kDecorate = 71,
     kMemberDecorate = 72,
+    kTypeAccelerationStructure = 5341,
 };
 enum Decoration : std::uint32_t {
     kArrayStride = 6,
@@ -47,7 +48,8 @@ public:
     explicit Types(std::span<const SpirvInstruction> instructions) {
         for (const SpirvInstruction& i : instructions) {
             const auto& o = i.operands;
-            if (i.opcode >= kTypeInt && i.opcode <= kTypePointer) types_[o[0]] = i;
+            const bool is_type = i.opcode >= kTypeInt && i.opcode <= kTypePointer;
+            if (is_type || i.opcode == kTypeAccelerationStructure) types_[o[0]] = i;
             if (i.opcode == kConstant) constants_[o[1]] = o[2];
             if (i.opcode == kDecorate && o.size() == 3) decorations_[{o[0], o[1]}] = o[2];
             if (i.opcode == kMemberDecorate && o[2] == kOffset) offsets_[{o[0], o[1]}] = o[3];
@@ -101,10 +103,12 @@ private:
     std::map<Pair, std::uint32_t> offsets_;
 };
 
-/// `usamplerBuffer` and `uimageBuffer` of GLSL.
-VkDescriptorType texel_buffer_type(const Types& types, std::uint32_t id) {
+/// `usamplerBuffer`, `uimageBuffer` and `accelerationStructureEXT` of GLSL.
+VkDescriptorType opaque_type(const Types& types, std::uint32_t id) {
     constexpr std::uint32_t kBuffer = 5;
     constexpr std::uint32_t kSampled = 1;
+    if (types[id].opcode == kTypeAccelerationStructure)
+        return VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
     const bool is_sampler = types[id].opcode == kTypeSampledImage;
     const SpirvInstruction& image = types[is_sampler ? types[id].operands[1] : id];
     if (image.opcode != kTypeImage || image.operands[2] != kBuffer)
@@ -144,7 +148,7 @@ ShaderInterface shader_interface(std::span<const std::uint32_t> words) {
         if (types.decoration(variable, kDescriptorSet) != 0) refuse("a second descriptor set");
         result.bindings.push_back({types.decoration(variable, kBinding),
                                    storage == kStorageBuffer ? VK_DESCRIPTOR_TYPE_STORAGE_BUFFER
-                                                             : texel_buffer_type(types, type)});
+                                                             : opaque_type(types, type)});
     }
     std::ranges::sort(result.bindings, {}, &ShaderBinding::number);
     return result;

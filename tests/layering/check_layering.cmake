@@ -20,7 +20,7 @@ set(may_see_tools clips common common/interop)
 set(may_see_accuracy tools clips cpu common common/interop)
 set(may_see_app include tools clips cpu gpu common common/interop)
 # The program morphray-chart.
-set(may_see_app/chart app accuracy tools clips common common/interop)
+set(may_see_app/chart app include accuracy tools clips common common/interop)
 set(may_see_bench include tools clips cpu gpu common common/interop)
 set(may_see_embree include)
 set(may_see_tests library include tools clips cpu gpu common common/interop)
@@ -47,10 +47,10 @@ set(app_report_sees base files)
 set(app_farm_sees base terminal files report clip)
 set(app_view_sees base terminal clip)
 set(app_commands_sees ${app_rooms})
-set(app_chart_sees base terminal clip backends)
+set(app_chart_sees base terminal clip backends report)
 # Trees and tracers are for these files of the program; other ones may include these headers, which
 # hold plain data.
-set(engine "^(cpu/|gpu/|common/(backend|ray_queries|scene_queries)\\.h$|common/(bvh|update)/)")
+set(engine "^(cpu/|gpu/|common/(backend|driver_rays|ray_queries|scene_queries)\\.h$|common/(bvh|update)/)")
 set(engine_users "^app/(backends/|commands/(crosscheck|profile|probe|pixel_probe|info|candidates))")
 set(engine_data "^common/(bvh/(bvh_stats|builder/bvh_builder)|update/policy/(policy_spec|update_policy))\\.h$")
 
