@@ -159,6 +159,7 @@ private:
         const Truth truth = referee_.closest(ray);
         const Judgement judgement = referee_.judge(ray, truth, hit.prim_id);
         if (!is_wrong(judgement.verdict)) return std::nullopt;
+        if (is_at_end(ray, hit.prim_id) || is_at_end(ray, truth.prim_id)) return std::nullopt;
         if (!truth.hit()) return Fault::kInvented;
         if (hit.prim_id == kNoPrim) {
             const bool is_outline = referee_.is_seen_within(ray, truth, kNoPrim, precision_of(ray));
@@ -167,11 +168,22 @@ private:
         return judgement.verdict == Verdict::kLeak ? Fault::kPassed : Fault::kWrongTriangle;
     }
 
+    /// Whether the ray begins or ends so near the triangle that rounding, or whether an end belongs
+    /// to the ray, decides about the hit. Rays start on surfaces often.
+    bool is_at_end(const Ray& ray, std::uint32_t prim_id) const {
+        if (prim_id == kNoPrim) return false;
+        const ExactTriangle triangle = referee_.triangle(ray, prim_id);
+        if (!triangle.has_t()) return false;
+        const double t = triangle.t();
+        return std::min(std::abs(t - ray.tnear), std::abs(t - ray.tfar)) <= precision_of(ray);
+    }
+
     /// Whether the ray passes so near an edge, or so steeply, that whether it crosses the triangle
-    /// may depend on rounding.
+    /// may depend on rounding, or is at an end.
     bool is_uncertain(const Ray& ray, std::uint32_t prim_id) const {
         const ExactTriangle triangle = referee_.triangle(ray, prim_id);
-        return !triangle.has_t() || !(triangle.edge_distance() >= kNearEdge);
+        return !triangle.has_t() || !(triangle.edge_distance() >= kNearEdge) ||
+               is_at_end(ray, prim_id);
     }
 
     std::optional<Fault> judge_crossings(std::size_t i, SuspectCounts& counts) const {
@@ -194,7 +206,10 @@ private:
         };
         if (only_in(owned, listed)) return Fault::kLostCrossing;
         if (only_in(listed, owned)) return Fault::kInventedCrossing;
-        if (mesh_.closed && listed.size() % 2 != owned.size() % 2)
+        const auto is_at_end_of_ray = [&](std::uint32_t p) { return is_at_end(rays_[i], p); };
+        const bool has_end = std::ranges::any_of(listed, is_at_end_of_ray) ||
+                             std::ranges::any_of(owned, is_at_end_of_ray);
+        if (mesh_.closed && !has_end && listed.size() % 2 != owned.size() % 2)
             return listed.size() > owned.size() ? Fault::kDoubleCrossing : Fault::kLostCrossing;
         ++counts.other_crossings;
         return std::nullopt;
