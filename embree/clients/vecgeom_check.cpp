@@ -21,9 +21,8 @@ int main() {
     for (int i = 0; i < 300; ++i) {
         const auto* const box =
             new vecgeom::UnplacedBox(real(0.1, 0.5), real(0.1, 0.5), real(0.1, 0.5));
-        const auto* const place =
-            new vecgeom::Transformation3D(real(-9, 9), real(-9, 9), real(-9, 9), real(0, 360),
-                                          real(0, 180), real(0, 360));
+        const auto* const place = new vecgeom::Transformation3D(
+            real(-9, 9), real(-9, 9), real(-9, 9), real(0, 360), real(0, 180), real(0, 360));
         world.PlaceDaughter("box", new vecgeom::LogicalVolume(box), place);
     }
     vecgeom::GeoManager::Instance().SetWorldAndClose(world.Place());
