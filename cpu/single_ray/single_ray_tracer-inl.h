@@ -11,6 +11,7 @@
 #define MORPHRAY_CPU_SINGLE_RAY_SINGLE_RAY_TRACER_INL_H
 #endif
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -26,19 +27,38 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-// Batches of at most this many rays are traced ray by ray: to make streams of them takes longer
-// than these gain (docs/lab/cpu_tracer.md has the figures).
+// Batches of at most this many rays are traced ray by ray, unless they are alike: to make streams
+// of them takes longer than these gain (docs/lab/cpu_tracer.md has the figures).
 inline constexpr std::size_t kAloneIntersected = kTogetherAtNode;
 inline constexpr std::size_t kAloneOccluded = kLanes < 16 ? 4 : 6;
 
-void intersect_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {
-    if (rays.size() <= kAloneIntersected) {
-        for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = intersect_one(bvh, rays[i]);
-        return;
+// Rays that are alike go on together below a node if they are more than this many.
+inline constexpr std::size_t kTogetherAlike = kLanes < 16 ? 3 : 4;
+
+/// Whether the rays begin near each other and go in much the same direction, as those of a packet.
+HWY_INLINE bool are_alike(std::span<const Ray> rays) {
+    const Ray& first = rays.front();
+    for (const Ray& ray : rays.subspan(1)) {
+        for (int axis = 0; axis < 3; ++axis) {
+            if (std::abs(ray.dir[axis] - first.dir[axis]) > 0x1p-4f) return false;
+            if (std::abs(ray.org[axis] - first.org[axis]) > 0x1p-6f * kSceneExtent) return false;
+        }
     }
-    for_each_stream(rays,
-                    [&](const Ray* batch, std::span<const std::uint16_t> order, std::size_t first)
-                        HWY_ATTR { ClosestStream(bvh, batch, order).intersect(&hits[first]); });
+    return true;
+}
+
+void intersect_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {
+    std::size_t together = kTogetherAtNode;
+    if (rays.size() <= kAloneIntersected) {
+        if (rays.size() <= kTogetherAlike || !are_alike(rays)) {
+            for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = intersect_one(bvh, rays[i]);
+            return;
+        }
+        together = kTogetherAlike;
+    }
+    for_each_stream(
+        rays, [&](const Ray* batch, std::span<const std::uint16_t> order, std::size_t first)
+                  HWY_ATTR { ClosestStream(bvh, batch, order, together).intersect(&hits[first]); });
 }
 
 void occluded_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<std::uint8_t> occluded) {

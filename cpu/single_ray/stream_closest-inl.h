@@ -44,17 +44,20 @@ inline constexpr std::size_t kFewRays = 4;
 
 class ClosestStream {
 public:
-    /// rays[order[i]], of one octant: at least one and at most kStreamRays.
-    HWY_INLINE ClosestStream(const Bvh& bvh, const Ray* rays, std::span<const std::uint16_t> order)
+    /// rays[order[i]], of one octant: at least one and at most kStreamRays. They go on together
+    /// below a node if they are more than `together`, at most kTogetherAtNode.
+    HWY_INLINE ClosestStream(const Bvh& bvh, const Ray* rays, std::span<const std::uint16_t> order,
+                             std::size_t together = kTogetherAtNode)
         : bvh_(bvh),
           order_(order),
+          together_(together),
           stream_(make_stream(rays, order)),
           closest_(stream_, order.size()) {}
 
     /// Sets hits[order[i]].
     HWY_INLINE void intersect(Hit* hits) {
         const std::size_t count = order_.size();
-        if (count > kTogetherAtNode) {
+        if (count > together_) {
             bundle_ = bundle_of(stream_, count);
             descend();
             lone_.intersect(bvh_, stream_, closest_);
@@ -91,7 +94,7 @@ private:
             if (rays == 0) continue;
             if ((entry.child & kLeafBit) != 0) {
                 visit_leaf(rays, bvh_.leaves[entry.child & ~kLeafBit]);
-            } else if (static_cast<std::size_t>(std::popcount(rays)) <= kTogetherAtNode) {
+            } else if (static_cast<std::size_t>(std::popcount(rays)) <= together_) {
                 leave_alone(rays, entry.child);
             } else {
                 size = visit_node(rays, bvh_.nodes[entry.child], stack, size);
@@ -154,6 +157,7 @@ private:
 
     const Bvh& bvh_;
     std::span<const std::uint16_t> order_;
+    std::size_t together_;
     RayStream stream_;
     RayBundle bundle_;
     ClosestHits closest_;

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cfenv>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
@@ -128,8 +131,22 @@ TEST(SingleRayTracer, AnswersRaysThatGoDownTogetherLikeBruteForce) {
             hit_count += expected.back().prim_id != kNoPrim;
         }
         for (const SimdTarget& target : supported_simd_targets()) {
-            EXPECT_EQ(count_differences(cpu::SingleRayTracer(bvh, target), rays, expected), 0u)
+            const cpu::SingleRayTracer tracer(bvh, target);
+            EXPECT_EQ(count_differences(tracer, rays, expected), 0u)
                 << named.name << ", " << target.name;
+            // In calls of few rays, as packets of other libraries are.
+            for (const std::size_t size : {4, 7, 16}) {
+                std::vector<Hit> hits(rays.size());
+                for (std::size_t first = 0; first < rays.size(); first += size) {
+                    const std::size_t count = std::min(size, rays.size() - first);
+                    tracer.intersect(std::span(rays).subspan(first, count),
+                                     std::span(hits).subspan(first, count));
+                }
+                std::size_t different = 0;
+                for (std::size_t i = 0; i < rays.size(); ++i)
+                    different += !same_bits(hits[i], expected[i]);
+                EXPECT_EQ(different, 0u) << named.name << ", " << target.name << ", " << size;
+            }
         }
     }
     EXPECT_GT(hit_count, 2000u);
