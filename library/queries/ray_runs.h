@@ -29,8 +29,8 @@ inline void throw_if_cancelled(const std::atomic<bool>* cancel) {
         throw mray::Error(mray::ErrorKind::kCancelled, "the query was cancelled");
 }
 
-/// Calls `work(first, count)` for runs of at most `most` of the rays [begin, end), until `cancel` is
-/// true; null: for all of them.
+/// Calls `work(first, count)` for runs of at most `most` of the rays [begin, end), until `cancel`
+/// is true; null: for all of them.
 template <class Work>
 void for_runs_of(std::size_t begin, std::size_t end, const std::atomic<bool>* cancel, Work work,
                  std::size_t most = kRun) {
