@@ -11,9 +11,9 @@ while IFS= read -r -d '' file; do
     [[ $file != *.[ao] ]] || continue
     [ "$(head -c 4 "$file" | tr -d '\0')" = $'\x7fELF' ] || continue
     count=$((count + 1))
-    readelf -Wh "$file" | grep -qE 'Type: +DYN ' || fault "$file" "is not position-independent"
-    readelf -Wl "$file" | grep -q GNU_RELRO || fault "$file" "has no RELRO"
-    readelf -Wd "$file" | grep -qE 'BIND_NOW|Flags:.* NOW' ||
+    grep -qE 'Type: +DYN ' <<<"$(readelf -Wh "$file")" || fault "$file" "is not position-independent"
+    grep -q GNU_RELRO <<<"$(readelf -Wl "$file")" || fault "$file" "has no RELRO"
+    grep -qE 'BIND_NOW|Flags:.* NOW' <<<"$(readelf -Wd "$file")" ||
         fault "$file" "has no immediate binding"
 done < <(find "$folder" -type f -print0)
 [ $faults -eq 0 ] || exit 1

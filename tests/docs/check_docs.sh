@@ -67,7 +67,7 @@ while IFS=$'\t' read -r page _ link; do
     [ -n "$file" ] || target=$page
     if [ ! -e "$target" ]; then
         complain "$page" "link to $link, which does not exist"
-    elif [[ $link == *#* ]] && ! headings "$target" | grep -qxF -- "${link#*#}"; then
+    elif [[ $link == *#* ]] && ! grep -qxF -- "${link#*#}" <<<"$(headings "$target")"; then
         complain "$page" "link to $link, a heading that does not exist"
     fi
 done < <(grep -P '\tlink\t' "$scratch/names" || true)

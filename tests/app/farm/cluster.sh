@@ -182,7 +182,7 @@ left_processes() {
     local folder
     for folder in /proc/[0-9]*; do
         [ "${folder#/proc/}" != $$ ] && [ "${folder#/proc/}" != "$BASHPID" ] || continue
-        readlink "$folder/cwd" "$folder"/fd/* 2>/dev/null | grep -qF "$cluster_folder/" || continue
+        [[ $(readlink "$folder/cwd" "$folder"/fd/* 2>/dev/null) == *"$cluster_folder/"* ]] || continue
         echo "${folder#/proc/} $(cat "$folder/comm" 2>/dev/null)"
     done
 }

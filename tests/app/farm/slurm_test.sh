@@ -60,7 +60,7 @@ done
 
 # Slurm lets a task wait for two minutes before it runs again.
 for ((i = 0; i < 200; ++i)); do
-    scontrol show job "${job}_$killed" | grep -q 'Restarts=1' && break
+    [[ $(scontrol show job "${job}_$killed") != *Restarts=1* ]] || break
     sleep 0.1
 done
 scontrol update "jobid=${job}_$killed" starttime=now
