@@ -133,9 +133,14 @@ int run(const DriverFuzzOptions& options) {
 }  // namespace mray::fuzz
 
 int main(int argc, char** argv) {
+    constexpr const char* kUsage = "usage: driver_fuzz [--seed S] [--cases N] [--device NAME]\n";
+    if (argc == 2 && std::string(argv[1]) == "--help") {
+        std::fputs(kUsage, stdout);
+        return 0;
+    }
     const auto options = mray::fuzz::read_options(argc, argv);
     if (!options) {
-        std::fputs("usage: driver_fuzz [--seed S] [--cases N] [--device NAME]\n", stderr);
+        std::fputs(kUsage, stderr);
         return 2;
     }
     try {
