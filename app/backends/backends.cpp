@@ -102,8 +102,8 @@ std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions
                        [&](BackendChoice chosen) { return make_concrete(chosen, options); });
 }
 
-std::unique_ptr<DriverRays> make_driver_rays(const std::string& device,
-                                             const BackendOptions& options) {
+std::unique_ptr<DriverRays> make_driver_rays([[maybe_unused]] const std::string& device,
+                                             [[maybe_unused]] const BackendOptions& options) {
     check_vulkan();
 #ifdef MORPHRAY_HAS_VULKAN
     return gpu::make_ray_query({.device = device, .validate = options.validate});
