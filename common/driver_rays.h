@@ -52,7 +52,7 @@ public:
     /// Sets occluded[i] to 1 if rays[i] hits anything, else to 0.
     virtual void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) = 0;
     /// Appends to `lists` the first `most` hits of each ray that the driver offered, in the order
-    /// of (t, prim_id), and how many it offered. A triangle that it offered twice is there twice.
+    /// of (t, prim_id), and how many it offered. Repetitions of a triangle are kept.
     virtual void list(std::span<const Ray> rays, std::uint32_t most, HitLists& lists) = 0;
 
     virtual const DriverTimes& times() const = 0;

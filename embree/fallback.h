@@ -74,8 +74,8 @@ struct Fallback {
 const Fallback* load_fallback();
 /// The library, or null if no device of the process has one: for calls that name no device.
 const Fallback* loaded_fallback();
-/// Tells the user, once, why a scene is not ours, and who answers it: the library, or null: nobody,
-/// which some programs do not show.
+/// Prints on stderr, once, why morphray does not answer a scene, and that the library does. If
+/// `library` is null, it prints that nothing does: some programs do not show errors.
 void announce_unsupported(const std::string& reason, const Fallback* library);
 
 /// Calls a function of the library for the twin of a geometry or scene, if there is one.

@@ -35,8 +35,8 @@ private:
     const Committed* committed_;
 };
 
-/// Waits for the queries that read it, while the scene no longer hands it out. Returns false if one
-/// of this thread does, or one of another thread for long.
+/// Waits until no query reads `committed`, which the scene no longer hands out. Returns false if a
+/// query of this thread reads it, or if one of another thread still does after some 0.1 s.
 bool wait_for_queries(const Committed& committed);
 
 }  // namespace mray::embree

@@ -22,10 +22,11 @@ struct Reproducer {
 };
 
 /// Leaves out triangles as long as the fault stays, in at most `most_tries` tries. Faults of
-/// crossings keep all triangles that the driver or the rule listed. They and holes keep the
-/// neighbours, near the ray, of a triangle that was missed, since without its neighbour an edge is
-/// nobody's. Both tracers hold other meshes afterwards. None if the fault does not come back on the
-/// whole mesh. `check` is called before each try and may end it by an exception.
+/// crossings keep all triangles that the driver or the rule listed. They and holes also keep the
+/// neighbours, near the ray, of a triangle that was missed: without its neighbour an edge is a
+/// border, where a miss may be right. Afterwards both tracers hold other meshes. Returns nothing if
+/// the fault does not occur again on the whole mesh. `check` is called before each try and may end
+/// it by an exception.
 std::optional<Reproducer> shrink(DriverRays& suspect, Backend& ours, const PosedMesh& mesh,
                                  const Ray& ray, const Finding& finding,
                                  const std::function<void()>& check, std::size_t most_tries = 300);
