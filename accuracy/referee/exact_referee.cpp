@@ -26,12 +26,12 @@ bool is_usable(vec3 p) {
     return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && !invalid;
 }
 
+}  // namespace
+
 double ulp_of(double t) {
-    const auto x = static_cast<float>(t);
+    const auto x = static_cast<float>(std::abs(t));
     return static_cast<double>(std::nextafter(x, INFINITY)) - x;
 }
-
-}  // namespace
 
 const char* name_of(Verdict verdict) {
     constexpr const char* kNames[kVerdictCount] = {

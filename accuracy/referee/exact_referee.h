@@ -20,6 +20,9 @@ struct Truth {
     bool operator==(const Truth&) const = default;
 };
 
+/// The distance of |t|, as a float, to the next larger float.
+double ulp_of(double t);
+
 enum class Verdict {
     kRight,          // the exact candidate, one with exactly its t, or a miss
     kClose,          // another triangle that is hit, t at most 4 ulp apart

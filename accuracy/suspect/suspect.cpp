@@ -41,11 +41,6 @@ bool is_bad(const Hit& hit, std::size_t triangles) {
            !std::isfinite(hit.v);
 }
 
-double ulp_of(double t) {
-    const auto x = static_cast<float>(std::abs(t));
-    return static_cast<double>(std::nextafter(x, INFINITY)) - x;
-}
-
 void add_error(const ExactTriangle& exact, const Hit& hit, std::size_t ray, HitErrors& errors) {
     if (!exact.has_t()) return;
     const double t = exact.t();

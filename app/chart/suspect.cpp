@@ -25,7 +25,6 @@
 #include "common/base/output_file.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/image/png.h"
-#include "common/interop/camera.h"
 #include "common/scene/camera_setup.h"
 #include "common/text/message_text.h"
 #include "morphray/hits.hpp"
@@ -110,14 +109,6 @@ std::vector<Suspected> failure_scenes_of(const Options& options, const std::stri
     throw Error(ErrorKind::kBadArgument,
                 fmt::format("{}: there is no such mesh; failures:NAME is one of all, {}",
                             shown(wanted), names));
-}
-
-std::vector<Ray> camera_rays(const ImageParams& params) {
-    std::vector<Ray> rays;
-    for (std::uint32_t y = 0; y < params.height; ++y)
-        for (std::uint32_t x = 0; x < params.width; ++x)
-            rays.push_back(camera_ray(params.camera, x, y));
-    return rays;
 }
 
 std::vector<std::byte> picture_of(const ImageParams& params, const Judged& judged) {

@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "common/bvh/box.h"
-#include "common/interop/camera.h"
 
 namespace mray::bench {
 namespace {
@@ -121,16 +120,6 @@ std::vector<Ray> random_rays(const BenchScene& scene, std::size_t count) {
         vec3 dir = numbers.offset();
         while (glm::dot(dir, dir) > 1 || glm::dot(dir, dir) < 0.01f) dir = numbers.offset();
         ray = {org, 0, dir, std::numeric_limits<float>::infinity()};
-    }
-    return rays;
-}
-
-std::vector<Ray> camera_rays(const ImageParams& params) {
-    std::vector<Ray> rays;
-    rays.reserve(std::size_t{params.width} * params.height);
-    for (std::uint32_t y = 0; y < params.height; ++y) {
-        for (std::uint32_t x = 0; x < params.width; ++x)
-            rays.push_back(camera_ray(params.camera, x, y));
     }
     return rays;
 }

@@ -31,8 +31,6 @@ std::vector<vec3> sorted_by_place(std::vector<vec3> points);
 
 /// Rays without an end from points_in_box() in directions of all kinds, in any order.
 std::vector<Ray> random_rays(const BenchScene& scene, std::size_t count);
-/// The camera's rays, row by row.
-std::vector<Ray> camera_rays(const ImageParams& params);
 /// The half-lines from points along +z.
 std::vector<Ray> rays_up(std::span<const vec3> points);
 

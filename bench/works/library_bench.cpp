@@ -12,6 +12,7 @@
 #include "bench/works/works.h"
 #include "common/base/thread_arena.h"
 #include "common/ray_queries.h"
+#include "common/scene/camera_setup.h"
 #include "cpu/cpu_backend.h"
 #include "morphray/morphray.hpp"
 

@@ -14,6 +14,7 @@
 #include "bench/user_scene.h"
 #include "bench/works/works.h"
 #include "common/base/thread_arena.h"
+#include "common/scene/camera_setup.h"
 
 namespace mray::bench {
 namespace {

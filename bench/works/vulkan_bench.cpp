@@ -204,11 +204,11 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, Driver
     }
 }
 
-/// Refit with the upload, in wall time.
-void bench_device_refit(const Rig& rig, const BenchScene& scene, Backend& vulkan) {
-    ThreadArena one_thread(1);
-    const OurRefit refit = our_refits().front();
-    Bvh bvh = scene.bvh;
+/// Refit against update(positions) of a peer for the same frames, both with the upload, in wall
+/// time.
+template <class Update>
+void bench_refit_beside(const Rig& rig, const BenchScene& scene, Backend& vulkan, const char* peer,
+                        Update update) {
     std::size_t round = 0;
     const auto frame = [&] { return std::span(round % 2 == 0 ? scene.moved : scene.positions); };
     const Method methods[] = {{"vulkan",
@@ -217,9 +217,7 @@ void bench_device_refit(const Rig& rig, const BenchScene& scene, Backend& vulkan
                                    vulkan.refit(frame());
                                    vulkan.finish();
                                }},
-                              {"cpu-refit-1t", {}, [&] {
-                                   one_thread.execute([&] { refit.refit(bvh, frame()); }), ++round;
-                               }}};
+                              {peer, {}, [&] { update(frame()), ++round; }}};
     const std::vector<Samples> samples = time_interleaved(methods, rig.repeat);
     Row row = row_of(rig, scene, "refit");
     row.tracer = "levels";
@@ -229,25 +227,19 @@ void bench_device_refit(const Rig& rig, const BenchScene& scene, Backend& vulkan
     rig.report(row);
 }
 
-/// Refit against the driver's update, both with the upload, in wall time.
+void bench_device_refit(const Rig& rig, const BenchScene& scene, Backend& vulkan) {
+    ThreadArena one_thread(1);
+    const OurRefit refit = our_refits().front();
+    Bvh bvh = scene.bvh;
+    bench_refit_beside(rig, scene, vulkan, "cpu-refit-1t", [&](std::span<const vec3> positions) {
+        one_thread.execute([&] { refit.refit(bvh, positions); });
+    });
+}
+
 void bench_driver_update(const Rig& rig, const BenchScene& scene, Backend& vulkan,
                          DriverRays& driver) {
-    std::size_t round = 0;
-    const auto frame = [&] { return std::span(round % 2 == 0 ? scene.moved : scene.positions); };
-    const Method methods[] = {{"vulkan",
-                               {},
-                               [&] {
-                                   vulkan.refit(frame());
-                                   vulkan.finish();
-                               }},
-                              {"ray-query-update", {}, [&] { driver.update(frame()), ++round; }}};
-    const std::vector<Samples> samples = time_interleaved(methods, rig.repeat);
-    Row row = row_of(rig, scene, "refit");
-    row.tracer = "levels";
-    row.target = "vulkan";
-    row.peer = methods[1].name;
-    set_times(row, times_of(samples[0]), times_of(samples[1]), Unit::kNsPerTriangle, row.triangles);
-    rig.report(row);
+    bench_refit_beside(rig, scene, vulkan, "ray-query-update",
+                       [&](std::span<const vec3> positions) { driver.update(positions); });
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include <glm/geometric.hpp>
 
 #include "common/base/errors.h"
-#include "common/interop/ray.h"
+#include "common/interop/camera.h"
 
 namespace mray {
 namespace {
@@ -254,6 +254,16 @@ ImageParams make_image_params(const ViewSpec& view, const WorldBounds& bounds,
     params.rays = view.rays;
     params.ao_count = view.ao_count;
     return params;
+}
+
+std::vector<Ray> camera_rays(const ImageParams& params) {
+    std::vector<Ray> rays;
+    rays.reserve(std::size_t{params.width} * params.height);
+    for (std::uint32_t y = 0; y < params.height; ++y) {
+        for (std::uint32_t x = 0; x < params.width; ++x)
+            rays.push_back(camera_ray(params.camera, x, y));
+    }
+    return rays;
 }
 
 }  // namespace mray

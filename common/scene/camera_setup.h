@@ -3,8 +3,10 @@
 
 #include <array>
 #include <optional>
+#include <vector>
 
 #include "common/interop/params.h"
+#include "common/interop/ray.h"
 #include "common/scene/scene_space.h"
 #include "common/scene/world_bounds.h"
 
@@ -56,5 +58,8 @@ ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds);
 /// ao_count is above 256.
 ImageParams make_image_params(const ViewSpec& view, const WorldBounds& bounds,
                               const SceneSpace& space);
+
+/// The rays of all pixels, row by row.
+std::vector<Ray> camera_rays(const ImageParams& params);
 
 }  // namespace mray

@@ -19,8 +19,8 @@ struct RayGrid {
 /// tiles of the grid are checked when they are traced. Rows of 0 rays: they are not, or are few.
 RayGrid find_grid(std::span<const Ray> rays);
 
-/// Orders the rays of a grid that has rows tile after tile, and the rays beside the tiles last. Sets
-/// places[i] to the index of the ray that is number begin + i in this order, a permutation.
+/// Orders the rays of a grid that has rows tile after tile, and the rays beside the tiles last.
+/// Sets places[i] to the index of the ray that is number begin + i in this order, a permutation.
 void find_tiled_places(const RayGrid& grid, std::size_t begin, std::span<std::size_t> places);
 
 }  // namespace morphray::detail

@@ -10,7 +10,6 @@
 #include "accuracy/suspect/suspect.h"
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/interop/camera.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"
 #include "cpu/cpu_backend.h"
@@ -50,11 +49,7 @@ std::vector<Ray> image_rays(const WorldBounds& bounds, const SceneSpace& space,
     }
     view.eye = eye;
     view.target = target;
-    const ImageParams params = make_image_params(view, bounds, space);
-    std::vector<Ray> rays;
-    for (std::uint32_t i = 0; i < kSide * kSide; ++i)
-        rays.push_back(camera_ray(params.camera, i % kSide, i / kSide));
-    return rays;
+    return camera_rays(make_image_params(view, bounds, space));
 }
 
 TEST(DriverRays, AreJudgedOnAThousandImages) {

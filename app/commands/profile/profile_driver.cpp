@@ -16,8 +16,8 @@
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/interop/camera.h"
 #include "common/interop/surface.h"
+#include "common/scene/camera_setup.h"
 #include "common/scene/mesh.h"
 #include "tools/measure/median.h"
 #include "tools/text/table.h"
@@ -65,12 +65,11 @@ public:
         : options_(options),
           topology_(scene.clip().topology()),
           params_(image_params(options, scene)),
+          rays_(camera_rays(params_)),
           driver_(make_driver_rays(options.backend.device, options.backend)),
           ours_(make_backend(BackendChoice::kVulkan, options.backend, messages)) {
         const std::span<const vec3> positions = scene.positions(first_frame);
         before_.assign(positions.begin(), positions.end());
-        for (std::uint32_t i = 0; i < params_.width * params_.height; ++i)
-            rays_.push_back(camera_ray(params_.camera, i % params_.width, i / params_.width));
     }
 
     const std::string& driver() const { return driver_->description(); }
@@ -161,10 +160,10 @@ private:
     const Options& options_;
     const Topology& topology_;
     ImageParams params_;
+    std::vector<Ray> rays_;
     std::unique_ptr<DriverRays> driver_;
     std::unique_ptr<Backend> ours_;
     std::vector<vec3> before_;
-    std::vector<Ray> rays_;
     Frame frame_;
 };
 

@@ -344,5 +344,17 @@ TEST(MakeImageParams, KeepsDirectionsWithinTheRangeOfTheHitRule) {
     }
 }
 
+TEST(CameraRays, AreThoseOfThePixelsRowByRow) {
+    ViewSpec view;
+    view.width = 5;
+    view.height = 3;
+    const WorldBounds bounds{{-1, -1, -1}, {1, 1, 1}};
+    const ImageParams params = make_image_params(view, bounds, SceneSpace(bounds));
+    const std::vector<Ray> rays = camera_rays(params);
+    ASSERT_EQ(rays.size(), 15u);
+    for (std::uint32_t i = 0; i < 15; ++i)
+        EXPECT_EQ(rays[i].dir, camera_ray(params.camera, i % 5, i / 5).dir) << i;
+}
+
 }  // namespace
 }  // namespace mray

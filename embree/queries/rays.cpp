@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "embree/device.h"
-#include "embree/layouts.h"
-#include "embree/query.h"
+#include "embree/queries/layouts.h"
+#include "embree/queries/query.h"
 #include "embree/reading.h"
 #include "embree/scene.h"
 

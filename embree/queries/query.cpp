@@ -1,4 +1,4 @@
-#include "embree/query.h"
+#include "embree/queries/query.h"
 
 namespace mray::embree {
 namespace {
