@@ -2,20 +2,22 @@
 #
 #   bounds       certain_occluders: where |e| > bound, from s + kCertainBound bound Z <= n <= to s -
 #                kCertainBound bound Z, the rule finds a hit with 2^-18 X to spare at both ends of the range
-#                certainly_beyond: where beyond s + kCertainBound bound Z <= n, the rule's hit, if any, is
-#                beyond tfar
+#                certainly_beyond: where s >= kCertainBound bound and beyond s + kBeyondBound bound R <= n,
+#                the rule's hit, if any, is beyond tfar
 #   code         certain_occluders, certainly_beyond (cpu/single_ray/certain_occluders-inl.h), prepare_range
 #                (cpu/single_ray/ray_stream-inl.h), rays_hitting (cpu/single_ray/shared_leaf-inl.h),
 #                occluded_by_leaf (cpu/single_ray/leaf_hit_rule-inl.h)
 #   inputs       e: the error of a rounding; X = max(kSceneExtent, |org|) <= kCertainOrigin; Z <= 2.001 X the
-#                largest |z|; n, s: sums of |e| z and |e|; c = kCertainBound; 1 <= |dir.z| < 2
+#                largest |z|, R the range of z; n, s: sums of |e| z and |e|; c = kCertainBound; 1 <= |dir.z| < 2
 #   used by      nothing
 #   by hand      the steps of cpu/single_ray/certain_occluders-inl.h: signs beyond the bound are those of the
-#                exact functions; deviations from a mean add up to at most 2 range <= 4 Z; bound / s <= 1 / c;
+#                exact functions; deviations from a mean add up to at most 2 R <= 4 Z; bound / s <= 1 / c;
 #                s <= 3 M^2, so that M >= c r; e s covers what underflows
 #
 # step: kCertainBound 0.5
 # step: kCertainDepth 0.5
+# step: kBeyondBound 0.9
+# step: kBeyondDepth 0.9
 
 ## lemma: n by three roundings of each term
 n = (1 + a) * (1 + b) * (1 + c) - 1;
@@ -32,12 +34,25 @@ by_depth = (3.001 + 3.1) * e + 2 * @kRangeOfDepths@ + @kSizeOfDepths@
 ends = 3 * 2.002 * e;
 { @kCertainDepth@ - (2.001 * by_depth + ends + 2 * 0x1p-18 + 0x1p-36) >= 0 }
 
-## lemma: kCertainDepth, to and beyond, which are at most 4 X and little more
+## lemma: kCertainDepth, to, which is at most 4 X and little more
 e = @kRounding@;
 by_depth = 3.001 * e + 2 * @kRangeOfDepths@ + @kSizeOfDepths@
            + (2 * @kWeightRounding@ + @kMeanRounding@) * (1 + 8 * e) + @kTravel@ * (1 + 8 * e);
 ends = (4 + 0x1p-15) * (3.001 + 2.001) * e;
 { @kCertainDepth@ - (2.001 * by_depth + ends + 2 * 0x1p-18 + 0x1p-36) >= 0 }
+
+## lemma: kBeyondDepth: the test, the mean, t, the end
+e = @kRounding@;
+by_depth = 3.001 * e + 2 * @kRangeOfDepths@ + @kSizeOfDepths@
+           + (2 * @kWeightRounding@ + @kMeanRounding@) * (1 + 8 * e) + @kTravel@ * (1 + 8 * e);
+ends = (4 + 0x1p-15) * (3.001 + 2.001) * e;
+{ @kBeyondDepth@ - (2.001 * by_depth + ends + 0x1p-36) >= 0 }
+
+## lemma: kBeyondBound: the mean by 2 R, the rule's fast functions by 2 B R / S, B <= 1.27 bound
+e = @kRounding@;
+c = @kCertainBound@ * (1 - 16 * e);
+{ 1.27 - (1 + 1 / 8) * (1 + 1 / 8) * (1 + 0x1p-10) >= 0
+  /\ @kBeyondBound@ * (1 - 16 * e) - (2 + 2 * 1.27 * (1 + 16 * e) / (1 - (3 + 3 * 1.27) / c)) >= 0 }
 
 ## lemma: kCertainBound: the mean by 4; the rule's fast functions and the sign of z by 2 B range / S each
 e = @kRounding@;

@@ -116,6 +116,8 @@ inline const std::array kConstants = {
     PROOFS_CONSTANT(kDepthlessBound),
     PROOFS_CONSTANT(kCertainBound),
     PROOFS_CONSTANT(kCertainDepth),
+    PROOFS_CONSTANT(kBeyondBound),
+    PROOFS_CONSTANT(kBeyondDepth),
     PROOFS_CONSTANT(kMissBound),
     PROOFS_CONSTANT(kBlockBound),
     PROOFS_CONSTANT(kMissGradient),

@@ -66,8 +66,12 @@ public:
     using Frame = std::conditional_t<kOnGrid, CameraFrame, PacketFrame>;
     using Triangles = std::conditional_t<kOnGrid, CameraTriangles, LightTriangles>;
 
-    explicit TriangleSetup(const Frame& frame)
+    /// pixels: those of a camera packet that count. Triangles that cover the middle of none are
+    /// left out.
+    explicit TriangleSetup(const Frame& frame,
+                           const PixelRectangle& pixels = {0, kCameraSide - 1, 0, kCameraSide - 1})
         : frame_(frame),
+          pixels_(pixels),
           row_sizes_(frame.row_size[0] + frame.row_size[1] + 2 * frame.reach * frame.row_size[2]) {}
 
     /// Sets up the triangles of a leaf. Returns those that may concern a ray of the packet, as
@@ -93,6 +97,7 @@ private:
         for (std::size_t l = 0; l < kLeafTriangles; l += kLanes) {
             const TriangleVertices v = find_vertices(projected, far_error, l);
             const TrianglePlaces places = find_places(v, out, l);
+            if (kOnGrid && none(places.meets)) continue;
             const TriangleLaterals laterals = find_laterals(v, places);
             TrianglePlaneSet planes;
             find_edges(v, laterals, planes);
@@ -185,8 +190,8 @@ private:
         const FloatVec cut_upper_y = min(p.upper_y, splat(frame_.upper_y));
         if constexpr (kOnGrid) {
             // Most small triangles cover no pixel's middle at all.
-            const PixelRange pixels_x(p.lower_x, p.upper_x, 0, frame_.grid_columns);
-            const PixelRange pixels_y(p.lower_y, p.upper_y, 0, frame_.grid_rows);
+            const PixelRange pixels_x(p.lower_x, p.upper_x, 0, pixels_.first_x, pixels_.last_x);
+            const PixelRange pixels_y(p.lower_y, p.upper_y, 0, pixels_.first_y, pixels_.last_y);
             out.windows.set(l, pixels_x, pixels_y);
             p.meets = p.meets & (pixels_x.any() & pixels_y.any());
         } else {
@@ -348,6 +353,7 @@ private:
     }
 
     const Frame& frame_;
+    PixelRectangle pixels_;
     /// How much |x - X z| + |y - Y z| grows by a step of 1 in each of x, y and z of scene space, at
     /// most.
     float row_sizes_;

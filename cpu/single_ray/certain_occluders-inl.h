@@ -32,12 +32,17 @@
 //
 // A vertex that is not finite is left to the caller.
 //
-// Beyond tfar (certainly_beyond). The test demands beyond s + kCertainBound bound Z <= n, where
-// beyond is tfar |dir.z| with kCertainDepth X added, not taken off. Steps 2 to 5 and 7 hold for
-// every triangle that the rule finds hit: they need no e beyond the bound, and in step 4 beyond is
-// not negative unless tfar is, when nothing is hit. So t of a hit would exceed tfar.
-// Where tfar |dir.z| is more than 4 X, no n / s is: beyond is capped there, and kHugeReciprocal for
-// origins farther than kCertainOrigin.
+// Beyond tfar (certainly_beyond). The test demands kCertainBound bound <= s and
+// beyond s + kBeyondBound bound R <= n, with R the range of z, and beyond tfar |dir.z| with
+// kBeyondDepth X added. Most of these triangles are those at which shadow rays end.
+// 1. Steps 2, 3 and 5 hold for every triangle that the rule finds hit: they need no e beyond the
+//    bound, and bound / s is at most 1 / kCertainBound.
+// 2. n / s is within 2 bound R / s of zbar. The fast path is off by 2 B R / S, where step 5 makes B
+//    at most 1.27 bound and S at least s - 3 bound - 3 B. kBeyondBound covers both.
+// 3. kBeyondDepth X = 128 e X covers what is left but for step 6, which only makes hits fewer: 119
+//    e X. So t of a hit would exceed tfar.
+// 4. Where tfar |dir.z| is more than 4 X, no n / s is: beyond is capped there, and kHugeReciprocal
+//    for origins farther than kCertainOrigin.
 //
 // Behind the origin (may_be_ahead; proofs/near.g). Names as above.
 // 1. |E - |e|| <= bound for each of the three.
@@ -112,12 +117,13 @@ HWY_INLINE Mask certain_occluders(const lanes::Edges& e, const DepthSum& depth,
            (mul_sub(range.to, depth.s, depth.n) >= slack);
 }
 
-/// The lanes whose triangle is hit beyond tfar, if at all. Of e it takes bound and depth_size, as
-/// above.
+/// The lanes whose triangle is hit beyond tfar, if at all. Of e it takes bound, as above, and
+/// depth_range.
 HWY_INLINE Mask certainly_beyond(const lanes::Edges& e, const DepthSum& depth,
                                  const CertainRange& range) {
-    const FloatVec slack = kCertainBound * e.bound * e.depth_size;
-    return neg_mul_add(range.beyond, depth.s, depth.n) >= slack;
+    const FloatVec slack = kBeyondBound * e.bound * e.depth_range;
+    return (neg_mul_add(range.beyond, depth.s, depth.n) >= slack) &
+           (depth.s >= kCertainBound * e.bound);
 }
 
 // More than what underflow takes from the products: 2^-120.

@@ -84,7 +84,7 @@ HWY_INLINE void prepare_range_of_one(RayStream& stream, const Ray& ray) {
     const float end = std::min(ray.tfar * dz, 4.0f * size);
     const bool is_near = size <= kCertainOrigin;
     stream.certain_to[0] = is_near ? end - margin : -1.0f;
-    stream.certain_beyond[0] = is_near ? end + margin : kHugeReciprocal;
+    stream.certain_beyond[0] = is_near ? end + kBeyondDepth * size : kHugeReciprocal;
 }
 
 struct StackEntry {

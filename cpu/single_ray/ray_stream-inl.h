@@ -158,7 +158,8 @@ HWY_INLINE void prepare_range(RayStream& stream, std::size_t first, const lanes:
     const Mask is_near = size <= splat(kCertainOrigin);
     store(from, stream.certain_from + first);
     store(select(is_near, end - margin, -1.0f), stream.certain_to + first);
-    store(select(is_near, end + margin, kHugeReciprocal), stream.certain_beyond + first);
+    store(select(is_near, end + kBeyondDepth * size, kHugeReciprocal),
+          stream.certain_beyond + first);
 }
 
 /// Prepares the rays [first, first + kLanes), of which org, dir, tnear and tfar are set.

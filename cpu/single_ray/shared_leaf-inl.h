@@ -212,8 +212,10 @@ HWY_INLINE std::uint64_t rays_hitting(const RayStream& stream, std::uint64_t ray
             std::uint32_t possible = bits_of(inside) & left;
             if (possible == 0) continue;
             if (finite_coordinates(leaf.vertex[a].x, leaf.vertex[b].x, leaf.vertex[c].x)) {
-                const lanes::Edges e{u, v, w, p.bound, zero(), p.depth};
-                const DepthSum depth = depth_sum(e, p.z[a], p.z[b], p.z[c], dz);
+                const FloatVec za = p.z[a], zb = p.z[b], zc = p.z[c];
+                const FloatVec range_of_z = max3(za, zb, zc) - min3(za, zb, zc);
+                const lanes::Edges e{u, v, w, p.bound, range_of_z, p.depth};
+                const DepthSum depth = depth_sum(e, za, zb, zc, dz);
                 const std::uint32_t certain =
                     bits_of(certain_occluders(e, depth, range)) & possible;
                 hits |= std::uint64_t{certain} << first;

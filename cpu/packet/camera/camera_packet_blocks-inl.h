@@ -9,8 +9,10 @@
 
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/packet_frame-inl.h"
@@ -25,16 +27,15 @@ struct BlockSet {
     std::uint64_t words[kGridWords];
 };
 
-/// The columns (or rows) of pixels, in the first `blocks` blocks of the grid, whose middles lie
-/// within `margin` of [lower, upper]; none if first > last. The middle of pixel k is at k - 31.5.
+/// The columns (or rows) of pixels from `begin` to `end` whose middles lie within `margin` of
+/// [lower, upper]; none if first > last. The middle of pixel k is at k - 31.5.
 struct PixelRange {
     FloatVec first, last;
 
-    HWY_INLINE PixelRange(FloatVec lower, FloatVec upper, float margin, std::uint32_t blocks) {
+    HWY_INLINE PixelRange(FloatVec lower, FloatVec upper, float margin, int begin, int end) {
         constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
-        const FloatVec end = splat(static_cast<float>(blocks * kBlockSide - 1));
-        first = max(hn::Ceil(lower + splat(kMiddle - margin)), zero());
-        last = min(hn::Floor(upper + splat(kMiddle + margin)), end);
+        first = max(hn::Ceil(lower + splat(kMiddle - margin)), splat(static_cast<float>(begin)));
+        last = min(hn::Floor(upper + splat(kMiddle + margin)), splat(static_cast<float>(end)));
     }
 
     HWY_INLINE Mask any() const { return first <= last; }
@@ -42,6 +43,14 @@ struct PixelRange {
     /// The blocks that hold the first and the last pixel, if there are any.
     HWY_INLINE UintVec first_block() const { return block(first); }
     HWY_INLINE UintVec last_block() const { return block(last); }
+
+    /// The first pixel, and the last one 8 bits above it, if there are any.
+    HWY_INLINE UintVec pixels() const {
+        const auto number = [](FloatVec pixel) HWY_ATTR {
+            return as_uint(hn::ConvertTo(kInts, pixel)) & splat(kCameraSide - 1);
+        };
+        return number(first) | shift_left<8>(number(last));
+    }
 
 private:
     static HWY_INLINE UintVec block(FloatVec pixel) {
@@ -52,23 +61,38 @@ private:
     }
 };
 
-/// The columns and rows of blocks that rectangles meet, as bits.
-struct alignas(64) GridRanges {
-    std::uint32_t columns[16], rows[16];
+/// Pixels of a packet: the first and the last column, and the first and the last row.
+struct PixelRectangle {
+    std::uint8_t first_x, last_x, first_y, last_y;
+
+    static constexpr PixelRectangle none() { return {kCameraSide, 0, kCameraSide, 0}; }
+    bool empty() const { return first_x > last_x; }
 };
 
-HWY_INLINE void to_grid(const CameraFrame& frame, const Rectangles& r, GridRanges& ranges) {
+/// The columns and rows of blocks that rectangles meet, as bits, and the pixels that they meet.
+struct alignas(64) GridRanges {
+    std::uint32_t columns[16], rows[16];
+    PixelRectangle pixels[16];
+};
+
+/// Finds which of some pixels lie within `margin` of rectangles.
+HWY_INLINE void to_grid(float margin, const PixelRectangle& pixels, const Rectangles& r,
+                        GridRanges& ranges) {
     const auto bits = [&](const PixelRange& range) HWY_ATTR {
         const UintVec below = hn::Shl(splat(1u), range.first_block());
         const UintVec up_to = hn::Shl(splat(2u), range.last_block());
         return zero_unless(uint_mask(range.any()), up_to - below);
     };
-    const float margin = frame.grid_margin;
     for (std::size_t l = 0; l < 16; l += kLanes) {
-        const PixelRange x(load(r.lower_x + l), load(r.upper_x + l), margin, frame.grid_columns);
-        const PixelRange y(load(r.lower_y + l), load(r.upper_y + l), margin, frame.grid_rows);
+        const PixelRange x(load(r.lower_x + l), load(r.upper_x + l), margin, pixels.first_x,
+                           pixels.last_x);
+        const PixelRange y(load(r.lower_y + l), load(r.upper_y + l), margin, pixels.first_y,
+                           pixels.last_y);
         store(bits(x), ranges.columns + l);
         store(bits(y), ranges.rows + l);
+        alignas(64) std::uint32_t own[kLanes];
+        store(x.pixels() | shift_left<16>(y.pixels()), own);
+        std::memcpy(ranges.pixels + l, own, sizeof own);
     }
 }
 
@@ -183,6 +207,52 @@ HWY_INLINE std::uint64_t blocks_beyond(const CameraPacket& packet, float q, std:
     for (std::size_t b = 0; b < 64; b += kLanes)
         blocks |= std::uint64_t{bits_of(splat(q) >= load(block_q + b))} << b;
     return blocks;
+}
+
+/// The rays of a block in columns, and in rows, from one of four to one of four, as bits.
+struct RaysOfBlock {
+    std::uint16_t columns[kBlockSide][kBlockSide]{}, rows[kBlockSide][kBlockSide]{};
+
+    constexpr RaysOfBlock() {
+        for (std::uint32_t first = 0; first < kBlockSide; ++first) {
+            for (std::uint32_t k = first, of_columns = 0, of_rows = 0; k < kBlockSide; ++k) {
+                of_columns |= 0xFu << k * kBlockSide;
+                of_rows |= 0x1111u << k;
+                columns[first][k] = static_cast<std::uint16_t>(of_columns);
+                rows[first][k] = static_cast<std::uint16_t>(of_rows);
+            }
+        }
+    }
+};
+inline constexpr RaysOfBlock kRaysOfBlock;
+
+/// The rays of a block within `pixels` that a hit at 1/z <= q may concern, as bits.
+HWY_INLINE std::uint32_t rays_beyond(const CameraPacket& packet, float q, std::uint32_t block,
+                                     const PixelRectangle& pixels) {
+    const int x = static_cast<int>(block % kGridSide * kBlockSide);
+    const int y = static_cast<int>(block / kGridSide * kBlockSide);
+    const auto part = [](int pixel) { return std::clamp(pixel, 0, int{kBlockSide} - 1); };
+    std::uint32_t beyond = 0;
+    for (std::size_t l = 0; l < kBlockRays; l += kLanes)
+        beyond |= bits_of(splat(q) >= load(packet.q_lower + block * kBlockRays + l)) << l;
+    return beyond & kRaysOfBlock.columns[part(pixels.first_x - x)][part(pixels.last_x - x)] &
+           kRaysOfBlock.rows[part(pixels.first_y - y)][part(pixels.last_y - y)];
+}
+
+/// Adds rays of a block, at least one, to the pixels of a rectangle.
+HWY_INLINE void add_rays(std::uint32_t block, std::uint32_t rays, PixelRectangle& pixels) {
+    const std::uint32_t x = block % kGridSide * kBlockSide;
+    const std::uint32_t y = block / kGridSide * kBlockSide;
+    const std::uint32_t rows = (rays | rays >> 4 | rays >> 8 | rays >> 12) & 0xF;
+    const auto first_bit = [](std::uint32_t bits) { return std::uint32_t(__builtin_ctz(bits)); };
+    const auto last_bit = [](std::uint32_t bits) {
+        return 31 - std::uint32_t(__builtin_clz(bits));
+    };
+    const auto pixel = [](std::uint32_t place) { return static_cast<std::uint8_t>(place); };
+    pixels.first_x = std::min(pixels.first_x, pixel(x + first_bit(rays) / kBlockSide));
+    pixels.last_x = std::max(pixels.last_x, pixel(x + last_bit(rays) / kBlockSide));
+    pixels.first_y = std::min(pixels.first_y, pixel(y + first_bit(rows)));
+    pixels.last_y = std::max(pixels.last_y, pixel(y + last_bit(rows)));
 }
 
 }  // namespace HWY_NAMESPACE

@@ -48,9 +48,9 @@ public:
     /// Visits the root, which needs only the packet's frame. Returns whether it has children that
     /// the packet may hit.
     bool start() {
-        Entry root = {{}, kAnyDepth, 0};
-        for (std::uint64_t& word : root.blocks.words) word = kAllBlocks;
-        visit_node(root, stack_, size_);
+        BlockSet all;
+        for (std::uint64_t& word : all.words) word = kAllBlocks;
+        visit_node(0, all, pixels_of_packet(), stack_, size_);
         return size_ > 0;
     }
 
@@ -59,25 +59,43 @@ public:
         Entry* stack = stack_;
         std::uint32_t& size = size_;
         while (size > 0) {
-            Entry entry = stack[--size];
-            const bool is_node = (entry.child & kLeafBit) == 0;
-            if (is_node) find_depths();
-            if (!still_matters(entry)) continue;
-            if (is_node) {
-                visit_node(entry, stack, size);
+            // Read in the pieces in which it was written: one load would wait for all of them.
+            const Entry& top = stack[--size];
+            const float q = top.q;
+            const std::uint32_t child = top.child;
+            PixelRectangle pixels = top.pixels;
+            BlockSet blocks;
+            for (std::size_t w = 0; w < kGridWords; ++w) blocks.words[w] = top.blocks.words[w];
+            const bool is_node = (child & kLeafBit) == 0;
+            if (has_few_blocks(blocks)) {
+                if (!any_ray_matters(q, blocks, pixels)) continue;
             } else {
-                visit_leaf(entry.child & ~kLeafBit, entry.blocks);
+                if (is_node) find_depths();
+                if (!still_matters(q, blocks)) continue;
+            }
+            if (is_node) {
+                visit_node(child, blocks, pixels, stack, size);
+            } else {
+                visit_leaf(child & ~kLeafBit, blocks, pixels);
             }
         }
         resolve();
     }
 
 private:
+    PixelRectangle pixels_of_packet() const {
+        const auto last = [](std::uint32_t blocks) {
+            return static_cast<std::uint8_t>(blocks * kBlockSide - 1);
+        };
+        return {0, last(frame_.grid_columns), 0, last(frame_.grid_rows)};
+    }
+
     /// A child to visit.
     struct alignas(64) Entry {
         BlockSet blocks;
         float q;  // nearest_q of the box
         std::uint32_t child;
+        PixelRectangle pixels;  // that the box may meet
     };
 
     /// Blocks of the packet: bit b is block first + b.
@@ -89,54 +107,97 @@ private:
     /// Removes the blocks of an entry whose rays all have closer hits. Returns whether any remain.
     /// Blocks with uncertain rays may have closer hits than is known: if only such blocks remain,
     /// their rays are resolved first.
-    HWY_INLINE bool still_matters(Entry& entry) {
-        std::uint64_t any = keep_near(entry);
+    HWY_INLINE bool still_matters(float q, BlockSet& blocks) {
+        std::uint64_t any = keep_near(q, blocks);
         std::uint64_t certain = 0;
         for (std::size_t w = 0; w < kGridWords; ++w)
-            certain |= entry.blocks.words[w] & ~uncertain_blocks_.words[w];
+            certain |= blocks.words[w] & ~uncertain_blocks_.words[w];
         if (HWY_UNLIKELY(certain == 0 && any != 0)) {
             resolve();
             find_depths();
-            any = keep_near(entry);
+            any = keep_near(q, blocks);
         }
         return any != 0;
     }
 
-    HWY_INLINE std::uint64_t keep_near(Entry& entry) const {
+    /// With more blocks, testing their rays costs more than it saves (docs/lab/cpu_tracer.md).
+    static constexpr std::size_t kFewBlocks = 4;
+
+    static HWY_INLINE bool has_few_blocks(const BlockSet& blocks) {
+        std::size_t count = 0;
+        for (const std::uint64_t word : blocks.words) count += hwy::PopCount(word);
+        return count <= kFewBlocks;
+    }
+
+    /// still_matters() ray by ray, for few blocks: where triangles are smaller than pixels, most
+    /// rays of a block are far from the box, or hit something nearer. Removes pixels, too.
+    HWY_INLINE bool any_ray_matters(float q, BlockSet& blocks, PixelRectangle& pixels) {
+        const std::uint64_t certain = keep_rays(q, blocks, pixels);
+        if (HWY_UNLIKELY(certain == 0 && !pixels.empty())) {
+            resolve();
+            keep_rays(q, blocks, pixels);
+        }
+        return !pixels.empty();
+    }
+
+    /// Returns the blocks that remain and have no uncertain rays, of any word.
+    HWY_INLINE std::uint64_t keep_rays(float q, BlockSet& blocks, PixelRectangle& pixels) const {
+        std::uint64_t certain = 0;
+        PixelRectangle kept = PixelRectangle::none();
+        for (std::uint32_t w = 0; w < kGridWords; ++w) {
+            std::uint64_t keep = 0;
+            for (std::uint64_t rest = blocks.words[w]; rest != 0; rest &= rest - 1) {
+                const std::uint32_t block =
+                    64 * w + static_cast<std::uint32_t>(__builtin_ctzll(rest));
+                const std::uint32_t rays = rays_beyond(packet_, q, block, pixels);
+                if (rays == 0) continue;
+                keep |= rest & -rest;
+                add_rays(block, rays, kept);
+            }
+            blocks.words[w] = keep;
+            certain |= keep & ~uncertain_blocks_.words[w];
+        }
+        pixels = kept;
+        return certain;
+    }
+
+    HWY_INLINE std::uint64_t keep_near(float q, BlockSet& blocks) const {
         std::uint64_t any = 0;
         for (std::size_t w = 0; w < kGridWords; ++w) {
-            entry.blocks.words[w] &= blocks_beyond(packet_, entry.q, w);
-            any |= entry.blocks.words[w];
+            blocks.words[w] &= blocks_beyond(packet_, q, w);
+            any |= blocks.words[w];
         }
         return any;
     }
 
-    void visit_node(const Entry& entry, Entry* stack, std::uint32_t& size) const {
-        const Node& node = bvh_.nodes[entry.child];
+    void visit_node(std::uint32_t index, const BlockSet& among, const PixelRectangle& pixels,
+                    Entry* stack, std::uint32_t& size) const {
+        const Node& node = bvh_.nodes[index];
         NodeChildren children;
         std::uint32_t hits = project_node(frame_, node, children);
         const float* q = children.q;
         GridRanges ranges;
-        to_grid(frame_, children.rectangles, ranges);
+        to_grid(frame_.grid_margin, pixels, children.rectangles, ranges);
         const std::uint32_t base = size;
         for (; hits != 0; hits &= hits - 1) {
             const auto slot = static_cast<std::uint32_t>(__builtin_ctz(hits));
             assert(node.child[slot] != kEmptyChild);
             BlockSet blocks;
-            if (!blocks_of_grid(ranges.columns[slot], ranges.rows[slot], entry.blocks, blocks))
-                continue;
+            if (!blocks_of_grid(ranges.columns[slot], ranges.rows[slot], among, blocks)) continue;
             std::uint32_t place = size++;
             for (; place > base && stack[place - 1].q > q[slot]; --place)
                 stack[place] = stack[place - 1];
-            stack[place] = {blocks, q[slot], node.child[slot]};
+            stack[place] = {blocks, q[slot], node.child[slot], ranges.pixels[slot]};
             prefetch_child(bvh_, node.child[slot]);
         }
     }
 
-    void visit_leaf(std::uint32_t leaf_index, const BlockSet& blocks) {
+    void visit_leaf(std::uint32_t leaf_index, const BlockSet& blocks,
+                    const PixelRectangle& pixels) {
         const Leaf& leaf = bvh_.leaves[leaf_index];
         CameraTriangles triangles;
-        const std::uint32_t alive = TriangleSetup<true>(frame_).run(leaf, triangles);
+        const std::uint32_t alive = TriangleSetup<true>(frame_, pixels).run(leaf, triangles);
+        if (alive == 0) return;
         trace_by_triangle(leaf, triangles, alive, blocks);
     }
 
@@ -326,7 +387,6 @@ private:
     /// Triangles of one kind follow each other, so that fewer branches are mispredicted.
     HWY_INLINE void trace_by_triangle(const Leaf& leaf, const CameraTriangles& triangles,
                                       std::uint32_t alive, const BlockSet& blocks) {
-        if (alive == 0) return;
         for (std::size_t w = 0; w < kGridWords; ++w) traced_.words[w] |= blocks.words[w];
         const auto first_candidate =
             static_cast<std::uint32_t>(packet_.hit_leaves.size() * kLeafTriangles);
