@@ -45,7 +45,14 @@ struct QuadSet {
     std::uint64_t words[2];
 
     HWY_INLINE bool any() const { return (words[0] | words[1]) != 0; }
+    HWY_INLINE std::size_t count() const {
+        return hwy::PopCount(words[0]) + hwy::PopCount(words[1]);
+    }
 };
+
+/// With more quads than this in reach of a box, asking each quad, and its rays, about the box costs
+/// more than it saves (docs/lab/cpu_tracer.md).
+inline constexpr std::size_t kFewQuads = 8;
 
 /// The quads of `among` that rectangle i and a hit at 1/z <= q may concern.
 HWY_INLINE QuadSet quads_in(const LightPacket& packet, const Rectangles& r, float q,
@@ -69,6 +76,39 @@ HWY_INLINE QuadSet quads_in(const LightPacket& packet, const Rectangles& r, floa
     return quads;
 }
 
+/// Sets quads_of[slot] to the quads of `among` that rectangle `slot` and a hit at 1/z <= q[slot]
+/// may concern, for the slots of `slots`. Returns the slots that have some. For few quads: each is
+/// compared with all rectangles at once.
+HWY_INLINE std::uint32_t few_quads_in(const LightPacket& packet, const Rectangles& r,
+                                      const float* q, std::uint32_t slots, const QuadSet& among,
+                                      QuadSet* quads_of) {
+    for (std::uint32_t rest = slots; rest != 0; rest &= rest - 1)
+        quads_of[__builtin_ctz(rest)] = {};
+    std::uint32_t kept = 0;
+    for (std::uint32_t word = 0; word < 2; ++word) {
+        for (std::uint64_t rest = among.words[word]; rest != 0; rest &= rest - 1) {
+            const std::size_t k = 64 * word + static_cast<std::uint32_t>(__builtin_ctzll(rest));
+            const FloatVec lower_x = splat(packet.quad_lower_x[k]);
+            const FloatVec upper_x = splat(packet.quad_upper_x[k]);
+            const FloatVec lower_y = splat(packet.quad_lower_y[k]);
+            const FloatVec upper_y = splat(packet.quad_upper_y[k]);
+            const FloatVec quad_q = splat(packet.quad_q[k]);
+            std::uint32_t met = 0;
+            for (std::size_t l = 0; l < kWidth; l += kLanes) {
+                const Mask x = (load(r.lower_x + l) <= upper_x) & (load(r.upper_x + l) >= lower_x);
+                const Mask y = (load(r.lower_y + l) <= upper_y) & (load(r.upper_y + l) >= lower_y);
+                const Mask near = load(q + l) >= quad_q;
+                met |= bits_of(near & (x & y)) << l;
+            }
+            met &= slots;
+            kept |= met;
+            for (; met != 0; met &= met - 1)
+                quads_of[__builtin_ctz(met)].words[word] |= rest & -rest;
+        }
+    }
+    return kept;
+}
+
 /// The quads of `among` with a ray that a hit at 1/z <= q may concern.
 HWY_INLINE QuadSet quads_beyond(const LightPacket& packet, float q, const QuadSet& among) {
     QuadSet quads = {};
@@ -84,6 +124,55 @@ HWY_INLINE QuadSet quads_beyond(const LightPacket& packet, float q, const QuadSe
         find(1, (packet.regrouped_count + kQuadBlocks - 1) / kQuadBlocks);
     return quads;
 }
+
+/// The rays that lie in a rectangle (lower x, upper x, lower y, upper y) and that a hit at 1/z <= q
+/// may concern.
+class RaysWithin {
+public:
+    HWY_INLINE RaysWithin(const LightPacket& packet, const float rectangle[4], float q)
+        : packet_(packet),
+          lower_x_(splat(rectangle[0])),
+          upper_x_(splat(rectangle[1])),
+          lower_y_(splat(rectangle[2])),
+          upper_y_(splat(rectangle[3])),
+          q_(splat(q)) {}
+
+    /// Whether a block has any.
+    HWY_INLINE bool any_of_block(std::size_t block) const {
+        Mask found = at(block * kBlockRays);
+        for (std::size_t l = kLanes; l < kBlockRays; l += kLanes)
+            found = found | at(block * kBlockRays + l);
+        return !none(found);
+    }
+
+    /// The quads of `among` that have some.
+    HWY_INLINE QuadSet quads(const QuadSet& among) const {
+        QuadSet kept = {};
+        for (std::uint32_t word = 0; word < 2; ++word) {
+            for (std::uint64_t rest = among.words[word]; rest != 0; rest &= rest - 1) {
+                const std::size_t first =
+                    (64 * word + static_cast<std::uint32_t>(__builtin_ctzll(rest))) * kQuadBlocks;
+                if (any_of_block(first) || any_of_block(first + 1) || any_of_block(first + 2) ||
+                    any_of_block(first + 3))
+                    kept.words[word] |= rest & -rest;
+            }
+        }
+        return kept;
+    }
+
+private:
+    /// Of as many rays as there are lanes, from r on.
+    HWY_INLINE Mask at(std::size_t r) const {
+        const FloatVec x = load(packet_.x + r);
+        const FloatVec y = load(packet_.y + r);
+        const Mask in_x = (x >= lower_x_) & (x <= upper_x_);
+        const Mask in_y = (y >= lower_y_) & (y <= upper_y_);
+        return (load(packet_.q_lower + r) <= q_) & (in_x & in_y);
+    }
+
+    const LightPacket& packet_;
+    FloatVec lower_x_, upper_x_, lower_y_, upper_y_, q_;
+};
 
 /// Updates block_q of a block from its rays, and quad_q of its quad.
 HWY_INLINE void update_depth(LightPacket& packet, std::uint32_t block) {

@@ -55,7 +55,8 @@ public:
     /// Tests a leaf, whose box is seen in a rectangle and no nearer than q, against some quads.
     HWY_INLINE void trace(const Leaf& leaf, const float rectangle[4], float q,
                           const QuadSet& quads) {
-        const std::size_t count = group_blocks(rectangle, q, quads);
+        std::size_t count = group_blocks(rectangle, q, quads);
+        if (count <= kFewBlocks) count = keep_blocks(RaysWithin(packet_, rectangle, q));
         if (count == 0) return;
         const std::uint32_t alive = TriangleSetup<false>(packet_.frame).run(leaf, triangles_);
         const std::uint32_t unoriented = alive & triangles_.unoriented;
@@ -80,6 +81,10 @@ private:
     }
 
     static constexpr std::size_t kBlocksAtOnce = 64;
+
+    /// With more blocks than this, asking their rays costs more than it saves
+    /// (docs/lab/cpu_tracer.md).
+    static constexpr std::size_t kFewBlocks = 16;
 
     /// With more blocks than this for each triangle, triangles are taken one by one.
     static constexpr std::size_t kManyBlocks = 6;
@@ -113,6 +118,25 @@ private:
                 grouped_.of_group[group] = blocks;
                 count += hwy::PopCount(blocks);
             }
+        }
+        return count;
+    }
+
+    /// Keeps the blocks of grouped_ that have such rays: blocks spread more widely than their rays
+    /// lie. Returns their number.
+    HWY_INLINE std::size_t keep_blocks(const RaysWithin& rays) {
+        std::size_t count = 0;
+        for (std::uint32_t rest = grouped_.groups; rest != 0; rest &= rest - 1) {
+            const auto group = static_cast<std::uint32_t>(__builtin_ctz(rest));
+            std::uint32_t kept = 0;
+            for (std::uint32_t blocks = grouped_.of_group[group]; blocks != 0;
+                 blocks &= blocks - 1) {
+                const auto block = static_cast<std::uint32_t>(__builtin_ctz(blocks));
+                if (rays.any_of_block(group * kGroupBlocks + block)) kept |= blocks & -blocks;
+            }
+            grouped_.of_group[group] = kept;
+            if (kept == 0) grouped_.groups &= ~(rest & -rest);
+            count += hwy::PopCount(kept);
         }
         return count;
     }

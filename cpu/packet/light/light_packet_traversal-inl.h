@@ -1,6 +1,7 @@
 // Any hits of a light packet: its way through the tree. The active part of the packet at a node is
 // a set of quads, each of which takes one comparison with a box instead of four for its blocks.
-// Only leaves look at blocks.
+// Boxes that concern few quads ask their rays, too: where triangles are small as the light sees
+// them, most boxes lie between the rays. Only leaves look at blocks.
 
 #if defined(MORPHRAY_CPU_PACKET_LIGHT_LIGHT_PACKET_TRAVERSAL_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_PACKET_LIGHT_LIGHT_PACKET_TRAVERSAL_INL_H
@@ -41,10 +42,15 @@ public:
         size_ = 1;
         while (size_ > 0) {
             const Entry entry = stack_[--size_];
-            const QuadSet quads = quads_beyond(packet_, entry.q, entry.quads);
+            QuadSet quads = quads_beyond(packet_, entry.q, entry.quads);
             if (!quads.any()) continue;
             if ((entry.child & kLeafBit) == 0) {
-                visit_node(bvh_.nodes[entry.child], quads);
+                const std::size_t count = quads.count();
+                if (count <= kFewQuads) {
+                    quads = RaysWithin(packet_, entry.rectangle, entry.q).quads(quads);
+                    if (!quads.any()) continue;
+                }
+                visit_node(bvh_.nodes[entry.child], quads, count <= kFewQuads);
             } else {
                 occlusion_.trace(bvh_.leaves[entry.child & ~kLeafBit], entry.rectangle, entry.q,
                                  quads);
@@ -62,17 +68,21 @@ private:
         float rectangle[4];
     };
 
-    void visit_node(const Node& node, const QuadSet& quads) {
+    void visit_node(const Node& node, const QuadSet& quads, bool few) {
         NodeChildren children;
         std::uint32_t hits = project_node(packet_.frame, node, children);
         const Rectangles& r = children.rectangles;
         QuadSet quads_of[kWidth];
         std::uint32_t kept = 0;
-        for (; hits != 0; hits &= hits - 1) {
-            const auto slot = static_cast<std::uint32_t>(__builtin_ctz(hits));
-            assert(node.child[slot] != kEmptyChild);
-            quads_of[slot] = quads_in(packet_, r, children.q[slot], slot, quads);
-            kept |= (quads_of[slot].any() ? 1u : 0u) << slot;
+        if (few) {
+            kept = few_quads_in(packet_, r, children.q, hits, quads, quads_of);
+        } else {
+            for (; hits != 0; hits &= hits - 1) {
+                const auto slot = static_cast<std::uint32_t>(__builtin_ctz(hits));
+                assert(node.child[slot] != kEmptyChild);
+                quads_of[slot] = quads_in(packet_, r, children.q[slot], slot, quads);
+                kept |= (quads_of[slot].any() ? 1u : 0u) << slot;
+            }
         }
         alignas(64) std::int32_t order[kWidth];
         order_of(children.q, order);
