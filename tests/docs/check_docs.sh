@@ -20,7 +20,7 @@ find "$root" \( -name build -o -name .git -o -name out \) -prune -o -type f -pri
     >"$scratch/files"
 find "$root" \( -name build -o -name .git -o -name out \) -prune -o -type d -printf '%P\n' \
     >"$scratch/folders"
-grep -E '\.(h|hpp|awk|cpp|comp|glsl|g|in|cmake|sh|txt)$|^(\.ci/run|run|test|fuzz|bench/run|bench/updates|bench/growth|bench/clips|bench/readers|bench/farm|bench/builds|cmake/(package|wheel)/run|tests/mutation/(run|propose))$|CMakePresets.json' \
+grep -E '\.(h|hpp|awk|cpp|comp|glsl|g|in|cmake|sh|txt)$|^(\.ci/run|run|test|fuzz|verify|tests/verify/run|bench/run|bench/updates|bench/growth|bench/clips|bench/readers|bench/farm|bench/builds|cmake/(package|wheel)/run|tests/mutation/(run|propose))$|CMakePresets.json' \
     "$scratch/files" | grep -v '^tests/docs/' >"$scratch/sources"
 pages=("$@")
 if [ $# -eq 0 ]; then
@@ -103,7 +103,7 @@ done < <(grep -P '\tcode\t' "$scratch/names" || true)
 grep -ohE -- '--[a-z][a-z-]*[a-z]' "$scratch/help" | sort -u >"$scratch/program_options"
 {
     cat "$scratch/program_options"
-    (cd "$root" && cat run test fuzz .ci/run bench/run bench/updates bench/growth bench/clips bench/readers bench/farm bench/builds bench/open3d bench/distances cmake/setup.sh cmake/package/run cmake/wheel/run bench/options.* \
+    (cd "$root" && cat run test fuzz tests/verify/run .ci/run bench/run bench/updates bench/growth bench/clips bench/readers bench/farm bench/builds bench/open3d bench/distances cmake/setup.sh cmake/package/run cmake/wheel/run bench/options.* \
         bench/two_builds/options.cpp \
         tests/fuzz/run/options.* tests/mutation/run tests/mutation/propose) | grep -ohE -- '--[a-z][a-z-]*[a-z]'
     printf -- '--%s\n' preset workflow list-presets root follow fix build target install prefix cflags libs \
