@@ -48,8 +48,8 @@ public:
 
 private:
     void read_meshes() {
-        const TexcoordSets sets = materials_.texcoord_sets();
-        MeshReader reader(file_, accessors_, sets, options_);
+        const TexcoordUses uses = materials_.texcoord_uses();
+        MeshReader reader(file_, accessors_, uses, options_);
         for (const std::uint32_t index : scene_.tree.scene) {
             const Node& node = scene_.tree.nodes[index];
             if (node.mesh && !scene_.meshes.contains(*node.mesh))

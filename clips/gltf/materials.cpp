@@ -10,8 +10,10 @@
 #include <string>
 #include <utility>
 
+#include "clips/gltf/file/extensions.h"
 #include "clips/gltf/file/uri.h"
 #include "clips/obj/mtl_reader.h"
+#include "clips/trig.h"
 #include "clips/warning_count.h"
 #include "common/base/errors.h"
 
@@ -23,27 +25,56 @@ constexpr std::uint64_t kMirroredRepeat = 33648;
 constexpr std::uint64_t kRepeat = 10497;
 constexpr const char* kLeftOut = "; its triangles have their colour alone";
 
+struct BaseColour {
+    std::optional<JsonAt> factor = {};
+    std::optional<JsonAt> texture = {};
+};
+
+BaseColour base_colour_of(const JsonAt& material) {
+    if (const auto metal = material.find("pbrMetallicRoughness"))
+        return {metal->find("baseColorFactor"), metal->find("baseColorTexture")};
+    if (const auto glossy = extension_of(material, "KHR_materials_pbrSpecularGlossiness"))
+        return {glossy->find("diffuseFactor"), glossy->find("diffuseTexture")};
+    return {};
+}
+
+/// The texture coordinates of a textureInfo.
+TexcoordUse texcoords_of(const JsonAt& info) {
+    const auto set_of = [](const JsonAt& at, std::uint64_t otherwise) {
+        constexpr std::uint64_t kMostSets = 1000;
+        return static_cast<std::uint32_t>(std::min(at.count_or("texCoord", otherwise), kMostSets));
+    };
+    TexcoordUse use = {.set = set_of(info, 0)};
+    const auto transform = extension_of(info, kTextureTransform);
+    if (!transform) return use;
+    use.set = set_of(*transform, use.set);
+    std::array<double, 2> offset = {0, 0};
+    std::array<double, 2> scale = {1, 1};
+    if (const auto given = transform->find("offset")) given->numbers(offset);
+    if (const auto given = transform->find("scale")) given->numbers(scale);
+    const auto rotation = transform->find("rotation");
+    constexpr double kTurn = 6.283185307179586476925;
+    const CosSin turned = circle_point(rotation ? rotation->number() / kTurn : 0);
+    // Counterclockwise as the image is seen: v goes downwards.
+    use.map = {.u = {turned.cos * scale[0], turned.sin * scale[1], offset[0]},
+               .v = {-turned.sin * scale[0], turned.cos * scale[1], offset[1]}};
+    return use;
+}
+
 class MaterialReader {
 public:
     MaterialReader(const GltfFile& file, Materials& result) : file_(file), result_(result) {}
 
     void read(const JsonAt& at) {
         Material& material = result_.materials.emplace_back();
-        const auto metal = at.find("pbrMetallicRoughness");
-        if (!metal) return;
+        const BaseColour base = base_colour_of(at);
         std::array<double, 4> factor = {1, 1, 1, 1};
-        if (const auto given = metal->find("baseColorFactor")) given->numbers(factor);
+        if (base.factor) base.factor->numbers(factor);
         material.albedo = albedo_of(static_cast<float>(factor[0]), static_cast<float>(factor[1]),
                                     static_cast<float>(factor[2]));
-        const auto info = metal->find("baseColorTexture");
-        if (!info) return;
-        material.texture = texture_of(info->at("index"));
-        constexpr std::uint64_t kMostSets = 1000;
-        material.texcoord_set =
-            static_cast<std::uint32_t>(std::min(info->count_or("texCoord", 0), kMostSets));
-        const auto extensions = info->find("extensions");
-        if (extensions && extensions->find("KHR_texture_transform"))
-            warn(*extensions, "KHR_texture_transform is not read; ignored");
+        if (!base.texture) return;
+        material.texture = texture_of(base.texture->at("index"));
+        material.texcoords = texcoords_of(*base.texture);
     }
 
     void tell(const WarnFunction& warn) const { odd_.tell(warn); }
@@ -143,13 +174,13 @@ private:
 
 }  // namespace
 
-TexcoordSets Materials::texcoord_sets() const {
-    TexcoordSets sets;
+TexcoordUses Materials::texcoord_uses() const {
+    TexcoordUses uses;
     for (const Material& material : materials) {
-        sets.push_back(material.texture == kNoTexture ? std::nullopt
-                                                      : std::optional(material.texcoord_set));
+        uses.push_back(material.texture == kNoTexture ? std::nullopt
+                                                      : std::optional(material.texcoords));
     }
-    return sets;
+    return uses;
 }
 
 Materials read_materials(const GltfFile& file, const ClipOptions& options) {

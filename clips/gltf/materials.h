@@ -18,21 +18,23 @@ struct Material {
     Albedo albedo = 0x00FFFFFF;
     /// An index of Materials::textures, or kNoTexture.
     std::uint32_t texture = kNoTexture;
-    /// TEXCOORD_n of the texture.
-    std::uint32_t texcoord_set = 0;
+    /// The texture coordinates of the texture.
+    TexcoordUse texcoords = {};
 };
 
 struct Materials {
     std::vector<Material> materials;
     std::vector<TextureFile> textures;
 
-    TexcoordSets texcoord_sets() const;
+    TexcoordUses texcoord_uses() const;
 };
 
-/// Reads baseColorFactor and baseColorTexture of every material. Images are files in the folder of
-/// the glTF file, data: URIs, or parts of a buffer; those that are missing or lie outside of the
-/// folder, data: URIs that are not in base 64, and those of unknown extensions are left out with a
-/// warning. Throws Error(kBadInput) for indices out of range and factors that are no numbers.
+/// Reads baseColorFactor and baseColorTexture of every material, or what stands for them in
+/// KHR_materials_pbrSpecularGlossiness where there is no other colour. Images are files in the
+/// folder of the glTF file, data: URIs, or parts of a buffer; those that are missing or lie outside
+/// of the folder, data: URIs that are not in base 64, and those of unknown extensions are left out
+/// with a warning. Throws Error(kBadInput) for indices out of range and factors that are no
+/// numbers.
 Materials read_materials(const GltfFile& file, const ClipOptions& options);
 
 }  // namespace mray::gltf

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "clips/gltf/file/extensions.h"
 #include "clips/gltf/influences.h"
 #include "clips/gltf/triangles.h"
 #include "clips/mesh/mesh_rules.h"
@@ -66,10 +67,10 @@ struct MeshReader::SetKey {
 };
 
 MeshReader::MeshReader(const GltfFile& file, Accessors& accessors,
-                       const TexcoordSets& texcoord_sets, const ClipOptions& options)
+                       const TexcoordUses& texcoord_uses, const ClipOptions& options)
     : file_(file),
       accessors_(accessors),
-      texcoord_sets_(texcoord_sets),
+      texcoord_uses_(texcoord_uses),
       options_(options),
       is_quantized_(file.uses_extension(kQuantization)) {}
 
@@ -113,7 +114,7 @@ void MeshReader::read_primitive(const JsonAt& at, Mesh& mesh, std::map<SetKey, s
     primitive.vertex_set = known->second;
     const std::size_t vertex_count = mesh.sets[primitive.vertex_set].positions.size();
     primitive.triangles = read_triangles(at, mode, vertex_count);
-    primitive.material = at.index_or_none("material", texcoord_sets_.size(), "materials");
+    primitive.material = at.index_or_none("material", texcoord_uses_.size(), "materials");
     primitive.normals = read_normals(attributes, vertex_count);
     primitive.texcoords = read_texcoords(attributes, primitive, vertex_count);
     mesh.primitives.push_back(std::move(primitive));
@@ -247,15 +248,15 @@ std::vector<vec3> MeshReader::read_normals(const JsonAt& attributes, std::size_t
 std::vector<Texcoord> MeshReader::read_texcoords(const JsonAt& attributes,
                                                  const Primitive& primitive,
                                                  std::size_t vertex_count) {
-    const auto set = primitive.material ? texcoord_sets_[*primitive.material] : std::nullopt;
-    if (!set) return {};
-    const auto reference = attributes.find(fmt::format("TEXCOORD_{}", *set).c_str());
+    const auto use = primitive.material ? texcoord_uses_[*primitive.material] : std::nullopt;
+    if (!use) return {};
+    const auto reference = attributes.find(fmt::format("TEXCOORD_{}", use->set).c_str());
     if (!reference) {
         without_texcoords_.add([&] {
             return Warning{file_.name(),
                            fmt::format("{}: has no TEXCOORD_{} for its texture; has its colour "
                                        "alone",
-                                       attributes.path(), *set)};
+                                       attributes.path(), use->set)};
         });
         return {};
     }
@@ -265,8 +266,13 @@ std::vector<Texcoord> MeshReader::read_texcoords(const JsonAt& attributes,
         accessors_.floats(accessor, {2, "VEC2", quantized(Integers::kNormalized)});
     std::vector<Texcoord> texcoords(vertex_count);
     for (std::size_t i = 0; i < vertex_count; ++i) {
-        const float u = values[2 * i];
-        const float v = values[2 * i + 1];
+        const auto mapped = [&](const std::array<double, 3>& row) {
+            return static_cast<float>((row[0] * static_cast<double>(values[2 * i]) +
+                                       row[1] * static_cast<double>(values[2 * i + 1])) +
+                                      row[2]);
+        };
+        const float u = mapped(use->map.u);
+        const float v = mapped(use->map.v);
         if (!std::isfinite(u) || !std::isfinite(v))
             reference->fail(fmt::format("vertex {} has coordinates that are not finite", i));
         // v counts from the top of the image.

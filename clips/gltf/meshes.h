@@ -1,6 +1,7 @@
 // The meshes of a glTF file.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -58,15 +59,29 @@ struct Mesh {
     std::vector<double> weights;
 };
 
-/// Which attribute TEXCOORD_n a material wants; nothing for one without a texture.
-using TexcoordSets = std::vector<std::optional<std::uint32_t>>;
+/// A point of an image, glTF's (u, v) with v from the top, is (u[0] * u + u[1] * v + u[2], v[0] * u
+/// + v[1] * v + v[2]).
+struct TexcoordMap {
+    std::array<double, 3> u = {1, 0, 0};
+    std::array<double, 3> v = {0, 1, 0};
+    bool operator==(const TexcoordMap&) const = default;
+};
+
+/// The texture coordinates that a material wants: attribute TEXCOORD_n, and where it maps them.
+struct TexcoordUse {
+    std::uint32_t set = 0;
+    TexcoordMap map = {};
+};
+
+/// For each material; nothing for one without a texture.
+using TexcoordUses = std::vector<std::optional<TexcoordUse>>;
 
 /// Reads one mesh after the other. Primitives of points and lines and those without positions are
 /// left out with a warning.
 class MeshReader {
 public:
     /// Keeps the references.
-    MeshReader(const GltfFile& file, Accessors& accessors, const TexcoordSets& texcoord_sets,
+    MeshReader(const GltfFile& file, Accessors& accessors, const TexcoordUses& texcoord_uses,
                const ClipOptions& options);
 
     /// Throws Error(kBadInput) for indices and counts that do not fit together, weights that are
@@ -95,7 +110,7 @@ private:
 
     const GltfFile& file_;
     Accessors& accessors_;
-    const TexcoordSets& texcoord_sets_;
+    const TexcoordUses& texcoord_uses_;
     const ClipOptions& options_;
     bool is_quantized_;
     std::uint64_t triangle_count_ = 0;

@@ -6,7 +6,7 @@
 #include "clips/procedural/parts/integer_root.h"
 #include "clips/procedural/parts/random.h"
 #include "clips/procedural/parts/rotation.h"
-#include "clips/procedural/parts/trig.h"
+#include "clips/trig.h"
 #include "clips/procedural/scenes.h"
 
 namespace mray {

@@ -4,7 +4,7 @@
 #include "clips/procedural/parts/colours.h"
 #include "clips/procedural/parts/random.h"
 #include "clips/procedural/parts/swaying_mesh.h"
-#include "clips/procedural/parts/trig.h"
+#include "clips/trig.h"
 #include "clips/procedural/scenes.h"
 
 namespace mray {

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "clips/gltf/file/extensions.h"
 #include "clips/gltf/file/glb.h"
 #include "clips/gltf/file/uri.h"
 #include "clips/warning_count.h"
@@ -64,24 +65,23 @@ void GltfFile::require_version() const {
 
 void GltfFile::require_known_extensions(const WarnFunction& warn) const {
     const std::optional<JsonAt> required = root().find("extensionsRequired");
-    WarningCount lights;
+    WarningCount left_out;
     for (std::size_t i = 0; required && i < required->size(); ++i) {
         const JsonAt extension = (*required)[i];
-        if (extension.text() == kQuantization) continue;
-        if (extension.text() == kLights) {
-            lights.add([&] {
-                return Warning{name_, fmt::format("{}: {} is required, but lights are not read; "
-                                                  "left out",
-                                                  extension.path(), kLights)};
-            });
-            continue;
+        const ExtensionUse use = use_of_extension(extension.text());
+        if (use == ExtensionUse::kUnknown) {
+            extension.fail(
+                fmt::format("the extension {} is required, but not known; write the file "
+                            "without it",
+                            in_quotes(extension.text())));
         }
-        extension.fail(
-            fmt::format("the extension {} is required, but not known; write the file "
-                        "without it",
-                        in_quotes(extension.text())));
+        if (use == ExtensionUse::kRead) continue;
+        left_out.add([&] {
+            return Warning{name_, fmt::format("{}: {} is required, but not read; left out",
+                                              extension.path(), in_quotes(extension.text()))};
+        });
     }
-    lights.tell(warn);
+    left_out.tell(warn);
 }
 
 void GltfFile::read_buffers(std::string_view binary_chunk, std::uint64_t chunk_offset) {

@@ -34,7 +34,8 @@ public:
     ///
     /// Throws Error: kBadInput with the place in the JSON (other versions, extensions that are
     /// required and unknown, buffers that are missing, outside of the folder or shorter than they
-    /// say), kLimit for a file of more than 4 GiB. Warns of lights that are required.
+    /// say), kLimit for a file of more than 4 GiB. Warns of extensions that are required and left
+    /// out.
     GltfFile(const std::filesystem::path& path, ContentBudget& budget, const WarnFunction& warn);
     GltfFile(const GltfFile&) = delete;
     GltfFile& operator=(const GltfFile&) = delete;
@@ -70,10 +71,5 @@ private:
     std::vector<Buffer> buffers_;
     std::uint64_t buffer_bytes_ = 0;
 };
-
-/// The extension that allows positions and directions of 8 and 16 bits.
-inline constexpr std::string_view kQuantization = "KHR_mesh_quantization";
-/// The extension that adds lights, which are not read.
-inline constexpr std::string_view kLights = "KHR_lights_punctual";
 
 }  // namespace mray::gltf

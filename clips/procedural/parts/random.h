@@ -5,7 +5,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "clips/procedural/parts/trig.h"
+#include "clips/trig.h"
 
 namespace mray {
 

@@ -4,7 +4,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
-#include "clips/procedural/parts/trig.h"
+#include "clips/trig.h"
 
 namespace mray {
 

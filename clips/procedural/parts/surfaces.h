@@ -7,7 +7,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "clips/procedural/parts/trig.h"
+#include "clips/trig.h"
 #include "common/scene/mesh.h"
 
 namespace mray {

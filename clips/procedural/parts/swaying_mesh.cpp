@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include "clips/procedural/parts/surfaces.h"
-#include "clips/procedural/parts/trig.h"
+#include "clips/trig.h"
 
 namespace mray {
 namespace {

@@ -1,7 +1,7 @@
 // Two waves that run across a sheet.
 #pragma once
 
-#include "clips/procedural/parts/trig.h"
+#include "clips/trig.h"
 
 namespace mray {
 

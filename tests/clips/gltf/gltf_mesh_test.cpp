@@ -271,27 +271,6 @@ TEST(GltfAccessors, QuantizedPositions) {
               "which need the extension KHR_mesh_quantization");
 }
 
-TEST(GltfLights, AreLeftOutWithAWarningIfTheyAreRequired) {
-    GltfBuilder builder = triangle_file();
-    builder.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
-    builder.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0;
-    builder.json["extensionsUsed"] = {"KHR_lights_punctual", "KHR_mesh_quantization"};
-    const OpenedGltf used(builder.gltf());
-    EXPECT_TRUE(used.warnings().empty());
-    builder.json["extensionsRequired"] = {"KHR_mesh_quantization", "KHR_lights_punctual"};
-    const OpenedGltf required(builder.gltf());
-    EXPECT_EQ(required.at(0), used.at(0));
-    ASSERT_EQ(required.warnings().size(), 1u);
-    EXPECT_NE(required.warnings()[0].find("scene.gltf: warning: extensionsRequired[1]: "
-                                          "KHR_lights_punctual is required, but lights are not "
-                                          "read; left out"),
-              std::string::npos)
-        << required.warnings()[0];
-    builder.json["extensionsRequired"].push_back("KHR_lights_area");
-    EXPECT_NE(gltf_error(builder.gltf()).find("'KHR_lights_area' is required, but not known"),
-              std::string::npos);
-}
-
 TEST(GltfMaterials, BaseColourIsTheAlbedo) {
     GltfBuilder builder = triangle_file();
     EXPECT_EQ(OpenedGltf(builder.gltf()).clip().topology().albedo[0], 0xFFFFFFu);

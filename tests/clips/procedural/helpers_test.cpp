@@ -5,7 +5,7 @@
 
 #include "clips/procedural/parts/integer_root.h"
 #include "clips/procedural/parts/random.h"
-#include "clips/procedural/parts/trig.h"
+#include "clips/trig.h"
 
 namespace mray {
 namespace {
