@@ -145,6 +145,11 @@ private:
         const JsonAt view = file_.element(
             "bufferViews",
             image.at("bufferView").index_below(file_.count("bufferViews"), "buffer views"));
+        if (extension_of(view, kMeshopt)) {
+            warn(image,
+                 fmt::format("is in a compressed buffer view, which is not read{}", kLeftOut));
+            return std::nullopt;
+        }
         const Buffer& buffer =
             file_.buffers()[view.at("buffer").index_below(file_.buffers().size(), "buffers")];
         const std::uint64_t offset = view.count_or("byteOffset", 0);

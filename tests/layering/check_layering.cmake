@@ -73,6 +73,7 @@ set(places
     "^embree[0-9]+/"            "^(tools/embree|embree|tests/embree)/"
     "^tools/embree/"            "^(tools/embree|bench/embree|accuracy/methods)/"
     "^tiny_bvh\\.h$"            "^bench/tinybvh/"
+    "^meshoptimizer\\.h$"       "^(clips/gltf/file/compressed_view\\.cpp|tests/clips/gltf/.*)$"
     "^CGAL/"                    "^(bench|tests)/cgal/"
     "^pybind11/"                "^python/module/"
     "^gmp(xx)?\\.h$"            "^accuracy/"

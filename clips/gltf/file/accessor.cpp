@@ -10,6 +10,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "clips/gltf/file/compressed_view.h"
+#include "clips/gltf/file/extensions.h"
 #include "common/text/message_text.h"
 
 namespace mray::gltf {
@@ -147,19 +149,32 @@ void require(const Accessor& accessor, const Wanted& wanted) {
 Accessors::Accessors(const GltfFile& file, ContentBudget& budget)
     : file_(file), view_count_(file.count("bufferViews")), budget_(budget) {}
 
+Accessors::View Accessors::view_of(const JsonAt& view, std::size_t index) {
+    if (const auto compression = extension_of(view, kMeshopt)) {
+        auto known = decompressed_.find(index);
+        if (known == decompressed_.end()) {
+            std::string bytes = decompressed(view, *compression, file_.buffers(), budget_);
+            known = decompressed_.emplace(index, std::move(bytes)).first;
+        }
+        return {known->second};
+    }
+    const std::size_t buffer = view.at("buffer").index_below(file_.buffers().size(), "buffers");
+    const std::uint64_t offset = view.count_or("byteOffset", 0);
+    const std::uint64_t length = view.at("byteLength").count();
+    const std::string_view bytes = file_.buffers()[buffer].bytes;
+    if (length > bytes.size() || offset > bytes.size() - length) {
+        view.at("byteLength")
+            .fail(fmt::format("bytes {} to {} are not in the buffer, which has {}", offset,
+                              offset + length, bytes.size()));
+    }
+    return {bytes.substr(offset, length), offset};
+}
+
 PackedArray Accessors::packed(const JsonAt& owner, std::size_t view_index, std::uint64_t offset,
                               Component component, std::size_t width, std::size_t count,
-                              bool may_have_stride) const {
+                              bool may_have_stride) {
     const JsonAt view = file_.element("bufferViews", view_index);
-    const std::size_t buffer = view.at("buffer").index_below(file_.buffers().size(), "buffers");
-    const std::uint64_t view_offset = view.count_or("byteOffset", 0);
-    const std::uint64_t view_length = view.at("byteLength").count();
-    const std::string_view bytes = file_.buffers()[buffer].bytes;
-    if (view_length > bytes.size() || view_offset > bytes.size() - view_length) {
-        view.at("byteLength")
-            .fail(fmt::format("bytes {} to {} are not in the buffer, which has {}", view_offset,
-                              view_offset + view_length, bytes.size()));
-    }
+    const auto [bytes, view_offset] = view_of(view, view_index);
     const std::size_t element = width * size_of(component);
     std::uint64_t stride = element;
     if (const std::optional<JsonAt> given = view.find("byteStride"); given && may_have_stride) {
@@ -175,14 +190,14 @@ PackedArray Accessors::packed(const JsonAt& owner, std::size_t view_index, std::
     }
     // count < 2^32 and stride <= 252, so that nothing overflows.
     const std::uint64_t needed = count == 0 ? 0 : stride * (count - 1) + element;
-    if (needed > view_length || offset > view_length - needed) {
+    if (needed > bytes.size() || offset > bytes.size() - needed) {
         owner.fail(fmt::format("bytes {} to {} are not in bufferViews[{}], which has {}", offset,
-                               offset + needed, view_index, view_length));
+                               offset + needed, view_index, bytes.size()));
     }
-    return {bytes.substr(view_offset + offset, needed), stride, component};
+    return {bytes.substr(offset, needed), stride, component};
 }
 
-Accessor Accessors::open(const JsonAt& reference) const {
+Accessor Accessors::open(const JsonAt& reference) {
     const std::size_t index = reference.index_below(file_.count("accessors"), "accessors");
     const JsonAt at = file_.element("accessors", index);
     Accessor accessor{.at = at};
@@ -206,7 +221,7 @@ Accessor Accessors::open(const JsonAt& reference) const {
     return accessor;
 }
 
-void Accessors::open_sparse(const JsonAt& sparse, Component component, Accessor& accessor) const {
+void Accessors::open_sparse(const JsonAt& sparse, Component component, Accessor& accessor) {
     const std::uint64_t count = sparse.at("count").count();
     if (count == 0 || count > accessor.count) {
         sparse.at("count").fail(fmt::format("is {}; must be from 1 to {}", count, accessor.count));

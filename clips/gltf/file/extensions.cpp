@@ -7,7 +7,7 @@
 namespace mray::gltf {
 namespace {
 
-constexpr std::array kRead = {kQuantization, kTextureTransform};
+constexpr std::array kRead = {kQuantization, kTextureTransform, kMeshopt};
 
 // Lights, and how surfaces reflect, emit and let through light.
 constexpr std::array<std::string_view, 7> kFamiliesLeftOut = {

@@ -12,6 +12,8 @@ namespace mray::gltf {
 inline constexpr std::string_view kQuantization = "KHR_mesh_quantization";
 /// Moves, turns and scales the texture coordinates of a texture.
 inline constexpr std::string_view kTextureTransform = "KHR_texture_transform";
+/// Compresses buffer views.
+inline constexpr std::string_view kMeshopt = "EXT_meshopt_compression";
 
 enum class ExtensionUse {
     kRead,

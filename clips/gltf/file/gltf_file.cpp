@@ -17,6 +17,13 @@ namespace {
 // Bytes of content that each byte of a buffer allows.
 constexpr std::uint64_t kBudgetPerByte = 16;
 
+/// Whether a buffer has what readers want that cannot decompress its views.
+bool is_fallback(const JsonAt& buffer) {
+    const auto meshopt = extension_of(buffer, kMeshopt);
+    const auto fallback = meshopt ? meshopt->find("fallback") : std::nullopt;
+    return fallback && fallback->boolean();
+}
+
 }  // namespace
 
 GltfFile::GltfFile(const std::filesystem::path& path, ContentBudget& budget,
@@ -91,6 +98,10 @@ void GltfFile::read_buffers(std::string_view binary_chunk, std::uint64_t chunk_o
         const JsonAt byte_length = buffer.at("byteLength");
         const std::uint64_t length = byte_length.count();
         Buffer content = read_buffer(buffer, i, binary_chunk, chunk_offset);
+        if (content.is_placeholder) {
+            buffers_.push_back(std::move(content));
+            continue;
+        }
         if (length > content.bytes.size()) {
             byte_length.fail(fmt::format("is {}, but there are {} bytes; is the file complete?",
                                          length, content.bytes.size()));
@@ -103,9 +114,11 @@ void GltfFile::read_buffers(std::string_view binary_chunk, std::uint64_t chunk_o
 Buffer GltfFile::read_buffer(const JsonAt& buffer, std::size_t index, std::string_view binary_chunk,
                              std::uint64_t chunk_offset) {
     const std::optional<JsonAt> uri = buffer.find("uri");
+    const bool has_chunk = index == 0 && binary_chunk.data() != nullptr;
+    if (is_fallback(buffer) || (!uri && !has_chunk && uses_extension(kMeshopt)))
+        return {.bytes = {}, .is_placeholder = true};
     if (!uri) {
-        if (index > 0 || binary_chunk.data() == nullptr)
-            buffer.fail("has no uri, and the file has no binary chunk for it");
+        if (!has_chunk) buffer.fail("has no uri, and the file has no binary chunk for it");
         return {binary_chunk, path_, chunk_offset};
     }
     if (std::optional<std::string> data = data_of_uri(*uri)) {

@@ -24,6 +24,8 @@ struct Buffer {
     std::uint64_t offset_in_file = 0;
     /// The content of a data: URI, in which `bytes` lie; otherwise null.
     std::shared_ptr<const std::string> data = {};
+    /// Its views are compressed ones, whose bytes are elsewhere; it has none itself.
+    bool is_placeholder = false;
 };
 
 /// The JSON of a .gltf or .glb file and the content of its buffers, from the file, from data: URIs
