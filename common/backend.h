@@ -2,7 +2,6 @@
 // per ray.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -11,6 +10,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/index_range.h"
+#include "common/base/watch.h"
 #include "common/bvh/bvh.h"
 #include "common/frame_times.h"
 #include "common/image/frame.h"
@@ -88,11 +88,11 @@ public:
     /// ranges that differ. `edit` runs in the backend's threads, if it has some.
     virtual void edit_tree(const TreeEdit& edit) = 0;
 
-    /// Throws Error(kCancelled), leaving any pixels in the frame, soon after the flag of
-    /// cancel_images() becomes true.
+    /// Throws Error(kCancelled), leaving any pixels in the frame, soon after the watch of
+    /// watch_images() asks for it.
     virtual void trace_image(const ImageParams& params, Frame& frame) = 0;
-    /// Null: images are not cancelled. The flag must outlive its use.
-    void cancel_images(const std::atomic<bool>* cancel) { cancel_ = cancel; }
+    /// Lets the images that follow be watched.
+    void watch_images(const Watch& watch) { image_watch_ = watch; }
     /// Finds the closest hit hits[i] of rays[i]; any rays, in any order.
     virtual void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) = 0;
 
@@ -107,16 +107,11 @@ public:
     virtual const SceneQueries& scene_queries() const = 0;
 
 protected:
-    bool is_cancelled() const {
-        return cancel_ != nullptr && cancel_->load(std::memory_order_relaxed);
-    }
-    void throw_if_cancelled() const {
-        if (is_cancelled()) throw Error(ErrorKind::kCancelled, "the image was cancelled");
-    }
+    const Watch& image_watch() const { return image_watch_; }
 
 private:
     BackendInfo info_;
-    const std::atomic<bool>* cancel_ = nullptr;
+    Watch image_watch_;
 };
 
 }  // namespace mray

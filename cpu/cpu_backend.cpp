@@ -107,21 +107,23 @@ public:
         const std::size_t pixels = std::size_t{params.width} * params.height;
         frame.width = params.width;
         frame.height = params.height;
-        frame.hits.resize(pixels);
-        frame.occlusion.resize(pixels);
-        frame.pixels.resize(frame.with_pixels ? pixels : 0);
+        const Watch& caller = image_watch();
+        resize_watched(frame.hits, pixels, caller);
+        resize_watched(frame.occlusion, pixels, caller);
+        resize_watched(frame.pixels, frame.with_pixels ? pixels : 0, caller);
         const Stopwatch watch;
         const ShadedMesh mesh{&topology_, planner_.pose().positions()};
         const ImageTiles tiles = tiles_for(params);
         std::atomic<std::uint64_t> hits = 0;
+        std::atomic<std::uint32_t> done = 0;
         arena_->execute([&] {
             tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
-                if (is_cancelled()) return;
-                trace_tile(*tracer_, mesh, params, tiles[i], frame);
+                caller.throw_if_cancelled();
+                trace_tile(*tracer_, mesh, params, tiles[i], frame, caller);
                 hits += count_hits(frame, tiles[i]);
+                caller.set_done(++done, tiles.count());
             });
         });
-        throw_if_cancelled();
         times_.trace_ms = watch.ms();
         times_.rays = pixels + hits * rays_per_hit(params.rays, params.ao_count);
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "common/base/stopwatch.h"
 #include "gpu/packet_arguments.h"
 
 namespace mray::gpu {
@@ -28,27 +29,40 @@ void set_shaded_tiles(RegionArguments& region) {
     region.tile_bits = best;
 }
 
-/// Divides an image into regions of at most `tiles` whole tiles, as wide as possible.
-std::vector<RegionArguments> regions_of(const ImageParams& params, std::uint32_t tiles) {
-    std::vector<RegionArguments> regions;
-    const std::uint32_t columns = std::min(tiles, (params.width + kTileSize - 1) / kTileSize);
-    if (columns == 0) return regions;
-    const std::uint32_t width = columns * kTileSize;
-    const std::uint32_t height = tiles / columns * kTileSize;
-    for (std::uint32_t y = 0; y < params.height; y += height) {
-        for (std::uint32_t x = 0; x < params.width; x += width) {
-            RegionArguments& region = regions.emplace_back();
-            region = {};
-            region.params = params;
-            region.x = x;
-            region.y = y;
-            region.width = std::min(width, params.width - x);
-            region.height = std::min(height, params.height - y);
-            set_tiles(region, kTileSize, kTileSize);
+/// Divides an image into regions of whole tiles, as wide as possible, row by row of regions.
+class Regions {
+public:
+    explicit Regions(const ImageParams& params) : params_(params) {}
+
+    bool has_next() const { return params_.width > 0 && y_ < params_.height; }
+
+    /// Takes the next region, of at most `tiles` tiles; more only where the row has begun with
+    /// regions that have more.
+    RegionArguments next(std::uint32_t tiles) {
+        const std::uint32_t columns = (params_.width + kTileSize - 1) / kTileSize;
+        if (x_ == 0) rows_ = tiles / std::min(tiles, columns);
+        RegionArguments region = {};
+        region.params = params_;
+        region.x = x_;
+        region.y = y_;
+        region.width = std::min(std::max(tiles / rows_, 1u) * kTileSize, params_.width - x_);
+        region.height = std::min(rows_ * kTileSize, params_.height - y_);
+        set_tiles(region, kTileSize, kTileSize);
+        x_ += region.width;
+        if (x_ == params_.width) {
+            x_ = 0;
+            y_ += region.height;
         }
+        return region;
     }
-    return regions;
-}
+
+private:
+    const ImageParams& params_;
+    std::uint32_t x_ = 0;
+    std::uint32_t y_ = 0;
+    /// Rows of tiles of this row of regions.
+    std::uint32_t rows_ = 1;
+};
 
 /// Copies the rows of a region from a buffer with one T a pixel to the image.
 template <class T, class Allocator>
@@ -71,27 +85,36 @@ void copy_rows(Transfer& transfer, const Buffer& from, const RegionArguments& re
 }  // namespace
 
 void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& times,
-                        const std::function<void()>& before_region) {
+                        const Watch& watch) {
     with_pixels_ = frame.with_pixels;
-    prepare(params);
+    prepare(params, watch);
     const std::size_t pixel_count = std::size_t{params.width} * params.height;
     frame.width = params.width;
     frame.height = params.height;
-    frame.hits.resize(pixel_count);
-    frame.occlusion.assign(pixel_count, 0);
-    frame.pixels.resize(with_pixels_ ? pixel_count : 0);
+    resize_watched(frame.hits, pixel_count, watch);
+    frame.occlusion.clear();
+    resize_watched(frame.occlusion, pixel_count, watch);
+    resize_watched(frame.pixels, with_pixels_ ? pixel_count : 0, watch);
     times.trace_ms = times.secondary_ms = times.shade_ms = 0;
-    for (const RegionArguments& region : regions_of(params, passes_.size().tiles)) {
-        before_region();
-        trace_region(region, times);
+    std::size_t done = 0;
+    for (Regions regions(params); regions.has_next();) {
+        watch.throw_if_cancelled();
+        const std::uint32_t most = passes_.size().tiles;
+        const RegionArguments region =
+            regions.next(watch.can_cancel() ? tiles_pace_.next(most) : most);
+        const Stopwatch clock;
+        trace_region(region, times, watch);
+        tiles_pace_.took(region.tile_count, clock.ms());
         copy_region(region, frame);
+        done += std::size_t{region.width} * region.height;
+        watch.set_done(done, pixel_count);
     }
     times.trace_ms += times.secondary_ms + times.shade_ms;
     times.rays = count_rays(params, frame);
 }
 
 /// Prepares the kernels that every image of this kind needs, the fastest to compile first.
-void ImageTracer::prepare(const ImageParams& params) {
+void ImageTracer::prepare(const ImageParams& params, const Watch& watch) {
     const bool in_packets = kernels_.packet_lanes != 0;
     std::vector<Kernel*> needed;
     if (with_pixels_) needed.push_back(&kernels_.shade);
@@ -102,7 +125,7 @@ void ImageTracer::prepare(const ImageParams& params) {
         needed.push_back(&kernels_.compact);
         needed.push_back(in_packets ? &kernels_.occlusion_packet : &kernels_.occlusion);
     }
-    kernels_.prepare(needed);
+    kernels_.prepare(needed, watch);
 }
 
 /// Whether the host need not look at results between camera rays and shading.
@@ -110,7 +133,8 @@ bool ImageTracer::is_one_submission(const ImageParams& params) const {
     return kernels_.packet_lanes != 0 && params.rays != kRaysAo;
 }
 
-void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& times) {
+void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& times,
+                               const Watch& watch) {
     const bool is_one = is_one_submission(region.params);
     const bool is_lit = is_one && region.params.rays == kRaysShadow;
     const bool is_shaded = is_one && with_pixels_;
@@ -143,7 +167,7 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
             is_done = false;
         }
     } else if (rays_per_hit(region.params.rays, region.params.ao_count) != 0) {
-        times.secondary_ms += trace_visible(region);
+        times.secondary_ms += trace_visible(region, watch);
     }
     if (!is_done && with_pixels_) times.shade_ms += context_.submit("shade", shading(region));
 }
@@ -213,7 +237,7 @@ std::uint32_t ImageTracer::packet_groups(std::uint32_t packets) const {
 }
 
 /// Traces secondary rays over the compacted list of visible pixels. Returns milliseconds.
-double ImageTracer::trace_visible(const RegionArguments& region) {
+double ImageTracer::trace_visible(const RegionArguments& region, const Watch& watch) {
     OcclusionArguments arguments = {};
     arguments.params = region.params;
     arguments.x = region.x;
@@ -229,11 +253,14 @@ double ImageTracer::trace_visible(const RegionArguments& region) {
         visible_count * rays_per_hit(region.params.rays, region.params.ao_count);
     // Shadow rays get here only without packets.
     const bool in_packets = kernels_.packet_lanes != 0;
-    const std::uint32_t most = passes_.size().rays();
-    for (std::uint32_t first = 0; first < ray_count; first += most) {
+    std::uint32_t most = passes_.size().rays();
+    if (watch.can_cancel()) most = rays_pace_.next(most);
+    for (std::uint32_t first = 0; first < ray_count; first = arguments.ray_end) {
+        watch.throw_if_cancelled();
         arguments.ray_first = first;
         arguments.ray_end = std::min(first + most, ray_count);
         const std::uint32_t count = arguments.ray_end - first;
+        const Stopwatch clock;
         const Record dispatch = [&](VkCommandBuffer commands) {
             if (in_packets) {
                 const std::uint32_t packets = (count + kPacketRays - 1) / kPacketRays;
@@ -243,6 +270,7 @@ double ImageTracer::trace_visible(const RegionArguments& region) {
             }
         };
         device_ms += passes_.run({"trace secondary rays", true, dispatch, {}}, kernels_, scene_);
+        rays_pace_.took(count, clock.ms());
     }
     return device_ms;
 }

@@ -1,10 +1,9 @@
 // An image, region by region.
 #pragma once
 
-#include <functional>
-
 #include "common/backend.h"
 #include "gpu/kernels.h"
+#include "gpu/pace.h"
 #include "gpu/ray_passes.h"
 #include "gpu/scene_buffers.h"
 #include "gpu/vulkan/transfer.h"
@@ -24,22 +23,22 @@ public:
           passes_(passes),
           scene_(scene) {}
 
-    /// Traces an image, and writes the times of tracing to `times`. Calls `before_region` before
-    /// each region; what it throws ends the image.
-    void trace(const ImageParams& params, Frame& frame, BackendTimes& times,
-               const std::function<void()>& before_region);
+    /// Traces an image, and writes the times of tracing to `times`. Throws Error(kCancelled)
+    /// between submissions if the watch asks for it. If it may, submissions are made so small that
+    /// they take some tens of milliseconds.
+    void trace(const ImageParams& params, Frame& frame, BackendTimes& times, const Watch& watch);
 
 private:
-    void prepare(const ImageParams& params);
+    void prepare(const ImageParams& params, const Watch& watch);
     Kernel& light_kernel(const ImageParams& params) const;
-    void trace_region(const RegionArguments& region, BackendTimes& times);
+    void trace_region(const RegionArguments& region, BackendTimes& times, const Watch& watch);
     bool is_one_submission(const ImageParams& params) const;
     void separate(VkCommandBuffer commands);
     RayPass camera_pass(const RegionArguments& region) const;
     RayPass light_pass(const RegionArguments& region) const;
     Record shading(const RegionArguments& region) const;
     std::uint32_t packet_groups(std::uint32_t packets) const;
-    double trace_visible(const RegionArguments& region);
+    double trace_visible(const RegionArguments& region, const Watch& watch);
     void copy_region(const RegionArguments& region, Frame& frame);
 
     Context& context_;
@@ -49,6 +48,9 @@ private:
     const SceneBuffers& scene_;
     /// Frame::with_pixels of the image that is traced.
     bool with_pixels_ = true;
+    /// Tiles of a region, and secondary rays of a submission.
+    Pace tiles_pace_{16};
+    Pace rays_pace_{1u << 14};
 };
 
 }  // namespace mray::gpu

@@ -109,7 +109,7 @@ void Kernels::bind(const Bindings& bindings) {
     for (Kernel* kernel : all()) kernel->bind(bindings);
 }
 
-void Kernels::prepare(std::span<Kernel* const> needed) {
+void Kernels::prepare(std::span<Kernel* const> needed, const Watch& watch) {
     std::vector<Kernel*> missing;
     std::ranges::copy_if(needed, std::back_inserter(missing), [this](const Kernel* kernel) {
         return std::ranges::find(ready_, kernel) == ready_.end();
@@ -120,19 +120,26 @@ void Kernels::prepare(std::span<Kernel* const> needed) {
     const std::span all_missing(missing);
     const std::size_t half = (missing.size() + 1) / 2;
     const auto rest = all_missing.subspan(half);
-    const auto compile_rest = [this, rest] {
-        for (Kernel* const kernel : rest) kernel->compile(context_);
+    const auto compile_rest = [this, rest, watch] {
+        for (Kernel* const kernel : rest) {
+            watch.throw_if_cancelled();
+            kernel->compile(context_);
+        }
     };
     // Waits for its thread at its end, also after an exception. Without a thread it runs in get().
     const std::launch in_thread = std::launch::async | std::launch::deferred;
     std::future<void> others =
         std::async(rest.empty() ? std::launch::deferred : in_thread, compile_rest);
     for (Kernel* const kernel : all_missing.first(half)) {
+        watch.throw_if_cancelled();
         kernel->compile(context_);
         make_ready(*kernel);
     }
     others.get();
-    for (Kernel* const kernel : rest) make_ready(*kernel);
+    for (Kernel* const kernel : rest) {
+        watch.throw_if_cancelled();
+        make_ready(*kernel);
+    }
 }
 
 void Kernels::make_ready(Kernel& kernel) {

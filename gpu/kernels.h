@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "common/base/watch.h"
 #include "gpu/kernel.h"
 
 namespace mray::gpu {
@@ -27,8 +28,8 @@ public:
     /// compile first, are compiled in two threads, and dispatched once over nothing, since some
     /// drivers, such as lavapipe, finish compiling a kernel at its first dispatch. So compiling is
     /// no part of the device's times. Deferred work runs in the meantime. Throws Error, and can
-    /// then be called again.
-    void prepare(std::span<Kernel* const> needed);
+    /// then be called again: Error(kCancelled) between two kernels if the watch asks for it.
+    void prepare(std::span<Kernel* const> needed, const Watch& watch = {});
     void prepare(std::initializer_list<Kernel*> needed) {
         prepare(std::span(needed.begin(), needed.size()));
     }

@@ -261,7 +261,7 @@ void VulkanBackend::clear() {
 
 void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
     catch_up();
-    images_.trace(params, frame, times_, [this] { throw_if_cancelled(); });
+    images_.trace(params, frame, times_, image_watch());
 }
 
 void VulkanBackend::trace_rays(std::span<const Ray> rays, std::span<Hit> hits) {

@@ -15,15 +15,15 @@ namespace {
 // sky.
 constexpr std::size_t kMostSpareSamples = std::size_t{1} << 23;
 
-/// Lets a backend's images be cancelled while it lives.
-class Cancellable {
+/// Lets a backend's images be watched while it lives.
+class Watched {
 public:
-    Cancellable(mray::Backend& backend, const std::atomic<bool>* cancel) : backend_(backend) {
-        backend_.cancel_images(cancel);
+    Watched(mray::Backend& backend, const mray::Watch& watch) : backend_(backend) {
+        backend_.watch_images(watch);
     }
-    ~Cancellable() { backend_.cancel_images(nullptr); }
-    Cancellable(const Cancellable&) = delete;
-    Cancellable& operator=(const Cancellable&) = delete;
+    ~Watched() { backend_.watch_images({}); }
+    Watched(const Watched&) = delete;
+    Watched& operator=(const Watched&) = delete;
 
 private:
     mray::Backend& backend_;
@@ -34,9 +34,10 @@ private:
 void SceneImpl::render(const View& view, Image& image) const {
     require_usable();
     TracedImage traced;
+    const mray::Watch watch(view.cancel, view.done);
     {
         const std::scoped_lock lock(mutex_);
-        const Cancellable cancellable(*tracer_, view.cancel);
+        const Watched watched(*tracer_, watch);
         if (ImageShader::is_needed_for(view)) {
             shader_.render(view, meshes_, pose_, *tracer_, arena(), spare_, image);
         } else {
@@ -44,7 +45,7 @@ void SceneImpl::render(const View& view, Image& image) const {
         }
         std::swap(traced, spare_);
     }
-    fill_hits(view.hits, traced, pose_.space(), meshes_, arena(), image);
+    fill_hits(view.hits, traced, pose_.space(), meshes_, arena(), watch, image);
     image.width = view.width;
     image.height = view.height;
     image.samples = view.samples;

@@ -138,7 +138,8 @@ void SceneImpl::start(const mray::Bvh* tree, const MeshList* before) {
     const mray::BuildConfig build{.split = options_.split == Split::sweep
                                                ? mray::SplitMethod::kSweep
                                                : mray::SplitMethod::kBinned,
-                                  .threads = DeviceImpl::of(device_).threads()};
+                                  .threads = DeviceImpl::of(device_).threads(),
+                                  .watch = mray::Watch(options_.cancel, options_.done)};
     updater_ = std::make_unique<mray::TreeUpdater>(meshes_.topology(), pose_.positions(), *tracer_,
                                                    refitter_.get(), spec_of(options_.update), build,
                                                    config, tree);

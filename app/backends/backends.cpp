@@ -6,6 +6,7 @@
 
 #include "app/base/library_calls.h"
 #include "app/base/memory_budget.h"
+#include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
 #include "gpu/ray_query/ray_query.h"
@@ -14,7 +15,7 @@
 namespace mray::app {
 namespace {
 
-std::unique_ptr<Backend> make_concrete(BackendChoice choice, const BackendOptions& options) {
+std::unique_ptr<Backend> make_unwatched(BackendChoice choice, const BackendOptions& options) {
     const cpu::CpuConfig config{.threads = options.threads, .simd = options.simd};
     if (choice == BackendChoice::kCpu) return cpu::make_cpu_backend(config);
     if (choice == BackendChoice::kBrute) return cpu::make_brute_backend(config);
@@ -24,6 +25,12 @@ std::unique_ptr<Backend> make_concrete(BackendChoice choice, const BackendOption
 #else
     return nullptr;
 #endif
+}
+
+std::unique_ptr<Backend> make_concrete(BackendChoice choice, const BackendOptions& options) {
+    std::unique_ptr<Backend> backend = make_unwatched(choice, options);
+    backend->watch_images(Watch(&interrupt_flag()));
+    return backend;
 }
 
 }  // namespace
@@ -123,7 +130,9 @@ std::unique_ptr<Backend> make_refitter(const Options& options, const Backend& tr
 }
 
 BuildConfig build_config(const Options& options) {
-    return {.split = options.tree.split, .threads = options.backend.threads};
+    return {.split = options.tree.split,
+            .threads = options.backend.threads,
+            .watch = Watch(&interrupt_flag())};
 }
 
 std::vector<BackendChoice> profiled_backends(const Options& options, const Messages& messages) {

@@ -9,7 +9,6 @@
 #include "app/backends/backends.h"
 #include "app/base/library_calls.h"
 #include "app/files/texture_reader.h"
-#include "app/terminal/interrupt.h"
 #include "clips/inside_view.h"
 #include "common/base/stopwatch.h"
 
@@ -75,6 +74,17 @@ morphray::View view_of(const ViewSpec& spec, const ShadingOptions& shading) {
     if (spec.rays == kRaysShadow) view.rays = morphray::Rays::shadow;
     if (spec.rays == kRaysAo) view.rays = morphray::Rays::ao;
     return view;
+}
+
+/// Calls the library. After a signal an error that names it is thrown in the place of kCancelled.
+template <class Work>
+void call(Work work) {
+    try {
+        call_library(work);
+    } catch (const Error& error) {
+        if (error.kind() == ErrorKind::kCancelled) throw_if_interrupted();
+        throw;
+    }
 }
 
 }  // namespace
@@ -152,20 +162,21 @@ std::optional<morphray::Box> bounds_of(const Clip& clip) {
 }
 
 ClipScene::ClipScene(const Options& options, const Clip& clip, double first_frame,
-                     const Messages& messages)
+                     const Messages& messages, const std::atomic<bool>& cancel)
     : clip_(clip),
       positions_(clip.topology().vertex_count),
       current_(options.tree.build_at.value_or(first_frame)) {
     const morphray::Device device = open_device(options.backend, messages);
     const bool traces_on_vulkan = device.name() == "vulkan";
     refitter_ = traces_on_vulkan ? "vulkan" : "cpu";
-    call_library([&] {
+    call([&] {
         morphray::SceneOptions scene_options = {
             .bounds = bounds_of(clip),
             .update = policy_of(options.tree),
             .split = options.tree.split == SplitMethod::kSweep ? morphray::Split::sweep
                                                                : morphray::Split::binned,
-            .record_cost_ratio = options.tree.update_config.record_cost_ratio};
+            .record_cost_ratio = options.tree.update_config.record_cost_ratio,
+            .cancel = &cancel};
         if (options.tree.refit_on == RefitOn::kVulkan && !traces_on_vulkan) {
             scene_options.refit_on = open_vulkan(options.backend);
             refitter_ = "vulkan";
@@ -231,20 +242,14 @@ void ClipScene::advance(double frame) {
     read_wait_ms_ = watch.ms();
     trace_ms_ = 0;
     rays_ = 0;
-    update_ = call_library([&] { return scene_->update(); });
+    call([&] { update_ = scene_->update(); });
 }
 
 void ClipScene::render(const ViewSpec& view, const ShadingOptions& shading,
                        morphray::Image& image) {
     morphray::View whole = view_of(with_inside_view(view, clip_), shading);
     whole.cancel = &interrupt_flag();
-    try {
-        render(whole, image);
-    } catch (const Error& error) {
-        // In its place an error that names the signal.
-        if (error.kind() == ErrorKind::kCancelled) throw_if_interrupted();
-        throw;
-    }
+    render(whole, image);
 }
 
 void ClipScene::render_pixels(const ViewSpec& view, const ShadingOptions& shading,
@@ -256,7 +261,7 @@ void ClipScene::render_pixels(const ViewSpec& view, const ShadingOptions& shadin
 }
 
 void ClipScene::render(const morphray::View& view, morphray::Image& image) {
-    call_library([&] {
+    call([&] {
         scene_->render(view, image);
         trace_ms_ = image.trace_ms;
         rays_ = image.ray_count;

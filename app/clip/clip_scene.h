@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/base/options.h"
+#include "app/terminal/interrupt.h"
 #include "app/terminal/messages.h"
 #include "clips/clip.h"
 #include "common/frame_times.h"
@@ -22,9 +23,10 @@ namespace mray::app {
 class ClipScene {
 public:
     /// Reads the textures, if the options ask for lit images, and builds the tree at
-    /// options.tree.build_at, or else at first_frame. The clip must outlive it.
+    /// options.tree.build_at, or else at first_frame. The clip must outlive it, and so must
+    /// `cancel`, which ends the building of trees: they throw Error(kCancelled).
     ClipScene(const Options& options, const Clip& clip, double first_frame,
-              const Messages& messages);
+              const Messages& messages, const std::atomic<bool>& cancel = interrupt_flag());
     ClipScene(const ClipScene&) = delete;
 
     /// Begins to read the positions of the frame of the next advance() in a thread of its own.

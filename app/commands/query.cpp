@@ -53,20 +53,21 @@ private:
         switch (question) {
             case Question::kInside:
                 batch_.inside.resize(count);
-                scene_.contains(points_, batch_.inside, options_.rule);
+                scene_.contains(points_, batch_.inside, options_.rule, &interrupt_flag());
                 break;
             case Question::kWinding:
                 batch_.windings.resize(count);
-                scene_.winding(points_, batch_.windings);
+                scene_.winding(points_, batch_.windings, &interrupt_flag());
                 break;
             case Question::kDistance:
                 batch_.distances.resize(count);
                 scene_.signed_distance(points_, batch_.distances, options_.rule,
-                                       options_.max_distance);
+                                       options_.max_distance, &interrupt_flag());
                 break;
             case Question::kClosest:
                 batch_.closest.resize(count);
-                scene_.closest_points(points_, batch_.closest, options_.max_distance);
+                scene_.closest_points(points_, batch_.closest, options_.max_distance,
+                                      &interrupt_flag());
                 break;
         }
     }

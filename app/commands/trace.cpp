@@ -58,7 +58,7 @@ private:
     void add_closest_hits() {
         hits_.resize(rays_.size());
         scene_.scene().intersect(std::span<const morphray::Ray>(rays_),
-                                 std::span<morphray::Hit>(hits_));
+                                 std::span<morphray::Hit>(hits_), &interrupt_flag());
         for (std::size_t i = 0; i < hits_.size(); ++i)
             answers_.add(std::span(&hits_[i], hits_[i] ? 1 : 0), exponents_[i]);
     }
@@ -103,6 +103,7 @@ std::uint64_t count_rays(const Options& options, std::string_view rays) {
 ExitCode run_trace(const Options& given, const Messages& messages) {
     Options options = given;
     options.lenient = true;
+    options.hit_lists.cancel = &interrupt_flag();
     check_reports({options.out});
     const std::string rays = read_input(options.ray_file, "rays");
     const PosedScene scene(options, 2 * rays.size() + kRaysOfBatch * 128, messages);

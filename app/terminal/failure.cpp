@@ -4,11 +4,13 @@
 
 #include <new>
 #include <stdexcept>
+#include <string_view>
 
 #include "app/base/remedy_text.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
 #include "common/base/thread_errors.h"
+#include "common/base/watch.h"
 
 namespace mray::app {
 
@@ -17,9 +19,12 @@ Failure describe_failure(const std::exception_ptr& failure) {
     try {
         std::rethrow_exception(failure);
     } catch (const Error& error) {
-        return {message_of(error), error.kind() == ErrorKind::kCancelled
-                                       ? interrupt_exit_code()
-                                       : exit_code_of(error.kind())};
+        if (error.kind() != ErrorKind::kCancelled)
+            return {message_of(error), exit_code_of(error.kind())};
+        // Work that was given the flag of the signal does not know of signals.
+        return {error.what() == std::string_view(kWorkCancelled) ? interrupt_message()
+                                                                 : message_of(error),
+                interrupt_exit_code()};
     } catch (const std::bad_alloc&) {
         return {"out of memory; choose a smaller scene or image, or raise the limit",
                 ExitCode::kLimit};

@@ -1,19 +1,64 @@
 #include "app/terminal/interrupt.h"
 
 #include <fmt/format.h>
+#include <time.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+
+#include "common/text/message_text.h"
 
 namespace mray::app {
 namespace {
 
-/// The signal that arrived, or 0. A signal handler can only use a global.
+constexpr std::array<int, 3> kEndings = {SIGINT, SIGTERM, SIGHUP};
+constexpr std::array<int, 5> kSignals = {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGALRM};
+
+// A signal handler can only use globals.
+
+/// The signal that arrived, or 0.
 std::atomic<int> received_signal = 0;
 std::atomic<bool> has_received = false;
+/// Whether a thread has begun to end the program, so that nothing else should.
+std::atomic<bool> is_ending = false;
+/// Sends SIGALRM at the end of the grace; meaningful if has_timer.
+timer_t timer;
+std::atomic<bool> has_timer = false;
 static_assert(std::atomic<bool>::is_always_lock_free &&
-              std::atomic<int>::is_always_lock_free);  // required in a signal handler
+              std::atomic<std::int64_t>::is_always_lock_free);  // required in a signal handler
 
-constexpr std::array<int, 4> kSignals = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
+/// The lines for kEndings, as they are written: filled while is_ready is false.
+struct Lines {
+    std::array<std::array<char, 8192>, kEndings.size()> text;
+    std::array<std::size_t, kEndings.size()> size;
+};
+Lines lines;
+std::string results_place;
+
+const char* name_of(int signal) {
+    if (signal == SIGTERM) return "terminated";
+    return signal == SIGHUP ? "hung up" : "interrupted";
+}
+
+std::string message_of(int signal) {
+    if (results_place.empty()) return fmt::format("{}; finished results are kept", name_of(signal));
+    return fmt::format("{}; finished results are in {}", name_of(signal), results_place);
+}
+
+void prepare_lines() {
+    for (std::size_t i = 0; i < kEndings.size(); ++i) {
+        const std::string line = "morphray: " + shown(message_of(kEndings[i])) + '\n';
+        const std::size_t size = std::min(line.size(), lines.text[i].size());
+        std::memcpy(lines.text[i].data(), line.data(), size);
+        lines.text[i][size - 1] = '\n';
+        lines.size[i] = size;
+    }
+}
 
 void set_handler(int signal, void (*handler)(int)) {
     struct sigaction action = {};
@@ -23,10 +68,45 @@ void set_handler(int signal, void (*handler)(int)) {
     sigaction(signal, &action, nullptr);
 }
 
+constexpr std::int64_t kNsPerMs = 1'000'000;
+constexpr std::int64_t kNsPerSecond = 1'000'000'000;
+
+std::int64_t now_ns() {
+    timespec now = {};
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return now.tv_sec * kNsPerSecond + now.tv_nsec;
+}
+
+/// When the grace ends.
+std::atomic<std::int64_t> end_ns = 0;
+
+void end_grace_at(std::int64_t ns) {
+    if (!has_timer.load()) return;
+    itimerspec end = {};
+    end.it_value.tv_sec = ns / kNsPerSecond;
+    end.it_value.tv_nsec = ns % kNsPerSecond;
+    timer_settime(timer, TIMER_ABSTIME, &end, nullptr);
+}
+
 void on_signal(int signal) {
     received_signal.store(signal);
     has_received.store(true);
-    for (const int next : {SIGINT, SIGTERM, SIGHUP}) set_handler(next, SIG_DFL);
+    for (const int next : kEndings) set_handler(next, SIG_DFL);
+    const int error = errno;
+    end_ns.store(now_ns() + InterruptGuard::kGraceMs * kNsPerMs);
+    end_grace_at(end_ns.load());
+    errno = error;
+}
+
+/// The grace has ended. Only calls that a signal handler may make.
+void on_end_of_grace(int) {
+    if (received_signal.load() == 0 || is_ending.exchange(true)) return;
+    for (std::size_t i = 0; i < kEndings.size(); ++i) {
+        if (received_signal.load() != kEndings[i]) continue;
+        [[maybe_unused]] const ssize_t ignored =
+            ::write(STDERR_FILENO, lines.text[i].data(), lines.size[i]);
+    }
+    ::_exit(static_cast<int>(interrupt_exit_code()));
 }
 
 }  // namespace
@@ -34,36 +114,64 @@ void on_signal(int signal) {
 InterruptGuard::InterruptGuard() : before_() {
     received_signal.store(0);
     has_received.store(false);
-    for (std::size_t i = 0; i < kSignals.size(); ++i) {
-        sigaction(kSignals[i], nullptr, &before_[i]);
+    is_ending.store(false);
+    results_place.clear();
+    prepare_lines();
+    for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], nullptr, &before_[i]);
+    set_handler(SIGALRM, on_end_of_grace);
+    sigevent event = {};
+    event.sigev_notify = SIGEV_SIGNAL;
+    event.sigev_signo = SIGALRM;
+    // Without a timer, for which there may be no memory, work still polls interrupted().
+    has_timer.store(::timer_create(CLOCK_MONOTONIC, &event, &timer) == 0);
+    for (std::size_t i = 0; i < kSignals.size() - 1; ++i) {
         if (before_[i].sa_handler == SIG_IGN) continue;
         set_handler(kSignals[i], kSignals[i] == SIGPIPE ? SIG_IGN : on_signal);
     }
 }
 
 InterruptGuard::~InterruptGuard() {
-    for (std::size_t i = 0; i < kSignals.size(); ++i) {
+    // From here on the grace does not end.
+    is_ending.store(true);
+    for (std::size_t i = 0; i < kSignals.size() - 1; ++i)
         sigaction(kSignals[i], &before_[i], nullptr);
-    }
+    if (has_timer.exchange(false)) ::timer_delete(timer);
+    sigaction(kSignals.back(), &before_.back(), nullptr);
 }
 
 const std::atomic<bool>& interrupt_flag() { return has_received; }
 
 bool interrupted() { return received_signal.load() != 0; }
 
+std::string interrupt_message() { return message_of(received_signal.load()); }
+
+void keep_results_in(const std::string& place) {
+    results_place = place;
+    prepare_lines();
+}
+
 void throw_if_interrupted() {
     if (!interrupted()) return;
-    const int signal = received_signal.load();
-    throw Error(ErrorKind::kCancelled,
-                fmt::format("{}; finished results are kept", signal == SIGTERM  ? "terminated"
-                                                             : signal == SIGHUP ? "hung up"
-                                                                                : "interrupted"));
+    is_ending.store(true);
+    throw Error(ErrorKind::kCancelled, interrupt_message());
 }
 
 ExitCode interrupt_exit_code() {
     const int signal = received_signal.load();
     if (signal == SIGHUP) return ExitCode::kHungUp;
     return signal == SIGTERM ? ExitCode::kTerminated : ExitCode::kInterrupted;
+}
+
+EndOfGrace::EndOfGrace() : is_set_(interrupted()) {
+    if (!is_set_) return;
+    constexpr std::int64_t kLeastMs = 30;
+    is_ending.store(false);
+    end_grace_at(std::max(end_ns.load(), now_ns() + kLeastMs * kNsPerMs));
+}
+
+EndOfGrace::~EndOfGrace() {
+    // If it has ended already, this thread waits for the end of the process.
+    if (is_set_ && is_ending.exchange(true)) ::pause();
 }
 
 }  // namespace mray::app

@@ -5,15 +5,21 @@
 
 #include <array>
 #include <atomic>
+#include <optional>
+#include <string>
 
 #include "app/base/exit_code.h"
 
 namespace mray::app {
 
-/// While it lives, the first SIGINT, SIGTERM or SIGHUP only makes interrupted() true, the second
-/// one ends the process at once, and SIGPIPE is ignored (a write to a closed pipe fails with
-/// EPIPE). A signal that was ignored before (nohup, background jobs) stays ignored. The destructor
-/// restores the handlers; interrupted() keeps its value. At most one exists at a time.
+/// While it lives, the first SIGINT, SIGTERM or SIGHUP makes interrupted() true, the second one
+/// ends the process at once, and SIGPIPE is ignored (a write to a closed pipe fails with EPIPE). A
+/// signal that was ignored before (nohup, background jobs) stays ignored. The destructor restores
+/// the handlers; interrupted() keeps its value. At most one exists at a time.
+///
+/// If throw_if_interrupted() has not thrown kGraceMs after the first signal, because code of others
+/// such as a driver's compiler is at work, the process ends there: with the line and the exit code
+/// that the error would have led to. Outputs are whole or absent then, too.
 class InterruptGuard {
 public:
     InterruptGuard();
@@ -21,8 +27,10 @@ public:
     InterruptGuard(const InterruptGuard&) = delete;
     InterruptGuard& operator=(const InterruptGuard&) = delete;
 
+    static constexpr long kGraceMs = 120;
+
 private:
-    std::array<struct sigaction, 4> before_;
+    std::array<struct sigaction, 5> before_;
 };
 
 /// Whether SIGINT, SIGTERM or SIGHUP has arrived since the last guard was made. Thread-safe.
@@ -31,11 +39,31 @@ bool interrupted();
 /// True as interrupted() is: for calls that take a flag by which they are cancelled.
 const std::atomic<bool>& interrupt_flag();
 
-/// Throws Error(kCancelled) after SIGINT, SIGTERM or SIGHUP. Called between frames, so that
-/// finished frames are kept and no file is half written.
+/// Throws Error(kCancelled) after SIGINT, SIGTERM or SIGHUP. Called between pieces of work, so that
+/// what is finished is kept and no file is half written.
 void throw_if_interrupted();
+
+/// The line of that error: "interrupted; finished results are kept", or in the place of
+/// keep_results_in().
+std::string interrupt_message();
+
+/// Names where finished results lie, for the line of an interruption. Called before they are made.
+void keep_results_in(const std::string& place);
 
 /// kTerminated after SIGTERM, kHungUp after SIGHUP, otherwise kInterrupted.
 ExitCode interrupt_exit_code();
+
+/// While it lives the grace after a signal ends as if throw_if_interrupted() had not thrown, some
+/// milliseconds from now at the earliest: for waits on the way out whose results may be lost.
+class EndOfGrace {
+public:
+    EndOfGrace();
+    ~EndOfGrace();
+    EndOfGrace(const EndOfGrace&) = delete;
+    EndOfGrace& operator=(const EndOfGrace&) = delete;
+
+private:
+    bool is_set_;
+};
 
 }  // namespace mray::app

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "app/terminal/interrupt.h"
+
 namespace mray::app {
 
 Engine::Engine(const Options& options, const Clip& clip, const Messages& messages,
@@ -13,6 +15,7 @@ Engine::Engine(const Options& options, const Clip& clip, const Messages& message
       thread_([this] { run(); }) {}
 
 Engine::~Engine() {
+    const EndOfGrace end;
     {
         const std::scoped_lock lock(mutex_);
         stops_ = true;
@@ -80,7 +83,7 @@ void Engine::run() {
 }
 
 TracedScene& Engine::scene(BackendChoice backend) {
-    return scenes_.try_emplace(backend, options_, clip_, backend, messages_).first->second;
+    return scenes_.try_emplace(backend, options_, clip_, backend, messages_, stops_).first->second;
 }
 
 void Engine::trace(const ImageRequest& request) {

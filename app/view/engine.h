@@ -39,7 +39,7 @@ public:
     /// the engine.
     Engine(const Options& options, const Clip& clip, const Messages& messages,
            std::function<void()> on_result);
-    /// Cancels, and waits for the thread.
+    /// Cancels, and waits for the thread. After a signal the process may end before that.
     ~Engine();
     Engine(const Engine&) = delete;
     Engine& operator=(const Engine&) = delete;
@@ -62,13 +62,13 @@ private:
     const Clip& clip_;
     const Messages& messages_;
     std::function<void()> on_result_;
+    std::atomic<bool> stops_ = false;
     /// Scenes that the engine's thread alone uses.
     std::map<BackendChoice, TracedScene> scenes_;
     bool has_traced_ = false;
 
     std::mutex mutex_;
     std::condition_variable wakes_;
-    bool stops_ = false;
     std::optional<ImageRequest> next_image_;
     std::optional<ProbeRequest> next_probe_;
     /// Whether the image in progress is one that a newer request cancels.

@@ -5,8 +5,8 @@
 namespace mray::app {
 
 TracedScene::TracedScene(const Options& options, const Clip& clip, BackendChoice backend,
-                         const Messages& messages)
-    : options_(options), clip_(clip), backend_(backend), messages_(messages) {
+                         const Messages& messages, const std::atomic<bool>& stops)
+    : options_(options), clip_(clip), backend_(backend), messages_(messages), stops_(stops) {
     options_.backend.choice = backend;
     options_.tree.update_config.record_cost_ratio = true;
     // Whatever is shown first, the scene has its textures.
@@ -24,7 +24,7 @@ bool TracedScene::follow(const ImageRequest& request) {
         options_.shading.ground = request.scene.ground;
         // --build-at is for the first tree; a change of settings builds where one is.
         if (!is_first) options_.tree.build_at.reset();
-        scene_.emplace(options_, clip_, request.frame, messages_);
+        scene_.emplace(options_, clip_, request.frame, messages_, stops_);
         tree_ = {options_.tree.build_at.value_or(request.frame), true};
     }
     scene_->advance(request.frame);

@@ -12,11 +12,13 @@ namespace mray::app {
 /// Follows requests: deforms, updates and traces as render does. Members throw Error.
 class TracedScene {
 public:
-    /// The clip and the messages must outlive it. Nothing is built before the first request.
+    /// The clip, the messages and `stops`, which ends the building of trees, must outlive it.
+    /// Nothing is built before the first request.
     TracedScene(const Options& options, const Clip& clip, BackendChoice backend,
-                const Messages& messages);
+                const Messages& messages, const std::atomic<bool>& stops);
 
-    /// Throws Error(kCancelled) soon after `cancel` becomes true.
+    /// Throws Error(kCancelled) soon after `cancel` or, while a tree is built, `stops` becomes
+    /// true.
     TracedPane trace(const ImageRequest& request, const std::atomic<bool>& cancel);
 
     /// The hit of a pixel's camera ray, its t in units of world space along the view, and the
@@ -38,6 +40,7 @@ private:
     EditedClip clip_;
     BackendChoice backend_;
     const Messages& messages_;
+    const std::atomic<bool>& stops_;
     std::optional<ClipScene> scene_;
     SceneSettings settings_;
     double frame_ = 0;

@@ -20,16 +20,22 @@ void give_way() {
 
 }  // namespace
 
+BackgroundBuild::~BackgroundBuild() {
+    cancel_ = true;
+    if (pending()) result_.wait();
+}
+
 void BackgroundBuild::start(const Topology& topology, std::span<const vec3> positions,
                             SplitMethod split) {
     assert(!pending());
     result_ = std::async(
         std::launch::async,
-        [&topology, split, pose = std::vector<vec3>(positions.begin(), positions.end())] {
+        [this, &topology, split, pose = std::vector<vec3>(positions.begin(), positions.end())] {
             give_way();
             const Stopwatch watch;
             Result result;
-            result.bvh = build_bvh(topology, pose, {.split = split, .threads = 1});
+            result.bvh =
+                build_bvh(topology, pose, {.split = split, .threads = 1, .watch = Watch(&cancel_)});
             result.build_ms = watch.ms();
             return result;
         });

@@ -1,6 +1,7 @@
 // Builds a tree in the background while frames are traced.
 #pragma once
 
+#include <atomic>
 #include <future>
 #include <span>
 #include <vector>
@@ -14,9 +15,13 @@ namespace mray {
 class BackgroundBuild {
 public:
     BackgroundBuild() = default;
+    /// Cancels a pending build and waits for its end.
+    ~BackgroundBuild();
+    BackgroundBuild(const BackgroundBuild&) = delete;
+    BackgroundBuild& operator=(const BackgroundBuild&) = delete;
 
     /// Starts a build at a copy of these positions. No build may be pending. The topology must
-    /// outlive the build; the destructor waits for it.
+    /// outlive the build.
     void start(const Topology& topology, std::span<const vec3> positions, SplitMethod split);
 
     bool pending() const { return result_.valid(); }
@@ -31,6 +36,7 @@ public:
     Result take() { return result_.get(); }
 
 private:
+    std::atomic<bool> cancel_ = false;
     std::future<Result> result_;
 };
 

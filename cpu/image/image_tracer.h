@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "common/base/watch.h"
 #include "common/image/frame.h"
 #include "common/interop/camera.h"
 #include "common/interop/shading.h"
@@ -53,9 +54,10 @@ public:
     explicit BatchTiles(const Tracer& tracer) : tracer_(tracer) {}
 
     void intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
-                          std::size_t stride) const {
+                          std::size_t stride, const Watch& watch = {}) const {
         std::vector<Ray> rays(tile.x1 - tile.x0);
         for (std::uint32_t y = tile.y0; y < tile.y1; ++y, hits += stride) {
+            watch.throw_if_cancelled();
             for (std::uint32_t x = tile.x0; x < tile.x1; ++x) {
                 rays[x - tile.x0] = camera_ray(params.camera, x, y);
             }
@@ -95,18 +97,20 @@ template <class Tracer>
 class TileImage {
 public:
     TileImage(const Tracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
-              const Tile& tile, Frame& frame)
+              const Tile& tile, Frame& frame, const Watch& watch)
         : tracer_(tracer),
           mesh_(mesh),
           params_(params),
           tile_(tile),
           frame_(frame),
+          watch_(watch),
           count_(light_packet_squares(tile.x1 - tile.x0, tile.y1 - tile.y0) * kSquareRays),
           rays_(count_),
           surfaces_(count_) {}
 
     void trace() {
         find_surfaces();
+        watch_.throw_if_cancelled();
         if (params_.rays == kRaysShadow) trace_shadow();
         for (std::uint32_t y = tile_.y0; y < tile_.y1; ++y) {
             if (params_.rays == kRaysAo) trace_ao_row(y);
@@ -161,6 +165,7 @@ private:
 
     /// A row at a time keeps the batch in the cache.
     void trace_ao_row(std::uint32_t y) {
+        watch_.throw_if_cancelled();
         batch_.clear();
         for (std::uint32_t x = tile_.x0; x < tile_.x1; ++x) {
             if (!is_hit(x, y)) continue;
@@ -193,6 +198,7 @@ private:
     const ImageParams& params_;
     const Tile& tile_;
     Frame& frame_;
+    const Watch& watch_;
     std::size_t count_;
     std::vector<Ray> rays_;
     std::vector<Surface> surfaces_;
@@ -202,17 +208,20 @@ private:
 
 /// Fills hits, occlusion and pixels of a tile of at most 64 x 64 pixels, with any tracer of tiles
 /// (cpu/image/tile_tracer.h has the one for packets). Threads may trace tiles of the same frame.
+/// Throws Error(kCancelled), leaving anything in the tile, soon after the watch asks for it:
+/// between rows of pixels.
 template <class Tracer>
 void trace_tile(const Tracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
-                const Tile& tile, Frame& frame) {
-    tracer.intersect_camera(
-        params, tile, &frame.hits[std::size_t{tile.y0} * params.width + tile.x0], params.width);
+                const Tile& tile, Frame& frame, const Watch& watch = {}) {
+    tracer.intersect_camera(params, tile,
+                            &frame.hits[std::size_t{tile.y0} * params.width + tile.x0],
+                            params.width, watch);
     // The surfaces and rays of a smaller part stay in the cache.
     const std::uint32_t side = params.rays == kRaysShadow ? kLightPacketSide : kSquareSide;
     for (std::uint32_t y = tile.y0; y < tile.y1; y += side) {
         for (std::uint32_t x = tile.x0; x < tile.x1; x += side) {
             const Tile part{x, y, std::min(x + side, tile.x1), std::min(y + side, tile.y1)};
-            TileImage<Tracer>(tracer, mesh, params, part, frame).trace();
+            TileImage<Tracer>(tracer, mesh, params, part, frame, watch).trace();
         }
     }
 }

@@ -24,7 +24,7 @@ void trace_shadows(const TileTracer& tracer, const PixelPart& part) {
     tracer.shader().shade_shadows(part, shadow.occluded.data(), shadow.lit.data());
 }
 
-void trace_ao(const TileTracer& tracer, const PixelPart& part) {
+void trace_ao(const TileTracer& tracer, const PixelPart& part, const Watch& watch) {
     const Tile& tile = part.tile;
     const std::uint32_t blocks = std::max(kMostAoRays / (kBlockRays * part.params.ao_count), 1u);
     const std::uint32_t width = blocks * kBlockSide;
@@ -32,6 +32,7 @@ void trace_ao(const TileTracer& tracer, const PixelPart& part) {
     std::vector<std::uint8_t> occluded;
     for (std::uint32_t y = tile.y0; y < tile.y1; y += kBlockSide) {
         for (std::uint32_t x = tile.x0; x < tile.x1; x += width) {
+            watch.throw_if_cancelled();
             const Tile run{x, y, std::min(x + width, tile.x1), std::min(y + kBlockSide, tile.y1)};
             const PixelPart pixels{part.params, part.mesh, run, part.frame};
             tracer.shader().make_ao_rays(pixels, rays);
@@ -45,14 +46,15 @@ void trace_ao(const TileTracer& tracer, const PixelPart& part) {
 }  // namespace
 
 void trace_tile(const TileTracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
-                const Tile& tile, Frame& frame) {
+                const Tile& tile, Frame& frame, const Watch& watch) {
     tracer.intersect_camera(
         params, tile, &frame.hits[std::size_t{tile.y0} * params.width + tile.x0], params.width);
+    watch.throw_if_cancelled();
     const PixelPart part{params, mesh, tile, frame};
     if (params.rays == kRaysShadow) {
         trace_shadows(tracer, part);
     } else if (params.rays == kRaysAo) {
-        trace_ao(tracer, part);
+        trace_ao(tracer, part, watch);
     } else {
         tracer.shader().shade_camera(part);
     }

@@ -83,8 +83,9 @@ private:
     mutable tbb::enumerable_thread_specific<std::unique_ptr<Packets>> packets_of_threads_;
 };
 
-/// trace_tile() of image_tracer.h with the same bits, also shading with SIMD.
+/// trace_tile() of image_tracer.h with the same bits, also shading with SIMD. Asks the watch before
+/// secondary rays, and for each few thousand of those of ambient occlusion.
 void trace_tile(const TileTracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
-                const Tile& tile, Frame& frame);
+                const Tile& tile, Frame& frame, const Watch& watch = {});
 
 }  // namespace mray::cpu

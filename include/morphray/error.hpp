@@ -26,7 +26,8 @@ MORPHRAY_API const char* to_string(ErrorCode code) noexcept;
 
 /// The exception that every function of the library throws; there is no other. what() is one line
 /// that says what is wrong and, where there is a remedy, what to do. A call that throws has changed
-/// nothing, but for device_lost, and for limit from a call that changes a scene (Scene says more).
+/// nothing, but for device_lost, and for limit or cancelled from a call that changes a scene (Scene
+/// says more).
 class MORPHRAY_API Error : public std::runtime_error {
 public:
     Error(ErrorCode code, const std::string& message);

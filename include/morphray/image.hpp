@@ -66,11 +66,15 @@ struct View {
     /// Whether Image::hits, occlusion and hits_hash are filled. Without them an image takes less
     /// time and memory; its pixels are the same.
     bool hits = true;
-    /// If it is given, render() throws cancelled soon after another thread has made it true: within
-    /// some milliseconds while rays are traced on the CPU, by brute force once each thread has
-    /// finished a tile of 64 x 64 pixels, and at the latest where a device has finished a region of
-    /// 2^18 pixels.
+    /// If it is given, render() throws cancelled soon after another thread has made it true, at any
+    /// size, number of samples and shading: within some milliseconds on the CPU, by brute force
+    /// once each thread has finished a row of at most 64 pixels, and on a device at the end of a
+    /// submission of some tens of milliseconds, or of compiling a kernel that it uses for the first
+    /// time.
     const std::atomic<bool>* cancel = nullptr;
+    /// If it is given, it becomes the part of the image that is done, from 0 to 1, while render()
+    /// works.
+    std::atomic<float>* done = nullptr;
 };
 
 /// The data of a pixel of a lit image, besides its 8-bit colour.

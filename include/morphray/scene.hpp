@@ -73,6 +73,14 @@ struct SceneOptions {
     std::optional<Device> refit_on = {};
     /// Find the cost ratio at each update, even if the policy does not need it.
     bool record_cost_ratio = false;
+    /// If it is given, a tree that build() or update() builds is given up soon after another thread
+    /// has made it true, and they throw cancelled: within some milliseconds, with Split::sweep
+    /// after a set has been sorted. After such an update() the scene is of no use any more. It must
+    /// outlive the scene.
+    const std::atomic<bool>* cancel = nullptr;
+    /// If it is given, it becomes the part of such a tree that is built, from 0 to 1. It must
+    /// outlive the scene.
+    std::atomic<float>* done = nullptr;
 };
 
 /// The change that an update made to the tree.

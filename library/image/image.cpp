@@ -41,7 +41,8 @@ mray::ViewSpec to_spec(const View& view) {
 }
 
 void fill_hits(bool with_hits, TracedImage& traced, const mray::SceneSpace& space,
-               const MeshList& meshes, mray::ThreadArena& arena, Image& image) {
+               const MeshList& meshes, mray::ThreadArena& arena, const mray::Watch& watch,
+               Image& image) {
     mray::Frame& frame = traced.samples;
     if (!with_hits) {
         image.hits.clear();
@@ -50,8 +51,9 @@ void fill_hits(bool with_hits, TracedImage& traced, const mray::SceneSpace& spac
         image.image_hash = mray::image_hash(image.pixels);
         return;
     }
-    image.hits.resize(frame.hits.size());
+    mray::resize_watched(image.hits, frame.hits.size(), watch);
     const auto convert_row = [&](std::uint32_t y) {
+        watch.throw_if_cancelled();
         for (std::uint32_t x = 0; x < frame.width; ++x) {
             const std::size_t i = std::size_t{y} * frame.width + x;
             const mray::Hit& hit = frame.hits[i];

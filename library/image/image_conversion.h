@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/base/thread_arena.h"
+#include "common/base/watch.h"
 #include "common/image/frame.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"
@@ -24,8 +25,9 @@ struct TracedImage {
 };
 
 /// Fills hits, occlusion and both hashes of an image whose pixels are there; without hits as
-/// View::hits says. Takes the occlusion out of `traced`.
+/// View::hits says. Takes the occlusion out of `traced`. Throws Error(kCancelled) between rows.
 void fill_hits(bool with_hits, TracedImage& traced, const mray::SceneSpace& space,
-               const MeshList& meshes, mray::ThreadArena& arena, Image& image);
+               const MeshList& meshes, mray::ThreadArena& arena, const mray::Watch& watch,
+               Image& image);
 
 }  // namespace morphray::detail

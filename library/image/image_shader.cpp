@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "common/base/stopwatch.h"
@@ -81,7 +82,7 @@ GreyDepths grey_depths(const mray::ResolvedView& view, const PoseReader& pose) {
 
 /// Colours the samples by what the tree costs there; black without a hit, but for steps.
 void colour_by_tree(Shading shading, mray::Backend& backend, mray::ThreadArena& arena,
-                    TracedImage& image) {
+                    const mray::Watch& watch, TracedImage& image) {
     mray::Bvh tree;
     backend.read_tree(tree);
     const bool is_steps = shading == Shading::steps;
@@ -96,9 +97,10 @@ void colour_by_tree(Shading shading, mray::Backend& backend, mray::ThreadArena& 
         if (hit.prim_id == mray::kNoPrim) return 0xFF000000u;
         return mray::cpu::looseness_colour(looseness[hit.prim_id]);
     };
-    image.samples.pixels.resize(image.samples.hits.size());
+    mray::resize_watched(image.samples.pixels, image.samples.hits.size(), watch);
     arena.execute([&] {
         tbb::parallel_for(std::uint32_t{0}, image.params.height, [&](std::uint32_t y) {
+            watch.throw_if_cancelled();
             for (std::uint32_t x = 0; x < width; ++x) {
                 const std::size_t i = std::size_t{y} * width + x;
                 image.samples.pixels[i] = colour(x, y, image.samples.hits[i]);
@@ -130,6 +132,7 @@ void ImageShader::prepare_normals(const MeshList& meshes, const PoseReader& pose
 void ImageShader::render(const View& view, const MeshList& meshes, const PoseReader& pose,
                          mray::Backend& backend, mray::ThreadArena& arena, TracedImage& traced,
                          Image& image) {
+    const mray::Watch watch(view.cancel, view.done);
     const LitKind kind = kind_of(view.shading);
     const bool is_lit = kind == LitKind::kLit;
     const bool is_smooth = (is_lit || kind == LitKind::kNormal) && !view.flat;
@@ -145,10 +148,16 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
     traced.has_sky = is_lit && view.ao_count > 0;
     traced.samples.with_pixels = view.shading == Shading::plain;
     traced.sky.with_pixels = false;
+    // Parts of the image, by their rays; shading takes as long as one ray or two.
+    const float rays = is_lit ? 2 : 1;
+    const auto sky_rays = static_cast<float>(traced.has_sky ? 1 + view.ao_count : 0);
+    const float all = rays + sky_rays + 1;
+    backend.watch_images(watch.step(0, rays / all));
     backend.trace_image(traced.params, traced.samples);
     image.ray_count = backend.finish().rays;
     image.trace_ms = backend.finish().trace_ms;
     if (traced.has_sky) {
+        backend.watch_images(watch.step(rays / all, (rays + sky_rays) / all));
         mray::ImageParams params = traced.params;
         params.rays = mray::kRaysAo;
         backend.trace_image(params, traced.sky);
@@ -157,8 +166,8 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
         image.trace_ms += backend.finish().trace_ms;
     }
 
-    const mray::Stopwatch watch;
-    if (is_heat) colour_by_tree(view.shading, backend, arena, traced);
+    const mray::Stopwatch stopwatch;
+    if (is_heat) colour_by_tree(view.shading, backend, arena, watch, traced);
     const bool has_smooth = is_smooth && meshes.is_smooth();
     if (has_smooth) prepare_normals(meshes, pose, arena);
     const GreyDepths depths = grey_depths(mray::resolve_view(spec, pose.bounds()), pose);
@@ -185,8 +194,12 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
     // Rows of samples in a band: those that it shares with its neighbours are a small part of it.
     constexpr std::uint32_t kBandRows = 32;
     const std::uint32_t band = kBandRows / side;
+    const std::uint32_t bands = (view.height + band - 1) / band;
+    const mray::Watch shading = watch.step((rays + sky_rays) / all, 1);
+    std::atomic<std::uint32_t> done = 0;
     arena.execute([&] {
-        tbb::parallel_for(std::uint32_t{0}, (view.height + band - 1) / band, [&](std::uint32_t i) {
+        tbb::parallel_for(std::uint32_t{0}, bands, [&](std::uint32_t i) {
+            watch.throw_if_cancelled();
             const std::uint32_t begin = i * band;
             const std::size_t first = std::size_t{begin} * view.width;
             auto* const details =
@@ -195,9 +208,10 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
                     : reinterpret_cast<mray::cpu::LitPixel*>(&image.lit_pixels[first]);
             shader_.shade_rows(samples, begin, std::min(begin + band, view.height),
                                image.pixels.data() + first, details);
+            shading.set_done(++done, bands);
         });
     });
-    image.shade_ms = watch.ms();
+    image.shade_ms = stopwatch.ms();
     image.trace_ms += image.shade_ms;
 }
 

@@ -10,8 +10,10 @@
 namespace morphray::detail {
 namespace {
 
-// Rays that are handed to a device together.
+// Rays that are handed to a device together, and where the caller may cancel. A submission cannot
+// be interrupted, and software devices trace some hundred thousand rays a second.
 constexpr std::size_t kDeviceBatch = std::size_t{1} << 18;
+constexpr std::size_t kCancelledBatch = std::size_t{1} << 15;
 
 }  // namespace
 
@@ -31,9 +33,10 @@ void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits, Th
     std::vector<int> t_exponents;
     std::vector<mray::Hit> found;
     double trace_ms = 0;
-    for (std::size_t begin = 0; begin < rays.size(); begin += kDeviceBatch) {
+    const std::size_t most = cancel == nullptr ? kDeviceBatch : kCancelledBatch;
+    for (std::size_t begin = 0; begin < rays.size(); begin += most) {
         throw_if_cancelled(cancel);
-        const std::size_t size = std::min(kDeviceBatch, rays.size() - begin);
+        const std::size_t size = std::min(most, rays.size() - begin);
         batch.resize(size);
         t_exponents.resize(size);
         found.resize(size);

@@ -8,8 +8,8 @@
 #include <atomic>
 #include <cstddef>
 
-#include "common/base/errors.h"
 #include "common/base/thread_arena.h"
+#include "common/base/watch.h"
 #include "library/queries/ray_space.h"
 
 namespace morphray::detail {
@@ -22,11 +22,10 @@ inline constexpr std::size_t kRun = RaySpace::kMost;
 inline constexpr std::size_t kQuestionRun = 2048;
 
 inline bool is_cancelled(const std::atomic<bool>* cancel) {
-    return cancel != nullptr && cancel->load(std::memory_order_relaxed);
+    return mray::Watch(cancel).is_cancelled();
 }
 inline void throw_if_cancelled(const std::atomic<bool>* cancel) {
-    if (is_cancelled(cancel))
-        throw mray::Error(mray::ErrorKind::kCancelled, "the query was cancelled");
+    mray::Watch(cancel).throw_if_cancelled();
 }
 
 /// Calls `work(first, count)` for runs of at most `most` of the rays [begin, end), until `cancel`

@@ -13,7 +13,7 @@
 namespace morphray::python {
 namespace {
 
-constexpr std::chrono::milliseconds kBetweenLooks{100};
+constexpr std::chrono::milliseconds kBetweenLooks{50};
 
 /// Works for the main thread of Python, one call at a time. It lives as long as the process: a new
 /// thread for each call would make oneTBB and the tracer set up their memory of a thread each time.

@@ -13,7 +13,7 @@ namespace morphray::python {
 
 /// Runs `work`, which is told by `cancel` to end early. Called with the GIL, which it gives up
 /// meanwhile. Python runs handlers of signals in its main thread alone: a call from there waits
-/// while another thread works, and looks at signals every 100 ms. If a handler raises, as that of
+/// while another thread works, and looks at signals every 50 ms. If a handler raises, as that of
 /// SIGINT does, `cancel` becomes true, and the exception is thrown once `work` has ended.
 void run_interruptibly(std::atomic<bool>& cancel, const std::function<void()>& work);
 

@@ -15,6 +15,8 @@ constexpr std::size_t kBatch = std::size_t{1} << 18;
 // cannot be interrupted. Larger ones take a hundred times as long as handing them to another thread
 // and back (20 us).
 constexpr std::size_t kManyRays = std::size_t{1} << 14;
+// Triangles from which building a tree over them may take more than some milliseconds.
+constexpr std::size_t kManyTriangles = std::size_t{1} << 16;
 constexpr std::size_t kManyTests = std::size_t{1} << 24;
 
 /// Calls `work(first, rays)` for batches of the rays as those of C++.
@@ -135,10 +137,13 @@ PyScene::PyScene(std::vector<BorrowedMesh> meshes, const Device& device,
                  const SceneOptions& options) {
     std::vector<MeshView> views;
     for (const BorrowedMesh& mesh : meshes) views.push_back(mesh.view());
-    {
-        const py::gil_scoped_release release;
-        scene_ = Scene::build(std::span<const MeshView>(views), device, options);
-    }
+    std::size_t triangles = 0;
+    for (const BorrowedMesh& mesh : meshes) triangles += mesh.triangles->size() / 3;
+    SceneOptions cancellable = options;
+    cancellable.cancel = &cancel_build_;
+    build_interruptibly(triangles, [&] {
+        scene_ = Scene::build(std::span<const MeshView>(views), device, cancellable);
+    });
     for (BorrowedMesh& mesh : meshes) {
         mesh.forget_colours();
         meshes_.emplace(static_cast<std::uint32_t>(meshes_.size()), std::move(mesh));
@@ -146,7 +151,18 @@ PyScene::PyScene(std::vector<BorrowedMesh> meshes, const Device& device,
     next_meshes_ = meshes_;
 }
 
-/// Waits for a background build.
+/// Runs `work`, which may build a tree over so many triangles. Handlers of signals can end it; a
+/// scene is then of no use any more.
+void PyScene::build_interruptibly(std::size_t triangles, const std::function<void()>& work) {
+    if (triangles >= kManyTriangles) {
+        run_interruptibly(cancel_build_, work);
+        return;
+    }
+    const py::gil_scoped_release release;
+    work();
+}
+
+/// Cancels a background build and waits for its end.
 PyScene::~PyScene() {
     const py::gil_scoped_release release;
     scene_.reset();
@@ -170,10 +186,9 @@ Update PyScene::update() {
     const ChangeUse use(uses_);
     require_in_place(next_meshes_);
     Update update;
-    {
-        const py::gil_scoped_release release;
-        update = scene_->update();
-    }
+    std::size_t triangles = 0;
+    for (const auto& [geom_id, mesh] : next_meshes_) triangles += mesh.triangles->size() / 3;
+    build_interruptibly(triangles, [&] { update = scene_->update(); });
     meshes_ = next_meshes_;
     return update;
 }
@@ -187,8 +202,10 @@ Update PyScene::update(std::uint32_t geom_id, std::size_t first, std::optional<s
         const std::size_t all = mesh == meshes_.end() ? 0 : mesh->second.positions.count;
         count = all - std::min(first, all);
     }
-    const py::gil_scoped_release release;
-    return scene_->update(geom_id, first, *count);
+    Update update;
+    build_interruptibly(scene_->triangle_count(),
+                        [&] { update = scene_->update(geom_id, first, *count); });
+    return update;
 }
 
 std::uint32_t PyScene::attach(BorrowedMesh mesh) {

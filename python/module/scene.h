@@ -1,6 +1,7 @@
 // A scene that keeps the arrays it borrows.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -110,12 +111,15 @@ private:
     void require_initialised() const;
     static void require_in_place(const Meshes& meshes);
     bool is_long(std::size_t rays) const;
+    void build_interruptibly(std::size_t triangles, const std::function<void()>& work);
     template <class Work>
     void ask(const QueryArray& queries, Cancel* cancel, Work work);
 
     /// Those of the last update(), and those that the next one will have.
     Meshes meshes_;
     Meshes next_meshes_;
+    /// Ends the building of its trees.
+    std::atomic<bool> cancel_build_ = false;
     std::optional<Scene> scene_;
     UseCount uses_;
 };

@@ -47,8 +47,8 @@ themselves: a call that meets another one raises Error "busy". The GIL is releas
 works.
 
 Ctrl-C, and any signal whose handler raises, ends queries and images in the main thread, and leaves
-the scene as it was; `out` then has any contents. Scene(), update(), attach() and on() run to their
-end first.
+the scene as it was; `out` then has any contents. It ends Scene() and update() of many triangles, too,
+and a scene whose update() it ended is of no use any more. attach() and on() run to their end first.
 
 Pickling and copying raise TypeError: points are borrowed, and the tree is on a device. Build a
 scene in each process; on() makes another one in this process.

@@ -41,6 +41,9 @@ calls = {
     "closest_points": lambda: slow.closest_points(where),
     "signed_distance": lambda: slow.signed_distance(where),
 }
+many_points, many_triangles = grid(1000)
+calls["build"] = lambda: morphray.Scene(many_points, many_triangles, split="sweep",
+                                        device=morphray.Device.cpu(threads=1))
 handled = []
 
 def interrupt_after(seconds):
@@ -78,7 +81,7 @@ def run(code):
     "name",
     ["render", "render lit", "intersect", "intersect six", "occluded", "cast_rays", "test_occlusions",
      "compare", "intersect_all", "intersect_all six", "count", "winding", "contains",
-     "closest_points", "signed_distance"],
+     "closest_points", "signed_distance", "build"],
 )
 def test_ctrl_c_ends_a_call_and_leaves_the_scene_usable(name):
     run(f"""

@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <functional>
+#include <string>
 #include <utility>
 
 namespace mray::app {
@@ -62,6 +63,44 @@ TEST(Interrupt, SecondSignalEndsTheProcessAtOnce) {
             EXPECT_EQ(WTERMSIG(status), second);
         }
     }
+}
+
+TEST(Interrupt, EndsTheProcessThatDoesNotNoticeIt) {
+    for (const auto& [signal, code] : {std::pair{SIGINT, 130}, {SIGTERM, 143}, {SIGHUP, 129}}) {
+        int ends[2];
+        ASSERT_EQ(::pipe(ends), 0);
+        const int status = status_of_child([&, signal = signal] {
+            const InterruptGuard guard;
+            keep_results_in("a/folder");
+            ::dup2(ends[1], STDERR_FILENO);
+            ::raise(signal);
+            for (;;) ::pause();
+            return 0;
+        });
+        ::close(ends[1]);
+        char line[200];
+        const ssize_t size = ::read(ends[0], line, sizeof line);
+        ::close(ends[0]);
+        ASSERT_TRUE(WIFEXITED(status));
+        EXPECT_EQ(WEXITSTATUS(status), code);
+        ASSERT_GT(size, 0);
+        EXPECT_NE(std::string(line, static_cast<std::size_t>(size))
+                      .find("; finished results are in a/folder\n"),
+                  std::string::npos);
+    }
+}
+
+TEST(Interrupt, EndsTheProcessInAWaitOnTheWayOut) {
+    const int status = status_of_child([] {
+        const InterruptGuard guard;
+        ::raise(SIGTERM);
+        if (exit_code_when_interrupted() != 143) return 1;
+        const EndOfGrace end;
+        for (;;) ::pause();
+        return 0;
+    });
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 143);
 }
 
 TEST(Interrupt, LeavesAnIgnoredSignalIgnored) {

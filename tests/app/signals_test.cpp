@@ -71,6 +71,35 @@ TEST(Signals, TerminateEndsWithinAFrame) {
     EXPECT_EQ(folder.names(), std::vector<std::string>{"out"});
 }
 
+TEST(Signals, TerminateEndsATreeThatIsBuilt) {
+    TemporaryFolder folder;
+    std::filesystem::create_directory(folder.path() / "out");
+    // The tree takes half a minute.
+    Started render({"render", "builtin:hair:4000000", "--frames", "0", "--build", "sweep",
+                    "--threads", "1", "--size", "64x64", "--out", folder.file("out")});
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    render.send(SIGTERM);
+    const Outcome outcome = render.wait();
+    EXPECT_EQ(outcome.code, 143);
+    EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_NE(outcome.err.find("terminated"), std::string::npos) << outcome.err;
+    EXPECT_EQ(folder.names(), std::vector<std::string>{"out"});
+}
+
+TEST(Signals, TerminateEndsTheReadingOfAFile) {
+    TemporaryFolder folder;
+    std::string text;
+    for (int i = 0; i < 3'000'000; ++i) text += "v 0.125 1.25 2.5\n";
+    for (int i = 1; i < 3'000'000 - 3; ++i)
+        text += "f " + std::to_string(i) + " " + std::to_string(i + 1) + " " +
+                std::to_string(i + 2) + "\n";
+    const std::string file = folder.write("large.obj", text);
+    Started render({"info", file});
+    render.send(SIGTERM);
+    EXPECT_EQ(render.wait().code, 143);
+    EXPECT_EQ(folder.names(), std::vector<std::string>{"large.obj"});
+}
+
 TEST(Signals, InterruptOfTraceLeavesNoFile) {
     TemporaryFolder folder;
     std::string rays;

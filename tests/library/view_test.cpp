@@ -96,6 +96,67 @@ TEST(View, IsCancelledByAnotherThread) {
     other.join();
 }
 
+TEST(View, SaysWhichPartIsDone) {
+    const UserMesh mesh(torus(30, 20));
+    const Scene scene = Scene::build(mesh.view());
+    for (const Shading shading : {Shading::plain, Shading::lit, Shading::depth, Shading::sah}) {
+        std::atomic<float> done = 0;
+        scene.render({.width = 45, .height = 31, .shading = shading, .samples = 4, .done = &done});
+        EXPECT_FLOAT_EQ(done, 1);
+    }
+}
+
+TEST(View, OfAnySizeSamplesAndShadingIsCancelledBeforeItIsDone) {
+    const UserMesh mesh(torus(100, 80));
+    const Scene scene = Scene::build(mesh.view());
+    // Each takes minutes if nothing ends it.
+    for (const Device& device : {Device::cpu(), Device::brute_force()}) {
+        const Scene on_device = scene.on(device);
+        for (View view : {View{.rays = morphray::Rays::ao}, View{.shading = Shading::lit},
+                          View{.shading = Shading::lit, .samples = 16}}) {
+            view.width = view.height = view.samples == 1 ? 4096 : 1024;
+            view.ao_count = 256;
+            std::atomic<bool> cancel = false;
+            std::atomic<float> done = 0;
+            view.cancel = &cancel;
+            view.done = &done;
+            std::thread other([&] {
+                while (device.name() == "cpu" && done == 0) std::this_thread::yield();
+                cancel = true;
+            });
+            EXPECT_EQ(error_of([&] { on_device.render(view); }), "cancelled");
+            other.join();
+            EXPECT_LT(done, 1);
+        }
+    }
+}
+
+TEST(SceneBuild, IsCancelledAndSaysWhichPartIsDone) {
+    UserMesh mesh(torus(100, 80));
+    for (const morphray::Split split : {morphray::Split::binned, morphray::Split::sweep}) {
+        std::atomic<bool> cancel = true;
+        std::atomic<float> done = 0;
+        const morphray::SceneOptions options{
+            .update = morphray::Rebuild{}, .split = split, .cancel = &cancel, .done = &done};
+        EXPECT_EQ(error_of([&] { Scene::build(mesh.view(), Device::cpu(), options); }),
+                  "cancelled");
+        EXPECT_LT(done, 1);
+        cancel = false;
+        Scene scene = Scene::build(mesh.view(), Device::cpu(), options);
+        EXPECT_FLOAT_EQ(done, 1);
+        EXPECT_EQ(
+            scene.tree_statistics().hash,
+            Scene::build(mesh.view(), Device::cpu(), {.split = split}).tree_statistics().hash);
+        cancel = true;
+        mesh.points[0].x += 0.1f;
+        EXPECT_EQ(error_of([&] { scene.update(); }), "cancelled");
+        // It is of no use any more.
+        cancel = false;
+        EXPECT_EQ(error_of([&] { scene.update(); }), "cancelled");
+        EXPECT_EQ(error_of([&] { scene.render({.width = 8, .height = 8}); }), "cancelled");
+    }
+}
+
 /// Any rays, and those of an image, which are traced in tiles.
 std::vector<std::vector<Ray>> batches(std::uint32_t side) {
     std::vector<Ray> image;

@@ -55,6 +55,48 @@ TEST(LibraryOnVulkan, AnswersQuestionsAsTheCpuAfterEachUpdate) {
     expect_same_answers_on({vulkan()});
 }
 
+// Such an image is divided into other regions.
+TEST(LibraryOnVulkan, AnImageThatMayBeCancelledIsTheSame) {
+    const UserMesh mesh(torus(40, 24));
+    const Scene scene = Scene::build(mesh.view(), vulkan());
+    const Scene twin = scene.on(Device::cpu());
+    const std::atomic<bool> cancel = false;
+    for (const auto& [width, height] : {std::pair{97u, 61u}, {1000u, 9u}, {7u, 900u}, {600u, 500u}})
+        for (const morphray::Rays rays :
+             {morphray::Rays::primary, morphray::Rays::shadow, morphray::Rays::ao}) {
+            std::atomic<float> done = 0;
+            morphray::View view{.width = width, .height = height, .rays = rays, .ao_count = 3};
+            const morphray::Image expected = twin.render(view);
+            view.cancel = &cancel;
+            view.done = &done;
+            const morphray::Comparison image = morphray::compare(scene.render(view), expected);
+            EXPECT_TRUE(image.equal()) << morphray::describe(image);
+            EXPECT_FLOAT_EQ(done, 1);
+        }
+}
+
+TEST(LibraryOnVulkan, ImagesAreCancelledBeforeTheyAreDone) {
+    const UserMesh mesh(torus(40, 24));
+    const Scene scene = Scene::build(mesh.view(), vulkan());
+    // Each takes minutes if nothing ends it.
+    for (morphray::View view : {morphray::View{.rays = morphray::Rays::ao},
+                                morphray::View{.shading = morphray::Shading::lit, .samples = 4}}) {
+        view.width = view.height = 2048;
+        view.ao_count = 256;
+        std::atomic<bool> cancel = false;
+        std::atomic<float> done = 0;
+        view.cancel = &cancel;
+        view.done = &done;
+        std::thread other([&] {
+            while (done == 0) std::this_thread::yield();
+            cancel = true;
+        });
+        EXPECT_EQ(error_of([&] { scene.render(view); }), "cancelled");
+        other.join();
+        EXPECT_LT(done, 1);
+    }
+}
+
 TEST(LibraryOnVulkan, QuestionsAreCancelledByAFlagThatIsTrueBefore) {
     expect_all_are_cancelled_on(vulkan());
 }

@@ -2,14 +2,18 @@
 
 #include <utility>
 
+#include "app/terminal/interrupt.h"
+
 namespace mray::app {
 
 OutputQueue::OutputQueue(std::size_t most) : most_(most), thread_([this] { run(); }) {}
 
 OutputQueue::~OutputQueue() {
+    const EndOfGrace end;
     {
         const std::scoped_lock lock(mutex_);
         ends_ = true;
+        if (interrupted() && tasks_.size() > 1) tasks_.resize(1);
     }
     changed_.notify_all();
     thread_.join();

@@ -17,7 +17,8 @@ class OutputQueue {
 public:
     /// add() waits until at most `most` tasks are unfinished. 0: until its own task has run.
     explicit OutputQueue(std::size_t most);
-    /// Waits for all tasks; errors are lost.
+    /// Waits for all tasks; errors are lost. After a signal tasks that have not begun are dropped,
+    /// and the process may end before the last one has.
     ~OutputQueue();
     OutputQueue(const OutputQueue&) = delete;
     OutputQueue& operator=(const OutputQueue&) = delete;

@@ -39,10 +39,11 @@ class Builder {
 public:
     /// Every split moves the refs from one of the two arrays to the other.
     Builder(const Topology& topology, SplitMethod method, const SimdTarget& target,
-            BinaryTree& tree)
+            const Watch& watch, BinaryTree& tree)
         : topology_(topology),
           method_(method),
           target_(target),
+          watch_(watch),
           tree_(tree),
           refs_{tree.refs.data(), nullptr} {
         const std::size_t count = tree.refs.size();
@@ -98,15 +99,18 @@ private:
         const auto middle = begin + static_cast<std::uint32_t>(left_size);
         std::uint32_t left;
         if (refs.size() >= kTaskSize) {
+            watch_.throw_if_cancelled();
             left = take_pair(own_block());
             tbb::parallel_invoke(
                 [=, this] { build(left, begin, middle, depth + 1, nullptr, coincide); },
                 [=, this] { build(left + 1, middle, end, depth + 1, nullptr, coincide); });
         } else {
-            if (block == nullptr) block = &own_block();
+            const bool is_task = block == nullptr;
+            if (is_task) block = &own_block();
             left = take_pair(*block);
             build(left, begin, middle, depth + 1, block, coincide);
             build(left + 1, middle, end, depth + 1, block, coincide);
+            if (is_task) watch_.set_done(done_ += refs.size(), tree_.prim_ids.size());
         }
         node.box = tree_.nodes[left].box;
         node.box.extend(tree_.nodes[left + 1].box);
@@ -164,12 +168,15 @@ private:
     const Topology& topology_;
     SplitMethod method_;
     SimdTarget target_;
+    const Watch& watch_;
     BinaryTree& tree_;
     PrimRef* refs_[2];
     std::vector<NodeBlock> blocks_;
     /// Guards tree_.repeated.
     std::mutex repeated_mutex_;
     std::atomic<std::uint32_t> node_count_ = 1;
+    /// Triangles of subtrees that are done.
+    std::atomic<std::size_t> done_ = 0;
 };
 
 // With this many triangles or more, the memory of their refs holds a whole LeafShape; with fewer,
@@ -208,24 +215,25 @@ void BinaryTree::set_shape(const BinaryNode& leaf, const LeafShape& shape) {
 }
 
 BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> positions,
-                             SplitMethod method, const SimdTarget& target) {
+                             SplitMethod method, const SimdTarget& target, const Watch& watch) {
     const auto count = static_cast<std::uint32_t>(topology.triangles.size());
     AlignedVector<PrimRef> refs;
     refs.resize(count);
     using Range = tbb::blocked_range<std::uint32_t>;
     tbb::parallel_for(Range(0, count, kTaskSize), [&](const Range& range) {
+        watch.throw_if_cancelled();
         make_refs(topology, positions, range.begin(),
                   std::span(refs).subspan(range.begin(), range.size()), target);
     });
-    return build_binary_tree(topology, std::move(refs), method, target);
+    return build_binary_tree(topology, std::move(refs), method, target, watch);
 }
 
 BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> refs,
-                             SplitMethod method, const SimdTarget& target) {
+                             SplitMethod method, const SimdTarget& target, const Watch& watch) {
     BinaryTree tree;
     if (refs.empty()) return tree;
     tree.refs = std::move(refs);
-    Builder builder(topology, method, target, tree);
+    Builder builder(topology, method, target, watch, tree);
     builder.build();
     tree.nodes.resize(builder.node_count());
     return tree;

@@ -21,9 +21,11 @@ constexpr std::size_t kGrain = 128;
 /// after the other, then all threads fill them.
 class Layout {
 public:
-    Layout(const Topology& topology, std::span<const vec3> positions, BinaryTree& tree)
+    Layout(const Topology& topology, std::span<const vec3> positions, const Watch& watch,
+           BinaryTree& tree)
         : topology_(topology),
           positions_(positions),
+          watch_(watch),
           tree_(tree),
           collapse_(tree.nodes, std::as_writable_bytes(std::span(tree.spare))) {}
 
@@ -52,6 +54,7 @@ private:
         for (std::uint32_t depth = 0; begin < sources.size(); ++depth) {
             const std::uint32_t end = bvh_.level_begin.back();
             for (std::uint32_t i = begin; i < end; ++i) {
+                watch_.throw_if_cancelled();
                 WideNode& node = wide_nodes_.emplace_back();
                 node.children = children_of(sources[i], depth);
                 node.first_node = static_cast<std::uint32_t>(sources.size());
@@ -85,11 +88,13 @@ private:
         bvh_.leaf_vertices.resize(leaf_sources_.size() * kLeafVertices);
         using Range = tbb::blocked_range<std::size_t>;
         tbb::parallel_for(Range(0, wide_nodes_.size(), kGrain), [&](const Range& range) {
+            watch_.throw_if_cancelled();
             for (std::size_t i = range.begin(); i != range.end(); ++i)
                 fill_node(bvh_.nodes[i], wide_nodes_[i]);
         });
         unite_boxes(bvh_.nodes, bvh_.node_parents);
         tbb::parallel_for(Range(0, leaf_sources_.size(), kGrain), [&](const Range& range) {
+            watch_.throw_if_cancelled();
             for (std::size_t i = range.begin(); i != range.end(); ++i) {
                 const BinaryNode& source = tree_.nodes[leaf_sources_[i]];
                 fill_leaf(tree_.shape(source), tree_.triangles(source), positions_, bvh_.leaves[i],
@@ -115,6 +120,7 @@ private:
 
     const Topology& topology_;
     std::span<const vec3> positions_;
+    const Watch& watch_;
     BinaryTree& tree_;
     Collapse collapse_;
     std::vector<WideNode> wide_nodes_;
@@ -124,8 +130,13 @@ private:
 
 Bvh build_in_arena(const Topology& topology, std::span<const vec3> positions,
                    const BuildConfig& config) {
-    BinaryTree tree = build_binary_tree(topology, positions, config.split, config.target);
-    return Layout(topology, positions, tree).build();
+    // Dividing takes most of the time.
+    constexpr float kDivided = 0.85f;
+    BinaryTree tree = build_binary_tree(topology, positions, config.split, config.target,
+                                        config.watch.step(0, kDivided));
+    Bvh bvh = Layout(topology, positions, config.watch, tree).build();
+    config.watch.set_done(1, 1);
+    return bvh;
 }
 
 }  // namespace
