@@ -54,7 +54,8 @@ morphray::TextureView texture_of(const Image& image, const TextureFile& file) {
     return {.texels = image.pixels,
             .width = image.width,
             .height = image.height,
-            .wrap = file.clamp ? morphray::Wrap::clamp : morphray::Wrap::repeat};
+            .wrap = file.clamp ? morphray::Wrap::clamp : morphray::Wrap::repeat,
+            .alpha_cutoff = file.alpha_cutoff};
 }
 
 morphray::View view_of(const ViewSpec& spec, const ShadingOptions& shading) {

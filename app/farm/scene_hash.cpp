@@ -32,6 +32,7 @@ void add_textures(Hasher& hasher, const SceneTextures& textures, bool lenient) {
     add_array(hasher, std::span<const std::uint32_t>(textures.texture_ids));
     for (const TextureFile& file : textures.files) {
         add_number(hasher, file.clamp ? 1 : 0);
+        hasher.add(std::span(&file.alpha_cutoff, 1));
         const std::string bytes = bytes_of(file, lenient);
         add_array(hasher, std::span<const char>(bytes));
     }

@@ -156,6 +156,7 @@ private:
                        SmoothGroups& groups) {
         const Material material =
             primitive.material ? materials_.materials[*primitive.material] : Material{};
+        if (material.is_cut_away) return;
         const bool is_textured = !primitive.texcoords.empty();
         has_textures_ = has_textures_ || is_textured;
         has_normals_ = has_normals_ || !primitive.normals.empty();

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "clips/gltf/file/extensions.h"
@@ -72,19 +73,39 @@ public:
         if (base.factor) base.factor->numbers(factor);
         material.albedo = albedo_of(static_cast<float>(factor[0]), static_cast<float>(factor[1]),
                                     static_cast<float>(factor[2]));
-        if (!base.texture) return;
-        material.texture = texture_of(base.texture->at("index"));
+        const double cutoff = alpha_cutoff_of(at);
+        material.is_cut_away = factor[3] < cutoff;
+        if (!base.texture || material.is_cut_away) return;
+        // The factor is above 0 where the cutoff is.
+        material.texture = texture_of(base.texture->at("index"),
+                                      cutoff == 0 ? 0 : static_cast<float>(cutoff / factor[3]));
         material.texcoords = texcoords_of(*base.texture);
     }
 
-    void tell(const WarnFunction& warn) const { odd_.tell(warn); }
+    void tell(const WarnFunction& warn) const {
+        odd_.tell(warn);
+        blends_.tell(warn);
+    }
 
 private:
     void warn(const JsonAt& at, const std::string& what) {
         odd_.add([&] { return Warning{file_.name(), fmt::format("{}: {}", at.path(), what)}; });
     }
 
-    std::uint32_t texture_of(const JsonAt& reference) {
+    /// From where on a material is opaque; 0: everywhere.
+    double alpha_cutoff_of(const JsonAt& material) {
+        const auto mode = material.find("alphaMode");
+        if (mode && mode->text() == "BLEND") {
+            blends_.add([&] {
+                return Warning{file_.name(), mode->path() + ": is BLEND; shown opaque"};
+            });
+        }
+        if (!mode || mode->text() != "MASK") return 0;
+        const auto cutoff = material.find("alphaCutoff");
+        return cutoff ? std::max(cutoff->number(), 0.0) : 0.5;
+    }
+
+    std::uint32_t texture_of(const JsonAt& reference, float alpha_cutoff) {
         const JsonAt texture =
             file_.element("textures", reference.index_below(file_.count("textures"), "textures"));
         const auto source = texture.index_or_none("source", file_.count("images"), "images");
@@ -92,13 +113,15 @@ private:
             warn(texture, fmt::format("has no image that is read{}", kLeftOut));
             return kNoTexture;
         }
-        const auto [known, is_new] = known_.try_emplace({*source, is_clamped(texture)}, kNoTexture);
+        const bool clamp = is_clamped(texture);
+        const auto [known, is_new] = known_.try_emplace({*source, clamp, alpha_cutoff}, kNoTexture);
         if (!is_new) return known->second;
         const std::optional<TextureFile>& image = image_of(*source);
         if (!image) return kNoTexture;
         known->second = static_cast<std::uint32_t>(result_.textures.size());
         result_.textures.push_back(*image);
-        result_.textures.back().clamp = known->first.second;
+        result_.textures.back().clamp = clamp;
+        result_.textures.back().alpha_cutoff = alpha_cutoff;
         return known->second;
     }
 
@@ -170,11 +193,12 @@ private:
 
     const GltfFile& file_;
     Materials& result_;
-    /// Textures by image and whether they are clamped.
-    std::map<std::pair<std::uint32_t, bool>, std::uint32_t> known_;
+    /// Textures by image, whether they are clamped, and where alpha makes holes.
+    std::map<std::tuple<std::uint32_t, bool, float>, std::uint32_t> known_;
     /// Those that are used, by their indices; nothing for those that are left out.
     std::map<std::uint32_t, std::optional<TextureFile>> images_;
     WarningCount odd_;
+    WarningCount blends_;
 };
 
 }  // namespace

@@ -20,6 +20,8 @@ struct Material {
     std::uint32_t texture = kNoTexture;
     /// The texture coordinates of the texture.
     TexcoordUse texcoords = {};
+    /// Whether its alpha mode MASK leaves nothing, whatever the texture.
+    bool is_cut_away = false;
 };
 
 struct Materials {

@@ -26,6 +26,8 @@ using Texcoords = std::array<Texcoord, 3>;
 struct TextureFile {
     std::string path = {};
     bool clamp = false;
+    /// From 0 to 1: where its alpha is below this, it has holes. 0: nowhere.
+    float alpha_cutoff = 0;
     /// The part of the file that is the image, in bytes; size 0: all of it.
     std::uint64_t offset = 0;
     std::uint64_t size = 0;

@@ -58,12 +58,35 @@ Place place_of(float x, std::uint32_t size, bool clamp) {
             static_cast<std::uint32_t>(centred) & (kWeightOne - 1)};
 }
 
+/// The texels that a place of a level lies between, and their weights with the sum 2^16.
+struct Corners {
+    std::size_t texels[4];
+    std::uint32_t weights[4];
+};
+Corners corners_of(float u, float v, std::uint32_t width, std::uint32_t height, bool clamp) {
+    const Place x = place_of(u, width, clamp);
+    const Place y = place_of(v, height, clamp);
+    const std::size_t upper = std::size_t{y.low} * width;
+    const std::size_t lower = std::size_t{y.high} * width;
+    const std::uint32_t right = x.weight, left = kWeightOne - right;
+    const std::uint32_t below = y.weight, above = kWeightOne - below;
+    return {{upper + x.low, upper + x.high, lower + x.low, lower + x.high},
+            {left * above, right * above, left * below, right * below}};
+}
+
+/// The place on its texture that a triangle shows at (u, v).
+Texcoord texcoord_at(const Texcoords& corners, float u, float v) {
+    const auto& [a, b, c] = corners;
+    const float w = (1.0f - u) - v;
+    return {(w * a.u + u * b.u) + v * c.u, (w * a.v + u * b.v) + v * c.v};
+}
+
 double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 }  // namespace
 
 Texture::Texture(std::span<const std::uint32_t> texels, std::uint32_t width, std::uint32_t height,
-                 bool clamp)
+                 bool clamp, float cutoff)
     : clamp_(clamp) {
     const auto side = [](std::uint32_t texels_of_it) {
         return static_cast<std::int32_t>(texels_of_it);
@@ -78,6 +101,25 @@ Texture::Texture(std::span<const std::uint32_t> texels, std::uint32_t width, std
     texels_.reserve(total);
     for (const std::uint32_t texel : texels) texels_.push_back(texel & 0x00FFFFFFu);
     while (levels_.back().width() > 1 || levels_.back().height() > 1) append_half();
+    if (cutoff == 0) return;
+    // Exact: the cutoff has 24 bits.
+    least_alpha_sum_ =
+        static_cast<std::uint32_t>(std::ceil(double{cutoff} * 255 * (kWeightOne * kWeightOne)));
+    const auto is_below = [&](std::uint32_t texel) {
+        return (texel >> 24) * (kWeightOne * kWeightOne) < least_alpha_sum_;
+    };
+    if (std::none_of(texels.begin(), texels.end(), is_below)) return;
+    alphas_.reserve(texels.size());
+    for (const std::uint32_t texel : texels)
+        alphas_.push_back(static_cast<std::uint8_t>(texel >> 24));
+}
+
+bool Texture::is_hole_within(float u, float v) const {
+    const Level& level = levels_.front();
+    const Corners corners = corners_of(u, v, level.width(), level.height(), clamp_);
+    std::uint32_t sum = 0;
+    for (int i = 0; i < 4; ++i) sum += corners.weights[i] * alphas_[corners.texels[i]];
+    return sum < least_alpha_sum_;
 }
 
 float Texture::into_image(float x) const {
@@ -128,22 +170,15 @@ void Texture::append_half() {
 
 /// u and v are within [0, 1], v downwards.
 uvec3 Texture::bilinear(const Level& level, float u, float v) const {
-    const Place x = place_of(u, level.width(), clamp_);
-    const Place y = place_of(v, level.height(), clamp_);
+    const Corners corners = corners_of(u, v, level.width(), level.height(), clamp_);
     const std::uint32_t* const texels = texels_.data() + level.first;
-    const std::uint32_t* const upper = texels + std::size_t{y.low} * level.width();
-    const std::uint32_t* const lower = texels + std::size_t{y.high} * level.width();
-    const std::uint32_t corners[4] = {upper[x.low], upper[x.high], lower[x.low], lower[x.high]};
-    const std::uint32_t right = x.weight, left = kWeightOne - right;
-    const std::uint32_t below = y.weight, above = kWeightOne - below;
-    const std::uint32_t weights[4] = {left * above, right * above, left * below, right * below};
     uvec3 colour;
     for (int k = 0; k < 3; ++k) {
         // At most 2^16 * kTexelOne + 2^15, which is below 2^32.
         std::uint32_t sum = 1u << (2 * kWeightBits - 1);
         for (int i = 0; i < 4; ++i) {
-            const std::uint32_t c = channel(corners[i], k);
-            sum += weights[i] * (c * c);
+            const std::uint32_t c = channel(texels[corners.texels[i]], k);
+            sum += corners.weights[i] * (c * c);
         }
         colour[k] = sum >> (2 * kWeightBits);
     }
@@ -168,12 +203,19 @@ std::uint32_t level_of_texels(double texels) {
     return static_cast<std::uint32_t>(bits - (std::uint64_t{1023} << 8)) / 2;
 }
 
+bool is_hole(const TexturedTriangles& triangles, const Hit& hit) {
+    if (hit.prim_id >= triangles.ids.size() || triangles.ids[hit.prim_id] == kNoTexture)
+        return false;
+    const Texture& texture = *triangles.textures[triangles.ids[hit.prim_id]];
+    if (!texture.has_holes()) return false;
+    const Texcoord at = texcoord_at(triangles.texcoords[hit.prim_id], hit.u, hit.v);
+    return texture.is_hole_within(texture.into_image(at.u), texture.into_image(1.0f - at.v));
+}
+
 TexturePlace texture_place(const TexturedTriangles& triangles, const TexturedSample& sample) {
     const Texture& texture = *triangles.textures[triangles.ids[sample.prim]];
     const auto& [a, b, c] = triangles.texcoords[sample.prim];
-    const float w = (1.0f - sample.u) - sample.v;
-    const Texcoord at = {(w * a.u + sample.u * b.u) + sample.v * c.u,
-                         (w * a.v + sample.u * b.v) + sample.v * c.v};
+    const Texcoord at = texcoord_at(triangles.texcoords[sample.prim], sample.u, sample.v);
     // A sample covers the area depth^2 * spacing^2 / |n . through| of a surface with the unit
     // normal n. The cross product of two edges is n times twice the triangle's area, that of their
     // texture coordinates twice its part of the image.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/interop/platform.h"
+#include "common/interop/ray.h"
 #include "common/scene/textures.h"
 
 namespace mray::cpu {
@@ -17,15 +18,16 @@ inline constexpr std::uint32_t kTexelOne = 65025;
 
 /// An image with its smaller levels, each half as wide and high (L. Williams. Pyramidal
 /// parametrics. 1983). A texel's 8-bit channels are taken as square roots of linear intensities, as
-/// those of images are; its alpha is not read. All arithmetic is of whole numbers but for the
+/// those of images are. Its alpha makes holes alone. All arithmetic is of whole numbers but for the
 /// rounding of coordinates, which single floating-point operations do.
 class Texture {
 public:
     /// `texels`: width * height of them, row by row from the top, R in bits 0-7, G in 8-15, B in
     /// 16-23; neither side is 0 or above 2^14. Outside of the image its border is repeated (clamp),
-    /// or the image. O(texels).
+    /// or the image. Alpha, in bits 24-31 of the image's texels, makes a hole where it is below
+    /// `cutoff`, from 0 to 1 (255); 0: nowhere. O(texels).
     Texture(std::span<const std::uint32_t> texels, std::uint32_t width, std::uint32_t height,
-            bool clamp);
+            bool clamp, float cutoff = 0);
 
     struct Level {
         /// Width and height of the level, then of the next one, or of the last once more.
@@ -49,6 +51,12 @@ public:
     /// to 1. level: 0 is the image, 256 its half, and so on; a fraction mixes.
     uvec3 colour_within(float u, float v, std::uint32_t level) const;
 
+    /// Whether there is a hole anywhere.
+    bool has_holes() const { return !alphas_.empty(); }
+    /// Whether a point of the image is in a hole: by its alpha on level 0, bilinear with weights of
+    /// 8 bits. u, v: as in colour_within().
+    bool is_hole_within(float u, float v) const;
+
 private:
     uvec3 bilinear(const Level& level, float u, float v) const;
     void append_half();
@@ -56,6 +64,10 @@ private:
     std::vector<Level> levels_;
     std::vector<std::uint32_t> texels_;
     bool clamp_;
+    /// The alpha of each texel of level 0; empty without holes.
+    std::vector<std::uint8_t> alphas_;
+    /// Sums of four alphas, whose weights add up to 2^16, are holes below this.
+    std::uint32_t least_alpha_sum_ = 0;
 };
 
 /// The level at which a texel is as large as a sample that covers this many texels of the image:
@@ -69,6 +81,10 @@ struct TexturedTriangles {
     std::span<const Texcoords> texcoords = {};
     std::span<const std::uint32_t> ids = {};
 };
+
+/// Whether a hit is in a hole of its triangle's texture. Not for a triangle without a texture, and
+/// for kNoPrim.
+bool is_hole(const TexturedTriangles& triangles, const Hit& hit);
 
 /// A sample that shows a triangle with a texture.
 struct TexturedSample {

@@ -56,13 +56,18 @@ enum class Wrap {
 /// An image in the caller's memory for triangles to show.
 struct TextureView {
     /// width * height texels, row by row from the top: 8 bits a channel, red in bits 0 to 7, green
-    /// in 8 to 15, blue in 16 to 23, as in Image::pixels; the other bits are not read. Channels are
-    /// encoded as in image files, not linear: their squares are taken as linear intensities.
+    /// in 8 to 15, blue in 16 to 23, alpha above, as in Image::pixels. Channels are encoded as in
+    /// image files, not linear: their squares are taken as linear intensities. Alpha is read for
+    /// `alpha_cutoff` alone.
     std::span<const std::uint32_t> texels = {};
     /// 1 to kMaxTextureSide each.
     std::uint32_t width = 0;
     std::uint32_t height = 0;
     Wrap wrap = Wrap::repeat;
+    /// From 0 to 1. Where alpha, divided by 255 and linear between texels, is below this, triangles
+    /// have holes: in lit images rays of all kinds pass there. Queries and other images know no
+    /// holes. 0: no holes.
+    float alpha_cutoff = 0;
 };
 
 /// A mesh of triangles in the caller's memory. `positions` are read by Scene::build(), attach() and

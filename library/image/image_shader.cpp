@@ -11,6 +11,7 @@
 #include "common/base/stopwatch.h"
 #include "common/interop/camera.h"
 #include "cpu/reference/tree_heat.h"
+#include "library/image/holes.h"
 #include "library/image/image_conversion.h"
 #include "library/scene/errors.h"
 
@@ -166,6 +167,16 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
         image.trace_ms += backend.finish().trace_ms;
     }
 
+    if (is_lit && meshes.has_holes()) {
+        const mray::Stopwatch stopwatch;
+        image.ray_count += pass_holes({.mesh = {&meshes.topology(), pose.positions()},
+                                       .textures = meshes.textures(),
+                                       .backend = backend,
+                                       .arena = arena,
+                                       .cancel = view.cancel},
+                                      traced);
+        image.trace_ms += stopwatch.ms();
+    }
     const mray::Stopwatch stopwatch;
     if (is_heat) colour_by_tree(view.shading, backend, arena, watch, traced);
     const bool has_smooth = is_smooth && meshes.is_smooth();

@@ -44,6 +44,10 @@ void check_textures(const MeshView& mesh) {
         }
         if (texture.wrap != Wrap::repeat && texture.wrap != Wrap::clamp)
             throw_bad_argument(fmt::format("texture {}: wrap is neither repeat nor clamp", i));
+        if (!(texture.alpha_cutoff >= 0 && texture.alpha_cutoff <= 1)) {
+            throw_bad_argument(fmt::format("texture {}: an alpha_cutoff of {}; must be from 0 to 1",
+                                           i, texture.alpha_cutoff));
+        }
     }
     if (mesh.texcoords.size() != 2 * mesh.triangles.size()) {
         throw_bad_argument(fmt::format("texcoords: {} floats for {} corners of triangles",
@@ -115,7 +119,8 @@ std::vector<std::shared_ptr<const mray::cpu::Texture>> textures_of(const MeshVie
     std::vector<std::shared_ptr<const mray::cpu::Texture>> textures;
     for (const TextureView& texture : mesh.textures) {
         textures.push_back(std::make_shared<const mray::cpu::Texture>(
-            texture.texels, texture.width, texture.height, texture.wrap == Wrap::clamp));
+            texture.texels, texture.width, texture.height, texture.wrap == Wrap::clamp,
+            texture.alpha_cutoff));
     }
     return textures;
 }
@@ -253,6 +258,11 @@ MeshList MeshList::changed() const {
 bool MeshList::is_smooth() const {
     return std::any_of(places_.begin(), places_.end(),
                        [](const MeshPlace& mesh) { return mesh.used && mesh.is_smooth; });
+}
+
+bool MeshList::has_holes() const {
+    return std::any_of(textures_.begin(), textures_.end(),
+                       [](const auto& texture) { return texture->has_holes(); });
 }
 
 /// Vertices come first, then the numbers of one mesh after the other.

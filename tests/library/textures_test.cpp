@@ -228,6 +228,10 @@ TEST(Textures, ArraysThatDoNotFitAreRefused) {
     EXPECT_EQ(refusal([](MeshView&, Views& t) { t[0].height = 0x40000001; }), "limit");
     EXPECT_EQ(refusal([](MeshView&, Views& t) { t[0].wrap = static_cast<morphray::Wrap>(9); }),
               "bad_argument");
+    for (const float cutoff : {-0.5f, 1.5f, NAN}) {
+        EXPECT_EQ(refusal([&](MeshView&, Views& t) { t[1].alpha_cutoff = cutoff; }),
+                  "bad_argument");
+    }
     mesh.ids[7] = 2;
     EXPECT_EQ(refusal([](MeshView&, Views&) {}), "bad_argument");
 }

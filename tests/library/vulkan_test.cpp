@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "tests/library/answers.h"
+#include "tests/library/holed_scene.h"
 
 namespace mray::test {
 namespace {
@@ -49,6 +50,18 @@ TEST(LibraryOnVulkan, AnswersAsTheCpu) {
     }
     scene.intersect(rays[0]);
     EXPECT_GT(scene.last_update().refit_ms, 0);
+}
+
+TEST(LibraryOnVulkan, LetsLightThroughHolesAsTheCpu) {
+    const RandomLeaves leaves;
+    const Scene scene = build(leaves.views(), vulkan());
+    const Scene twin = scene.on(Device::cpu());
+    for (const std::uint32_t ao_count : {0u, 3u}) {
+        const morphray::View view = view_of_leaves(4, ao_count);
+        const morphray::Comparison images =
+            morphray::compare(scene.render(view), twin.render(view));
+        EXPECT_TRUE(images.equal()) << morphray::describe(images);
+    }
 }
 
 TEST(LibraryOnVulkan, AnswersQuestionsAsTheCpuAfterEachUpdate) {

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "common/image/png.h"
@@ -133,11 +134,12 @@ GltfBuilder textured_gltf() {
 }
 
 Outcome render_gltf(const TemporaryFolder& folder, const std::string& bytes, Names more = {}) {
-    Names all = {"render",    folder.write("scene.gltf", bytes),
-                 "--backend", "cpu",
-                 "--size",    "24x16",
-                 "--out",     folder.file("out"),
-                 "--json",    "-"};
+    Names all = {"render", folder.write("scene.gltf", bytes),
+                 "--size", "24x16",
+                 "--out",  folder.file("out"),
+                 "--json", "-"};
+    if (std::find(more.begin(), more.end(), "--backend") == more.end())
+        all.insert(all.end(), {"--backend", "cpu"});
     all.insert(all.end(), more.begin(), more.end());
     return run(all);
 }
@@ -163,6 +165,28 @@ TEST(RenderTextures, OfGltfFilesAreTheSameFromFilesBuffersAndDataUris) {
         builder.json["materials"] = {Json::object()};
         EXPECT_NE(image_hash(render_gltf(folder, builder.gltf())), hash);
     }
+}
+
+TEST(RenderTextures, MasksMakeTheSameHolesOnEveryBackend) {
+    const TemporaryFolder folder;
+    const Image image{2, 1, {0xFF0000FFu, 0x0000FF00u}};
+    const std::vector<std::byte> bytes = encode_png(image);
+    GltfBuilder builder = textured_gltf();
+    builder.json["images"] = {
+        {{"uri", data_uri({reinterpret_cast<const char*>(bytes.data()), bytes.size()})}}};
+    const std::string solid = image_hash(render_gltf(folder, builder.gltf()));
+    builder.json["materials"][0]["alphaMode"] = "MASK";
+    const Outcome outcome = render_gltf(folder, builder.gltf());
+    EXPECT_EQ(outcome.err, "");
+    const std::string hash = image_hash(outcome);
+    EXPECT_NE(hash, solid);
+    EXPECT_EQ(image_hash(render_gltf(folder, builder.gltf(), {"--simd", "off"})), hash);
+    EXPECT_EQ(image_hash(render_gltf(folder, builder.gltf(), {"--backend", "brute"})), hash);
+#ifdef MORPHRAY_HAS_VULKAN
+    EXPECT_EQ(image_hash(render_gltf(folder, builder.gltf(), {"--backend", "vulkan"})), hash);
+#endif
+    builder.json["materials"][0]["alphaCutoff"] = 0;
+    EXPECT_EQ(image_hash(render_gltf(folder, builder.gltf())), solid);
 }
 
 TEST(RenderTextures, DamagedOneInADataUriIsAnErrorWithItsPlaceUnlessLenient) {

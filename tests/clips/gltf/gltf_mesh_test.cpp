@@ -379,6 +379,54 @@ TEST(GltfMaterials, TexturesInDataUrisThatCannotBeReadAreLeftOut) {
     }
 }
 
+TEST(GltfMaterials, MasksAreWhereAlphaTimesTheFactorIsBelowTheCutoff) {
+    GltfBuilder builder = textured_triangle();
+    builder.json["images"] = {{{"uri", "data:image/png;base64,AQIDBAU="}}};
+    Json& material = builder.json["materials"][0];
+    const auto cutoff = [&] {
+        const OpenedGltf scene(builder.gltf());
+        EXPECT_TRUE(scene.warnings().empty());
+        return scene.clip().textures()->files.at(0).alpha_cutoff;
+    };
+    EXPECT_EQ(cutoff(), 0);
+    material["alphaCutoff"] = 0.25;
+    EXPECT_EQ(cutoff(), 0);
+    material["alphaMode"] = "MASK";
+    EXPECT_EQ(cutoff(), 0.25f);
+    material["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 0.5};
+    EXPECT_EQ(cutoff(), 0.5f);
+    material.erase("alphaCutoff");
+    EXPECT_EQ(cutoff(), 1);
+    // Nothing is left of it.
+    material["alphaCutoff"] = 0.75;
+    EXPECT_EQ(gltf_error(builder.gltf()), "scene.gltf: its scene has no triangles");
+    material["alphaMode"] = "OPAQUE";
+    EXPECT_EQ(cutoff(), 0);
+    // One image with and without holes is two textures.
+    material["alphaMode"] = "MASK";
+    material["alphaCutoff"] = 0.25;
+    builder.json["materials"].push_back(material);
+    builder.json["materials"][1].erase("alphaMode");
+    builder.json["meshes"][0]["primitives"].push_back(
+        Json(builder.json["meshes"][0]["primitives"][0]));
+    builder.json["meshes"][0]["primitives"][1]["material"] = 1;
+    const OpenedGltf both(builder.gltf());
+    ASSERT_EQ(both.clip().textures()->files.size(), 2u);
+    EXPECT_EQ(both.clip().textures()->files[0].alpha_cutoff, 0.5f);
+    EXPECT_EQ(both.clip().textures()->files[1].alpha_cutoff, 0);
+    EXPECT_EQ(both.clip().textures()->texture_ids, (std::vector<std::uint32_t>{0, 1}));
+}
+
+TEST(GltfMaterials, ThatBlendAreOpaqueWithOneWarning) {
+    GltfBuilder builder = triangle_file();
+    builder.json["materials"] = {{{"alphaMode", "BLEND"}}, {{"alphaMode", "BLEND"}}};
+    const OpenedGltf scene(builder.gltf());
+    ASSERT_EQ(scene.warnings().size(), 1u);
+    EXPECT_NE(scene.warnings()[0].find("materials[0].alphaMode: is BLEND; shown opaque"),
+              std::string::npos)
+        << scene.warnings()[0];
+}
+
 TEST(GltfNormals, CornersThatShareThemAreSmooth) {
     GltfBuilder builder;
     // Two triangles; vertices 3 and 4 repeat 1 and 2, one of them with another normal.

@@ -178,6 +178,52 @@ TEST(Texture, LevelIsHalfTheLogarithmOfTexels) {
     EXPECT_GE(level_of_texels(std::numeric_limits<double>::infinity()), 14u * 256);
 }
 
+TEST(Texture, HolesAreWhereTheAlphaBetweenTexelsIsBelowTheCutoff) {
+    std::mt19937 random(4);
+    std::uniform_real_distribution<float> anywhere(-2, 3);
+    std::size_t holes = 0;
+    for (const bool clamp : {false, true}) {
+        const auto texels = noise(13, 6);
+        const auto alpha_of = [&](int x, int y) {
+            const auto within = [&](int i, int size) {
+                return clamp ? std::clamp(i, 0, size - 1) : (i + size) % size;
+            };
+            return static_cast<double>(
+                texels[static_cast<std::size_t>(within(y, 6) * 13 + within(x, 13))] >> 24);
+        };
+        for (const float cutoff : {0.25f, 0.5f, 0.8f}) {
+            const Texture texture(texels, 13, 6, clamp, cutoff);
+            EXPECT_TRUE(texture.has_holes());
+            for (int i = 0; i < 5000; ++i) {
+                const float u = texture.into_image(anywhere(random));
+                const float v = texture.into_image(anywhere(random));
+                const double x = std::floor(double{u} * 13 * 256) / 256 - 0.5;
+                const double y = std::floor(double{v} * 6 * 256) / 256 - 0.5;
+                const int left = static_cast<int>(std::floor(x));
+                const int above = static_cast<int>(std::floor(y));
+                const double right = x - left, below = y - above;
+                const double alpha = (1 - below) * ((1 - right) * alpha_of(left, above) +
+                                                    right * alpha_of(left + 1, above)) +
+                                     below * ((1 - right) * alpha_of(left, above + 1) +
+                                              right * alpha_of(left + 1, above + 1));
+                const bool is_hole = alpha < 255 * static_cast<double>(cutoff);
+                // The product with the side is rounded to float.
+                if (std::floor(static_cast<double>(u * (13 * 256.0f))) !=
+                    std::floor(double{u} * 13 * 256))
+                    continue;
+                ASSERT_EQ(texture.is_hole_within(u, v), is_hole) << u << ' ' << v;
+                holes += is_hole ? 1 : 0;
+            }
+        }
+        EXPECT_FALSE(Texture(texels, 13, 6, clamp).has_holes());
+    }
+    EXPECT_GT(holes, 5000u);
+    EXPECT_LT(holes, 25000u);
+    const std::vector<std::uint32_t> half(4, 0x80FFFFFF);
+    EXPECT_FALSE(Texture(half, 2, 2, false, 128 / 255.0f - 1e-6f).has_holes());
+    EXPECT_TRUE(Texture(half, 2, 2, false, 128 / 255.0f + 1e-6f).has_holes());
+}
+
 TEST(TextureColour, TakesTheLevelWhoseTexelsAreAsLargeAsTheSample) {
     const auto texels = noise(64, 64);
     const std::vector<std::shared_ptr<const Texture>> textures = {
