@@ -14,13 +14,14 @@ constexpr std::array<std::string_view, 7> kFamiliesLeftOut = {
     "KHR_lights_",      "EXT_lights_",     "KHR_materials_", "EXT_materials_",
     "ADOBE_materials_", "VRMC_materials_", "MSFT_packing_"};
 
-// Formats of images, which are then missing; shaders of glTF 1; data about the model; sound,
-// physics, behaviour and lines.
-constexpr std::array<std::string_view, 24> kLeftOut = {"KHR_texture_basisu",
+// Formats of images, which are then missing; shaders of glTF 1, also by the name that COLLADA2GLTF
+// gives them; data about the model; sound, physics, behaviour and lines.
+constexpr std::array<std::string_view, 25> kLeftOut = {"KHR_texture_basisu",
                                                        "EXT_texture_webp",
                                                        "EXT_texture_avif",
                                                        "MSFT_texture_dds",
                                                        "KHR_techniques_webgl",
+                                                       "KHR_technique_webgl",
                                                        "KHR_xmp",
                                                        "KHR_xmp_json_ld",
                                                        "EXT_structural_metadata",

@@ -26,7 +26,7 @@ enum class ExtensionUse {
 /// By the name alone: families of names, such as those of materials, grow.
 ExtensionUse use_of_extension(std::string_view name);
 
-/// What the extension with this name says of an object; nothing for one that has none of it.
+/// Returns what the extension of this name says of an object; nothing if it says nothing.
 std::optional<JsonAt> extension_of(const JsonAt& at, std::string_view name);
 
 }  // namespace mray::gltf

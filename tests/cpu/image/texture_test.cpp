@@ -219,6 +219,11 @@ TEST(Texture, HolesAreWhereTheAlphaBetweenTexelsIsBelowTheCutoff) {
     }
     EXPECT_GT(holes, 5000u);
     EXPECT_LT(holes, 25000u);
+    // Half way between two texels the alpha is the cutoff.
+    const std::vector<std::uint32_t> sides = {0x00FFFFFF, 0xFFFFFFFF};
+    const Texture two(sides, 2, 1, true, 0.5f);
+    EXPECT_FALSE(two.is_hole_within(0.5f, 0));
+    EXPECT_TRUE(two.is_hole_within(0.498f, 0));
     const std::vector<std::uint32_t> half(4, 0x80FFFFFF);
     EXPECT_FALSE(Texture(half, 2, 2, false, 128 / 255.0f - 1e-6f).has_holes());
     EXPECT_TRUE(Texture(half, 2, 2, false, 128 / 255.0f + 1e-6f).has_holes());
