@@ -161,7 +161,7 @@ public:
     }
 
 private:
-    /// Of as many rays as there are lanes, from r on.
+    /// Asks as many rays as there are lanes, from r on.
     HWY_INLINE Mask at(std::size_t r) const {
         const FloatVec x = load(packet_.x + r);
         const FloatVec y = load(packet_.y + r);
