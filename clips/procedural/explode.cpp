@@ -6,8 +6,8 @@
 #include "clips/procedural/parts/integer_root.h"
 #include "clips/procedural/parts/random.h"
 #include "clips/procedural/parts/rotation.h"
-#include "clips/trig.h"
 #include "clips/procedural/scenes.h"
+#include "clips/trig.h"
 
 namespace mray {
 namespace {

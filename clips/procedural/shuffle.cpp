@@ -5,8 +5,8 @@
 #include "clips/procedural/parts/colours.h"
 #include "clips/procedural/parts/random.h"
 #include "clips/procedural/parts/surfaces.h"
-#include "clips/trig.h"
 #include "clips/procedural/scenes.h"
+#include "clips/trig.h"
 
 namespace mray {
 namespace {
