@@ -9,6 +9,7 @@
 
 #include "clips/mesh/file_mesh.h"
 #include "common/base/warning.h"
+#include "common/base/watch.h"
 #include "common/scene/world_bounds.h"
 
 namespace mray {
@@ -45,6 +46,8 @@ struct ClipOptions {
     /// too large.
     std::function<void(std::uint64_t triangles, std::uint64_t vertices)> check_size = {};
     WarnFunction warn = {};
+    /// Is asked, and told, while all keyframes are read.
+    Watch watch = {};
 };
 
 }  // namespace mray

@@ -1,6 +1,7 @@
 // Frames from the text of an option.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,5 +16,9 @@ inline constexpr std::size_t kMaxFrames = 1'000'000;
 /// becomes exactly B. Throws Error(kBadArgument) for any other text and for more than 10^6 frames.
 std::vector<double> parse_frame_range(const std::string& text, double step = 1,
                                       const char* what = "frames");
+
+/// Returns a text that parse_frame_range() reads as these frames, which increase: frames with a
+/// step of 1 are written as `A..B`, others one by one. Empty for no frames.
+std::string frame_range_text(std::span<const double> frames);
 
 }  // namespace mray

@@ -6,7 +6,7 @@
 
 #include "app/base/library_calls.h"
 #include "app/base/memory_budget.h"
-#include "app/terminal/interrupt.h"
+#include "app/terminal/progress.h"
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
 #include "gpu/ray_query/ray_query.h"
@@ -29,7 +29,7 @@ std::unique_ptr<Backend> make_unwatched(BackendChoice choice, const BackendOptio
 
 std::unique_ptr<Backend> make_concrete(BackendChoice choice, const BackendOptions& options) {
     std::unique_ptr<Backend> backend = make_unwatched(choice, options);
-    backend->watch_images(Watch(&interrupt_flag()));
+    backend->watch_images(command_watch());
     return backend;
 }
 
@@ -130,9 +130,8 @@ std::unique_ptr<Backend> make_refitter(const Options& options, const Backend& tr
 }
 
 BuildConfig build_config(const Options& options) {
-    return {.split = options.tree.split,
-            .threads = options.backend.threads,
-            .watch = Watch(&interrupt_flag())};
+    return {
+        .split = options.tree.split, .threads = options.backend.threads, .watch = command_watch()};
 }
 
 std::vector<BackendChoice> profiled_backends(const Options& options, const Messages& messages) {

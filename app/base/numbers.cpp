@@ -121,4 +121,10 @@ Pixel parse_pixel(std::string_view option, std::string_view text) {
     return {xy[0], xy[1]};
 }
 
+std::string brief_count(double count) {
+    if (count < 1e4) return fmt::format("{:.0f}", count);
+    return count < 1e6 ? fmt::format("{:.0f} k", count / 1e3)
+                       : fmt::format("{:.1f} M", count / 1e6);
+}
+
 }  // namespace mray::app

@@ -45,4 +45,7 @@ struct Pixel {
 /// `X,Y`, each at most 65535.
 Pixel parse_pixel(std::string_view option, std::string_view text);
 
+/// "512", "9999", "60 k" or "2.1 M".
+std::string brief_count(double count);
+
 }  // namespace mray::app

@@ -66,21 +66,32 @@ ChartInput middle_frame(const Options& options, const SceneFrames& frames) {
 }
 
 std::vector<Chart> make_charts(const Options& options, std::vector<SceneFrames>& scenes,
-                               const ChartContext& context) {
+                               const ChartContext& context, Progress& progress) {
     std::vector<ChartInput> inputs;
     for (SceneFrames& scene : scenes) inputs.push_back(middle_frame(options, scene));
     std::vector<Chart> charts;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
         const std::string suffix = inputs.size() == 1 ? "" : fmt::format("_{}", i + 1);
+        const std::string of = inputs.size() == 1 ? "" : fmt::format(" of scene {}", i + 1);
+        const auto begin = [&](const char* name) { progress.begin(name + of, StepPart::kHidden); };
+        begin("accuracy");
         charts.push_back(accuracy_chart(context, inputs[i], suffix));
+        begin("placement");
         charts.push_back(placement_chart(context, inputs[i], suffix));
+        begin("packets");
         charts.push_back(packet_chart(context, inputs[i], suffix));
+        begin("cones");
         charts.push_back(cone_chart(context, inputs[i], suffix));
+        begin("policies");
         charts.push_back(policy_chart(context, scenes[i], suffix));
+        begin("trees");
         charts.push_back(tree_chart(context, scenes[i], suffix));
+        begin("boxes");
         charts.push_back(box_chart(context, inputs[i], suffix));
     }
+    progress.begin("failures", StepPart::kHidden);
     charts.push_back(failure_chart(context, inputs));
+    progress.begin("scaling", StepPart::kHidden);
     charts.push_back(scaling_chart(context));
     return charts;
 }
@@ -101,7 +112,7 @@ ExitCode write_charts(const Options& options, const Messages& messages) {
     const Effort& effort = options.quick ? quick_effort() : full_effort();
     const std::string machine = machine_text();
     const std::string command = command_text(options);
-    Progress progress("charting", steps_of(scenes.size(), effort), progress_mode(options));
+    Progress progress("charting", "", steps_of(scenes.size(), effort), progress_mode(options));
     std::uint64_t done = 0;
     const auto backend_maker = [&options](BackendChoice choice) {
         return [&options, choice] { return make_backend(choice, options.backend, Messages()); };
@@ -119,7 +130,7 @@ ExitCode write_charts(const Options& options, const Messages& messages) {
                 progress.update(++done);
             },
         .check = throw_if_interrupted};
-    const std::vector<Chart> charts = make_charts(options, scenes, context);
+    const std::vector<Chart> charts = make_charts(options, scenes, context, progress);
     progress.finish();
     std::vector<PagedChart> paged;
     for (const Chart& chart : charts) {

@@ -152,9 +152,10 @@ public:
 
 private:
     void judge(const Suspected& scene) {
-        Progress progress("judging", 2 * scene.poses.size(), progress_mode(options_));
+        Progress progress("judging", "", 2 * scene.poses.size(), progress_mode(options_));
         std::uint64_t done = 0;
         for (const Suspected::Pose& pose : scene.poses) {
+            progress.begin(fmt::format("frame {}", pose.frame), StepPart::kShown);
             const Bvh bvh = build_bvh(scene.topology, pose.positions);
             const PosedMesh mesh{scene.topology, pose.positions, bvh,
                                  is_closed(scene.topology, pose.positions)};

@@ -9,6 +9,7 @@
 #include "app/backends/backends.h"
 #include "app/base/library_calls.h"
 #include "app/files/texture_reader.h"
+#include "app/terminal/progress.h"
 #include "clips/inside_view.h"
 #include "common/base/stopwatch.h"
 
@@ -177,7 +178,8 @@ ClipScene::ClipScene(const Options& options, const Clip& clip, double first_fram
             .split = options.tree.split == SplitMethod::kSweep ? morphray::Split::sweep
                                                                : morphray::Split::binned,
             .record_cost_ratio = options.tree.update_config.record_cost_ratio,
-            .cancel = &cancel};
+            .cancel = &cancel,
+            .done = &step_done()};
         if (options.tree.refit_on == RefitOn::kVulkan && !traces_on_vulkan) {
             scene_options.refit_on = open_vulkan(options.backend);
             refitter_ = "vulkan";
@@ -250,6 +252,7 @@ void ClipScene::render(const ViewSpec& view, const ShadingOptions& shading,
                        morphray::Image& image) {
     morphray::View whole = view_of(with_inside_view(view, clip_), shading);
     whole.cancel = &interrupt_flag();
+    whole.done = &step_done();
     render(whole, image);
 }
 
@@ -258,6 +261,7 @@ void ClipScene::render_pixels(const ViewSpec& view, const ShadingOptions& shadin
     morphray::View pixels = view_of(with_inside_view(view, clip_), shading);
     pixels.hits = false;
     pixels.cancel = &cancel;
+    pixels.done = &step_done();
     render(pixels, image);
 }
 

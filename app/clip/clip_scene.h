@@ -24,7 +24,8 @@ class ClipScene {
 public:
     /// Reads the textures, if the options ask for lit images, and builds the tree at
     /// options.tree.build_at, or else at first_frame. The clip must outlive it, and so must
-    /// `cancel`, which ends the building of trees: they throw Error(kCancelled).
+    /// `cancel`, which ends the building of trees: they throw Error(kCancelled). Trees say how far
+    /// they are to step_done() (app/terminal/progress.h), and so do images.
     ClipScene(const Options& options, const Clip& clip, double first_frame,
               const Messages& messages, const std::atomic<bool>& cancel = interrupt_flag());
     ClipScene(const ClipScene&) = delete;

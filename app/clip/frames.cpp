@@ -8,11 +8,13 @@
 
 #include "app/base/memory_budget.h"
 #include "app/files/formats/optional_formats.h"
+#include "app/terminal/progress.h"
 #include "clips/frame_range.h"
 #include "clips/inside_view.h"
 #include "common/base/errors.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/mesh.h"
+#include "common/text/message_text.h"
 #include "common/text/number_text.h"
 
 namespace mray::app {
@@ -113,6 +115,9 @@ std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages
                        options.scene);
     };
     scene_options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
+    scene_options.watch = command_watch();
+    const Progress progress("reading " + shown(std::filesystem::path(options.scene).filename()), "",
+                            0, progress_mode(options));
     return open_scene(options.scene, scene_options);
 }
 

@@ -7,6 +7,8 @@
 #include "app/base/memory_budget.h"
 #include "app/clip/clip_scene.h"
 #include "app/clip/frames.h"
+#include "app/terminal/interrupt.h"
+#include "app/terminal/progress.h"
 #include "common/scene/degenerate_count.h"
 #include "common/text/message_text.h"
 
@@ -44,9 +46,13 @@ morphray::Scene PosedScene::pose(const Options& options, std::uint64_t kept_byte
     positions_.resize(topology().vertex_count);
     clip.positions(frame_, positions_);
     const morphray::Device device = open_device(backend_of(options), messages);
+    const Progress progress("building the tree", "", 0, progress_mode(options));
     return call_library([&] {
         return morphray::Scene::build(mesh_of(topology(), positions_), device,
-                                      {.bounds = bounds_of(clip), .update = morphray::Refit{}});
+                                      {.bounds = bounds_of(clip),
+                                       .update = morphray::Refit{},
+                                       .cancel = &interrupt_flag(),
+                                       .done = &step_done()});
     });
 }
 

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "app/backends/backends.h"
@@ -10,6 +12,7 @@
 #include "app/commands/candidates.h"
 #include "app/commands/probe/replay.h"
 #include "app/files/ray_bundle.h"
+#include "app/terminal/progress.h"
 #include "common/base/errors.h"
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
@@ -97,11 +100,17 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
     const std::unique_ptr<Backend> refitter = make_refitter(options, *tracer, messages);
     messages.note("tracing on " + tracer->info().name + ": " + tracer->info().description);
     const double build_at = options.tree.build_at.value_or(frame_number);
+    std::optional<Progress> progress(std::in_place, "building the tree", "", 0,
+                                     progress_mode(options));
     TreeUpdater updater(topology, scene.positions(build_at), *tracer, refitter.get(),
                         options.tree.policy(), build_config(options), options.tree.update_config);
     if (build_at != frame_number) updater.update(scene.positions(frame_number));
     Frame frame;
+    progress.reset();
+    progress.emplace("tracing the image", "", 0, progress_mode(options));
     tracer->trace_image(params, frame);
+    progress.reset();
+    progress.emplace("testing all triangles", "", 0, progress_mode(options));
 
     ProbeReport report;
     report.head = {

@@ -64,11 +64,14 @@ void measure(const Options& options, SceneFrames& scene, const std::vector<doubl
              const std::vector<BackendChoice>& choices, const Messages& messages,
              ProfileReport& report) {
     Yardstick yardstick(options.backend.threads);
-    Progress progress("measuring", frames.size() * choices.size(), progress_mode(options));
+    Progress progress("measuring", "frame", frames.size() * choices.size(), progress_mode(options));
     for (const BackendChoice choice : choices) {
+        progress.prepare("tree");
         StageProfiler profiler(options, scene, frames.front(), choice, yardstick, messages);
         for (const double frame : frames) {
             throw_if_interrupted();
+            progress.begin(fmt::format("frame {} on {}", frame, profiler.backend()),
+                           StepPart::kShown);
             report.rows.push_back(profiler.measure(frame));
             progress.update(report.rows.size());
         }
@@ -83,6 +86,16 @@ void publish(const ProfileReport& report, const Options& options, const Messages
     if (takes_stdout({options.json, options.csv})) return;
     messages.print(profile_text(report));
     if (report.baseline) messages.print(baseline_text(*report.baseline));
+}
+
+/// Prints the rows that an interrupted run has measured.
+void show_measured(const ProfileReport& report, std::size_t rows, const Options& options,
+                   const Messages& messages) {
+    tell_results(fmt::format("{} of {} rows are measured, and no report is written",
+                             report.rows.size(), rows),
+                 {});
+    if (!report.rows.empty() && !takes_stdout({options.json, options.csv}))
+        messages.print(profile_text(report));
 }
 
 }  // namespace
@@ -104,7 +117,13 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
         baseline = read_baseline(options.baseline, report);
         require_same_rows(options, *baseline, choices, frames, messages);
     }
-    measure(options, scene, frames, choices, messages, report);
+    try {
+        measure(options, scene, frames, choices, messages, report);
+    } catch (const Error& error) {
+        if (error.kind() == ErrorKind::kCancelled)
+            show_measured(report, frames.size() * choices.size(), options, messages);
+        throw;
+    }
     if (baseline) {
         report.baseline =
             compare_with_baseline(options.baseline, *baseline, report, options.tolerance_percent);

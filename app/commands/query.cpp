@@ -84,13 +84,14 @@ private:
 
 ExitCode run_query(const Options& options, const Messages& messages) {
     check_reports({options.out});
+    tell_results("nothing is written", {});
     const std::string text = read_input(options.point_file, "points");
     const PosedScene scene(options, 2 * text.size() + kPointsOfBatch * 128, messages);
     const std::string name = input_name(options.point_file);
     PointReader reader(name, text);
     PointAsker asker(options, scene.scene());
     const PointAnswers& answers = asker.answers();
-    Progress progress("asking", reader.total(), progress_mode(options));
+    Progress progress("asking", "point", reader.total(), progress_mode(options));
     std::uint64_t answered = 0;
     for (morphray::Vec3 point; reader.next(point);) {
         asker.add(point);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <exception>
 #include <filesystem>
 #include <numeric>
 #include <optional>
@@ -114,6 +115,16 @@ public:
         report_.rays = rays_text(options);
         report_.shading = name_of(*options.shading.shading);
         report_.samples = *options.shading.samples;
+        prints_rows_ = !takes_stdout({options.json});
+        std::size_t frame_width = 0;
+        for (const FrameTask& task : tasks)
+            frame_width = std::max(frame_width, fmt::format("{}", task.frame).size());
+        columns_ = {
+            {"frame", frame_width}, {"tree", 7, false},
+            {"update ms"},          {"trace ms", 9},
+            {"Mray/s", 7},          {"hits", fmt::format("{}", pixel_count(options)).size()},
+            {"file", 0, false}};
+        tell_finished();
     }
 
     std::uint64_t hash_of_clip() const { return clip_hash_; }
@@ -135,6 +146,8 @@ public:
         add_thumbnail(i, existing->image);
         log_.keep(task, std::move(existing->part));
         report_.kept.push_back(task.frame);
+        finished_.push_back(task.frame);
+        tell_finished();
         return true;
     }
 
@@ -147,10 +160,12 @@ public:
     }
 
     /// `next` is the frame of the next call, if there is one.
-    void render(std::size_t i, std::optional<double> next) {
+    void render(std::size_t i, std::optional<double> next, Progress& progress) {
         const double frame = tasks_[i].frame;
         const Stopwatch whole;
+        progress.prepare(fmt::format("tree of frame {}", frame));
         scene_->advance(frame);
+        progress.begin(fmt::format("frame {}", frame));
         messages_.note(fmt::format("frame {}: {}, {}", frame, to_string(scene_->update().step),
                                    scene_->update().reason));
         // Before the positions become those of the next frame.
@@ -165,8 +180,10 @@ public:
         report.read_wait_ms = scene_->read_wait_ms();
         const double trace_ms = whole.ms();
         const Stopwatch watch;
-        queue_.add(
-            [this, i, scene_hash, trace_ms, &traced] { write(i, scene_hash, trace_ms, traced); });
+        queue_.add([this, i, scene_hash, trace_ms, &traced, row = row_of(report)] {
+            write(i, scene_hash, trace_ms, traced);
+            show(i, row);
+        });
         report_.frames.back().write_wait_ms = watch.ms();
     }
 
@@ -188,7 +205,11 @@ public:
         }
         if (hits_) call_library([&] { hits_->write(options_.hits); });
         if (!options_.json.empty()) write_report(options_.json, to_json(report_));
-        if (!takes_stdout({options_.json})) messages_.print(table());
+        if (print_failure_) std::rethrow_exception(print_failure_);
+        if (prints_rows_ && !report_.kept.empty())
+            messages_.print(fmt::format("{} image{} of an earlier run kept in {}\n",
+                                        report_.kept.size(), report_.kept.size() == 1 ? "" : "s",
+                                        folder_.string()));
     }
 
 private:
@@ -231,21 +252,37 @@ private:
         log_.add(task, std::move(part));
     }
 
-    std::string table() const {
-        Table table({"frame", "tree", "update ms", "trace ms", "Mray/s", "hits", "file"});
-        for (const FrameReport& frame : report_.frames) {
-            const double update = frame.times.total_ms() - frame.times.trace_ms;
-            const double rate =
-                static_cast<double>(frame.times.rays) / (frame.times.trace_ms * 1e3 + 1e-9);
-            table.add({fmt::format("{}", frame.frame), frame.update, fmt::format("{:.2f}", update),
-                       fmt::format("{:.2f}", frame.times.trace_ms), fmt::format("{:.2f}", rate),
-                       fmt::format("{}", frame.hits), (folder_ / frame.file).string()});
+    std::string row_of(const FrameReport& frame) const {
+        const double update = frame.times.total_ms() - frame.times.trace_ms;
+        const double rate =
+            static_cast<double>(frame.times.rays) / (frame.times.trace_ms * 1e3 + 1e-9);
+        return row_text(
+            columns_,
+            std::vector<std::string>{
+                fmt::format("{}", frame.frame), frame.update, fmt::format("{:.2f}", update),
+                fmt::format("{:.2f}", frame.times.trace_ms), fmt::format("{:.2f}", rate),
+                fmt::format("{}", frame.hits), (folder_ / frame.file).string()});
+    }
+
+    /// Shows that the files of a task are written. Runs in the queue's thread. What cannot be
+    /// printed ends no render before finish().
+    void show(std::size_t i, const std::string& row) {
+        finished_.push_back(tasks_[i].frame);
+        tell_finished();
+        if (!prints_rows_ || print_failure_) return;
+        try {
+            messages_.print(has_header_ ? row : header_text(columns_) + row);
+            has_header_ = true;
+        } catch (...) {
+            print_failure_ = std::current_exception();
         }
-        std::string text = table.empty() ? std::string() : table.text();
-        if (!report_.kept.empty())
-            text += fmt::format("{} image{} of an earlier run kept in {}\n", report_.kept.size(),
-                                report_.kept.size() == 1 ? "" : "s", folder_.string());
-        return text;
+    }
+
+    /// Says what is finished, for an interruption.
+    void tell_finished() {
+        std::ranges::sort(finished_);
+        tell_results(finished_text("frame", finished_, tasks_.size()),
+                     finished_.empty() ? std::string() : folder_.string());
     }
 
     const Options& options_;
@@ -262,6 +299,12 @@ private:
     /// One for each task, empty until it is done.
     std::vector<Image> thumbnails_;
     std::vector<double> write_ms_;
+    /// Frames whose files are written, ascending.
+    std::vector<double> finished_;
+    std::vector<Column> columns_;
+    bool prints_rows_ = true;
+    bool has_header_ = false;
+    std::exception_ptr print_failure_;
     std::size_t behind_;
     /// The image that is traced, and those that are written.
     std::array<morphray::Image, kMostBehind + 1> traced_;
@@ -349,18 +392,18 @@ ExitCode render_frames(Options options, const std::filesystem::path& folder, Par
     make_folders(options, folder, tasks);
     const std::vector<std::size_t> left = tasks_left(options, tasks.size(), renderer);
     log.begin();
-    if (!left.empty()) renderer.open(tasks[left.front()].frame);
-
     ExitCode code = ExitCode::kOk;
-    Progress progress("rendering", left.size(), progress_mode(options));
+    Progress progress("rendering", "frame", left.size(), progress_mode(options));
+    progress.prepare("tree");
+    if (!left.empty()) renderer.open(tasks[left.front()].frame);
     for (std::size_t done = 0; done < left.size(); ++done) {
         throw_if_interrupted();
         try {
-            renderer.render(left[done], done + 1 < left.size()
-                                            ? std::optional(tasks[left[done + 1]].frame)
-                                            : std::nullopt);
+            const bool is_last = done + 1 == left.size();
+            renderer.render(left[done],
+                            is_last ? std::nullopt : std::optional(tasks[left[done + 1]].frame),
+                            progress);
         } catch (const Error& error) {
-            progress.hide();
             // Frames before one that cannot be read are kept.
             if (error.kind() != ErrorKind::kBadInput || renderer.finished() == 0) throw;
             renderer.wait();

@@ -105,11 +105,12 @@ ExitCode run_trace(const Options& given, const Messages& messages) {
     options.lenient = true;
     options.hit_lists.cancel = &interrupt_flag();
     check_reports({options.out});
+    tell_results("nothing is written", {});
     const std::string rays = read_input(options.ray_file, "rays");
     const PosedScene scene(options, 2 * rays.size() + kRaysOfBatch * 128, messages);
     const std::string name = input_name(options.ray_file);
     RayTracer tracer(options, scene);
-    Progress progress("tracing", count_rays(options, rays), progress_mode(options));
+    Progress progress("tracing", "ray", count_rays(options, rays), progress_mode(options));
     if (options.binary_rays) {
         trace_all(RayBinaryReader(name, rays), tracer, progress);
     } else {

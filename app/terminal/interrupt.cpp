@@ -9,8 +9,12 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
+#include <mutex>
 #include <string_view>
 
+#include "app/terminal/progress.h"
+#include "clips/frame_range.h"
+#include "common/base/watch.h"
 #include "common/text/message_text.h"
 
 namespace mray::app {
@@ -38,6 +42,10 @@ struct Lines {
     std::array<std::size_t, kEndings.size()> size;
 };
 Lines lines;
+
+std::mutex results_mutex;
+/// As tell_results() was told.
+std::string results_finished;
 std::string results_place;
 
 const char* name_of(int signal) {
@@ -45,9 +53,14 @@ const char* name_of(int signal) {
     return signal == SIGHUP ? "hung up" : "interrupted";
 }
 
+/// The caller holds the mutex.
 std::string message_of(int signal) {
-    if (results_place.empty()) return fmt::format("{}; finished results are kept", name_of(signal));
-    return fmt::format("{}; finished results are in {}", name_of(signal), results_place);
+    if (results_finished.empty() && results_place.empty())
+        return fmt::format("{}; finished results are kept", name_of(signal));
+    std::string text = name_of(signal);
+    if (!results_finished.empty()) text += "; " + results_finished;
+    if (!results_place.empty()) text += "; finished results are in " + results_place;
+    return text;
 }
 
 void prepare_lines() {
@@ -101,6 +114,7 @@ void on_signal(int signal) {
 /// The grace has ended. Only calls that a signal handler may make.
 void on_end_of_grace(int) {
     if (received_signal.load() == 0 || is_ending.exchange(true)) return;
+    clear_progress_in_handler();
     for (std::size_t i = 0; i < kEndings.size(); ++i) {
         if (received_signal.load() != kEndings[i]) continue;
         [[maybe_unused]] const ssize_t ignored =
@@ -115,8 +129,7 @@ InterruptGuard::InterruptGuard() : before_() {
     received_signal.store(0);
     has_received.store(false);
     is_ending.store(false);
-    results_place.clear();
-    prepare_lines();
+    tell_results({}, {});
     for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], nullptr, &before_[i]);
     set_handler(SIGALRM, on_end_of_grace);
     sigevent event = {};
@@ -143,17 +156,37 @@ const std::atomic<bool>& interrupt_flag() { return has_received; }
 
 bool interrupted() { return received_signal.load() != 0; }
 
-std::string interrupt_message() { return message_of(received_signal.load()); }
+std::string interrupt_message() {
+    const std::scoped_lock lock(results_mutex);
+    return message_of(received_signal.load());
+}
 
-void keep_results_in(const std::string& place) {
+void tell_results(const std::string& finished, const std::string& place) {
+    const std::scoped_lock lock(results_mutex);
+    results_finished = finished;
     results_place = place;
-    prepare_lines();
+    // Once a signal has arrived, its handler may be reading the lines.
+    if (!interrupted()) prepare_lines();
+}
+
+std::string finished_text(const std::string& unit, std::span<const double> finished,
+                          std::size_t total) {
+    if (finished.empty() && total == 1) return fmt::format("the {} is not done", unit);
+    const std::string all = fmt::format("of {} {}{}", total, unit, total == 1 ? "" : "s");
+    if (finished.empty()) return fmt::format("none {} is done", all);
+    std::string text =
+        fmt::format("{} {} {} done", finished.size(), all, finished.size() == 1 ? "is" : "are");
+    // Fractions of frames may make it much longer than a line.
+    constexpr std::size_t kMostCharacters = 60;
+    if (const std::string range = frame_range_text(finished); range.size() <= kMostCharacters)
+        text += fmt::format(" ({})", range);
+    return text;
 }
 
 void throw_if_interrupted() {
     if (!interrupted()) return;
     is_ending.store(true);
-    throw Error(ErrorKind::kCancelled, interrupt_message());
+    throw Error(ErrorKind::kCancelled, kWorkCancelled);
 }
 
 ExitCode interrupt_exit_code() {

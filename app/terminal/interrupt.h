@@ -6,6 +6,7 @@
 #include <array>
 #include <atomic>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "app/base/exit_code.h"
@@ -39,16 +40,22 @@ bool interrupted();
 /// True as interrupted() is: for calls that take a flag by which they are cancelled.
 const std::atomic<bool>& interrupt_flag();
 
-/// Throws Error(kCancelled) after SIGINT, SIGTERM or SIGHUP. Called between pieces of work, so that
-/// what is finished is kept and no file is half written.
+/// Throws Error(kCancelled) after SIGINT, SIGTERM or SIGHUP, which describe_failure() words as
+/// interrupt_message(). Called between pieces of work, so that what is finished is kept and no file
+/// is half written.
 void throw_if_interrupted();
 
-/// The line of that error: "interrupted; finished results are kept", or in the place of
-/// keep_results_in().
+/// The line of an interruption: "interrupted; finished results are kept", or as tell_results()
+/// says. Thread-safe.
 std::string interrupt_message();
 
-/// Names where finished results lie, for the line of an interruption. Called before they are made.
-void keep_results_in(const std::string& place);
+/// Says what is finished, such as "2 of 3 frames are done (0,1)" or "nothing is written", and where
+/// it lies, for the line of an interruption; either may be empty. Thread-safe.
+void tell_results(const std::string& finished, const std::string& place);
+
+/// "12 of 25 frames are done (0..11)", of units with this name and these numbers, which ascend.
+std::string finished_text(const std::string& unit, std::span<const double> finished,
+                          std::size_t total);
 
 /// kTerminated after SIGTERM, kHungUp after SIGHUP, otherwise kInterrupted.
 ExitCode interrupt_exit_code();

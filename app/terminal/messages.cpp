@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "app/base/remedy_text.h"
+#include "app/terminal/progress.h"
 #include "clips/index/index_file.h"
 #include "common/base/output_file.h"
 #include "common/text/message_text.h"
@@ -16,6 +17,7 @@ namespace {
 constexpr const char* kStdout = "/dev/stdout";
 
 void write_line(const char* prefix, std::string_view message) {
+    const ProgressPause pause;
     const std::string line = prefix + shown(std::string(message)) + '\n';
     std::string_view rest = line;
     while (!rest.empty()) {
@@ -73,7 +75,9 @@ void Messages::note(std::string_view message) const {
 }
 
 void Messages::print(std::string_view text) const {
-    if (!quiet_ && !text.empty()) write_file(kStdout, text);
+    if (quiet_ || text.empty()) return;
+    const ProgressPause pause;
+    write_file(kStdout, text);
 }
 
 void write_report(const std::string& file, std::string_view text) {

@@ -10,7 +10,7 @@
 
 namespace mray::app {
 
-/// Not thread-safe.
+/// Warnings come from one thread; all else may come from any.
 class Messages {
 public:
     Messages() = default;

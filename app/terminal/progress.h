@@ -1,15 +1,20 @@
-// Progress of a command: a bar on a terminal, or lines for people or programs. All on stderr.
+// Progress of a command: a line on a terminal, or lines for people or programs. All on stderr.
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
+#include <mutex>
 #include <string>
+#include <thread>
+#include <tuple>
 
 #include "app/base/options.h"
+#include "common/base/watch.h"
 
 namespace mray::app {
 
-/// kPlain and kColour are bars, kLines and kJson write a line now and then.
+/// kPlain and kColour are a line that is drawn again, kLines and kJson write a line now and then.
 enum class ProgressMode { kOff, kPlain, kColour, kLines, kJson };
 
 /// The mode of ProgressChoice::kAuto: off if quiet, if `fd` is no terminal or if TERM is unset,
@@ -19,51 +24,109 @@ ProgressMode progress_mode(bool quiet, int fd = 2);
 /// The mode that --progress asks for; without it as above, quiet under --quiet.
 ProgressMode progress_mode(const Options& options);
 
-/// One line of at most `columns` characters (escape sequences not counted), ASCII only:
-/// `label [#####.....] 5/10  12 s left`. The estimate is missing before the first step is done, and
-/// bar and estimate are left out where there is little room.
-std::string progress_line(const std::string& label, std::uint64_t done, std::uint64_t total,
-                          double elapsed_s, int columns, ProgressMode mode);
+/// The watch of what a command works on: cancelled by a signal (app/terminal/interrupt.h). How far
+/// the work is becomes the part of the current step of the command's Progress.
+Watch command_watch();
+/// Its part, for calls that take both apart.
+std::atomic<float>& step_done();
 
-/// `label 5/10  12 s left` with a newline, for a file of messages.
-std::string progress_text_line(const std::string& label, std::uint64_t done, std::uint64_t total,
-                               double elapsed_s);
+/// How the part of a step counts that its work says is done: as a part of a unit; as that of one
+/// work of several in the unit, which is only shown; or not.
+enum class StepPart { kCounted, kShown, kHidden };
+
+/// How far a command is.
+struct ProgressState {
+    /// The name of the work, such as "rendering".
+    std::string label;
+    /// The name of one of the units that are counted, such as "frame".
+    std::string unit = {};
+    std::uint64_t done = 0;
+    /// 0: nothing is counted.
+    std::uint64_t total = 0;
+    /// Seconds since the beginning, and since the first unit was begun.
+    double elapsed_s = 0;
+    double counted_s = 0;
+    /// The current step in words, ASCII without quotes, or empty.
+    std::string step = {};
+    /// The part of it that is done, from 0 to 1; negative: not known.
+    float part = -1;
+    StepPart counts_part = StepPart::kHidden;
+};
+
+/// One line of at most `columns` characters (escape sequences not counted), ASCII only:
+/// `rendering [#####.....] 5/10  frame 12 43.2 %  1.2 frames/s  4 s left`. Rate and time are
+/// missing before anything is done. Where there is little room, first the rate is left out, then
+/// the step, then the time, and then the bar. Without units: `label [###.....] 43.2 %`, or `label
+/// 3 s`.
+std::string progress_line(const ProgressState& state, int columns, ProgressMode mode);
+
+/// `rendering 5/10  frame 12 43.2 %  4 s left` with a newline, for a file of messages.
+std::string progress_text_line(const ProgressState& state);
 
 /// An object with a newline: `"schema": "morphray/1"`, `progress` (the label), `done` (at most
-/// total), `total`, `elapsed_s` and `left_s`, which is null before the first step is done.
-std::string progress_json_line(const std::string& label, std::uint64_t done, std::uint64_t total,
-                               double elapsed_s);
+/// total), `total`, `step` and `part`, which are null if there is none, `elapsed_s` and `left_s`,
+/// which is null before anything is done.
+std::string progress_json_line(const ProgressState& state);
 
-/// A bar is redrawn at most ten times a second, and not in the first fifth of a second. The
-/// destructor clears it. Nothing else may write to the terminal between update() and hide(). Lines
-/// are written at most once a second, JSON at once and then at most ten times a second; both also
-/// by finish(). What cannot be written is left out. Not thread-safe.
+/// A thread draws the line ten times a second, but not in the first fifth of a second, nor in the
+/// background of a terminal; finish() and the destructor clear it. A line of kLines is written at
+/// most once a second, of kJson at once and then at most ten times a second, if something has
+/// changed; both also by finish(), and neither without units. What cannot be written is left out.
+/// At most one exists at a time. Members are called by one thread.
 class Progress {
 public:
-    Progress(std::string label, std::uint64_t total, ProgressMode mode, int fd = 2);
-    ~Progress() { hide(); }
+    /// `total` units are to be done; 0: they are not counted, the label names the only step, and
+    /// only a terminal shows it.
+    Progress(std::string label, const char* unit, std::uint64_t total, ProgressMode mode,
+             int fd = 2);
+    ~Progress();
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
+    /// Work on a unit begins.
+    void begin(std::string step, StepPart part = StepPart::kCounted);
+    /// Work begins that is no unit, such as a tree for those to come.
+    void prepare(std::string step);
+    /// Units that are done; no part of another one is until begin().
     void update(std::uint64_t done);
-    /// All steps are done: clears a bar, or writes the last line.
+    /// All units are done: clears the line, or writes the last one.
     void finish();
-    /// Clears the line for a message; the next update() draws it again.
-    void hide();
 
 private:
-    void write_line(std::uint64_t done);
-    double elapsed_s() const;
+    void set_step(std::string step, StepPart part);
+    void run();
+    void show();
+    void stop();
+    ProgressState now() const;
 
     using Clock = std::chrono::steady_clock;
 
-    std::string label_;
-    std::uint64_t total_;
+    ProgressState state_;
     ProgressMode mode_;
     int fd_;
     Clock::time_point begin_ = Clock::now();
-    Clock::time_point next_draw_;
-    bool visible_ = false;
+    /// When the first unit was begun, if one was.
+    Clock::time_point counted_from_ = begin_;
+    bool has_begun_ = false;
+    /// Units, step and thousandths that the last line showed.
+    std::tuple<std::uint64_t, std::string, int> shown_ = {};
+    bool stops_ = false;
+    std::condition_variable wakes_;
+    std::thread thread_;
 };
+
+/// While it lives no progress is drawn, so that something else can be written to the terminal. At
+/// most one a thread, and no call of Progress within.
+class ProgressPause {
+public:
+    ProgressPause();
+
+private:
+    std::unique_lock<std::mutex> lock_;
+};
+
+/// Clears the line that is on the terminal, for the last words of a process. Only calls that a
+/// signal handler may make.
+void clear_progress_in_handler();
 
 }  // namespace mray::app

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <exception>
 #include <utility>
 
@@ -26,8 +27,9 @@ struct Found {
 
 class Scan {
 public:
-    Scan(const KeyframeSource& source, std::uint32_t vertex_count, KeyframeCache& cache)
-        : source_(source), vertex_count_(vertex_count), cache_(cache) {}
+    Scan(const KeyframeSource& source, std::uint32_t vertex_count, KeyframeCache& cache,
+         const Watch& watch)
+        : source_(source), vertex_count_(vertex_count), cache_(cache), watch_(watch) {}
 
     ClipFacts facts() {
         facts_.bounds.reserve(source_.count());
@@ -35,7 +37,9 @@ public:
             found_.assign(std::min(kAtOnce, source_.count() - begin), {});
             tbb::parallel_for(std::size_t{0}, found_.size(), [&](std::size_t i) {
                 try {
+                    watch_.throw_if_cancelled();
                     found_[i] = read(begin + i);
+                    watch_.set_done(++read_, source_.count());
                 } catch (...) {
                     found_[i].error = std::current_exception();
                 }
@@ -70,6 +74,8 @@ private:
     const KeyframeSource& source_;
     std::uint32_t vertex_count_;
     KeyframeCache& cache_;
+    const Watch& watch_;
+    std::atomic<std::size_t> read_ = 0;
     tbb::enumerable_thread_specific<std::vector<vec3>> buffers_;
     std::vector<Found> found_;
     ClipFacts facts_;
@@ -78,8 +84,8 @@ private:
 }  // namespace
 
 ClipFacts scan_keyframes(const KeyframeSource& source, std::uint32_t vertex_count,
-                         KeyframeCache& cache) {
-    return Scan(source, vertex_count, cache).facts();
+                         KeyframeCache& cache, const Watch& watch) {
+    return Scan(source, vertex_count, cache, watch).facts();
 }
 
 }  // namespace mray

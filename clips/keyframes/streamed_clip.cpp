@@ -113,7 +113,7 @@ private:
                      Remedy::kIndexAgain});
             }
         }
-        facts_ = scan_keyframes(*source_, topology().vertex_count, cache_);
+        facts_ = scan_keyframes(*source_, topology().vertex_count, cache_, options_.watch);
     }
 
     /// Reads the first damaged and the first odd keyframe again, for what is wrong with them.

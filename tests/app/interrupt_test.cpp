@@ -8,6 +8,7 @@
 #include <functional>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace mray::app {
 namespace {
@@ -71,7 +72,7 @@ TEST(Interrupt, EndsTheProcessThatDoesNotNoticeIt) {
         ASSERT_EQ(::pipe(ends), 0);
         const int status = status_of_child([&, signal = signal] {
             const InterruptGuard guard;
-            keep_results_in("a/folder");
+            tell_results("2 of 3 frames are done (0,1)", "a/folder");
             ::dup2(ends[1], STDERR_FILENO);
             ::raise(signal);
             for (;;) ::pause();
@@ -85,9 +86,24 @@ TEST(Interrupt, EndsTheProcessThatDoesNotNoticeIt) {
         EXPECT_EQ(WEXITSTATUS(status), code);
         ASSERT_GT(size, 0);
         EXPECT_NE(std::string(line, static_cast<std::size_t>(size))
-                      .find("; finished results are in a/folder\n"),
+                      .find("; 2 of 3 frames are done (0,1); finished results are in a/folder\n"),
                   std::string::npos);
     }
+}
+
+TEST(Interrupt, SaysWhatIsFinished) {
+    const InterruptGuard guard;
+    EXPECT_TRUE(interrupt_message().ends_with("; finished results are kept"));
+    const double frames[] = {0, 1, 2, 4.5};
+    EXPECT_EQ(finished_text("frame", frames, 9), "4 of 9 frames are done (0..2,4.5)");
+    EXPECT_EQ(finished_text("frame", {frames, 1}, 9), "1 of 9 frames is done (0)");
+    EXPECT_EQ(finished_text("frame", {}, 9), "none of 9 frames is done");
+    EXPECT_EQ(finished_text("frame", {}, 1), "the frame is not done");
+    std::vector<double> halves;
+    for (int i = 0; i < 100; ++i) halves.push_back(i + 0.5 * (i % 2));
+    EXPECT_EQ(finished_text("frame", halves, 200), "100 of 200 frames are done");
+    tell_results(finished_text("frame", {}, 1), "");
+    EXPECT_TRUE(interrupt_message().ends_with("; the frame is not done"));
 }
 
 TEST(Interrupt, EndsTheProcessInAWaitOnTheWayOut) {

@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/ioctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <chrono>
 #include <cstdlib>
+#include <regex>
 #include <sstream>
 #include <utility>
 
@@ -87,12 +89,23 @@ void drain(std::array<int, 2> fds, std::array<std::string*, 2> texts, pid_t pid)
     }
 }
 
+/// Makes ends[0] what a terminal shows, and ends[1] the terminal.
+bool open_terminal(int (&ends)[2]) {
+    ends[0] = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+    if (ends[0] < 0 || ::grantpt(ends[0]) != 0 || ::unlockpt(ends[0]) != 0) return false;
+    ends[1] = ::open(::ptsname(ends[0]), O_RDWR | O_NOCTTY | O_CLOEXEC);
+    winsize size = {};
+    size.ws_col = 100;
+    return ends[1] >= 0 && ::ioctl(ends[1], TIOCSWINSZ, &size) == 0;
+}
+
 }  // namespace
 
 Started::Started(const std::vector<std::string>& arguments, const Surroundings& surroundings) {
     int out[2];
     int err[2];
-    if (::pipe2(out, O_CLOEXEC) != 0 || ::pipe2(err, O_CLOEXEC) != 0) std::abort();
+    if (::pipe2(out, O_CLOEXEC) != 0) std::abort();
+    if (surroundings.on_terminal ? !open_terminal(err) : ::pipe2(err, O_CLOEXEC) != 0) std::abort();
     const int input = input_of(surroundings.input);
     pid_ = ::fork();
     if (pid_ == 0) {
@@ -117,10 +130,37 @@ Started::~Started() {
     ::close(err_);
 }
 
+std::string Started::wait_for(int fd, std::string& text, const std::string& pattern) {
+    const std::regex wanted(pattern);
+    const auto deadline = Clock::now() + kTimeLimit;
+    for (;;) {
+        std::smatch found;
+        if (std::regex_search(text, found, wanted)) return found.str();
+        std::array<char, 4096> buffer;
+        pollfd polled = {fd, POLLIN, 0};
+        ::poll(&polled, 1, 100);
+        const bool is_ready = polled.revents != 0;
+        const ssize_t got = is_ready ? ::read(fd, buffer.data(), buffer.size()) : 0;
+        if (got > 0) text.append(buffer.data(), static_cast<std::size_t>(got));
+        if (Clock::now() > deadline || (is_ready && got <= 0)) {
+            ADD_FAILURE() << "no " << pattern << " in:\n" << text;
+            return {};
+        }
+    }
+}
+
+std::string Started::wait_for_out(const std::string& pattern) {
+    return wait_for(out_, outcome_.out, pattern);
+}
+
+std::string Started::wait_for_err(const std::string& pattern) {
+    return wait_for(err_, outcome_.err, pattern);
+}
+
 void Started::send(int signal) { ::kill(pid_, signal); }
 
 Outcome Started::wait() {
-    Outcome outcome;
+    Outcome outcome = std::move(outcome_);
     drain({out_, err_}, {&outcome.out, &outcome.err}, pid_);
     int status = 0;
     rusage usage = {};

@@ -32,6 +32,8 @@ struct Surroundings {
     /// The file that stdout is redirected to; empty to capture it.
     std::string stdout_to = {};
     bool stdout_closed = false;
+    /// Whether stderr is a terminal of 100 columns, whose lines end in "\r\n".
+    bool on_terminal = false;
     std::optional<rlim_t> address_space = {};
     std::optional<rlim_t> file_size = {};
 };
@@ -49,12 +51,20 @@ public:
     Started& operator=(const Started&) = delete;
 
     void send(int signal);
+    /// Reads until stdout or stderr has a match, and returns it. Fails the test after 60 s, or if
+    /// the program ends before.
+    std::string wait_for_out(const std::string& pattern);
+    std::string wait_for_err(const std::string& pattern);
     Outcome wait();
 
 private:
+    std::string wait_for(int fd, std::string& text, const std::string& pattern);
+
     pid_t pid_ = -1;
     int out_ = -1;
     int err_ = -1;
+    /// All that has been read so far.
+    Outcome outcome_;
 };
 
 /// Lines of a text, without their ends.

@@ -93,39 +93,97 @@ TEST(ProgressMode, FollowsQuietTermAndNoColor) {
     }
 }
 
-TEST(ProgressLine, ShowsTheShareAndTheTimeLeft) {
-    EXPECT_EQ(progress_line("render", 5, 10, 12, 55, ProgressMode::kPlain),
-              "render [###############...............] 5/10  12 s left");
+/// 5 of 10 frames after 12 s, and 30 % of another one.
+ProgressState some_state() {
+    return {.label = "render",
+            .unit = "frame",
+            .done = 5,
+            .total = 10,
+            .elapsed_s = 13,
+            .counted_s = 12,
+            .step = "frame 12",
+            .part = 0.3f,
+            .counts_part = StepPart::kCounted};
 }
 
-TEST(ProgressLine, HasNoTimeLeftBeforeTheFirstStepAndAfterTheLast) {
+TEST(ProgressLine, ShowsUnitsStepRateAndTimeLeft) {
+    const auto line = [](int columns) {
+        return progress_line(some_state(), columns, ProgressMode::kPlain);
+    };
+    // 5.3 frames in 12 s, 4.7 to come.
+    EXPECT_EQ(line(80),
+              "render [#############............] 5/10  frame 12 30.0 %  2.3 s/frame  11 s left");
+    EXPECT_EQ(line(50), "render [####....] 5/10  frame 12 30.0 %  11 s left");
+    EXPECT_EQ(line(35), "render [#####.....] 5/10  11 s left");
+    EXPECT_EQ(line(18), "render [##..] 5/10");
+    EXPECT_EQ(line(13), "render 5/10");
+    EXPECT_EQ(line(4), "rend");
+}
+
+TEST(ProgressLine, CountsThePartsOfUnitsOnly) {
+    ProgressState state = some_state();
+    state.counts_part = StepPart::kShown;
+    EXPECT_EQ(progress_line(state, 60, ProgressMode::kPlain),
+              "render [##...] 5/10  frame 12 30.0 %  2.4 s/frame  12 s left");
+    state.part = -1;
+    EXPECT_EQ(progress_line(state, 60, ProgressMode::kPlain),
+              "render [######......] 5/10  frame 12  2.4 s/frame  12 s left");
+}
+
+TEST(ProgressLine, HasRatesThatCanBeRead) {
+    ProgressState state{.label = "x", .unit = "ray", .done = 1, .total = 1'000'000'000};
+    const auto rate = [&](std::uint64_t done, double seconds) {
+        state.done = done;
+        state.counted_s = seconds;
+        const std::string line = progress_line(state, 90, ProgressMode::kPlain);
+        const std::size_t at = line.find("  ") + 2;
+        return line.substr(at, line.find("  ", at) - at);
+    };
+    EXPECT_EQ(rate(1, 20), "20.0 s/ray");
+    EXPECT_EQ(rate(31, 20), "1.6 rays/s");
+    EXPECT_EQ(rate(25000, 20), "1250 rays/s");
+    EXPECT_EQ(rate(2500000, 20), "125 k rays/s");
+    EXPECT_EQ(rate(50000000, 20), "2.5 M rays/s");
+}
+
+TEST(ProgressLine, HasNoTimeLeftBeforeAnythingIsDoneAndAfterTheLastUnit) {
     for (const std::uint64_t done : {0, 10, 11}) {
-        const std::string line = progress_line("x", done, 10, 5, 60, ProgressMode::kPlain);
+        ProgressState state = some_state();
+        state.done = done;
+        state.part = -1;
+        const std::string line = progress_line(state, 60, ProgressMode::kPlain);
         EXPECT_EQ(line.find("left"), std::string::npos) << line;
     }
 }
 
 TEST(ProgressLine, IsNeverLongerThanTheTerminal) {
     for (int columns = -1; columns < 120; ++columns) {
-        for (const std::uint64_t done : {0u, 1u, 500u, 1000u}) {
-            const std::string line =
-                progress_line("crosscheck", done, 1000, 90, columns, ProgressMode::kPlain);
-            EXPECT_LE(line.size(), static_cast<std::size_t>(std::max(columns, 0)));
+        for (const std::uint64_t total : {0u, 10u, 1000u}) {
+            for (const float part : {-1.0f, 0.5f, 1.0f, 2.0f}) {
+                ProgressState state = some_state();
+                state.total = total;
+                state.part = part;
+                const std::string line = progress_line(state, columns, ProgressMode::kPlain);
+                EXPECT_LE(line.size(), static_cast<std::size_t>(std::max(columns, 0)));
+            }
         }
     }
 }
 
-TEST(ProgressLine, AcceptsATotalOfZero) {
-    EXPECT_NE(progress_line("x", 0, 0, 0, 60, ProgressMode::kPlain).find("0/0"), std::string::npos);
+TEST(ProgressLine, OfASingleStepHasItsPartOrTheTime) {
+    ProgressState state{.label = "building the tree", .elapsed_s = 3};
+    EXPECT_EQ(progress_line(state, 60, ProgressMode::kPlain), "building the tree 3 s");
+    state.part = 0.5f;
+    EXPECT_EQ(progress_line(state, 33, ProgressMode::kPlain), "building the tree [###...] 50.0 %");
 }
 
 TEST(Progress, WritesNothingIfOffOrFinishedAtOnce) {
     Terminal terminal;
     {
-        Progress off("off", 10, ProgressMode::kOff, terminal.fd());
+        Progress off("off", "", 10, ProgressMode::kOff, terminal.fd());
         std::this_thread::sleep_for(std::chrono::milliseconds(250));
         off.update(5);
-        Progress early("early", 10, ProgressMode::kPlain, terminal.fd());
+        Progress early("early", "", 10, ProgressMode::kPlain, terminal.fd());
         early.update(5);
     }
     EXPECT_EQ(terminal.read_all(), "");
@@ -136,7 +194,7 @@ TEST(Progress, IsDrawnAtMostTenTimesASecondAndClearedAtTheEnd) {
     const auto begin = std::chrono::steady_clock::now();
     double elapsed_s = 0;
     {
-        Progress progress("frames", 1000, ProgressMode::kPlain, terminal.fd());
+        Progress progress("frames", "", 1000, ProgressMode::kPlain, terminal.fd());
         for (std::uint64_t i = 0; i < 500; ++i) {
             progress.update(i);
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -191,20 +249,24 @@ TEST(ProgressMode, FollowsTheOptionWhateverElse) {
 }
 
 TEST(ProgressLine, AsTextAndAsJsonSaysTheSame) {
-    EXPECT_EQ(progress_text_line("rendering", 5, 10, 12), "rendering 5/10  12 s left\n");
-    EXPECT_EQ(progress_text_line("rendering", 0, 10, 12), "rendering 0/10\n");
-    EXPECT_EQ(progress_text_line("rendering", 11, 10, 12), "rendering 10/10\n");
-    EXPECT_EQ(progress_json_line("rendering", 5, 10, 12),
-              "{\"schema\": \"morphray/1\", \"progress\": \"rendering\", \"done\": 5, "
-              "\"total\": 10, \"elapsed_s\": 12.000, \"left_s\": 12.000}\n");
-    EXPECT_NE(progress_json_line("x", 0, 10, 12).find("\"left_s\": null"), std::string::npos);
-    EXPECT_NE(progress_json_line("x", 0, 0, 0).find("\"total\": 0"), std::string::npos);
+    ProgressState state = some_state();
+    EXPECT_EQ(progress_text_line(state), "render 5/10  frame 12 30.0 %  11 s left\n");
+    EXPECT_EQ(progress_json_line(state),
+              "{\"schema\": \"morphray/1\", \"progress\": \"render\", \"done\": 5, "
+              "\"total\": 10, \"step\": \"frame 12\", \"part\": 0.3000, \"elapsed_s\": 13.000, "
+              "\"left_s\": 10.642}\n");
+    state = {.label = "x", .total = 10, .elapsed_s = 1, .counted_s = 1};
+    EXPECT_EQ(progress_text_line(state), "x 0/10\n");
+    EXPECT_NE(progress_json_line(state).find("\"step\": null, \"part\": null"), std::string::npos);
+    EXPECT_NE(progress_json_line(state).find("\"left_s\": null"), std::string::npos);
+    state.done = 11;
+    EXPECT_EQ(progress_text_line(state), "x 10/10\n");
 }
 
 TEST(Progress, WritesTheFirstAndTheLastLine) {
     Pipe pipe;
     {
-        Progress json("x", 3, ProgressMode::kJson, pipe.fd());
+        Progress json("x", "", 3, ProgressMode::kJson, pipe.fd());
         json.update(1);
         json.update(3);
         json.finish();
@@ -215,18 +277,68 @@ TEST(Progress, WritesTheFirstAndTheLastLine) {
     EXPECT_NE(text.find("\"done\": 0"), std::string::npos) << text;
     EXPECT_NE(text.find("\"done\": 3"), std::string::npos) << text;
     {
-        Progress lines("x", 3, ProgressMode::kLines, pipe.fd());
+        Progress lines("x", "", 3, ProgressMode::kLines, pipe.fd());
         lines.update(1);
         lines.finish();
     }
     EXPECT_EQ(pipe.read_all(), "x 3/3\n");
-    { const Progress ended_early("x", 3, ProgressMode::kLines, pipe.fd()); }
+    { const Progress ended_early("x", "", 3, ProgressMode::kLines, pipe.fd()); }
+    EXPECT_EQ(pipe.read_all(), "");
+}
+
+TEST(Progress, MovesWhileOneStepIsWorkedOn) {
+    Terminal terminal;
+    std::string text;
+    const auto wait_for = [&](const char* part) {
+        while (text.find(part) == std::string::npos) {
+            text += terminal.read_all();
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
+    };
+    {
+        Progress progress("frames", "frame", 2, ProgressMode::kPlain, terminal.fd());
+        progress.prepare("tree");
+        command_watch().set_done(1, 4);
+        wait_for("0/2  tree 25.0 %");
+        progress.begin("frame 7");
+        wait_for("0/2  frame 7\r");
+        command_watch().set_done(1, 2);
+        wait_for("] 0/2  frame 7 50.0 %");
+        progress.update(1);
+        wait_for("] 1/2  frame 7 50.0 %");
+        // Text that is written meanwhile has a line of its own.
+        {
+            const ProgressPause pause;
+            text += terminal.read_all();
+            EXPECT_TRUE(text.ends_with("\r\x1b[K")) << text;
+        }
+        text.clear();
+        wait_for("] 1/2");
+        progress.finish();
+        text += terminal.read_all();
+        EXPECT_TRUE(text.ends_with("\r\x1b[K")) << text;
+    }
+    EXPECT_EQ(terminal.read_all(), "");
+}
+
+TEST(Progress, ShowsASingleStepOnATerminalOnly) {
+    Terminal terminal;
+    Pipe pipe;
+    {
+        const Progress line("reading", "", 0, ProgressMode::kPlain, terminal.fd());
+        std::string text;
+        while (text.find("reading 0 s") == std::string::npos) text += terminal.read_all();
+    }
+    for (const ProgressMode mode : {ProgressMode::kLines, ProgressMode::kJson}) {
+        Progress lines("reading", "", 0, mode, pipe.fd());
+        lines.finish();
+    }
     EXPECT_EQ(pipe.read_all(), "");
 }
 
 TEST(Progress, HasNoColourUnlessAsked) {
     for (const ProgressMode mode : {ProgressMode::kPlain, ProgressMode::kColour}) {
-        const std::string line = progress_line("x", 5, 10, 1, 60, mode);
+        const std::string line = progress_line(some_state(), 60, mode);
         EXPECT_EQ(line.find('\x1b') != std::string::npos, mode == ProgressMode::kColour);
     }
 }

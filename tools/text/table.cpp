@@ -27,36 +27,44 @@ std::string quoted_cell(const std::string& cell) {
 
 }  // namespace
 
+std::string header_text(std::span<const Column> columns) {
+    std::vector<std::string> names;
+    for (const Column& column : columns) names.push_back(column.name);
+    return row_text(columns, names);
+}
+
+std::string row_text(std::span<const Column> columns, std::span<const std::string> cells) {
+    assert(cells.size() == columns.size());
+    std::string line;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+        const std::size_t width = std::max(columns[i].width, width_of(columns[i].name));
+        const std::size_t padding = width - std::min(width, width_of(cells[i]));
+        if (i > 0) line.append(2, ' ');
+        if (columns[i].is_right_aligned) line.append(padding, ' ');
+        line.append(cells[i]);
+        if (!columns[i].is_right_aligned) line.append(padding, ' ');
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    return line + '\n';
+}
+
 void Table::add(std::vector<std::string> row) {
     assert(row.size() == header_.size());
     rows_.push_back(std::move(row));
 }
 
 std::string Table::text() const {
-    std::vector<std::size_t> widths(header_.size());
-    std::vector<bool> right(header_.size(), true);
+    std::vector<Column> columns;
     for (std::size_t i = 0; i < header_.size(); ++i) {
-        widths[i] = width_of(header_[i]);
+        Column& column = columns.emplace_back(Column{header_[i]});
         for (const auto& row : rows_) {
-            widths[i] = std::max(widths[i], width_of(row[i]));
-            right[i] = right[i] && (is_number(row[i]) || row[i].empty() || row[i] == "-");
+            column.width = std::max(column.width, width_of(row[i]));
+            column.is_right_aligned =
+                column.is_right_aligned && (is_number(row[i]) || row[i].empty() || row[i] == "-");
         }
     }
-    std::string text;
-    const auto append = [&](const std::vector<std::string>& row) {
-        std::string line;
-        for (std::size_t i = 0; i < row.size(); ++i) {
-            const std::size_t padding = widths[i] - width_of(row[i]);
-            if (i > 0) line.append(2, ' ');
-            if (right[i]) line.append(padding, ' ');
-            line.append(row[i]);
-            if (!right[i]) line.append(padding, ' ');
-        }
-        line.erase(line.find_last_not_of(' ') + 1);
-        text += line + '\n';
-    };
-    append(header_);
-    for (const auto& row : rows_) append(row);
+    std::string text = header_text(columns);
+    for (const auto& row : rows_) text += row_text(columns, row);
     return text;
 }
 

@@ -1,11 +1,27 @@
-// Rows of text in aligned columns, and the same rows as comma-separated values.
+// Rows of text in aligned columns, one by one or together, and rows as comma-separated values.
 #pragma once
 
+#include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace mray {
 
+/// A column of text. A cell that is wider moves those after it.
+struct Column {
+    std::string name;
+    /// The least width in characters.
+    std::size_t width = 0;
+    bool is_right_aligned = true;
+};
+
+/// A line with the names of the columns, two spaces apart.
+std::string header_text(std::span<const Column> columns);
+/// A line with as many cells as there are columns (asserted).
+std::string row_text(std::span<const Column> columns, std::span<const std::string> cells);
+
+/// Rows that are all known before they are written.
 class Table {
 public:
     explicit Table(std::vector<std::string> header) : header_(std::move(header)) {}

@@ -276,7 +276,7 @@ void add_answer_form(const OptionAdder& adder) {
 void add_progress(const OptionAdder& adder) {
     adder.add_choice("--progress",
                      "progress on stderr: plain lines, an object a line as JSON, or none (auto: a "
-                     "bar on a terminal)",
+                     "line that moves on a terminal)",
                      kProgress, adder.options().progress);
 }
 

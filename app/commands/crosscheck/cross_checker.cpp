@@ -4,6 +4,7 @@
 
 #include "app/backends/backends.h"
 #include "app/clip/frames.h"
+#include "app/terminal/progress.h"
 #include "common/simd/simd_target.h"
 #include "cpu/cpu_backend.h"
 
@@ -62,8 +63,7 @@ CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double fi
     const Topology& topology = scene.clip().topology();
     const double build_at = options.tree.build_at.value_or(first_frame);
     const std::span<const vec3> positions = scene.positions(build_at);
-    const Bvh built = build_bvh(topology, positions,
-                                {.split = options.tree.split, .threads = options.backend.threads});
+    const Bvh built = build_bvh(topology, positions, build_config(options));
     const auto set_scene = [&](BackendPair& pair) {
         pair.refits->set_scene(topology, positions, built);
         pair.given->set_scene(topology, positions, built);
@@ -114,6 +114,8 @@ void CrossChecker::trace_reference(std::span<const vec3> positions, const Bvh& r
         Backend& reference = uses_brute(rays[i]) ? *backends_.brute : *backends_.cpu.given;
         expected_[i].rays = rays[i];
         expected_[i].reference = uses_brute(rays[i]) ? "brute" : "cpu";
+        on_image_(fmt::format("reference {}, {}", expected_[i].reference, name_of_rays(rays[i])),
+                  false);
         reference.trace_image(params_for(rays[i]), expected_[i].frame);
     }
 }
@@ -162,6 +164,7 @@ void CrossChecker::compare_variant(const Variant& variant, double frame, const O
         row.rays = name_of_rays(expected.rays);
         row.reference = expected.reference;
         if (is_reference(row.reference)) continue;
+        on_image_(fmt::format("{}, {}", row.variant(), row.rays), true);
         variant.backend->trace_image(params_for(expected.rays), actual);
         row.trace_ms = variant.backend->finish().trace_ms;
         compare(expected.frame, actual, row);
@@ -195,6 +198,7 @@ void CrossChecker::check_cpu(std::span<const vec3> positions, const Bvh& rebuilt
 void CrossChecker::check_simd(const std::string& simd, std::span<const vec3> positions,
                               const Bvh& rebuilt, double frame, const OnRow& on_row) {
     const auto backend = cpu::make_cpu_backend({.threads = options_.backend.threads, .simd = simd});
+    backend->watch_images(command_watch());
     backend->set_scene(scene_.clip().topology(), positions, backends_.cpu.tree);
     compare_variant({backend.get(), simd, "refit", "cpu"}, frame, on_row);
     backend->set_frame(positions, rebuilt);
@@ -202,12 +206,12 @@ void CrossChecker::check_simd(const std::string& simd, std::span<const vec3> pos
 }
 
 CheckedFrame CrossChecker::check(double frame, const std::vector<std::uint32_t>& rays,
-                                 const OnRow& on_row) {
+                                 const OnImage& on_image, const OnRow& on_row) {
+    on_image_ = on_image;
     const std::span<const vec3> positions = scene_.positions(frame);
+    on_image_("tree", false);
     refit(backends_.cpu, positions);
-    const Bvh rebuilt =
-        build_bvh(scene_.clip().topology(), positions,
-                  {.split = options_.tree.split, .threads = options_.backend.threads});
+    const Bvh rebuilt = build_bvh(scene_.clip().topology(), positions, build_config(options_));
     trace_reference(positions, rebuilt, rays);
     ask_reference(positions, frame);
     CheckedFrame checked;

@@ -66,6 +66,9 @@ class CrossChecker {
 public:
     /// Receives each comparison as it is made.
     using OnRow = std::function<void(const CheckRow&, const Frame& expected, const Frame& actual)>;
+    /// Is told before an image is traced, or a tree is built. Only the images that are no reference
+    /// are compared.
+    using OnImage = std::function<void(const std::string& name, bool is_compared)>;
 
     /// Builds at options.tree.build_at or at `first_frame`. Checks only the CPU without a device,
     /// and only Vulkan if options choose it. The backends take this scene. Throws what clip,
@@ -74,7 +77,8 @@ public:
                  CheckedBackends& backends);
 
     /// Compares one frame for every kind of `rays`.
-    CheckedFrame check(double frame, const std::vector<std::uint32_t>& rays, const OnRow& on_row);
+    CheckedFrame check(double frame, const std::vector<std::uint32_t>& rays,
+                       const OnImage& on_image, const OnRow& on_row);
 
     /// Comparisons that check() makes for a frame and a kind of rays.
     std::size_t variant_count(std::uint32_t rays) const;
@@ -123,6 +127,7 @@ private:
     /// Instruction sets to check.
     std::vector<std::string> simd_;
     CheckedBackends& backends_;
+    OnImage on_image_;
     std::vector<Expected> expected_;
     /// Without questions none are compared.
     Questions questions_;

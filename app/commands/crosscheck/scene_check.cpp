@@ -2,6 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <optional>
+#include <span>
+#include <utility>
+
 #include "app/base/memory_budget.h"
 #include "app/base/remedy_text.h"
 #include "app/clip/frames.h"
@@ -59,13 +64,17 @@ public:
     }
 
     void check(double frame, Progress& progress) {
-        const CheckedFrame checked = checker_.check(
-            frame, rays_, [&](const CheckRow& row, const Frame& expected, const Frame& actual) {
-                throw_if_interrupted();
-                report_.rows.push_back(row);
-                if (!row.equal()) keep_images(row, expected, actual);
-                progress.update(report_.rows.size());
-            });
+        const auto on_image = [&](const std::string& name, bool is_compared) {
+            const std::string step = fmt::format("frame {}, {}", frame, name);
+            is_compared ? progress.begin(step) : progress.prepare(step);
+        };
+        const auto on_row = [&](const CheckRow& row, const Frame& expected, const Frame& actual) {
+            throw_if_interrupted();
+            report_.rows.push_back(row);
+            if (!row.equal()) keep_images(row, expected, actual);
+            progress.update(report_.rows.size());
+        };
+        const CheckedFrame checked = checker_.check(frame, rays_, on_image, on_row);
         report_.trees.insert(report_.trees.end(), checked.trees.begin(), checked.trees.end());
         report_.queries.insert(report_.queries.end(), checked.queries.begin(),
                                checked.queries.end());
@@ -74,6 +83,13 @@ public:
             if (context_.expected != nullptr)
                 report_.expected.push_back(context_.expected->compare(options_, image));
         }
+    }
+
+    /// The folder of images that differ; empty if there are none.
+    std::string place() const {
+        const bool any =
+            std::ranges::any_of(report_.rows, [](const CheckRow& row) { return !row.equal(); });
+        return any ? folder_.string() : std::string();
     }
 
     /// The number of comparisons of a frame.
@@ -103,13 +119,14 @@ private:
 
 ExitCode check_frames(FrameChecks& checks, const Options& options, const Messages& messages,
                       CheckReport& report) {
-    Progress progress("comparing", report.frames.size() * checks.comparisons(),
+    Progress progress("comparing", "image", report.frames.size() * checks.comparisons(),
                       progress_mode(options));
-    for (const double frame : report.frames) {
+    for (std::size_t i = 0; i < report.frames.size(); ++i) {
+        const std::span checked = std::span(report.frames).first(i);
+        tell_results(finished_text("frame", checked, report.frames.size()), checks.place());
         try {
-            checks.check(frame, progress);
+            checks.check(report.frames[i], progress);
         } catch (const Error& error) {
-            progress.hide();
             if (error.kind() != ErrorKind::kBadInput || report.rows.empty()) throw;
             messages.error(error);
             report.complete = false;
@@ -137,7 +154,10 @@ ExitCode check_scene(const Options& options, const std::filesystem::path& folder
     if (!context.backends)
         context.backends =
             make_checked_backends(options.backend, context.devices, context.messages);
+    std::optional<Progress> building(std::in_place, "building the tree", "", 0,
+                                     progress_mode(options));
     FrameChecks checks(options, scene, folder, context, report);
+    building.reset();
     return check_frames(checks, options, context.messages, report);
 }
 

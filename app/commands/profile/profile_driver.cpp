@@ -218,8 +218,9 @@ ExitCode profile_driver(const Options& options, const Messages& messages) {
                    options.scene);
     DriverProfiler profiler(options, scene, frames.front(), messages);
     std::vector<DriverRow> rows;
-    Progress progress("measuring", frames.size(), progress_mode(options));
+    Progress progress("measuring", "frame", frames.size(), progress_mode(options));
     for (std::size_t i = 0; i < frames.size(); ++i) {
+        progress.begin(fmt::format("frame {}", frames[i]), StepPart::kShown);
         profiler.measure(frames[i], scene.positions(frames[i]), rows);
         progress.update(i + 1);
     }

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
 #include <optional>
+#include <utility>
 
 #include "app/backends/backends.h"
 #include "app/clip/frames.h"
@@ -75,17 +77,21 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
     std::optional<Progress> progress;
     std::uint64_t done = 0;
     for (const BackendChoice choice : choices) {
+        std::unique_ptr<Backend> backend = make_backend(choice, options.backend, messages);
+        const std::string name = backend->info().name;
         PolicyRunner runner(scene, frames, image_params(options, scene),
                             {.update = options.tree.update_config,
                              .build = build_config(options),
                              .build_at = options.tree.build_at},
-                            options.repeat, make_backend(choice, options.backend, messages));
+                            options.repeat, std::move(backend));
         const std::size_t expected = runner.expected_frames(policies.size());
         if (!progress)
-            progress.emplace("measuring", expected * choices.size(), progress_mode(options));
+            progress.emplace("measuring", "image", expected * choices.size(),
+                             progress_mode(options));
         report.backends.push_back(runner.compare(policies, [&] {
             throw_if_interrupted();
             progress->update(done++);
+            progress->begin(name, StepPart::kShown);
         }));
     }
     progress->finish();

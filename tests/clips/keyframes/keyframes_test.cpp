@@ -42,13 +42,27 @@ private:
 };
 
 std::unique_ptr<Clip> counted_clip(std::size_t count, std::uint32_t vertices,
-                                   std::atomic<int>& reads) {
+                                   std::atomic<int>& reads, const Watch& watch = {}) {
     FirstMesh first;
     first.topology.vertex_count = vertices;
     first.topology.triangles = {{0, 1, 2}};
     first.topology.albedo = {kDefaultAlbedo};
     return stream_keyframes({.name = "counted", .first = std::move(first)},
-                            std::make_unique<CountedSource>(count, reads), {.takes_index = false});
+                            std::make_unique<CountedSource>(count, reads),
+                            {.takes_index = false, .watch = watch});
+}
+
+TEST(StreamedClip, IsWatchedWhileItsKeyframesAreRead) {
+    std::atomic<int> reads = 0;
+    std::atomic<bool> cancel = false;
+    std::atomic<float> done = -1.0f;
+    counted_clip(200, 3, reads, Watch(&cancel, &done));
+    EXPECT_EQ(reads, 200);
+    // The one that stores last need not be the one that read last.
+    EXPECT_GT(done, 0.5f);
+    cancel = true;
+    EXPECT_EQ(kind_of([&] { counted_clip(200, 3, reads, Watch(&cancel)); }), ErrorKind::kCancelled);
+    EXPECT_EQ(reads, 200);
 }
 
 // Four keyframes are beyond KeyframeCache::kResidentBytes.

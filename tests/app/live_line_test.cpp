@@ -1,0 +1,120 @@
+// The line of progress on a terminal, and rows of tables as they are made.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include "tests/app/program.h"
+
+namespace mray::test {
+namespace {
+
+constexpr const char* kClearLine = "\r\x1b[K";
+
+struct LongCommand {
+    std::vector<std::string> arguments;
+    /// Matches a line of progress.
+    std::string line;
+};
+
+// Each takes long enough to be seen at work, on any machine.
+std::vector<LongCommand> long_commands(const TemporaryFolder& folder) {
+    std::string rays;
+    for (int i = 0; i < 2'000'000; ++i) rays += "0 5 0 0 -1 0\n";
+    const std::string ray_file = folder.write("rays", rays);
+    const std::string out = folder.file("out");
+    const std::string cloth = "builtin:cloth:5000";
+    const std::string hair = "builtin:hair:1000000";
+    return {
+        {{"render", cloth, "--backend", "brute", "--size", "1024x1024", "--rays", "shadow",
+          "--frames", "3..24", "--out", out},
+         R"(rendering .* 0/22  frame 3 \d+\.\d %)"},
+        {{"render", hair, "--build", "sweep", "--threads", "1", "--size", "8x8", "--frame", "0",
+          "--out", out},
+         R"(rendering .* 0/1  tree \d+\.\d %)"},
+        {{"crosscheck", cloth, "--backend", "cpu", "--reference", "brute", "--size", "1024x1024",
+          "--frames", "3", "--out", out},
+         R"(comparing .* 0/\d+  frame 3, reference brute, primary \d+\.\d %)"},
+        {{"profile", hair, "--build", "sweep", "--threads", "1", "--backend", "cpu", "--frames",
+          "3"},
+         R"(measuring .* 0/1  (tree|frame 3 on cpu))"},
+        {{"probe", cloth, "--backend", "brute", "--size", "2048x2048", "--pixel", "1,1", "--rays",
+          "shadow", "--frame", "3"},
+         R"(tracing the image .* \d+\.\d %)"},
+        {{"trace", cloth, "--backend", "brute", "--rays", ray_file, "--out", out},
+         R"(tracing .* 0/2000000)"},
+    };
+}
+
+TEST(LiveLine, MovesInEveryLongCommandAndIsClearedBeforeTheMessage) {
+    const TemporaryFolder folder;
+    for (const LongCommand& command : long_commands(folder)) {
+        Started started(command.arguments,
+                        {.environment = {"TERM=xterm", "NO_COLOR=1"}, .on_terminal = true});
+        started.wait_for_err(command.line);
+        started.send(SIGTERM);
+        const Outcome outcome = started.wait();
+        EXPECT_EQ(outcome.code, 143) << outcome.err;
+        EXPECT_EQ(outcome.out, "");
+        // A single line at the end, of which nothing is left but the message.
+        const std::size_t cleared = outcome.err.rfind(kClearLine);
+        ASSERT_NE(cleared, std::string::npos);
+        const std::string message = outcome.err.substr(cleared + 4);
+        EXPECT_TRUE(message.starts_with("morphray: terminated; ")) << outcome.err;
+        EXPECT_EQ(message.find('\n'), message.size() - 1) << message;
+        EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
+    }
+}
+
+TEST(LiveLine, IsAbsentUnderQuietAndOnADumbTerminal) {
+    const TemporaryFolder folder;
+    const auto error_of = [&](std::vector<std::string> more, const char* terminal) {
+        std::vector<std::string> arguments = {
+            "render", "builtin:hair:400000", "--frame", "0",      "--build",
+            "sweep",  "--threads",           "1",       "--size", "8x8",
+            "--out",  folder.file("out.png")};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run(arguments, {.environment = {terminal}, .on_terminal = true}).err;
+    };
+    EXPECT_EQ(error_of({"--quiet"}, "TERM=xterm"), "");
+    EXPECT_EQ(error_of({"--progress", "off"}, "TERM=xterm"), "");
+    EXPECT_EQ(error_of({}, "TERM=dumb"), "");
+}
+
+TEST(Rows, AreWrittenAsFramesAreMadeAndToldAfterAnInterruption) {
+    const TemporaryFolder folder;
+    const std::string out = folder.file("out");
+    // A fraction of a second a frame, and many frames.
+    Started render({"render", "builtin:cloth:20000", "--backend", "brute", "--size", "128x128",
+                    "--rays", "shadow", "--frames", "0,3..24", "--out", out});
+    render.wait_for_out(R"(\n +3 .*\n)");
+    render.send(SIGINT);
+    const Outcome outcome = render.wait();
+    EXPECT_EQ(outcome.code, 130);
+    const std::vector<std::string> rows = lines(outcome.out);
+    ASSERT_GE(rows.size(), 3u) << outcome.out;
+    EXPECT_TRUE(rows[0].starts_with("frame  tree ")) << rows[0];
+    EXPECT_TRUE(rows[1].starts_with("    0  build")) << rows[1];
+    std::size_t files = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(out))
+        files += entry.path().extension() == ".png" ? 1 : 0;
+    // Each row is of a file that is there, and no file lacks one.
+    EXPECT_EQ(files, rows.size() - 1);
+    for (std::size_t i = 1; i < rows.size(); ++i)
+        EXPECT_TRUE(std::filesystem::exists(rows[i].substr(rows[i].find(out)))) << rows[i];
+    const std::string frames = files == 2 ? "0,3" : "0,3.." + std::to_string(files + 1);
+    EXPECT_EQ(outcome.err, "morphray: interrupted; " + std::to_string(files) +
+                               " of 23 frames are done (" + frames + "); finished results are in " +
+                               out + "\n");
+}
+
+TEST(Rows, OfOtherFramesAreWrittenIfOneCannotBePrinted) {
+    const TemporaryFolder folder;
+    const std::string out = folder.file("out");
+    const Outcome outcome = run({"render", "builtin:cloth:500", "--backend", "cpu", "--size", "8x8",
+                                 "--frames", "0..3", "--out", out},
+                                {.stdout_to = "/dev/full"});
+    EXPECT_EQ(outcome.code, 5) << outcome.err;
+    EXPECT_TRUE(std::filesystem::exists(out + "/frame_0003.png"));
+}
+
+}  // namespace
+}  // namespace mray::test
