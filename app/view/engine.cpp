@@ -83,7 +83,8 @@ void Engine::run() {
 }
 
 TracedScene& Engine::scene(BackendChoice backend) {
-    return scenes_.try_emplace(backend, options_, clip_, backend, messages_, stops_).first->second;
+    return scenes_.try_emplace(backend, options_, clip_, backend, messages_, stops_, builds_)
+        .first->second;
 }
 
 void Engine::trace(const ImageRequest& request) {

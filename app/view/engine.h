@@ -50,6 +50,9 @@ public:
     /// it throws that: the loss of a device, or anything before the first image.
     std::unique_ptr<TracedImage> take();
     std::optional<PixelProbe> take_probe();
+    /// Whether a scene is made: textures are read and a tree is built, which says how far it is to
+    /// step_done() (app/terminal/progress.h).
+    bool builds() const { return builds_; }
 
 private:
     void run();
@@ -63,6 +66,7 @@ private:
     const Messages& messages_;
     std::function<void()> on_result_;
     std::atomic<bool> stops_ = false;
+    std::atomic<bool> builds_ = false;
     /// Scenes that the engine's thread alone uses.
     std::map<BackendChoice, TracedScene> scenes_;
     bool has_traced_ = false;

@@ -1,5 +1,7 @@
 #include "app/view/strips.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace mray::app {
@@ -19,7 +21,9 @@ void Strips::add(const TracedImage& image) {
 }
 
 void RateMeter::add(double seconds, double amount) {
-    std::erase_if(events_, [&](const Event& e) { return e.seconds < seconds - kWindow; });
+    // The last one is kept for slow_rate().
+    while (events_.size() > 1 && events_.front().seconds < seconds - kWindow)
+        events_.erase(events_.begin());
     events_.push_back({seconds, amount});
 }
 
@@ -32,6 +36,20 @@ double RateMeter::rate(double seconds) const {
     for (auto e = first + 1; e != events_.end(); ++e) amount += e->amount;
     const double time = events_.back().seconds - first->seconds;
     return time > 0 ? amount / time : 0;
+}
+
+double RateMeter::slow_rate(double seconds) const {
+    if (const double fast = rate(seconds); fast > 0) return fast;
+    if (events_.size() < 2) return 0;
+    const Event& last = events_.back();
+    const double before = last.seconds - events_[events_.size() - 2].seconds;
+    const double time = std::max(before, seconds - last.seconds);
+    return time > 0 ? last.amount / time : 0;
+}
+
+std::string rate_text(double rate, bool moves, const char* unit) {
+    if (rate == 0) return moves ? "..." : "still";
+    return fmt::format("{:.{}f} {}", rate, rate < 1 ? 2 : 1, unit);
 }
 
 }  // namespace mray::app

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "app/view/image_request.h"
@@ -39,6 +40,9 @@ public:
     /// The amount a second between the first and the last event that are younger than a second; 0
     /// for fewer than two.
     double rate(double seconds) const;
+    /// As above; for fewer than two by the time between the last two events, or since the last one
+    /// if that is longer. 0 before there are two.
+    double slow_rate(double seconds) const;
 
 private:
     struct Event {
@@ -47,5 +51,9 @@ private:
     };
     std::vector<Event> events_;
 };
+
+/// "12.3 images/s"; "still" if nothing has happened lately and nothing moves; "0.25 images/s" for
+/// less than one.
+std::string rate_text(double rate, bool moves, const char* unit);
 
 }  // namespace mray::app

@@ -1,12 +1,40 @@
 #include "app/view/traced_scene.h"
 
 #include "app/base/library_calls.h"
+#include "app/terminal/progress.h"
 
 namespace mray::app {
+namespace {
+
+/// Says that a tree is built, as long as it lives.
+class Building {
+public:
+    explicit Building(std::atomic<bool>& builds) : builds_(builds) {
+        step_done() = 0;
+        builds_ = true;
+    }
+    ~Building() {
+        builds_ = false;
+        step_done() = 0;
+    }
+    Building(const Building&) = delete;
+    Building& operator=(const Building&) = delete;
+
+private:
+    std::atomic<bool>& builds_;
+};
+
+}  // namespace
 
 TracedScene::TracedScene(const Options& options, const Clip& clip, BackendChoice backend,
-                         const Messages& messages, const std::atomic<bool>& stops)
-    : options_(options), clip_(clip), backend_(backend), messages_(messages), stops_(stops) {
+                         const Messages& messages, const std::atomic<bool>& stops,
+                         std::atomic<bool>& builds)
+    : options_(options),
+      clip_(clip),
+      backend_(backend),
+      messages_(messages),
+      stops_(stops),
+      builds_(builds) {
     options_.backend.choice = backend;
     options_.tree.update_config.record_cost_ratio = true;
     // Whatever is shown first, the scene has its textures.
@@ -24,6 +52,7 @@ bool TracedScene::follow(const ImageRequest& request) {
         options_.shading.ground = request.scene.ground;
         // --build-at is for the first tree; a change of settings builds where one is.
         if (!is_first) options_.tree.build_at.reset();
+        const Building building(builds_);
         scene_.emplace(options_, clip_, request.frame, messages_, stops_);
         tree_ = {options_.tree.build_at.value_or(request.frame), true};
     }

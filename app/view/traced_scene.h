@@ -12,10 +12,12 @@ namespace mray::app {
 /// Follows requests: deforms, updates and traces as render does. Members throw Error.
 class TracedScene {
 public:
-    /// The clip, the messages and `stops`, which ends the building of trees, must outlive it.
-    /// Nothing is built before the first request.
+    /// The clip, the messages, `stops`, which ends the building of trees, and `builds` must outlive
+    /// it. Nothing is built before the first request.
+    /// `builds` is true while a tree is built.
     TracedScene(const Options& options, const Clip& clip, BackendChoice backend,
-                const Messages& messages, const std::atomic<bool>& stops);
+                const Messages& messages, const std::atomic<bool>& stops,
+                std::atomic<bool>& builds);
 
     /// Throws Error(kCancelled) soon after `cancel` or, while a tree is built, `stops` becomes
     /// true.
@@ -41,6 +43,7 @@ private:
     BackendChoice backend_;
     const Messages& messages_;
     const std::atomic<bool>& stops_;
+    std::atomic<bool>& builds_;
     std::optional<ClipScene> scene_;
     SceneSettings settings_;
     double frame_ = 0;

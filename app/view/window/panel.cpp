@@ -7,6 +7,7 @@
 #include <array>
 
 #include "app/base/choices.h"
+#include "app/view/strips.h"
 #include "app/view/window/style.h"
 
 namespace mray::app {
@@ -67,12 +68,8 @@ constexpr Choice<Comparison> kShownComparisons[] = {{"one backend", Comparison::
                                                     {"difference", Comparison::kDifference}};
 
 void draw_rates(const PanelFacts& facts) {
-    const bool is_still = facts.presented_rate == 0;
-    const auto rate = [&](double value, const char* unit) {
-        return is_still ? std::string("still") : fmt::format("{:.1f} {}", value, unit);
-    };
-    figure("presented", rate(facts.presented_rate, "images/s"));
-    figure("with presenting", rate(facts.presented_mrays, "Mray/s"));
+    figure("presented", rate_text(facts.presented_rate, facts.moves, "images/s"));
+    figure("with presenting", rate_text(facts.presented_mrays, facts.moves, "Mray/s"));
     figure("tracing alone", fmt::format("{:.1f} Mray/s", facts.traced_mrays));
     if (facts.image == nullptr) return;
     for (const TracedPane& pane : facts.image->panes) {
@@ -196,6 +193,20 @@ PanelActions draw_panel(const ScreenRect& rect, ViewState& state, const PanelFac
     draw_pixel(facts, actions);
     ImGui::End();
     return actions;
+}
+
+void draw_activity(const ScreenRect& rect, const std::string& activity) {
+    if (activity.empty()) return;
+    ImGui::SetNextWindowPos({rect.x, rect.y});
+    constexpr ImGuiWindowFlags kText = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
+                                       ImGuiWindowFlags_NoSavedSettings |
+                                       ImGuiWindowFlags_AlwaysAutoResize |
+                                       ImGuiWindowFlags_NoBringToFrontOnFocus;
+    ImGui::PushStyleColor(ImGuiCol_WindowBg, IM_COL32(15, 17, 18, 220));
+    ImGui::Begin("activity", nullptr, kText);
+    text(activity);
+    ImGui::End();
+    ImGui::PopStyleColor();
 }
 
 }  // namespace mray::app

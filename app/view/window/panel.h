@@ -14,6 +14,8 @@ namespace mray::app {
 /// Figures and texts to show. The image may be null.
 struct PanelFacts {
     const TracedImage* image = nullptr;
+    /// Whether images follow each other without input, or the first one is waited for.
+    bool moves = false;
     /// Images a second on the screen.
     double presented_rate = 0;
     /// Millions of rays a second while tracing, and with everything that is between.
@@ -38,6 +40,9 @@ struct PanelActions {
     bool light_here = false;
     bool switch_vsync = false;
 };
+
+/// Says in the corner of the image what is waited for, if that is not empty.
+void draw_activity(const ScreenRect& rect, const std::string& activity);
 
 PanelActions draw_panel(const ScreenRect& rect, ViewState& state, const PanelFacts& facts);
 

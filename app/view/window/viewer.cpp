@@ -8,8 +8,10 @@
 #include <utility>
 
 #include "app/base/memory_budget.h"
+#include "app/base/numbers.h"
 #include "app/clip/render_command.h"
 #include "app/terminal/interrupt.h"
+#include "app/terminal/progress.h"
 #include "app/view/copy_command.h"
 #include "app/view/pixel_text.h"
 #include "app/view/window/style.h"
@@ -74,13 +76,16 @@ void Viewer::run() {
 
 /// Returns whether to go on.
 bool Viewer::step() {
-    const bool is_active = state_.playback.playing || state_.shakes || redraws_ > 0 ||
-                           input_.is_active() || (is_answered_ && step_ < last_step(state_));
+    const bool is_active = moves() || redraws_ > 0 || input_.is_active() ||
+                           (is_answered_ && step_ < last_step(state_));
     window_.wait(is_active ? kActiveSeconds : kIdleSeconds);
     if (window_.closes()) return false;
     if (window_.take_input()) redraws_ = kRedraws;
     const double now = Window::seconds();
     const bool is_new = take_image();
+    const std::string doing = activity();
+    if (doing != shown_activity_) redraws_ = std::max(redraws_, 1);
+    shown_activity_ = doing;
     take_pixel();
     if (is_new || redraws_ > 0) {
         window_.begin_frame();
@@ -213,6 +218,7 @@ void Viewer::show(const TracedImage& image) {
 
 void Viewer::draw(const Layout& places) {
     draw_timeline(places.timeline, state_, strips_);
+    draw_activity(places.canvas, activity());
     act(draw_panel(places.panel, state_, facts(Window::seconds())));
     window_.end_frame([&] { draw_image(places); });
 }
@@ -247,11 +253,24 @@ void Viewer::draw_image(const Layout& places) const {
     }
 }
 
+/// The work that the image has to wait for; empty if one is there, and no tree is built.
+std::string Viewer::activity() const {
+    const bool builds = engine_.builds();
+    if (image_ && !builds) return {};
+    std::string text = "tracing the first image";
+    if (builds)
+        text = fmt::format("building the tree, {} triangles",
+                           brief_count(static_cast<double>(clip_.topology().triangles.size())));
+    const float part = step_done();
+    return part > 0 ? fmt::format("{}: {:.0f} %", text, 100 * std::min(part, 1.0f)) : text;
+}
+
 PanelFacts Viewer::facts(double now) const {
     PanelFacts facts;
     facts.image = image_.get();
-    facts.presented_rate = images_.rate(now);
-    facts.presented_mrays = rays_.rate(now) / 1e6;
+    facts.moves = moves() || !image_;
+    facts.presented_rate = facts.moves ? images_.slow_rate(now) : images_.rate(now);
+    facts.presented_mrays = (facts.moves ? rays_.slow_rate(now) : rays_.rate(now)) / 1e6;
     if (const TracedPane* pane = pane_of(image_.get(), 0)) {
         const double ms = pane->trace_ms + pane->shade_ms;
         facts.traced_mrays = ms > 0 ? static_cast<double>(pane->rays) / ms / 1e3 : 0;

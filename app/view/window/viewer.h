@@ -50,6 +50,8 @@ private:
     void act(const InputActions& actions);
     void ask_pixel(Pixel pixel, bool grabs);
     PanelFacts facts(double now) const;
+    bool moves() const { return state_.playback.playing || state_.shakes; }
+    std::string activity() const;
     void save(const std::string& file);
     void save_next();
     void copy();
@@ -67,6 +69,8 @@ private:
     std::string message_;
     std::optional<PixelProbe> pixel_;
     bool vsync_ = true;
+    /// activity() at the last look.
+    std::string shown_activity_;
 
     /// The image on the screen, and what is drawn over it.
     std::unique_ptr<TracedImage> image_;

@@ -10,6 +10,7 @@
 #include "app/cli/command_line.h"
 #include "app/clip/clip_scene.h"
 #include "app/clip/render_command.h"
+#include "app/terminal/progress.h"
 #include "app/view/view_state.h"
 #include "clips/source/open_scene.h"
 #include "common/base/errors.h"
@@ -121,6 +122,32 @@ TEST_F(EngineTest, EndsWhileItTraces) {
         std::this_thread::sleep_for(std::chrono::milliseconds(4 * i));
         if (i % 2 == 0) engine.post(request_of(state_, 1));
     }
+}
+
+class SlowTreeTest : public EngineTest {
+protected:
+    SlowTreeTest() : EngineTest("builtin:hair:400000") {
+        options_.tree.split = SplitMethod::kSweep;
+        options_.backend.threads = 1;
+    }
+};
+
+TEST_F(SlowTreeTest, IsSaidToBeBuiltAndEndsWithTheEngine) {
+    Engine engine(options_, *clip_, messages_, signal());
+    EXPECT_FALSE(engine.builds());
+    engine.post(request_of(state_, 0));
+    // Until a part of the tree is there, which takes seconds.
+    while (!engine.builds() || !(step_done() > 0))
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_EQ(engine.take(), nullptr);
+}
+
+TEST_F(EngineTest, SaysThatNoTreeIsBuiltOnceTheImageIsThere) {
+    Engine engine(options_, *clip_, messages_, signal());
+    const ImageRequest request = request_of(state_, 0);
+    engine.post(request);
+    wait_for(engine, request);
+    EXPECT_FALSE(engine.builds());
 }
 
 TEST_F(EngineTest, AnErrorOfALaterRequestIsShownAndMended) {

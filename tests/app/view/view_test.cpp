@@ -257,6 +257,29 @@ TEST(RateMeter, CountsTheLastSecond) {
     EXPECT_EQ(meter.rate(7), 0);
 }
 
+TEST(RateMeter, IsSlowBelowOneASecond) {
+    RateMeter meter;
+    meter.add(1, 8);
+    EXPECT_EQ(meter.slow_rate(2), 0);
+    meter.add(5, 8);
+    EXPECT_EQ(meter.rate(5), 0);
+    EXPECT_EQ(meter.slow_rate(5), 2);
+    EXPECT_EQ(meter.slow_rate(7), 2);
+    // The next one takes longer.
+    EXPECT_EQ(meter.slow_rate(13), 1);
+    meter.add(13.25, 8);
+    meter.add(13.5, 8);
+    EXPECT_EQ(meter.slow_rate(13.5), meter.rate(13.5));
+    EXPECT_EQ(meter.rate(13.5), 32);
+}
+
+TEST(RateMeter, SaysStillOnlyWhereNothingMoves) {
+    EXPECT_EQ(rate_text(0, false, "images/s"), "still");
+    EXPECT_EQ(rate_text(0, true, "images/s"), "...");
+    EXPECT_EQ(rate_text(0.254, true, "images/s"), "0.25 images/s");
+    EXPECT_EQ(rate_text(59.96, true, "images/s"), "60.0 images/s");
+}
+
 TEST(MeshEdit, APullMovesTheVertexAndItsNeighbours) {
     std::vector<vec3> points = {{0, 0, 0}, {0.5f, 0, 0}, {2, 0, 0}};
     apply({.pulls = {{0, {0, 1, 0}, 1}}}, 10, points);

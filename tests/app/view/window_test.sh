@@ -150,6 +150,11 @@ start builtin:cloth:60000 --size 1000x700 --backend cpu --ao-samples 64
 kill -TERM $viewer
 ends 143
 
+# Ends while it builds a tree, which takes half a minute, before there is an image.
+start builtin:hair:4000000 --size 320x240 --backend cpu --build sweep --threads 1
+xdotool keydown ctrl key q keyup ctrl
+ends 0
+
 # Plays on and on.
 "$program" view $scene --size 64x48 --backend cpu --play --exit-after 300 >out ||
     fail "--exit-after: exit code $?"
