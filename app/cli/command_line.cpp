@@ -86,7 +86,7 @@ ProgramSpec program_spec(Options& options) {
     return {"morphray",
             "Ray tracer for triangle scenes that deform.",
             {"-h,--help", "print this help"},
-            {"--version", "print the version"},
+            {"-v,--version", "print the version"},
             command_specs(options)};
 }
 
@@ -165,12 +165,15 @@ FailedParse CommandLine::describe(const CLI::ParseError& error,
     if (!chosen.empty()) parse.command = command.get_name();
     parse.program_options = option_names(app_);
     parse.options = option_names(command);
+    parse.extras = app_.remaining(true);
     for (const CLI::Option* option : command.get_options()) {
-        if (option->count() <= parse.times) continue;
+        // Arguments such as scenes have several values.
+        const auto most = static_cast<std::size_t>(option->get_items_expected_max());
+        if (most > 1 && option->count() > most) parse.extras.push_back(option->results()[most]);
+        if (most > 1 || option->count() <= parse.times) continue;
         parse.repeated = option->get_name();
         parse.times = option->count();
     }
-    parse.extras = app_.remaining(true);
     parse.message = error.what();
     return parse;
 }

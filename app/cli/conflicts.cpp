@@ -2,6 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
+
 #include "app/files/ray_bundle.h"
 #include "app/terminal/messages.h"
 #include "common/base/errors.h"
@@ -13,14 +19,34 @@ namespace {
 
 void refuse(const std::string& message) { throw Error(ErrorKind::kBadArgument, message); }
 
+/// Refuses the names of files that render does not write, which would become folders.
+void check_image_name(const std::string& out) {
+    constexpr std::string_view kEndings[] = {
+        ".png", ".exr", ".jpg", ".jpeg", ".jpe", ".tif", ".tiff", ".bmp", ".gif",  ".webp",
+        ".tga", ".hdr", ".ppm", ".pgm",  ".pnm", ".pfm", ".jp2",  ".jxl", ".avif", ".heic",
+        ".svg", ".pdf", ".mp4", ".m4v",  ".mov", ".mkv", ".avi",  ".webm"};
+    std::string ending = std::filesystem::path(out).extension();
+    if (ending == ".png") return;
+    std::ranges::transform(ending, ending.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::error_code error;
+    if (std::ranges::count(kEndings, ending) == 0 || std::filesystem::is_directory(out, error))
+        return;
+    if (ending == ".exr")
+        refuse("--out: a folder, or a .png file beside which --exr writes an .exr file");
+    refuse(
+        fmt::format("--out: {}: files of this kind cannot be written; give a .png file (--exr "
+                    "writes OpenEXR beside it) or a folder",
+                    in_quotes(out)));
+}
+
 void check_shading(const Options& options) {
     using morphray::Shading;
     const ShadingOptions& given = options.shading;
     const bool is_lit = given.shading ? *given.shading == Shading::lit : !options.rays_given;
     if (options.rays_given && given.shading && *given.shading != Shading::plain)
         refuse("--rays, --shading: --rays is for --shading plain; leave one of them out");
-    if (options.out.ends_with(".exr"))
-        refuse("--out: a folder, or a .png file beside which --exr writes an .exr file");
+    check_image_name(options.out);
     if (options.ao_samples_given && options.view.ao_count == 0 && !is_lit)
         refuse("--ao-samples 0: only --shading lit goes without ambient occlusion");
     if (!options.hits.empty() && given.ground)

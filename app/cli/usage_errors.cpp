@@ -52,14 +52,15 @@ void explain(const FailedParse& parse) {
     if (parse.command.empty() && !parse.arguments.front().starts_with('-')) {
         reject_command(parse.arguments.front(), parse.commands);
     }
+    // The value of an unknown option may have been taken for something else.
+    const auto unknown = std::ranges::find_if(
+        parse.extras, [](const std::string& extra) { return extra.starts_with('-'); });
+    if (unknown != parse.extras.end()) reject_option(*unknown, parse);
     if (parse.times > 1) {
         fail(fmt::format("{}: given {} times; give it once", parse.repeated, parse.times));
     }
-    if (!parse.extras.empty()) {
-        const std::string& extra = parse.extras.front();
-        if (extra.starts_with('-')) reject_option(extra, parse);
-        fail(fmt::format("unexpected argument '{}'; see `{}`", extra, help));
-    }
+    if (!parse.extras.empty())
+        fail(fmt::format("unexpected argument '{}'; see `{}`", parse.extras.front(), help));
     fail(fmt::format("{}; see `{}`", parse.message, help));
 }
 

@@ -3,9 +3,11 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/pixel_probe.h"
+#include "app/commands/probe/probe_sentence.h"
 #include "app/commands/probe/replay.h"
 #include "app/files/ray_bundle.h"
 #include "app/report/probe_report.h"
+#include "app/terminal/interrupt.h"
 #include "common/text/number_text.h"
 #include "tools/text/table.h"
 
@@ -15,15 +17,18 @@ namespace {
 // Every bit, and a number to read.
 std::string both(float x) { return fmt::format("{} ({:.6g})", hex_text(x), x); }
 
-std::string point(vec3 p) {
-    return fmt::format("{}  {}  {}   ({:.6g}, {:.6g}, {:.6g})", hex_text(p.x), hex_text(p.y),
-                       hex_text(p.z), p.x, p.y, p.z);
+std::string hex_point(vec3 p) {
+    return fmt::format("{}  {}  {}", hex_text(p.x), hex_text(p.y), hex_text(p.z));
 }
 
-std::string hit_text(const Hit& hit, double world_depth) {
-    if (hit.prim_id == kNoPrim) return "miss";
-    return fmt::format("prim {}  t {}  u {}  v {}  depth {:.9g} in world space", hit.prim_id,
-                       both(hit.t), both(hit.u), both(hit.v), hit.t * world_depth);
+std::string point(vec3 p) {
+    return fmt::format("{}\n         ({:.6g}, {:.6g}, {:.6g})", hex_point(p), p.x, p.y, p.z);
+}
+
+std::string hit_text(const char* name, const Hit& hit, double world_depth) {
+    if (hit.prim_id == kNoPrim) return fmt::format("{:<22}miss\n", name);
+    return fmt::format("{:<22}prim {}, depth {:.9g} in world space\n  t {}\n  u {}  v {}\n", name,
+                       hit.prim_id, hit.t * world_depth, both(hit.t), both(hit.u), both(hit.v));
 }
 
 std::string ray_text(const ProbeReport& report) {
@@ -39,7 +44,8 @@ std::string ray_text(const ProbeReport& report) {
 
 std::string secondary_text(const ProbeReport& report) {
     if (report.rays == "primary") return {};
-    std::string text = fmt::format("secondary rays   {} occluded in the image\n", report.occlusion);
+    std::string text =
+        fmt::format("secondary rays        {} occluded in the image\n", report.occlusion);
     if (report.rays == "shadow" && report.image.prim_id != kNoPrim && !report.faces_light) {
         text += "  the surface faces away from the light: in shadow without a ray\n";
     }
@@ -49,45 +55,47 @@ std::string secondary_text(const ProbeReport& report) {
             s.hit.prim_id == kNoPrim
                 ? std::string("free")
                 : fmt::format("prim {} at t {}", s.hit.prim_id, hex_text(s.hit.t));
-        text += fmt::format("  {:<3}  org {} {} {}  dir {} {} {}  tfar {}  {}\n", i,
-                            hex_text(s.ray.org.x), hex_text(s.ray.org.y), hex_text(s.ray.org.z),
-                            hex_text(s.ray.dir.x), hex_text(s.ray.dir.y), hex_text(s.ray.dir.z),
-                            hex_text(s.ray.tfar), hit);
+        text += fmt::format("  {:<3}  org {}\n       dir {}\n       tfar {}  {}\n", i,
+                            hex_point(s.ray.org), hex_point(s.ray.dir), hex_text(s.ray.tfar), hit);
     }
     return text;
 }
 
 std::string candidates_text(const ProbeReport& report) {
     if (report.candidates.empty()) return "no triangle comes near\n";
-    Table table({"prim", "verdict", "t", "u", "v", "edge U", "edge V", "edge W", "inside", "area",
-                 "range", "finite", "box", "may hit"});
+    Table hits({"prim", "verdict", "t", "u", "v", "inside", "area", "range", "finite"});
+    Table edges({"prim", "edge U", "edge V", "edge W", "box", "may hit"});
     const auto mark = [](bool condition) { return condition ? "yes" : "no"; };
     for (const Candidate& c : report.candidates) {
         const bool first = &c == &report.candidates.front();
-        table.add({fmt::format("{}", c.prim_id),
-                   !c.is_hit ? "no hit"
-                   : first   ? "wins"
-                             : "hit",
-                   hex_text(c.t), hex_text(c.u), hex_text(c.v), hex_text(c.edge_u),
-                   hex_text(c.edge_v), hex_text(c.edge_w), mark(c.inside), mark(c.has_area),
-                   mark(c.in_range), mark(c.finite), mark(c.meets_box), mark(c.may_hit)});
+        const std::string prim = fmt::format("{}", c.prim_id);
+        hits.add({prim,
+                  !c.is_hit ? "no hit"
+                  : first   ? "wins"
+                            : "hit",
+                  hex_text(c.t), hex_text(c.u), hex_text(c.v), mark(c.inside), mark(c.has_area),
+                  mark(c.in_range), mark(c.finite)});
+        edges.add({prim, hex_text(c.edge_u), hex_text(c.edge_v), hex_text(c.edge_w),
+                   mark(c.meets_box), mark(c.may_hit)});
     }
-    return "triangles by brute force, the answer first\n" + table.text();
+    return "triangles by brute force, the answer first\n" + hits.text() +
+           "their edge functions and filters\n" + edges.text();
 }
 
 std::string text_of(const ProbeReport& report) {
     const BvhStats& tree = report.tree;
-    std::string text = fmt::format("{}, frame {}, pixel {},{} of {}x{}, {} rays\n",
-                                   report.head.scene, report.frame, report.pixel.x, report.pixel.y,
-                                   report.head.width, report.head.height, report.rays);
+    std::string text = probe_sentence(report) + '\n';
+    text += fmt::format("{}, frame {}, pixel {},{} of {}x{}, {} rays\n", report.head.scene,
+                        report.frame, report.pixel.x, report.pixel.y, report.head.width,
+                        report.head.height, report.rays);
     text += fmt::format("backend {}: {}\n", report.backend, report.device);
-    text += fmt::format("tree    {}{}: {} nodes, {} leaves, depth {}, SAH cost {:.3f}, hash {}\n\n",
-                        report.update, report.refit_on.empty() ? "" : " on " + report.refit_on,
-                        tree.node_count, tree.leaf_count, tree.depth, tree.sah_cost,
-                        hash_text(report.bvh_hash));
+    text += fmt::format(
+        "tree    {}{}: {} nodes, {} leaves, depth {}, SAH cost {:.3f}\n        hash {}\n\n",
+        report.update, report.refit_on.empty() ? "" : " on " + report.refit_on, tree.node_count,
+        tree.leaf_count, tree.depth, tree.sah_cost, hash_text(report.bvh_hash));
     text += ray_text(report) + "\n";
-    text += "hit in the image      " + hit_text(report.image, report.world_depth) + "\n";
-    text += "hit of the ray alone  " + hit_text(report.alone, report.world_depth) + "\n";
+    text += hit_text("hit in the image", report.image, report.world_depth);
+    text += hit_text("hit of the ray alone", report.alone, report.world_depth);
     text += fmt::format("colour                #{:02x}{:02x}{:02x}\n", report.colour & 0xFF,
                         (report.colour >> 8) & 0xFF, (report.colour >> 16) & 0xFF);
     return text + secondary_text(report) + "\n" + candidates_text(report);
@@ -97,6 +105,7 @@ std::string text_of(const ProbeReport& report) {
 
 ExitCode run_probe(const Options& options, const Messages& messages) {
     check_reports({options.json, options.bundle});
+    tell_results("nothing is written", {});
     if (is_bundle_name(options.scene)) return run_replay(options, messages);
     const ProbeReport report = probe_pixel(options, messages);
     if (!options.json.empty()) write_report(options.json, to_json(report));

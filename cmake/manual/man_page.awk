@@ -54,7 +54,9 @@ $1 == "command" {
     also = also (also == "" ? "" : ",\n") ".BR morphray\\-" $3 " (1)"
 }
 $1 == "positional" { positionals = positionals entry("", $4, $5, $6) }
-$1 == "example" { examples = examples ".PP\n" prose($3) ":\n.PP\n.nf\n.RS\n" code($6) "\n.RE\n.fi\n" }
+# The lines of an example after the first have no name.
+$1 == "example" && $3 != "" { examples = examples ".PP\n" prose($3) ":\n" }
+$1 == "example" { examples = examples ".PP\n.nf\n.RS\n" code($6) "\n.RE\n.fi\n" }
 $1 == "option" { options = options entry($3, $4, $5, $6) }
 $1 == "note" && $6 ~ /^Exit codes: / { codes = exit_codes($6); next }
 $1 == "note" { notes = notes ".PP\n" prose($6) "\n" }

@@ -12,6 +12,7 @@
 #include "app/cli/command_line.h"
 #include "app/clip/frames.h"
 #include "app/commands/crosscheck/cross_checker.h"
+#include "app/commands/probe/probe_sentence.h"
 #include "app/program.h"
 #include "app/report/crosscheck/crosscheck_text.h"
 #include "app/report/crosscheck/junit.h"
@@ -323,6 +324,55 @@ TEST(MemoryBudget, ThisMachineHasSomeMemory) {
     const std::vector<char> more(std::size_t{64} << 20, 1);
     EXPECT_GE(peak_memory_bytes(), before + (std::uint64_t{32} << 20));
     EXPECT_EQ(more.back(), 1);
+}
+
+TEST(ProbeSentence, SaysWhatIsHitAndWhoDisagrees) {
+    ProbeReport report;
+    report.colour = 0xFF2020E0;
+    EXPECT_EQ(probe_sentence(report), "nothing, red; all agree");
+    report.exponent = 1;
+    report.ray.dir = vec3(0, 3, 4);
+    report.image = {4.0f, 0.25f, 0.5f, 46629};
+    report.alone = report.image;
+    Candidate candidate;
+    candidate.prim_id = 46629;
+    candidate.t = 4;
+    candidate.u = 0.25f;
+    candidate.v = 0.5f;
+    candidate.is_hit = true;
+    report.candidates.push_back(candidate);
+    EXPECT_EQ(probe_sentence(report), "triangle 46629, 10 away, red; all agree");
+    report.candidates[0].t = 5;
+    EXPECT_EQ(probe_sentence(report),
+              "triangle 46629, 10 away, red; BRUTE FORCE FINDS it with other t, u or v");
+    report.alone = no_hit();
+    report.candidates[0].prim_id = 7;
+    EXPECT_EQ(probe_sentence(report),
+              "triangle 46629, 10 away, red; THE RAY ALONE FINDS nothing, BRUTE FORCE FINDS "
+              "triangle 7");
+    report.candidates[0].is_hit = false;
+    EXPECT_NE(probe_sentence(report).find("BRUTE FORCE FINDS nothing"), std::string::npos);
+}
+
+TEST(ProbeSentence, NamesColours) {
+    const auto name = [](std::uint32_t red, std::uint32_t green, std::uint32_t blue) {
+        return colour_name(0xFF000000 | red | green << 8 | blue << 16);
+    };
+    EXPECT_EQ(name(0, 0, 0), "black");
+    EXPECT_EQ(name(255, 255, 255), "white");
+    EXPECT_EQ(name(128, 128, 128), "grey");
+    EXPECT_EQ(name(200, 200, 198), "light grey");
+    EXPECT_EQ(name(255, 0, 0), "red");
+    EXPECT_EQ(name(255, 0, 20), "red");
+    EXPECT_EQ(name(60, 0, 0), "dark red");
+    EXPECT_EQ(name(240, 130, 20), "orange");
+    EXPECT_EQ(name(230, 220, 30), "yellow");
+    EXPECT_EQ(name(30, 200, 40), "green");
+    EXPECT_EQ(name(20, 220, 220), "cyan");
+    EXPECT_EQ(name(60, 90, 220), "blue");
+    EXPECT_EQ(name(150, 180, 230), "light blue");
+    EXPECT_EQ(name(130, 30, 220), "violet");
+    EXPECT_EQ(name(230, 60, 200), "pink");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
@@ -57,9 +58,22 @@ TEST(Probe, TextIsInHexAndDecimals) {
                                  "--size", "32x32", "--backend", "cpu", "--rays", "shadow"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     for (const char* part :
-         {"frame 3.5, pixel 16,20 of 32x32, shadow rays", "0x1.", "world space",
+         {"; all agree\n", "frame 3.5, pixel 16,20 of 32x32, shadow rays", "0x1.", "world space",
           "hit in the image      prim ", "hit of the ray alone  prim ", "wins"}) {
         EXPECT_NE(outcome.out.find(part), std::string::npos) << part << '\n' << outcome.out;
+    }
+}
+
+TEST(Probe, TextBeginsWithASentenceAndFitsIntoAHundredColumns) {
+    for (const char* rays : {"primary", "shadow", "ao"}) {
+        const Outcome outcome = run({"probe", "builtin:herd", "--frame", "8", "--pixel", "16,20",
+                                     "--size", "32x32", "--backend", "cpu", "--rays", rays});
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        const std::vector<std::string> text = lines(outcome.out);
+        EXPECT_TRUE(std::regex_match(
+            text[0], std::regex("(triangle \\d+, [0-9.]+ away|nothing), [a-z ]+; all agree")))
+            << text[0];
+        for (const std::string& line : text) EXPECT_LE(line.size(), 100u) << line;
     }
 }
 

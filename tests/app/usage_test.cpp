@@ -63,6 +63,7 @@ TEST(Usage, EveryCommandHasHelp) {
 }
 
 TEST(Usage, VersionGoesToStdout) {
+    EXPECT_EQ(run({"-v"}).out, run({"--version"}).out);
     const Outcome outcome = run({"--version"});
     EXPECT_EQ(outcome.code, 0);
     EXPECT_TRUE(outcome.out.starts_with("morphray ")) << outcome.out;
@@ -216,6 +217,41 @@ TEST(Usage, TwoReportsDoNotShareStdout) {
 TEST(Usage, OptionGivenTwiceIsRefused) {
     expect_refused(render({"--threads", "2", "--threads", "2"}), 2, "--threads: given 2 times");
     expect_refused(render({"-q", "--quiet"}), 2, "given 2 times");
+}
+
+TEST(Usage, AMisspeltOptionIsNamedWhereArgumentsAreSeveral) {
+    expect_refused({"crosscheck", "builtin:cloth:500", "--framse", "0"}, 2,
+                   "unknown option '--framse'; did you mean --frames?");
+    expect_refused({"chart", "builtin:cloth:500", "--outt", "charts"}, 2,
+                   "unknown option '--outt'; did you mean --out?");
+    expect_refused({"merge", "shards", "--shet", "sheet.png"}, 2,
+                   "unknown option '--shet'; did you mean --sheet?");
+    expect_refused({"diff", "a.hits", "b.hits", "--jsn", "x.json"}, 2,
+                   "unknown option '--jsn'; did you mean --json?");
+    expect_refused({"render", "builtin:cloth:500", "--threds", "2"}, 2,
+                   "unknown option '--threds'; did you mean --threads?");
+    // A real mistake in the number of files.
+    expect_refused({"diff", "a.hits", "b.hits", "c.hits"}, 2, "unexpected argument 'c.hits'");
+    expect_refused({"crosscheck", "builtin:cloth:500", "builtin:cloth:500", "-q", "-q"}, 2,
+                   "--quiet: given 2 times");
+}
+
+TEST(Usage, ImagesOfOtherKindsAreRefusedAndMakeNoFolder) {
+    const TemporaryFolder folder;
+    for (const char* name : {"x.jpg", "x.JPEG", "x.PNG", "x.tiff", "x.webp", "x.mp4", "x.exr"}) {
+        expect_refused({"render", "builtin:cloth:500", "--frame", "0", "--backend", "cpu", "--size",
+                        "8x8", "--out", folder.file(name)},
+                       2, ".png file");
+    }
+    EXPECT_TRUE(folder.names().empty());
+    // A folder may have any name.
+    std::filesystem::create_directory(folder.path() / "old.jpg");
+    for (const char* name : {"new.jpg/", "old.jpg", "take.2"}) {
+        const Outcome outcome = run({"render", "builtin:cloth:500", "--frame", "0", "--backend",
+                                     "cpu", "--size", "8x8", "--out", folder.file(name)});
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        EXPECT_TRUE(std::filesystem::exists(folder.file(name) + "/frame_0000.png")) << name;
+    }
 }
 
 TEST(Usage, MissingValueIsRefused) {

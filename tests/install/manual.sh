@@ -27,7 +27,7 @@ for command in "" $commands; do
     if [ -n "$command" ]; then
         grep -q "EXAMPLES .* morphray $command" "$scratch/page" || fail "$page lacks an example"
     fi
-    for code in 0 8 70; do grep -qE " $code +[a-z]" "$scratch/page" || fail "$page: no exit code $code"; done
+    for code in 0 8 70 129 130 143; do grep -qE " $code +[a-z]" "$scratch/page" || fail "$page: no exit code $code"; done
 done
 
 bash -n "$folder/completions/morphray.bash"

@@ -19,7 +19,8 @@ constexpr const char* kCommandNote =
 constexpr const char* kExitCodes =
     "Exit codes: 0 ok, 1 a check failed, 2 usage, 3 bad input, 4 backend or device unavailable, "
     "5 output cannot be written, 6 out of memory or over a limit, 7 device lost, 8 partial result "
-    "kept, 70 internal error, 129, 130 and 143 interrupted.";
+    "kept, 70 internal error, 129 ended by SIGHUP, 130 ended by SIGINT (Ctrl-C), 143 ended by "
+    "SIGTERM.";
 
 std::string scene_note() {
     const std::string meshes = extensions_of_meshes(optional_mesh_formats());
@@ -61,6 +62,16 @@ bool takes_scene(const CommandSpec& command) {
     });
 }
 
+constexpr const char* kShippedScenes =
+    "share/scenes is in the folder of the sources; installed it is share/morphray/scenes, such as "
+    "/usr/share/morphray/scenes.";
+
+bool uses_shipped_scenes(const CommandSpec& command) {
+    return std::ranges::any_of(command.examples, [](const Example& example) {
+        return std::string_view(example.lines).find("share/scenes") != std::string_view::npos;
+    });
+}
+
 std::string section(const char* title, const std::string& entries) {
     return entries.empty() ? std::string() : '\n' + std::string(title) + ":\n" + entries;
 }
@@ -80,7 +91,10 @@ std::string examples_text(std::span<const Example> examples) {
     std::string text;
     for (const Example& example : examples) {
         text += wrapped(std::string("  ") + example.does + ":", 2) + '\n';
-        text += std::string("    ") + example.line + '\n';
+        text += "    ";
+        for (const char c : std::string_view(example.lines))
+            text += c == '\n' ? std::string("\n    ") : std::string(1, c);
+        text += '\n';
     }
     return text;
 }
@@ -134,6 +148,7 @@ std::string help_of(const ProgramSpec& program, const CommandSpec& command) {
     std::string text = wrapped(command.help, 0) + '\n' + usage + " [OPTIONS]\n" +
                        section("Arguments", arguments) + section("Options", options) +
                        section("Examples", examples_text(command.examples)) + '\n';
+    if (uses_shipped_scenes(command)) text += wrapped(kShippedScenes, 0) + "\n\n";
     if (takes_scene(command)) text += wrapped(scene_note(), 0) + "\n\n";
     return text + wrapped(kExitCodes, 0) + '\n';
 }

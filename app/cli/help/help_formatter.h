@@ -21,7 +21,7 @@ std::string wrapped(std::string_view text, std::size_t indent, std::size_t colum
 ///   what it does
 ///   Usage: morphray COMMAND SCENE [OPTIONS]
 ///   Arguments:, Options:, Commands:   an entry a line, its text from column 31 on
-///   Examples:                              what each does, and below it the line
+///   Examples:                              what each does, and below it the lines
 ///   notes                                  paragraphs: what SCENE is, exit codes
 ///
 /// `cmake/manual/parse_help.awk` reads this form for man pages and completions.

@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kCpuUnlessAsked = "cpu; with --device or --validate vulkan";
 
-// Each line works as it is (test Help.ExamplesWork).
+// All lines work as they are (test Help.ExamplesWork).
 constexpr Example kTraceExamples[] = {
     {"One ray straight down", "echo 0 9 0 0 -1 0 | morphray trace builtin:cloth --rays - --out -"},
     {"All triangles that it passes through",

@@ -18,15 +18,15 @@ constexpr const char* kFewFrames = "the first, those at a quarter and a half, th
 constexpr const char* kWholeImage = "1024x1024";
 constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a GPU, else the CPU";
 
-// Each line works as it is (test Help.ExamplesWork).
+// All lines work as they are (test Help.ExamplesWork).
 constexpr Example kRenderExamples[] = {
     {"Every eighth frame into the folder cloth, and a contact sheet",
      "morphray render builtin:cloth --frames 0..24:8 --out cloth"},
     {"One image, quickly", "morphray render builtin:twist --frame 12 --samples 1 --out twist.png"},
     {"The first half of the frames; another machine renders --shard 2/2",
      "morphray render builtin:cloth --frames 0..24:6 --shard 1/2 --out shards"},
-    {"A second of an animation in a glTF file, four images of it",
-     "morphray render robot.glb --animation walk --time 0..0.75:0.25 --out walk"},
+    {"Four images of a second of an animation in a glTF file",
+     "morphray render share/scenes/robot.gltf --time 0..0.75:0.25 --out walk"},
 };
 constexpr Example kViewExamples[] = {
     {"A scene that plays", "morphray view builtin:cloth --play"},
@@ -42,13 +42,20 @@ constexpr Example kCrosscheckExamples[] = {
      "morphray crosscheck builtin:spikes --backend cpu --queries 100"},
 };
 constexpr Example kMergeExamples[] = {
-    {"The frames of all shards, with a contact sheet",
+    {"The frames of two shards, with a contact sheet",
+     "morphray render builtin:cloth --frames 0..24:6 --shard 1/2 --out shards\n"
+     "morphray render builtin:cloth --frames 0..24:6 --shard 2/2 --out shards\n"
      "morphray merge shards --sheet sheet.png --json merged.json"},
 };
 constexpr Example kDiffExamples[] = {
-    {"The hits of two machines, with images of the pixels that differ",
-     "morphray diff here.hits there.hits --out differences"},
-    {"Two images with all their channels", "morphray diff here.exr there.exr"},
+    {"The hits of two devices or machines, with images of the pixels that differ",
+     "morphray render builtin:cloth --frame 8 --hits a.hits -o a.png\n"
+     "morphray render builtin:cloth --frame 8 --backend cpu --hits b.hits -o b.png\n"
+     "morphray diff a.hits b.hits --out differences"},
+    {"Two images with all their channels",
+     "morphray render builtin:cloth --frame 8 --exr half -o c.png\n"
+     "morphray render builtin:cloth --frame 8 --exr half --threads 1 -o d.png\n"
+     "morphray diff c.exr d.exr"},
 };
 constexpr Example kProbeExamples[] = {
     {"A pixel, with a file of what decides it",
@@ -70,8 +77,10 @@ constexpr Example kInfoExamples[] = {
     {"What this build reads and writes", "morphray info --formats"},
 };
 constexpr Example kIndexExamples[] = {
-    {"An index for a folder of frames: beside it, as frames.mrindex", "morphray index frames"},
-    {"Whether it is still right, to the last byte", "morphray index frames --verify"},
+    {"An index for a folder of frames; without -o it lies beside it",
+     "morphray index share/scenes/flag -o flag.mrindex"},
+    {"Whether it is still right, to the last byte",
+     "morphray index share/scenes/flag -o flag.mrindex --verify"},
 };
 constexpr Example kDevicesExamples[] = {
     {"All devices, for programs", "morphray devices --json -"},

@@ -37,10 +37,11 @@ struct OptionSpec {
     bool is_flag() const { return std::holds_alternative<bool*>(target); }
 };
 
-/// A command line that works, and what it does.
+/// Command lines that work one after the other in an empty folder beside share/, and what the last
+/// does. They are separated by newlines.
 struct Example {
     const char* does;
-    const char* line;
+    const char* lines;
 };
 
 struct CommandSpec {

@@ -188,12 +188,12 @@ private:
         for (std::size_t i = 0; i < all.size(); ++i) {
             if (images_.contains(all[i])) continue;
             const std::uint32_t owner = owner_of(all.size(), i, first().shard.count);
-            find(FindingKind::kMissing, "it has no image", owner, host_of_shard(owner), all[i]);
+            find(FindingKind::kMissing, "no image", owner, host_of_shard(owner), all[i]);
         }
         for (const auto& [frame, part] : images_) {
             if (std::ranges::binary_search(all, frame)) continue;
-            find(FindingKind::kDiffers, "it is none of the frames of the render", part->shard.index,
-                 part->host, frame);
+            find(FindingKind::kDiffers, "not a frame of the render", part->shard.index, part->host,
+                 frame);
         }
     }
 
@@ -235,7 +235,7 @@ private:
                  checked_frames(render.frames.size(), part.shard, render.verify_every)) {
                 const double frame = render.frames[i];
                 if (std::ranges::find(part.checks, frame, &PartImage::frame) == part.checks.end())
-                    find(FindingKind::kUnverified, "the shard did not render it again",
+                    find(FindingKind::kUnverified, "not rendered again by the shard",
                          part.shard.index, part.host, frame);
             }
         }

@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
 #include "app/commands/merge/merge_parts.h"
 #include "app/report/json_parts.h"
+#include "clips/frame_range.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
 #include "tools/text/table.h"
@@ -18,11 +20,35 @@ std::string place_of(std::uint32_t shard, const std::string& host) {
     return text;
 }
 
-std::string line_of(const Finding& finding) {
+/// A line for one finding, or for the same about several frames, which ascend.
+std::string line_of(const Finding& finding, std::span<const double> frames) {
     std::string place = place_of(finding.shard, finding.host);
-    if (finding.frame)
-        place = fmt::format("frame {}{}{}", *finding.frame, place.empty() ? "" : " of ", place);
-    return fmt::format("{}: {}: {}\n", place, name_of(finding.kind), shown(finding.text));
+    if (!frames.empty())
+        place = fmt::format("frame{} {}{}{}", frames.size() == 1 ? "" : "s",
+                            frame_range_text(frames), place.empty() ? "" : " of ", place);
+    std::string line = fmt::format("{}: {}: {}", place, name_of(finding.kind), shown(finding.text));
+    if (frames.size() > 1) line += fmt::format(" ({} frames)", frames.size());
+    return line + '\n';
+}
+
+/// Whether two findings are the same but for their frames.
+bool is_same(const Finding& a, const Finding& b) {
+    return a.frame && b.frame && a.kind == b.kind && a.shard == b.shard && a.host == b.host &&
+           a.text == b.text;
+}
+
+/// The findings in their order, with a line for neighbours that are the same.
+std::string lines_of(const std::vector<Finding>& findings) {
+    std::string text;
+    for (std::size_t i = 0; i < findings.size();) {
+        const Finding& first = findings[i];
+        std::vector<double> frames;
+        if (first.frame) frames.push_back(*first.frame);
+        for (++i; i < findings.size() && is_same(first, findings[i]); ++i)
+            frames.push_back(*findings[i].frame);
+        text += line_of(first, frames);
+    }
+    return text;
 }
 
 /// Who is faulty, as far as the images tell.
@@ -97,7 +123,7 @@ Json of(const Part& part) {
 
 std::string to_text(const MergeReport& report) {
     std::string text = table_of(report.parts);
-    for (const Finding& finding : report.findings) text += line_of(finding);
+    text += lines_of(report.findings);
     for (const Suspect& suspect : report.suspects) text += line_of(suspect);
     return text + summary(report);
 }

@@ -75,6 +75,15 @@ TEST_F(Merge, NamesAMissingPartAndItsFrames) {
     EXPECT_EQ(findings(folder, {"out"}, "missing"), (Names{"2.0/2/", "3.0/2/", "4.0/2/"}));
 }
 
+TEST_F(Merge, NamesFramesThatFollowEachOtherInOneLine) {
+    change_part(folder, "out/part-2-of-3.json", [](Json& part) { part["frames"] = Json::array(); });
+    const Outcome outcome = merge(folder, {"out"});
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_NE(outcome.out.find("frames 2..4 of shard 2 on n2: missing: no image (3 frames)\n"),
+              std::string::npos)
+        << outcome.out;
+}
+
 TEST_F(Merge, NamesAShardThatWasKilled) {
     change_part(folder, "out/part-3-of-3.json", [](Json& part) {
         part["state"] = "running";
