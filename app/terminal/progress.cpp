@@ -70,8 +70,13 @@ double fraction_of(const ProgressState& state) {
     return std::clamp(state.part, 0.0f, 1.0f);
 }
 
-/// Seconds that the remaining units will take; negative if that cannot be told yet, or no more.
+/// Seconds that the remaining units will take, or the rest of the only step; negative if that
+/// cannot be told yet, or no more.
 double seconds_left(const ProgressState& state) {
+    if (state.total == 0) {
+        const float part = state.part;
+        return part > 0 && part < 1 ? state.elapsed_s * (1 - part) / part : -1;
+    }
     const double done = done_of(state);
     if (!(done > 0) || state.done >= state.total) return -1;
     return state.counted_s * (static_cast<double>(state.total) - done) / done;

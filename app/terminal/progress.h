@@ -56,8 +56,8 @@ struct ProgressState {
 /// One line of at most `columns` characters (escape sequences not counted), ASCII only:
 /// `rendering [#####.....] 5/10  frame 12 43.2 %  1.2 frames/s  4 s left`. Rate and time are
 /// missing before anything is done. Where there is little room, first the rate is left out, then
-/// the step, then the time, and then the bar. Without units: `label [###.....] 43.2 %`, or `label
-/// 3 s`.
+/// the step, then the time, and then the bar. Without units: `label [###.....] 43.2 %  4 s left`,
+/// or `label 3 s`.
 std::string progress_line(const ProgressState& state, int columns, ProgressMode mode);
 
 /// `rendering 5/10  frame 12 43.2 %  4 s left` with a newline, for a file of messages.

@@ -174,6 +174,8 @@ TEST(ProgressLine, OfASingleStepHasItsPartOrTheTime) {
     ProgressState state{.label = "building the tree", .elapsed_s = 3};
     EXPECT_EQ(progress_line(state, 60, ProgressMode::kPlain), "building the tree 3 s");
     state.part = 0.5f;
+    EXPECT_EQ(progress_line(state, 44, ProgressMode::kPlain),
+              "building the tree [###....] 50.0 %  3 s left");
     EXPECT_EQ(progress_line(state, 33, ProgressMode::kPlain), "building the tree [###...] 50.0 %");
 }
 
