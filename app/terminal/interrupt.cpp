@@ -36,12 +36,14 @@ std::atomic<bool> has_timer = false;
 static_assert(std::atomic<bool>::is_always_lock_free &&
               std::atomic<std::int64_t>::is_always_lock_free);  // required in a signal handler
 
-/// The lines for kEndings, as they are written: filled while is_ready is false.
+/// The lines for kEndings, as they are written.
 struct Lines {
     std::array<std::array<char, 8192>, kEndings.size()> text;
     std::array<std::size_t, kEndings.size()> size;
 };
-Lines lines;
+/// The ones that the handler reads are not written to: the others are filled and take their place.
+std::array<Lines, 2> both_lines;
+std::atomic<std::size_t> read_lines = 0;
 
 std::mutex results_mutex;
 /// As tell_results() was told.
@@ -63,7 +65,10 @@ std::string message_of(int signal) {
     return text;
 }
 
+/// The caller holds the mutex.
 void prepare_lines() {
+    const std::size_t other = 1 - read_lines.load();
+    Lines& lines = both_lines[other];
     for (std::size_t i = 0; i < kEndings.size(); ++i) {
         const std::string line = "morphray: " + shown(message_of(kEndings[i])) + '\n';
         const std::size_t size = std::min(line.size(), lines.text[i].size());
@@ -71,6 +76,7 @@ void prepare_lines() {
         lines.text[i][size - 1] = '\n';
         lines.size[i] = size;
     }
+    read_lines.store(other);
 }
 
 void set_handler(int signal, void (*handler)(int)) {
@@ -115,6 +121,7 @@ void on_signal(int signal) {
 void on_end_of_grace(int) {
     if (received_signal.load() == 0 || is_ending.exchange(true)) return;
     clear_progress_in_handler();
+    const Lines& lines = both_lines[read_lines.load()];
     for (std::size_t i = 0; i < kEndings.size(); ++i) {
         if (received_signal.load() != kEndings[i]) continue;
         [[maybe_unused]] const ssize_t ignored =
@@ -165,7 +172,7 @@ void tell_results(const std::string& finished, const std::string& place) {
     const std::scoped_lock lock(results_mutex);
     results_finished = finished;
     results_place = place;
-    // Once a signal has arrived, its handler may be reading the lines.
+    // After a signal the handler may read the lines, so that they change no more.
     if (!interrupted()) prepare_lines();
 }
 
