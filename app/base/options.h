@@ -195,7 +195,7 @@ struct Options {
     std::string plot;
     /// A report of an earlier run, and by how much a stage may be slower than there.
     std::string baseline;
-    double tolerance_percent = 10;
+    double tolerance_percent = 5;
     bool tolerance_given = false;
 
     // trace

@@ -16,6 +16,7 @@
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/version.h"
+#include "tools/measure/machine_load.h"
 #include "tools/process/shell_text.h"
 
 namespace mray::app {
@@ -63,6 +64,7 @@ void require_same_rows(const Options& options, const ProfileReport& baseline,
 void measure(const Options& options, SceneFrames& scene, const std::vector<double>& frames,
              const std::vector<BackendChoice>& choices, const Messages& messages,
              ProfileReport& report) {
+    const MachineLoad load;
     Yardstick yardstick(options.backend.threads);
     Progress progress("measuring", "frame", frames.size() * choices.size(), progress_mode(options));
     for (const BackendChoice choice : choices) {
@@ -77,6 +79,8 @@ void measure(const Options& options, SceneFrames& scene, const std::vector<doubl
         }
     }
     progress.finish();
+    report.waited = yardstick.waited();
+    report.others = load.others();
     report.peak_memory_bytes = peak_memory_bytes();
 }
 
@@ -129,7 +133,7 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
             compare_with_baseline(options.baseline, *baseline, report, options.tolerance_percent);
     }
     publish(report, options, messages);
-    const bool is_slower = report.baseline && report.baseline->slower_stages() > 0;
+    const bool is_slower = report.baseline && report.baseline->count(StageVerdict::kSlower) > 0;
     return is_slower ? ExitCode::kCheckFailed : ExitCode::kOk;
 }
 

@@ -35,7 +35,9 @@ plot::Figure figure_of(const PolicyReport& report) {
         .footer = fmt::format(
             "{}x{} pixels, {} rays; {}", report.head.width, report.head.height, report.rays,
             report.repeat == 1 ? std::string("one round")
-                               : fmt::format("medians of {} rounds", report.repeat)),
+                               : fmt::format("medians of {} rounds, with bars from the least to "
+                                             "the largest",
+                                             report.repeat)),
         .columns = 2,
         .panel_width = 520,
         .panel_height = 280};

@@ -4,6 +4,7 @@
 #include "app/report/json_parts.h"
 #include "app/report/profile_table.h"
 #include "common/text/number_text.h"
+#include "tools/measure/spread.h"
 
 namespace mray::app {
 namespace {
@@ -16,11 +17,14 @@ Json of(const ProfileRow& row) {
     json["rays"] = row.times.rays;
     json["sah_cost"] = row.sah_cost;
     json["rebuilt_sah_cost"] = row.rebuilt_sah_cost;
-    json["least_ms"] = {{"update", row.least_update_ms},
-                        {"rebuild", row.least_rebuild_ms},
-                        {"trace", row.least_trace_ms},
-                        {"trace_rebuilt", row.least_trace_rebuilt_ms}};
-    json["yardstick_ms"] = row.yardstick_ms;
+    for (const SampleKind& kind : kSampleKinds) {
+        const std::vector<double>& samples = row.samples.*kind.samples;
+        const Spread spread = spread_of(samples);
+        json["samples_ms"][kind.name] = samples;
+        json["least_ms"][kind.name] = spread.least;
+        json["spread_percent"][kind.name] = spread.percent;
+    }
+    json["yardstick_ms"] = spread_of(row.samples.yardstick).least;
     return json;
 }
 
@@ -32,15 +36,29 @@ Json of(const BaselineReport& report) {
                           {"expected_ms", stage.expected_ms},
                           {"measured_ms", stage.measured_ms},
                           {"percent", stage.percent()},
+                          {"least_percent", 100 * (stage.ratio.least - 1)},
+                          {"most_percent", 100 * (stage.ratio.most - 1)},
+                          {"chance", stage.chance},
                           {"worst_frame", stage.worst_frame},
                           {"worst_percent", stage.worst_percent},
-                          {"verdict", name_of_verdict(report, stage)}});
+                          {"verdict", name_of(stage.verdict)}});
     }
     return {{"file", report.file},
             {"version", report.version},
             {"tolerance_percent", report.tolerance_percent},
-            {"slower", report.slower_stages()},
+            {"has_samples", report.has_samples},
+            {"confidence", report.confidence},
+            {"load_factor", report.load_factor},
+            {"slower", report.count(StageVerdict::kSlower)},
+            {"unsure", report.count(StageVerdict::kUnsure)},
             {"stages", stages}};
+}
+
+/// Least, median and spread of the rounds.
+Json of(const Spread& spread) {
+    return {{"least_ms", spread.least},
+            {"median_ms", spread.median},
+            {"spread_percent", spread.percent}};
 }
 
 Json of(const PolicyRun& run) {
@@ -54,6 +72,7 @@ Json of(const PolicyRun& run) {
             {"worst_trace_vs_rebuilt", run.worst_trace_vs_rebuilt()},
             {"regret", run.regret()},
             {"rebuilds", run.rebuilds()},
+            {"total", of(spread_of(run.totals_ms))},
             {"hits_hashes", hashes}};
 }
 
@@ -64,6 +83,8 @@ Json of(const PolicyRun& run, const PolicyFrame& frame) {
                  {"update", frame.update},
                  {"reason", frame.reason}};
     add_times(json, frame.times);
+    json["trace"] = of(spread_of(frame.traces_ms));
+    json["cost"] = of(spread_of(frame.costs_ms));
     json["trace_rebuilt_ms"] = frame.trace_rebuilt_ms;
     json["cost_ratio"] = frame.cost_ratio;
     json["build_pending"] = frame.build_pending;
@@ -82,6 +103,8 @@ std::string to_json(const ProfileReport& report) {
     json["peak_memory_bytes"] = report.peak_memory_bytes;
     json["options"] = report.options;
     json["yardstick"] = report.yardstick;
+    json["waited"] = report.waited;
+    json["others"] = report.others;
     json["frames"] = Json::array();
     for (const ProfileRow& row : report.rows) json["frames"].push_back(of(row));
     if (report.baseline) json["baseline"] = of(*report.baseline);

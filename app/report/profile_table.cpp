@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "common/text/message_text.h"
+#include "tools/measure/spread.h"
 
 namespace mray::app {
 namespace {
@@ -15,74 +18,150 @@ std::string brief(double value) {
     return fmt::format("{:.{}f}", value, digits);
 }
 
+struct ShownStage {
+    const char* name;
+    const char* csv_name;
+    std::vector<double> StageSamples::*samples;
+};
+constexpr std::array<ShownStage, 6> kShownStages = {
+    {{"deform", "deform", &StageSamples::deform},
+     {"upload", "upload", &StageSamples::upload},
+     {"refit", "refit", &StageSamples::refit},
+     {"rebuild", "rebuild", &StageSamples::rebuild},
+     {"trace", "trace", &StageSamples::trace},
+     {"new trace", "rebuilt trace", &StageSamples::trace_rebuilt}}};
+
 double mrays(const ProfileRow& row, double ms) {
     return static_cast<double>(row.times.rays) / (ms * 1e3 + 1e-9);
 }
 
 std::string signed_percent(double percent) {
-    if (percent > 99999) return ">+99999";
-    return fmt::format("{:+.1f}", percent);
+    if (percent > 9999) return ">+9999";
+    return fmt::format("{:+.{}f}", percent, percent < 999.95 ? 1 : 0);
+}
+
+std::string chance_text(double chance) {
+    return chance < 1e-4 ? "<0.01" : fmt::format("{:.2f}", 100 * chance);
 }
 
 }  // namespace
 
-std::size_t BaselineReport::slower_stages() const {
-    return static_cast<std::size_t>(std::ranges::count_if(
-        stages, [this](const StageChange& stage) { return is_slower(stage); }));
+std::size_t BaselineReport::count(StageVerdict verdict) const {
+    return static_cast<std::size_t>(std::ranges::count(stages, verdict, &StageChange::verdict));
 }
 
 Table profile_table(const ProfileReport& report) {
-    Table table({"frame", "backend", "deform ms", "upload ms", "refit ms", "refit ns/tri",
-                 "rebuild ms", "rebuild ns/tri", "trace ms", "Mray/s", "SAH cost",
-                 "rebuilt trace ms", "rebuilt Mray/s", "rebuilt SAH cost", "yardstick ms"});
+    std::vector<std::string> header = {
+        "frame",        "backend",          "deform ms",      "upload ms",        "refit ms",
+        "refit ns/tri", "rebuild ms",       "rebuild ns/tri", "trace ms",         "Mray/s",
+        "SAH cost",     "rebuilt trace ms", "rebuilt Mray/s", "rebuilt SAH cost", "yardstick ms"};
+    for (const ShownStage& stage : kShownStages) {
+        header.push_back(fmt::format("least {} ms", stage.csv_name));
+        header.push_back(fmt::format("{} spread %", stage.csv_name));
+    }
+    Table table(header);
     const auto triangles = static_cast<double>(std::max<std::uint64_t>(1, report.head.triangles));
     for (const ProfileRow& row : report.rows) {
         const FrameTimes& t = row.times;
-        table.add({fmt::format("{}", row.frame), row.backend, fixed(t.deform_ms),
-                   fixed(t.update.upload_ms), fixed(t.update.refit_ms),
-                   fixed(t.update.refit_ms * 1e6 / triangles), fixed(t.update.rebuild_ms),
-                   fixed(t.update.rebuild_ms * 1e6 / triangles), fixed(t.trace_ms),
-                   fixed(mrays(row, t.trace_ms)), fixed(row.sah_cost), fixed(row.trace_rebuilt_ms),
-                   fixed(mrays(row, row.trace_rebuilt_ms)), fixed(row.rebuilt_sah_cost),
-                   fixed(row.yardstick_ms)});
+        std::vector<std::string> cells = {fmt::format("{}", row.frame),
+                                          row.backend,
+                                          fixed(t.deform_ms),
+                                          fixed(t.update.upload_ms),
+                                          fixed(t.update.refit_ms),
+                                          fixed(t.update.refit_ms * 1e6 / triangles),
+                                          fixed(t.update.rebuild_ms),
+                                          fixed(t.update.rebuild_ms * 1e6 / triangles),
+                                          fixed(t.trace_ms),
+                                          fixed(mrays(row, t.trace_ms)),
+                                          fixed(row.sah_cost),
+                                          fixed(row.trace_rebuilt_ms),
+                                          fixed(mrays(row, row.trace_rebuilt_ms)),
+                                          fixed(row.rebuilt_sah_cost),
+                                          fixed(spread_of(row.samples.yardstick).least)};
+        for (const ShownStage& stage : kShownStages) {
+            const Spread spread = spread_of(row.samples.*stage.samples);
+            cells.push_back(fixed(spread.least));
+            cells.push_back(fmt::format("{:.1f}", spread.percent));
+        }
+        table.add(cells);
     }
     return table;
 }
 
 std::string profile_text(const ProfileReport& report) {
-    Table table({"frame", "backend", "deform", "upload", "refit", "rebuild", "trace", "Mray/s",
-                 "SAH cost", "new trace", "new SAH"});
+    Table table({"frame", "backend", "stage", "least", "median", "spread %", "Mray/s", "SAH cost"});
     for (const ProfileRow& row : report.rows) {
-        const FrameTimes& t = row.times;
-        table.add({fmt::format("{}", row.frame), row.backend, brief(t.deform_ms),
-                   brief(t.update.upload_ms), brief(t.update.refit_ms), brief(t.update.rebuild_ms),
-                   brief(t.trace_ms), brief(mrays(row, t.trace_ms)), brief(row.sah_cost),
-                   brief(row.trace_rebuilt_ms), brief(row.rebuilt_sah_cost)});
+        for (const ShownStage& stage : kShownStages) {
+            const Spread spread = spread_of(row.samples.*stage.samples);
+            const bool is_trace = stage.samples == &StageSamples::trace;
+            const bool is_new_trace = stage.samples == &StageSamples::trace_rebuilt;
+            table.add({fmt::format("{}", row.frame), row.backend, stage.name, brief(spread.least),
+                       brief(spread.median), fmt::format("{:.1f}", spread.percent),
+                       is_trace || is_new_trace ? brief(mrays(row, spread.median)) : "",
+                       is_trace       ? brief(row.sah_cost)
+                       : is_new_trace ? brief(row.rebuilt_sah_cost)
+                                      : ""});
+        }
     }
-    return "times in ms; new: with the tree that rebuild makes, instead of the refitted one\n" +
-           table.text();
+    return fmt::format(
+        "times in ms of {} {}; spread: the middle half of the runs, in percent of the median\n"
+        "new trace: with the tree that rebuild makes, instead of the refitted one\n{}",
+        report.repeat, report.repeat == 1 ? "run" : "runs", table.text());
 }
 
-const char* name_of_verdict(const BaselineReport& report, const StageChange& stage) {
-    if (stage.is_too_short) return "too short";
-    if (report.is_slower(stage)) return "slower";
-    return stage.percent() < -report.tolerance_percent ? "faster" : "ok";
+const char* name_of(StageVerdict verdict) {
+    switch (verdict) {
+        case StageVerdict::kTooShort:
+            return "too short";
+        case StageVerdict::kUnsure:
+            return "unsure";
+        case StageVerdict::kSame:
+            return "ok";
+        case StageVerdict::kSlower:
+            return "slower";
+        case StageVerdict::kFaster:
+            return "faster";
+    }
+    return "";
 }
 
 std::string baseline_text(const BaselineReport& report) {
-    Table table({"stage", "backend", "expected ms", "measured ms", "change %", "worst frame",
-                 "there %", "verdict"});
+    Table table({"stage", "backend", "expected", "measured", "change", "from", "to", "chance",
+                 "worst frame", "verdict"});
+    const auto percent = [](double ratio) { return signed_percent(100 * (ratio - 1)); };
     for (const StageChange& stage : report.stages) {
         table.add({stage.stage, stage.backend, brief(stage.expected_ms), brief(stage.measured_ms),
-                   signed_percent(stage.percent()), fmt::format("{}", stage.worst_frame),
-                   signed_percent(stage.worst_percent), name_of_verdict(report, stage)});
+                   percent(stage.ratio.ratio), percent(stage.ratio.least),
+                   percent(stage.ratio.most), chance_text(stage.chance),
+                   fmt::format("{}: {}", stage.worst_frame, signed_percent(stage.worst_percent)),
+                   name_of(stage.verdict)});
     }
-    const std::size_t slower = report.slower_stages();
-    return fmt::format(
-        "expected: as in the baseline, by the yardstick of both runs\n{}{} of {} stages more than "
-        "{}% slower than in {} (morphray {})\n",
-        table.text(), slower == 0 ? "none" : fmt::format("{}", slower), report.stages.size(),
-        report.tolerance_percent, shown(report.file), report.version);
+    std::string text = fmt::format(
+        "medians in ms; expected: as in the baseline, by the yardstick of both runs; changes in %\n"
+        "from, to: {:g} % sure for all stages together; chance: % that noise alone does it\n{}",
+        100 * report.confidence, table.text());
+    const std::size_t slower = report.count(StageVerdict::kSlower);
+    text += fmt::format("{} of {} stages more than {}% slower than in {} (morphray {})\n",
+                        slower == 0 ? "none" : fmt::format("{}", slower), report.stages.size(),
+                        report.tolerance_percent, shown(report.file), report.version);
+    if (!report.has_samples)
+        text += "the baseline has no samples: their noise is taken for that of this run\n";
+    const std::size_t unsure = report.count(StageVerdict::kUnsure);
+    if (unsure == 0) return text;
+    text += fmt::format("unsure: {} of {} stages; the noise of the runs hides changes of {}%\n",
+                        unsure, report.stages.size(), report.tolerance_percent);
+    if (report.load_factor > 1) {
+        text += fmt::format(
+            "the machine was busy, which may change times by a factor of {:.1f}: repeat on an idle "
+            "one\n",
+            report.load_factor);
+    }
+    if (report.has_too_few_runs) {
+        text += "there are too few runs to tell: give --repeat 6 or more\n";
+    } else if (report.load_factor == 1) {
+        text += "more runs tell more: give a larger --repeat\n";
+    }
+    return text;
 }
 
 }  // namespace mray::app

@@ -14,11 +14,11 @@ Table profile_table(const ProfileReport& report);
 /// The same for a terminal, of at most 100 columns, with what its headings mean.
 std::string profile_text(const ProfileReport& report);
 
-/// A row for each backend and stage, and a line that says how many became slower. At most 100
-/// columns, apart from the name of the file.
+/// A row for each backend and stage, and lines that say how many became slower and why some have no
+/// verdict. At most 100 columns, apart from the name of the file.
 std::string baseline_text(const BaselineReport& report);
 
-/// "ok", "slower", "faster" or "too short".
-const char* name_of_verdict(const BaselineReport& report, const StageChange& stage);
+/// "too short", "unsure", "ok", "slower" or "faster".
+const char* name_of(StageVerdict verdict);
 
 }  // namespace mray::app

@@ -9,6 +9,7 @@
 #include "common/text/number_text.h"
 #include "common/update/tree_updater.h"
 #include "tools/measure/median.h"
+#include "tools/measure/spread.h"
 
 namespace mray {
 namespace {
@@ -29,22 +30,28 @@ std::vector<PolicyFrame> merge_rounds(const std::vector<std::vector<PolicyFrame>
     std::vector<PolicyFrame> merged = rounds.back();
     for (std::size_t f = 0; f < merged.size(); ++f) {
         std::vector<PolicyFrame> played;
-        for (const auto& round : rounds) played.push_back(round[f]);
+        for (const auto& round : rounds) {
+            played.push_back(round[f]);
+            merged[f].traces_ms.push_back(round[f].times.trace_ms);
+            merged[f].costs_ms.push_back(round[f].cost_ms());
+        }
         merged[f].times =
             lower_median(played, [](const PolicyFrame& frame) { return frame.cost_ms(); }).times;
     }
     return merged;
 }
 
-std::string fixed_ms(double value) { return fmt::format("{:.3f}", value); }
-
-}  // namespace
-
-double PolicyRun::total_ms() const {
+double total_of(const std::vector<PolicyFrame>& frames) {
     double total = 0;
     for (const PolicyFrame& frame : frames) total += frame.cost_ms();
     return total;
 }
+
+std::string fixed_ms(double value) { return fmt::format("{:.3f}", value); }
+
+}  // namespace
+
+double PolicyRun::total_ms() const { return total_of(frames); }
 
 double PolicyRun::median_frame_ms() const {
     std::vector<double> values;
@@ -204,6 +211,7 @@ PolicyComparison PolicyRunner::compare(std::span<const PolicySpec> policies,
         run.policy = text_of(policies[p]);
         run.backend = backend_->info().name;
         run.frames = merge_rounds(rounds[p]);
+        for (const auto& round : rounds[p]) run.totals_ms.push_back(total_of(round));
         for (std::size_t f = 0; f < frames_.size(); ++f)
             run.frames[f].trace_rebuilt_ms = trace_rebuilt_ms_[f];
     }
@@ -216,17 +224,22 @@ PolicyComparison PolicyRunner::compare(std::span<const PolicySpec> policies,
 Table policy_frames_table(std::span<const PolicyComparison> comparisons) {
     Table table({"policy", "backend", "frame", "update", "upload ms", "refit ms", "decide ms",
                  "restructure ms", "rebuild ms", "trace ms", "rebuilt trace ms", "cost ratio",
-                 "hits hash", "reason"});
+                 "hits hash", "reason", "least trace ms", "trace spread %", "least cost ms",
+                 "median cost ms", "cost spread %"});
     for (const PolicyComparison& comparison : comparisons) {
         for (const PolicyRun& run : comparison.runs) {
             for (const PolicyFrame& f : run.frames) {
                 const UpdateTimes& update = f.times.update;
+                const Spread trace = spread_of(f.traces_ms);
+                const Spread cost = spread_of(f.costs_ms);
                 table.add({run.policy, run.backend, fmt::format("{}", f.frame), f.update,
                            fixed_ms(update.upload_ms), fixed_ms(update.refit_ms),
                            fixed_ms(update.decide_ms), fixed_ms(update.restructure_ms),
                            fixed_ms(update.rebuild_ms), fixed_ms(f.times.trace_ms),
                            fixed_ms(f.trace_rebuilt_ms), fmt::format("{:.4f}", f.cost_ratio),
-                           hash_text(f.hits_hash), f.reason});
+                           hash_text(f.hits_hash), f.reason, fixed_ms(trace.least),
+                           fmt::format("{:.1f}", trace.percent), fixed_ms(cost.least),
+                           fixed_ms(cost.median), fmt::format("{:.1f}", cost.percent)});
             }
         }
     }

@@ -27,6 +27,9 @@ struct PolicyFrame {
     std::uint64_t hits_hash = 0;
     /// The times of the round with the median cost_ms().
     FrameTimes times;
+    /// trace_ms and cost_ms() of each round.
+    std::vector<double> traces_ms;
+    std::vector<double> costs_ms;
     /// Time to trace the tree that is built at this frame.
     double trace_rebuilt_ms = 0;
 
@@ -46,6 +49,8 @@ struct PolicyRun {
     std::string policy;
     std::string backend;
     std::vector<PolicyFrame> frames;
+    /// The costs of all frames of each round added up.
+    std::vector<double> totals_ms;
     /// The least that is known to be possible on the same backend: total_ms() of the best schedule
     /// of refits and rebuilds, or of the best policy if that took less.
     double best_ms = 0;

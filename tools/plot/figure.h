@@ -35,12 +35,20 @@ struct Axis {
     double least_positive = 0;
 };
 
+/// The least and the largest value of a point that stands for several.
+struct Range {
+    double least = 0;
+    double most = 0;
+};
+
 /// Points with a line, symbols or both. A curve without points is not in the legend.
 struct Curve {
     /// Its text in the legend; empty: none.
     std::string title;
     std::vector<Point> points;
     Style style;
+    /// A vertical bar through each point; empty: none, else one for each point.
+    std::vector<Range> ranges = {};
 };
 
 /// A filled rectangle between two corners.

@@ -55,6 +55,11 @@ std::string run_gnuplot(const std::string& folder, const std::string& script) {
     throw Error(ErrorKind::kInternal, fmt::format("{}: gnuplot: {}", script, why));
 }
 
+std::string svg_of(const Figure& figure) {
+    const ScratchFile script(script_of(figure, {{Image::kSvg, ""}}));
+    return run_gnuplot("", script.path());
+}
+
 void draw(const Figure& figure, const std::string& file) {
     const Image image = file.ends_with(".png") ? Image::kPng : Image::kSvg;
     const ScratchFile script(script_of(figure, {{image, ""}}));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/text/utf8.h"
 #include "tools/plot/layout.h"
 
 namespace mray::plot {
@@ -25,9 +26,16 @@ public:
             const PanelLayout& layout = layout_.panels[p];
             for (std::size_t c = 0; c < panel.curves.size(); ++c) {
                 text += fmt::format("${} << END_OF_DATA\n", curve_name(p, c));
-                for (const Point& point : panel.curves[c].points)
-                    text +=
-                        fmt::format("{} {}\n", layout.x.place(point.x), layout.y.place(point.y));
+                const Curve& curve = panel.curves[c];
+                for (std::size_t i = 0; i < curve.points.size(); ++i) {
+                    text += fmt::format("{} {}", layout.x.place(curve.points[i].x),
+                                        layout.y.place(curve.points[i].y));
+                    if (!curve.ranges.empty()) {
+                        text += fmt::format(" {} {}", layout.y.place(curve.ranges[i].least),
+                                            layout.y.place(curve.ranges[i].most));
+                    }
+                    text += '\n';
+                }
                 text += "END_OF_DATA\n";
             }
             if (!panel.rectangles.empty()) text += rectangle_data(p);
@@ -86,7 +94,7 @@ private:
                            screen(16, layout_.height - 14 -
                                           kLineHeight * static_cast<double>(std::ranges::count(
                                                             layout_.footer, '\n'))),
-                           font(kSmallFontSize, png), colour_text(kPaleTextColour));
+                           font(kFontSize, png), colour_text(kPaleTextColour));
     }
 
     std::string texts(std::size_t p, bool png) const {
@@ -97,7 +105,7 @@ private:
                              std::uint32_t colour) {
             text += fmt::format("set label {} at {} {} noenhanced front {} tc {}\n",
                                 single_quoted(label), screen(at.x, at.y), side,
-                                font(kSmallFontSize, png), colour_text(colour));
+                                font(kFontSize, png), colour_text(colour));
         };
         for (const CentredText& centred : panel.texts) {
             Point at = layout.pixel(centred.at);
@@ -133,8 +141,7 @@ private:
                 fmt::format("{}{} {}", i == 0 ? "" : ", ", double_quoted(name), range.ticks[i].at);
         }
         return fmt::format("set {}tics ({}) {} {}\n", axis, places,
-                           given.names.empty() ? "enhanced" : "noenhanced",
-                           font(broken_names.empty() ? kFontSize : kSmallFontSize, png));
+                           given.names.empty() ? "enhanced" : "noenhanced", font(kFontSize, png));
     }
 
     std::string axes(std::size_t p, bool png) const {
@@ -158,7 +165,7 @@ private:
         text += ticks('x', panel.x, layout.x, layout.x_names, png);
         text += ticks('y', panel.y, layout.y, {}, png);
         text += fmt::format("set xlabel {} noenhanced\nset ylabel {} noenhanced\n",
-                            single_quoted(panel.x.title), single_quoted(panel.y.title));
+                            double_quoted(layout.x_title), single_quoted(panel.y.title));
         if (layout.x.zero_at > 0) {
             text += fmt::format(
                 "set arrow from {0}, graph 0 to {0}, graph 1 nohead back lw 1.5 lc {1}\n",
@@ -202,7 +209,7 @@ private:
     }
 
     static std::string line_text(const Style& style) {
-        return style.dashed ? " lw 2 dt (6,4)" : " lw 2";
+        return fmt::format(" lw {}{}", style.line_width, style.dashed ? " dt (6,4)" : "");
     }
     static std::string symbol_text(const Style& style) {
         return fmt::format(" pt {} ps {}", style.symbol, style.symbol_size);
@@ -232,6 +239,10 @@ private:
         for (std::size_t c = 0; c < panel.curves.size(); ++c) {
             const Curve& curve = panel.curves[c];
             if (curve.points.empty()) continue;
+            if (!curve.ranges.empty()) {
+                text += fmt::format(", ${} using 1:2:3:4 with yerrorbars pt -1 lw 1 lc {} notitle",
+                                    curve_name(p, c), colour_text(curve.style.colour));
+            }
             text += fmt::format(
                 ", ${} using 1:2 {} {}", curve_name(p, c), style_text(curve.style),
                 curve.title.empty() ? "notitle" : "title " + single_quoted(curve.title));
@@ -254,7 +265,7 @@ std::string script_of(const Figure& figure, const std::vector<Output>& outputs) 
 
 std::string single_quoted(std::string_view text) {
     std::string result = "'";
-    for (const char c : text) {
+    for (const char c : utf8_text(text)) {
         if (c == '\n' || c == '\r') continue;
         result.append(c == '\'' ? 2 : 1, c);
     }
@@ -263,7 +274,7 @@ std::string single_quoted(std::string_view text) {
 
 std::string double_quoted(std::string_view text) {
     std::string result = "\"";
-    for (const char c : text) {
+    for (const char c : utf8_text(text)) {
         if (c == '\n') {
             result += "\\n";
         } else {

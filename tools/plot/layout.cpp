@@ -18,6 +18,10 @@ constexpr double kLegendLine = 20;
 /// Wider than any common sans serif font's mean.
 constexpr double kCharacterWidth = 0.55;
 
+/// The least width of panels side by side, and of a panel alone.
+constexpr int kLeastColumnWidth = 360;
+constexpr int kLeastWidth = 200;
+
 /// The margins of a panel around its area.
 struct Margins {
     double left = 0;
@@ -44,7 +48,7 @@ std::string broken(const std::string& text, double width) {
         const std::size_t end = std::min(text.find(' ', begin), text.size());
         const std::string word = text.substr(begin, end - begin);
         begin = end + 1;
-        if (!line.empty() && text_width(line + " " + word, kSmallFontSize) > width) {
+        if (!line.empty() && text_width(line + " " + word, kFontSize) > width) {
             result += line + "\n";
             line = word;
         } else {
@@ -88,7 +92,13 @@ PanelLayout fit_panel(const Panel& panel, double width) {
         x.push_back(point.x);
         y.push_back(point.y);
     };
-    for (const Curve& curve : panel.curves) std::ranges::for_each(curve.points, add);
+    for (const Curve& curve : panel.curves) {
+        std::ranges::for_each(curve.points, add);
+        for (const Range& range : curve.ranges) {
+            y.push_back(range.least);
+            y.push_back(range.most);
+        }
+    }
     for (const Rectangle& rectangle : panel.rectangles) {
         add(rectangle.first);
         add(rectangle.second);
@@ -98,13 +108,14 @@ PanelLayout fit_panel(const Panel& panel, double width) {
     layout.y = fit_axis(panel.y, Direction::kY, y);
     const double room = width / static_cast<double>(std::max<std::size_t>(1, panel.x.names.size()));
     for (const std::string& name : panel.x.names) layout.x_names.push_back(broken(name, room));
+    layout.x_title = broken(panel.x.title, width);
     layout.legend = legend_of(panel, width);
     if (panel.legend == Legend::kAbove && !layout.legend.empty())
         layout.legend_height = layout.legend.back().box.bottom();
     return layout;
 }
 
-Margins margins_of(const Panel& panel, const PanelLayout& layout) {
+Margins margins_of(const Panel& panel, const PanelLayout& layout, double width) {
     Margins margins;
     for (const Tick& tick : layout.y.ticks)
         margins.left = std::max(margins.left, tick_width(tick.text));
@@ -113,15 +124,20 @@ Margins margins_of(const Panel& panel, const PanelLayout& layout) {
     std::size_t lines = 1;
     for (const std::string& name : layout.x_names) lines = std::max(lines, line_count(name));
     margins.bottom = kTickGap + static_cast<double>(lines) * kLineHeight +
-                     (panel.x.title.empty() ? 0 : 1.6 * kLineHeight);
+                     (panel.x.title.empty()
+                          ? 0
+                          : (0.6 + static_cast<double>(line_count(layout.x_title))) * kLineHeight);
     margins.right = kPanelGap;
     for (const RowNote& note : panel.row_notes)
-        margins.right = std::max(margins.right, kPanelGap + text_width(note.text, kSmallFontSize));
+        margins.right = std::max(margins.right, kPanelGap + text_width(note.text, kFontSize));
     margins.top += layout.legend_height;
-    if (panel.legend != Legend::kRight || layout.legend.empty()) return margins;
     double widest = 0;
     for (const LegendEntry& entry : layout.legend) widest = std::max(widest, entry.box.width);
-    margins.right += kTickGap + widest;
+    if (panel.legend == Legend::kRight && widest > 0) {
+        margins.right += kTickGap + widest;
+    } else {
+        margins.right = std::max(margins.right, widest - width);
+    }
     return margins;
 }
 
@@ -141,7 +157,7 @@ void place_point_names(const Panel& panel, PanelLayout& layout) {
     std::vector<NameRequest> requests;
     for (const PointName& name : panel.point_names) {
         requests.push_back(
-            {layout.pixel(name.at), text_width(name.text, kSmallFontSize), kSmallFontSize + 2});
+            {layout.pixel(name.at), text_width(name.text, kFontSize), kFontSize + 2});
     }
     layout.names = place_names(requests, layout.area);
 }
@@ -162,8 +178,8 @@ FigureLayout lay_out(const Figure& figure) {
     FigureLayout layout;
     for (std::size_t i = 0; i < figure.panels.size(); ++i) {
         const Panel& panel = figure.panels[i];
-        const PanelLayout fitted = layout.panels.emplace_back(fit_panel(panel, figure.panel_width));
-        const Margins margins = margins_of(panel, fitted);
+        const PanelLayout ranged = layout.panels.emplace_back(fit_panel(panel, figure.panel_width));
+        const Margins margins = margins_of(panel, ranged, figure.panel_width);
         Margins& column = of_column[i % columns];
         Margins& row = of_row[i / columns];
         column.left = std::max(column.left, margins.left);
@@ -171,7 +187,7 @@ FigureLayout lay_out(const Figure& figure) {
         row.top = std::max(row.top, margins.top);
         row.bottom = std::max(row.bottom, margins.bottom);
     }
-    double top = kTitleHeight;
+    double top = figure.title.empty() ? kEdge : kTitleHeight;
     for (std::size_t row = 0; row < rows; ++row) {
         double left = kEdge;
         for (std::size_t column = 0; column < columns; ++column) {
@@ -192,9 +208,36 @@ FigureLayout lay_out(const Figure& figure) {
     layout.width = std::max(layout.width,
                             static_cast<int>(2 * kEdge + text_width(figure.title, kTitleFontSize)));
     layout.footer = broken(figure.footer, layout.width - 2 * kEdge);
-    layout.height = static_cast<int>(std::ceil(
-        top + 2 * kFooterGap + static_cast<double>(line_count(layout.footer)) * kLineHeight));
+    if (!figure.footer.empty())
+        top += 2 * kFooterGap + static_cast<double>(line_count(layout.footer)) * kLineHeight;
+    layout.height = static_cast<int>(std::ceil(top));
     return layout;
+}
+
+Figure fitted(const Figure& figure, int width) {
+    Figure result = figure;
+    result.title.clear();
+    result.footer.clear();
+    const auto shrink = [&] {
+        const int columns = static_cast<int>(std::max<std::size_t>(1, result.columns));
+        const int excess = lay_out(result).width - width;
+        if (excess > 0) result.panel_width -= (excess + columns - 1) / columns;
+    };
+    shrink();
+    if (result.panel_width >= kLeastColumnWidth) return result;
+    result.columns = 1;
+    result.panel_width = figure.panel_width;
+    for (std::size_t i = 0; i < result.panels.size(); ++i) {
+        Panel& panel = result.panels[i];
+        panel.row_notes.clear();
+        // A panel without a legend shares that of its neighbour.
+        if (panel.legend == Legend::kNone && i + 1 < result.panels.size() && figure.columns > 1)
+            panel.legend = result.panels[i + 1].legend;
+        if (panel.legend != Legend::kNone) panel.legend = Legend::kAbove;
+    }
+    shrink();
+    result.panel_width = std::max(result.panel_width, kLeastWidth);
+    return result;
 }
 
 }  // namespace mray::plot

@@ -9,11 +9,10 @@
 
 namespace mray::plot {
 
-/// Pixels of a line of text and of the figure's title.
-inline constexpr double kFontSize = 13;
-inline constexpr double kSmallFontSize = 11;
+/// Pixels of all text but the figure's title, of that title, and from line to line.
+inline constexpr double kFontSize = 14;
 inline constexpr double kTitleFontSize = 16;
-inline constexpr double kLineHeight = 17;
+inline constexpr double kLineHeight = 18;
 /// The width of the line before a text of a legend.
 inline constexpr double kLegendSample = 34;
 
@@ -44,6 +43,8 @@ struct PanelLayout {
     std::vector<PlacedName> names;
     /// The names of the x axis, broken to lines that fit, separated by \n.
     std::vector<std::string> x_names;
+    /// The title of the x axis, broken likewise.
+    std::string x_title;
 
     /// Where a point stands.
     Point pixel(Point at) const {
@@ -62,5 +63,11 @@ struct FigureLayout {
 };
 
 FigureLayout lay_out(const Figure& figure);
+
+/// The figure for a page of this width in pixels: its panels are less wide than they were if need
+/// be, and below each other with their legends above them where two have no room. Title and footer
+/// are left out, which the page has, and there notes on rows, too. Panels have a least width, so
+/// that a figure with long names may be wider.
+Figure fitted(const Figure& figure, int width);
 
 }  // namespace mray::plot

@@ -28,6 +28,7 @@ struct Style {
     bool line = true;
     bool symbols = true;
     bool dashed = false;
+    double line_width = 2;
 };
 
 /// The style of the curve `index`; curves beyond the palette repeat its colours, dashed.

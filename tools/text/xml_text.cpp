@@ -2,11 +2,13 @@
 
 #include <algorithm>
 
+#include "common/text/utf8.h"
+
 namespace mray {
 
 std::string xml_escaped(std::string_view text) {
     std::string result;
-    for (const char c : text) {
+    for (const char c : utf8_text(text)) {
         if (c == '&') {
             result += "&amp;";
         } else if (c == '<') {

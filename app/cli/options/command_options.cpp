@@ -280,7 +280,7 @@ CommandSpec define_profile(Options& options) {
     adder.add_text("--baseline", "FILE.json",
                    "an earlier --json report; exit code 1 if a stage became slower",
                    options.baseline);
-    adder.add("--tolerance", "PERCENT", "by how much a stage may be slower than in --baseline (10)",
+    adder.add("--tolerance", "PERCENT", "by how much a stage may be slower than in --baseline (5)",
               [&options](const std::string& option, const std::string& value) {
                   const bool has_sign = value.ends_with('%');
                   options.tolerance_percent = parse_finite(

@@ -10,8 +10,10 @@
 namespace mray::app {
 namespace {
 
-/// Before each stage.
-constexpr int kYardstickRuns = 3;
+/// Runs of the yardstick before all runs of a stage.
+constexpr int kLeastYardsticks = 3;
+/// The caches are a small part of the time of a stage that takes longer.
+constexpr double kLongMs = 50;
 
 }  // namespace
 
@@ -34,44 +36,44 @@ ProfileRow StageProfiler::measure(double frame) {
     ProfileRow row;
     row.frame = frame;
     row.backend = backend();
-    yardstick_ms_.clear();
+    StageSamples& samples = row.samples;
     std::span<const vec3> positions;
-    row.times.deform_ms = median(run([&] {
-        positions = scene_.positions(frame);
-        return scene_.deform_ms();
-    }));
-    UpdateTimes& update = row.times.update;
-    std::vector<double> uploads;
-    std::vector<double> updates;
-    update.refit_ms = median(run([&] {
-        refits_->refit(positions, RefitExtent::kAll);
-        const UpdateTimes times = refits_->finish().update;
-        uploads.push_back(times.upload_ms);
-        updates.push_back(times.upload_ms + times.refit_ms);
-        return times.refit_ms;
-    }));
-    update.upload_ms = median(uploads);
-    row.least_update_ms = std::ranges::min(updates);
+    Bvh rebuilt;
+    for (int round = 0; round < options_.repeat; ++round) {
+        const auto add = [&](std::vector<double>& times, const std::function<double()>& stage_ms) {
+            times.push_back(run(stage_ms, round == 0, samples.yardstick));
+        };
+        add(samples.deform, [&] {
+            positions = scene_.positions(frame);
+            return scene_.deform_ms();
+        });
+        UpdateTimes update;
+        add(samples.update, [&] {
+            refits_->refit(positions, RefitExtent::kAll);
+            update = refits_->finish().update;
+            return update.upload_ms + update.refit_ms;
+        });
+        samples.upload.push_back(update.upload_ms);
+        samples.refit.push_back(update.refit_ms);
+        add(samples.rebuild, [&] {
+            const Stopwatch watch;
+            rebuilt = build(positions);
+            return watch.ms();
+        });
+        add(samples.trace, [&] { return trace(*refits_); });
+        row.times.rays = refits_->finish().rays;
+        if (round == 0) given_->set_frame(positions, rebuilt);
+        add(samples.trace_rebuilt, [&] { return trace(*given_); });
+    }
+    row.times.deform_ms = median(samples.deform);
+    row.times.update.upload_ms = median(samples.upload);
+    row.times.update.refit_ms = median(samples.refit);
+    row.times.update.rebuild_ms = median(samples.rebuild);
+    row.times.trace_ms = median(samples.trace);
+    row.trace_rebuilt_ms = median(samples.trace_rebuilt);
     refits_->read_tree(tree_);
     row.sah_cost = bvh_stats(tree_).sah_cost;
-    Bvh rebuilt;
-    const std::vector<double> rebuilds = run([&] {
-        const Stopwatch watch;
-        rebuilt = build(positions);
-        return watch.ms();
-    });
-    update.rebuild_ms = median(rebuilds);
-    row.least_rebuild_ms = std::ranges::min(rebuilds);
     row.rebuilt_sah_cost = bvh_stats(rebuilt).sah_cost;
-    const std::vector<double> traces = trace(*refits_);
-    row.times.trace_ms = median(traces);
-    row.least_trace_ms = std::ranges::min(traces);
-    row.times.rays = refits_->finish().rays;
-    given_->set_frame(positions, rebuilt);
-    const std::vector<double> traces_rebuilt = trace(*given_);
-    row.trace_rebuilt_ms = median(traces_rebuilt);
-    row.least_trace_rebuilt_ms = std::ranges::min(traces_rebuilt);
-    row.yardstick_ms = std::ranges::min(yardstick_ms_);
     return row;
 }
 
@@ -80,21 +82,20 @@ Bvh StageProfiler::build(std::span<const vec3> positions) const {
                      {.split = options_.tree.split, .threads = options_.backend.threads});
 }
 
-/// The times of the runs of a stage, after the yardstick and one run to warm up, which also brings
-/// back what the yardstick took from the caches.
-std::vector<double> StageProfiler::run(const std::function<double()>& stage_ms) {
-    for (int i = 0; i < kYardstickRuns; ++i) yardstick_ms_.push_back(yardstick_.run_ms());
-    stage_ms();
-    std::vector<double> times;
-    for (int i = 0; i < options_.repeat; ++i) times.push_back(stage_ms());
-    return times;
+/// Returns the time of a run of a stage, after the yardstick. A run to warm up comes before it in
+/// the first round, and in all rounds of a short stage, because it also brings back what the
+/// yardstick took from the caches.
+double StageProfiler::run(const std::function<double()>& stage_ms, bool is_first_round,
+                          std::vector<double>& yardsticks_ms) {
+    const int yardsticks = std::max(1, kLeastYardsticks / options_.repeat);
+    for (int i = 0; i < yardsticks; ++i) yardsticks_ms.push_back(yardstick_.run_ms());
+    const double first = stage_ms();
+    return is_first_round || first < kLongMs ? stage_ms() : first;
 }
 
-std::vector<double> StageProfiler::trace(Backend& backend) {
-    return run([&] {
-        backend.trace_image(params_, frame_);
-        return backend.finish().trace_ms;
-    });
+double StageProfiler::trace(Backend& backend) {
+    backend.trace_image(params_, frame_);
+    return backend.finish().trace_ms;
 }
 
 }  // namespace mray::app

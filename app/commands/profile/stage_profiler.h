@@ -13,7 +13,9 @@
 namespace mray::app {
 
 /// One instance of the backend refits a tree from the first frame on; a second one traces the tree
-/// that is built for each frame. The yardstick is measured before each stage.
+/// that is built for each frame. All stages of a frame are run in turn, as often as
+/// Options::repeat says, so that what disturbs the machine for a while disturbs all of them; the
+/// yardstick is measured before each.
 class StageProfiler {
 public:
     /// Builds the first tree. Options, scene and yardstick must outlive it. Throws as make_backend.
@@ -27,13 +29,13 @@ public:
 
 private:
     Bvh build(std::span<const vec3> positions) const;
-    std::vector<double> run(const std::function<double()>& stage_ms);
-    std::vector<double> trace(Backend& backend);
+    double run(const std::function<double()>& stage_ms, bool is_first_round,
+               std::vector<double>& yardsticks_ms);
+    double trace(Backend& backend);
 
     const Options& options_;
     SceneFrames& scene_;
     Yardstick& yardstick_;
-    std::vector<double> yardstick_ms_;
     ImageParams params_;
     std::unique_ptr<Backend> refits_;
     std::unique_ptr<Backend> given_;

@@ -23,12 +23,20 @@ public:
     /// Does the work once; returns milliseconds, some 3 on one core of 2024.
     double run_ms();
 
+    /// The part of the time of all runs so far in which its threads did not run, 0 to 1: small on
+    /// an idle machine, a half beside as many threads of other programs. Time that a hypervisor
+    /// takes counts as time in which they ran.
+    double waited() const;
+
 private:
     ThreadArena arena_;
     std::vector<char> source_;
     std::vector<char> target_;
     /// Keeps the compiler from leaving the work out.
     volatile unsigned sum_ = 0;
+    /// Times of all threads together.
+    double elapsed_ms_ = 0;
+    double worked_ms_ = 0;
 };
 
 }  // namespace mray::app

@@ -114,7 +114,10 @@ TEST(ProfilePolicies, JsonHasEachPolicyWithItsFigures) {
         for (const auto& [key, value] : policy.items()) keys.insert(key);
         EXPECT_EQ(keys, (std::set<std::string>{"policy", "backend", "total_ms", "median_frame_ms",
                                                "worst_frame_ms", "worst_trace_vs_rebuilt", "regret",
-                                               "rebuilds", "hits_hashes"}));
+                                               "rebuilds", "total", "hits_hashes"}));
+        EXPECT_GT(policy["total"]["least_ms"], 0);
+        EXPECT_LE(policy["total"]["least_ms"], policy["total"]["median_ms"]);
+        EXPECT_GE(policy["total"]["spread_percent"], 0);
         EXPECT_GT(policy["total_ms"], 0);
         EXPECT_GE(policy["regret"], 0);
         EXPECT_GE(policy["worst_frame_ms"], policy["median_frame_ms"]);
@@ -124,6 +127,10 @@ TEST(ProfilePolicies, JsonHasEachPolicyWithItsFigures) {
     EXPECT_EQ(report["policies"][0]["rebuilds"], 0);
     EXPECT_EQ(report["policies"][1]["rebuilds"], 5);
     EXPECT_EQ(report["frames"].size(), 18u);
+    for (const Json& frame : report["frames"]) {
+        EXPECT_LE(frame["cost"]["least_ms"], frame["cost"]["median_ms"]);
+        EXPECT_LE(frame["trace"]["least_ms"], frame["trace_ms"]);
+    }
     ASSERT_EQ(report["best_schedules"].size(), 1u);
     const Json& best = report["best_schedules"][0];
     EXPECT_GT(best["regret_against_ms"], 0);

@@ -34,8 +34,8 @@ app::ProfileReport measured_run() {
         app::ProfileRow row;
         row.frame = frame;
         row.backend = "cpu";
-        row.least_update_ms = row.least_rebuild_ms = 1;
-        row.least_trace_ms = row.least_trace_rebuilt_ms = row.yardstick_ms = 2;
+        for (const app::SampleKind& kind : app::kSampleKinds)
+            row.samples.*kind.samples = {1, 2, 1.5};
         report.rows.push_back(row);
     }
     return report;

@@ -70,6 +70,14 @@ TEST(PolicyRunner, MeasuresSchedulesFromTreesOfTheirOwn) {
     for (std::size_t age = 1; age < result.costs.built[0].size(); ++age)
         EXPECT_EQ(result.costs.built[0][age], 1 + static_cast<double>(age));
     for (const PolicyFrame& frame : result.runs[0].frames) EXPECT_EQ(frame.trace_rebuilt_ms, 1);
+    const PolicyRun& run = result.runs[0];
+    ASSERT_EQ(run.totals_ms.size(), 2u);
+    for (std::size_t f = 0; f < run.frames.size(); ++f) {
+        const auto trace_ms = 1 + static_cast<double>(f);
+        EXPECT_EQ(run.frames[f].traces_ms, (std::vector<double>{trace_ms, trace_ms}));
+        EXPECT_EQ(run.frames[f].costs_ms.size(), 2u);
+    }
+    EXPECT_GE(run.totals_ms[0], 1 + 2 + 3);
 }
 
 TEST(Regret, IsAgainstTheBestScheduleUnlessAPolicyTookLess) {

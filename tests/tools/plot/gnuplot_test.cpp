@@ -88,6 +88,16 @@ TEST(GnuplotScript, ReadsNoOtherFileAndQuotesNames) {
     EXPECT_NE(script.find("set output 'a.png'"), std::string::npos);
 }
 
+TEST(GnuplotScript, DrawsRangesAsBars) {
+    Figure figure{.panels = {test::curve_panel(10, 2)}};
+    EXPECT_EQ(script_of(figure, {{}}).find("yerrorbars"), std::string::npos);
+    figure.panels[0].curves[1].ranges = {{1, 2}, {2, 4}, {3, 3}};
+    const std::string script = script_of(figure, {{}});
+    EXPECT_NE(script.find("$curve_0_1 using 1:2:3:4 with yerrorbars"), std::string::npos);
+    EXPECT_NE(script.find("$curve_0_1 << END_OF_DATA\n1 1 1 2\n5 3 2 4\n"), std::string::npos);
+    EXPECT_EQ(script.find("$curve_0_0 using 1:2:3:4"), std::string::npos);
+}
+
 TEST(GnuplotText, DoublesQuotesAndDropsLineEnds) {
     EXPECT_EQ(single_quoted("it's\none"), "'it''sone'");
 }

@@ -73,6 +73,12 @@ TEST(Layout, EveryPointIsWithinItsArea) {
     }
 }
 
+TEST(Layout, AxesShowTheRangesOfPoints) {
+    Figure figure{.panels = {test::curve_panel(10, 1)}};
+    figure.panels[0].curves[0].ranges = {{1, 1}, {2, 70}, {2, 2}};
+    EXPECT_GE(lay_out(figure).panels[0].y.upper, 70);
+}
+
 TEST(Layout, CurvesWithoutPointsAreNotInTheLegend) {
     Panel panel{.curves = {{"Embree", {}, {}}}};
     EXPECT_TRUE(lay_out({.panels = {panel}}).panels[0].legend.empty());

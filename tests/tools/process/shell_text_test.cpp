@@ -17,5 +17,13 @@ TEST(ShellText, SurvivesAShell) {
     EXPECT_EQ(shell_line(arguments), "morphray 'a b'");
 }
 
+TEST(ShellText, LinesForPeopleHaveNoByteThatIsNotUtf8) {
+    const std::vector<std::string> arguments = {
+        "caf\xe9"
+        "1",
+        "\xc3\xa9", "it's\n\\ \xff"};
+    EXPECT_EQ(shell_line(arguments), "$'caf\\xE91' '\xc3\xa9' $'it\\'s\\x0A\\\\ \\xFF'");
+}
+
 }  // namespace
 }  // namespace mray

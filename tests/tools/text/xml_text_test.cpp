@@ -13,6 +13,7 @@ TEST(XmlText, EscapesMarkup) {
 TEST(XmlText, AsciiHasNothingThatXmlExcludes) {
     EXPECT_EQ(xml_ascii(std::string("\0\x1b\xff\n\x7f", 5)), "?????");
     EXPECT_EQ(xml_escaped("\xc3\xa9"), "\xc3\xa9");
+    EXPECT_EQ(xml_escaped("\xe9<"), "\\xE9&lt;");
 }
 
 }  // namespace
