@@ -1,6 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
 
 #include "app/report/crosscheck/html_parts.h"
 #include "app/report/crosscheck/probe_command.h"
@@ -24,6 +27,21 @@ std::string kinds_html(const FrameDifference& difference) {
     return html + "</ul>\n";
 }
 
+/// How many floats lie between two finite ones, with the sign of b - a.
+std::int64_t steps_between(float a, float b) {
+    const auto place = [](float x) {
+        const auto bits = std::bit_cast<std::int32_t>(x);
+        return std::int64_t{bits < 0 ? std::numeric_limits<std::int32_t>::min() - bits : bits};
+    };
+    return place(b) - place(a);
+}
+
+/// Values that are nearly equal look so in hexadecimal digits, too.
+std::string steps_text(float expected, float actual) {
+    if (expected == actual || !std::isfinite(expected) || !std::isfinite(actual)) return "";
+    return fmt::format(" <small>{:+} ulp</small>", steps_between(expected, actual));
+}
+
 struct PixelValues {
     std::string prim, t, u, v, occluded, colour;
 };
@@ -42,13 +60,16 @@ PixelValues values_of(const Hit& hit, std::uint32_t occlusion, std::uint32_t pix
 }
 
 /// The values of one image, those that differ from the other image's marked.
-std::string values_html(const PixelValues& values, const PixelValues& others) {
+/// `notes` follow t, u and v.
+std::string values_html(const PixelValues& values, const PixelValues& others,
+                        const PixelValues& notes = {}) {
     std::string html;
     for (const auto member : {&PixelValues::prim, &PixelValues::t, &PixelValues::u, &PixelValues::v,
                               &PixelValues::occluded, &PixelValues::colour}) {
         const std::string& value = values.*member;
-        html += value == others.*member ? fmt::format("<td>{}</td>", value)
-                                        : fmt::format("<td><mark>{}</mark></td>", value);
+        html += value == others.*member
+                    ? fmt::format("<td>{}</td>", value)
+                    : fmt::format("<td><mark>{}</mark>{}</td>", value, notes.*member);
     }
     return html;
 }
@@ -67,11 +88,17 @@ std::string pixels_html(const std::string& id, const CheckRow& row) {
         const PixelDifference& p = pixels[i];
         const PixelValues expected = values_of(p.expected, p.expected_occlusion, p.expected_pixel);
         const PixelValues actual = values_of(p.actual, p.actual_occlusion, p.actual_pixel);
+        PixelValues steps;
+        if (p.expected.prim_id != kNoPrim && p.actual.prim_id != kNoPrim) {
+            steps.t = steps_text(p.expected.t, p.actual.t);
+            steps.u = steps_text(p.expected.u, p.actual.u);
+            steps.v = steps_text(p.expected.v, p.actual.v);
+        }
         html += fmt::format(
             "<tbody><tr><th scope=\"rowgroup\" rowspan=\"2\">{},{}</th><th scope=\"row\">reference "
             "({})</th>{}</tr>\n<tr><th scope=\"row\">variant</th>{}</tr></tbody>\n",
             p.x, p.y, xml_escaped(row.reference), values_html(expected, actual),
-            values_html(actual, expected));
+            values_html(actual, expected, steps));
     }
     return html + "</table></div>\n";
 }
@@ -136,10 +163,24 @@ std::string pictures_of(const ScenePart& scene, std::size_t index, PageRoom& roo
                "images has one.</p>\n";
     --room.images;
     room.image_bytes -= images->bytes();
-    return pictures_html(scene, scene.report.rows[index], *images);
+    const std::string same =
+        images->expected == images->actual
+            ? "<p class=\"note\">Both images look the same: all colours are equal, and hits are "
+              "not.</p>\n"
+            : "";
+    return same + pictures_html(scene, scene.report.rows[index], *images);
 }
 
 }  // namespace
+
+std::string single_kind(const FrameDifference& difference) {
+    for (const DifferenceKind& kind : difference_kinds()) {
+        const std::uint64_t count = difference.*kind.count;
+        if (count == difference.total())
+            return fmt::format(" ({})", count == 1 ? kind.one : kind.several);
+    }
+    return "";
+}
 
 std::string differences_html(const ScenePart& scene, PageRoom& room, std::set<std::size_t>& shown) {
     std::string html;
@@ -158,8 +199,10 @@ std::string differences_html(const ScenePart& scene, PageRoom& room, std::set<st
             "<section><h3 id=\"{0}\" tabindex=\"-1\">frame "
             "{1}, {2}, {3}: {4}</h3>\n",
             id, row.frame, xml_escaped(row.variant()), xml_escaped(row.rays),
-            row.difference.total() == 1 ? "1 pixel differs"
-                                        : fmt::format("{} pixels differ", row.difference.total()));
+            (row.difference.total() == 1
+                 ? "1 pixel differs"
+                 : fmt::format("{} pixels differ", row.difference.total())) +
+                single_kind(row.difference));
         html += kinds_html(row.difference) + pictures_of(scene, i, room) + pixels_html(id, row) +
                 commands_html(scene, id, row) + "</section>\n";
     }

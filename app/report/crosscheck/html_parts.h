@@ -31,6 +31,10 @@ struct ScenePart {
     std::size_t index;
 };
 
+/// " (t)" if all differing pixels of an image are of this kind, which the image may not show; empty
+/// if there are several kinds.
+std::string single_kind(const FrameDifference& difference);
+
 /// The id of a row's description.
 std::string row_id(const ScenePart& scene, std::size_t row);
 

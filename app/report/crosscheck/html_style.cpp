@@ -57,7 +57,28 @@ code{font:.85rem/1.45 ui-monospace,monospace;background:var(--soft);padding:.15r
 border-radius:.2rem;white-space:pre-wrap}
 dl{display:grid;grid-template-columns:minmax(7rem,max-content) minmax(0,1fr);gap:.3rem 1rem;margin:0}
 dt{font-weight:600}dd{margin:0}
-@media (max-width:30rem){dl{display:block}dd{margin:0 0 .5rem}}
+.variants{columns:18rem;margin:.3em 0 .8em;padding-left:2.2em}
+.matrix.tall th[scope=row]{min-width:0;position:static}
+.matrix.tall tbody th[scope=rowgroup]{position:sticky;left:0;vertical-align:top}
+small{font:.8rem system-ui,sans-serif}
+@media (max-width:30rem){dl{display:block}dd{margin:0 0 .5rem}th,td{padding:.3rem .4rem}}
+@page{margin:12mm}
+@media print{:root{color-scheme:light;--fg:#000;--bg:#fff;--muted:#333;--line:#999;--soft:#f3f5f7;
+--link:#000;--good:#14592b;--good-bg:#fff;--bad:#941616;--bad-bg:#fdeaea;--mark:#ffe58f}
+*{-webkit-print-color-adjust:exact;print-color-adjust:exact}
+body{font-size:10pt;max-width:none;padding:0}
+.scroll{overflow:visible;border:0}
+table{font-size:7pt;width:100%}
+th,td{white-space:normal;overflow-wrap:anywhere;padding:.1rem .25rem}
+.matrix th{position:static!important;min-width:0!important;max-width:none!important}
+thead{display:table-header-group}tr,figure,.command{break-inside:avoid}
+h2,h3,caption{break-after:avoid}
+a{text-decoration:none}
+.controls,button,#said{display:none!important}
+figure{flex:1 1 0;max-width:62mm}figure[data-compare]{flex-grow:2;max-width:none}
+.stage{display:grid;grid-template-columns:1fr 1fr;gap:2mm}
+.stage.on .actual{position:static;height:auto;clip-path:none;visibility:visible}
+.stage.on::after{display:none}}
 )css";
 
 }  // namespace mray::app

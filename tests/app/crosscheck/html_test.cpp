@@ -5,6 +5,7 @@
 
 #include "app/report/crosscheck/check_report.h"
 #include "app/report/crosscheck/crosscheck_html.h"
+#include "common/text/utf8.h"
 #include "tests/app/crosscheck/planted_checks.h"
 
 namespace mray::test {
@@ -114,6 +115,45 @@ TEST(CrosscheckPage, EscapesWhatComesFromOutside) {
     EXPECT_EQ(page.find("<\"'scene'"), std::string::npos);
     expect_well_formed(page);
     EXPECT_EQ(embedded(page)["scene"], run.scenes[0].spec);
+}
+
+TEST(CrosscheckPage, ShowsBytesOfNamesThatAreNotUtf8) {
+    app::CheckRun run = planted_run(1, 0, 16, "caf\xe9/\xc3\xa9.obj");
+    run.scenes[0].warnings.push_back("caf\xe9: odd");
+    const std::string page = page_of(run);
+    EXPECT_EQ(utf8_text(page), page);
+    EXPECT_NE(page.find("<h2 id=\"scene-1\">caf\\xE9/\xc3\xa9.obj</h2>"), std::string::npos);
+    EXPECT_NE(page.find("<li>caf\\xE9: odd</li>"), std::string::npos);
+    // A command to paste into a shell.
+    EXPECT_NE(page.find("morphray probe $'caf\\xE9/\xc3\xa9.obj' --frame 0"), std::string::npos);
+    expect_well_formed(page);
+}
+
+TEST(CrosscheckPage, SaysWhatDiffersWhereNothingIsSeen) {
+    const std::string page = page_of(planted_step(16));
+    EXPECT_NE(page.find(">1 differ (t)</a>"), std::string::npos);
+    EXPECT_NE(page.find("primary: 1 pixel differs (t)</h3>"), std::string::npos);
+    EXPECT_NE(page.find("Both images look the same"), std::string::npos);
+    EXPECT_NE(page.find("<mark>0x1.800002p+0</mark> <small>+1 ulp</small>"), std::string::npos);
+    EXPECT_EQ(page_of(planted_run(1, 0, 16)).find("look the same"), std::string::npos);
+}
+
+TEST(CrosscheckPage, OfManyFramesIsTall) {
+    const std::string wide = page_of(planted_run(3, 1, 16));
+    EXPECT_EQ(wide.find("<table class=\"matrix tall\">"), std::string::npos);
+    const std::string tall = page_of(planted_run(12, 4, 16));
+    EXPECT_NE(tall.find("<table class=\"matrix tall\">"), std::string::npos);
+    // Two variants and the trees, whatever the number of frames.
+    EXPECT_EQ(count(tall,
+                    "<th scope=\"col\">1</th><th scope=\"col\">2</th><th "
+                    "scope=\"col\">3</th></tr></thead>"),
+              1u);
+    EXPECT_EQ(count(tall, "<li>vulkan, refit"), 1u);
+    EXPECT_EQ(count(tall, "<li>trees refitted on cpu and vulkan</li>"), 1u);
+    EXPECT_EQ(count(tall, "<th scope=\"rowgroup\" rowspan=\"3\">"), 12u);
+    EXPECT_EQ(count(tall, "\">5 differ</a>"), 24u);
+    EXPECT_EQ(count(tall, ">equal</td>"), 12u * 6 - 24 + 12);
+    expect_well_formed(tall);
 }
 
 TEST(CrosscheckPage, HasTheJsonOfTheReport) {
