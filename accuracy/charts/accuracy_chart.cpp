@@ -10,9 +10,9 @@ namespace {
 
 /// Kinds of methods in the order of the legend.
 constexpr std::pair<Family, const char*> kFamilies[] = {
-    {Family::kOurs, "ours, whole"},
-    {Family::kRule, "rules, one plain traversal"},
-    {Family::kPeer, "Embree, single rays"}};
+    {Family::kOurs, "ours (SIMD, packets, Vulkan)"},
+    {Family::kRule, "rules (scalar, single rays)"},
+    {Family::kPeer, "Embree (SIMD, single rays)"}};
 
 struct Point {
     std::string name;
@@ -75,7 +75,7 @@ plot::Panel panel_of(const std::string& title, const std::vector<Point>& points,
               .scale = plot::Scale::kLog10,
               .zero_name = "none",
               .least_positive = one},
-        .y = {.title = "Mray/s"}};
+        .y = {.title = speed_title()}};
     const auto place = [&](const Point& point) {
         return plot::Point{(point.*counts).wrong_per_million(), point.mrays};
     };
@@ -152,8 +152,13 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
     // One legend for both.
     figure.panels[0].legend = plot::Legend::kNone;
     return {"accuracy" + suffix,
-            "Up is faster (camera rays, all threads), left is more accurate; methods on the grey "
-            "line gave no wrong answer. No method is better in both than one with a ring.",
+            fmt::format(
+                "Up is faster ({}), left is more accurate; methods on the grey line gave no wrong "
+                "answer. No method is better in both than one with a ring. Rules are scalar code "
+                "that traces one ray after the other, to compare their answers; ours use SIMD but "
+                "for the reference, and packets trace many rays at a time: heights of the two "
+                "kinds do not compare rules.",
+                speed_title()),
             table_of(points), figure};
 }
 

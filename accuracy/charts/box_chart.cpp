@@ -68,7 +68,7 @@ Chart box_chart(const ChartContext& context, const ChartInput& input, const std:
     }
     context.step();
 
-    plot::Panel panel{.x = {.title = "Mray/s (camera rays, one scalar traversal)",
+    plot::Panel panel{.x = {.title = speed_title("camera rays by one scalar traversal"),
                             .scale = plot::Scale::kLinear}};
     for (std::size_t i = 0; i < methods.size(); ++i)
         plot::add_bars(panel, methods[i].name, {{mrays[i]}}, notes[i]);

@@ -6,8 +6,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <sstream>
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
@@ -53,13 +51,6 @@ ChartFolder::~ChartFolder() {
 
 void ChartFolder::write(const std::string& name, std::string_view text) const {
     write_file(temporary_ / name, text);
-}
-
-std::string ChartFolder::read(const std::string& name) const {
-    std::ifstream file(temporary_ / name, std::ios::binary);
-    std::ostringstream text;
-    text << file.rdbuf();
-    return text.str();
 }
 
 void ChartFolder::plot(const std::string& script) const {

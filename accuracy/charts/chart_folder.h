@@ -19,7 +19,6 @@ public:
     ChartFolder& operator=(const ChartFolder&) = delete;
 
     void write(const std::string& name, std::string_view text) const;
-    std::string read(const std::string& name) const;
     /// Runs gnuplot in the folder. Throws Error(kInternal) with gnuplot's message.
     void plot(const std::string& script) const;
     /// Renames the folder to `path`. Throws Error(kOutput).

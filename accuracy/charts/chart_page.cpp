@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "tools/plot/gnuplot.h"
+#include "tools/plot/layout.h"
 #include "tools/text/xml_text.h"
 
 namespace mray::accuracy {
@@ -13,16 +15,41 @@ std::string inline_svg(const std::string& svg) {
     return begin == std::string::npos ? std::string() : svg.substr(begin);
 }
 
+// Images are drawn for two widths: what a browser shrinks has type that cannot be read. gnuplot's
+// colours are those of a white page; dark pages turn them round and keep their hues.
 constexpr const char* kHead = R"(<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>morphray chart</title>
+<html lang="en"><head><meta charset="utf-8">
+<meta name="viewport" content="width=device-width,initial-scale=1">
+<title>morphray chart</title>
 <style>
-body{font:15px/1.45 system-ui,sans-serif;max-width:1500px;margin:1.5em auto;padding:0 1em;color:#222}
-svg{width:100%;height:auto;border:1px solid #ddd}
-pre{overflow:auto;font-size:12px;background:#f6f6f6;padding:.8em}
-dt{font-weight:600}dd{margin:0 0 .3em 1.2em}h2{margin-top:2em}
+:root{color-scheme:light dark;--fg:#222;--bg:#fff;--line:#ddd;--soft:#f6f6f6;--link:#0a4fa3}
+@media (prefers-color-scheme:dark){:root{--fg:#e2e2e2;--bg:#000;--line:#444;--soft:#1c1c1c;
+--link:#8cc1ff}.chart svg{filter:invert(1) hue-rotate(180deg)}}
+*{box-sizing:border-box}html{-webkit-text-size-adjust:100%}
+body{font:14px/1.5 Helvetica,Arial,sans-serif;max-width:1280px;margin:0 auto;padding:16px;
+color:var(--fg);background:var(--bg);overflow-wrap:anywhere}
+h1,h2{font-size:16px}h2{margin-top:3em}a{color:var(--link)}
+.chart{overflow-x:auto}.chart svg{display:block}
+.phone{display:none}
+pre,code{font-size:14px}pre{overflow-x:auto;background:var(--soft);padding:.8em}
+dt{font-weight:600}dd{margin:0 0 .3em 1.2em}
+@media (max-width:800px){.wide{display:none}.phone{display:block}}
+@media print{:root{color-scheme:light;--fg:#000;--bg:#fff;--soft:#fff}
+.wide{display:none}.phone{display:block}.chart svg{filter:none}
+.chart{overflow:visible;break-inside:avoid}h2{break-after:avoid}
+pre{white-space:pre-wrap;overflow:visible;font-size:8px}}
 </style></head><body>
 <h1>morphray chart</h1>
 )";
+
+constexpr int kWideWidth = 1248;
+constexpr int kPhoneWidth = 358;
+
+/// A figure that is too wide can be scrolled, also by keys.
+std::string chart_html(const char* kind, const std::string& svg) {
+    if (svg.empty()) return "";
+    return fmt::format("<div class=\"chart {}\" tabindex=\"0\">{}</div>\n", kind, inline_svg(svg));
+}
 
 constexpr const char* kWords = R"(<details><summary>What the words mean</summary><dl>
 <dt>right</dt><dd>the triangle that is nearest in exact arithmetic over the given floats, one with exactly its t, or rightly none</dd>
@@ -36,6 +63,12 @@ constexpr const char* kWords = R"(<details><summary>What the words mean</summary
 
 }  // namespace
 
+PagedChart page_chart(const Chart& chart) {
+    if (chart.figure.panels.empty()) return {&chart, "", ""};
+    return {&chart, plot::svg_of(plot::fitted(chart.figure, kWideWidth)),
+            plot::svg_of(plot::fitted(chart.figure, kPhoneWidth))};
+}
+
 std::string chart_page(const std::vector<PagedChart>& charts, const std::string& machine,
                        const std::string& command) {
     std::string page = kHead;
@@ -44,9 +77,9 @@ std::string chart_page(const std::vector<PagedChart>& charts, const std::string&
     page += kWords;
     for (const PagedChart& paged : charts) {
         const Chart& chart = *paged.chart;
-        page += fmt::format("<h2 id=\"{}\">{}</h2>\n<p>{}</p>\n{}\n", chart.name,
-                            xml_escaped(chart.figure.title), xml_escaped(chart.caption),
-                            inline_svg(paged.svg));
+        page += fmt::format("<h2 id=\"{}\">{}</h2>\n<p>{}</p>\n", chart.name,
+                            xml_escaped(chart.figure.title), xml_escaped(chart.caption));
+        page += chart_html("wide", paged.svg) + chart_html("phone", paged.phone_svg);
         if (chart.table.empty()) continue;
         page += fmt::format("<details><summary>{}.csv</summary><pre>{}</pre></details>\n",
                             chart.name, xml_escaped(chart.table.text()));

@@ -165,7 +165,7 @@ plot::Panel panel_of(const std::vector<std::vector<plot::Point>>& points) {
     plot::Panel panel{.x = {.title = "half the angle of the cone about the normal, degrees",
                             .scale = plot::Scale::kLinear,
                             .tight = true},
-                      .y = {.title = "Mray/s (any hit)"}};
+                      .y = {.title = speed_title("any-hit rays")}};
     for (std::size_t i = 0; i < std::size(kWays); ++i) {
         plot::Style style = plot::style_of(i < 3 ? i : i - 2);
         style.dashed = i >= 3;

@@ -50,7 +50,7 @@ struct Row {
 plot::Figure figure_of(const ChartContext& context, const ChartInput& input,
                        const std::vector<Row>& rows) {
     plot::Panel panel{.x = {.title = "rays of a packet", .scale = plot::Scale::kLog2},
-                      .y = {.title = "Mray/s"}};
+                      .y = {.title = speed_title()}};
     std::size_t target = 0;
     for (const Row& row : rows) {
         if (row.rays == 0) {

@@ -66,11 +66,14 @@ Chart policy_chart(const ChartContext& context, SceneFrames& scene, const std::s
     figure.panels = plot::policy_panels(
         comparisons.front(),
         played.step == 1 ? "frame" : fmt::format("frame; one in {} is played", played.step));
-    return {name,
-            fmt::format("On the CPU, {}x{} camera rays, {} frames of the clip. What a policy saves "
-                        "in updates, it may lose in tracing; their sum is below.",
-                        side, side, played.frames.size()),
-            policy_frames_table(comparisons), figure};
+    return {
+        name,
+        fmt::format("On the CPU, {}x{} camera rays, {} frames of the clip; medians of {} rounds, "
+                    "with bars from the least to the largest. What a policy saves in updates, "
+                    "it may lose in tracing; their sum is below. Policies that take the same "
+                    "steps have one curve in two colours, the narrower on top.",
+                    side, side, played.frames.size(), context.effort.rounds),
+        policy_frames_table(comparisons), figure};
 }
 
 }  // namespace mray::accuracy

@@ -119,8 +119,9 @@ Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::str
     const std::vector<double> times = least_times(runs, context.effort.rounds, context.check);
     Table table({"tree", "row", "packets Mray/s", "single Mray/s", "SAH cost", "make ms", "MiB",
                  "different answers"});
-    plot::Panel panel{.x = {.title = "Mray/s (camera rays)", .scale = plot::Scale::kLinear},
-                      .colour_names = {{"packets", kPacketColour}, {"single rays", kSingleColour}}};
+    plot::Panel panel{
+        .x = {.title = speed_title(), .scale = plot::Scale::kLinear},
+        .colour_names = {{"SIMD packets", kPacketColour}, {"SIMD single rays", kSingleColour}}};
     for (std::size_t i = 0; i < trees.size(); ++i) {
         std::size_t different = 0;
         for (std::size_t p = 0; p < pixels; ++p) {

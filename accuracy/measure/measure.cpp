@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -104,6 +105,11 @@ VerdictCounts Judge::camera(std::span<const Hit> hits) const {
 }
 VerdictCounts Judge::aimed(std::span<const Hit> hits) const {
     return count(space_->aimed_rays, aimed_, hits);
+}
+
+std::string speed_title(const char* rays) {
+    const int threads = tbb::this_task_arena::max_concurrency();
+    return fmt::format("Mray/s, {} on {} thread{}", rays, threads, threads == 1 ? "" : "s");
 }
 
 void trace_camera(const Method& method, const ChartScene& scene, std::span<Hit> hits) {

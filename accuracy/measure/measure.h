@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "accuracy/methods/method.h"
@@ -44,6 +45,10 @@ private:
     std::vector<Truth> camera_;
     std::vector<Truth> aimed_;
 };
+
+/// "Mray/s, camera rays on 2 threads": the title of an axis of speeds that are measured in
+/// trace_camera() or in the same way.
+std::string speed_title(const char* rays = "camera rays");
 
 /// Traces all rays of a kind on all threads.
 void trace_camera(const Method& method, const ChartScene& scene, std::span<Hit> hits);

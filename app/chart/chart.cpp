@@ -134,16 +134,13 @@ ExitCode write_charts(const Options& options, const Messages& messages) {
     progress.finish();
     std::vector<PagedChart> paged;
     for (const Chart& chart : charts) {
-        if (chart.figure.panels.empty()) {
-            paged.push_back({&chart, ""});
-            continue;
-        }
+        paged.push_back(page_chart(chart));
+        if (chart.figure.panels.empty()) continue;
         folder.write(chart.name + ".csv", chart.table.csv());
         folder.write(chart.name + ".gp",
                      plot::script_of(chart.figure, {{plot::Image::kSvg, chart.name + ".svg"},
                                                     {plot::Image::kPng, chart.name + ".png"}}));
         folder.plot(chart.name + ".gp");
-        paged.push_back({&chart, folder.read(chart.name + ".svg")});
     }
     folder.write("index.html", chart_page(paged, machine, command));
     folder.keep();

@@ -11,6 +11,10 @@
 namespace mray::plot {
 namespace {
 
+/// The dashes of a sample of a dashed line in a legend: their number and their length in pixels.
+constexpr int kLegendDashes = 3;
+constexpr double kLegendDash = 8;
+
 std::string colour_text(std::uint32_t colour) { return fmt::format("rgb '#{:06x}'", colour); }
 
 /// Writes the parts of one figure.
@@ -194,10 +198,14 @@ private:
                                     screen(left, y + 5), screen(right, y - 5), colour);
                 continue;
             }
-            if (entry.style.line) {
+            // In SVG, gnuplot joins lines of one colour that follow each other, and all of them are
+            // dashed as the first one is.
+            const double dash = entry.style.dashed ? kLegendDash : kLegendSample;
+            const double gap = (kLegendSample - kLegendDashes * kLegendDash) / (kLegendDashes - 1);
+            for (double x = left; entry.style.line && x < right; x += dash + gap) {
                 text +=
-                    fmt::format("set arrow from {} to {} nohead front lc {}{}\n", screen(left, y),
-                                screen(right, y), colour, line_text(entry.style));
+                    fmt::format("set arrow from {} to {} nohead front lc {} lw {}\n", screen(x, y),
+                                screen(x + dash, y), colour, entry.style.line_width);
             }
             if (entry.style.symbols) {
                 text +=

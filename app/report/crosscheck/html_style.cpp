@@ -68,7 +68,7 @@ small{font:.8rem system-ui,sans-serif}
 *{-webkit-print-color-adjust:exact;print-color-adjust:exact}
 body{font-size:10pt;max-width:none;padding:0}
 .scroll{overflow:visible;border:0}
-table{font-size:7pt;width:100%}
+table{font-size:7pt;width:100%}small{font-size:inherit}
 th,td{white-space:normal;overflow-wrap:anywhere;padding:.1rem .25rem}
 .matrix th{position:static!important;min-width:0!important;max-width:none!important}
 thead{display:table-header-group}tr,figure,.command{break-inside:avoid}

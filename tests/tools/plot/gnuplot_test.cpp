@@ -98,6 +98,23 @@ TEST(GnuplotScript, DrawsRangesAsBars) {
     EXPECT_EQ(script.find("$curve_0_0 using 1:2:3:4"), std::string::npos);
 }
 
+TEST(GnuplotScript, DrawsSamplesOfDashedLinesAsDashes) {
+    Figure figure{.panels = {test::curve_panel(10, 1)}};
+    const auto arrows = [](const std::string& script) {
+        std::size_t count = 0;
+        for (std::size_t at = 0; (at = script.find("set arrow from", at)) != std::string::npos;
+             ++at)
+            ++count;
+        return count;
+    };
+    EXPECT_EQ(arrows(script_of(figure, {{}})), 1u);
+    figure.panels[0].curves[0].style.dashed = true;
+    const std::string dashed = script_of(figure, {{}});
+    EXPECT_EQ(arrows(dashed), 3u);
+    EXPECT_NE(dashed.find("with linespoints"), std::string::npos);
+    EXPECT_NE(dashed.find(" dt (6,4)"), std::string::npos);
+}
+
 TEST(GnuplotText, DoublesQuotesAndDropsLineEnds) {
     EXPECT_EQ(single_quoted("it's\none"), "'it''sone'");
 }
