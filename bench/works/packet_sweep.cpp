@@ -90,7 +90,8 @@ void occlude_tile(const cpu::TileTracer& tracer, std::span<const RayMask> masks,
 }  // namespace
 
 std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const SimdTarget& target) {
-    const auto tracer = std::make_shared<const cpu::TileTracer>(bvh, target);
+    const auto tracer =
+        std::make_shared<const cpu::TileTracer>(bvh, target, cpu::PacketUse::kAlways);
     std::vector<OurTracer> tracers;
     for (const PacketShape shape : kPacketShapes) {
         const auto trace = [tracer, shape, masks = masks_of(shape)](

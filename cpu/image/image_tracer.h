@@ -71,9 +71,11 @@ public:
                                 std::span<std::uint8_t> occluded) const {
         std::fill(occluded.begin(), occluded.end(), std::uint8_t{1});
         std::vector<std::uint16_t> all;
-        for (std::size_t i = 0; i < occluded.size(); ++i) {
-            if (rays[i / kBlockRays].has(i % kBlockRays))
-                all.push_back(static_cast<std::uint16_t>(i));
+        for (std::size_t b = 0; b < occluded.size() / kBlockRays; ++b) {
+            if (rays[b].count() == 0) continue;
+            for (std::size_t i = 0; i < kBlockRays; ++i) {
+                if (rays[b].has(i)) all.push_back(static_cast<std::uint16_t>(b * kBlockRays + i));
+            }
         }
         occluded_among(tracer_, org, rays, all, occluded);
     }

@@ -60,10 +60,9 @@ struct PixelBlock {
     }
 };
 
-/// Calls visit(block) for the blocks of a part, row by row.
+/// Calls visit(block) for the blocks of a tile, row by row.
 template <class Visit>
-HWY_INLINE void for_each_block(const PixelPart& part, Visit visit) {
-    const Tile& tile = part.tile;
+HWY_INLINE void for_each_block(const Tile& tile, Visit visit) {
     for (std::uint32_t y = tile.y0; y < tile.y1; y += kBlockSide) {
         for (std::uint32_t x = tile.x0; x < tile.x1; x += kBlockSide) {
             visit(PixelBlock{x, y, std::min(kBlockSide, tile.x1 - x),
@@ -181,26 +180,25 @@ HWY_INLINE void shade_part(const PixelPart& part, CountOccluded count_occluded,
     for (; row.y0 < part.tile.y1; row.y0 += kBlockSide) {
         row.y1 = std::min(row.y0 + kBlockSide, part.tile.y1);
         const BackgroundColumn behind(part, row.y0);
-        for_each_block(
-            {part.params, part.mesh, row, part.frame}, [&](const PixelBlock& block) HWY_ATTR {
-                alignas(64) std::uint32_t colours[kBlockRays];
-                alignas(64) std::uint32_t occlusion[kBlockRays] = {};
-                for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
-                    const PixelLanes pixels = load_pixels(part, block, i);
-                    const bool is_any = !none(pixels.visible);
-                    if (is_any) count_occluded(block, i, pixels, occlusion + i);
-                    if (!with_pixels) continue;
-                    UintVec colour = load(behind.colours + i);
-                    if (is_any) {
-                        const FloatVec value = intensity(block, i, pixels, occlusion + i);
-                        colour = select(uint_mask(pixels.visible),
-                                        lanes::colour_of(value, load_albedo(part, pixels)), colour);
-                    }
-                    store(colour, colours + i);
+        for_each_block(row, [&](const PixelBlock& block) HWY_ATTR {
+            alignas(64) std::uint32_t colours[kBlockRays];
+            alignas(64) std::uint32_t occlusion[kBlockRays] = {};
+            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+                const PixelLanes pixels = load_pixels(part, block, i);
+                const bool is_any = !none(pixels.visible);
+                if (is_any) count_occluded(block, i, pixels, occlusion + i);
+                if (!with_pixels) continue;
+                UintVec colour = load(behind.colours + i);
+                if (is_any) {
+                    const FloatVec value = intensity(block, i, pixels, occlusion + i);
+                    colour = select(uint_mask(pixels.visible),
+                                    lanes::colour_of(value, load_albedo(part, pixels)), colour);
                 }
-                write_block(part, block, occlusion, part.frame.occlusion.data());
-                if (with_pixels) write_block(part, block, colours, part.frame.pixels.data());
-            });
+                store(colour, colours + i);
+            }
+            write_block(part, block, occlusion, part.frame.occlusion.data());
+            if (with_pixels) write_block(part, block, colours, part.frame.pixels.data());
+        });
     }
 }
 
@@ -220,9 +218,9 @@ HWY_INLINE DirectionLanes shadow_rays(const lanes::Surface& s, const lanes::Floa
     return {canonical_direction(dir), lanes::power_of_two_below(largest_component(dir))};
 }
 
-bool make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays, float* lit) {
-    bool any = false;
-    for_each_block(part, [&](const PixelBlock& block) HWY_ATTR {
+std::size_t make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays, float* lit) {
+    std::size_t ray_count = 0;
+    for_each_block(part.tile, [&](const PixelBlock& block) HWY_ATTR {
         const std::uint32_t index = block.ray_index(part);
         SharedOriginRays& to = rays[index / kBlockRays];
         for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
@@ -241,7 +239,7 @@ bool make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays, flo
                     intensity =
                         lanes::lit_intensity(max(dot3(s.normal, unit(light - s.point)), zero()));
                 }
-                any = any || !none(traced);
+                ray_count += count(traced);
             }
             store(dir.x, to.dir[0] + i);
             store(dir.y, to.dir[1] + i);
@@ -250,7 +248,7 @@ bool make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays, flo
             store_unaligned(intensity, lit + index + i);
         }
     });
-    return any;
+    return ray_count;
 }
 
 void shade_shadows_of_part(const PixelPart& part, const std::uint8_t* occluded, const float* lit) {
@@ -284,10 +282,34 @@ struct alignas(16) HalfRay {
 };
 static_assert(2 * sizeof(HalfRay) == sizeof(Ray));
 
+/// Writes a ray half by half: one copy of both halves would wait for the stores of each.
+HWY_INLINE void write_ray(const HalfRay& start, const HalfRay& end, Ray& ray) {
+    auto* const to = reinterpret_cast<std::byte*>(&ray);
+    std::memcpy(to, &start, sizeof start);
+    std::memcpy(to + sizeof start, &end, sizeof end);
+}
+
+void make_camera_rays_of_tile(const ImageParams& params, const Tile& tile, Ray* rays) {
+    const Ray any = camera_ray(params.camera, 0, 0);
+    const HalfRay start = {{any.org.x, any.org.y, any.org.z, any.tnear}};
+    alignas(64) HalfRay ends[kLanes];
+    for_each_block(tile, [&](const PixelBlock& block) HWY_ATTR {
+        for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+            const UintVec lane = hn::Iota(kUints, i);
+            const UintVec x = shift_right<kColumnShift>(lane) + splat(block.x);
+            const UintVec y = (lane & splat(kRowMask)) + splat(block.y);
+            const lanes::Float3 dir =
+                lanes::canonical_direction(lanes::camera_direction(params.camera, x, y));
+            hn::StoreInterleaved4(dir.x, dir.y, dir.z, splat(any.tfar), kFloats, ends[0].words);
+            for (std::size_t k = 0; k < kLanes; ++k) write_ray(start, ends[k], *rays++);
+        }
+    });
+}
+
 void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
     const std::uint32_t count = part.params.ao_count;
     rays.clear();
-    for_each_block(part, [&](const PixelBlock& block) HWY_ATTR {
+    for_each_block(part.tile, [&](const PixelBlock& block) HWY_ATTR {
         for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
             const PixelLanes pixels = load_pixels(part, block, i);
             const std::uint32_t visible = bits_of(pixels.visible);
@@ -308,8 +330,7 @@ void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
                 std::size_t at = begin + sample;
                 for (std::uint32_t left = visible; left != 0; left &= left - 1, at += count) {
                     const std::size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
-                    const HalfRay both[2] = {starts[lane], ends[lane]};
-                    std::memcpy(&rays[at], both, sizeof both);
+                    write_ray(starts[lane], ends[lane], rays[at]);
                 }
             }
         }

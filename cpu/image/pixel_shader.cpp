@@ -15,6 +15,7 @@ namespace mray::cpu {
 namespace {
 
 HWY_EXPORT(shade_camera_part);
+HWY_EXPORT(make_camera_rays_of_tile);
 HWY_EXPORT(make_shadow_rays_of_part);
 HWY_EXPORT(shade_shadows_of_part);
 HWY_EXPORT(make_ao_rays_of_part);
@@ -24,6 +25,7 @@ HWY_EXPORT(shade_ao_of_part);
 
 PixelShader::PixelShader(SimdTarget target)
     : shade_camera_(SIMD_FUNCTION(shade_camera_part, target)),
+      make_camera_rays_(SIMD_FUNCTION(make_camera_rays_of_tile, target)),
       make_shadow_rays_(SIMD_FUNCTION(make_shadow_rays_of_part, target)),
       shade_shadows_(SIMD_FUNCTION(shade_shadows_of_part, target)),
       make_ao_rays_(SIMD_FUNCTION(make_ao_rays_of_part, target)),

@@ -27,13 +27,19 @@ class PixelShader {
 public:
     explicit PixelShader(SimdTarget target);
 
+    /// Makes the camera rays of a tile: of its blocks row by row, kBlockRays each, column by
+    /// column. A block with pixels outside the tile has their rays, too.
+    void make_camera_rays(const ImageParams& params, const Tile& tile, Ray* rays) const {
+        make_camera_rays_(params, tile, rays);
+    }
+
     /// Writes the colours under a light at the eye, and occlusion 0. The part may have any size.
     void shade_camera(const PixelPart& part) const { shade_camera_(part); }
 
     /// Makes the shadow rays of a part of at most kLightPacketSide x kLightPacketSide pixels,
     /// indices as by light_packet_ray(), and sets `lit` for shade_shadows(), with the same indices.
-    /// Blocks without a pixel of the part are not written. Returns whether there is a ray.
-    bool make_shadow_rays(const PixelPart& part, SharedOriginRays* rays, float* lit) const {
+    /// Blocks without a pixel of the part are not written. Returns how many rays there are.
+    std::size_t make_shadow_rays(const PixelPart& part, SharedOriginRays* rays, float* lit) const {
         return make_shadow_rays_(part, rays, lit);
     }
 
@@ -55,7 +61,8 @@ public:
 
 private:
     void (*shade_camera_)(const PixelPart&);
-    bool (*make_shadow_rays_)(const PixelPart&, SharedOriginRays*, float*);
+    void (*make_camera_rays_)(const ImageParams&, const Tile&, Ray*);
+    std::size_t (*make_shadow_rays_)(const PixelPart&, SharedOriginRays*, float*);
     void (*shade_shadows_)(const PixelPart&, const std::uint8_t*, const float*);
     void (*make_ao_rays_)(const PixelPart&, std::vector<Ray>&);
     void (*shade_ao_)(const PixelPart&, const std::uint8_t*);

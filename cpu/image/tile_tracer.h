@@ -3,7 +3,6 @@
 
 #include <tbb/enumerable_thread_specific.h>
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -24,28 +23,33 @@ struct ShadowRays {
     std::vector<std::uint8_t> occluded;
 };
 
+/// Tells how large triangles are where the shadow rays of a tile end: the number of rays, and of
+/// the leaves that the camera packet of the same pixels visited. Zeros: not known.
+struct TileCounts {
+    std::size_t rays = 0;
+    std::size_t camera_leaves = 0;
+};
+
 /// The fastest tracer of tiles that a SIMD target has, with the bits of all others. Threads may
 /// share one.
 class TileTracer {
 public:
-    TileTracer(const Bvh& bvh, SimdTarget target)
-        : packets_(bvh, target), single_rays_(bvh, target), shader_(target) {}
+    /// kAlways: for measurements.
+    TileTracer(const Bvh& bvh, SimdTarget target, PacketUse use = PacketUse::kWhereItPays)
+        : use_(use), packets_(bvh, target, use), single_rays_(bvh, target), shader_(target) {}
 
     const PixelShader& shader() const { return shader_; }
 
-    void intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
-                          std::size_t stride) const {
-        packets_.intersect_camera(params, tile, scratch().camera, hits, stride);
-    }
+    /// As PacketTracer::intersect_camera(), but answers all rays. Returns how many leaves the
+    /// camera packet visited, for TileCounts.
+    std::uint32_t intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
+                                   std::size_t stride) const;
 
+    /// Sets occluded[i] to 0 if there is a ray i from org and it hits nothing, else to 1; indices
+    /// as by light_packet_ray().
     void occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
-                                std::span<std::uint8_t> occluded) const {
-        std::array<std::uint16_t, kLightPacketRays> fallback;
-        const std::size_t count = packets_.occluded_shared_origin(org, rays, scratch().light,
-                                                                  occluded.data(), fallback.data());
-        if (count != 0)
-            occluded_among(single_rays_, org, rays, std::span(fallback).first(count), occluded);
-    }
+                                std::span<std::uint8_t> occluded,
+                                const TileCounts& counts = {}) const;
 
     bool intersect_stored(const StoredRayTile& rays, Hit* hits) const {
         Packets& packets = scratch();
@@ -62,6 +66,10 @@ public:
     /// Memory for the shadow rays of a tile, of this thread.
     ShadowRays& shadow_rays() const { return scratch().shadow; }
 
+    /// intersect_camera() without packets.
+    void intersect_streams(const ImageParams& params, const Tile& tile, Hit* hits,
+                           std::size_t stride) const;
+
 private:
     /// The packets and rays of a thread, which are too large to be made for each tile.
     struct Packets {
@@ -77,6 +85,7 @@ private:
         return *packets;
     }
 
+    PacketUse use_;
     PacketTracer packets_;
     SingleRayTracer single_rays_;
     PixelShader shader_;

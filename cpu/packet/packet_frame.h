@@ -13,6 +13,10 @@ namespace mray::cpu {
 inline constexpr std::uint32_t kBlockSide = 4;
 inline constexpr std::uint32_t kBlockRays = kBlockSide * kBlockSide;
 
+/// kWhereItPays: a packet is given up where rays one by one are expected to be faster. The bits of
+/// answers do not depend on it.
+enum class PacketUse : std::uint8_t { kAlways, kWhereItPays };
+
 /// A word of bits with all blocks set.
 inline constexpr std::uint64_t kAllBlocks = ~std::uint64_t{0};
 

@@ -53,22 +53,35 @@ void write_hits(const CameraPacket& packet, const Tile& tile, Hit* hits, std::si
         std::copy_n(&blocks[y * columns], width, hits + y * stride);
 }
 
-void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Tile& tile,
-                             CameraPacket& packet, Hit* hits, std::size_t stride) {
-    frame_camera_packet(params, tile, packet);
-    CameraPacketTraversal traversal(bvh, packet);
-    if (!traversal.start()) return write_misses(tile, hits, stride);
-    start_camera_rays(params, tile, packet);
-    traversal.run();
-    if (packet.hit_leaves.empty()) return write_misses(tile, hits, stride);
-    write_hits(packet, tile, hits, stride);
+/// Writes what a camera packet that was traced to its end has found.
+void write_answers(const CameraPacket& packet, const Tile& tile, Hit* hits, std::size_t stride) {
+    if (packet.hit_leaves.empty()) {
+        write_misses(tile, hits, stride);
+    } else {
+        write_hits(packet, tile, hits, stride);
+    }
 }
 
-bool intersect_stored_packet(const Bvh& bvh, const StoredRayTile& rays,
+bool intersect_camera_packet(const Bvh& bvh, PacketUse use, const ImageParams& params,
+                             const Tile& tile, CameraPacket& packet, Hit* hits,
+                             std::size_t stride) {
+    frame_camera_packet(params, tile, packet);
+    CameraPacketTraversal traversal(bvh, packet);
+    if (!traversal.start()) {
+        write_misses(tile, hits, stride);
+        return true;
+    }
+    start_camera_rays(params, tile, packet);
+    if (!traversal.run(use)) return false;
+    write_answers(packet, tile, hits, stride);
+    return true;
+}
+
+bool intersect_stored_packet(const Bvh& bvh, PacketUse use, const StoredRayTile& rays,
                              StoredDirections& directions, CameraPacket& packet, Hit* hits) {
 #if HWY_TARGET == HWY_SCALAR
     // A vector has no room for the two halves of a ray.
-    (void)bvh, (void)rays, (void)directions, (void)packet, (void)hits;
+    (void)bvh, (void)use, (void)rays, (void)directions, (void)packet, (void)hits;
     return false;
 #else
     if (!frame_stored_packet(rays, directions, packet)) return false;
@@ -79,12 +92,8 @@ bool intersect_stored_packet(const Bvh& bvh, const StoredRayTile& rays,
         return true;
     }
     start_rays(rays.width, rays.height, packet);
-    traversal.run();
-    if (packet.hit_leaves.empty()) {
-        write_misses(tile, hits, kCameraSide);
-    } else {
-        write_hits(packet, tile, hits, kCameraSide);
-    }
+    if (!traversal.run(use)) return false;
+    write_answers(packet, tile, hits, kCameraSide);
     return true;
 #endif
 }
@@ -150,12 +159,28 @@ HWY_NOINLINE std::size_t occluded_by_faces(const Bvh& bvh, vec3 org, const Share
     return count;
 }
 
-std::size_t occluded_light_packet(const Bvh& bvh, vec3 org, const SharedOriginRays* rays,
-                                  std::uint32_t squares, LightPacket& packet,
-                                  std::uint8_t* occluded, std::uint16_t* fallback) {
+/// Leaves all rays to others. Returns their number.
+std::size_t leave_all(const SharedOriginRays* rays, std::uint32_t squares, std::uint8_t* occluded,
+                      std::uint16_t* fallback) {
+    const std::uint32_t count = squares * kSquareRays;
+    std::fill_n(occluded, count, std::uint8_t{1});
+    std::size_t left = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        fallback[left] = static_cast<std::uint16_t>(i);
+        left += rays[i / kBlockRays].has(i % kBlockRays) ? 1 : 0;
+    }
+    return left;
+}
+
+std::size_t occluded_light_packet(const Bvh& bvh, PacketUse use, vec3 org,
+                                  const SharedOriginRays* rays, std::uint32_t squares,
+                                  LightPacket& packet, std::uint8_t* occluded,
+                                  std::uint16_t* fallback) {
     LightPacketBlocks not_traced = {};
     if (!make_light_packet(org, rays, squares, packet, not_traced))
         return occluded_by_faces(bvh, org, rays, squares, packet, occluded, fallback);
+    if (use == PacketUse::kWhereItPays && quads_overlap(packet))
+        return leave_all(rays, squares, occluded, fallback);
     LightPacketTraversal(bvh, packet).run();
     // Regrouped rays are written here as well, and again below.
     for (std::uint32_t block = 0; block < squares * kSquareBlocks; ++block)
@@ -184,27 +209,28 @@ HWY_EXPORT(occluded_light_packet);
 
 }  // namespace
 
-PacketTracer::PacketTracer(const Bvh& bvh, SimdTarget target)
+PacketTracer::PacketTracer(const Bvh& bvh, SimdTarget target, PacketUse use)
     : bvh_(&bvh),
+      use_(use),
       intersect_(SIMD_FUNCTION(intersect_camera_packet, target)),
       intersect_stored_(SIMD_FUNCTION(intersect_stored_packet, target)),
       occluded_(SIMD_FUNCTION(occluded_light_packet, target)) {}
 
-void PacketTracer::intersect_camera(const ImageParams& params, const Tile& tile,
+bool PacketTracer::intersect_camera(const ImageParams& params, const Tile& tile,
                                     CameraPacket& packet, Hit* hits, std::size_t stride) const {
-    intersect_(*bvh_, params, tile, packet, hits, stride);
+    return intersect_(*bvh_, use_, params, tile, packet, hits, stride);
 }
 
 bool PacketTracer::intersect_stored(const StoredRayTile& rays, StoredDirections& directions,
                                     CameraPacket& packet, Hit* hits) const {
-    return intersect_stored_(*bvh_, rays, directions, packet, hits);
+    return intersect_stored_(*bvh_, use_, rays, directions, packet, hits);
 }
 
 std::size_t PacketTracer::occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
                                                  LightPacket& packet, std::uint8_t* occluded,
                                                  std::uint16_t* fallback) const {
     const auto squares = static_cast<std::uint32_t>(rays.size() / kSquareBlocks);
-    return occluded_(*bvh_, org, rays.data(), squares, packet, occluded, fallback);
+    return occluded_(*bvh_, use_, org, rays.data(), squares, packet, occluded, fallback);
 }
 
 }  // namespace mray::cpu

@@ -22,39 +22,42 @@ static_assert(kStoredTileSide == kCameraSide);
 /// Threads may share a tracer; each needs packets of its own, which are scratch memory.
 class PacketTracer {
 public:
-    PacketTracer(const Bvh& bvh, SimdTarget target);
+    PacketTracer(const Bvh& bvh, SimdTarget target, PacketUse use = PacketUse::kAlways);
 
     /// Sets hits[y * stride + x] to the closest hit, or a miss, of the camera ray of pixel
-    /// (tile.x0 + x, tile.y0 + y). The tile has 1 to 64 pixels on each side.
-    void intersect_camera(const ImageParams& params, const Tile& tile, CameraPacket& packet,
+    /// (tile.x0 + x, tile.y0 + y). The tile has 1 to 64 pixels on each side. Returns false, and
+    /// sets nothing, if the packet is given up. Sets packet.leaf_count.
+    bool intersect_camera(const ImageParams& params, const Tile& tile, CameraPacket& packet,
                           Hit* hits, std::size_t stride) const;
 
     /// Sets hits[y * kCameraSide + x] to the closest hit, or a miss, of stored ray (x, y). Its t is
     /// for the ray's canonical direction. Returns false, and sets nothing, if the rays do not all
-    /// start at one point with tnear <= 0 and tfar infinite, or do not lie nearly on a grid.
-    /// `directions` is scratch memory.
+    /// start at one point with tnear <= 0 and tfar infinite, or do not lie nearly on a grid, or
+    /// if the packet is given up. `directions` is scratch memory.
     bool intersect_stored(const StoredRayTile& rays, StoredDirections& directions,
                           CameraPacket& packet, Hit* hits) const;
 
     /// Sets occluded[i] to 0 where ray i, which starts at org, hits nothing, and to 1 where it hits
     /// something or is absent. rays: one to four times kSquareBlocks, with indices as in
-    /// light_packet_ray(). Some rays have too little in common with the others to be traced here:
-    /// the indices of these fallback rays are written to `fallback`, which has room for all rays,
-    /// and their occluded[i] means nothing. Returns the number of fallback rays.
+    /// light_packet_ray(). Some rays have too little in common with the others to be traced here,
+    /// and all are left if the packet is given up: the indices of these fallback rays are written
+    /// to `fallback`, which has room for all rays, and their occluded[i] means nothing. Returns the
+    /// number of fallback rays.
     std::size_t occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
                                        LightPacket& packet, std::uint8_t* occluded,
                                        std::uint16_t* fallback) const;
 
 private:
-    using Intersect = void (*)(const Bvh&, const ImageParams&, const Tile&, CameraPacket&, Hit*,
-                               std::size_t);
-    using Occluded = std::size_t (*)(const Bvh&, vec3, const SharedOriginRays*, std::uint32_t,
-                                     LightPacket&, std::uint8_t*, std::uint16_t*);
+    using Intersect = bool (*)(const Bvh&, PacketUse, const ImageParams&, const Tile&,
+                               CameraPacket&, Hit*, std::size_t);
+    using Occluded = std::size_t (*)(const Bvh&, PacketUse, vec3, const SharedOriginRays*,
+                                     std::uint32_t, LightPacket&, std::uint8_t*, std::uint16_t*);
 
-    using IntersectStored = bool (*)(const Bvh&, const StoredRayTile&, StoredDirections&,
+    using IntersectStored = bool (*)(const Bvh&, PacketUse, const StoredRayTile&, StoredDirections&,
                                      CameraPacket&, Hit*);
 
     const Bvh* bvh_;
+    PacketUse use_;
     Intersect intersect_;
     IntersectStored intersect_stored_;
     Occluded occluded_;

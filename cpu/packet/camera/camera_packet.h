@@ -134,6 +134,8 @@ struct alignas(kPage) CameraPacket {
     float block_q[kGridBlocks];
 
     std::vector<HitLeaf> hit_leaves;
+    /// The leaves that the packet has visited.
+    std::uint32_t leaf_count = 0;
 };
 
 }  // namespace mray::cpu

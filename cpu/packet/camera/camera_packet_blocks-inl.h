@@ -67,6 +67,8 @@ struct PixelRectangle {
 
     static constexpr PixelRectangle none() { return {kCameraSide, 0, kCameraSide, 0}; }
     bool empty() const { return first_x > last_x; }
+    /// For a rectangle that is not empty.
+    std::uint32_t count() const { return (last_x - first_x + 1u) * (last_y - first_y + 1u); }
 };
 
 /// The columns and rows of blocks that rectangles meet, as bits, and the pixels that they meet.

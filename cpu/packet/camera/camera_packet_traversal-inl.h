@@ -50,12 +50,15 @@ public:
     bool start() {
         BlockSet all;
         for (std::uint64_t& word : all.words) word = kAllBlocks;
+        packet_.leaf_count = 0;
         visit_node(0, all, pixels_of_packet(), stack_, size_);
         return size_ > 0;
     }
 
-    /// Visits what start() found, until every ray has its closest candidate.
-    void run() {
+    /// Visits what start() found, until every ray has its closest candidate. With kWhereItPays,
+    /// returns false, leaving the rays without answers, if the first leaves are smaller than
+    /// pixels.
+    bool run(PacketUse use) {
         Entry* stack = stack_;
         std::uint32_t& size = size_;
         while (size > 0) {
@@ -76,13 +79,26 @@ public:
             if (is_node) {
                 visit_node(child, blocks, pixels, stack, size);
             } else {
+                if (packet_.leaf_count < kFirstLeaves) {
+                    pixels_of_leaves_ += pixels.count();
+                } else if (packet_.leaf_count == kFirstLeaves && use == PacketUse::kWhereItPays &&
+                           pixels_of_leaves_ < kFirstLeaves * kFewPixels) {
+                    return false;
+                }
+                ++packet_.leaf_count;
                 visit_leaf(child & ~kLeafBit, blocks, pixels);
             }
         }
         resolve();
+        return true;
     }
 
 private:
+    /// A packet is given up if its first leaves concern fewer pixels than kFewPixels each
+    /// (docs/lab/cpu_tracer.md).
+    static constexpr std::uint32_t kFirstLeaves = 32;
+    static constexpr std::uint32_t kFewPixels = 2;
+
     PixelRectangle pixels_of_packet() const {
         const auto last = [](std::uint32_t blocks) {
             return static_cast<std::uint8_t>(blocks * kBlockSide - 1);
@@ -438,6 +454,8 @@ private:
     BlockSet traced_ = {};
     /// The blocks with deferred rays, whose depths cull less until these are resolved.
     BlockSet uncertain_blocks_ = {};
+    /// The pixels that the first leaves concern.
+    std::uint32_t pixels_of_leaves_ = 0;
     std::uint32_t size_ = 0;
     Entry stack_[kMaxStack];
 };

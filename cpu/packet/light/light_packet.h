@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -67,6 +68,15 @@ struct alignas(64) SharedOriginRays {
     }
 
     bool has(std::size_t i) const { return tfar[i] >= 0; }
+    /// How many rays there are. Compilers make vectors of bits, but not of has().
+    std::size_t count() const {
+        std::uint32_t found = 0;
+        for (const float end : tfar) {
+            const auto bits = std::bit_cast<std::uint32_t>(end);
+            found += (bits <= 0x7F800000u ? 1u : 0u) | (bits == 0x80000000u ? 1u : 0u);
+        }
+        return found;
+    }
     vec3 direction(std::size_t i) const { return {dir[0][i], dir[1][i], dir[2][i]}; }
     Ray ray(vec3 org, std::size_t i) const { return {org, 0, direction(i), tfar[i]}; }
 

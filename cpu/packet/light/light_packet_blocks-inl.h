@@ -125,6 +125,25 @@ HWY_INLINE QuadSet quads_beyond(const LightPacket& packet, float q, const QuadSe
     return quads;
 }
 
+/// A packet is given up if its quads cover their bounds more often than this
+/// (docs/lab/cpu_tracer.md).
+inline constexpr float kMostOverlap = 8;
+
+/// Whether quads lie over each other, so that most boxes concern many of them but few rays: the
+/// areas of all quads are more than kMostOverlap times that of their bounds.
+HWY_INLINE bool quads_overlap(const LightPacket& packet) {
+    FloatVec area = zero();
+    for (std::size_t k = 0; k < kLightPacketQuads; k += kLanes) {
+        const Mask has_rays = load(packet.quad_q + k) < splat(kDone);
+        const FloatVec width = load(packet.quad_upper_x + k) - load(packet.quad_lower_x + k);
+        const FloatVec height = load(packet.quad_upper_y + k) - load(packet.quad_lower_y + k);
+        area = area + zero_unless(has_rays, width * height);
+    }
+    const PacketFrame& frame = packet.frame;
+    return hn::GetLane(hn::SumOfLanes(kFloats, area)) >
+           kMostOverlap * (frame.upper_x - frame.lower_x) * (frame.upper_y - frame.lower_y);
+}
+
 /// The rays that lie in a rectangle (lower x, upper x, lower y, upper y) and that a hit at 1/z <= q
 /// may concern.
 class RaysWithin {
