@@ -10,5 +10,5 @@ object=$(dirname "$archive")/morphray.o names=$(dirname "$archive")/unique_names
 "$objcopy" --weaken-symbols="$names" "$object"
 "$objcopy" --localize-hidden "$object"
 rm "$archive" "$names"
-"$ar" qcs "$archive" "$object"
+"$ar" qcsD "$archive" "$object"
 rm "$object"

@@ -19,10 +19,16 @@ done
 mkdir -p "$scratch/moved"
 mv "$first" "$prefix"
 
-# The program knows its sources' paths from assertions; text files know none.
-if grep -rIlF -e "$first" -e "$build" -e "$root" "$prefix"; then
-    fail "these files name a folder of this machine"
-fi
+# check_paths: nothing that is installed names a folder of this machine, so that the same sources make the same
+# bytes wherever they are built. With assertions, programs and libraries name their sources.
+binary_files=(--binary-files=without-match)
+! grep -qx 'CMAKE_BUILD_TYPE:[A-Z]*=Release' "$build/CMakeCache.txt" || binary_files=()
+check_paths() {
+    if grep -rlF "${binary_files[@]}" -e "$first" -e "$build" -e "$root" "$prefix"; then
+        fail "these files name a folder of this machine"
+    fi
+}
+check_paths
 for file in bin/morphray include/morphray/morphray.hpp include/morphray/version.hpp \
     share/man/man1/morphray.1 share/man/man1/morphray-render.1 share/doc/morphray/LICENSE \
     share/morphray/slurm/render.sbatch share/morphray/openjd/render.template.yaml \
@@ -95,6 +101,11 @@ if [[ $(readelf -d "$scratch/static/first_ray") == *libmorphray* ]]; then fail "
 if [ -e "$build/bin/morphray-embree" ]; then
     echo "== morphray-embree"
     "$cmake" --install "$build" --prefix "$prefix" --component embree >/dev/null
+    # Bytes of a longer path would stay behind the one that installing puts in its place.
+    for file in "$build"/lib/morphray/embree/libembree?.so.?; do
+        ! grep -qF "$build" "$file" || fail "$file names $build"
+    done
+    check_paths
     # shellcheck disable=SC2016  # the shell that it starts expands it
     folder=$("$prefix/bin/morphray-embree" sh -c 'echo "${LD_LIBRARY_PATH%%:*}"')
     [ "$(dirname "$folder")" = "$library/morphray" ] || fail "morphray-embree looks into $folder"
