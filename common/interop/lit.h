@@ -45,9 +45,20 @@ SHARED Float blend(Float a, Float b, Float x) {
     return r;
 }
 
-/// Linear colour to 8 bits a channel.
-SHARED Uint encode_rgb(Float3 c) {
-    return pack_rgb(encode_channel(c.x), encode_channel(c.y), encode_channel(c.z));
+/// Linear colour to 8 bits a channel, with the rounding of encode_channel().
+SHARED Uint encode_rgb(Float3 c, Float rounding) {
+    return pack_rgb(encode_channel(c.x, rounding), encode_channel(c.y, rounding),
+                    encode_channel(c.z, rounding));
+}
+
+/// The same, rounding to nearest.
+SHARED Uint encode_rgb(Float3 c) { return encode_rgb(c, broadcast(0.5f)); }
+
+/// The rounding of the background's colour at pixel (x, y). The 16 pixels of a square of
+/// kAoSquareSide round differently, so that its mean has 16 times as many steps as a pixel.
+SHARED Float dithered_rounding(Uint x, Uint y) {
+    PRECISE Float r = to_float(ao_number(x, y, 0u)) * 0.0625f + 0.03125f;
+    return r;
 }
 
 /// The square root of a mean of squares of 8-bit channels, rounded to the nearest whole number,

@@ -15,13 +15,17 @@ SHARED_BEGIN
 SHARED_CONST float kUnlitIntensity = 0.125f;
 #endif
 
-/// Linear intensity in [0, 1] to 8 bits with gamma 2, rounding to nearest.
-SHARED Uint encode_channel(Float x) {
+/// Linear intensity in [0, 1] to 8 bits with gamma 2, rounding up from a fraction of 1 - rounding
+/// on; rounding is in (0, 1).
+SHARED Uint encode_channel(Float x, Float rounding) {
     PRECISE Float c = lesser(greater(x, 0.0f), 1.0f);
     PRECISE Float root = select(c > 0.00000095367431640625f, c * rsqrt(c), 0.0f);  // 2^-20
-    PRECISE Float scaled = root * 255.0f + 0.5f;
+    PRECISE Float scaled = root * 255.0f + rounding;
     return to_uint(scaled);
 }
+
+/// The same, rounding to nearest.
+SHARED Uint encode_channel(Float x) { return encode_channel(x, broadcast(0.5f)); }
 
 /// R in bits 0-7, then G, B and 255 for opaque.
 SHARED Uint pack_rgb(Uint r, Uint g, Uint b) { return r | (g << 8u) | (b << 16u) | 0xFF000000u; }

@@ -9,6 +9,7 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -64,6 +65,7 @@ public:
         : s_(samples),
           width_(samples.params.width),
           height_(samples.params.height),
+          side_bits_(std::countr_zero(samples.side)),
           colours_((width_ + kLanes - 1) / kLanes * kLanes) {
         if (with_details)
             for (AlignedVector<float>& plane : details_) plane.resize(colours_.size());
@@ -244,12 +246,15 @@ private:
     }
 
     UintVec light(const SampleLanes& samples, FloatVec height) {
-        LitLanes lit{lanes::backdrop(height), lanes::Float3(vec3(0.0f)), splat(1.0f)};
+        const FloatVec dithered =
+            lanes::dithered_rounding(samples.x >> side_bits_, samples.y >> side_bits_);
+        LitLanes lit{lanes::backdrop(height), lanes::Float3(vec3(0.0f)), splat(1.0f), dithered};
         if (!none(samples.visible)) {
-            const LitLanes surface = lit_surface(samples, height);
+            const LitLanes surface = lit_surface(samples, height, dithered);
             lit.colour = select(samples.visible, surface.colour, lit.colour);
             lit.normal = select(samples.visible, surface.normal, lit.normal);
             lit.open = select(samples.visible, surface.open, lit.open);
+            lit.rounding = select(samples.visible, surface.rounding, lit.rounding);
         }
         if (!details_[0].empty()) {
             const std::size_t x = hn::GetLane(samples.x);
@@ -258,17 +263,18 @@ private:
                                                lit.open};
             for (std::size_t i = 0; i < kDetails; ++i) store(values[i], details_[i].data() + x);
         }
-        return lanes::encode_rgb(lit.colour);
+        return lanes::encode_rgb(lit.colour, lit.rounding);
     }
 
-    /// Linear colours, normals and openness of lit samples.
+    /// Linear colours, normals and openness of lit samples, and how their colours are rounded.
     struct LitLanes {
         lanes::Float3 colour;
         lanes::Float3 normal;
         FloatVec open;
+        FloatVec rounding;
     };
 
-    LitLanes lit_surface(const SampleLanes& samples, FloatVec height) const {
+    LitLanes lit_surface(const SampleLanes& samples, FloatVec height, FloatVec dithered) const {
         const std::size_t x = hn::GetLane(samples.x);
         const std::uint32_t y = hn::GetLane(samples.y);
         const SurfaceRow& own = row(y);
@@ -291,11 +297,12 @@ private:
         const lanes::Float3 base =
             base_colours(s_, albedo, samples.prim, samples.u, samples.v, through, depth);
         LitLanes lit{lanes::lit_colour(n, to_light, light, open, lanes::Float3(s_.up), base), n,
-                     open};
-        const auto is_backdrop = (albedo & kBackdropBit) == splat(kBackdropBit);
+                     open, splat(0.5f)};
+        const Mask is_backdrop = float_mask((albedo & kBackdropBit) == splat(kBackdropBit));
         if (!none(is_backdrop)) {
             lit.colour =
                 select(is_backdrop, lanes::backdrop_colour(height, light, open), lit.colour);
+            lit.rounding = select(is_backdrop, dithered, lit.rounding);
         }
         return lit;
     }
@@ -303,6 +310,8 @@ private:
     const LitSamples& s_;
     std::uint32_t width_;
     std::uint32_t height_;
+    /// A pixel has 2^side_bits_ samples a side.
+    int side_bits_;
     /// From first_row_ on; or, without neighbours, the row that is shaded.
     std::vector<SurfaceRow> rows_;
     std::int64_t first_row_ = 0;

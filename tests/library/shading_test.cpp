@@ -128,6 +128,27 @@ TEST(Shading, ABackdropShowsTheBackgroundWhereNothingDarkensIt) {
     EXPECT_NE(Scene::build(square.view()).render(view).pixels, empty.pixels);
 }
 
+// The sums over squares of 4 x 4 pixels never fall from the top down, and take more values than 8
+// bits do.
+TEST(Shading, TheSkyHasNoBands) {
+    for (const std::uint32_t samples : {1u, 16u}) {
+        const View view{.width = 8, .height = 1024, .shading = Shading::lit, .samples = samples};
+        const Image sky = Scene::build(std::span<const morphray::MeshView>()).render(view);
+        std::set<std::uint32_t> reds;
+        std::uint32_t last = 0;
+        for (std::uint32_t y = 0; y < 1024; y += 4) {
+            std::uint32_t sum = 0;
+            for (std::uint32_t i = 0; i < 16; ++i)
+                sum += sky.pixels[std::size_t{y + i / 4} * 8 + i % 4] & 0xFF;
+            EXPECT_GE(sum, last) << y;
+            last = sum;
+            reds.insert(sum);
+        }
+        // An 8-bit channel alone has 86 steps from the top down.
+        EXPECT_GT(reds.size(), 200u);
+    }
+}
+
 TEST(Shading, SamplesOfOneColourAreThatColour) {
     const UserMesh mesh(torus(30, 20));
     const Scene scene = Scene::build(mesh.view());

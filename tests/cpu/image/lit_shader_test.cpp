@@ -129,8 +129,9 @@ private:
         if (s_.kind == LitKind::kPlain) return s_.colours[at(x, y)];
         const float height =
             (static_cast<float>(y) + 0.5f) * rcp_of_positive(static_cast<float>(s_.params.height));
+        const float dithered = dithered_rounding(x / s_.side, y / s_.side);
         if (!is_hit(x, y))
-            return s_.kind == LitKind::kLit ? encode_rgb(backdrop(height)) : 0xFF000000u;
+            return s_.kind == LitKind::kLit ? encode_rgb(backdrop(height), dithered) : 0xFF000000u;
         const std::uint32_t prim = s_.hits[at(x, y)].prim_id;
         const vec3 ray = through(x, y);
         const float z = depth(x, y);
@@ -143,7 +144,7 @@ private:
         const float light = 1.0f - static_cast<float>(s_.shadows[at(x, y)]);
         const std::uint32_t albedo = s_.topology.albedo[prim];
         if ((albedo & kBackdropBit) != 0)
-            return encode_rgb(backdrop_colour(height, light, open_at(x, y)));
+            return encode_rgb(backdrop_colour(height, light, open_at(x, y)), dithered);
         const vec3 base = base_colour(x, y, albedo, ray, z);
         return encode_rgb(
             lit_colour(n, unit(s_.params.light - point), light, open_at(x, y), s_.up, base));
@@ -286,6 +287,17 @@ TEST(LitColours, AreTheEndsOfTheirRanges) {
     const vec3 white = albedo_colour(0xFFFFFF);
     EXPECT_EQ(lit_colour(up, up, 0, 0, up, white), vec3(0, 0, 0));
     EXPECT_EQ(encode_rgb(lit_colour(up, up, 1, 1, up, white)), pack_rgb(255, 255, 255));
+}
+
+TEST(LitColours, SquaresOfTheBackgroundHaveSixteenTimesTheSteps) {
+    for (int i = 0; i <= 4096; ++i) {
+        const float c = 0.25f + static_cast<float>(i) / 8192;
+        std::uint32_t sum = 0;
+        for (std::uint32_t k = 0; k < 16; ++k)
+            sum += encode_channel(c, dithered_rounding(20 + k % 4, 8 + k / 4));
+        // The nearest whole number, but for the rounding of the root.
+        EXPECT_NEAR(sum, 16 * 255 * std::sqrt(static_cast<double>(c)), 0.51) << i;
+    }
 }
 
 TEST(LitColours, CreasesStayFlat) {
