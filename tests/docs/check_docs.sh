@@ -103,7 +103,7 @@ done < <(grep -P '\tcode\t' "$scratch/names" || true)
 grep -ohE -- '--[a-z][a-z-]*[a-z]' "$scratch/help" | sort -u >"$scratch/program_options"
 {
     cat "$scratch/program_options"
-    (cd "$root" && cat run test fuzz tests/verify/run .ci/run bench/run bench/updates bench/growth bench/clips bench/readers bench/farm bench/builds bench/open3d bench/distances cmake/setup.sh cmake/package/run cmake/wheel/run bench/options.* \
+    (cd "$root" && cat run test fuzz tests/verify/run .ci/run bench/run bench/updates bench/growth bench/clips bench/readers bench/farm bench/builds bench/open3d bench/choices bench/distances cmake/setup.sh cmake/package/run cmake/wheel/run bench/options.* \
         bench/two_builds/options.cpp \
         tests/fuzz/run/options.* tests/mutation/run tests/mutation/propose) | grep -ohE -- '--[a-z][a-z-]*[a-z]'
     printf -- '--%s\n' preset workflow list-presets root follow fix build target install prefix cflags libs \
