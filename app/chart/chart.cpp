@@ -102,9 +102,13 @@ std::size_t steps_of(std::size_t scenes, const Effort& effort) {
            failure_steps() + scaling_steps(effort);
 }
 
-ExitCode write_charts(const Options& options, const Messages& messages) {
+}  // namespace
+
+ExitCode draw_charts(const Options& options, const Messages& messages) {
     require_gnuplot();
+    tell_results("no chart is kept", "");
     ChartFolder folder(options.out);
+    const RemovedAtEnd removed(folder.temporary());
     std::vector<SceneFrames> scenes;
     for (const std::string& scene : options.scenes)
         scenes.push_back(open_scene_of(options, scene, messages));
@@ -134,6 +138,7 @@ ExitCode write_charts(const Options& options, const Messages& messages) {
     progress.finish();
     std::vector<PagedChart> paged;
     for (const Chart& chart : charts) {
+        throw_if_interrupted();
         paged.push_back(page_chart(chart));
         if (chart.figure.panels.empty()) continue;
         folder.write(chart.name + ".csv", chart.table.csv());
@@ -147,17 +152,6 @@ ExitCode write_charts(const Options& options, const Messages& messages) {
     messages.print(fmt::format("{} charts: {}\n", charts.size(),
                                (std::filesystem::path(options.out) / "index.html").string()));
     return ExitCode::kOk;
-}
-
-}  // namespace
-
-ExitCode draw_charts(const Options& options, const Messages& messages) {
-    try {
-        return write_charts(options, messages);
-    } catch (const Error& error) {
-        if (error.kind() != ErrorKind::kCancelled) throw;
-        throw Error(error.kind(), "chart: interrupted; no chart is kept");
-    }
 }
 
 }  // namespace mray::app

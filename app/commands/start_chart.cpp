@@ -52,7 +52,8 @@ void become(const std::filesystem::path& program, std::vector<std::string> argum
 }  // namespace
 
 ExitCode run_chart(const Options& options, const Messages&) {
-    if (interrupted()) throw Error(ErrorKind::kCancelled, "chart: interrupted; no chart is kept");
+    tell_results("no chart is kept", "");
+    throw_if_interrupted();
     become_chart_program("chart", options);
 }
 

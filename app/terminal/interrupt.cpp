@@ -1,6 +1,7 @@
 #include "app/terminal/interrupt.h"
 
 #include <fmt/format.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -30,6 +31,8 @@ std::atomic<int> received_signal = 0;
 std::atomic<bool> has_received = false;
 /// Whether a thread has begun to end the program, so that nothing else should.
 std::atomic<bool> is_ending = false;
+/// The path of RemovedAtEnd, or null.
+std::atomic<const char*> removed_folder = nullptr;
 /// Sends SIGALRM at the end of the grace; meaningful if has_timer.
 timer_t timer;
 std::atomic<bool> has_timer = false;
@@ -117,6 +120,19 @@ void on_signal(int signal) {
     errno = error;
 }
 
+/// Removes the folder of RemovedAtEnd by another program, because a walk through a folder takes
+/// memory, which a signal handler must not ask for. _Fork() runs no handlers of others.
+void remove_folder_in_handler() {
+    const char* const folder = removed_folder.load();
+    if (folder == nullptr) return;
+    const pid_t child = ::_Fork();
+    if (child == 0) {
+        ::execl("/bin/rm", "rm", "-rf", "--", folder, static_cast<char*>(nullptr));
+        ::_exit(1);
+    }
+    if (child > 0) ::waitpid(child, nullptr, 0);
+}
+
 /// The grace has ended. Only calls that a signal handler may make.
 void on_end_of_grace(int) {
     if (received_signal.load() == 0 || is_ending.exchange(true)) return;
@@ -127,6 +143,7 @@ void on_end_of_grace(int) {
         [[maybe_unused]] const ssize_t ignored =
             ::write(STDERR_FILENO, lines.text[i].data(), lines.size[i]);
     }
+    remove_folder_in_handler();
     ::_exit(static_cast<int>(interrupt_exit_code()));
 }
 
@@ -175,6 +192,13 @@ void tell_results(const std::string& finished, const std::string& place) {
     // After a signal the handler may read the lines, so that they change no more.
     if (!interrupted()) prepare_lines();
 }
+
+RemovedAtEnd::RemovedAtEnd(const std::filesystem::path& folder)
+    : folder_(std::filesystem::absolute(folder).string()) {
+    removed_folder.store(folder_.c_str());
+}
+
+RemovedAtEnd::~RemovedAtEnd() { removed_folder.store(nullptr); }
 
 std::string finished_text(const std::string& unit, std::span<const double> finished,
                           std::size_t total) {

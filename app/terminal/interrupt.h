@@ -5,7 +5,7 @@
 
 #include <array>
 #include <atomic>
-#include <optional>
+#include <filesystem>
 #include <span>
 #include <string>
 
@@ -52,6 +52,19 @@ std::string interrupt_message();
 /// Says what is finished, such as "2 of 3 frames are done (0,1)" or "nothing is written", and where
 /// it lies, for the line of an interruption; either may be empty. Thread-safe.
 void tell_results(const std::string& finished, const std::string& place);
+
+/// A folder that is removed with all that is in it, if the process ends at the end of the grace
+/// while this lives. At most one exists at a time.
+class RemovedAtEnd {
+public:
+    explicit RemovedAtEnd(const std::filesystem::path& folder);
+    ~RemovedAtEnd();
+    RemovedAtEnd(const RemovedAtEnd&) = delete;
+    RemovedAtEnd& operator=(const RemovedAtEnd&) = delete;
+
+private:
+    std::string folder_;
+};
 
 /// "12 of 25 frames are done (0..11)", of units with this name and these numbers, which ascend.
 std::string finished_text(const std::string& unit, std::span<const double> finished,
