@@ -167,9 +167,10 @@ SHARED_CONST float kDepthlessBound = 1.00000762939453125f;
 SHARED_CONST float kCertainBound = 32.0f;
 SHARED_CONST float kCertainDepth = 1.52587890625e-05f;
 SHARED_CONST float kCertainOrigin = 1073741824.0f;
-// How far beyond tfar the depth of a triangle is that no hit of the ray can have: times the bound
-// of edge functions and the range of its z, where their sum is kCertainBound times the bound; and
-// by the size of the scene and of the origin, 2^-17.
+// A triangle certainly lies beyond tfar if its depth is beyond by two margins added up:
+// kBeyondBound times the bound of edge functions times the range of its z, and kBeyondDepth (2^-17)
+// times the size of the scene and of the origin. This holds where the sum of the edge functions is
+// at least kCertainBound times their bound.
 SHARED_CONST float kBeyondBound = 5.5f;
 SHARED_CONST float kBeyondDepth = 7.62939453125e-06f;
 

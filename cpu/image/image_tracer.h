@@ -70,13 +70,8 @@ public:
     void occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
                                 std::span<std::uint8_t> occluded) const {
         std::fill(occluded.begin(), occluded.end(), std::uint8_t{1});
-        std::vector<std::uint16_t> all;
-        for (std::size_t b = 0; b < occluded.size() / kBlockRays; ++b) {
-            if (rays[b].count() == 0) continue;
-            for (std::size_t i = 0; i < kBlockRays; ++i) {
-                if (rays[b].has(i)) all.push_back(static_cast<std::uint16_t>(b * kBlockRays + i));
-            }
-        }
+        std::vector<std::uint16_t> all(occluded.size());
+        all.resize(list_rays(rays.first(occluded.size() / kBlockRays), all.data()));
         occluded_among(tracer_, org, rays, all, occluded);
     }
 

@@ -92,7 +92,8 @@ void TileTracer::intersect_streams(const ImageParams& params, const Tile& tile, 
 void TileTracer::occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
                                         std::span<std::uint8_t> occluded,
                                         const TileCounts& counts) const {
-    if (use_ == PacketUse::kWhereItPays && counts.camera_leaves * kFewRaysOfLeaf > counts.rays)
+    if (packets_.use() == PacketUse::kWhereItPays &&
+        counts.camera_leaves * kFewRaysOfLeaf > counts.rays)
         return BatchTiles(single_rays_).occluded_shared_origin(org, rays, occluded);
     std::array<std::uint16_t, kLightPacketRays> fallback;
     const std::size_t count = packets_.occluded_shared_origin(org, rays, scratch().light,

@@ -36,7 +36,7 @@ class TileTracer {
 public:
     /// kAlways: for measurements.
     TileTracer(const Bvh& bvh, SimdTarget target, PacketUse use = PacketUse::kWhereItPays)
-        : use_(use), packets_(bvh, target, use), single_rays_(bvh, target), shader_(target) {}
+        : packets_(bvh, target, use), single_rays_(bvh, target), shader_(target) {}
 
     const PixelShader& shader() const { return shader_; }
 
@@ -85,7 +85,6 @@ private:
         return *packets;
     }
 
-    PacketUse use_;
     PacketTracer packets_;
     SingleRayTracer single_rays_;
     PixelShader shader_;

@@ -159,19 +159,6 @@ HWY_NOINLINE std::size_t occluded_by_faces(const Bvh& bvh, vec3 org, const Share
     return count;
 }
 
-/// Leaves all rays to others. Returns their number.
-std::size_t leave_all(const SharedOriginRays* rays, std::uint32_t squares, std::uint8_t* occluded,
-                      std::uint16_t* fallback) {
-    const std::uint32_t count = squares * kSquareRays;
-    std::fill_n(occluded, count, std::uint8_t{1});
-    std::size_t left = 0;
-    for (std::uint32_t i = 0; i < count; ++i) {
-        fallback[left] = static_cast<std::uint16_t>(i);
-        left += rays[i / kBlockRays].has(i % kBlockRays) ? 1 : 0;
-    }
-    return left;
-}
-
 std::size_t occluded_light_packet(const Bvh& bvh, PacketUse use, vec3 org,
                                   const SharedOriginRays* rays, std::uint32_t squares,
                                   LightPacket& packet, std::uint8_t* occluded,
@@ -179,8 +166,10 @@ std::size_t occluded_light_packet(const Bvh& bvh, PacketUse use, vec3 org,
     LightPacketBlocks not_traced = {};
     if (!make_light_packet(org, rays, squares, packet, not_traced))
         return occluded_by_faces(bvh, org, rays, squares, packet, occluded, fallback);
-    if (use == PacketUse::kWhereItPays && quads_overlap(packet))
-        return leave_all(rays, squares, occluded, fallback);
+    if (use == PacketUse::kWhereItPays && quads_overlap(packet)) {
+        std::fill_n(occluded, squares * kSquareRays, std::uint8_t{1});
+        return list_rays(std::span(rays, squares * kSquareBlocks), fallback);
+    }
     LightPacketTraversal(bvh, packet).run();
     // Regrouped rays are written here as well, and again below.
     for (std::uint32_t block = 0; block < squares * kSquareBlocks; ++block)

@@ -24,6 +24,8 @@ class PacketTracer {
 public:
     PacketTracer(const Bvh& bvh, SimdTarget target, PacketUse use = PacketUse::kAlways);
 
+    PacketUse use() const { return use_; }
+
     /// Sets hits[y * stride + x] to the closest hit, or a miss, of the camera ray of pixel
     /// (tile.x0 + x, tile.y0 + y). The tile has 1 to 64 pixels on each side. Returns false, and
     /// sets nothing, if the packet is given up. Sets packet.leaf_count.

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "common/interop/ray.h"
 #include "cpu/packet/packet_frame.h"
@@ -86,6 +87,19 @@ struct alignas(64) SharedOriginRays {
         tfar[i] = ray.tfar;
     }
 };
+
+/// Writes the indices of the rays that there are, in ascending order, to `indices`, which has room
+/// for all. Returns their number.
+inline std::size_t list_rays(std::span<const SharedOriginRays> blocks, std::uint16_t* indices) {
+    std::size_t count = 0;
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+        if (blocks[b].count() == 0) continue;
+        for (std::size_t i = 0; i < kBlockRays; ++i) {
+            if (blocks[b].has(i)) indices[count++] = static_cast<std::uint16_t>(b * kBlockRays + i);
+        }
+    }
+    return count;
+}
 
 /// Stands for the index of a ray: there is none.
 inline constexpr std::uint16_t kNoRay = 0xFFFF;
