@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "common/text/number_text.h"
+#include "tools/build/build_record.h"
 #include "tools/text/json_writer.h"
 #include "tools/text/table.h"
 
@@ -63,10 +64,15 @@ std::string table_line(const Row& row) {
 }
 
 std::string to_json(const ReportHead& head, std::span<const Row> rows) {
-    Json json = {
-        {"schema", "morphray-bench/2"}, {"machine", head.machine},   {"isa", head.isa},
-        {"embree", head.embree},        {"left_out", head.left_out}, {"version", head.version},
-        {"command", head.command},      {"rows", Json::array()}};
+    Json json = {{"schema", "morphray-bench/2"},
+                 {"machine", head.machine},
+                 {"isa", head.isa},
+                 {"embree", head.embree},
+                 {"left_out", head.left_out},
+                 {"version", head.version},
+                 {"command", head.command},
+                 {"built_with", build_record_json()},
+                 {"rows", Json::array()}};
     for (const Row& row : rows) json["rows"].push_back(to_json(row));
     return json_text(json);
 }

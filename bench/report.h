@@ -24,8 +24,8 @@ std::string table_header();
 std::string table_line(const Row& row);
 
 /// {"schema": "morphray-bench/2", "machine", "isa", "embree", "left_out", "version", "command",
-/// "rows": [...]}; a row has scene, triangles, view, work, threads, rays, hit_share, tracer,
-/// target, unit, ours, peer, peer_value, ratio, ours_at_best, peer_at_best, ratio_at_best,
+/// "built_with", "rows": [...]}; a row has scene, triangles, view, work, threads, rays, hit_share,
+/// tracer, target, unit, ours, peer, peer_value, ratio, ours_at_best, peer_at_best, ratio_at_best,
 /// ratio_min, ratio_max, mismatches (rays), mismatch_kinds (hit, prim_id, t) and
 /// largest_difference.
 std::string to_json(const ReportHead& head, std::span<const Row> rows);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <memory>
 #include <sstream>
 #include <variant>
@@ -15,6 +16,7 @@
 #include "app/cli/usage_errors.h"
 #include "common/base/errors.h"
 #include "common/version.h"
+#include "tools/build/build_record.h"
 
 namespace mray::app {
 namespace {
@@ -87,7 +89,14 @@ ProgramSpec program_spec(Options& options) {
             "Ray tracer for triangle scenes that deform.",
             {"-h,--help", "print this help"},
             {"-v,--version", "print the version"},
+            {"--verbose", "with --version: also compiler, CMake and packages of the build"},
             command_specs(options)};
+}
+
+std::string version_text(bool verbose) {
+    std::string text = fmt::format("morphray {}", kVersionDetail);
+    if (verbose) text += '\n' + build_record_text();
+    return text;
 }
 
 /// The commands with their options, each of which writes into one Options.
@@ -97,8 +106,11 @@ public:
         app_.require_subcommand(1);
         app_.formatter(std::make_shared<HelpFormatter>(spec_));
         app_.set_help_flag(spec_.help_flag.names, spec_.help_flag.help);
-        app_.set_version_flag(spec_.version_flag.names, fmt::format("morphray {}", kVersionDetail),
-                              spec_.version_flag.help);
+        verbose_ = app_.add_flag(spec_.verbose_flag.names)->description(spec_.verbose_flag.help);
+        const std::function<std::string()> version = [this] {
+            return version_text(verbose_->count() > 0);
+        };
+        app_.set_version_flag(spec_.version_flag.names, version, spec_.version_flag.help);
         for (const CommandSpec& command : spec_.commands) add_command(app_, command, options_);
     }
 
@@ -107,12 +119,14 @@ public:
 private:
     std::string help(std::span<const std::string> topics) const;
     std::vector<std::string> given_options() const;
+    void refuse_verbose() const;
     FailedParse describe(const CLI::ParseError& error,
                          std::span<const std::string> arguments) const;
 
     Options options_;
     ProgramSpec spec_;
     CLI::App app_;
+    const CLI::Option* verbose_ = nullptr;
 };
 
 std::vector<std::string> command_names(const ProgramSpec& program) {
@@ -154,6 +168,13 @@ std::vector<std::string> CommandLine::given_options() const {
     return given;
 }
 
+/// Throws Error(kBadArgument) if --verbose was given to the program, without --version.
+void CommandLine::refuse_verbose() const {
+    if (verbose_->count() == 0) return;
+    throw Error(ErrorKind::kBadArgument,
+                "--verbose: before a command it needs --version; give it after the command");
+}
+
 FailedParse CommandLine::describe(const CLI::ParseError& error,
                                   std::span<const std::string> arguments) const {
     const std::vector<const CLI::App*> chosen =
@@ -164,6 +185,8 @@ FailedParse CommandLine::describe(const CLI::ParseError& error,
     parse.commands = command_names(spec_);
     if (!chosen.empty()) parse.command = command.get_name();
     parse.program_options = option_names(app_);
+    // Alone it is no option of the program.
+    std::erase(parse.program_options, "verbose");
     parse.options = option_names(command);
     parse.extras = app_.remaining(true);
     for (const CLI::Option* option : command.get_options()) {
@@ -189,8 +212,10 @@ ParsedCommandLine CommandLine::parse(std::span<const std::string> arguments) {
         app_.exit(success, out, out);
         return {std::nullopt, out.str()};
     } catch (const CLI::ParseError& error) {
+        refuse_verbose();
         explain(describe(error, arguments));
     }
+    refuse_verbose();
     options_.given = given_options();
     options_.arguments.assign(arguments.begin(), arguments.end());
     check_conflicts(options_);

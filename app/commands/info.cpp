@@ -17,22 +17,19 @@
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
 #include "common/version.h"
+#include "tools/build/build_record.h"
 #include "tools/text/table.h"
 
 namespace mray::app {
 namespace {
 
-const char* build_description() {
-#if defined(__clang__)
-    return "clang " __clang_version__
-#elif defined(__GNUC__)
-    return "g++ " __VERSION__
-#endif
+std::string build_description() {
 #ifdef NDEBUG
-           ", without assertions";
+    constexpr const char* kAssertions = "without";
 #else
-           ", with assertions";
+    constexpr const char* kAssertions = "with";
 #endif
+    return fmt::format("{}, {} assertions", build_compiler(), kAssertions);
 }
 
 std::string describe_vulkan() {

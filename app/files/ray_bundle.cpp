@@ -13,6 +13,7 @@
 #include "common/interop/camera.h"
 #include "common/scene/camera_setup.h"
 #include "common/version.h"
+#include "tools/build/build_record.h"
 #include "tools/text/json_writer.h"
 
 namespace mray::app {
@@ -147,7 +148,10 @@ bool is_bundle_name(const std::string& name) {
 }
 
 std::string bundle_text(const RayBundle& bundle) {
-    Json json = {{"schema", "morphray/1"}, {"command", kCommand}, {"version", kVersionDetail}};
+    Json json = {{"schema", "morphray/1"},
+                 {"command", kCommand},
+                 {"version", kVersionDetail},
+                 {"built_with", build_record_json()}};
     json["scene"] = bundle.scene;
     json["scene_triangles"] = bundle.scene_triangles;
     json["traced_by"] = bundle.traced_by;

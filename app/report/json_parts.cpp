@@ -3,15 +3,17 @@
 #include <fmt/format.h>
 
 #include "common/version.h"
+#include "tools/build/build_record.h"
 
 namespace mray::app {
 
-Json head_of(const std::string& command) {
+namespace {
+
+Json first_members(const std::string& command) {
     return {{"schema", "morphray/1"}, {"command", command}, {"version", kVersion}};
 }
 
-Json head_of(const ReportHead& head) {
-    Json json = head_of(head.command);
+void add_scene(Json& json, const ReportHead& head) {
     json["scene"] = head.scene;
     json["triangles"] = head.triangles;
     json["vertices"] = head.vertices;
@@ -19,6 +21,25 @@ Json head_of(const ReportHead& head) {
         json["width"] = head.width;
         json["height"] = head.height;
     }
+}
+
+}  // namespace
+
+Json head_of(const std::string& command) {
+    Json json = first_members(command);
+    json["built_with"] = build_record_json();
+    return json;
+}
+
+Json head_of(const ReportHead& head) {
+    Json json = head_of(head.command);
+    add_scene(json, head);
+    return json;
+}
+
+Json head_of_part(const ReportHead& head) {
+    Json json = first_members(head.command);
+    add_scene(json, head);
     return json;
 }
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/app/program.h"
+#include "tools/build/build_record.h"
 
 namespace mray::test {
 namespace {
@@ -67,6 +68,21 @@ TEST(Usage, VersionGoesToStdout) {
     const Outcome outcome = run({"--version"});
     EXPECT_EQ(outcome.code, 0);
     EXPECT_TRUE(outcome.out.starts_with("morphray ")) << outcome.out;
+}
+
+TEST(Usage, VerboseVersionHasTheRecordOfTheBuild) {
+    const Outcome outcome = run({"--version", "--verbose"});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_EQ(outcome.out, run({"--version"}).out + build_record_text() + '\n');
+    EXPECT_EQ(run({"--verbose", "-v"}).out, outcome.out);
+    for (const std::vector<std::string>& rest :
+         {std::vector<std::string>{}, {"info"}, {"info", "--size", "3"}}) {
+        std::vector<std::string> arguments = {"--verbose"};
+        arguments.insert(arguments.end(), rest.begin(), rest.end());
+        expect_refused(arguments, 2,
+                       "--verbose: before a command it needs --version; give it after the command");
+    }
+    expect_refused({"diff", "a", "b", "--verbose"}, 2, "unknown option '--verbose'; ");
 }
 
 TEST(Usage, UnknownCommandNamesTheNearest) {

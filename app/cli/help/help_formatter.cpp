@@ -128,7 +128,8 @@ std::string help_of(const ProgramSpec& program) {
         commands += entry(command.name, command.help);
     return wrapped(program.help, 0) + "\nUsage: " + program.name + " COMMAND [OPTIONS]\n" +
            section("Options", entry(program.help_flag.names, program.help_flag.help) +
-                                  entry(program.version_flag.names, program.version_flag.help)) +
+                                  entry(program.version_flag.names, program.version_flag.help) +
+                                  entry(program.verbose_flag.names, program.verbose_flag.help)) +
            section("Commands", commands) + '\n' + wrapped(kCommandNote, 0) + "\n\n" +
            wrapped(kExitCodes, 0) + '\n';
 }

@@ -58,8 +58,8 @@ struct CommandSpec {
     std::function<void()> set_defaults = {};
 };
 
-/// A flag that prints something and ends the program.
-struct PrintingFlag {
+/// A flag of the program.
+struct ProgramFlag {
     const char* names;
     const char* help;
 };
@@ -67,9 +67,12 @@ struct PrintingFlag {
 struct ProgramSpec {
     std::string name;
     std::string help;
-    /// Also a flag of each command.
-    PrintingFlag help_flag;
-    PrintingFlag version_flag;
+    /// Prints the help and ends the program; also a flag of each command.
+    ProgramFlag help_flag;
+    /// Prints the version and ends the program.
+    ProgramFlag version_flag;
+    /// Belongs to version_flag; commands have one of their own.
+    ProgramFlag verbose_flag;
     std::vector<CommandSpec> commands;
 };
 

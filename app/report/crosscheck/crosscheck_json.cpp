@@ -70,8 +70,8 @@ Json list_of(const Rows& rows) {
     return json;
 }
 
-Json scene_json(const CheckReport& report) {
-    Json json = head_of(report.head);
+/// `json` has the head.
+Json scene_json(Json json, const CheckReport& report) {
     json["device"] = report.device;
     json["complete"] = report.complete;
     json["equal"] = report.equal();
@@ -108,13 +108,15 @@ Json environment_json(const CheckEnvironment& environment) {
 Json crosscheck_json(const CheckRun& run) {
     Json json;
     if (run.scenes.size() == 1) {
-        json = scene_json(run.scenes.front());
+        const CheckReport& scene = run.scenes.front();
+        json = scene_json(head_of(scene.head), scene);
         if (!run.error.empty()) json["error"] = run.error;
     } else {
         json = head_of("crosscheck");
         json["error"] = run.error;
         json["scenes"] = Json::array();
-        for (const CheckReport& scene : run.scenes) json["scenes"].push_back(scene_json(scene));
+        for (const CheckReport& scene : run.scenes)
+            json["scenes"].push_back(scene_json(head_of_part(scene.head), scene));
     }
     json["complete"] = run.complete();
     json["equal"] = run.equal();
