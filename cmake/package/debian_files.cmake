@@ -16,6 +16,8 @@ if(NOT result EQUAL 0)
     execute_process(COMMAND date -R -r ${source}/CHANGELOG.md
         OUTPUT_VARIABLE date OUTPUT_STRIP_TRAILING_WHITESPACE)
 endif()
+execute_process(COMMAND git -C ${source} rev-parse HEAD
+    OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 
 foreach(component IN LISTS CPACK_COMPONENTS_ALL)
     string(TOUPPER ${component} key)
@@ -43,6 +45,11 @@ License: Expat
 
  -- ${CPACK_PACKAGE_CONTACT}  ${date}
 ")
+    execute_process(COMMAND python3 -B ${source}/cmake/package/sbom.py --package ${package}
+        --package-version ${CPACK_PACKAGE_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE}
+        --vendor "${CPACK_PACKAGE_VENDOR}" --copyright "Copyright ${holder}" "--commit=${commit}" --date "${date}"
+        --out ${documents}/${package}.spdx.json --built-with ${CPACK_MORPHRAY_BUILD_PACKAGES}
+        COMMAND_ERROR_IS_FATAL ANY)
     configure_file(${source}/CHANGELOG.md ${documents}/changelog COPYONLY)
     file(GLOB manuals ${staged}/share/man/man1/*.1)
     # -n: no times, so that equal inputs make equal packages.

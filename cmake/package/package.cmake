@@ -92,7 +92,8 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${scripts}/postinst ${scripts}/pre
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "${about}
 This package has the module for Python 3.")
 
-# Copyright and changelogs go into each package once it is staged.
+# Copyright, changelogs and a bill of materials go into each package once it is staged.
 set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/cmake/package/debian_files.cmake)
 set(CPACK_MORPHRAY_SOURCE_DIR ${PROJECT_SOURCE_DIR})
+set(CPACK_MORPHRAY_BUILD_PACKAGES ${MORPHRAY_BUILD_PACKAGES})
 include(CPack)
