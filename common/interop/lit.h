@@ -33,6 +33,49 @@ SHARED Float3 smooth_normal(Float3 a, Float3 b, Float3 c, Float u, Float v) {
     return unit(n);
 }
 
+/// How far p lies below the plane through a with the unit normal n, along n; 0 above it.
+SHARED Float3 lift_to_plane(Float3 p, Float3 a, Float3 n) {
+    PRECISE Float3 from = p - a;
+    PRECISE Float height = -lesser(dot3(from, n), 0.0f);
+    PRECISE Float3 lift = Float3(n.x * height, n.y * height, n.z * height);
+    return lift;
+}
+
+/// The surface that the normals at the corners of a triangle suggest, above its flat surface s at
+/// (u, v): the mean of s.point, lifted to the planes that touch the surface at the corners (J.
+/// Hanika. Hacking the shadow terminator. Ray Tracing Gems II, 2021). a, b, c: the corners; na, nb,
+/// nc: their unit normals, on the side of s.normal.
+SHARED Surface smooth_surface(Surface s, Float3 a, Float3 b, Float3 c, Float3 na, Float3 nb,
+                              Float3 nc, Float u, Float v) {
+    Float3 from_a = lift_to_plane(s.point, a, na);
+    Float3 from_b = lift_to_plane(s.point, b, nb);
+    Float3 from_c = lift_to_plane(s.point, c, nc);
+    PRECISE Float w = (1.0f - u) - v;
+    PRECISE Float3 lift = Float3((w * from_a.x + u * from_b.x) + v * from_c.x,
+                                 (w * from_a.y + u * from_b.y) + v * from_c.y,
+                                 (w * from_a.z + u * from_b.z) + v * from_c.z);
+    PRECISE Float3 point = s.point + lift;
+    PRECISE Float size = s.size + sum_of_abs(lift);
+    Surface above;
+    above.point = point;
+    above.normal = smooth_normal(na, nb, nc, u, v);
+    above.size = size;
+    return above;
+}
+
+#ifndef SHARED_LANES
+/// From just off surface a to just off surface b.
+SHARED Ray ray_between(Surface a, Surface b) {
+    Ray ray;
+    ray.org = off_surface(a, a.size);
+    ray.tnear = 0.0f;
+    PRECISE vec3 dir = off_surface(b, b.size) - ray.org;
+    ray.dir = canonical_direction(dir);
+    ray.tfar = power_of_two_below(largest_component(dir));
+    return ray;
+}
+#endif
+
 /// The share of `occluded` of `count` rays that are open; both are sums of whole numbers.
 SHARED Float openness(Float occluded, Float count) {
     PRECISE Float r = 1.0f - occluded * rcp_of_positive(count);

@@ -100,8 +100,8 @@ struct Image {
     /// direction, in world space. With several samples these are the hits of an image whose sides
     /// are longer by the square root of their number, and so is `occlusion`.
     std::vector<Hit> hits;
-    /// The number of occluded shadow and ambient-occlusion rays of each camera ray; empty if
-    /// View::hits is false.
+    /// The number of occluded shadow and ambient-occlusion rays of each camera ray, with smooth
+    /// normals as its colour shows the shadow; empty if View::hits is false.
     std::vector<std::uint32_t> occlusion;
     /// Row by row, if View::lit_pixels asks for them; else empty.
     std::vector<LitPixel> lit_pixels;

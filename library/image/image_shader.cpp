@@ -13,6 +13,7 @@
 #include "cpu/reference/tree_heat.h"
 #include "library/image/holes.h"
 #include "library/image/image_conversion.h"
+#include "library/image/smooth_shadows.h"
 #include "library/scene/errors.h"
 
 namespace morphray::detail {
@@ -167,20 +168,25 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
         image.trace_ms += backend.finish().trace_ms;
     }
 
-    if (is_lit && meshes.has_holes()) {
+    const bool has_smooth = is_smooth && meshes.is_smooth();
+    if (is_lit) {
         const mray::Stopwatch stopwatch;
-        image.ray_count += pass_holes({.mesh = {&meshes.topology(), pose.positions()},
-                                       .textures = meshes.textures(),
-                                       .backend = backend,
-                                       .arena = arena,
-                                       .cancel = view.cancel},
-                                      traced);
+        const TracedScene scene{.mesh = {&meshes.topology(), pose.positions()},
+                                .textures = meshes.textures(),
+                                .backend = backend,
+                                .arena = arena,
+                                .cancel = view.cancel};
+        if (meshes.has_holes()) image.ray_count += pass_holes(scene, traced);
+        if (has_smooth) {
+            prepare_normals(meshes, pose, arena);
+            image.ray_count +=
+                light_smooth_surfaces(scene, {normals_->ids(), normals_->normals()}, traced);
+        }
         image.trace_ms += stopwatch.ms();
     }
     const mray::Stopwatch stopwatch;
-    if (is_heat) colour_by_tree(view.shading, backend, arena, watch, traced);
-    const bool has_smooth = is_smooth && meshes.is_smooth();
     if (has_smooth) prepare_normals(meshes, pose, arena);
+    if (is_heat) colour_by_tree(view.shading, backend, arena, watch, traced);
     const GreyDepths depths = grey_depths(mray::resolve_view(spec, pose.bounds()), pose);
     const mray::cpu::LitSamples samples{
         .params = traced.params,

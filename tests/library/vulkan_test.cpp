@@ -116,7 +116,9 @@ TEST(LibraryOnVulkan, QuestionsAreCancelledByAFlagThatIsTrueBefore) {
 
 TEST(LibraryOnVulkan, LitImagesAreThoseOfTheCpu) {
     UserMesh mesh(torus(40, 24));
-    const Scene scene = Scene::build(mesh.view(), vulkan());
+    morphray::MeshView smooth = mesh.view();
+    smooth.smooth = mesh.triangles;
+    const Scene scene = Scene::build(smooth, vulkan());
     const Scene twin = scene.on(Device::cpu());
     // Without colours of the device first, then with them, then without again.
     for (const auto shading : {morphray::Shading::lit, morphray::Shading::plain,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
@@ -307,6 +308,26 @@ TEST(LitColours, CreasesStayFlat) {
     // The vertex normal of the other side.
     EXPECT_EQ(corner_normal({-0.6f, 0, -0.8f}, flat), vec3(0.6f, 0, 0.8f));
     EXPECT_EQ(corner_normal({0, 0, 0}, flat), flat);
+}
+
+TEST(SmoothSurface, IsAboveTrianglesThatBulgeAndOnOthers) {
+    const vec3 a(0, 0, 0), b(1, 0, 0), c(0, 1, 0), up(0, 0, 1);
+    const auto at = [&](float u, float v, float tilt) {
+        const Surface flat{vec3(u, v, 0), up, 2};
+        return smooth_surface(flat, a, b, c, unit({-tilt, -tilt, 1}), unit({tilt, 0, 1}),
+                              unit({0, tilt, 1}), u, v);
+    };
+    const vec3 middle(0.25f, 0.5f, 0);
+    EXPECT_EQ(at(0.25f, 0.5f, 0).point, middle);
+    EXPECT_EQ(at(0.25f, 0.5f, 0).normal, up);
+    EXPECT_EQ(at(0.25f, 0.5f, -0.25f).point, middle);
+    // The planes through the corners are 0.1875, 0.1875 and 0.125 above the point.
+    const Surface above = at(0.25f, 0.5f, 0.25f);
+    EXPECT_GT(above.point.z, 0.125f);
+    EXPECT_LT(above.point.z, 0.1875f);
+    EXPECT_GT(above.size, 2);
+    for (const auto& [u, v] : {std::pair{0.0f, 0.0f}, {1.0f, 0.0f}, {0.0f, 1.0f}})
+        EXPECT_EQ(at(u, v, 0.25f).point, vec3(u, v, 0));
 }
 
 }  // namespace

@@ -1,0 +1,238 @@
+// Shadows on coarse meshes with smooth normals.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "tests/library/scenes.h"
+
+namespace mray::test {
+namespace {
+
+using morphray::Device;
+using morphray::Image;
+using morphray::MeshView;
+using morphray::Point;
+using morphray::Scene;
+using morphray::Shading;
+using morphray::View;
+
+MeshView smooth_view(const UserMesh& mesh) {
+    MeshView view = mesh.view();
+    view.smooth = mesh.triangles;
+    return view;
+}
+
+View lit_view(const Point& eye, const Point& target, const Point& light) {
+    return {.eye = eye,
+            .target = target,
+            .light = light,
+            .width = 96,
+            .height = 80,
+            .shading = Shading::lit,
+            .ao_count = 0};
+}
+
+Scene build(const std::vector<MeshView>& meshes) { return Scene::build(std::span(meshes)); }
+
+using Vector = std::array<double, 3>;
+
+Vector vector_of(const morphray::Vec3& p) { return {p.x, p.y, p.z}; }
+Vector minus(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Vector cross(const Vector& a, const Vector& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+double inner(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double norm(const Vector& a) { return std::sqrt(inner(a, a)); }
+
+/// A coarse ball around the origin with its smooth normals, in doubles: the sums of the triangles'
+/// cross products.
+struct Ball {
+    explicit Ball(int levels) : mesh(icosphere(levels)), normals(mesh.points.size()) {
+        for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
+            const Vector a = corner(i);
+            const Vector n = cross(minus(corner(i + 1), a), minus(corner(i + 2), a));
+            for (std::size_t k = 0; k < 3; ++k) {
+                Vector& sum = normals[mesh.triangles[i + k]];
+                for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += n[axis];
+            }
+        }
+        for (Vector& n : normals) {
+            const double length = norm(n);
+            for (double& x : n) x /= length;
+        }
+    }
+
+    Vector corner(std::size_t i) const { return vector_of(mesh.points[mesh.triangles[i]]); }
+    Vector mean(const morphray::Hit& hit, const auto& of_corner) const {
+        Vector sum = {};
+        const double weights[] = {1.0 - hit.u - hit.v, hit.u, hit.v};
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vector value = of_corner(std::size_t{3} * hit.prim_id + k);
+            for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += weights[k] * value[axis];
+        }
+        return sum;
+    }
+    /// The cosine between the smooth normal at a hit and the direction to the light.
+    double facing(const morphray::Hit& hit, const Vector& light) const {
+        const Vector point = mean(hit, [&](std::size_t i) { return corner(i); });
+        const Vector n = mean(hit, [&](std::size_t i) { return normals[mesh.triangles[i]]; });
+        const Vector to_light = minus(light, point);
+        return inner(n, to_light) / (norm(n) * norm(to_light));
+    }
+
+    UserMesh mesh;
+    std::vector<Vector> normals;
+};
+
+constexpr Point kEyes[] = {{0, 0, 4}, {3, 2, 1}, {-2, -3, 2}};
+constexpr Point kLights[] = {{0, 9, 0}, {5, 3, 4}, {-7, 1, -2}, {1.5, 1.5, 0.5}, {400, -90, 30}};
+
+/// The number of pixels in shadow whose smooth normal faces the light.
+int dark_pixels(const Ball& ball, const Scene& scene, bool flat) {
+    int dark = 0;
+    for (const Point& eye : kEyes) {
+        for (const Point& light : kLights) {
+            View view = lit_view(eye, {0, 0, 0}, light);
+            view.flat = flat;
+            const Image image = scene.render(view);
+            for (std::size_t i = 0; i < image.hits.size(); ++i) {
+                if (!image.hits[i] || image.occlusion[i] == 0) continue;
+                // Beyond the rounding of the cosine of floats.
+                dark += ball.facing(image.hits[i], light) > 1e-6 ? 1 : 0;
+            }
+        }
+    }
+    return dark;
+}
+
+TEST(SmoothShadows, NothingThatFacesTheLightIsDarkOnACoarseBall) {
+    for (const int levels : {1, 2, 3}) {
+        const Ball ball(levels);
+        const Scene scene = Scene::build(smooth_view(ball.mesh));
+        EXPECT_EQ(dark_pixels(ball, scene, false), 0) << levels;
+        EXPECT_GT(dark_pixels(ball, scene, true), 100) << levels;
+    }
+}
+
+TEST(SmoothShadows, EverythingThatFacesAwayIsDark) {
+    const Ball ball(1);
+    const Scene scene = Scene::build(smooth_view(ball.mesh));
+    for (const Point& light : kLights) {
+        const Image image = scene.render(lit_view(kEyes[1], {0, 0, 0}, light));
+        const Image flat = scene.render([&] {
+            View view = lit_view(kEyes[1], {0, 0, 0}, light);
+            view.flat = true;
+            return view;
+        }());
+        for (std::size_t i = 0; i < image.hits.size(); ++i) {
+            if (!image.hits[i]) continue;
+            EXPECT_LE(image.occlusion[i], flat.occlusion[i]) << "light is added alone";
+            if (ball.facing(image.hits[i], light) < -1e-6) {
+                EXPECT_EQ(image.occlusion[i], flat.occlusion[i]) << i;
+            }
+        }
+    }
+}
+
+TEST(SmoothShadows, FlatMeshesAreAsTheBackendTracesThem) {
+    const Ball ball(1);
+    const Scene flat = Scene::build(ball.mesh.view());
+    const Scene smooth = Scene::build(smooth_view(ball.mesh));
+    for (const Point& light : kLights) {
+        View view = lit_view(kEyes[2], {0, 0, 0}, light);
+        const Image image = flat.render(view);
+        view.flat = true;
+        const Image left_out = smooth.render(view);
+        EXPECT_EQ(image.pixels, left_out.pixels);
+        EXPECT_EQ(image.hits_hash, left_out.hits_hash);
+        EXPECT_EQ(image.ray_count, left_out.ray_count);
+        view.shading = Shading::plain;
+        view.rays = morphray::Rays::shadow;
+        view.ao_count = 1;
+        const Image plain = flat.render(view);
+        EXPECT_EQ(image.hits_hash, plain.hits_hash);
+        EXPECT_EQ(image.ray_count, plain.ray_count);
+    }
+}
+
+TEST(SmoothShadows, OtherBodiesKeepTheirShadows) {
+    const Ball ball(1);
+    UserMesh roof;
+    roof.points = {{-3, 3, -3}, {3, 3, -3}, {3, 3, 3}, {-3, 3, 3}};
+    roof.triangles = {0, 1, 2, 0, 2, 3};
+    const Scene scene = build({smooth_view(ball.mesh), roof.view()});
+    for (const Point& eye : kEyes) {
+        const Image image = scene.render(lit_view(eye, {0, 0, 0}, {0.5, 6, 0.25}));
+        for (std::size_t i = 0; i < image.hits.size(); ++i) {
+            if (image.hits[i] && image.hits[i].geom_id == 0) {
+                EXPECT_EQ(image.occlusion[i], 1u) << i;
+            }
+        }
+    }
+}
+
+// The light is asked from a point above the roof, which is nearer to the triangle than that.
+TEST(SmoothShadows, ARoofCloseToATriangleKeepsItDark) {
+    const Ball ball(1);
+    // The middle of a triangle, and the unit vector outwards.
+    Vector middle = {};
+    for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t axis = 0; axis < 3; ++axis) middle[axis] += ball.corner(k)[axis] / 3;
+    Vector out = middle;
+    for (double& x : out) x /= norm(middle);
+    const auto above = [&](double height) {
+        Point p;
+        for (std::size_t axis = 0; axis < 3; ++axis) p[axis] = middle[axis] + height * out[axis];
+        return p;
+    };
+    const double gap = (1 - norm(middle)) / 2;
+    UserMesh roof;
+    for (const int corner : {0, 1, 2}) {
+        const Point centre = above(gap);
+        const Vector to = minus(ball.corner(static_cast<std::size_t>(corner)), middle);
+        roof.points.push_back({static_cast<float>(centre[0] + 3 * to[0]),
+                               static_cast<float>(centre[1] + 3 * to[1]),
+                               static_cast<float>(centre[2] + 3 * to[2])});
+    }
+    roof.triangles = {0, 1, 2};
+    const Scene scene = build({smooth_view(ball.mesh), roof.view()});
+    View view = lit_view(above(gap * 0.9), middle, above(5));
+    view.up = {out[1], out[2], out[0]};
+    view.fov = 120;
+    const Image image = scene.render(view);
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < image.hits.size(); ++i) {
+        if (!image.hits[i] || image.hits[i].prim_id != 0) continue;
+        ++seen;
+        EXPECT_EQ(image.occlusion[i], 1u) << i;
+    }
+    EXPECT_GT(seen, image.hits.size() / 2);
+}
+
+TEST(SmoothShadows, AreTheSameOnEveryDeviceOfTheCpu) {
+    const Ball ball(1);
+    const UserMesh ring(torus(9, 7));
+    const Scene scene = build({smooth_view(ball.mesh), smooth_view(ring)});
+    std::vector<Scene> others;
+    others.push_back(scene.on(Device::brute_force()));
+    std::vector<std::string> targets = morphray::simd_targets();
+    targets.push_back("off");
+    for (const std::string& simd : targets)
+        others.push_back(scene.on(Device::cpu({.threads = 1, .simd = simd})));
+    for (const Point& light : kLights) {
+        View view = lit_view(kEyes[1], {0, 0, 0}, light);
+        view.samples = 4;
+        view.ao_count = 2;
+        const Image image = scene.render(view);
+        for (const Scene& other : others) {
+            const morphray::Comparison same = morphray::compare(image, other.render(view));
+            EXPECT_TRUE(same.equal()) << morphray::describe(same);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace mray::test
