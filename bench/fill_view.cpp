@@ -53,7 +53,7 @@ ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const Scene
     // Scene space differs from world space in scale and origin only, so directions are the same.
     const double middle_x = window.x + window.side / 2.0;
     const double middle_y = window.y + window.side / 2.0;
-    const ResolvedView resolved = resolve_view(whole, bounds);
+    const ResolvedView resolved = resolve_view(coarse, bounds);
     Point forward;
     for (int axis = 0; axis < 3; ++axis) {
         forward[axis] =

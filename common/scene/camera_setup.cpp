@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <glm/geometric.hpp>
@@ -19,8 +20,11 @@ using glm::dvec3;
 
 // Where the eye is, seen from the target, unless it is given: in front, to the right, above.
 const dvec3 kDefaultSide(0.45, 0.4, 1);
-// Free room around the scene in the image.
-constexpr double kFramingMargin = 1.04;
+// The image is larger than the scene in it by this factor.
+constexpr double kFramingMargin = 1.02;
+// The least depth of the scene before the eye, as a part of its radius: fields of view that are
+// nearly 180 degrees would put the eye into the nearest corner.
+constexpr double kLeastDepth = 0.05;
 // A pixel's ambient-occlusion rays (common/interop/params.h).
 constexpr std::uint32_t kMaxAoCount = 256;
 // Directions of rays may have components up to 2^42 (common/interop/ray.h); the image's corner is
@@ -90,22 +94,75 @@ Axes axes_of(const dvec3& forward, const dvec3& up) {
     return {right, glm::cross(right, forward), forward};
 }
 
-// How far before the target the eye must be for all corners of the box to be in the image.
-double framing_distance(const ViewSpec& view, const Axes& axes, const SceneBox& scene,
-                        const dvec3& target) {
+// The slopes from the middle of the image to the upper and the right end of the scene.
+struct HalfSlopes {
+    double up;
+    double right;
+};
+
+HalfSlopes framing_slopes(const ViewSpec& view) {
     const double fov = valid_fov(view.fov) ? view.fov : ViewSpec{}.fov;
-    const double slope_up = std::tan(fov * (std::numbers::pi / 360));
-    const double aspect =
-        view.width > 0 && view.height > 0 ? static_cast<double>(view.width) / view.height : 1.0;
-    double distance = 0;
+    const double up = std::tan(fov * (std::numbers::pi / 360)) / kFramingMargin;
+    const bool is_sized = view.width > 0 && view.height > 0;
+    return {up, is_sized ? up * view.width / view.height : up};
+}
+
+// Calls visit(p) for the corners of the box, seen from a point.
+template <class Visit>
+void for_corners(const SceneBox& scene, const dvec3& from, const Visit& visit) {
     for (int corner = 0; corner < 8; ++corner) {
         const dvec3 sign((corner & 1) * 2 - 1, (corner & 2) - 1, (corner & 4) / 2 - 1);
-        const dvec3 p = scene.centre + sign * scene.half - target;
-        const double aside =
-            std::max(std::abs(glm::dot(p, axes.up)), std::abs(glm::dot(p, axes.right)) / aspect);
-        distance = std::max(distance, aside / slope_up - glm::dot(p, axes.forward));
+        visit(scene.centre + sign * scene.half - from);
     }
+}
+
+// How far before the target the eye must be for all corners of the box to be in the image, and
+// before the eye.
+double framing_distance(const HalfSlopes& slopes, const Axes& axes, const SceneBox& scene,
+                        const dvec3& target) {
+    double distance = 0;
+    for_corners(scene, target, [&](const dvec3& p) {
+        const double least = std::max(std::abs(glm::dot(p, axes.up)) / slopes.up,
+                                      std::abs(glm::dot(p, axes.right)) / slopes.right);
+        const double depth = std::max(least, kLeastDepth * scene.radius());
+        distance = std::max(distance, depth - glm::dot(p, axes.forward));
+    });
     return distance;
+}
+
+// Returns the point, at the depth of the box's middle, that the eye looks at from the least
+// distance at which all corners are in the image: the middle, or the point nearest to it that
+// allows that.
+// 1. Let x and z be the place of a corner along an axis of the image and forward, both from the
+//    middle, s the slope on that axis, and e and -d the place of the eye.
+// 2. The corner is in the image if x - e and e - x are at most s (z + d).
+// 3. So e is at least a - s d and at most s d - b, where a is the largest x - s z of all corners,
+//    and b the largest -x - s z.
+// 4. There is such an e if 2 s d is at least a + b.
+dvec3 framing_target(const HalfSlopes& slopes, const Axes& axes, const SceneBox& scene) {
+    struct Axis {
+        dvec3 across;
+        double slope;
+        double a = -std::numeric_limits<double>::infinity();
+        double b = a;
+    };
+    Axis both[] = {{axes.right, slopes.right}, {axes.up, slopes.up}};
+    double distance = 0;
+    for (Axis& axis : both) {
+        for_corners(scene, scene.centre, [&](const dvec3& p) {
+            const double x = glm::dot(p, axis.across);
+            const double z = axis.slope * glm::dot(p, axes.forward);
+            axis.a = std::max(axis.a, x - z);
+            axis.b = std::max(axis.b, -x - z);
+        });
+        distance = std::max(distance, (axis.a + axis.b) / (2 * axis.slope));
+    }
+    dvec3 target = scene.centre;
+    for (const Axis& axis : both) {
+        const double room = axis.slope * distance;
+        target += std::max(axis.a - room, std::min(0.0, room - axis.b)) * axis.across;
+    }
+    return target;
 }
 
 // Above left of the eye by the eye's distance from the middle, or farther where that would be in
@@ -227,7 +284,9 @@ ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds) {
     } else {
         const dvec3 from = direction_of(kDefaultSide);
         const Axes axes = axes_of(-from, to_vec(view.up));
-        eye = target + kFramingMargin * framing_distance(view, axes, scene, target) * from;
+        const HalfSlopes slopes = framing_slopes(view);
+        if (!view.target) target = framing_target(slopes, axes, scene);
+        eye = target + framing_distance(slopes, axes, scene, target) * from;
     }
     const Axes axes = axes_of(direction_of(target - eye), to_vec(view.up));
     const dvec3 light = view.light ? to_vec(*view.light) : default_light(eye, axes, scene);

@@ -18,9 +18,9 @@ using Point = std::array<double, 3>;
 inline constexpr std::uint32_t kMaxImageSide = 65536;
 inline constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;
 
-/// A view in world space. Defaults for the eye, target and light let the bounds of the whole clip
-/// fill the image, seen from the front (+z) right and slightly from above, and lit from above the
-/// eye's left.
+/// A view in world space. With the defaults the bounds of the whole clip span the image from edge
+/// to edge with 2 % to spare, from the front (+z) right and above, lit from above the eye's left.
+/// A given target stays in the middle of the image.
 struct ViewSpec {
     std::optional<Point> eye = {};
     std::optional<Point> target = {};
@@ -47,8 +47,8 @@ struct ResolvedView {
 };
 /// Returns the view with defaults filled in. Never throws; numbers that are not finite stay so.
 /// Empty bounds count as a cube with corners at distance 1 from 0; a single point counts as a cube
-/// around it whose corners are as far from it as 0 is. The default target is the centre of the
-/// bounds, or, for an eye at the centre, a point in direction -z from it.
+/// around it whose corners are as far from it as 0 is. The default target is beside the centre, or
+/// for a given eye the centre of the bounds, or, for an eye at it, a point in direction -z from it.
 ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds);
 
 /// Throws Error(kBadInput) if eye and target coincide, up is parallel to the view, fov is not in

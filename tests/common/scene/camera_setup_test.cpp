@@ -218,6 +218,7 @@ TEST(ResolveView, FillsTheImageWithTheBounds) {
                                   {{-2, -3, -4}, {-1, -2, -3.5}},
                                   box(-1e-40, 1e-40),
                                   box(-3e38, 3e38)};
+    int spanned = 0;
     for (const WorldBounds& bounds : shapes) {
         for (const double fov : {0.5, 20.0, 45.0, 100.0, 170.0}) {
             for (const auto& [width, height] :
@@ -227,29 +228,62 @@ TEST(ResolveView, FillsTheImageWithTheBounds) {
                 view.width = width;
                 view.height = height;
                 const ResolvedView resolved = resolve_view(view, bounds);
-                Real fill = 0;
+                // How near to the left, right, upper and lower edge a corner is.
+                std::array<Real, 4> fill = {-1, -1, -1, -1};
+                const Real radius = norm(minus(corner(bounds, 7), corner(bounds, 0))) / 2;
+                Real nearest = 1e4L * radius;
                 for (int i = 0; i < 8; ++i) {
                     const Projection p = project(view, resolved, corner(bounds, i));
-                    EXPECT_GT(p.depth, 0);
-                    fill = std::max(
-                        {fill, std::abs(2 * p.x / width - 1), std::abs(2 * p.y / height - 1)});
+                    nearest = std::min(nearest, p.depth);
+                    const Real x = 2 * p.x / width - 1;
+                    const Real y = 2 * p.y / height - 1;
+                    const std::array<Real, 4> here = {-x, x, -y, y};
+                    for (int k = 0; k < 4; ++k) fill[k] = std::max(fill[k], here[k]);
                 }
-                EXPECT_LT(fill, 1) << fov << ' ' << width;
-                if (fov <= 100) {
-                    EXPECT_GT(fill, 0.8) << fov << ' ' << width;
+                EXPECT_GT(nearest, 0.049 * radius);
+                for (const Real edge : fill) EXPECT_LT(edge, 1) << fov << ' ' << width;
+                // The bounds span the image from one edge to the other, unless they would be too
+                // close to the eye.
+                if (nearest > 0.051 * radius) {
+                    ++spanned;
+                    EXPECT_GT(std::max(std::min(fill[0], fill[1]), std::min(fill[2], fill[3])),
+                              0.98)
+                        << fov << ' ' << width;
                 }
             }
         }
     }
+    EXPECT_GT(spanned, 70);
 }
 
 TEST(ResolveView, LooksFromAboveTheFrontRightAtTheMiddle) {
     const ResolvedView resolved = resolve_view({}, box(2, 6));
-    EXPECT_EQ(resolved.target, (Point{4, 4, 4}));
-    EXPECT_GT(resolved.eye[0], 6);
-    EXPECT_GT(resolved.eye[1], 6);
+    const Vec back = minus(wide(resolved.eye), wide(resolved.target));
+    // The direction does not depend on the shape of the bounds or of the image.
+    for (const auto& [axis, share] : {std::pair{0, 0.45}, {1, 0.4}, {2, 1.0}})
+        EXPECT_NEAR(double(back[axis] / back[2]), share, 1e-15);
     EXPECT_GT(resolved.eye[2], 6);
-    EXPECT_GT(resolved.eye[2] - 4, resolved.eye[0] - 4);
+    // The target is on the plane of the middle that is at right angles to the view.
+    const Vec beside = minus(wide(resolved.target), Vec{4, 4, 4});
+    EXPECT_NEAR(double(inner(beside, back) / norm(back)), 0, 1e-14);
+    EXPECT_LT(norm(beside), 1);
+}
+
+TEST(ResolveView, LooksAtTheMiddleFromAGivenEyeAndAtAGivenTarget) {
+    ViewSpec view;
+    view.eye = {3, 9, -5};
+    EXPECT_EQ(resolve_view(view, box(2, 6)).target, (Point{4, 4, 4}));
+    view.eye.reset();
+    view.target = {5, 3, 4};
+    const ResolvedView resolved = resolve_view(view, box(2, 6));
+    EXPECT_EQ(resolved.target, *view.target);
+    for (int i = 0; i < 8; ++i) {
+        const Projection p = project(view, resolved, corner(box(2, 6), i));
+        EXPECT_GT(p.x, 0);
+        EXPECT_LT(p.x, view.width);
+        EXPECT_GT(p.y, 0);
+        EXPECT_LT(p.y, view.height);
+    }
 }
 
 TEST(ResolveView, LightsFromAboveLeftOfTheEyeAndOutsideOfTheBounds) {
