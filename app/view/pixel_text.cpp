@@ -47,6 +47,23 @@ std::string pixel_text(const PixelProbe& probe) {
     return text + (is_equal ? "equal bit by bit\n" : "DIFFERENT\n");
 }
 
+std::string pixel_note(const PixelProbe& probe) {
+    std::string note = fmt::format("pixel {},{}", probe.request.pixel.x, probe.request.pixel.y);
+    for (std::size_t i = 0; i < probe.hits.size(); ++i) {
+        const TracedScene::PixelHit& hit = probe.hits[i];
+        note += fmt::format("\n{}: ", name_of(probe.request.image.backends[i]));
+        if (!hit.hit) {
+            note += "nothing";
+        } else if (is_on_mesh(hit)) {
+            note += fmt::format("triangle {}, t {:.6g}", hit.hit.prim_id, hit.hit.t);
+        } else {
+            note += fmt::format("ground, t {:.6g}", hit.hit.t);
+        }
+    }
+    if (probe.hits.size() < 2) return note;
+    return note + (probe.hits[0].hit == probe.hits[1].hit ? "\nequal bit by bit" : "\nDIFFERENT");
+}
+
 std::uint32_t nearest_vertex(const TracedScene::PixelHit& hit) {
     const vec3 p = position_of(hit);
     int best = 0;

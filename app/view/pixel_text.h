@@ -11,6 +11,10 @@ namespace mray::app {
 /// decimal digits and the position, and with two backends whether they are equal.
 std::string pixel_text(const PixelProbe& probe);
 
+/// The same in few words, for a place beside the pixel: for each backend triangle and distance, and
+/// whether they are equal.
+std::string pixel_note(const PixelProbe& probe);
+
 /// The vertex of the first backend's triangle that is nearest to the hit. The hit is one of the
 /// clip's mesh.
 std::uint32_t nearest_vertex(const TracedScene::PixelHit& hit);

@@ -9,7 +9,9 @@
 #include <cmath>
 
 #include "common/base/stopwatch.h"
+#include "common/image/heat_colours.h"
 #include "common/interop/camera.h"
+#include "common/scene/depth_range.h"
 #include "cpu/reference/tree_heat.h"
 #include "library/image/holes.h"
 #include "library/image/image_conversion.h"
@@ -61,25 +63,10 @@ struct GreyDepths {
     float per_depth = 0;
 };
 
-/// From the eye's side of the bounding sphere to the other, or from the eye if it is within.
 GreyDepths grey_depths(const mray::ResolvedView& view, const PoseReader& pose) {
-    double distance = 0;
-    double radius = 1;
-    if (!pose.bounds().empty()) {
-        const auto& [lower, upper] = pose.bounds();
-        double to_centre[3];
-        double half[3];
-        for (std::size_t k = 0; k < 3; ++k) {
-            to_centre[k] = view.eye[k] - (lower[k] / 2 + upper[k] / 2);
-            half[k] = upper[k] / 2 - lower[k] / 2;
-        }
-        distance = std::hypot(to_centre[0], to_centre[1], to_centre[2]);
-        radius = std::hypot(half[0], half[1], half[2]);
-    }
-    const double near = std::max(distance - radius, 0.0);
-    const double range = std::max(distance + radius - near, 1e-30);
-    return {static_cast<float>(pose.space().length_to_scene(near)),
-            static_cast<float>(1 / pose.space().length_to_scene(range))};
+    const mray::DepthRange depths = mray::depth_range(view.eye, pose.bounds());
+    return {static_cast<float>(pose.space().length_to_scene(depths.near)),
+            static_cast<float>(1 / pose.space().length_to_scene(depths.range))};
 }
 
 /// Colours the samples by what the tree costs there; black without a hit, but for steps.
@@ -94,10 +81,10 @@ void colour_by_tree(Shading shading, mray::Backend& backend, mray::ThreadArena& 
     const auto colour = [&](std::uint32_t x, std::uint32_t y, const mray::Hit& hit) {
         if (is_steps) {
             const mray::Ray ray = mray::camera_ray(image.params.camera, x, y);
-            return mray::cpu::steps_colour(mray::cpu::count_steps(tree, ray, hit));
+            return mray::steps_colour(mray::cpu::count_steps(tree, ray, hit));
         }
         if (hit.prim_id == mray::kNoPrim) return 0xFF000000u;
-        return mray::cpu::looseness_colour(looseness[hit.prim_id]);
+        return mray::looseness_colour(looseness[hit.prim_id]);
     };
     mray::resize_watched(image.samples.pixels, image.samples.hits.size(), watch);
     arena.execute([&] {

@@ -152,6 +152,7 @@ void Input::press(int key, ViewState& state, InputActions& actions) {
     if (key == GLFW_KEY_B) state.box_depth = state.box_depth >= 5 ? -1 : state.box_depth + 1;
     if (key == GLFW_KEY_P) actions.screenshot = true;
     if (key == GLFW_KEY_C) actions.copy_command = true;
+    if (key == GLFW_KEY_H || key == GLFW_KEY_F1) actions.switch_keys = !actions.switch_keys;
     if (key == GLFW_KEY_R) actions.reset_camera = true;
 }
 

@@ -19,6 +19,7 @@ struct InputActions {
     bool screenshot = false;
     bool copy_command = false;
     bool reset_camera = false;
+    bool switch_keys = false;
     bool quits = false;
 };
 

@@ -195,18 +195,4 @@ PanelActions draw_panel(const ScreenRect& rect, ViewState& state, const PanelFac
     return actions;
 }
 
-void draw_activity(const ScreenRect& rect, const std::string& activity) {
-    if (activity.empty()) return;
-    ImGui::SetNextWindowPos({rect.x, rect.y});
-    constexpr ImGuiWindowFlags kText = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
-                                       ImGuiWindowFlags_NoSavedSettings |
-                                       ImGuiWindowFlags_AlwaysAutoResize |
-                                       ImGuiWindowFlags_NoBringToFrontOnFocus;
-    ImGui::PushStyleColor(ImGuiCol_WindowBg, IM_COL32(15, 17, 18, 220));
-    ImGui::Begin("activity", nullptr, kText);
-    text(activity);
-    ImGui::End();
-    ImGui::PopStyleColor();
-}
-
 }  // namespace mray::app

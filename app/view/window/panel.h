@@ -41,9 +41,6 @@ struct PanelActions {
     bool switch_vsync = false;
 };
 
-/// Says in the corner of the image what is waited for, if that is not empty.
-void draw_activity(const ScreenRect& rect, const std::string& activity);
-
 PanelActions draw_panel(const ScreenRect& rect, ViewState& state, const PanelFacts& facts);
 
 }  // namespace mray::app

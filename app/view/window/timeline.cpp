@@ -105,7 +105,7 @@ void draw_key() {
     }
     ImGui::PushStyleColor(ImGuiCol_Text, kFaintColour);
     ImGui::TextUnformatted(
-        "drag: orbit   shift-drag: pan   wheel: zoom   W A S D Q E: fly   ctrl-drag: pull");
+        "H: keys   drag: orbit   shift-drag: pan   wheel: zoom   W A S D Q E: fly");
     ImGui::PopStyleColor();
 }
 

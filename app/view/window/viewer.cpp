@@ -13,7 +13,9 @@
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "app/view/copy_command.h"
+#include "app/view/legend.h"
 #include "app/view/pixel_text.h"
+#include "app/view/window/overlay.h"
 #include "app/view/window/style.h"
 #include "app/view/window/timeline.h"
 #include "common/base/output_file.h"
@@ -206,7 +208,7 @@ void Viewer::show(const TracedImage& image) {
     if (image.panes.empty()) return;
     const TracedPane& pane = image.panes[0];
     if (image.panes.size() > 1) difference_ = difference_of(pane, image.panes[1]);
-    if (difference_ && state_.comparison == Comparison::kDifference) {
+    if (difference_is_shown()) {
         first_.upload(difference_->width, difference_->height, difference_->pixels);
     } else {
         first_.upload(pane.width, pane.height, pane.pixels);
@@ -219,8 +221,36 @@ void Viewer::show(const TracedImage& image) {
 void Viewer::draw(const Layout& places) {
     draw_timeline(places.timeline, state_, strips_);
     draw_activity(places.canvas, activity());
+    if (shows_keys_) {
+        shows_keys_ = !draw_keys(places.canvas);
+    } else {
+        draw_notes(places.canvas);
+    }
     act(draw_panel(places.panel, state_, facts(Window::seconds())));
     window_.end_frame([&] { draw_image(places); });
+}
+
+/// Says what colours mean; marks the pixel that was clicked on, and says what it shows, until the
+/// image is another one.
+void Viewer::draw_notes(ScreenRect canvas) const {
+    const ScreenRect whole = canvas;
+    if (image_ && !image_->panes.empty() && !difference_is_shown()) {
+        const ImageRequest& shown = image_->request;
+        canvas.height -= draw_legend(
+            canvas, legend_of(shown.shading, depth_range(*shown.view.eye, clip_.bounds())));
+    }
+    if (!pixel_ || pixel_->request.image != first_request_) return;
+    const ProbeRequest& request = pixel_->request;
+    const bool is_beside = state_.comparison == Comparison::kSide;
+    ScreenRect pane = whole;
+    if (is_beside) pane.width /= 2;
+    const float x = pane.x + pane.width * (static_cast<float>(request.pixel.x) + 0.5f) /
+                                 static_cast<float>(request.image.view.width);
+    const float y = pane.y + pane.height * (static_cast<float>(request.pixel.y) + 0.5f) /
+                                 static_cast<float>(request.image.view.height);
+    draw_marker(x, y);
+    if (is_beside) draw_marker(x + pane.width, y);
+    draw_note(canvas, x, y, pixel_note(*pixel_));
 }
 
 void Viewer::draw_image(const Layout& places) const {
@@ -306,6 +336,7 @@ void Viewer::act(const InputActions& actions) {
     if (actions.screenshot) save_next();
     if (actions.copy_command) copy();
     if (actions.reset_camera) state_.camera = first_camera_;
+    if (actions.switch_keys) shows_keys_ = !shows_keys_;
     if (actions.quits) is_done_ = true;
 }
 
@@ -321,7 +352,7 @@ void Viewer::save(const std::string& file) {
     const TracedPane* const pane = pane_of(image_.get(), 0);
     if (pane == nullptr) return;
     const ImageRequest& request = image_->request;
-    if (difference_ && state_.comparison == Comparison::kDifference) {
+    if (difference_is_shown()) {
         const Image image{difference_->width, difference_->height, difference_->pixels};
         write_file(file, encode_png(image));
         return;

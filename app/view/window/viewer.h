@@ -46,10 +46,14 @@ private:
     void show(const TracedImage& image);
     void draw(const Layout& layout);
     void draw_image(const Layout& layout) const;
+    void draw_notes(ScreenRect canvas) const;
     void act(const PanelActions& actions);
     void act(const InputActions& actions);
     void ask_pixel(Pixel pixel, bool grabs);
     PanelFacts facts(double now) const;
+    bool difference_is_shown() const {
+        return difference_ && state_.comparison == Comparison::kDifference;
+    }
     bool moves() const { return state_.playback.playing || state_.shakes; }
     std::string activity() const;
     void save(const std::string& file);
@@ -68,6 +72,7 @@ private:
     Strips strips_;
     std::string message_;
     std::optional<PixelProbe> pixel_;
+    bool shows_keys_ = false;
     bool vsync_ = true;
     /// activity() at the last look.
     std::string shown_activity_;

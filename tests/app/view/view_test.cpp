@@ -9,12 +9,16 @@
 #include "app/view/camera.h"
 #include "app/view/copy_command.h"
 #include "app/view/difference_image.h"
+#include "app/view/legend.h"
 #include "app/view/mesh_edit.h"
+#include "app/view/pixel_text.h"
 #include "app/view/playback.h"
 #include "app/view/strips.h"
 #include "app/view/view_state.h"
 #include "clips/source/open_scene.h"
 #include "common/base/errors.h"
+#include "common/image/heat_colours.h"
+#include "common/scene/depth_range.h"
 
 namespace mray::app {
 namespace {
@@ -230,6 +234,51 @@ TEST(DifferenceImage, ShowsEachPixelThatDiffersInABit) {
     EXPECT_EQ(image.different, 1u);
     EXPECT_EQ(image.pixels,
               (std::vector<std::uint32_t>{0xFF000000, 0xFF000000, 0xFFFFFFFF, 0xFF000000}));
+}
+
+TEST(Legend, HasTheColoursAndNumbersOfTheImage) {
+    const Legend steps = legend_of(morphray::Shading::steps, {});
+    EXPECT_EQ(steps.colours.front(), steps_colour(1));
+    EXPECT_EQ(steps.colours.back(), steps_colour(256));
+    EXPECT_EQ(steps.ticks.front().text, "1");
+    EXPECT_EQ(steps.ticks[2].text, "16");
+    EXPECT_EQ(steps.ticks[2].place, 0.5f);
+    EXPECT_EQ(steps.ticks.back().text, "256");
+    const Legend sah = legend_of(morphray::Shading::sah, {});
+    EXPECT_EQ(sah.colours.front(), looseness_colour(1));
+    EXPECT_EQ(sah.colours.back(), looseness_colour(64));
+    EXPECT_EQ(sah.ticks.back().text, "64");
+    const Legend depth = legend_of(morphray::Shading::depth, {.near = 2, .range = 5});
+    EXPECT_EQ(depth.colours.front(), 0xFFFFFFFFu);
+    EXPECT_EQ(depth.colours.back(), 0xFF404040u);
+    EXPECT_EQ(depth.ticks[0].text, "2");
+    EXPECT_EQ(depth.ticks[1].text, "4.5");
+    EXPECT_EQ(depth.ticks[2].text, "7");
+    for (const auto shading : {morphray::Shading::lit, morphray::Shading::plain,
+                               morphray::Shading::normal, morphray::Shading::prim})
+        EXPECT_TRUE(legend_of(shading, {}).colours.empty());
+}
+
+TEST(DepthRange, IsTheBoundingSphereBeforeTheEye) {
+    const WorldBounds bounds{{-3, -4, -12}, {3, 4, 12}};
+    const DepthRange before = depth_range({0, 0, 20}, bounds);
+    EXPECT_DOUBLE_EQ(before.near, 7);
+    EXPECT_DOUBLE_EQ(before.range, 26);
+    const DepthRange within = depth_range({0, 5, 0}, bounds);
+    EXPECT_DOUBLE_EQ(within.near, 0);
+    EXPECT_DOUBLE_EQ(within.range, 18);
+    EXPECT_DOUBLE_EQ(depth_range({1, 2, 3}, {}).range, 1);
+}
+
+TEST(PixelNote, SaysWhatEachBackendHits) {
+    PixelProbe probe{.request = {.image = {}, .pixel = {5, 7}}, .hits = {}};
+    probe.request.image.backends = {BackendChoice::kCpu, BackendChoice::kVulkan};
+    probe.hits.resize(2);
+    EXPECT_EQ(pixel_note(probe), "pixel 5,7\ncpu: nothing\nvulkan: nothing\nequal bit by bit");
+    probe.hits[1].hit = {.t = 2.5f, .u = 0, .v = 0, .prim_id = 12, .geom_id = 0};
+    EXPECT_EQ(pixel_note(probe), "pixel 5,7\ncpu: nothing\nvulkan: triangle 12, t 2.5\nDIFFERENT");
+    probe.hits.erase(probe.hits.begin());
+    EXPECT_EQ(pixel_note(probe), "pixel 5,7\ncpu: triangle 12, t 2.5");
 }
 
 TEST(Strips, KeepTheNewestUpdates) {

@@ -130,8 +130,14 @@ xdotool click 1
 xdotool keydown ctrl
 drag 1 20 -20
 xdotool keyup ctrl
-# Both backends, in all ways; resized while tracing.
-press v m m m m v
+# The keys, and closed again. Both backends, in all ways, with a pixel each; resized while tracing.
+press h F1 h h
+press v
+for _ in 1 2 3 4; do
+    press m
+    xdotool click 1
+done
+press v
 for size in '700 500' '900 700' '640 400' '1000 600'; do
     # shellcheck disable=SC2086  # two numbers
     xdotool windowsize "$window" $size

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
+#include "common/image/heat_colours.h"
 #include "common/interop/constants.h"
 #include "common/interop/shading.h"
 #include "common/interop/slab.h"
@@ -19,7 +20,6 @@ namespace {
 
 using namespace test;
 using cpu::count_steps;
-using cpu::heat_colour;
 using cpu::leaf_looseness;
 
 Ray ray_at(vec3 org, vec3 target) {
@@ -97,8 +97,8 @@ TEST(TreeHeat, ColoursGoFromBlueToRed) {
     std::set<std::uint32_t> colours;
     for (std::uint32_t n = 1; n <= 256; ++n) colours.insert(heat_colour(n, 0, 8));
     EXPECT_GT(colours.size(), 200u);
-    EXPECT_EQ(cpu::looseness_colour(1), pack_rgb(48, 18, 59));
-    EXPECT_EQ(cpu::looseness_colour(std::numeric_limits<float>::max()), pack_rgb(122, 4, 3));
+    EXPECT_EQ(looseness_colour(1), pack_rgb(48, 18, 59));
+    EXPECT_EQ(looseness_colour(std::numeric_limits<float>::max()), pack_rgb(122, 4, 3));
 }
 
 }  // namespace
