@@ -1,0 +1,312 @@
+// The promises about threads in include/morphray/. Answers are compared here; races without a wrong
+// answer are seen by ThreadSanitizer (cmake/tsan/run).
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <latch>
+#include <optional>
+#include <string>
+#include <thread>
+#include <variant>
+#include <vector>
+
+#include "tests/library/scenes.h"
+
+namespace mray::test {
+namespace {
+
+using morphray::Device;
+using morphray::Error;
+using morphray::ErrorCode;
+using morphray::Scene;
+
+/// Calls all of these at the same time, each in a thread of its own.
+void run_together(const std::vector<std::function<void()>>& works) {
+    std::latch start(static_cast<std::ptrdiff_t>(works.size()));
+    std::vector<std::thread> threads;
+    for (const std::function<void()>& work : works) {
+        threads.emplace_back([&] {
+            start.arrive_and_wait();
+            work();
+        });
+    }
+    for (std::thread& thread : threads) thread.join();
+}
+
+/// The answers of all const members of a scene.
+struct Answers {
+    std::vector<morphray::Hit> hits;
+    std::vector<morphray::Hit> in_calling_thread;
+    std::vector<morphray::Hit> single;
+    std::vector<morphray::Hit> next;
+    std::vector<std::uint8_t> occluded;
+    std::vector<bool> single_occluded;
+    std::vector<morphray::Hit> all;
+    std::vector<std::uint64_t> counts;
+    std::vector<std::int32_t> windings;
+    std::vector<std::uint8_t> inside;
+    std::vector<std::uint32_t> closest;
+    std::vector<float> distances;
+    std::uint64_t image_hash = 0;
+    std::uint64_t lit_hash = 0;
+    std::uint64_t copy_hash = 0;
+    std::uint64_t tree_hash = 0;
+    std::size_t boxes = 0;
+    std::string device;
+    std::uint64_t sizes = 0;
+    double lower = 0;
+    morphray::Step step = {};
+
+    bool operator==(const Answers&) const = default;
+};
+
+/// Asks all const members, in an order that differs with `turn`, so that each is the first one in
+/// some thread.
+Answers ask(const Scene& scene, const std::vector<morphray::Ray>& rays, std::size_t turn) {
+    std::vector<morphray::Vec3> points;
+    for (const morphray::Ray& ray : rays) points.push_back(ray.org);
+    Answers a;
+    const std::vector<std::function<void()>> calls = {
+        [&] { a.hits = hits_of(scene, rays); },
+        [&] {
+            a.in_calling_thread.resize(rays.size());
+            scene.intersect(rays, a.in_calling_thread, morphray::Threads::calling);
+        },
+        [&] {
+            for (std::size_t i = 0; i < rays.size(); i += 16) {
+                a.single.push_back(scene.intersect(rays[i]));
+                a.next.push_back(scene.intersect(rays[i], a.single.back()));
+                a.single_occluded.push_back(scene.occluded(rays[i]));
+            }
+        },
+        [&] {
+            a.occluded.resize(rays.size());
+            scene.occluded(rays, a.occluded);
+        },
+        [&] { a.all = scene.intersect_all(rays).hits; },
+        [&] {
+            a.counts.resize(rays.size());
+            scene.count(rays, a.counts);
+        },
+        [&] {
+            a.windings.resize(points.size());
+            scene.winding(points, a.windings);
+        },
+        [&] {
+            a.inside.resize(points.size());
+            scene.contains(points, a.inside);
+        },
+        [&] {
+            std::vector<morphray::ClosestPoint> closest(points.size());
+            scene.closest_points(points, closest);
+            for (const morphray::ClosestPoint& point : closest) a.closest.push_back(point.prim_id);
+        },
+        [&] {
+            a.distances.resize(points.size());
+            scene.signed_distance(points, a.distances);
+        },
+        [&] { a.image_hash = scene.render({.width = 70, .height = 40}).hits_hash; },
+        [&] {
+            a.lit_hash = scene
+                             .render({.width = 30,
+                                      .height = 20,
+                                      .shading = morphray::Shading::lit,
+                                      .ao_count = 2})
+                             .hits_hash;
+        },
+        [&] { a.copy_hash = scene.on(scene.device()).tree_statistics().hash; },
+        [&] { a.tree_hash = scene.tree_statistics().hash; },
+        [&] { a.boxes = scene.tree_boxes(2).size(); },
+        [&] { a.device = scene.device().description(); },
+        [&] { a.sizes = scene.triangle_count() + scene.vertex_count(); },
+        [&] { a.lower = scene.bounds().lower[0]; },
+        [&] { a.step = scene.last_update().step; },
+    };
+    for (std::size_t i = 0; i < calls.size(); ++i) calls[(i + turn) % calls.size()]();
+    return a;
+}
+
+TEST(Threads, AskAllConstMembersAtTheSameTime) {
+    UserMesh mesh(torus(40, 24));
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 1500, 7);
+    for (const Device& device : {Device::cpu({.threads = 2}), Device::brute_force()}) {
+        // One that no thread has asked before, since first questions make what later ones use.
+        Scene scene = Scene::build(mesh.view(), device, {.record_cost_ratio = true});
+        Scene other = Scene::build(mesh.view(), device, {.record_cost_ratio = true});
+        for (int pose = 0; pose < 2; ++pose) {
+            const Answers expected = ask(other, rays, 0);
+            std::atomic<int> different = 0;
+            std::vector<std::function<void()>> works;
+            for (std::size_t i = 0; i < 5; ++i)
+                works.emplace_back(
+                    [&, i] { different += ask(scene, rays, 4 * i) == expected ? 0 : 1; });
+            run_together(works);
+            EXPECT_EQ(different, 0) << device.name() << ", pose " << pose;
+            for (morphray::Vec3& point : mesh.points) point.x *= 1.25f;
+            scene.update();
+            other.update();
+        }
+    }
+}
+
+TEST(Threads, HaveScenesOfTheirOwnOnOneDevice) {
+    const Device device = Device::cpu({.threads = 2});
+    const UserMesh shared(torus(30, 20));
+    const std::vector<morphray::Ray> rays = world_rays(shared, 800, 11);
+    for (const morphray::UpdatePolicy& policy :
+         {morphray::UpdatePolicy(morphray::Auto{}), morphray::UpdatePolicy(morphray::Rebuild{})}) {
+        const auto work = [&](std::vector<std::vector<morphray::Hit>>& answers) {
+            UserMesh mesh = shared;
+            const UserMesh second(icosphere(2));
+            Scene scene = Scene::build(mesh.view(), device, {.update = policy});
+            for (int pose = 0; pose < 6; ++pose) {
+                for (morphray::Vec3& point : mesh.points) point.z += 0.1f * point.x;
+                if (pose == 2) scene.attach(second.view(false));
+                if (pose == 4) scene.detach(1);
+                scene.update();
+                answers.push_back(hits_of(scene, rays));
+                scene.render({.width = 20, .height = 20});
+            }
+        };
+        std::vector<std::vector<morphray::Hit>> expected;
+        work(expected);
+        std::vector<std::vector<std::vector<morphray::Hit>>> answers(4);
+        std::vector<std::function<void()>> works;
+        for (auto& mine : answers) works.emplace_back([&] { work(mine); });
+        run_together(works);
+        for (const auto& mine : answers) EXPECT_EQ(mine, expected);
+    }
+}
+
+TEST(Threads, UpdateASceneWhileOthersAskItsCopy) {
+    UserMesh mesh(torus(30, 20));
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 500, 12);
+    Scene scene = Scene::build(mesh.view(), Device::cpu(), {.update = morphray::Rebuild{}});
+    const Scene copy = scene.on(Device::cpu());
+    const std::vector<morphray::Hit> expected = hits_of(copy, rays);
+    std::atomic<int> different = 0;
+    const auto question = [&] {
+        for (int i = 0; i < 20; ++i) {
+            different += hits_of(copy, rays) == expected ? 0 : 1;
+            different += copy.intersect_all(rays).hits.empty() ? 1 : 0;
+            copy.tree_statistics();
+        }
+    };
+    run_together({question, question, [&] {
+                      for (int i = 0; i < 20; ++i) {
+                          for (morphray::Vec3& point : mesh.points) point.y += 0.05f * point.x;
+                          scene.update();
+                      }
+                  }});
+    EXPECT_EQ(different, 0);
+}
+
+TEST(Threads, AreToldThatAnotherOneChangesTheScene) {
+    UserMesh mesh(torus(50, 40));
+    const UserMesh second(icosphere(1));
+    for (const char* name : {"update", "part", "attach", "detach"}) {
+        const std::string what = name;
+        Scene scene = Scene::build(mesh.view(), Device::cpu(), {.update = morphray::Rebuild{}});
+        std::atomic<int> busy = 0;
+        std::atomic<int> wrong = 0;
+        std::atomic<bool> is_over = false;
+        const auto note = [&](const std::function<void()>& call) {
+            try {
+                call();
+            } catch (const Error& error) {
+                if (error.code() == ErrorCode::busy)
+                    ++busy;
+                else if (error.code() != ErrorCode::bad_argument || what != "detach")
+                    ++wrong;
+            }
+        };
+        run_together({[&] {
+                          for (int i = 0; i < 2000 && busy == 0; ++i) note([&] { scene.update(); });
+                          is_over = true;
+                      },
+                      [&] {
+                          while (!is_over && busy == 0) {
+                              note([&] {
+                                  if (what == "update") scene.update();
+                                  if (what == "part") scene.update(0, 1, 2);
+                                  if (what == "attach") scene.detach(scene.attach(second.view()));
+                                  if (what == "detach") scene.detach(7);
+                              });
+                          }
+                      }});
+        EXPECT_GT(busy, 0) << what;
+        EXPECT_EQ(wrong, 0) << what;
+        EXPECT_EQ(error_of([&] { scene.update(); }), "none") << what;
+    }
+}
+
+TEST(Threads, UseHandlesAndReadPoliciesAtTheSameTime) {
+    const Device device = Device::cpu({.threads = 1});
+    std::atomic<int> wrong = 0;
+    run_together(std::vector<std::function<void()>>(4, [&] {
+        for (int i = 0; i < 200; ++i) {
+            const Device copy = device;
+            wrong += copy.description() != device.description();
+            wrong += Device::cpu({.threads = 1}).description() != device.description();
+            wrong += !std::holds_alternative<morphray::Every>(
+                morphray::parse_update_policy("every:" + std::to_string(i + 1)));
+            wrong += error_of([] { morphray::parse_update_policy("never"); }) != "bad_argument";
+            wrong += morphray::simd_targets().empty();
+        }
+    }));
+    EXPECT_EQ(wrong, 0);
+}
+
+TEST(Threads, WatchAndEndABuildAndAnImage) {
+    UserMesh mesh(torus(200, 150));
+    std::atomic<bool> cancel = false;
+    std::atomic<float> done = 0;
+    // The first tree is built whole, and its progress is read meanwhile.
+    std::atomic<bool> is_over = false;
+    const auto watch = [&] {
+        while (!is_over) {
+            const float now = done;
+            EXPECT_TRUE(now >= 0 && now <= 1) << now;
+        }
+    };
+    std::optional<Scene> scene;
+    run_together({watch, [&] {
+                      scene = Scene::build(
+                          mesh.view(), Device::cpu(),
+                          {.update = morphray::Rebuild{}, .cancel = &cancel, .done = &done});
+                      is_over = true;
+                  }});
+    EXPECT_EQ(done, 1);
+    done = 0;
+    is_over = false;
+    run_together({watch, [&] {
+                      scene->render({.width = 200, .height = 200, .done = &done});
+                      is_over = true;
+                  }});
+    EXPECT_EQ(done, 1);
+    // Another thread ends an image, then an update.
+    std::string error = "none";
+    run_together({[&] { cancel = true; },
+                  [&] {
+                      for (int i = 0; i < 1000000 && error == "none"; ++i)
+                          error = error_of([&] {
+                              scene->render({.width = 64, .height = 64, .cancel = &cancel});
+                          });
+                  }});
+    EXPECT_EQ(error, "cancelled");
+    cancel = false;
+    error = "none";
+    run_together({[&] { cancel = true; },
+                  [&] {
+                      for (int i = 0; i < 1000000 && error == "none"; ++i) {
+                          for (morphray::Vec3& point : mesh.points) point.x += 0.01f;
+                          error = error_of([&] { scene->update(); });
+                      }
+                  }});
+    EXPECT_EQ(error, "cancelled");
+}
+
+}  // namespace
+}  // namespace mray::test
