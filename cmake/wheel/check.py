@@ -16,7 +16,7 @@ import morphray
 
 # Hashes of hits and pixels. A change that is meant to change images (CONTRIBUTING.md) changes the second
 # one: this script prints what it finds.
-EXPECTED = "90ebc0fb6f8eae9e 25654103da6f9884"
+EXPECTED = "90ebc0fb6f8eae9e 0d27284f7a70c90f"
 
 
 def sheet(size):
