@@ -60,9 +60,14 @@ void run_traced_works(const Rig& rig, const BenchScene& scene, const SceneWorks&
     if (options.wants("primary")) traced.push_back(&works.primary);
     if (options.wants("shadow")) traced.push_back(&*works.shadow);
     for (const TraceWork& work : works.traced) traced.push_back(&work);
-    if (traced.empty()) return;
+    const bool any_order = options.wants("any-order");
+    if (traced.empty() && !any_order) return;
     const EmbreeScenes embree(rig.devices, scene);
     for (const TraceWork* work : traced) bench_trace(rig, scene, embree, *work);
+    if (any_order) {
+        bench_any_order(rig, scene, embree, works.primary,
+                        reference_hits(scene.bvh, works.primary));
+    }
 }
 
 void run_works(const Rig& rig, const BenchScene& scene, const SceneWorks& works,

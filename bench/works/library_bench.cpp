@@ -9,6 +9,7 @@
 
 #include "bench/questions/question_work.h"
 #include "bench/user_scene.h"
+#include "bench/works/ray_shuffle.h"
 #include "bench/works/works.h"
 #include "common/base/thread_arena.h"
 #include "common/ray_queries.h"
@@ -21,16 +22,6 @@ namespace {
 
 using UserRays = std::vector<morphray::Ray>;
 using UserHits = std::vector<morphray::Hit>;
-
-/// The rays in an order in which neighbours have nothing in common.
-std::vector<Ray> shuffled(std::vector<Ray> rays) {
-    std::uint64_t state = 1;
-    for (std::size_t i = rays.size(); i > 1; --i) {
-        state = state * 6364136223846793005u + 1442695040888963407u;
-        std::swap(rays[i - 1], rays[(state >> 33) % i]);
-    }
-    return rays;
-}
 
 /// The number of the first hits that differ in any bit.
 Mismatches compare(const UserHits& ours, std::span<const Hit> theirs, std::size_t count) {

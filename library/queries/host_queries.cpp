@@ -6,6 +6,8 @@
 #include <array>
 #include <atomic>
 #include <cstddef>
+#include <new>
+#include <utility>
 
 #include "library/queries/ray_grid.h"
 #include "library/queries/ray_runs.h"
@@ -16,6 +18,8 @@ namespace {
 // The answers of a tile's rays are prefetched this many rows ahead: processors do not foresee where
 // a row begins (docs/lab/cpu_tracer.md).
 constexpr std::size_t kRowsAhead = 2;
+// Rays that are gathered are prefetched this many ahead.
+constexpr std::size_t kRaysAhead = 16;
 
 /// Prefetches memory that will be written soon.
 template <class T>
@@ -52,9 +56,50 @@ bool HostQueries::trace_tile(std::span<const Ray> rays, std::span<Answer> answer
     return true;
 }
 
+/// Traces rays in an order in which neighbours are alike, by run(some, answers) as trace_all(),
+/// until `cancel` is true. Returns false, and sets nothing, if they are in such an order already,
+/// or there is no memory for another one.
+template <class Answer, class Run>
+bool HostQueries::trace_sorted(std::span<const Ray> rays, std::span<Answer> answers, Run run,
+                               mray::ThreadArena* arena, const std::atomic<bool>* cancel) const {
+    if (rays.size() < RayOrder::kLeast) return false;
+    const RayOrder order(rays, space_.extent());
+    if (!order.is_needed()) return false;
+    std::unique_ptr<RaySorter> sorter;
+    try {
+        sorter = sorters_.take();
+        sorter->make_room(std::min(rays.size(), RaySorter::kMost));
+    } catch (const std::bad_alloc&) {
+        return false;
+    }
+    const mray::cpu::RayKeys keys(order.curve(), space_.target());
+    for (std::size_t begin = 0; begin < rays.size() && !is_cancelled(cancel);
+         begin += RaySorter::kMost) {
+        const std::span part = rays.subspan(begin, std::min(RaySorter::kMost, rays.size() - begin));
+        const std::span part_answers = answers.subspan(begin, part.size());
+        const std::span<const std::uint32_t> places = sorter->sort(part, keys, arena);
+        for_each_part(arena, (part.size() + kRun - 1) / kRun, [&](std::size_t i) {
+            if (is_cancelled(cancel)) return;
+            std::array<Ray, kRun> some;
+            std::array<Answer, kRun> found;
+            const std::span here =
+                places.subspan(i * kRun, std::min(kRun, places.size() - i * kRun));
+            for (std::size_t k = 0; k < here.size(); ++k) {
+                __builtin_prefetch(&part[here[std::min(k + kRaysAhead, here.size() - 1)]]);
+                some[k] = part[here[k]];
+            }
+            for (const std::uint32_t place : here) __builtin_prefetch(&part_answers[place], 1);
+            run(std::span<const Ray>(some).first(here.size()), std::span(found).first(here.size()));
+            for (std::size_t k = 0; k < here.size(); ++k) part_answers[here[k]] = found[k];
+        });
+    }
+    sorters_.keep(std::move(sorter));
+    return true;
+}
+
 /// Traces rays on these threads. If they are those of an image it does so in tiles, and sets
 /// answers[i] to answer_of(i, hit) for rays[i]; otherwise, and for what is beside the tiles,
-/// run(first, count) is to trace at most kRun of them. Throws Error(kCancelled).
+/// run(some, found) is to trace at most kRun rays and to set the answers. Throws Error(kCancelled).
 template <class Answer, class AnswerOf, class Run>
 void HostQueries::trace_all(std::span<const Ray> rays, std::span<Answer> answers,
                             AnswerOf answer_of, Run run, Threads threads,
@@ -62,12 +107,17 @@ void HostQueries::trace_all(std::span<const Ray> rays, std::span<Answer> answers
     constexpr std::size_t kSide = mray::kStoredTileSide;
     constexpr std::size_t kStep = mray::kStoredTileStep;
     const bool is_alone = threads == Threads::calling;
+    const auto run_places = [&](std::size_t first, std::size_t count) {
+        run(rays.subspan(first, count), answers.subspan(first, count));
+    };
     const RayGrid grid = rays.size() > kFewRays || is_alone ? find_grid(rays) : RayGrid{};
     if (grid.row == 0) {
-        if (is_alone) {
-            for_runs_of(0, rays.size(), cancel, run);
+        if (trace_sorted(rays, answers, run, is_alone ? nullptr : &arena_, cancel)) {
+            // All is done.
+        } else if (is_alone) {
+            for_runs_of(0, rays.size(), cancel, run_places);
         } else {
-            for_each_run(rays.size(), arena_, cancel, run);
+            for_each_run(rays.size(), arena_, cancel, run_places);
         }
         throw_if_cancelled(cancel);
         return;
@@ -77,7 +127,7 @@ void HostQueries::trace_all(std::span<const Ray> rays, std::span<Answer> answers
     const std::size_t columns = (width + kSide - 1) / kSide;
     const std::size_t tiles = columns * ((height + kSide - 1) / kSide);
     const auto run_range = [&](std::size_t begin, std::size_t end) {
-        for_runs_of(begin, end, cancel, run);
+        for_runs_of(begin, end, cancel, run_places);
     };
     // Tiles whose rays are not on a grid after all.
     std::atomic<std::size_t> refused = 0;
@@ -142,9 +192,7 @@ void HostQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits, Thre
             [&](std::size_t i, const mray::Hit& hit) {
                 return space_.to_world(hit, space_.t_exponent(rays[i].dir));
             },
-            [&](std::size_t first, std::size_t count) {
-                intersect_run(rays.subspan(first, count), hits.subspan(first, count));
-            },
+            [&](std::span<const Ray> some, std::span<Hit> found) { intersect_run(some, found); },
             threads, cancel);
     });
 }
@@ -171,8 +219,8 @@ void HostQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> oc
             [](std::size_t, const mray::Hit& hit) -> std::uint8_t {
                 return hit.prim_id != mray::kNoPrim ? 1 : 0;
             },
-            [&](std::size_t first, std::size_t count) {
-                occlude_run(rays.subspan(first, count), occluded.subspan(first, count));
+            [&](std::span<const Ray> some, std::span<std::uint8_t> found) {
+                occlude_run(some, found);
             },
             threads, cancel);
     });

@@ -6,6 +6,7 @@
 #include "common/ray_queries.h"
 #include "library/queries/queries.h"
 #include "library/queries/query_cost.h"
+#include "library/queries/ray_order.h"
 #include "library/queries/ray_space.h"
 
 namespace morphray::detail {
@@ -31,6 +32,9 @@ private:
     template <class Answer, class AnswerOf>
     bool trace_tile(std::span<const Ray> rays, std::span<Answer> answers, std::size_t row,
                     std::size_t width, std::size_t height, AnswerOf answer_of) const;
+    template <class Answer, class Run>
+    bool trace_sorted(std::span<const Ray> rays, std::span<Answer> answers, Run run,
+                      mray::ThreadArena* arena, const std::atomic<bool>* cancel) const;
     template <class Answer, class AnswerOf, class Run>
     void trace_all(std::span<const Ray> rays, std::span<Answer> answers, AnswerOf answer_of,
                    Run run, Threads threads, const std::atomic<bool>* cancel) const;
@@ -40,6 +44,7 @@ private:
     const RaySpace& space_;
     mray::ThreadArena& arena_;
     QueryCost& cost_;
+    mutable RaySorterStore sorters_;
 };
 
 }  // namespace morphray::detail

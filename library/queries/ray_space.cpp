@@ -11,6 +11,7 @@ constexpr mray::Ray kNoRay = {.org = {0, 0, 0}, .tnear = 1, .dir = {0, 0, 1}, .t
 void RaySpace::set(const mray::SceneSpace& space) {
     converter_.emplace(space);
     ray_maker_.emplace(space, target_);
+    extent_ = space.length_to_world(mray::kSceneExtent);
 }
 
 void RaySpace::to_scene(std::span<const Ray> rays, mray::cpu::SceneRays& scene) const {

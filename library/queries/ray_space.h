@@ -27,6 +27,8 @@ public:
     void set(const mray::SceneSpace& space);
 
     const mray::SimdTarget& target() const { return target_; }
+    /// Half of the longest side of the scene, or up to twice that, in world space.
+    double extent() const { return extent_; }
 
     /// Converts one ray.
     RayScale to_scene(const Ray& ray, mray::Ray& scene) const {
@@ -50,6 +52,7 @@ private:
     mray::SimdTarget target_;
     std::optional<RayConverter> converter_;
     std::optional<mray::cpu::SceneRayMaker> ray_maker_;
+    double extent_ = 1;
 };
 
 }  // namespace morphray::detail
