@@ -182,9 +182,9 @@ public:
     /// Returns what the last build or update() did, with the times that are known by now.
     Update last_update() const;
 
-    /// Finds the closest hits: hits[i] answers rays[i]. Any number of rays, in any order: on the CPU
-    /// many whose neighbours are unlike are sorted, for which the scene keeps up to 10 MB. Runs on
-    /// all threads of the device if there are many rays, and in the calling thread if there are
+    /// Finds the closest hits: hits[i] answers rays[i]. Any number of rays, in any order: on the
+    /// CPU many whose neighbours are unlike are sorted, for which the scene keeps up to 10 MB. Runs
+    /// on all threads of the device if there are many rays, and in the calling thread if there are
     /// few. Throws bad_argument if the sizes differ, device_lost, limit.
     ///
     /// If `cancel` is given, throws cancelled if it is true before, also for no rays, and soon
