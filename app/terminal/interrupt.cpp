@@ -29,14 +29,25 @@ constexpr std::array<int, 5> kSignals = {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGAL
 /// The signal that arrived, or 0.
 std::atomic<int> received_signal = 0;
 std::atomic<bool> has_received = false;
-/// Whether a thread has begun to end the program, so that nothing else should.
-std::atomic<bool> is_ending = false;
+/// After a signal the process ends at the end of the grace while this is kRuns: not if a thread has
+/// begun to end the program. kEnds: the handler is ending it.
+enum class Grace { kRuns, kOver, kEnds };
+std::atomic<Grace> grace = Grace::kRuns;
+/// The EndOfGrace that live.
+std::atomic<int> ways_out = 0;
+
+/// Returns whether it is over; if not, the process is ending.
+bool let_grace_be_over() {
+    Grace before = Grace::kRuns;
+    return grace.compare_exchange_strong(before, Grace::kOver) || before == Grace::kOver;
+}
+
 /// The path of RemovedAtEnd, or null.
 std::atomic<const char*> removed_folder = nullptr;
 /// Sends SIGALRM at the end of the grace; meaningful if has_timer.
 timer_t timer;
 std::atomic<bool> has_timer = false;
-static_assert(std::atomic<bool>::is_always_lock_free &&
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<Grace>::is_always_lock_free &&
               std::atomic<std::int64_t>::is_always_lock_free);  // required in a signal handler
 
 /// The lines for kEndings, as they are written.
@@ -135,7 +146,8 @@ void remove_folder_in_handler() {
 
 /// The grace has ended. Only calls that a signal handler may make.
 void on_end_of_grace(int) {
-    if (received_signal.load() == 0 || is_ending.exchange(true)) return;
+    Grace runs = Grace::kRuns;
+    if (received_signal.load() == 0 || !grace.compare_exchange_strong(runs, Grace::kEnds)) return;
     clear_progress_in_handler();
     const Lines& lines = both_lines[read_lines.load()];
     for (std::size_t i = 0; i < kEndings.size(); ++i) {
@@ -152,7 +164,7 @@ void on_end_of_grace(int) {
 InterruptGuard::InterruptGuard() : before_() {
     received_signal.store(0);
     has_received.store(false);
-    is_ending.store(false);
+    grace.store(Grace::kRuns);
     tell_results({}, {});
     for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], nullptr, &before_[i]);
     set_handler(SIGALRM, on_end_of_grace);
@@ -168,8 +180,7 @@ InterruptGuard::InterruptGuard() : before_() {
 }
 
 InterruptGuard::~InterruptGuard() {
-    // From here on the grace does not end.
-    is_ending.store(true);
+    let_grace_be_over();
     for (std::size_t i = 0; i < kSignals.size() - 1; ++i)
         sigaction(kSignals[i], &before_[i], nullptr);
     if (has_timer.exchange(false)) ::timer_delete(timer);
@@ -216,7 +227,8 @@ std::string finished_text(const std::string& unit, std::span<const double> finis
 
 void throw_if_interrupted() {
     if (!interrupted()) return;
-    is_ending.store(true);
+    // A thread that is waited for on the way out leaves the limit of the wait as it is.
+    if (ways_out.load() == 0) let_grace_be_over();
     throw Error(ErrorKind::kCancelled, kWorkCancelled);
 }
 
@@ -227,15 +239,17 @@ ExitCode interrupt_exit_code() {
 }
 
 EndOfGrace::EndOfGrace() : is_set_(interrupted()) {
-    if (!is_set_) return;
+    if (!is_set_ || ways_out.fetch_add(1) > 0) return;
     constexpr std::int64_t kLeastMs = 30;
-    is_ending.store(false);
+    Grace over = Grace::kOver;
+    grace.compare_exchange_strong(over, Grace::kRuns);
     end_grace_at(std::max(end_ns.load(), now_ns() + kLeastMs * kNsPerMs));
 }
 
 EndOfGrace::~EndOfGrace() {
-    // If it has ended already, this thread waits for the end of the process.
-    if (is_set_ && is_ending.exchange(true)) ::pause();
+    if (!is_set_ || ways_out.fetch_sub(1) > 1 || let_grace_be_over()) return;
+    // The handler, which runs in another thread, ends the process.
+    for (;;) ::pause();
 }
 
 }  // namespace mray::app

@@ -74,7 +74,8 @@ std::string finished_text(const std::string& unit, std::span<const double> finis
 ExitCode interrupt_exit_code();
 
 /// While it lives the grace after a signal ends as if throw_if_interrupted() had not thrown, some
-/// milliseconds from now at the earliest: for waits on the way out whose results may be lost.
+/// milliseconds from now at the earliest: for waits on the way out whose results may be lost. One
+/// within another changes nothing.
 class EndOfGrace {
 public:
     EndOfGrace();

@@ -5,8 +5,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <functional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -104,6 +106,40 @@ TEST(Interrupt, SaysWhatIsFinished) {
     EXPECT_EQ(finished_text("frame", halves, 200), "100 of 200 frames are done");
     tell_results(finished_text("frame", {}, 1), "");
     EXPECT_TRUE(interrupt_message().ends_with("; the frame is not done"));
+}
+
+TEST(Interrupt, EndsTheProcessInAWaitForAThreadThatNoticesIt) {
+    const int status = status_of_child([] {
+        const InterruptGuard guard;
+        ::raise(SIGTERM);
+        if (exit_code_when_interrupted() != 143) return 1;
+        const EndOfGrace end;
+        {
+            const EndOfGrace inner;
+            std::thread([] { exit_code_when_interrupted(); }).join();
+        }
+        for (;;) ::pause();
+        return 0;
+    });
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 143);
+}
+
+TEST(Interrupt, GoesOnAfterAShortWaitOnTheWayOut) {
+    const int status = status_of_child([] {
+        const InterruptGuard guard;
+        ::raise(SIGTERM);
+        if (exit_code_when_interrupted() != 143) return 1;
+        {
+            const EndOfGrace end;
+            std::thread([] { exit_code_when_interrupted(); }).join();
+        }
+        // Longer than the grace, which is over.
+        std::this_thread::sleep_for(std::chrono::milliseconds(3 * InterruptGuard::kGraceMs));
+        return 7;
+    });
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 7);
 }
 
 TEST(Interrupt, EndsTheProcessInAWaitOnTheWayOut) {
