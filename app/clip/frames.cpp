@@ -93,7 +93,8 @@ std::size_t fraction_digits(double frame) {
 
 }  // namespace
 
-std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages) {
+std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages,
+                                const std::atomic<bool>& cancel) {
     const bool has_tree = options.command != Command::kIndex &&
                           (options.command != Command::kInfo || options.tree_facts);
     require_memory_to_open(options.scene, has_tree);
@@ -115,7 +116,7 @@ std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages
                        options.scene);
     };
     scene_options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
-    scene_options.watch = command_watch();
+    scene_options.watch = Watch(&cancel, &step_done());
     const Progress progress("reading " + shown(std::filesystem::path(options.scene).filename()), "",
                             0, progress_mode(options));
     return open_scene(options.scene, scene_options);

@@ -1,12 +1,14 @@
 // Opens the scene of a command and selects its frames.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "app/base/options.h"
+#include "app/terminal/interrupt.h"
 #include "app/terminal/messages.h"
 #include "clips/scene_frames.h"
 #include "common/interop/params.h"
@@ -14,8 +16,9 @@
 namespace mray::app {
 
 /// Opens options.scene if the memory will probably suffice; warnings go to `messages`. Throws
-/// Error.
-std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages);
+/// Error, kCancelled soon after `cancel` becomes true.
+std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages,
+                                const std::atomic<bool>& cancel = interrupt_flag());
 /// The same with its scene space.
 SceneFrames open_frames(const Options& options, const Messages& messages);
 

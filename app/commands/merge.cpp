@@ -1,9 +1,9 @@
 // morphray merge: checks the parts of a render that shards wrote, and puts their images together.
 #include "app/commands/commands.h"
 #include "app/commands/merge/merge_parts.h"
-#include "app/commands/merge/video.h"
 #include "app/farm/frame_tasks.h"
 #include "app/files/png_reader.h"
+#include "app/files/video/video.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/output_file.h"
 #include "tools/image/contact_sheet.h"
@@ -21,6 +21,12 @@ void write_sheet(const std::string& file, const std::vector<MergedFrame>& frames
     write_file(file, encode_png(contact_sheet(thumbnails)));
 }
 
+std::vector<std::filesystem::path> files_of(const std::vector<MergedFrame>& frames) {
+    std::vector<std::filesystem::path> files;
+    for (const MergedFrame& frame : frames) files.push_back(frame.file);
+    return files;
+}
+
 }  // namespace
 
 ExitCode run_merge(const Options& options, const Messages& messages) {
@@ -29,7 +35,8 @@ ExitCode run_merge(const Options& options, const Messages& messages) {
     const MergeReport report = check_parts(read_parts(options.part_folders));
     if (report.is_right() && !report.frames.empty()) {
         if (!options.sheet.empty()) write_sheet(options.sheet, report.frames);
-        if (!options.video.empty()) write_video(options.video, options.video_rate, report.frames);
+        if (!options.video.empty())
+            write_video(options.video, options.video_rate, files_of(report.frames));
     } else if (!options.sheet.empty() || !options.video.empty()) {
         messages.warn({{}, "neither sheet nor video is written: not all frames are right"});
     }

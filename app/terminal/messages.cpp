@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <mutex>
 
 #include "app/base/remedy_text.h"
 #include "app/terminal/progress.h"
@@ -66,6 +67,8 @@ void Messages::error(std::string_view message) const {
 void Messages::error(const Error& error) const { this->error(message_of(error)); }
 
 void Messages::warn(const Warning& warning) const {
+    static std::mutex mutex;
+    const std::scoped_lock lock(mutex);
     warnings_.push_back(warning.line(remedy_text(warning.remedy)));
     write_line(warning.place.empty() ? "morphray: " : "", warnings_.back());
 }

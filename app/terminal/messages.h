@@ -10,7 +10,7 @@
 
 namespace mray::app {
 
-/// Warnings come from one thread; all else may come from any.
+/// All members may be called from any thread, warnings() while no other one warns.
 class Messages {
 public:
     Messages() = default;

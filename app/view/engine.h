@@ -34,9 +34,8 @@ struct PixelProbe {
 /// from one thread while the engine works in its own.
 class Engine {
 public:
-    /// `on_result` is called in the engine's thread whenever there is something to take. Another
-    /// thread may only print with the messages. They, the clip and on_result's context must outlive
-    /// the engine.
+    /// `on_result` is called in the engine's thread whenever there is something to take. Messages,
+    /// options, clip and on_result's context must outlive the engine.
     Engine(const Options& options, const Clip& clip, const Messages& messages,
            std::function<void()> on_result);
     /// Cancels, and waits for the thread. After a signal the process may end before that.

@@ -45,7 +45,7 @@ set(app_backends_sees base terminal)
 set(app_clip_sees base terminal files backends)
 set(app_report_sees base files)
 set(app_farm_sees base terminal files report clip)
-set(app_view_sees base terminal clip)
+set(app_view_sees base terminal files backends clip)
 set(app_commands_sees ${app_rooms})
 set(app_chart_sees base terminal clip backends report)
 # Trees and tracers are for these files of the program; other ones may include these headers, which

@@ -55,6 +55,7 @@ InputActions Input::apply(const ScreenRect& canvas, float pixel_scale,
     if (drag_ != Drag::kNone) drag(canvas, state);
     if (is_over && io.MouseWheel != 0) state.camera.zoom(std::pow(kZoomFactor, io.MouseWheel));
     flies_ = false;
+    for (const KeyPress& key : keys) actions.escapes |= key.key == GLFW_KEY_ESCAPE;
     if (io.WantTextInput) return actions;
     if (!io.KeyCtrl) fly(state);
     for (const KeyPress& key : keys) {
@@ -153,6 +154,8 @@ void Input::press(int key, ViewState& state, InputActions& actions) {
     if (key == GLFW_KEY_P) actions.screenshot = true;
     if (key == GLFW_KEY_C) actions.copy_command = true;
     if (key == GLFW_KEY_H || key == GLFW_KEY_F1) actions.switch_keys = !actions.switch_keys;
+    if (key == GLFW_KEY_O) actions.opens = true;
+    if (key == GLFW_KEY_T) actions.records = true;
     if (key == GLFW_KEY_R) actions.reset_camera = true;
 }
 

@@ -20,6 +20,10 @@ struct InputActions {
     bool copy_command = false;
     bool reset_camera = false;
     bool switch_keys = false;
+    /// A scene is to be chosen, and a turn to be recorded; `escapes` ends what is in progress.
+    bool opens = false;
+    bool records = false;
+    bool escapes = false;
     bool quits = false;
 };
 

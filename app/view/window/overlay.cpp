@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "app/view/window/style.h"
+
 namespace mray::app {
 namespace {
 
@@ -35,6 +37,8 @@ constexpr std::pair<const char*, const char*> kInputs[] = {
     {"R", "the first camera"},
     {"P", "save a screenshot"},
     {"C", "copy the command"},
+    {"O", "open a scene; or drop a file"},
+    {"T", "record a turn; T, Esc: end"},
     {"H, F1", "these keys"},
     {"ctrl-Q", "quit"},
 };
@@ -106,6 +110,49 @@ void draw_note(const ScreenRect& canvas, float x, float y, const std::string& no
     begin_overlay("pixel note", kOverlayText);
     ImGui::TextUnformatted(note.c_str());
     end_overlay();
+}
+
+bool draw_notice(const ScreenRect& canvas, const Notice& notice) {
+    const float line = ImGui::GetFrameHeightWithSpacing();
+    ImGui::SetNextWindowPos({canvas.x, canvas.y + line});
+    ImGui::SetNextWindowSize({std::min(30 * ImGui::GetFontSize(), canvas.width), 0});
+    begin_overlay("notice", kOverlay | ImGuiWindowFlags_AlwaysAutoResize);
+    ImGui::PushStyleColor(ImGuiCol_Text, notice.is_error ? kBadColour : kGoodColour);
+    ImGui::PushTextWrapPos();
+    ImGui::TextUnformatted(notice.text.c_str());
+    ImGui::PopTextWrapPos();
+    ImGui::PopStyleColor();
+    const bool closes = ImGui::Button("close");
+    end_overlay();
+    return closes;
+}
+
+void SceneField::show() {
+    is_shown_ = true;
+    takes_focus_ = true;
+}
+
+std::optional<std::string> SceneField::draw(const ScreenRect& canvas) {
+    const float width = std::min(36 * ImGui::GetFontSize(), canvas.width);
+    ImGui::SetNextWindowPos({canvas.x + canvas.width / 2, canvas.y + canvas.height / 2}, 0,
+                            {0.5f, 0.5f});
+    ImGui::SetNextWindowSize({width, 0});
+    begin_overlay("open", kOverlay | ImGuiWindowFlags_AlwaysAutoResize);
+    ImGui::TextUnformatted("a file, a folder, a pattern, builtin:NAME");
+    if (takes_focus_) ImGui::SetKeyboardFocusHere();
+    takes_focus_ = false;
+    ImGui::SetNextItemWidth(-1);
+    bool opens =
+        ImGui::InputText("##scene", name_.data(), name_.size(),
+                         ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
+    opens |= ImGui::Button("open");
+    ImGui::SameLine();
+    if (ImGui::Button("cancel")) hide();
+    end_overlay();
+    std::string name = name_.data();
+    if (!opens || name.empty()) return std::nullopt;
+    hide();
+    return name;
 }
 
 bool draw_keys(const ScreenRect& canvas) {

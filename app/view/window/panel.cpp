@@ -177,7 +177,10 @@ PanelActions draw_panel(const ScreenRect& rect, ViewState& state, const PanelFac
     draw_image(state);
     heading("TREE AND MESH");
     draw_tree(state);
-    heading("CAMERA AND LIGHT");
+    heading("SCENE, CAMERA AND LIGHT");
+    actions.opens = ImGui::Button("open");
+    ImGui::SameLine();
+    actions.records = ImGui::Button("record a turn");
     actions.reset_camera = ImGui::Button("reset camera");
     ImGui::SameLine();
     actions.light_here = ImGui::Button("light from here");

@@ -8,18 +8,18 @@
 #include <utility>
 
 #include "app/base/memory_budget.h"
-#include "app/base/numbers.h"
 #include "app/clip/render_command.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "app/view/copy_command.h"
 #include "app/view/legend.h"
 #include "app/view/pixel_text.h"
-#include "app/view/window/overlay.h"
 #include "app/view/window/style.h"
 #include "app/view/window/timeline.h"
 #include "common/base/output_file.h"
 #include "common/image/png.h"
+#include "common/text/message_text.h"
 
 namespace mray::app {
 namespace {
@@ -41,27 +41,27 @@ constexpr float kFirstShake = 0.01f;
 /// The image by which everything has been allocated that stays.
 constexpr std::uint64_t kEarlyImage = 100;
 
+std::string title_of(const Clip& clip) { return "morphray view " + shown(clip.name()); }
+
 const TracedPane* pane_of(const TracedImage* image, std::size_t i) {
     return image != nullptr && i < image->panes.size() ? &image->panes[i] : nullptr;
 }
 
 }  // namespace
 
-Viewer::Viewer(const Options& options, const Clip& clip, const Messages& messages,
-               const ViewState& state)
-    : options_(options),
-      clip_(clip),
-      messages_(messages),
-      state_(state),
-      first_camera_(state.camera),
-      window_(fmt::format("morphray view {}", clip.name()),
-              static_cast<int>(state.width) + kPanelWidth,
-              static_cast<int>(state.height) + kTimelineHeight),
-      engine_(options, clip, messages, [] { Window::wake(); }) {
+Viewer::Viewer(const Options& options, const Messages& messages)
+    : messages_(messages),
+      scene_(open_viewed_scene(
+          options, messages, [] { Window::wake(); }, interrupt_flag())),
+      state_(scene_->first_state),
+      first_camera_(state_.camera),
+      window_(title_of(clip()), static_cast<int>(state_.width) + kPanelWidth,
+              static_cast<int>(state_.height) + kTimelineHeight) {
     window_.set_vsync(vsync_);
 }
 
-Viewer::~Viewer() = default;
+// Devices and the window may take long to close.
+Viewer::~Viewer() { end_.emplace(); }
 
 Viewer::Layout Viewer::layout() const {
     const float width = std::max(window_.width() - kPanelWidth, 1.0f);
@@ -84,7 +84,12 @@ bool Viewer::step() {
     if (window_.closes()) return false;
     if (window_.take_input()) redraws_ = kRedraws;
     const double now = Window::seconds();
+    for (const std::string& file : window_.take_dropped()) {
+        open(file);
+        break;
+    }
     const bool is_new = take_image();
+    follow_recording();
     const std::string doing = activity();
     if (doing != shown_activity_) redraws_ = std::max(redraws_, 1);
     shown_activity_ = doing;
@@ -111,13 +116,13 @@ bool Viewer::step() {
         move_on(now);
         post(now);
     }
-    return !is_done_ && (options_.exit_after == 0 || totals_.images < options_.exit_after);
+    return !is_done_ && (options().exit_after == 0 || totals_.images < options().exit_after);
 }
 
 void Viewer::follow_input(const Layout& places, double now) {
     act(input_.apply(places.canvas, window_.pixel_scale(), window_.take_keys(), state_));
     move_on(now);
-    if (!options_.screenshot.empty() && totals_.images == 0) return;
+    if (!options().screenshot.empty() && totals_.images == 0) return;
     state_.width = static_cast<std::uint32_t>(
         std::max(std::lround(places.canvas.width * window_.pixel_scale()), 1L));
     state_.height = static_cast<std::uint32_t>(
@@ -135,8 +140,14 @@ void Viewer::move_on(double now) {
 
 /// Asks for the first image of a state that has changed, and for a better one when it is still.
 void Viewer::post(double now) {
+    if (recording_ && recording_->wanted() != nullptr) {
+        if (posted_ == *recording_->wanted()) return;
+        posted_ = *recording_->wanted();
+        scene_->engine.post(posted_);
+        return;
+    }
     // With --exit only the complete image is wanted.
-    const int first = options_.exits ? last_step(state_) : 0;
+    const int first = options().exits ? last_step(state_) : 0;
     const ImageRequest fresh = request_of(state_, first);
     if (step_ < 0 || fresh != first_request_) {
         first_request_ = fresh;
@@ -144,7 +155,7 @@ void Viewer::post(double now) {
         step_ = first;
         changed_at_ = now;
         is_answered_ = false;
-        engine_.post(posted_);
+        scene_->engine.post(posted_);
         return;
     }
     const bool is_still = now - changed_at_ >= kStillSeconds && !state_.playback.playing;
@@ -154,7 +165,7 @@ void Viewer::post(double now) {
     ++step_;
     posted_ = std::move(better);
     is_answered_ = false;
-    engine_.post(posted_);
+    scene_->engine.post(posted_);
 }
 
 /// The most samples a pixel that memory suffices for.
@@ -164,10 +175,11 @@ std::uint32_t Viewer::most_samples() const {
 }
 
 bool Viewer::take_image() {
-    std::unique_ptr<TracedImage> image = engine_.take();
+    std::unique_ptr<TracedImage> image = newest_image();
     if (!image) return false;
     if (image->request == posted_) is_answered_ = true;
     image_ = std::move(image);
+    record(*image_);
     if (!image_->error.empty()) return true;
     strips_.add(*image_);
     const TracedPane& pane = image_->panes.front();
@@ -178,16 +190,128 @@ bool Viewer::take_image() {
     totals_.shade_ms += pane.shade_ms;
     if (totals_.images == kEarlyImage) totals_.early_bytes = resident_memory_bytes();
     const bool is_complete = is_answered_ && step_ >= last_step(state_);
-    if (!options_.screenshot.empty() && !has_saved_ && is_complete) {
-        save(options_.screenshot);
+    if (!options().screenshot.empty() && !has_saved_ && is_complete) {
+        save(options().screenshot);
         has_saved_ = true;
-        is_done_ = options_.exits;
+        is_done_ = options().exits;
     }
     return true;
 }
 
+/// The newest image since the last call, or the first one of a scene that was opened, or null.
+std::unique_ptr<TracedImage> Viewer::newest_image() {
+    if (!opening_) return scene_->engine.take();
+    try {
+        if (std::unique_ptr<ViewedScene> opened = opening_->take()) {
+            std::unique_ptr<TracedImage> image = opening_->first_image();
+            opening_.reset();
+            replace_scene(std::move(opened));
+            return image;
+        }
+    } catch (...) {
+        tell_failure();
+        opening_.reset();
+    }
+    return scene_->engine.take();
+}
+
+/// Shows another scene as the one before is shown.
+void Viewer::replace_scene(std::unique_ptr<ViewedScene> scene) {
+    if (recording_) end_recording("another scene was opened: ");
+    state_ = continued_state(scene->first_state, state_);
+    first_camera_ = state_.camera;
+    scene_ = std::move(scene);
+    window_.set_title(title_of(clip()));
+    input_ = {};
+    strips_ = {};
+    pixel_.reset();
+    message_.clear();
+    step_ = -1;
+    redraws_ = kRedraws;
+}
+
+void Viewer::open(const std::string& name) {
+    notice_.reset();
+    redraws_ = kRedraws;
+    opening_.reset();
+    opening_.emplace(name, options(), state_, messages_, [] { Window::wake(); });
+}
+
+void Viewer::switch_recording() {
+    redraws_ = kRedraws;
+    if (recording_) {
+        end_recording("ended: ");
+        return;
+    }
+    notice_.reset();
+    state_.playback.playing = false;
+    state_.shakes = false;
+    try {
+        recording_.emplace(state_, clip(), options(), most_samples());
+        // Its first image may be the one that is shown, and is asked for again.
+        posted_ = {};
+    } catch (...) {
+        tell_failure();
+    }
+}
+
+/// Keeps an image that is recorded.
+void Viewer::record(const TracedImage& image) {
+    if (!recording_ || recording_->wanted() == nullptr) return;
+    if (image.request != *recording_->wanted()) return;
+    try {
+        recording_->add(image);
+        // Now the image of the state is shown again.
+        if (recording_->wanted() == nullptr) step_ = -1;
+    } catch (...) {
+        tell_failure();
+        recording_.reset();
+        step_ = -1;
+    }
+}
+
+/// Says that a recording is complete, or why it is not.
+void Viewer::follow_recording() {
+    if (!recording_) return;
+    try {
+        if (recording_->is_done()) end_recording();
+    } catch (...) {
+        tell_failure();
+        notice_->text += "; " + recording_->summary();
+        recording_.reset();
+    }
+}
+
+void Viewer::end_recording(const std::string& before) {
+    notice_ = Notice{before + recording_->summary()};
+    recording_.reset();
+    step_ = -1;
+    redraws_ = kRedraws;
+}
+
+/// Shows the exception in flight over the image; a signal ends the viewer.
+void Viewer::tell_failure() {
+    throw_if_interrupted();
+    notice_ = Notice{describe_failure(std::current_exception()).message, true};
+    redraws_ = kRedraws;
+}
+
+/// Closes what is over the image, or else ends what is in progress.
+void Viewer::escape() {
+    if (scene_field_.is_shown() || shows_keys_ || notice_) {
+        scene_field_.hide();
+        shows_keys_ = false;
+        notice_.reset();
+    } else if (opening_) {
+        notice_ = Notice{"not opened: " + shown(opening_->name())};
+        opening_.reset();
+    } else if (recording_) {
+        switch_recording();
+    }
+}
+
 void Viewer::take_pixel() {
-    std::optional<PixelProbe> probe = engine_.take_probe();
+    std::optional<PixelProbe> probe = scene_->engine.take_probe();
     if (!probe) return;
     redraws_ = kRedraws;
     if (!probe->request.grabs) {
@@ -196,7 +320,7 @@ void Viewer::take_pixel() {
     }
     if (probe->hits.empty() || !is_on_mesh(probe->hits.front())) return;
     const TracedScene::PixelHit& hit = probe->hits.front();
-    const auto radius = static_cast<float>(kPullReach * diagonal_of(clip_.bounds()));
+    const auto radius = static_cast<float>(kPullReach * diagonal_of(clip().bounds()));
     input_.grab(nearest_vertex(hit), hit.hit.t, radius, state_);
 }
 
@@ -220,14 +344,21 @@ void Viewer::show(const TracedImage& image) {
 
 void Viewer::draw(const Layout& places) {
     draw_timeline(places.timeline, state_, strips_);
-    draw_activity(places.canvas, activity());
-    if (shows_keys_) {
-        shows_keys_ = !draw_keys(places.canvas);
-    } else {
-        draw_notes(places.canvas);
-    }
+    draw_over(places.canvas);
     act(draw_panel(places.panel, state_, facts(Window::seconds())));
     window_.end_frame([&] { draw_image(places); });
+}
+
+void Viewer::draw_over(ScreenRect canvas) {
+    draw_activity(canvas, activity());
+    if (shows_keys_) {
+        shows_keys_ = !draw_keys(canvas);
+    } else {
+        draw_notes(canvas);
+    }
+    if (notice_ && !shows_keys_ && draw_notice(canvas, *notice_)) notice_.reset();
+    if (!scene_field_.is_shown()) return;
+    if (const std::optional<std::string> name = scene_field_.draw(canvas)) open(*name);
 }
 
 /// Says what colours mean; marks the pixel that was clicked on, and says what it shows, until the
@@ -237,7 +368,7 @@ void Viewer::draw_notes(ScreenRect canvas) const {
     if (image_ && !image_->panes.empty() && !difference_is_shown()) {
         const ImageRequest& shown = image_->request;
         canvas.height -= draw_legend(
-            canvas, legend_of(shown.shading, depth_range(*shown.view.eye, clip_.bounds())));
+            canvas, legend_of(shown.shading, depth_range(*shown.view.eye, clip().bounds())));
     }
     if (!pixel_ || pixel_->request.image != first_request_) return;
     const ProbeRequest& request = pixel_->request;
@@ -283,15 +414,17 @@ void Viewer::draw_image(const Layout& places) const {
     }
 }
 
-/// The work that the image has to wait for; empty if one is there, and no tree is built.
+/// The work that is to be waited for; empty if there is none.
 std::string Viewer::activity() const {
-    const bool builds = engine_.builds();
-    if (image_ && !builds) return {};
+    if (recording_) return recording_->activity();
+    const bool builds = scene_->engine.builds();
+    if (image_ && !builds && !opening_) return {};
     std::string text = "tracing the first image";
-    if (builds)
-        text = fmt::format("building the tree, {} triangles",
-                           brief_count(static_cast<double>(clip_.topology().triangles.size())));
-    const float part = step_done();
+    if (opening_) text = opening_->activity();
+    if (builds) text = building_text(clip());
+    // Images of the scene that is shown meanwhile say how far they are in the same place.
+    const bool is_told = !opening_ || (opening_->builds() && is_answered_);
+    const float part = is_told ? step_done().load() : 0;
     return part > 0 ? fmt::format("{}: {:.0f} %", text, 100 * std::min(part, 1.0f)) : text;
 }
 
@@ -316,14 +449,16 @@ PanelFacts Viewer::facts(double now) const {
 void Viewer::act(const PanelActions& actions) {
     if (actions.screenshot) save_next();
     if (actions.copy_command) copy();
+    if (actions.opens) scene_field_.show();
+    if (actions.records) switch_recording();
     if (actions.copy_probe && pixel_) {
         const ProbeRequest& request = pixel_->request;
-        window_.copy_to_clipboard(probe_command(options_, request.image, request.pixel));
+        window_.copy_to_clipboard(probe_command(options(), request.image, request.pixel));
         message_ = "the probe command is in the clipboard";
     }
     if (actions.close_pixel) pixel_.reset();
     if (actions.reset_camera) state_.camera = first_camera_;
-    if (actions.light_here) state_.light = light_at_camera(state_, clip_);
+    if (actions.light_here) state_.light = light_at_camera(state_, clip());
     if (actions.switch_vsync) {
         vsync_ = !vsync_;
         window_.set_vsync(vsync_);
@@ -337,6 +472,9 @@ void Viewer::act(const InputActions& actions) {
     if (actions.copy_command) copy();
     if (actions.reset_camera) state_.camera = first_camera_;
     if (actions.switch_keys) shows_keys_ = !shows_keys_;
+    if (actions.opens) scene_field_.show();
+    if (actions.records) switch_recording();
+    if (actions.escapes) escape();
     if (actions.quits) is_done_ = true;
 }
 
@@ -344,7 +482,7 @@ void Viewer::ask_pixel(Pixel pixel, bool grabs) {
     const ImageRequest request = request_of(state_, 0);
     pixel.x %= request.view.width;
     pixel.y = std::min(pixel.y, request.view.height - 1);
-    engine_.probe({request, pixel, grabs});
+    scene_->engine.probe({request, pixel, grabs});
 }
 
 /// Writes the first backend's image, or the difference, as it is shown.
@@ -358,7 +496,7 @@ void Viewer::save(const std::string& file) {
         return;
     }
     const Image image{pane->width, pane->height, pane->pixels};
-    write_file(file, encode_png(image, pixel_texts(render_options(options_, request, pane->tree),
+    write_file(file, encode_png(image, pixel_texts(render_options(options(), request, pane->tree),
                                                    request.frame, image.pixels)));
 }
 
@@ -379,7 +517,7 @@ void Viewer::save_next() {
 void Viewer::copy() {
     const TracedPane* const pane = pane_of(image_.get(), 0);
     if (pane == nullptr) return;
-    const std::string command = copy_command(options_, image_->request, pane->tree);
+    const std::string command = copy_command(options(), image_->request, pane->tree);
     window_.copy_to_clipboard(command);
     // The clipboard of X11 ends with the program.
     messages_.print(command + "\n");

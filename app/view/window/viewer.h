@@ -4,12 +4,15 @@
 #include <optional>
 #include <string>
 
+#include "app/terminal/interrupt.h"
 #include "app/view/difference_image.h"
-#include "app/view/engine.h"
 #include "app/view/strips.h"
+#include "app/view/tasks/recording.h"
+#include "app/view/tasks/scene_opening.h"
 #include "app/view/view_state.h"
 #include "app/view/window/canvas.h"
 #include "app/view/window/input.h"
+#include "app/view/window/overlay.h"
 #include "app/view/window/panel.h"
 #include "app/view/window/window.h"
 
@@ -19,9 +22,9 @@ namespace mray::app {
 /// next image while this one is drawn, and no call waits for it.
 class Viewer {
 public:
-    /// The options are those of with_render_defaults(); `clip` and `messages` must outlive it.
-    Viewer(const Options& options, const Clip& clip, const Messages& messages,
-           const ViewState& state);
+    /// The options are those of with_render_defaults(); `messages` must outlive it. Opens the
+    /// scene before the window. Throws Error.
+    Viewer(const Options& options, const Messages& messages);
     ~Viewer();
 
     /// Returns when the window is closed, or at what the options say. Throws Error.
@@ -42,11 +45,22 @@ private:
     void post(double now);
     std::uint32_t most_samples() const;
     bool take_image();
+    std::unique_ptr<TracedImage> newest_image();
+    std::unique_ptr<TracedImage> take_opened();
+    void replace_scene(std::unique_ptr<ViewedScene> scene);
+    void open(const std::string& name);
+    void switch_recording();
+    void record(const TracedImage& image);
+    void follow_recording();
+    void end_recording(const std::string& before = {});
+    void tell_failure();
+    void escape();
     void take_pixel();
     void show(const TracedImage& image);
     void draw(const Layout& layout);
     void draw_image(const Layout& layout) const;
     void draw_notes(ScreenRect canvas) const;
+    void draw_over(ScreenRect canvas);
     void act(const PanelActions& actions);
     void act(const InputActions& actions);
     void ask_pixel(Pixel pixel, bool grabs);
@@ -60,9 +74,14 @@ private:
     void save_next();
     void copy();
 
-    const Options& options_;
-    const Clip& clip_;
+    const Options& options() const { return scene_->options; }
+    const Clip& clip() const { return *scene_->clip; }
+
+    /// From the destructor on, after a signal: the first member, so that it lives until all others
+    /// are destroyed.
+    std::optional<EndOfGrace> end_;
     const Messages& messages_;
+    std::unique_ptr<ViewedScene> scene_;
     ViewState state_;
     Camera first_camera_;
     Window window_;
@@ -71,6 +90,8 @@ private:
     Input input_;
     Strips strips_;
     std::string message_;
+    std::optional<Notice> notice_;
+    SceneField scene_field_;
     std::optional<PixelProbe> pixel_;
     bool shows_keys_ = false;
     bool vsync_ = true;
@@ -109,8 +130,9 @@ private:
         std::uint64_t early_bytes = 0;
     };
     Totals totals_;
-    /// Last, so that its thread ends first.
-    Engine engine_;
+    std::optional<Recording> recording_;
+    /// The scene that is to replace the one that is shown.
+    std::optional<SceneOpening> opening_;
 };
 
 }  // namespace mray::app

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # window_test.sh PROGRAM: drives `morphray view` under a virtual screen. Fails with a line that says
-# what was wrong. Needs Xvfb and xdotool.
+# what was wrong. Needs Xvfb, xdotool and python3.
 set -euo pipefail
 program=$1
 scratch=$(mktemp -d)
@@ -16,6 +16,7 @@ fail() {
     [ ! -s "$scratch/err" ] || cat "$scratch/err" >&2
     exit 1
 }
+here=$(cd "$(dirname "$0")" && pwd)
 cd "$scratch"
 
 # A screen of our own, on the first number that is free. It stays when its last window closes:
@@ -145,6 +146,56 @@ for size in '700 500' '900 700' '640 400' '1000 600'; do
 done
 press 6 7 3 space
 sleep 0.5
+xdotool keydown ctrl key q keyup ctrl
+ends 0
+
+# wait_until COMMAND...: as long as it fails.
+wait_until() {
+    local _
+    for _ in $(seq 600); do
+        ! "$@" || return 0
+        sleep 0.1
+    done
+    fail "not in a minute: $*"
+}
+shows() { [[ $(xdotool getwindowname "$window") == "morphray view $1" ]]; }
+
+# Opens another scene by its name, and one that is dropped onto it; one that does not exist, or
+# that is damaged, leaves the one before. Records a turn with a film; ffmpeg here shows its input.
+mkdir bin dropped
+printf '#!/bin/sh\nfor last; do :; done\nexec cat >"${last#file:}"\n' >bin/ffmpeg
+chmod +x bin/ffmpeg
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >'dropped/a scene.obj'
+printf 'v 0 0 0\nf 1 2 3\n' >dropped/damaged.obj
+PATH=$PWD/bin:$PATH start $scene --size 160x120 --backend cpu --samples 1 --shading normal
+press o
+xdotool type --delay 40 builtin:nothing
+press Return o
+sleep 0.5
+xdotool type --delay 40 builtin:twist:2000
+press Return
+wait_until shows twist
+python3 "$here/drop_file.py" "$window" dropped/damaged.obj
+sleep 1
+shows twist || fail "a damaged scene is shown"
+press Escape t
+wait_for morphray_turn_0001.mp4
+"$program" render builtin:twist:2000 --frames all --size 160x120 --samples 1 --shading normal \
+    --backend cpu --quiet --out turn
+for image in turn/frame_*.png; do
+    "$program" diff "$image" "morphray_turn_0001/${image#turn/}" >difference ||
+        fail "a turn: $(cat difference)"
+done
+cat morphray_turn_0001/frame_*.png | cmp - morphray_turn_0001.mp4 || fail "the film has other images"
+python3 "$here/drop_file.py" "$window" 'dropped/a scene.obj'
+wait_until shows "$PWD/dropped/a scene.obj"
+# Ends an orbit, which begins with the image that is shown, after three images.
+sleep 1
+press t
+wait_until test -s morphray_turn_0002/frame_0002.png
+press Escape
+sleep 0.5
+[ ! -e morphray_turn_0002.mp4 ] || fail "a film of a recording that was ended"
 xdotool keydown ctrl key q keyup ctrl
 ends 0
 

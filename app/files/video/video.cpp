@@ -1,14 +1,14 @@
-#include "app/commands/merge/video.h"
+#include "app/files/video/video.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <span>
 
-#include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
 #include "common/base/output_file.h"
+#include "common/base/watch.h"
 #include "common/text/message_text.h"
 #include "tools/process/fed_command.h"
 
@@ -53,13 +53,15 @@ void check_video(const std::string& file) {
                     fmt::format("--video: {} needs an end such as .mp4 or .webm", in_quotes(file)));
     }
     check_writable(file);
-    if (is_on_path(kProgram)) return;
+    if (can_write_videos()) return;
     throw Error(ErrorKind::kUnavailable,
                 "--video needs ffmpeg, which is not on the PATH; install it, or leave --video out");
 }
 
-void write_video(const std::string& file, std::uint32_t rate,
-                 const std::vector<MergedFrame>& frames) {
+bool can_write_videos() { return is_on_path(kProgram); }
+
+void write_video(const std::string& file, std::uint32_t rate, const std::vector<fs::path>& images,
+                 const std::atomic<bool>& cancel) {
     const VideoFile video(file);
     // Most codecs take even sizes alone. "file:" keeps a colon in a name from being a protocol.
     const std::vector<std::string> arguments = {
@@ -70,9 +72,10 @@ void write_video(const std::string& file, std::uint32_t rate,
         "pipe:0",     "-vf",        "pad=ceil(iw/2)*2:ceil(ih/2)*2",
         "-pix_fmt",   "yuv420p",    "file:" + video.path().native()};
     const auto write = [&](const Feed& feed) {
-        for (const MergedFrame& frame : frames) {
+        for (const fs::path& image : images) {
             throw_if_interrupted();
-            const std::string bytes = read_input_file(frame.file);
+            Watch(&cancel).throw_if_cancelled();
+            const std::string bytes = read_input_file(image);
             if (!feed(std::as_bytes(std::span(bytes)))) return;
         }
     };
