@@ -1,6 +1,9 @@
 // morphray profile: measures the stages of a frame.
 #include <fmt/format.h>
 
+#include <exception>
+#include <span>
+
 #include "app/backends/backends.h"
 #include "app/base/memory_budget.h"
 #include "app/clip/frames.h"
@@ -60,9 +63,39 @@ void require_same_rows(const Options& options, const ProfileReport& baseline,
     require_backends(options.baseline, baseline, backends);
 }
 
+/// Prints rows as they are made. What cannot be printed ends no measurement before finish().
+class ShownRows {
+public:
+    ShownRows(const Options& options, std::span<const double> frames, const Messages& messages)
+        : messages_(messages),
+          lines_(options.repeat, frames),
+          is_shown_(!takes_stdout({options.json, options.csv})) {}
+
+    void add(const ProfileRow& row) {
+        if (!is_shown_ || failure_) return;
+        try {
+            messages_.print(has_header_ ? lines_.rows(row) : lines_.header() + lines_.rows(row));
+            has_header_ = true;
+        } catch (...) {
+            failure_ = std::current_exception();
+        }
+    }
+    /// Throws Error if something could not be printed.
+    void finish() const {
+        if (failure_) std::rethrow_exception(failure_);
+    }
+
+private:
+    const Messages& messages_;
+    ProfileLines lines_;
+    bool is_shown_;
+    bool has_header_ = false;
+    std::exception_ptr failure_;
+};
+
 /// Measures all frames on each backend, one backend after the other.
 void measure(const Options& options, SceneFrames& scene, const std::vector<double>& frames,
-             const std::vector<BackendChoice>& choices, const Messages& messages,
+             const std::vector<BackendChoice>& choices, const Messages& messages, ShownRows& shown,
              ProfileReport& report) {
     const MachineLoad load;
     Yardstick yardstick(options.backend.threads);
@@ -75,6 +108,7 @@ void measure(const Options& options, SceneFrames& scene, const std::vector<doubl
             progress.begin(fmt::format("frame {} on {}", frame, profiler.backend()),
                            StepPart::kShown);
             report.rows.push_back(profiler.measure(frame));
+            shown.add(report.rows.back());
             progress.update(report.rows.size());
         }
     }
@@ -84,22 +118,13 @@ void measure(const Options& options, SceneFrames& scene, const std::vector<doubl
     report.peak_memory_bytes = peak_memory_bytes();
 }
 
-void publish(const ProfileReport& report, const Options& options, const Messages& messages) {
+void publish(const ProfileReport& report, const Options& options, const ShownRows& shown,
+             const Messages& messages) {
     if (!options.json.empty()) write_report(options.json, to_json(report));
     if (!options.csv.empty()) write_report(options.csv, profile_table(report).csv());
-    if (takes_stdout({options.json, options.csv})) return;
-    messages.print(profile_text(report));
-    if (report.baseline) messages.print(baseline_text(*report.baseline));
-}
-
-/// Prints the rows that an interrupted run has measured.
-void show_measured(const ProfileReport& report, std::size_t rows, const Options& options,
-                   const Messages& messages) {
-    tell_results(fmt::format("{} of {} rows are measured, and no report is written",
-                             report.rows.size(), rows),
-                 {});
-    if (!report.rows.empty() && !takes_stdout({options.json, options.csv}))
-        messages.print(profile_text(report));
+    shown.finish();
+    if (report.baseline && !takes_stdout({options.json, options.csv}))
+        messages.print(baseline_text(*report.baseline));
 }
 
 }  // namespace
@@ -121,18 +146,22 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
         baseline = read_baseline(options.baseline, report);
         require_same_rows(options, *baseline, choices, frames, messages);
     }
+    ShownRows shown(options, frames, messages);
     try {
-        measure(options, scene, frames, choices, messages, report);
+        measure(options, scene, frames, choices, messages, shown, report);
     } catch (const Error& error) {
-        if (error.kind() == ErrorKind::kCancelled)
-            show_measured(report, frames.size() * choices.size(), options, messages);
+        if (error.kind() == ErrorKind::kCancelled) {
+            tell_results(fmt::format("{} of {} rows are measured, and no report is written",
+                                     report.rows.size(), frames.size() * choices.size()),
+                         {});
+        }
         throw;
     }
     if (baseline) {
         report.baseline =
             compare_with_baseline(options.baseline, *baseline, report, options.tolerance_percent);
     }
-    publish(report, options, messages);
+    publish(report, options, shown, messages);
     const bool is_slower = report.baseline && report.baseline->count(StageVerdict::kSlower) > 0;
     return is_slower ? ExitCode::kCheckFailed : ExitCode::kOk;
 }

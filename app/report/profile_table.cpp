@@ -88,25 +88,38 @@ Table profile_table(const ProfileReport& report) {
     return table;
 }
 
-std::string profile_text(const ProfileReport& report) {
-    Table table({"frame", "backend", "stage", "least", "median", "spread %", "Mray/s", "SAH cost"});
-    for (const ProfileRow& row : report.rows) {
-        for (const ShownStage& stage : kShownStages) {
-            const Spread spread = spread_of(row.samples.*stage.samples);
-            const bool is_trace = stage.samples == &StageSamples::trace;
-            const bool is_new_trace = stage.samples == &StageSamples::trace_rebuilt;
-            table.add({fmt::format("{}", row.frame), row.backend, stage.name, brief(spread.least),
-                       brief(spread.median), fmt::format("{:.1f}", spread.percent),
-                       is_trace || is_new_trace ? brief(mrays(row, spread.median)) : "",
-                       is_trace       ? brief(row.sah_cost)
-                       : is_new_trace ? brief(row.rebuilt_sah_cost)
-                                      : ""});
-        }
-    }
+ProfileLines::ProfileLines(int repeat, std::span<const double> frames) : repeat_(repeat) {
+    std::size_t frame_width = 0;
+    for (const double frame : frames)
+        frame_width = std::max(frame_width, fmt::format("{}", frame).size());
+    columns_ = {{"frame", frame_width}, {"backend", 0, false}, {"stage", 9, false}, {"least", 7},
+                {"median", 7},          {"spread %"},          {"Mray/s", 7},       {"SAH cost"}};
+}
+
+std::string ProfileLines::header() const {
     return fmt::format(
         "times in ms of {} {}; spread: the middle half of the runs, in percent of the median\n"
         "new trace: with the tree that rebuild makes, instead of the refitted one\n{}",
-        report.repeat, report.repeat == 1 ? "run" : "runs", table.text());
+        repeat_, repeat_ == 1 ? "run" : "runs", header_text(columns_));
+}
+
+std::string ProfileLines::rows(const ProfileRow& row) const {
+    std::string text;
+    for (const ShownStage& stage : kShownStages) {
+        const Spread spread = spread_of(row.samples.*stage.samples);
+        const bool is_trace = stage.samples == &StageSamples::trace;
+        const bool is_new_trace = stage.samples == &StageSamples::trace_rebuilt;
+        text +=
+            row_text(columns_,
+                     std::vector<std::string>{
+                         fmt::format("{}", row.frame), row.backend, stage.name, brief(spread.least),
+                         brief(spread.median), fmt::format("{:.1f}", spread.percent),
+                         is_trace || is_new_trace ? brief(mrays(row, spread.median)) : "",
+                         is_trace       ? brief(row.sah_cost)
+                         : is_new_trace ? brief(row.rebuilt_sah_cost)
+                                        : ""});
+    }
+    return text;
 }
 
 const char* name_of(StageVerdict verdict) {

@@ -1,7 +1,9 @@
 // The times of stages as tables.
 #pragma once
 
+#include <span>
 #include <string>
+#include <vector>
 
 #include "app/report/profile_report.h"
 #include "tools/text/table.h"
@@ -11,8 +13,20 @@ namespace mray::app {
 /// A row for each frame and backend with all columns, for CSV.
 Table profile_table(const ProfileReport& report);
 
-/// The same for a terminal, of at most 100 columns, with what its headings mean.
-std::string profile_text(const ProfileReport& report);
+/// The same for a terminal, of at most 100 columns, to be written while rows are made.
+class ProfileLines {
+public:
+    /// Frames of all rows.
+    ProfileLines(int repeat, std::span<const double> frames);
+    /// The names of the columns, after lines that say what they mean.
+    std::string header() const;
+    /// A line for each stage.
+    std::string rows(const ProfileRow& row) const;
+
+private:
+    int repeat_;
+    std::vector<Column> columns_;
+};
 
 /// A row for each backend and stage, and lines that say how many became slower and why some have no
 /// verdict. At most 100 columns, apart from the name of the file.

@@ -106,6 +106,35 @@ TEST(Rows, AreWrittenAsFramesAreMadeAndToldAfterAnInterruption) {
                                out + "\n");
 }
 
+TEST(Rows, OfProfileAreWrittenWhenAFrameIsMeasured) {
+    Started profile({"profile", "builtin:cloth:20000", "--backend", "cpu", "--threads", "1",
+                     "--size", "512x512", "--frames", "0..24", "--repeat", "20"});
+    profile.wait_for_out(R"(\n +0  cpu +new trace .*\n)");
+    profile.send(SIGINT);
+    const Outcome outcome = profile.wait();
+    EXPECT_EQ(outcome.code, 130);
+    const std::vector<std::string> rows = lines(outcome.out);
+    ASSERT_GE(rows.size(), 3u) << outcome.out;
+    EXPECT_TRUE(rows[0].starts_with("times in ms of 20 runs")) << rows[0];
+    EXPECT_TRUE(rows[2].starts_with("frame  backend  stage ")) << rows[2];
+    // Each frame has all of its stages.
+    const std::size_t frames = (rows.size() - 3) / 6;
+    EXPECT_EQ(rows.size(), 3 + 6 * frames) << outcome.out;
+    EXPECT_TRUE(rows[3].starts_with("    0  cpu      deform ")) << rows[3];
+    EXPECT_EQ(outcome.err, "morphray: interrupted; " + std::to_string(frames) +
+                               " of 25 rows are measured, and no report is written\n");
+}
+
+TEST(Rows, OfProfileEndNoReportIfTheyCannotBePrinted) {
+    const TemporaryFolder folder;
+    const Outcome outcome =
+        run({"profile", "builtin:cloth:500", "--backend", "cpu", "--size", "8x8", "--frames",
+             "0..1", "--repeat", "1", "--json", folder.file("profile.json")},
+            {.stdout_to = "/dev/full"});
+    EXPECT_EQ(outcome.code, 5) << outcome.err;
+    EXPECT_TRUE(std::filesystem::exists(folder.file("profile.json")));
+}
+
 TEST(Rows, OfOtherFramesAreWrittenIfOneCannotBePrinted) {
     const TemporaryFolder folder;
     const std::string out = folder.file("out");
