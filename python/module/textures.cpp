@@ -36,7 +36,8 @@ std::vector<std::uint32_t> texels_of(const py::array_t<std::uint8_t, py::array::
     std::vector<std::uint32_t> texels(static_cast<std::size_t>(image.shape(0) * image.shape(1)));
     const std::uint8_t* from = image.data();
     for (std::uint32_t& texel : texels) {
-        texel = from[0] | std::uint32_t{from[1]} << 8 | std::uint32_t{from[2]} << 16;
+        const std::uint32_t alpha = image.shape(2) == 4 ? from[3] : 255;
+        texel = from[0] | std::uint32_t{from[1]} << 8 | std::uint32_t{from[2]} << 16 | alpha << 24;
         from += image.shape(2);
     }
     return texels;
@@ -68,6 +69,29 @@ Wrap wrap_of(const py::object& wrap, const std::string& name) {
     throw py::value_error(name + ": \"repeat\" or \"clamp\" is needed, not \"" + text + "\"");
 }
 
+float cutoff_of(const py::handle& number, const std::string& name) {
+    try {
+        return number.cast<float>();
+    } catch (const py::cast_error&) {
+        throw py::type_error(name + ": a number from 0 to 1 is needed, or a list of one an image");
+    }
+}
+
+void set_cutoffs(const py::object& given, const std::string& name,
+                 std::vector<TextureView>& views) {
+    const bool is_list = py::isinstance<py::list>(given) || py::isinstance<py::tuple>(given);
+    if (!is_list) {
+        for (TextureView& view : views) view.alpha_cutoff = cutoff_of(given, name);
+        return;
+    }
+    const auto list = py::reinterpret_borrow<py::sequence>(given);
+    if (list.size() != views.size()) {
+        throw py::value_error(name + ": " + std::to_string(list.size()) + " for " +
+                              std::to_string(views.size()) + " images");
+    }
+    for (std::size_t i = 0; i < views.size(); ++i) views[i].alpha_cutoff = cutoff_of(list[i], name);
+}
+
 }  // namespace
 
 MeshTextures textures_of(const py::object& textures, const std::string& name) {
@@ -78,10 +102,10 @@ MeshTextures textures_of(const py::object& textures, const std::string& name) {
                              ": a morphray.Textures or a tuple (images, texcoords) is needed");
     }
     const auto parts = py::reinterpret_borrow<py::tuple>(textures);
-    if (parts.size() < 2 || parts.size() > 4) {
+    if (parts.size() < 2 || parts.size() > 5) {
         throw py::value_error(name +
-                              ": 2 to 4 items are needed, (images, texcoords, ids, wrap), "
-                              "not " +
+                              ": 2 to 5 items are needed, (images, texcoords, ids, wrap, "
+                              "alpha_cutoff), not " +
                               std::to_string(parts.size()));
     }
     const Wrap wrap = parts.size() > 3 ? wrap_of(parts[3], name + ": wrap") : Wrap::repeat;
@@ -102,6 +126,7 @@ MeshTextures textures_of(const py::object& textures, const std::string& name) {
     for (std::size_t i = 0; i < result.views.size(); ++i)
         result.views[i].texels = (*result.texels)[i];
     if (result.views.empty()) throw py::value_error(name + ": no images");
+    if (parts.size() > 4) set_cutoffs(parts[4], name + ": alpha_cutoff", result.views);
 
     const auto texcoords = require<float>(parts[1], name + ": texcoords", "float32");
     if (texcoords.ndim() != 3 || texcoords.shape(1) != 3 || texcoords.shape(2) != 2) {

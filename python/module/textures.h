@@ -23,8 +23,9 @@ struct MeshTextures {
     std::vector<std::uint32_t> ids;
 };
 
-/// The fields of morphray.Textures, or of a tuple (images, texcoords[, ids[, wrap]]). None: no
-/// textures. Throws TypeError, ValueError, and Error(bad_input) for an id that is no uint32.
+/// The fields of morphray.Textures, or of a tuple (images, texcoords[, ids[, wrap[,
+/// alpha_cutoff]]]). None: no textures. Throws TypeError, ValueError, and Error(bad_input) for an
+/// id that is no uint32.
 MeshTextures textures_of(const py::object& textures, const std::string& name);
 
 }  // namespace morphray::python

@@ -49,18 +49,23 @@ class Textures(_NamedTuple):
     """Images that the triangles of a mesh show.
 
     images:    (H, W, 3) or (H, W, 4) uint8, the top row first and encoded as in image files, or a
-               list of such arrays; alpha is not read
+               list of such arrays; alpha is read for alpha_cutoff alone
     texcoords: (T, 3, 2) float32: u and v of the corners of each triangle, u from the left (0) to the
                right (1), v from the bottom (0) to the top (1)
     ids:       (T,) uint32, int32, uint64 or int64: the image of each triangle, or INVALID_ID for
                none; None: the first of all
     wrap:      beyond the image, "repeat" it or "clamp" to its border
+    alpha_cutoff: where alpha / 255, linear between texels, is below this number from 0 to 1,
+               triangles have holes: in lit images rays of all kinds pass there, while queries and
+               other images know no holes. 0: no holes. A list has a number for each image. A number
+               that is not in this range is an Error "bad_argument" of the scene
     """
 
     images: _Any
     texcoords: _Any
     ids: _Any = None
     wrap: str = "repeat"
+    alpha_cutoff: _Any = 0.0
 
 
 class Mesh(_NamedTuple):

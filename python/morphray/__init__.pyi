@@ -139,6 +139,7 @@ class Textures(NamedTuple):
     texcoords: NDArray[np.float32]
     ids: Optional[_Indices] = None
     wrap: str = "repeat"
+    alpha_cutoff: Union[float, Sequence[float]] = 0.0
 
 _TexturesLike = Union[
     Textures,
