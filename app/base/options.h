@@ -188,7 +188,7 @@ struct Options {
     Comparison comparison = Comparison::kOff;
 
     // profile
-    int repeat = 5;
+    int repeat = 10;
     /// Update policies to compare; none: profile reports times of the stages.
     std::vector<PolicySpec> policies;
     std::string trace_events;

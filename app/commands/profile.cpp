@@ -130,11 +130,12 @@ void publish(const ProfileReport& report, const Options& options, const ShownRow
 }  // namespace
 
 ExitCode run_profile(const Options& options, const Messages& messages) {
-    if (options.backend.choice == BackendChoice::kRayQuery)
-        return profile_driver(options, messages);
-    if (!options.policies.empty() || options.tree.update) {
-        return profile_policies(options, messages);
-    }
+    // No verdict hangs on the runs of these, and a clip under several policies takes long.
+    constexpr int kOtherRuns = 5;
+    Options other = options;
+    if (!options.is_given("--repeat")) other.repeat = kOtherRuns;
+    if (options.backend.choice == BackendChoice::kRayQuery) return profile_driver(other, messages);
+    if (!options.policies.empty() || options.tree.update) return profile_policies(other, messages);
     check_reports({options.json, options.csv});
     SceneFrames scene = open_frames(options, messages);
     const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kFew);

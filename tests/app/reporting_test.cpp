@@ -106,6 +106,18 @@ TEST(Profile, MeasuresEveryFrame) {
     }
 }
 
+TEST(Profile, RunsTenTimesAndPoliciesFiveTimes) {
+    const auto repeat = [](const std::vector<std::string>& more) {
+        std::vector<std::string> line = {
+            "profile", "builtin:cloth:200", "--backend", "cpu", "--size", "8x8", "--json", "-"};
+        line.insert(line.end(), more.begin(), more.end());
+        return Json::parse(run(line).out)["repeat"].get<int>();
+    };
+    EXPECT_EQ(repeat({"--frames", "0"}), 10);
+    EXPECT_EQ(repeat({"--policies", "refit"}), 5);
+    EXPECT_EQ(repeat({"--policies", "refit", "--repeat", "10"}), 10);
+}
+
 /// The cells of a row of CSV, none of which is quoted.
 std::vector<std::string> cells_of(const std::string& row) {
     std::vector<std::string> cells(1);

@@ -259,7 +259,8 @@ CommandSpec define_profile(Options& options) {
     add_backend_options(adder, kProfiledBackends,
                         "auto: the CPU, and Vulkan where there is a device");
     add_tree_options(adder, std::nullopt);
-    adder.add("--repeat", "N", "runs whose median is reported (5)",
+    adder.add("--repeat", "N",
+              "runs whose median is reported (10; with --policies, --update or ray-query 5)",
               [&options](const std::string& option, const std::string& value) {
                   options.repeat = static_cast<int>(parse_count(option, value, 1, 10000));
               });
