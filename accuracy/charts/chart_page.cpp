@@ -15,8 +15,9 @@ std::string inline_svg(const std::string& svg) {
     return begin == std::string::npos ? std::string() : svg.substr(begin);
 }
 
-// Images are drawn for two widths: what a browser shrinks has type that cannot be read. gnuplot's
-// colours are those of a white page; dark pages turn them round and keep their hues.
+// Images are drawn for two widths: what a browser shrinks to a phone has type that cannot be read.
+// Paper takes the wide one, across, at nearly its size. gnuplot's colours are those of a white
+// page; dark pages turn them round and keep their hues.
 constexpr const char* kHead = R"(<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">
 <meta name="viewport" content="width=device-width,initial-scale=1">
@@ -34,9 +35,12 @@ h1,h2{font-size:16px}h2{margin-top:3em}a{color:var(--link)}
 pre,code{font-size:14px}pre{overflow-x:auto;background:var(--soft);padding:.8em}
 dt{font-weight:600}dd{margin:0 0 .3em 1.2em}
 @media (max-width:800px){.wide{display:none}.phone{display:block}}
+@page{size:A4 landscape;margin:12mm}
 @media print{:root{color-scheme:light;--fg:#000;--bg:#fff;--soft:#fff}
-.wide{display:none}.phone{display:block}.chart svg{filter:none}
-.chart{overflow:visible;break-inside:avoid}h2{break-after:avoid}
+body{padding:0;max-width:none}h2{margin-top:2em;break-after:avoid}h2+p{break-after:avoid}
+.wide{display:block}.phone{display:none}
+.chart{overflow:visible;break-inside:avoid}
+.chart svg{filter:none;max-width:100%;max-height:155mm;height:auto}
 pre{white-space:pre-wrap;overflow:visible;font-size:8px}}
 </style></head><body>
 <h1>morphray chart</h1>

@@ -36,6 +36,7 @@ std::vector<accuracy::Chart> little_charts() {
     std::vector<accuracy::Chart> charts;
     charts.push_back(accuracy::accuracy_chart(context, input, ""));
     charts.push_back(accuracy::packet_chart(context, input, ""));
+    charts.push_back(accuracy::box_chart(context, input, ""));
     charts.push_back(accuracy::policy_chart(context, scene, ""));
     charts.push_back(accuracy::tree_chart(context, scene, ""));
     charts.push_back(accuracy::scaling_chart(context));
@@ -62,6 +63,7 @@ TEST_F(ShownCharts, HaveOneSizeOfTypeOnPhonesAndDesktopsByDayAndNight) {
         for (const bool dark : {false, true}) {
             const ShownPage shown = show_page(page, width, dark, "chart");
             EXPECT_LE(shown.content_width, width);
+            EXPECT_EQ(shown.drawing_excess, 0) << width;
             EXPECT_EQ(shown.least_text_px, 14);
             EXPECT_EQ(shown.background < 60, dark) << shown.background;
             EXPECT_EQ(shown.foreground > 180, dark) << shown.foreground;

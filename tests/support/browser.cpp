@@ -37,9 +37,15 @@ addEventListener("load", () => {{
     if (svg) size *= svg.getBoundingClientRect().width / svg.viewBox.baseVal.width;
     least = Math.min(least, size);
   }}
+  let excess = 0;
+  for (const svg of page.querySelectorAll("svg")) {{
+    const place = svg.parentElement;
+    excess = Math.max(excess, place.scrollWidth - place.clientWidth);
+  }}
   const style = getComputedStyle(page.body);
   const answer = {{
     content_width: page.documentElement.scrollWidth,
+    drawing_excess: excess,
     least_text_px: least,
     background: bright(style.backgroundColor),
     foreground: bright(style.color),
@@ -96,8 +102,8 @@ ShownPage show_page(const std::string& html, int width, bool dark, const std::st
     if (at == std::string::npos) throw std::runtime_error(name + ": chromium gave no answer");
     const std::size_t from = at + begin.size();
     const auto answer = nlohmann::json::parse(dom.substr(from, dom.find("</pre>", from) - from));
-    return {answer["content_width"], answer["least_text_px"], answer["background"],
-            answer["foreground"], answer["text"]};
+    return {answer["content_width"], answer["drawing_excess"], answer["least_text_px"],
+            answer["background"],    answer["foreground"],     answer["text"]};
 }
 
 std::string printed_text(const std::string& html, const std::string& name) {

@@ -15,6 +15,8 @@ struct ShownPage {
     /// The width of its content, in pixels: more than that of the window if it has to be scrolled
     /// sideways as a whole.
     int content_width = 0;
+    /// The most that a drawing is wider than its place, in pixels, so that it has to be scrolled.
+    int drawing_excess = 0;
     /// The least size of shown text on the screen, in pixels, texts of images included.
     double least_text_px = 0;
     /// The brightness of background and text, 0 to 255.

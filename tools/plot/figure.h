@@ -110,6 +110,8 @@ struct Figure {
     /// Pixels between the axes of a panel.
     int panel_width = 760;
     int panel_height = 480;
+    /// Names of rows are broken at spaces to lines of at most so many pixels.
+    double row_name_width = 1000;
     std::vector<Panel> panels = {};
 };
 

@@ -167,7 +167,7 @@ private:
             text += fmt::format("set {}range [{}:{}]\n", axis, range->lower, range->upper);
         }
         text += ticks('x', panel.x, layout.x, layout.x_names, png);
-        text += ticks('y', panel.y, layout.y, {}, png);
+        text += ticks('y', panel.y, layout.y, layout.y_names, png);
         text += fmt::format("set xlabel {} noenhanced\nset ylabel {} noenhanced\n",
                             double_quoted(layout.x_title), single_quoted(panel.y.title));
         if (layout.x.zero_at > 0) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace mray::plot {
 namespace {
@@ -12,6 +13,7 @@ constexpr double kFooterGap = 14;
 constexpr double kPanelTitleHeight = 26;
 constexpr double kPanelGap = 22;
 constexpr double kTickGap = 10;
+constexpr double kLeastTickGap = 4;
 /// The distance of a sample from its text, and the height of an entry of a legend.
 constexpr double kLegendGap = 8;
 constexpr double kLegendLine = 20;
@@ -21,6 +23,10 @@ constexpr double kCharacterWidth = 0.55;
 /// The least width of panels side by side, and of a panel alone.
 constexpr int kLeastColumnWidth = 360;
 constexpr int kLeastWidth = 200;
+/// The least width of a cell of a map, whose numbers have up to six digits.
+constexpr int kLeastCellWidth = 52;
+/// The least width of lines that names of rows are broken to.
+constexpr double kLeastNameWidth = 60;
 
 /// The margins of a panel around its area.
 struct Margins {
@@ -34,20 +40,62 @@ std::size_t line_count(const std::string& text) {
     return 1 + static_cast<std::size_t>(std::ranges::count(text, '\n'));
 }
 
+/// The width of the widest line.
+double widest_line(const std::string& text) {
+    double widest = 0;
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find('\n', begin), text.size());
+        widest = std::max(widest,
+                          text_width(std::string_view(text).substr(begin, end - begin), kFontSize));
+        begin = end + 1;
+    }
+    return widest;
+}
+
 /// The width as it is shown: "10^{5}" takes three characters.
 double tick_width(const std::string& text) {
     const bool power = text.starts_with("10^{");
     return text_width(power ? std::string_view(text).substr(3) : std::string_view(text), kFontSize);
 }
 
-/// Breaks a text at spaces into lines of at most `width` pixels.
+bool ticks_meet(const AxisRange& x, double width) {
+    for (std::size_t i = 1; i < x.ticks.size(); ++i) {
+        const Tick& left = x.ticks[i - 1];
+        const Tick& right = x.ticks[i];
+        const double distance = width * (x.fraction(right.at) - x.fraction(left.at));
+        const double texts = tick_width(left.text) + tick_width(right.text);
+        if (distance < texts / 2 + kLeastTickGap) return true;
+    }
+    return false;
+}
+
+/// Leaves out ticks of an x axis whose texts would meet: first those between powers of ten.
+void thin_out(AxisRange& x, double width) {
+    if (x.log_base == 10 && ticks_meet(x, width)) {
+        std::erase_if(x.ticks, [&](const Tick& tick) {
+            const double power = std::log10(tick.at);
+            return tick.at != x.zero_at && std::abs(power - std::round(power)) > 1e-9;
+        });
+    }
+    while (x.ticks.size() > 2 && ticks_meet(x, width)) {
+        std::vector<Tick> kept;
+        for (std::size_t i = 0; i < x.ticks.size(); i += 2) kept.push_back(x.ticks[i]);
+        x.ticks = std::move(kept);
+    }
+}
+
+/// Breaks a text at spaces, and words without room after a hyphen, into lines of at most `width`
+/// pixels.
 std::string broken(const std::string& text, double width) {
     std::string result;
     std::string line;
     for (std::size_t begin = 0; begin <= text.size();) {
         const std::size_t end = std::min(text.find(' ', begin), text.size());
-        const std::string word = text.substr(begin, end - begin);
+        std::string word = text.substr(begin, end - begin);
         begin = end + 1;
+        const std::size_t hyphen = word.find('-');
+        if (text_width(word, kFontSize) > width && hyphen != word.npos)
+            word.insert(hyphen + 1, "\n");
         if (!line.empty() && text_width(line + " " + word, kFontSize) > width) {
             result += line + "\n";
             line = word;
@@ -86,7 +134,7 @@ std::vector<LegendEntry> legend_of(const Panel& panel, double area_width) {
 }
 
 /// Ranges of both axes and what depends on them alone.
-PanelLayout fit_panel(const Panel& panel, double width) {
+PanelLayout fit_panel(const Panel& panel, double width, double row_name_width) {
     std::vector<double> x, y;
     const auto add = [&](const Point& point) {
         x.push_back(point.x);
@@ -106,8 +154,11 @@ PanelLayout fit_panel(const Panel& panel, double width) {
     PanelLayout layout;
     layout.x = fit_axis(panel.x, Direction::kX, x);
     layout.y = fit_axis(panel.y, Direction::kY, y);
+    if (panel.x.names.empty()) thin_out(layout.x, width);
     const double room = width / static_cast<double>(std::max<std::size_t>(1, panel.x.names.size()));
     for (const std::string& name : panel.x.names) layout.x_names.push_back(broken(name, room));
+    for (const std::string& name : panel.y.names)
+        layout.y_names.push_back(broken(name, row_name_width));
     layout.x_title = broken(panel.x.title, width);
     layout.legend = legend_of(panel, width);
     if (panel.legend == Legend::kAbove && !layout.legend.empty())
@@ -115,10 +166,20 @@ PanelLayout fit_panel(const Panel& panel, double width) {
     return layout;
 }
 
+double widest_entry(const PanelLayout& layout) {
+    double widest = 0;
+    for (const LegendEntry& entry : layout.legend) widest = std::max(widest, entry.box.width);
+    return widest;
+}
+
 Margins margins_of(const Panel& panel, const PanelLayout& layout, double width) {
     Margins margins;
-    for (const Tick& tick : layout.y.ticks)
-        margins.left = std::max(margins.left, tick_width(tick.text));
+    for (const std::string& name : layout.y_names)
+        margins.left = std::max(margins.left, widest_line(name));
+    if (layout.y_names.empty()) {
+        for (const Tick& tick : layout.y.ticks)
+            margins.left = std::max(margins.left, tick_width(tick.text));
+    }
     margins.left += kTickGap + (panel.y.title.empty() ? 0 : 2 * kLineHeight);
     margins.top = panel.title.empty() ? kTickGap : kPanelTitleHeight;
     std::size_t lines = 1;
@@ -131,12 +192,12 @@ Margins margins_of(const Panel& panel, const PanelLayout& layout, double width) 
     for (const RowNote& note : panel.row_notes)
         margins.right = std::max(margins.right, kPanelGap + text_width(note.text, kFontSize));
     margins.top += layout.legend_height;
-    double widest = 0;
-    for (const LegendEntry& entry : layout.legend) widest = std::max(widest, entry.box.width);
+    const double widest = widest_entry(layout);
     if (panel.legend == Legend::kRight && widest > 0) {
         margins.right += kTickGap + widest;
     } else {
-        margins.right = std::max(margins.right, widest - width);
+        // It may begin above the names of the y axis.
+        margins.right = std::max(margins.right, widest - width - margins.left);
     }
     return margins;
 }
@@ -145,8 +206,10 @@ Margins margins_of(const Panel& panel, const PanelLayout& layout, double width) 
 void place_legend(const Panel& panel, PanelLayout& layout) {
     const Box& area = layout.area;
     const bool right = panel.legend == Legend::kRight;
+    const double left = area.left - std::clamp(widest_entry(layout) - area.width, 0.0,
+                                               margins_of(panel, layout, area.width).left);
     for (LegendEntry& entry : layout.legend) {
-        const double x = right ? area.right() + 2 * kTickGap : area.left;
+        const double x = right ? area.right() + 2 * kTickGap : left;
         entry.box.left += x;
         entry.text_left += x;
         entry.box.top += right ? area.top : area.top - layout.legend_height - kTickGap / 2;
@@ -178,7 +241,8 @@ FigureLayout lay_out(const Figure& figure) {
     FigureLayout layout;
     for (std::size_t i = 0; i < figure.panels.size(); ++i) {
         const Panel& panel = figure.panels[i];
-        const PanelLayout ranged = layout.panels.emplace_back(fit_panel(panel, figure.panel_width));
+        const PanelLayout ranged =
+            layout.panels.emplace_back(fit_panel(panel, figure.panel_width, figure.row_name_width));
         const Margins margins = margins_of(panel, ranged, figure.panel_width);
         Margins& column = of_column[i % columns];
         Margins& row = of_row[i / columns];
@@ -236,7 +300,23 @@ Figure fitted(const Figure& figure, int width) {
         if (panel.legend != Legend::kNone) panel.legend = Legend::kAbove;
     }
     shrink();
-    result.panel_width = std::max(result.panel_width, kLeastWidth);
+    int least = kLeastWidth;
+    for (const Panel& panel : result.panels) {
+        if (!panel.y.names.empty())
+            least = std::max(least, static_cast<int>(panel.x.names.size()) * kLeastCellWidth);
+    }
+    if (result.panel_width >= least) return result;
+    double widest = 0;
+    for (const Panel& panel : result.panels)
+        for (const std::string& name : panel.y.names) widest = std::max(widest, widest_line(name));
+    result.row_name_width = std::max(kLeastNameWidth, widest - (least - result.panel_width));
+    result.panel_width = least;
+    for (const PanelLayout& panel : lay_out(result).panels) {
+        std::size_t lines = 0;
+        for (const std::string& name : panel.y_names) lines = std::max(lines, line_count(name));
+        const auto height = static_cast<double>(panel.y_names.size() * lines) * kLineHeight;
+        result.panel_height = std::max(result.panel_height, static_cast<int>(height));
+    }
     return result;
 }
 

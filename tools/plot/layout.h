@@ -43,6 +43,8 @@ struct PanelLayout {
     std::vector<PlacedName> names;
     /// The names of the x axis, broken to lines that fit, separated by \n.
     std::vector<std::string> x_names;
+    /// The names of the y axis, likewise.
+    std::vector<std::string> y_names;
     /// The title of the x axis, broken likewise.
     std::string x_title;
 
@@ -66,8 +68,9 @@ FigureLayout lay_out(const Figure& figure);
 
 /// The figure for a page of this width in pixels: its panels are less wide than they were if need
 /// be, and below each other with their legends above them where two have no room. Title and footer
-/// are left out, which the page has, and there notes on rows, too. Panels have a least width, so
-/// that a figure with long names may be wider.
+/// are left out, which the page has, and there notes on rows, too. Panels have a least width, for
+/// which names of rows are broken to lines; a map, and a figure with a long word in a name, may be
+/// wider.
 Figure fitted(const Figure& figure, int width);
 
 }  // namespace mray::plot

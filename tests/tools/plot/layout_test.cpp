@@ -88,6 +88,52 @@ TEST(Layout, CurvesWithoutPointsAreNotInTheLegend) {
     EXPECT_EQ(layout.panels[0].legend[0].text, "ours");
 }
 
+TEST(Layout, TicksDoNotMeet) {
+    for (const int width : {120, 200, 400, 800}) {
+        for (const Scale scale : {Scale::kLinear, Scale::kLog10, Scale::kLog2}) {
+            const Panel panel{.x = {.scale = scale, .zero_name = "none"},
+                              .curves = {{"a", {{0, 1}, {1000, 2}, {100'000, 3}}, {}}}};
+            const PanelLayout layout = lay_out({.panel_width = width, .panels = {panel}}).panels[0];
+            ASSERT_GE(layout.x.ticks.size(), 2u);
+            double right = -1000;
+            for (const Tick& tick : layout.x.ticks) {
+                const double half = text_width(tick.text, kFontSize) / 2;
+                const double centre = layout.pixel({tick.at, 1}).x;
+                // Powers are written smaller than their text is long.
+                if (!tick.text.starts_with("10^")) {
+                    EXPECT_GT(centre - half, right) << width << ' ' << tick.text;
+                    right = centre + half;
+                }
+            }
+        }
+    }
+}
+
+TEST(Layout, NamesOfRowsAreBrokenForAPhone) {
+    constexpr int kPhone = 358;
+    Panel panel{.x = {.title = "length"}};
+    for (const char* name : {"one", "a name that is much too long for a phone", "three"})
+        add_bars(panel, name, {{3, kPalette[0]}}, "a note on the bars");
+    const Figure figure{.panels = {panel}};
+    EXPECT_EQ(lay_out(figure).panels[0].y_names, panel.y.names);
+    const Figure narrow = fitted(figure, kPhone);
+    const FigureLayout layout = lay_out(narrow);
+    EXPECT_LE(layout.width, kPhone);
+    EXPECT_GE(layout.panels[0].area.width, 200);
+    EXPECT_EQ(layout.panels[0].y_names[0], "one");
+    EXPECT_NE(layout.panels[0].y_names[1].find('\n'), std::string::npos);
+    // Notes on rows have no place there.
+    EXPECT_TRUE(narrow.panels[0].row_notes.empty());
+}
+
+TEST(Layout, CellsOfAMapHaveRoomForNumbersOnAPhone) {
+    Panel panel{.x = {.names = {}}, .y = {.names = {"one", "two"}}, .legend = Legend::kNone};
+    for (int i = 0; i < 14; ++i) panel.x.names.push_back("rule: Moeller-Trumbore");
+    const FigureLayout layout = lay_out(fitted({.panels = {panel}}, 358));
+    EXPECT_GE(layout.panels[0].area.width / 14, text_width("123456", kFontSize));
+    EXPECT_EQ(layout.panels[0].x_names[0], "rule:\nMoeller-\nTrumbore");
+}
+
 TEST(Layout, TheFooterIsBrokenAtSpaces) {
     const FigureLayout layout = lay_out(test::all_panels());
     EXPECT_EQ(layout.footer.substr(38, 5), "ww\nxx");
