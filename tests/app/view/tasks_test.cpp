@@ -172,6 +172,19 @@ TEST_F(RecordingTest, WritesTheImagesIntoAFreeFolder) {
         << recording.summary();
 }
 
+TEST_F(RecordingTest, KeepsTheImagesOfOneThatIsEndedEarly) {
+    const auto scene = viewed(options_of("builtin:cloth:200"), messages_);
+    {
+        Recording recording(scene->first_state, *scene->clip, scene->options, 1);
+        for (int i = 0; i < 2; ++i) recording.add(*image_of(scene->engine, *recording.wanted()));
+        EXPECT_FALSE(recording.is_done());
+        EXPECT_EQ(recording.summary(), "2 images in morphray_turn_0001");
+    }
+    EXPECT_EQ(folder_.names(),
+              (std::vector<std::string>{"morphray_turn_0001", "morphray_turn_0001/frame_0000.png",
+                                        "morphray_turn_0001/frame_0001.png"}));
+}
+
 TEST_F(RecordingTest, LeavesNoFolderWithoutAnImage) {
     const auto scene = viewed(options_of("builtin:cloth:200"), messages_);
     {
