@@ -11,14 +11,6 @@
 namespace mray::bench {
 namespace {
 
-std::vector<vec3> positions_at(const Clip& clip, const SceneSpace& space, double frame) {
-    std::vector<vec3> world(clip.topology().vertex_count);
-    std::vector<vec3> scene(clip.topology().vertex_count);
-    clip.positions(frame, world);
-    space.to_scene(world, scene);
-    return scene;
-}
-
 std::vector<vec3> nudged(std::vector<vec3> positions) {
     for (vec3& p : positions) {
         for (int axis = 0; axis < 3; ++axis) p[axis] = std::nextafter(p[axis], 0.0f);
@@ -39,6 +31,14 @@ double inside_fov(const Clip& clip) { return clip.name() == "hall" ? 70 : 65; }
 
 }  // namespace
 
+std::vector<vec3> positions_at(const Clip& clip, double frame) {
+    std::vector<vec3> world(clip.topology().vertex_count);
+    std::vector<vec3> scene(clip.topology().vertex_count);
+    clip.positions(frame, world);
+    SceneSpace(clip.bounds()).to_scene(world, scene);
+    return scene;
+}
+
 BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSpec& view) {
     BenchScene scene;
     scene.name = spec;
@@ -49,9 +49,9 @@ BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSp
     const Clip& clip = *scene.clip;
     const SceneSpace space(clip.bounds());
     const double middle = std::floor((clip.first_frame() + clip.last_frame()) / 2);
-    scene.positions = positions_at(clip, space, middle);
+    scene.positions = positions_at(clip, middle);
     scene.moved = clip.last_frame() > clip.first_frame()
-                      ? positions_at(clip, space, std::min(middle + 1, clip.last_frame()))
+                      ? positions_at(clip, std::min(middle + 1, clip.last_frame()))
                       : nudged(scene.positions);
     scene.bvh = build_bvh(clip.topology(), scene.positions);
     if (kind == ViewKind::kFill && clip.inside_view()) {

@@ -31,6 +31,9 @@ struct BenchScene {
     cpu::ShadedMesh mesh() const { return {&clip->topology(), positions}; }
 };
 
+/// The positions of a clip's frame in scene space.
+std::vector<vec3> positions_at(const Clip& clip, double frame);
+
 /// Throws what open_scene and make_image_params throw.
 BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSpec& view);
 

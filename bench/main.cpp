@@ -84,6 +84,7 @@ void run_works(const Rig& rig, const BenchScene& scene, const SceneWorks& works,
     }
     if (options.wants("library")) bench_library(rig, scene);
     if (options.wants("queries")) bench_queries(rig, scene);
+    if (options.wants("frame")) bench_frame(rig, scene, works.primary);
     if (options.wants("refit")) bench_refit(rig, scene, works.primary);
     if (options.wants("build")) bench_build(rig, scene, works.primary);
 }

@@ -19,9 +19,9 @@ inline ViewSpec few_ao_samples() {
     return view;
 }
 
-inline constexpr const char* kWorks[] = {"primary", "shadow",  "diffuse",   "ao",
-                                         "one-ray", "refit",   "build",     "packet",
-                                         "vulkan",  "library", "any-order", "queries"};
+inline constexpr const char* kWorks[] = {"primary",   "shadow",  "diffuse", "ao",     "one-ray",
+                                         "refit",     "build",   "packet",  "vulkan", "library",
+                                         "any-order", "queries", "frame"};
 
 /// Sets of built-in scenes.
 struct SceneSet {

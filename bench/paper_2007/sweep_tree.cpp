@@ -1,9 +1,14 @@
 #include "bench/paper_2007/sweep_tree.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <numeric>
+
+#include <glm/common.hpp>
 
 namespace mray::bench::paper_2007 {
 namespace {
@@ -150,6 +155,35 @@ private:
 
 Tree build_sweep_tree(const Topology& topology, std::span<const vec3> positions) {
     return Builder(topology, positions).build();
+}
+
+void refit(Tree& tree, const Topology& topology, std::span<const vec3> positions) {
+    using Range = tbb::blocked_range<std::size_t>;
+    constexpr std::size_t kGrain = 1024;
+    tbb::parallel_for(Range(0, tree.nodes.size(), kGrain), [&](const Range& range) {
+        for (std::size_t n = range.begin(); n != range.end(); ++n) {
+            Node& node = tree.nodes[n];
+            if (node.count == 0) continue;
+            Box box;
+            for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+                Triangle& triangle = tree.triangles[i];
+                const uvec3 t = topology.triangles[triangle.prim_id];
+                triangle = {positions[t.x], positions[t.y], positions[t.z], triangle.prim_id};
+                for (const vec3& corner : {triangle.a, triangle.b, triangle.c}) box.extend(corner);
+            }
+            node.lower = box.lower;
+            node.upper = box.upper;
+        }
+    });
+    // Children come after their parents.
+    for (std::size_t n = tree.nodes.size(); n-- > 0;) {
+        Node& node = tree.nodes[n];
+        if (node.count > 0) continue;
+        const Node& left = tree.nodes[node.first];
+        const Node& right = tree.nodes[node.first + 1];
+        node.lower = glm::min(left.lower, right.lower);
+        node.upper = glm::max(left.upper, right.upper);
+    }
 }
 
 }  // namespace mray::bench::paper_2007

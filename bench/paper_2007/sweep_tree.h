@@ -41,4 +41,8 @@ inline constexpr int kMaxDepth = 96;
 /// Positions in scene space. Triangles with vertices that are not finite are left out.
 Tree build_sweep_tree(const Topology& topology, std::span<const vec3> positions);
 
+/// Moves the triangles of a tree and fits its boxes (section 4), the leaves in the calling thread's
+/// arena and then the inner nodes one after the other. Finite positions of the tree's topology.
+void refit(Tree& tree, const Topology& topology, std::span<const vec3> positions);
+
 }  // namespace mray::bench::paper_2007

@@ -45,6 +45,12 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
 /// Builds trees, against Embree's Morton, binned and spatial-split builds; `primary` as above.
 void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
 
+/// Plays every second frame of the clip, 12 at most: for each the tree follows the positions, by
+/// the policy Auto, and an image with shadows is traced and shaded; against Embree's 16-wide
+/// packets over its trees that are refitted or built again, and the 2007 method, refitted. Does
+/// nothing for a clip of one frame.
+void bench_frame(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
+
 /// Traces the works on the Vulkan device, timed by its clock, against morphray's scalar tracer and
 /// Embree's single rays; then refits there, upload included, against the CPU on one thread. Throws
 /// Error(kUnavailable) without a device.

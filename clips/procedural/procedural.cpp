@@ -36,6 +36,8 @@ constexpr std::array kEntries = {
     Entry{{"hall", "a hall from inside: columns, beams, cables, waving banners", 80000}, make_hall},
     Entry{{"room", "a room from inside: chairs of thin bars, clutter, a curtain", 60000},
           make_room},
+    Entry{{"kitchen", "a kitchen from inside: cupboards, tiles, many vessels, a towel", 100000},
+          make_kitchen},
     Entry{{"hair", "a ball with swaying hair of thin strips", 60000}, make_hair},
     Entry{{"degenerate", "a sheet half of whose triangles have no area", 40000}, make_degenerate},
 };

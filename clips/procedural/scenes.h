@@ -60,6 +60,11 @@ DeformingMesh make_hall(std::uint64_t triangles);
 /// moves, to be seen from inside: x from -5 to 5, y from 0 to 3, z from -3.5 to 3.5.
 DeformingMesh make_room(std::uint64_t triangles);
 
+/// A closed kitchen: large walls, cupboards, tiles, a blind of thin slats, stools, and hundreds of
+/// vessels of small triangles, some near the eye; a towel sways. Fewer than 12000 triangles make
+/// walls, vessels and the towel.
+DeformingMesh make_kitchen(std::uint64_t triangles);
+
 /// A ball with swaying hair: thin strips, each of 16 triangles and separate from the others.
 DeformingMesh make_hair(std::uint64_t triangles);
 

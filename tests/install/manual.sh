@@ -61,10 +61,10 @@ expect "morphray render -o ''" frames
 expect "morphray crosscheck --backend ''" "all cpu vulkan"
 expect "morphray render buil" "builtin:cloth builtin:twist builtin:herd builtin:explode builtin:shuffle \
 builtin:soup builtin:spikes builtin:collapse builtin:wave builtin:orbits builtin:gather \
-builtin:teleport builtin:swing builtin:hall builtin:room builtin:hair builtin:degenerate"
+builtin:teleport builtin:swing builtin:hall builtin:room builtin:kitchen builtin:hair builtin:degenerate"
 expect "morphray render builtin : cl" cloth
 expect "morphray render builtin :" "cloth twist herd explode shuffle soup spikes collapse wave orbits \
-gather teleport swing hall room hair degenerate"
+gather teleport swing hall room kitchen hair degenerate"
 expect "morphray info m" mesh.obj
 expect "morphray info fr" frames
 expect "morphray render --out ''" frames
