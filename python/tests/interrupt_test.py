@@ -92,13 +92,14 @@ expect_usable()
 
 
 def test_ctrl_c_ends_a_short_batch_that_takes_long():
-    """Brute force tests 16,000 rays for seconds. The last ones are not traced."""
+    """Brute force tests 16,000 rays for seconds. Some are traced, in any order, and others are not."""
     run("""
 hits = np.zeros(16_000, morphray.hit_dtype)
 hits["prim_id"] = 12345678
 interrupt_after(0.1)
 expect_interrupt(lambda: slow.intersect(rays[:16_000], out=hits))
-assert hits["prim_id"][0] != 12345678 and hits["prim_id"][-1] == 12345678
+traced = hits["prim_id"] != 12345678
+assert traced.any() and not traced.all()
 """)
 
 
