@@ -35,11 +35,12 @@ cmake/reproducible/run
     Stage("wheel", "a wheel is made, and its tests run where there is nothing but Python, numpy and pytest", 15,
           "cmake/wheel/run", packages="build wheel", needs="Debian's archive; namespaces of Linux"),
     Stage("fuzz", "images and answers of random cases, on all instruction sets, trees and widths of lavapipe, against "
-          "brute force: 6 minutes, each time with other seeds", 15, """
+          "brute force, and calls of the library against a model: 9 minutes, each time with other seeds", 18, """
 seed=$(date +%s)
 echo "seed $seed"
 ./fuzz one-picture --backend all --hours 0.05 --seed "$seed"
 ./fuzz questions --backend all --hours 0.05 --seed "$seed"
+./fuzz calls --backend all --hours 0.05 --seed "$seed"
 """, packages="build chart test"),
     Stage("readers", "every reader of bytes under libFuzzer with sanitizers, half a minute each, each time with other "
           "seeds", 30, f"""

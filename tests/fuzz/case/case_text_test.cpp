@@ -11,6 +11,7 @@
 #include "app/cli/command_line.h"
 #include "clips/source/open_scene.h"
 #include "common/base/errors.h"
+#include "tests/fuzz/generate/calls.h"
 #include "tests/fuzz/generate/generator.h"
 #include "tests/fuzz/shrink/reproducer.h"
 #include "tests/support/temporary_folder.h"
@@ -65,9 +66,18 @@ TEST(CaseText, OfGeneratedCasesReadsBack) {
     }
 }
 
+TEST(CaseText, OfCallsReadsBack) {
+    for (std::uint64_t seed = 0; seed < 200; ++seed) {
+        const FuzzCase made = make_calls(seed);
+        ASSERT_FALSE(made.calls.empty());
+        ASSERT_EQ(read_case(to_text(made, "a remark"), "made").calls, made.calls) << seed;
+        ASSERT_EQ(make_calls(seed).calls, made.calls) << seed;
+    }
+}
+
 TEST(CaseText, NamesTheLineOfWhatItCannotRead) {
-    for (const char* text :
-         {"size 4 4\nsize 4", "cause x\nv 1 2 3", "# x\nfov 1x", "t 0 0 0\nw 1"}) {
+    for (const char* text : {"size 4 4\nsize 4", "cause x\nv 1 2 3", "# x\nfov 1x", "t 0 0 0\nw 1",
+                             "cause x\ncall walk 0 0 1", "cause x\ncall update 9 0 1"}) {
         try {
             read_case(text, "broken.txt");
             FAIL() << text;

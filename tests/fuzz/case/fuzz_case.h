@@ -13,6 +13,7 @@
 #include "common/scene/camera_setup.h"
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
+#include "tests/fuzz/case/call.h"
 
 namespace mray::fuzz {
 
@@ -36,6 +37,8 @@ struct FuzzCase {
     /// about the points.
     bool asks_questions = false;
     std::vector<vec3> points;
+    /// Calls of the public interface; a case that has any has nothing else.
+    std::vector<Call> calls;
 
     bool has_image() const { return view.width > 0; }
 };

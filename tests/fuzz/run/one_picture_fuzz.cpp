@@ -8,7 +8,7 @@
 #include "app/base/exit_code.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
-#include "tests/fuzz/run/campaign.h"
+#include "tests/fuzz/run/call_campaign.h"
 #include "tests/fuzz/run/options.h"
 #include "tests/fuzz/run/replay.h"
 #include "tests/fuzz/run/sweep.h"
@@ -42,12 +42,14 @@ CampaignConfig campaign_config(const FuzzOptions& options, int shares) {
 WorkerTask work_of(const FuzzOptions& options) {
     switch (options.mode) {
         case Mode::kOnePicture:
-        case Mode::kQuestions: {
+        case Mode::kQuestions:
+        case Mode::kCalls: {
             const int shares = options.cpu && options.vulkan ? 2 : 1;
-            return [config = campaign_config(options, shares)](
+            return [config = campaign_config(options, shares),
+                    run = options.mode == Mode::kCalls ? run_calls : run_campaign](
                        const Worker& worker, WorkerState& state,
                        std::atomic<std::uint64_t>& failures) {
-                return run_campaign(config, worker, state, failures);
+                return run(config, worker, state, failures);
             };
         }
         case Mode::kSweep:

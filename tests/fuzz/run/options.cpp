@@ -75,9 +75,10 @@ void take_argument(const std::string& argument, FuzzOptions& options) {
 Mode parse_mode(const std::string& word) {
     if (word == "one-picture") return Mode::kOnePicture;
     if (word == "questions") return Mode::kQuestions;
+    if (word == "calls") return Mode::kCalls;
     if (word == "sweep") return Mode::kSweep;
     if (word == "replay") return Mode::kReplay;
-    usage(fmt::format("'{}' is not one of one-picture, questions, sweep, replay", word));
+    usage(fmt::format("'{}' is not one of one-picture, questions, calls, sweep, replay", word));
 }
 
 }  // namespace
@@ -86,7 +87,7 @@ std::optional<FuzzOptions> parse_fuzz_options(std::span<const std::string> argum
     for (const std::string& argument : arguments)
         if (argument == "--help" || argument == "-h") return std::nullopt;
     if (arguments.empty())
-        usage("the mode is missing: one-picture, questions, sweep SCENE or replay FILE");
+        usage("the mode is missing: one-picture, questions, calls, sweep SCENE or replay FILE");
     FuzzOptions options;
     options.mode = parse_mode(arguments.front());
     for (std::size_t i = 1; i < arguments.size(); ++i) {
@@ -105,7 +106,7 @@ std::optional<FuzzOptions> parse_fuzz_options(std::span<const std::string> argum
         usage("sweep: the scene is missing: builtin:NAME[:TRIANGLES], an .obj file or a folder");
     if (options.mode == Mode::kReplay && options.files.empty())
         usage("replay: give the text files of cases");
-    const bool makes = options.mode == Mode::kOnePicture || options.mode == Mode::kQuestions;
+    const bool makes = options.mode != Mode::kSweep && options.mode != Mode::kReplay;
     if (makes && options.hours == 0 && options.cases == 0) options.cases = 2000;
     return options;
 }
@@ -113,12 +114,14 @@ std::optional<FuzzOptions> parse_fuzz_options(std::span<const std::string> argum
 const char* fuzz_help() {
     return R"(usage: fuzz one-picture [OPTIONS]    random cases compared with brute force
        fuzz questions [OPTIONS]      all hits, windings, closest points of random cases
+       fuzz calls [OPTIONS]          random calls of the library compared with a model
        fuzz sweep SCENE [OPTIONS]    eyes in the planes of a scene's triangles
        fuzz replay FILE... [--backend B]    cases from text files, such as the corpus
 
 Compares hits, occlusion and pixels bit by bit: each instruction set of the CPU, on 1 and 2 threads,
 over refitted, rebuilt and updated trees; on Vulkan each width of lavapipe's vectors. `questions`
-compares answers about single rays and points, also those of the library.
+compares answers about single rays and points, also those of the library. `calls` plays sequences of
+calls of the library: scenes that are built, changed, updated, copied and asked.
 
   --backend cpu|vulkan|all   backends to compare with the reference (cpu)
   --seed S        seed of the cases (1)
@@ -127,7 +130,7 @@ compares answers about single rays and points, also those of the library.
   --jobs N        processes that share the CPU's cases, 1 to 64 (2); Vulkan has one for each width
   --list          print a line for each failure; neither shrink nor write it
   --out DIR       where failures are written (out/fuzz)
-  one-picture and questions:
+  one-picture, questions and calls:
   --hours N       try cases for this many hours
   --case SEED     only the case of this seed, as a failure's name has it
   sweep:

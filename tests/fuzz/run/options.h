@@ -9,7 +9,7 @@
 
 namespace mray::fuzz {
 
-enum class Mode { kOnePicture, kQuestions, kSweep, kReplay };
+enum class Mode { kOnePicture, kQuestions, kCalls, kSweep, kReplay };
 
 struct FuzzOptions {
     Mode mode = Mode::kOnePicture;

@@ -25,6 +25,7 @@ TEST(FuzzOptions, AreRead) {
     EXPECT_EQ(parse({"replay", "a.txt", "b.txt"})->files.size(), 2u);
     EXPECT_GT(parse({"one-picture"})->cases, 0u);
     EXPECT_EQ(parse({"questions", "--case", "5"})->only_case, 5u);
+    EXPECT_EQ(parse({"calls", "--hours", "1"})->mode, Mode::kCalls);
     EXPECT_FALSE(parse({"sweep", "--help"}).has_value());
 }
 
