@@ -57,7 +57,7 @@ private:
     morphray::Scene scene_;
 };
 
-/// What the documentation says of a scene: copies of the positions as they were last read, and
+/// A scene as the documentation describes it: copies of the positions as they were last read, and
 /// brute force over a scene that is built of them for each question.
 class ModelScene final : public PlayedScene {
 public:
