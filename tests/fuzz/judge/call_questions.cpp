@@ -83,6 +83,7 @@ std::vector<Ray> make_batch(Dice& dice, const Surroundings& around, std::size_t 
         if (dice.one_in(16)) ray.tfar = static_cast<float>(dice.real(0, 2));
         rays.push_back(ray);
     }
+    if (rays.empty()) return rays;
     const auto any = [&]() -> Ray& {
         return rays[dice.below(static_cast<std::uint32_t>(rays.size()))];
     };

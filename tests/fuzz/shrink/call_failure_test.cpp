@@ -39,8 +39,8 @@ TEST(Calls, ThatArePlayedByAnotherDeviceDifferFromOtherCalls) {
     const CallModel model(played);
     EXPECT_FALSE(model.compare(cpu).has_value());
     EXPECT_EQ(model.question_count(), 40u);
-    // Without the move the answers are others.
-    played.calls[1].kind = CallKind::kUpdate;
+    // Other meshes have other answers.
+    ++played.calls[0].seed;
     const std::optional<CallDifference> found = model.compare(cpu);
     ASSERT_TRUE(found.has_value());
     EXPECT_EQ(found->call, 3u);
