@@ -3,12 +3,9 @@
 
 #include <tbb/parallel_for.h>
 
-#include <cassert>
-#include <cstring>
-
 #include "bench/embree/embree_calls.h"
 #include "bench/embree/embree_records.h"
-#include "common/interop/camera.h"
+#include "bench/embree/made_packets.h"
 
 namespace mray::bench {
 namespace {
@@ -28,14 +25,8 @@ void trace_camera(RTCScene scene, const ImageParams& params, const cpu::Tile& ti
     set_origin(record.ray, params.camera.org);
     for (std::uint32_t y0 = tile.y0; y0 < tile.y1; y0 += kBlockSize) {
         for (std::uint32_t x0 = tile.x0; x0 < tile.x1; x0 += kBlockSize) {
-            for (std::uint32_t i = 0; i < kPacketSize; ++i) {
-                const vec3 dir = canonical_direction(
-                    camera_direction(params.camera, x0 + i % kBlockSize, y0 + i / kBlockSize));
-                record.ray.dir_x[i] = dir.x;
-                record.ray.dir_y[i] = dir.y;
-                record.ray.dir_z[i] = dir.z;
-                record.ray.tnear[i] = 0;
-                record.ray.tfar[i] = kInfiniteT;
+            make_camera_rays(params.camera, x0, y0, record.ray);
+            for (std::size_t i = 0; i < kPacketSize; ++i) {
                 record.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
                 record.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
             }
@@ -66,11 +57,7 @@ void trace_shadows(RTCScene scene, const cpu::PixelShader& shader, const cpu::Pi
             int any = 0;
             for (std::uint32_t i = 0; i < kPacketSize; ++i) any |= mask[i] = -int{some.has(i)};
             if (any == 0) continue;
-            std::memcpy(record.dir_x, some.dir[0], sizeof(some.dir[0]));
-            std::memcpy(record.dir_y, some.dir[1], sizeof(some.dir[1]));
-            std::memcpy(record.dir_z, some.dir[2], sizeof(some.dir[2]));
-            std::memcpy(record.tfar, some.tfar, sizeof(some.tfar));
-            std::memset(record.tnear, 0, sizeof(record.tnear));
+            copy_shadow_rays(some, record);
             call_embree<kPacketSize, true>(mask, scene, query, record);
             for (std::size_t i = 0; i < kPacketSize; ++i)
                 occluded[block * kPacketSize + i] = record.tfar[i] < 0 ? 1 : 0;
@@ -84,14 +71,10 @@ void trace_shadows(RTCScene scene, const cpu::PixelShader& shader, const cpu::Pi
 void trace_frame(const EmbreeScene& scene, const ImageParams& params, const cpu::ShadedMesh& mesh,
                  const cpu::PixelShader& shader, Frame& frame) {
     static_assert(kPacketSize == cpu::kBlockRays && kBlockSize * kBlockSize == kPacketSize);
-    const std::uint32_t columns = params.width / cpu::kSquareSide;
-    const std::uint32_t rows = params.height / cpu::kSquareSide;
-    assert(columns * cpu::kSquareSide == params.width && rows * cpu::kSquareSide == params.height);
-    tbb::parallel_for(std::uint32_t{0}, columns * rows, [&](std::uint32_t i) {
+    const cpu::ImageTiles squares(params.width, params.height, cpu::kSquareSide);
+    tbb::parallel_for(std::uint32_t{0}, squares.count(), [&](std::uint32_t i) {
         const FlushedDenormals flushed;
-        const std::uint32_t x0 = i % columns * cpu::kSquareSide;
-        const std::uint32_t y0 = i / columns * cpu::kSquareSide;
-        const cpu::Tile tile{x0, y0, x0 + cpu::kSquareSide, y0 + cpu::kSquareSide};
+        const cpu::Tile tile = squares[i];
         trace_camera(scene.handle(), params, tile, frame);
         trace_shadows(scene.handle(), shader, {params, mesh, tile, frame});
     });

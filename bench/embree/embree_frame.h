@@ -11,7 +11,7 @@ namespace mray::bench {
 /// Traces camera rays and shadow rays by Intersect16 and Occluded16 with the flag COHERENT, 4 x 4
 /// pixels at a time, and has `shader` make shadow rays and colours: all of a square of pixels while
 /// it is in the cache, in the calling thread's arena. The frame has the size of the image. The
-/// sides of the image are multiples of 64.
+/// sides of the image are multiples of 32.
 void trace_frame(const EmbreeScene& scene, const ImageParams& params, const cpu::ShadedMesh& mesh,
                  const cpu::PixelShader& shader, Frame& frame);
 

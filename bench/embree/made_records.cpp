@@ -4,8 +4,8 @@
 
 #include "bench/embree/embree_calls.h"
 #include "bench/embree/embree_records.h"
+#include "bench/embree/made_packets.h"
 #include "bench/embree/record_ways.h"
-#include "common/interop/camera.h"
 
 namespace mray::bench {
 namespace {
@@ -33,27 +33,6 @@ void set_constants(RayRecord& record, const TraceWork& work) {
         lane(record.org_y, i) = work.params.light.y;
         lane(record.org_z, i) = work.params.light.z;
     }
-}
-
-/// The camera rays of a block of 4 x 4 pixels, row by row.
-void make_camera_rays(const Camera& camera, std::uint32_t x0, std::uint32_t y0, RTCRay16& record) {
-    for (std::uint32_t i = 0; i < kPacketSize; ++i) {
-        const vec3 dir =
-            canonical_direction(camera_direction(camera, x0 + i % kBlockSize, y0 + i / kBlockSize));
-        record.dir_x[i] = dir.x;
-        record.dir_y[i] = dir.y;
-        record.dir_z[i] = dir.z;
-        record.tnear[i] = 0;
-        record.tfar[i] = kInfiniteT;
-    }
-}
-
-void copy_shadow_rays(const cpu::SharedOriginRays& rays, RTCRay16& record) {
-    std::memcpy(record.dir_x, rays.dir[0], sizeof(rays.dir[0]));
-    std::memcpy(record.dir_y, rays.dir[1], sizeof(rays.dir[1]));
-    std::memcpy(record.dir_z, rays.dir[2], sizeof(rays.dir[2]));
-    std::memcpy(record.tfar, rays.tfar, sizeof(rays.tfar));
-    std::memset(record.tnear, 0, sizeof(record.tnear));
 }
 
 /// Sets mask[i] to -1 where ray i is active, else to 0; returns whether any is.

@@ -217,8 +217,8 @@ Mismatches compare(const std::vector<Hit>& ours, const std::vector<Hit>& theirs)
     return mismatches;
 }
 
-/// Plays the clip by each method in turn, `repeat` times after one to warm up. Returns the times
-/// of each method's frames: samples[method][frame][round].
+/// Plays the clip by each method in turn, once to warm up and then `repeat` times. Returns
+/// samples[method][frame][round], in milliseconds.
 std::vector<std::vector<Samples>> time_frames(std::span<const std::unique_ptr<FrameMethod>> methods,
                                               std::size_t frames, int repeat) {
     std::vector<std::vector<Samples>> samples(methods.size(), std::vector<Samples>(frames));

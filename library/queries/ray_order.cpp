@@ -106,7 +106,7 @@ RayCurve curve_over(std::span<const Range> ranges, double extent) {
         const auto longest = std::max_element(length.begin(), length.end());
         const auto k = static_cast<std::size_t>(longest - length.begin());
         bits[k].push_back(1u << bit);
-        // A negative length: all cells that a coordinate may have.
+        // A coordinate that has kMostCells gets no more bits.
         *longest = std::size_t{1} << bits[k].size() < RayCurve::kMostCells ? *longest / 2 : -1;
     }
     for (std::size_t k = 0; k < length.size(); ++k) {

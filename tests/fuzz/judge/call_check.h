@@ -35,8 +35,8 @@ struct CallDifference {
     std::string text;
 };
 
-/// The answers of a case by a model: brute force over scenes that are built anew from copies of the
-/// positions as the documentation says that the calls have left them.
+/// Answers the calls of a case by brute force. It keeps copies of the positions, as the
+/// documentation says that the calls leave them, and builds a scene of these for each question.
 class CallModel {
 public:
     explicit CallModel(const FuzzCase& fuzz_case);
