@@ -19,14 +19,12 @@
 namespace mray {
 namespace {
 
-constexpr std::string_view kBlanks = " \t\f";
-
 std::vector<std::string_view> words_of(std::string_view text) {
     std::vector<std::string_view> tokens;
-    for (text = trimmed(text, kBlanks); !text.empty();) {
+    for (text = trimmed(text, kMtlBlanks); !text.empty();) {
         const std::size_t length = std::min(text.find_first_of(" \t"), text.size());
         tokens.push_back(text.substr(0, length));
-        text = trimmed(text.substr(length), kBlanks);
+        text = trimmed(text.substr(length), kMtlBlanks);
     }
     return tokens;
 }
@@ -42,7 +40,7 @@ public:
         while (!text.empty()) {
             ++line_;
             const std::size_t length = std::min(text.find_first_of("\r\n"), text.size());
-            read_statement(trimmed(text.substr(0, length), kBlanks));
+            read_statement(trimmed(text.substr(0, length), kMtlBlanks));
             const bool two = text.substr(length).starts_with("\r\n");
             text.remove_prefix(std::min(text.size(), length + (two ? 2 : 1)));
         }
@@ -64,7 +62,7 @@ private:
         }
         const std::size_t length = std::min(statement.find_first_of(" \t"), statement.size());
         const std::string_view keyword = statement.substr(0, length);
-        const std::string_view rest = trimmed(statement.substr(length), kBlanks);
+        const std::string_view rest = trimmed(statement.substr(length), kMtlBlanks);
         if (keyword == "newmtl") {
             end_material();
             material_ = rest;

@@ -13,8 +13,6 @@
 namespace mray {
 namespace {
 
-constexpr std::string_view kBlanks = " \t\f";
-
 // Options with one value that do not concern bilinear filtering, and with values that change
 // colours or coordinates.
 constexpr std::array<std::string_view, 4> kHarmless = {"-blendu", "-blendv", "-texres", "-boost"};
@@ -26,7 +24,7 @@ bool is_one_of(std::string_view word, const std::array<std::string_view, 4>& wor
 
 class MapParser {
 public:
-    explicit MapParser(std::string_view text) : rest_(trimmed(text, kBlanks)) {}
+    explicit MapParser(std::string_view text) : rest_(trimmed(text, kMtlBlanks)) {}
 
     ParsedMap run() {
         while (rest_.starts_with('-') && result_.problem.empty()) {
@@ -44,11 +42,11 @@ public:
     }
 
 private:
-    std::string_view first_word() const { return rest_.substr(0, rest_.find_first_of(kBlanks)); }
+    std::string_view first_word() const { return rest_.substr(0, rest_.find_first_of(kMtlBlanks)); }
 
     std::string_view take_word() {
         const std::string_view word = first_word();
-        rest_ = trimmed(rest_.substr(word.size()), kBlanks);
+        rest_ = trimmed(rest_.substr(word.size()), kMtlBlanks);
         return word;
     }
 

@@ -9,6 +9,9 @@
 
 namespace mray {
 
+/// The characters between the words of a material library.
+inline constexpr std::string_view kMtlBlanks = " \t\f";
+
 struct ParsedMap {
     /// Without place and library. `file` is empty if the statement names none.
     TextureMap map;

@@ -9,8 +9,8 @@ namespace morphray::detail {
 namespace {
 
 // Bits of all coordinates together: two passes over 2^11 places.
-constexpr std::uint32_t kDigitBits = 11;
-constexpr std::uint32_t kBits = 2 * kDigitBits;
+constexpr std::uint32_t kPassBits = 11;
+constexpr std::uint32_t kBits = 2 * kPassBits;
 
 struct Item {
     std::uint32_t key;
@@ -34,8 +34,8 @@ std::uint32_t spread_by_3(std::uint32_t x) {
 }
 
 void sort_by_digit(std::span<const Item> from, std::span<Item> to, std::uint32_t shift) {
-    constexpr std::uint32_t kMask = (1u << kDigitBits) - 1;
-    std::vector<std::uint32_t> next(std::size_t{1} << kDigitBits);
+    constexpr std::uint32_t kMask = (1u << kPassBits) - 1;
+    std::vector<std::uint32_t> next(std::size_t{1} << kPassBits);
     for (const Item& item : from) ++next[(item.key >> shift) & kMask];
     std::uint32_t sum = 0;
     for (std::uint32_t& count : next) sum += std::exchange(count, sum);
@@ -75,7 +75,7 @@ std::vector<std::uint32_t> order_points(std::span<const mray::vec3> points, Poin
     }
     std::vector<Item> sorted(items.size());
     sort_by_digit(items, sorted, 0);
-    sort_by_digit(sorted, items, kDigitBits);
+    sort_by_digit(sorted, items, kPassBits);
     std::vector<std::uint32_t> order(items.size());
     for (std::size_t i = 0; i < items.size(); ++i) order[i] = items[i].index;
     return order;

@@ -83,7 +83,7 @@ py::array file_occlusion_of(const py::object& self) {
     return view(py::dtype::of<std::uint32_t>(), shape_of(hits), hits.image.occlusion.data(), self);
 }
 
-std::vector<SizedHits> read(const std::filesystem::path& file) {
+std::vector<SizedHits> read_sized_hits(const std::filesystem::path& file) {
     HitsFile read = read_hits(file.string());
     std::vector<SizedHits> images;
     for (HitsImage& image : read.images)
@@ -185,7 +185,7 @@ Writes the file with the images so far: as a whole, or not at all. Raises Error 
                 "(height, width) uint32, read-only: occluded rays of each pixel.");
     forbid_new(hits_class);
     forbid_pickling(hits_class, "its arrays hits and occlusion can");
-    module.def("read_hits", &read, py::call_guard<py::gil_scoped_release>(),
+    module.def("read_hits", &read_sized_hits, py::call_guard<py::gil_scoped_release>(),
                R"(read_hits(path)
 --
 

@@ -10,19 +10,19 @@
 namespace mray::test {
 namespace {
 
-const accuracy::Effort kLittle{.side = 64,
-                               .aimed_rays = 600,
-                               .rounds = 2,
-                               .placed_rays = 300,
-                               .offsets = {1e3},
-                               .scales = {1e-6, 1},
-                               .policy_frames = 9,
-                               .cone_points = 2,
-                               .triangle_counts = {500, 1000}};
+const accuracy::Effort kQuick{.side = 64,
+                              .aimed_rays = 600,
+                              .rounds = 2,
+                              .placed_rays = 300,
+                              .offsets = {1e3},
+                              .scales = {1e-6, 1},
+                              .policy_frames = 9,
+                              .cone_points = 2,
+                              .triangle_counts = {500, 1000}};
 
 std::vector<accuracy::Chart> little_charts() {
     const accuracy::ChartContext context{
-        .effort = kLittle,
+        .effort = kQuick,
         .make_cpu_backend = [] { return cpu::make_cpu_backend({}); },
         .make_vulkan_backend = []() -> std::unique_ptr<Backend> {
             throw Error(ErrorKind::kUnavailable, "not in this test");

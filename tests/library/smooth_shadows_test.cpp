@@ -19,7 +19,7 @@ using morphray::Scene;
 using morphray::Shading;
 using morphray::View;
 
-MeshView smooth_view(const UserMesh& mesh) {
+MeshView view_with_normals(const UserMesh& mesh) {
     MeshView view = mesh.view();
     view.smooth = mesh.triangles;
     return view;
@@ -111,7 +111,7 @@ int dark_pixels(const Ball& ball, const Scene& scene, bool flat) {
 TEST(SmoothShadows, NothingThatFacesTheLightIsDarkOnACoarseBall) {
     for (const int levels : {1, 2, 3}) {
         const Ball ball(levels);
-        const Scene scene = Scene::build(smooth_view(ball.mesh));
+        const Scene scene = Scene::build(view_with_normals(ball.mesh));
         EXPECT_EQ(dark_pixels(ball, scene, false), 0) << levels;
         EXPECT_GT(dark_pixels(ball, scene, true), 100) << levels;
     }
@@ -119,7 +119,7 @@ TEST(SmoothShadows, NothingThatFacesTheLightIsDarkOnACoarseBall) {
 
 TEST(SmoothShadows, EverythingThatFacesAwayIsDark) {
     const Ball ball(1);
-    const Scene scene = Scene::build(smooth_view(ball.mesh));
+    const Scene scene = Scene::build(view_with_normals(ball.mesh));
     for (const Point& light : kLights) {
         const Image image = scene.render(lit_view(kEyes[1], {0, 0, 0}, light));
         const Image flat = scene.render([&] {
@@ -140,7 +140,7 @@ TEST(SmoothShadows, EverythingThatFacesAwayIsDark) {
 TEST(SmoothShadows, FlatMeshesAreAsTheBackendTracesThem) {
     const Ball ball(1);
     const Scene flat = Scene::build(ball.mesh.view());
-    const Scene smooth = Scene::build(smooth_view(ball.mesh));
+    const Scene smooth = Scene::build(view_with_normals(ball.mesh));
     for (const Point& light : kLights) {
         View view = lit_view(kEyes[2], {0, 0, 0}, light);
         const Image image = flat.render(view);
@@ -163,7 +163,7 @@ TEST(SmoothShadows, OtherBodiesKeepTheirShadows) {
     UserMesh roof;
     roof.points = {{-3, 3, -3}, {3, 3, -3}, {3, 3, 3}, {-3, 3, 3}};
     roof.triangles = {0, 1, 2, 0, 2, 3};
-    const Scene scene = build({smooth_view(ball.mesh), roof.view()});
+    const Scene scene = build({view_with_normals(ball.mesh), roof.view()});
     for (const Point& eye : kEyes) {
         const Image image = scene.render(lit_view(eye, {0, 0, 0}, {0.5, 6, 0.25}));
         for (std::size_t i = 0; i < image.hits.size(); ++i) {
@@ -198,7 +198,7 @@ TEST(SmoothShadows, ARoofCloseToATriangleKeepsItDark) {
                                static_cast<float>(centre[2] + 3 * to[2])});
     }
     roof.triangles = {0, 1, 2};
-    const Scene scene = build({smooth_view(ball.mesh), roof.view()});
+    const Scene scene = build({view_with_normals(ball.mesh), roof.view()});
     View view = lit_view(above(gap * 0.9), middle, above(5));
     view.up = {out[1], out[2], out[0]};
     view.fov = 120;
@@ -215,7 +215,7 @@ TEST(SmoothShadows, ARoofCloseToATriangleKeepsItDark) {
 TEST(SmoothShadows, AreTheSameOnEveryDeviceOfTheCpu) {
     const Ball ball(1);
     const UserMesh ring(torus(9, 7));
-    const Scene scene = build({smooth_view(ball.mesh), smooth_view(ring)});
+    const Scene scene = build({view_with_normals(ball.mesh), view_with_normals(ring)});
     std::vector<Scene> others;
     others.push_back(scene.on(Device::brute_force()));
     std::vector<std::string> targets = morphray::simd_targets();

@@ -21,7 +21,7 @@ constexpr std::uint64_t kMostCompression = 64;
 constexpr std::uint64_t kMostInLastGroups = 16 * 256;
 
 // Numbers are read into up to four times their bytes.
-constexpr std::uint64_t kBudgetPerByte = 5;
+constexpr std::uint64_t kBudgetPerPackedByte = 5;
 
 enum class Mode { kAttributes, kTriangles, kIndices };
 
@@ -133,7 +133,7 @@ std::string decompressed(const JsonAt& view, const JsonAt& compression,
     if (error != 0)
         compression.fail("its bytes are not compressed as it says; is the file complete?");
     apply_filter(c.filter, c.stride, bytes);
-    budget.add(kBudgetPerByte * length);
+    budget.add(kBudgetPerPackedByte * length);
     return bytes;
 }
 

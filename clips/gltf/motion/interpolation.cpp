@@ -5,10 +5,6 @@
 namespace mray::gltf {
 namespace {
 
-double dot(const glm::dvec4& a, const glm::dvec4& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w;
-}
-
 // sin(u * angle) / sin(angle) for small angles, from x = cos(angle) - 1:
 //
 // 1. The quotient is u * (1 + a_1 * x + a_1 * a_2 * x^2 + ...), a_i = (u^2 - i^2) / (i * (2 * i +
@@ -29,6 +25,10 @@ double sine_quotient(double u, double x) {
 }
 
 }  // namespace
+
+double dot(const glm::dvec4& a, const glm::dvec4& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w;
+}
 
 glm::dvec4 unit_quaternion(const glm::dvec4& q) {
     const double length = std::sqrt(dot(q, q));

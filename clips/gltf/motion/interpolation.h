@@ -7,6 +7,9 @@
 
 namespace mray::gltf {
 
+/// The dot product, summed from x to w.
+double dot(const glm::dvec4& a, const glm::dvec4& b);
+
 /// The quaternion of length 1 in the direction of q. The identity if q has no direction.
 glm::dvec4 unit_quaternion(const glm::dvec4& q);
 

@@ -35,9 +35,6 @@ Rates scaled(const Rates& a, double factor) {
 
 double length_of(const glm::dvec3& v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
 
-double dot(const glm::dvec4& a, const glm::dvec4& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w;
-}
 double length_of(const glm::dvec4& v) { return std::sqrt(dot(v, v)); }
 
 /// The Bezier points of up to four components of a channel in a key interval: the curve lies in

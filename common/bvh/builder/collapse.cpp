@@ -9,7 +9,7 @@ namespace mray {
 namespace {
 
 // A subtree of at least this many triangles gets a task of its own.
-constexpr std::uint32_t kTaskSize = 4096;
+constexpr std::uint32_t kSubtreeTask = 4096;
 
 }  // namespace
 
@@ -33,7 +33,7 @@ void Collapse::find_costs(std::uint32_t node) {
     }
     const std::uint32_t left_child = nodes_[node].children;
     const std::uint32_t right_child = left_child + 1;
-    if (nodes_[node].size() >= kTaskSize) {
+    if (nodes_[node].size() >= kSubtreeTask) {
         tbb::parallel_invoke([=, this] { find_costs(left_child); },
                              [=, this] { find_costs(right_child); });
     } else {

@@ -11,7 +11,7 @@ namespace {
 constexpr int kPhone = 390;
 constexpr int kDesktop = 1280;
 
-std::string page_of(const app::CheckRun& run) {
+std::string shown_page_of(const app::CheckRun& run) {
     app::Options options;
     options.view.width = run.scenes[0].head.width;
     options.view.height = run.scenes[0].head.height;
@@ -26,7 +26,7 @@ protected:
 };
 
 TEST_F(ShownCrosscheck, FitsPhonesAndDesktopsByDayAndNight) {
-    const std::string page = page_of(planted_run(12, 4, 16));
+    const std::string page = shown_page_of(planted_run(12, 4, 16));
     for (const int width : {kPhone, kDesktop}) {
         for (const bool dark : {false, true}) {
             const ShownPage shown = show_page(page, width, dark, "crosscheck");
@@ -42,7 +42,7 @@ TEST_F(ShownCrosscheck, FitsPhonesAndDesktopsByDayAndNight) {
 
 TEST_F(ShownCrosscheck, IsWholeOnPaper) {
     // Three frames side by side, many frames one below the other, and values of pixels.
-    const std::string wide = printed_text(page_of(planted_run(3, 1, 16)), "crosscheck-wide");
+    const std::string wide = printed_text(shown_page_of(planted_run(3, 1, 16)), "crosscheck-wide");
     for (const char* part : {"frame 0", "frame 1", "frame 2", "5 differ", "trees refitted",
                              "The first pixels that differ", "occluded", "0x1.800002p+0"})
         EXPECT_NE(wide.find(part), std::string::npos) << part << '\n' << wide;
@@ -51,7 +51,8 @@ TEST_F(ShownCrosscheck, IsWholeOnPaper) {
     EXPECT_NE(wide.find("morphray probe"), std::string::npos);
     EXPECT_EQ(wide.find("Flicker"), std::string::npos);
     EXPECT_EQ(wide.find("Copy"), std::string::npos);
-    const std::string tall = printed_text(page_of(planted_run(40, 40, 16)), "crosscheck-tall");
+    const std::string tall =
+        printed_text(shown_page_of(planted_run(40, 40, 16)), "crosscheck-tall");
     EXPECT_NE(tall.find("39"), std::string::npos);
     EXPECT_NE(tall.find("trees refitted on cpu and vulkan"), std::string::npos);
 }

@@ -12,11 +12,11 @@ namespace {
 
 /// A triangle and a point next to it, on its plane, or under one of its edges or corners; in world
 /// space, of which scene space rounds the smallest coordinates.
-struct Case {
+struct WindingCase {
     vec3 p, a, b, c;
 };
 
-Case random_case(Random& random) {
+WindingCase random_winding_case(Random& random) {
     const auto some = [&](double size) {
         const double x = random.real(-size, size);
         const double y = random.real(-size, size);
@@ -25,7 +25,7 @@ Case random_case(Random& random) {
     const vec3 centre =
         random.below(2) == 0 ? vec3(0, 0, 0) : some(std::exp2(random.real(-40, 19)));
     const double size = std::exp2(random.real(-40, 19));
-    Case one;
+    WindingCase one;
     one.a = centre + some(size);
     one.b = centre + some(size);
     one.c = centre + some(size);
@@ -58,7 +58,7 @@ TEST(WindingRule, IsNeverWrongNextToATriangle) {
     std::size_t wrong = 0;
     std::size_t certain = 0;
     for (int i = 0; i < 1500000; ++i) {
-        const Case one = random_case(random);
+        const WindingCase one = random_winding_case(random);
         const FloatCrossing found = float_crossing(clipped_point(to_scene(one.p)), to_scene(one.a),
                                                    to_scene(one.b), to_scene(one.c));
         if (found.is_uncertain) continue;

@@ -12,10 +12,10 @@
 namespace mray {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kQuietNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kPlusInfinity = std::numeric_limits<double>::infinity();
 
-ViewSpec some_view() {
+ViewSpec plain_view() {
     ViewSpec view;
     view.eye = {3, 2, 5};
     view.target = {0.5, -0.25, 0.125};
@@ -36,7 +36,7 @@ std::optional<ErrorKind> refusal(const ViewSpec& view, const char* about = "") {
 }
 
 TEST(MakeImageParams, RefusesAnEyeInTheTarget) {
-    ViewSpec view = some_view();
+    ViewSpec view = plain_view();
     view.target = view.eye;
     EXPECT_EQ(refusal(view, "eye and target"), ErrorKind::kBadInput);
     view.eye = {0, 0, 0};
@@ -45,7 +45,7 @@ TEST(MakeImageParams, RefusesAnEyeInTheTarget) {
 }
 
 TEST(MakeImageParams, RefusesAnUpVectorThatPointsAlongTheView) {
-    ViewSpec view = some_view();
+    ViewSpec view = plain_view();
     for (const double scale : {1.0, -1.0, 1e-300, 1e300}) {
         view.up = {-2.5 * scale, -2.25 * scale, -4.875 * scale};
         EXPECT_EQ(refusal(view, "up vector"), ErrorKind::kBadInput) << scale;
@@ -61,8 +61,8 @@ TEST(MakeImageParams, RefusesAnUpVectorThatPointsAlongTheView) {
 }
 
 TEST(MakeImageParams, RefusesImpossibleFieldsOfView) {
-    ViewSpec view = some_view();
-    for (const double fov : {0.0, -0.0, -5.0, 180.0, 360.0, kNan, kInfinity}) {
+    ViewSpec view = plain_view();
+    for (const double fov : {0.0, -0.0, -5.0, 180.0, 360.0, kQuietNan, kPlusInfinity}) {
         view.fov = fov;
         EXPECT_EQ(refusal(view, "field of view"), ErrorKind::kBadInput) << fov;
     }
@@ -75,39 +75,39 @@ TEST(MakeImageParams, RefusesImpossibleFieldsOfView) {
 }
 
 TEST(MakeImageParams, RefusesNumbersThatAreNotFinite) {
-    for (const double bad : {kNan, kInfinity, -kInfinity}) {
+    for (const double bad : {kQuietNan, kPlusInfinity, -kPlusInfinity}) {
         for (int axis = 0; axis < 3; ++axis) {
-            ViewSpec view = some_view();
+            ViewSpec view = plain_view();
             (*view.eye)[axis] = bad;
             EXPECT_EQ(refusal(view, "eye"), ErrorKind::kBadInput);
-            view = some_view();
+            view = plain_view();
             (*view.target)[axis] = bad;
             EXPECT_EQ(refusal(view, "target"), ErrorKind::kBadInput);
-            view = some_view();
+            view = plain_view();
             view.up[axis] = bad;
             EXPECT_EQ(refusal(view, "up vector"), ErrorKind::kBadInput);
-            view = some_view();
+            view = plain_view();
             view.light = {1, 1, 1};
             (*view.light)[axis] = bad;
             EXPECT_EQ(refusal(view, "light"), ErrorKind::kBadInput);
         }
-        ViewSpec view = some_view();
+        ViewSpec view = plain_view();
         view.ao_distance = bad;
         EXPECT_EQ(refusal(view, "ambient-occlusion"), ErrorKind::kBadInput);
     }
-    ViewSpec view = some_view();
+    ViewSpec view = plain_view();
     view.ao_distance = -1;
     EXPECT_EQ(refusal(view, "ambient-occlusion"), ErrorKind::kBadInput);
 }
 
 TEST(MakeImageParams, RefusesEyesAndLightsAMillionScenesAway) {
-    ViewSpec view = some_view();
+    ViewSpec view = plain_view();
     view.eye = {0, 0, 0x1p20};
     EXPECT_EQ(refusal(view), std::nullopt);
     view.eye = {0, 0, 0x1.001p20};
     view.light = {1, 1, 1};
     EXPECT_EQ(refusal(view, "eye"), ErrorKind::kBadInput);
-    view = some_view();
+    view = plain_view();
     view.light = {0, -1e9, 0};
     EXPECT_EQ(refusal(view, "light"), ErrorKind::kBadInput);
     view.light.reset();
@@ -133,7 +133,7 @@ TEST(MakeImageParams, RefusesImagesTooLargeOrWithoutPixels) {
                  {1, 1, std::nullopt},
                  {1, 65536, std::nullopt}};
     for (const auto& [width, height, kind] : cases) {
-        ViewSpec view = some_view();
+        ViewSpec view = plain_view();
         view.width = width;
         view.height = height;
         EXPECT_EQ(refusal(view), kind) << width << ' ' << height;
@@ -141,7 +141,7 @@ TEST(MakeImageParams, RefusesImagesTooLargeOrWithoutPixels) {
 }
 
 TEST(MakeImageParams, RefusesTooManyOcclusionRaysOrNone) {
-    ViewSpec view = some_view();
+    ViewSpec view = plain_view();
     view.ao_count = 0;
     EXPECT_EQ(refusal(view), ErrorKind::kBadArgument);
     view.ao_count = 257;

@@ -36,11 +36,11 @@ Frame image(const ImageParams& params, std::uint32_t side, Trace trace) {
     return frame;
 }
 
-struct Size {
+struct ImageSize {
     std::uint32_t width, height;
 };
 // With rows and columns of blocks that are not full, and none that are.
-constexpr Size kSizes[] = {{64, 64}, {67, 45}, {1, 1}, {3, 9}, {5, 2}};
+constexpr ImageSize kSizes[] = {{64, 64}, {67, 45}, {1, 1}, {3, 9}, {5, 2}};
 
 class EveryTarget : public testing::TestWithParam<SimdTarget> {
 protected:
@@ -79,7 +79,7 @@ protected:
 
 TEST_P(EveryTarget, ShadesAsTheSharedTextOnEveryScene) {
     for (const NamedScene& named : adversarial_scenes()) {
-        for (const Size size : kSizes) {
+        for (const ImageSize size : kSizes) {
             ViewSpec view;
             view.width = size.width;
             view.height = size.height;
