@@ -55,6 +55,14 @@ std::string chart_html(const char* kind, const std::string& svg) {
     return fmt::format("<div class=\"chart {}\" tabindex=\"0\">{}</div>\n", kind, inline_svg(svg));
 }
 
+/// A list of the names that the numbers of points stand for.
+std::string key_html(const std::vector<std::string>& names) {
+    if (names.empty()) return "";
+    std::string html = "<ol class=\"phone\">";
+    for (const std::string& name : names) html += fmt::format("<li>{}</li>", xml_escaped(name));
+    return html + "</ol>\n";
+}
+
 constexpr const char* kWords = R"(<details><summary>What the words mean</summary><dl>
 <dt>right</dt><dd>the triangle that is nearest in exact arithmetic over the given floats, one with exactly its t, or rightly none</dd>
 <dt>close</dt><dd>another triangle that is hit too, at most 4 ulp of t farther; not counted as wrong</dd>
@@ -68,9 +76,10 @@ constexpr const char* kWords = R"(<details><summary>What the words mean</summary
 }  // namespace
 
 PagedChart page_chart(const Chart& chart) {
-    if (chart.figure.panels.empty()) return {&chart, "", ""};
-    return {&chart, plot::svg_of(plot::fitted(chart.figure, kWideWidth)),
-            plot::svg_of(plot::fitted(chart.figure, kPhoneWidth))};
+    if (chart.figure.panels.empty()) return {&chart, "", "", {}};
+    const plot::Figure phone = plot::fitted(chart.figure, kPhoneWidth);
+    return {&chart, plot::svg_of(plot::fitted(chart.figure, kWideWidth)), plot::svg_of(phone),
+            phone.key};
 }
 
 std::string chart_page(const std::vector<PagedChart>& charts, const std::string& machine,
@@ -83,7 +92,8 @@ std::string chart_page(const std::vector<PagedChart>& charts, const std::string&
         const Chart& chart = *paged.chart;
         page += fmt::format("<h2 id=\"{}\">{}</h2>\n<p>{}</p>\n", chart.name,
                             xml_escaped(chart.figure.title), xml_escaped(chart.caption));
-        page += chart_html("wide", paged.svg) + chart_html("phone", paged.phone_svg);
+        page += chart_html("wide", paged.svg) + chart_html("phone", paged.phone_svg) +
+                key_html(paged.phone_key);
         if (chart.table.empty()) continue;
         page += fmt::format("<details><summary>{}.csv</summary><pre>{}</pre></details>\n",
                             chart.name, xml_escaped(chart.table.text()));

@@ -8,11 +8,13 @@
 
 namespace mray::accuracy {
 
-/// A chart with its image as SVG for wide pages and for phones; both are empty without an image.
+/// A chart with its image as SVG for wide pages and for phones, and the names of the points that
+/// have numbers on phones. All are empty without an image.
 struct PagedChart {
     const Chart* chart;
     std::string svg;
     std::string phone_svg;
+    std::vector<std::string> phone_key;
 };
 
 /// Draws the image of a chart, if it has one. Throws as plot::svg_of.

@@ -1,9 +1,6 @@
 // morphray profile: measures the stages of a frame.
 #include <fmt/format.h>
 
-#include <exception>
-#include <span>
-
 #include "app/backends/backends.h"
 #include "app/base/memory_budget.h"
 #include "app/clip/frames.h"
@@ -12,6 +9,7 @@
 #include "app/commands/profile/profile_driver.h"
 #include "app/commands/profile/profile_head.h"
 #include "app/commands/profile/profile_policies.h"
+#include "app/commands/profile/shown_rows.h"
 #include "app/commands/profile/stage_profiler.h"
 #include "app/commands/profile/yardstick.h"
 #include "app/report/profile_report.h"
@@ -63,40 +61,10 @@ void require_same_rows(const Options& options, const ProfileReport& baseline,
     require_backends(options.baseline, baseline, backends);
 }
 
-/// Prints rows as they are made. What cannot be printed ends no measurement before finish().
-class ShownRows {
-public:
-    ShownRows(const Options& options, std::span<const double> frames, const Messages& messages)
-        : messages_(messages),
-          lines_(options.repeat, frames),
-          is_shown_(!takes_stdout({options.json, options.csv})) {}
-
-    void add(const ProfileRow& row) {
-        if (!is_shown_ || failure_) return;
-        try {
-            messages_.print(has_header_ ? lines_.rows(row) : lines_.header() + lines_.rows(row));
-            has_header_ = true;
-        } catch (...) {
-            failure_ = std::current_exception();
-        }
-    }
-    /// Throws Error if something could not be printed.
-    void finish() const {
-        if (failure_) std::rethrow_exception(failure_);
-    }
-
-private:
-    const Messages& messages_;
-    ProfileLines lines_;
-    bool is_shown_;
-    bool has_header_ = false;
-    std::exception_ptr failure_;
-};
-
 /// Measures all frames on each backend, one backend after the other.
 void measure(const Options& options, SceneFrames& scene, const std::vector<double>& frames,
-             const std::vector<BackendChoice>& choices, const Messages& messages, ShownRows& shown,
-             ProfileReport& report) {
+             const std::vector<BackendChoice>& choices, const Messages& messages,
+             const ProfileLines& lines, ShownRows& shown, ProfileReport& report) {
     const MachineLoad load;
     Yardstick yardstick(options.backend.threads);
     Progress progress("measuring", "frame", frames.size() * choices.size(), progress_mode(options));
@@ -108,7 +76,7 @@ void measure(const Options& options, SceneFrames& scene, const std::vector<doubl
             progress.begin(fmt::format("frame {} on {}", frame, profiler.backend()),
                            StepPart::kShown);
             report.rows.push_back(profiler.measure(frame));
-            shown.add(report.rows.back());
+            shown.add(lines.rows(report.rows.back()));
             progress.update(report.rows.size());
         }
     }
@@ -147,9 +115,10 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
         baseline = read_baseline(options.baseline, report);
         require_same_rows(options, *baseline, choices, frames, messages);
     }
-    ShownRows shown(options, frames, messages);
+    const ProfileLines lines(options.repeat, frames);
+    ShownRows shown(lines.header(), !takes_stdout({options.json, options.csv}), messages);
     try {
-        measure(options, scene, frames, choices, messages, shown, report);
+        measure(options, scene, frames, choices, messages, lines, shown, report);
     } catch (const Error& error) {
         if (error.kind() == ErrorKind::kCancelled) {
             tell_results(fmt::format("{} of {} rows are measured, and no report is written",

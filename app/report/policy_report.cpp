@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "tools/measure/spread.h"
-#include "tools/text/table.h"
 
 namespace mray::app {
 namespace {
@@ -14,6 +15,31 @@ std::string ms(double value) { return fmt::format("{:.{}f}", value, value < 999.
 std::string per_cent(double part) { return fmt::format("{:.1f}", 100 * part); }
 
 }  // namespace
+
+RoundLines::RoundLines(std::span<const PolicySpec> policies, int repeat) {
+    std::size_t policy_width = 0;
+    for (const PolicySpec& policy : policies)
+        policy_width = std::max(policy_width, text_of(policy).size());
+    columns_ = {{"round", fmt::format("{}", repeat).size()},
+                {"policy", policy_width, false},
+                {"backend", 0, false},
+                {"total", 7},
+                {"median", 7},
+                {"worst", 7},
+                {"rebuilds"}};
+}
+
+std::string RoundLines::header() const {
+    return "times in ms of one round each; total: of its frames; median, worst: of a frame\n" +
+           header_text(columns_);
+}
+
+std::string RoundLines::row(int round, const PolicyRun& run) const {
+    return row_text(columns_, std::vector<std::string>{
+                                  fmt::format("{}", round), run.policy, run.backend,
+                                  ms(run.total_ms()), ms(run.median_frame_ms()),
+                                  ms(run.worst_frame_ms()), fmt::format("{}", run.rebuilds())});
+}
 
 std::string policy_text(const PolicyReport& report) {
     Table table({"policy", "backend", "total", "least", "spread", "median", "worst", "slower",

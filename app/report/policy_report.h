@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "app/report/report_head.h"
 #include "tools/measure/policy_runs.h"
+#include "tools/text/table.h"
 
 namespace mray::app {
 
@@ -25,6 +27,18 @@ struct PolicyReport {
     std::vector<PolicyComparison> backends;
     /// For built-in scenes, if charts are asked for.
     std::vector<RefitScaling> scaling;
+};
+
+/// A row for each round of a policy, to be written while rounds are played. At most 100 columns.
+class RoundLines {
+public:
+    RoundLines(std::span<const PolicySpec> policies, int repeat);
+    /// The names of the columns, after a line that says what they mean.
+    std::string header() const;
+    std::string row(int round, const PolicyRun& run) const;
+
+private:
+    std::vector<Column> columns_;
 };
 
 /// A row for each policy and backend, and one for the best schedule of each backend; below them

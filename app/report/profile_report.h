@@ -95,6 +95,11 @@ struct BaselineReport {
     double confidence = 0;
     /// The ratio that the load of the machine may explain; 1 on an idle machine.
     double load_factor = 1;
+    /// The runs of a frame in this report and in the baseline.
+    std::size_t runs = 0;
+    std::size_t baseline_runs = 0;
+    /// The least number of runs of both with which a stage can be called slower or faster.
+    std::size_t least_runs = 0;
     /// Whether even the clearest change could come about by chance, because there are too few runs.
     bool has_too_few_runs = false;
     std::vector<StageChange> stages;

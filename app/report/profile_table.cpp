@@ -44,6 +44,19 @@ std::string chance_text(double chance) {
     return chance < 1e-4 ? "<0.01" : fmt::format("{:.2f}", 100 * chance);
 }
 
+std::string too_few_text(const BaselineReport& report) {
+    if (report.runs >= report.least_runs) {
+        return fmt::format(
+            "--repeat {} of the baseline is too few to call a stage slower; {} or more are "
+            "needed\n",
+            report.baseline_runs, report.least_runs);
+    }
+    return fmt::format(
+        "--repeat {} is too few to call a stage slower; {} or more are needed, here and in the "
+        "baseline\n",
+        report.runs, report.least_runs);
+}
+
 }  // namespace
 
 std::size_t BaselineReport::count(StageVerdict verdict) const {
@@ -159,6 +172,7 @@ std::string baseline_text(const BaselineReport& report) {
                         report.tolerance_percent, shown(report.file), report.version);
     if (!report.has_samples)
         text += "the baseline has no samples: their noise is taken for that of this run\n";
+    if (report.has_too_few_runs) text += too_few_text(report);
     const std::size_t unsure = report.count(StageVerdict::kUnsure);
     if (unsure == 0) return text;
     text += fmt::format("unsure: {} of {} stages; the noise of the runs hides changes of {}%\n",
@@ -169,11 +183,8 @@ std::string baseline_text(const BaselineReport& report) {
             "one\n",
             report.load_factor);
     }
-    if (report.has_too_few_runs) {
-        text += "there are too few runs to tell: give --repeat 6 or more\n";
-    } else if (report.load_factor == 1) {
+    if (!report.has_too_few_runs && report.load_factor == 1)
         text += "more runs tell more: give a larger --repeat\n";
-    }
     return text;
 }
 

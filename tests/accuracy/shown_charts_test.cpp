@@ -43,11 +43,32 @@ std::vector<accuracy::Chart> little_charts() {
     return charts;
 }
 
-std::string little_page() {
+const std::vector<accuracy::PagedChart>& little_paged() {
     static const std::vector<accuracy::Chart> charts = little_charts();
-    std::vector<accuracy::PagedChart> paged;
-    for (const accuracy::Chart& chart : charts) paged.push_back(accuracy::page_chart(chart));
-    return accuracy::chart_page(paged, "machine", "command");
+    static const std::vector<accuracy::PagedChart> paged = [] {
+        std::vector<accuracy::PagedChart> made;
+        for (const accuracy::Chart& chart : charts) made.push_back(accuracy::page_chart(chart));
+        return made;
+    }();
+    return paged;
+}
+
+std::string little_page() { return accuracy::chart_page(little_paged(), "machine", "command"); }
+
+TEST(PagedCharts, NameTheNumbersOfPointsBelowTheImageForPhones) {
+    const accuracy::PagedChart& accuracy = little_paged()[0];
+    std::string list = "<ol class=\"phone\">";
+    for (const plot::PointName& name : accuracy.chart->figure.panels[0].point_names) {
+        const std::string shown = ">" + name.text + "<";
+        EXPECT_NE(accuracy.svg.find(shown), std::string::npos) << name.text;
+        EXPECT_EQ(accuracy.phone_svg.find(shown), std::string::npos) << name.text;
+        list += "<li>" + name.text + "</li>";
+    }
+    EXPECT_GT(accuracy.phone_key.size(), 5u);
+    const std::string page = little_page();
+    EXPECT_NE(page.find("</div>\n" + list + "</ol>"), std::string::npos);
+    // No other chart has names of points.
+    EXPECT_EQ(page.find("<ol"), page.rfind("<ol"));
 }
 
 class ShownCharts : public testing::Test {

@@ -125,14 +125,38 @@ TEST(Rows, OfProfileAreWrittenWhenAFrameIsMeasured) {
                                " of 25 rows are measured, and no report is written\n");
 }
 
+TEST(Rows, OfPoliciesAreWrittenWhenARoundIsPlayed) {
+    Started profile({"profile", "builtin:cloth:20000", "--policies", "refit,every:2", "--backend",
+                     "cpu", "--threads", "1", "--size", "256x256", "--frames", "0..24", "--repeat",
+                     "20"});
+    profile.wait_for_out(R"(\n +1  every:2  cpu .*\n)");
+    profile.send(SIGINT);
+    const Outcome outcome = profile.wait();
+    EXPECT_EQ(outcome.code, 130);
+    const std::vector<std::string> rows = lines(outcome.out);
+    ASSERT_GE(rows.size(), 4u) << outcome.out;
+    EXPECT_TRUE(rows[0].starts_with("times in ms of one round each")) << rows[0];
+    EXPECT_TRUE(rows[1].starts_with("round  policy   backend  ")) << rows[1];
+    EXPECT_TRUE(rows[2].starts_with("    1  refit    cpu  ")) << rows[2];
+    EXPECT_EQ(outcome.err, "morphray: interrupted; " + std::to_string(rows.size() - 2) +
+                               " of 40 rows are measured, and no report is written\n");
+}
+
 TEST(Rows, OfProfileEndNoReportIfTheyCannotBePrinted) {
-    const TemporaryFolder folder;
-    const Outcome outcome =
-        run({"profile", "builtin:cloth:500", "--backend", "cpu", "--size", "8x8", "--frames",
-             "0..1", "--repeat", "1", "--json", folder.file("profile.json")},
-            {.stdout_to = "/dev/full"});
-    EXPECT_EQ(outcome.code, 5) << outcome.err;
-    EXPECT_TRUE(std::filesystem::exists(folder.file("profile.json")));
+    for (const std::vector<std::string>& policies :
+         {std::vector<std::string>{}, {"--policies", "refit"}}) {
+        const TemporaryFolder folder;
+        std::vector<std::string> arguments = {"profile",   "builtin:cloth:500",
+                                              "--backend", "cpu",
+                                              "--size",    "8x8",
+                                              "--frames",  "0..1",
+                                              "--repeat",  "1",
+                                              "--json",    folder.file("profile.json")};
+        arguments.insert(arguments.end(), policies.begin(), policies.end());
+        const Outcome outcome = run(arguments, {.stdout_to = "/dev/full"});
+        EXPECT_EQ(outcome.code, 5) << outcome.err;
+        EXPECT_TRUE(std::filesystem::exists(folder.file("profile.json")));
+    }
 }
 
 TEST(Rows, OfOtherFramesAreWrittenIfOneCannotBePrinted) {

@@ -137,6 +137,13 @@ double least_chance(std::span<const Stratum> strata) {
     return std::exp(log_chance);
 }
 
+std::size_t least_values(std::size_t strata, double level) {
+    for (std::size_t n = 1;; ++n) {
+        const Stratum stratum{std::vector<double>(n), std::vector<double>(n)};
+        if (least_chance(std::vector(strata, stratum)) < level) return n;
+    }
+}
+
 std::vector<double> corrected_chances(std::span<const double> chances) {
     std::vector<std::size_t> order(chances.size());
     std::iota(order.begin(), order.end(), std::size_t{0});

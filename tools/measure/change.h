@@ -30,6 +30,10 @@ inline constexpr std::size_t kMostExact = 64;
 /// after above all before.
 double least_chance(std::span<const Stratum> strata);
 
+/// The least number of values on each side of each of so many strata (at least one) for which
+/// least_chance() is below `level`, a number above 0.
+std::size_t least_values(std::size_t strata, double level);
+
 /// Holm's correction for several tests at a time: returns, for each chance, one that may be
 /// compared with the level that all tests keep together. Based on: S. Holm. A Simple Sequentially
 /// Rejective Multiple Test Procedure. 1979.

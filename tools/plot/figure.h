@@ -113,6 +113,8 @@ struct Figure {
     /// Names of rows are broken at spaces to lines of at most so many pixels.
     double row_name_width = 1000;
     std::vector<Panel> panels = {};
+    /// The names of points that are named 1, 2, 3 ... instead; not drawn.
+    std::vector<std::string> key = {};
 };
 
 }  // namespace mray::plot

@@ -41,8 +41,9 @@ struct PlacedName {
 };
 
 /// A place for each request: beside its point, or moved up, down and away from it. Names keep
-/// within `area` and clear of each other and of all points, as long as the area has room; a name
-/// without room stands at its point whatever is there.
+/// within `area` and clear of each other, of all points and of the lines to other names, as long as
+/// the area has room; lines cross names before names meet, and a name without room stands at its
+/// point whatever is there.
 std::vector<PlacedName> place_names(std::span<const NameRequest> requests, const Box& area);
 
 }  // namespace mray::plot

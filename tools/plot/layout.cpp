@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
 namespace mray::plot {
@@ -225,6 +226,18 @@ void place_point_names(const Panel& panel, PanelLayout& layout) {
     layout.names = place_names(requests, layout.area);
 }
 
+/// Names points by numbers, the same name by the same number in all panels.
+void number_points(Figure& figure) {
+    for (Panel& panel : figure.panels) {
+        for (PointName& name : panel.point_names) {
+            const auto known = std::ranges::find(figure.key, name.text);
+            const auto index = known - figure.key.begin();
+            if (known == figure.key.end()) figure.key.push_back(name.text);
+            name.text = std::to_string(index + 1);
+        }
+    }
+}
+
 }  // namespace
 
 double text_width(std::string_view text, double font_size) {
@@ -291,6 +304,7 @@ Figure fitted(const Figure& figure, int width) {
     if (result.panel_width >= kLeastColumnWidth) return result;
     result.columns = 1;
     result.panel_width = figure.panel_width;
+    number_points(result);
     for (std::size_t i = 0; i < result.panels.size(); ++i) {
         Panel& panel = result.panels[i];
         panel.row_notes.clear();

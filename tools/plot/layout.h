@@ -68,7 +68,8 @@ FigureLayout lay_out(const Figure& figure);
 
 /// The figure for a page of this width in pixels: its panels are less wide than they were if need
 /// be, and below each other with their legends above them where two have no room. Title and footer
-/// are left out, which the page has, and there notes on rows, too. Panels have a least width, for
+/// are left out, which the page has, and there notes on rows, too, and points are named by numbers,
+/// for which the page has Figure::key. Panels have a least width, for
 /// which names of rows are broken to lines; a map, and a figure with a long word in a name, may be
 /// wider.
 Figure fitted(const Figure& figure, int width);

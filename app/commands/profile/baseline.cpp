@@ -240,6 +240,10 @@ struct Measured {
     double chance_faster = 1;
     /// The least that both can be with as many runs.
     double least_chance = 1;
+    /// The frames that are compared, and the runs of each on both sides.
+    std::size_t frames = 0;
+    std::size_t runs_before = 0;
+    std::size_t runs_after = 0;
 };
 
 Measured measured(const Stage& stage, const std::string& backend, const ProfileReport& baseline,
@@ -275,7 +279,10 @@ Measured measured(const Stage& stage, const std::string& backend, const ProfileR
              .worst_percent = 100 * (worst.ratio - 1)},
             chance_of_rise(slower),
             chance_of_rise(faster),
-            least_chance(strata)};
+            least_chance(strata),
+            strata.size(),
+            strata.front().before.size(),
+            strata.front().after.size()};
 }
 
 /// `limit` is the ratio that a stage may reach.
@@ -345,7 +352,6 @@ BaselineReport compare_with_baseline(const std::string& file, const ProfileRepor
     }
     result.load_factor = margins.load;
     const auto stages = static_cast<double>(backends.size() * kStages.size());
-    double least_chance = 1;
     std::vector<double> slower, faster;
     for (const std::string& backend : backends) {
         for (const Stage& stage : kStages) {
@@ -354,7 +360,10 @@ BaselineReport compare_with_baseline(const std::string& file, const ProfileRepor
             result.stages.push_back(now.change);
             slower.push_back(now.chance_slower);
             faster.push_back(now.chance_faster);
-            least_chance = now.least_chance;
+            result.has_too_few_runs = stages * now.least_chance >= kMostChance;
+            result.runs = now.runs_after;
+            result.baseline_runs = now.runs_before;
+            result.least_runs = least_values(now.frames, kMostChance / stages);
         }
     }
     slower = corrected_chances(slower);
@@ -365,7 +374,6 @@ BaselineReport compare_with_baseline(const std::string& file, const ProfileRepor
         stage.verdict =
             verdict_of(stage, margins, 1 + tolerance_percent / 100, slower[i], faster[i]);
     }
-    result.has_too_few_runs = stages * least_chance > kMostChance;
     return result;
 }
 

@@ -12,6 +12,7 @@
 #include "app/base/memory_budget.h"
 #include "app/clip/frames.h"
 #include "app/commands/profile/profile_head.h"
+#include "app/commands/profile/shown_rows.h"
 #include "app/report/json_parts.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
@@ -74,10 +75,12 @@ public:
 
     const std::string& driver() const { return driver_->description(); }
 
-    void measure(double frame, std::span<const vec3> positions, std::vector<DriverRow>& rows) {
+    /// Calls `add` with the row of each stage when it is measured.
+    void measure(double frame, std::span<const vec3> positions,
+                 const std::function<void(const DriverRow&)>& add) {
         const auto row = [&](const char* stage, std::size_t rays, double driver_ms,
                              double ours_ms) {
-            rows.push_back({frame, stage, rays, driver_ms, ours_ms});
+            add({frame, stage, rays, driver_ms, ours_ms});
         };
         const auto build = [&] {
             driver_->set_scene(topology_, positions);
@@ -167,21 +170,36 @@ private:
     Frame frame_;
 };
 
-Table table_of(const std::vector<DriverRow>& rows) {
-    Table table({"frame", "stage", "rays", "ray-query ms", "Mray/s", "ours ms", "times as fast"});
-    for (const DriverRow& row : rows) {
-        const auto rate = [&](double ms) {
-            return row.rays == 0 || ms <= 0
-                       ? std::string("-")
-                       : fmt::format("{:.1f}", static_cast<double>(row.rays) / (1e3 * ms));
-        };
-        const bool has_ours = row.ours_ms > 0;
-        table.add({fmt::format("{}", row.frame), row.stage, fmt::format("{}", row.rays),
-                   fmt::format("{:.2f}", row.driver_ms), rate(row.driver_ms),
-                   has_ours ? fmt::format("{:.2f}", row.ours_ms) : "-",
-                   has_ours ? fmt::format("{:.2f}", row.driver_ms / row.ours_ms) : "-"});
-    }
-    return table;
+std::vector<Column> columns_of(const std::vector<double>& frames) {
+    std::size_t frame_width = 0;
+    for (const double frame : frames)
+        frame_width = std::max(frame_width, fmt::format("{}", frame).size());
+    return {{"frame", frame_width}, {"stage", 20, false}, {"rays", 8},      {"ray-query ms"},
+            {"Mray/s", 7},          {"ours ms"},          {"times as fast"}};
+}
+
+std::vector<std::string> cells_of(const DriverRow& row) {
+    const auto rate = [&](double ms) {
+        return row.rays == 0 || ms <= 0
+                   ? std::string("-")
+                   : fmt::format("{:.1f}", static_cast<double>(row.rays) / (1e3 * ms));
+    };
+    const bool has_ours = row.ours_ms > 0;
+    return {fmt::format("{}", row.frame),
+            row.stage,
+            fmt::format("{}", row.rays),
+            fmt::format("{:.2f}", row.driver_ms),
+            rate(row.driver_ms),
+            has_ours ? fmt::format("{:.2f}", row.ours_ms) : "-",
+            has_ours ? fmt::format("{:.2f}", row.driver_ms / row.ours_ms) : "-"};
+}
+
+std::string csv_of(const std::vector<Column>& columns, const std::vector<DriverRow>& rows) {
+    std::vector<std::string> header;
+    for (const Column& column : columns) header.push_back(column.name);
+    Table table(header);
+    for (const DriverRow& row : rows) table.add(cells_of(row));
+    return table.csv();
 }
 
 std::string json_of(const Options& options, const Clip& clip, const std::string& driver,
@@ -217,19 +235,32 @@ ExitCode profile_driver(const Options& options, const Messages& messages) {
                     .kept_bytes = pixels * (2 + options.view.ao_count) * (sizeof(Ray) + 1)},
                    options.scene);
     DriverProfiler profiler(options, scene, frames.front(), messages);
+    const std::vector<Column> columns = columns_of(frames);
+    ShownRows shown(fmt::format("driver: {}\n{}", profiler.driver(), header_text(columns)),
+                    !takes_stdout({options.json, options.csv}), messages);
     std::vector<DriverRow> rows;
+    const auto add = [&](const DriverRow& row) {
+        rows.push_back(row);
+        shown.add(row_text(columns, cells_of(row)));
+    };
+    const auto tell = [&](std::size_t done) {
+        tell_results(fmt::format("{} of {} frames are measured, and no report is written", done,
+                                 frames.size()),
+                     {});
+    };
+    tell(0);
     Progress progress("measuring", "frame", frames.size(), progress_mode(options));
     for (std::size_t i = 0; i < frames.size(); ++i) {
         progress.begin(fmt::format("frame {}", frames[i]), StepPart::kShown);
-        profiler.measure(frames[i], scene.positions(frames[i]), rows);
+        profiler.measure(frames[i], scene.positions(frames[i]), add);
+        tell(i + 1);
         progress.update(i + 1);
     }
     progress.finish();
     if (!options.json.empty())
         write_report(options.json, json_of(options, scene.clip(), profiler.driver(), rows));
-    if (!options.csv.empty()) write_report(options.csv, table_of(rows).csv());
-    if (!takes_stdout({options.json, options.csv}))
-        messages.print(fmt::format("driver: {}\n{}", profiler.driver(), table_of(rows).text()));
+    if (!options.csv.empty()) write_report(options.csv, csv_of(columns, rows));
+    shown.finish();
     return ExitCode::kOk;
 }
 

@@ -10,6 +10,7 @@
 #include "app/backends/backends.h"
 #include "app/clip/frames.h"
 #include "app/commands/profile/profile_head.h"
+#include "app/commands/profile/shown_rows.h"
 #include "app/report/policy_plot.h"
 #include "app/report/policy_report.h"
 #include "app/report/trace_events.h"
@@ -50,13 +51,15 @@ std::vector<RefitScaling> measure_scaling(const Options& options,
     return scaling;
 }
 
-void publish(const PolicyReport& report, const Options& options, const Messages& messages) {
+void publish(const PolicyReport& report, const Options& options, const ShownRows& shown,
+             const Messages& messages) {
     if (!options.json.empty()) write_report(options.json, to_json(report));
     if (!options.csv.empty()) write_report(options.csv, policy_frames_table(report.backends).csv());
     if (!options.trace_events.empty()) write_report(options.trace_events, trace_events(report));
     if (!options.plot.empty()) plot_policies(report, options.plot);
+    shown.finish();
     if (!takes_stdout({options.json, options.csv, options.trace_events}))
-        messages.print(policy_text(report));
+        messages.print("\n" + policy_text(report));
 }
 
 }  // namespace
@@ -74,6 +77,21 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
     const std::vector<BackendChoice> choices = profiled_backends(options, messages);
     const std::vector<PolicySpec> policies =
         options.policies.empty() ? std::vector{options.tree.policy()} : options.policies;
+    const RoundLines lines(policies, options.repeat);
+    ShownRows shown(lines.header(),
+                    !takes_stdout({options.json, options.csv, options.trace_events}), messages);
+    const std::size_t rows =
+        choices.size() * policies.size() * static_cast<std::size_t>(options.repeat);
+    const auto tell = [&](std::size_t done) {
+        tell_results(
+            fmt::format("{} of {} rows are measured, and no report is written", done, rows), {});
+    };
+    tell(0);
+    std::size_t rows_done = 0;
+    const auto add_row = [&](int round, const PolicyRun& run) {
+        shown.add(lines.row(round, run));
+        tell(++rows_done);
+    };
     std::optional<Progress> progress;
     std::uint64_t done = 0;
     for (const BackendChoice choice : choices) {
@@ -88,16 +106,17 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
         if (!progress)
             progress.emplace("measuring", "image", expected * choices.size(),
                              progress_mode(options));
-        report.backends.push_back(runner.compare(policies, [&] {
+        const auto begin_frame = [&] {
             throw_if_interrupted();
             progress->update(done++);
             progress->begin(name, StepPart::kShown);
-        }));
+        };
+        report.backends.push_back(runner.compare(policies, begin_frame, add_row));
     }
     progress->finish();
     if (!options.plot.empty())
         report.scaling = measure_scaling(options, choices, report.head.triangles, messages);
-    publish(report, options, messages);
+    publish(report, options, shown, messages);
     return ExitCode::kOk;
 }
 

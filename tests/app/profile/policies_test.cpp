@@ -146,6 +146,21 @@ TEST(ProfilePolicies, JsonHasEachPolicyWithItsFigures) {
     }
 }
 
+TEST(ProfilePolicies, TextHasEachRoundAndThenTheFiguresOfAll) {
+    const Outcome outcome = run(compare({}));
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const std::vector<std::string> text = lines(outcome.out);
+    ASSERT_GT(text.size(), 9u) << outcome.out;
+    const char* const rounds[] = {"    1  refit    cpu ", "    1  rebuild  cpu ",
+                                  "    1  auto     cpu ", "    2  refit    cpu ",
+                                  "    2  rebuild  cpu ", "    2  auto     cpu "};
+    for (std::size_t i = 0; i < std::size(rounds); ++i)
+        EXPECT_TRUE(text[2 + i].starts_with(rounds[i])) << text[2 + i];
+    EXPECT_EQ(text[8], "");
+    EXPECT_TRUE(text[9].starts_with("times in ms of 2 rounds; ")) << text[9];
+    for (const std::string& line : text) EXPECT_LE(line.size(), 100u) << line;
+}
+
 TEST(ProfilePolicies, CsvAndTraceEventsHoldEveryFrame) {
     const TemporaryFolder folder;
     const Outcome outcome = run(compare(

@@ -124,14 +124,65 @@ TEST(Verdict, OnABusyMachineNeedsMoreThanItsLoadExplains) {
     EXPECT_EQ(compare(waited, made_report()).count(StageVerdict::kUnsure), 8u);
 }
 
+/// A report of the first frame alone.
+ProfileReport of_one_frame(ProfileReport report) {
+    std::erase_if(report.rows, [](const app::ProfileRow& row) { return row.frame != 0; });
+    return report;
+}
+
 TEST(Verdict, NeedsEnoughRuns) {
     ProfileReport now = made_report(1);
     slow_down(now, "cpu", &app::StageSamples::trace, 100);
     const BaselineReport report = compare(made_report(1), now);
     EXPECT_EQ(report.count(StageVerdict::kSlower), 0u);
     EXPECT_TRUE(report.has_too_few_runs);
-    EXPECT_TRUE(has(report, "there are too few runs to tell: give --repeat 6 or more"));
+    // 8 stages: 1 in 2^4 times for one run of each of 4 frames, 1 in 6^4 times for two.
+    EXPECT_TRUE(
+        has(report,
+            "\n--repeat 1 is too few to call a stage slower; 2 or more are needed, here and "
+            "in the baseline\n"));
+    EXPECT_FALSE(has(report, "more runs tell more"));
     EXPECT_FALSE(compare(made_report(3), made_report(3)).has_too_few_runs);
+}
+
+TEST(Verdict, SaysTheLeastNumberOfRunsWithWhichItIsPossible) {
+    for (const bool one_frame : {true, false}) {
+        const auto made = [&](int runs) {
+            return one_frame ? of_one_frame(made_report(runs)) : made_report(runs);
+        };
+        const std::size_t least = compare(made(1), made(1)).least_runs;
+        EXPECT_EQ(least, one_frame ? 6u : 2u);
+        for (int runs = 1; runs < 12; ++runs) {
+            ProfileReport now = made(runs);
+            slow_down(now, "cpu", &app::StageSamples::trace, 100);
+            const BaselineReport report = compare(made(runs), now);
+            const bool is_enough = static_cast<std::size_t>(runs) >= least;
+            EXPECT_EQ(report.least_runs, least);
+            EXPECT_EQ(report.count(StageVerdict::kSlower), is_enough ? 1u : 0u) << runs;
+            EXPECT_EQ(has(report, "too few to call a stage slower"), !is_enough) << runs;
+        }
+    }
+}
+
+TEST(Verdict, SaysThatTheBaselineHasTooFewRuns) {
+    const BaselineReport report =
+        compare(of_one_frame(made_report(2)), of_one_frame(made_report(20)));
+    EXPECT_TRUE(has(report,
+                    "\n--repeat 2 of the baseline is too few to call a stage slower; 6 or more are "
+                    "needed\n"));
+    // Many runs make up for few.
+    EXPECT_FALSE(
+        compare(of_one_frame(made_report(4)), of_one_frame(made_report(20))).has_too_few_runs);
+}
+
+TEST(Verdict, FindsTenPercentInTenRunsOfOneFrame) {
+    // The middle half of the times is 2.4 % apart.
+    ProfileReport now = of_one_frame(made_report(10, 0.048, 1));
+    slow_down(now, "cpu", &app::StageSamples::trace, 1.1);
+    const BaselineReport report = compare(of_one_frame(made_report(10, 0.048)), now);
+    EXPECT_EQ(stage_of(report, "cpu", "trace").verdict, StageVerdict::kSlower)
+        << app::baseline_text(report);
+    EXPECT_EQ(report.count(StageVerdict::kSlower), 1u);
 }
 
 TEST(Verdict, IsThatOfTheFrameInTheMiddleAndNamesTheWorst) {

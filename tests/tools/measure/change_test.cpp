@@ -56,6 +56,16 @@ TEST(ChanceOfRise, IsOneInTheNumberOfArrangementsAtBest) {
     EXPECT_EQ(least_chance({}), 1);
 }
 
+TEST(ChanceOfRise, CanBeBelowALevelFromTheLeastNumberOfValuesOn) {
+    // 1 in 924 arrangements of 6 and 6 values, 1 in 252 of 5 and 5; and so in two strata.
+    EXPECT_EQ(least_values(1, 1.1 / 924), 6u);
+    EXPECT_EQ(least_values(1, 0.9 / 252), 6u);
+    EXPECT_EQ(least_values(1, 1.1 / 252), 5u);
+    EXPECT_EQ(least_values(2, 1.1 / (252 * 252)), 5u);
+    EXPECT_EQ(least_values(2, 0.9 / (252 * 252)), 6u);
+    EXPECT_EQ(least_values(1, 1), 1u);
+}
+
 TEST(ChanceOfRise, RanksEachStratumOnItsOwn) {
     // Each value after is above those before of its own stratum only.
     const std::vector<Stratum> strata = {{{1}, {2}}, {{100}, {200}}, {{10}, {20}}};

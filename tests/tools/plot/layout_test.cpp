@@ -26,11 +26,38 @@ TEST(PlaceNames, NoNameCoversAnotherOrAPoint) {
     }
 }
 
+TEST(PlaceNames, NoLineToANameCrossesAnother) {
+    // A column below the upper edge, and one above the lower edge: names must go elsewhere there.
+    for (const double top : {8.0, 230.0}) {
+        std::vector<NameRequest> requests;
+        for (int i = 0; i < 12; ++i) requests.push_back({{20, top + 5.0 * i}, 16, 16});
+        const std::vector<PlacedName> placed = place_names(requests, {0, 0, 240, 300});
+        std::size_t lines = 0;
+        for (std::size_t i = 0; i < placed.size(); ++i) {
+            if (!placed[i].has_leader) continue;
+            ++lines;
+            const Box& name = placed[i].box;
+            const Point from = requests[i].at;
+            const Point to{name.left > from.x ? name.left : name.right(),
+                           name.top + name.height / 2};
+            for (std::size_t j = 0; j < placed.size(); ++j) {
+                for (int k = 0; k <= 1000 && j != i; ++k) {
+                    const double part = k / 1000.0;
+                    const Box dot{from.x + part * (to.x - from.x), from.y + part * (to.y - from.y),
+                                  0, 0};
+                    ASSERT_FALSE(placed[j].box.overlaps(dot)) << top << ' ' << i << ' ' << j;
+                }
+            }
+        }
+        EXPECT_GT(lines, 3u) << top;
+    }
+}
+
 TEST(PlaceNames, ANameAloneStandsBesideItsPoint) {
     const std::vector<NameRequest> requests{{{50, 50}, 40, 13}};
     const std::vector<PlacedName> placed = place_names(requests, {0, 0, 200, 100});
     EXPECT_FALSE(placed[0].has_leader);
-    EXPECT_NEAR(placed[0].box.left, 58, 1);
+    EXPECT_NEAR(placed[0].box.left, 62, 1);
     EXPECT_EQ(placed[0].box.top + placed[0].box.height / 2, 50);
 }
 
@@ -124,6 +151,26 @@ TEST(Layout, NamesOfRowsAreBrokenForAPhone) {
     EXPECT_NE(layout.panels[0].y_names[1].find('\n'), std::string::npos);
     // Notes on rows have no place there.
     EXPECT_TRUE(narrow.panels[0].row_notes.empty());
+}
+
+TEST(Layout, PointsHaveNumbersOnAPhoneThatCoverNothing) {
+    const Figure figure{
+        .columns = 2, .panel_width = 520, .panels = {test::named_panel(), test::named_panel()}};
+    EXPECT_TRUE(fitted(figure, 1400).key.empty());
+    EXPECT_EQ(fitted(figure, 1400).panels[0].point_names[2].text, "method number 2");
+    const Figure narrow = fitted(figure, 358);
+    ASSERT_EQ(narrow.key.size(), 15u);
+    const FigureLayout layout = lay_out(narrow);
+    for (std::size_t p = 0; p < narrow.panels.size(); ++p) {
+        const PanelLayout& panel = layout.panels[p];
+        for (std::size_t i = 0; i < panel.names.size(); ++i) {
+            const std::string& number = narrow.panels[p].point_names[i].text;
+            EXPECT_EQ(narrow.key.at(std::stoul(number) - 1), figure.panels[p].point_names[i].text);
+            EXPECT_TRUE(panel.area.contains(panel.names[i].box)) << number;
+            for (std::size_t j = 0; j < i; ++j)
+                EXPECT_FALSE(panel.names[i].box.overlaps(panel.names[j].box)) << i << ' ' << j;
+        }
+    }
 }
 
 TEST(Layout, CellsOfAMapHaveRoomForNumbersOnAPhone) {
