@@ -83,8 +83,8 @@ Bvh StageProfiler::build(std::span<const vec3> positions) const {
 }
 
 /// Returns the time of a run of a stage, after the yardstick. A run to warm up comes before it in
-/// the first round, and in all rounds of a short stage, because it also brings back what the
-/// yardstick took from the caches.
+/// the first round, and in all rounds of a short stage, because it also brings back what other
+/// stages took from the caches.
 double StageProfiler::run(const std::function<double()>& stage_ms, bool is_first_round,
                           std::vector<double>& yardsticks_ms) {
     const int yardsticks = std::max(1, kLeastYardsticks / options_.repeat);
