@@ -203,8 +203,8 @@ TEST(SceneUpdate, MeshesMayLeaveTheBoundsAndComeBack) {
 /// A mesh whose arrays another thread may write at any time: positions that the scene is not told
 /// of are those of a scribbler, who writes NaN.
 void scribble(UserMesh& mesh) {
-    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-    for (morphray::Vec3& p : mesh.points) p = {kNan, kNan, kNan};
+    constexpr float bad = std::numeric_limits<float>::quiet_NaN();
+    for (morphray::Vec3& p : mesh.points) p = {bad, bad, bad};
 }
 
 TEST(SceneUpdate, ReadsOnlyTheRangeThatIsNamedOutsideTheBounds) {
@@ -360,18 +360,18 @@ TEST(SceneUpdate, DeterministicDecisionsCountEachScenesRays) {
 }
 
 TEST(SceneUpdate, PositionsThatAreNotFiniteAreLeftOut) {
-    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    constexpr float bad = std::numeric_limits<float>::quiet_NaN();
     const UserMesh rest(torus(30, 20));
     UserMesh mesh = rest;
     const SceneOptions options{.bounds = kBounds};
     Scene scene = Scene::build(mesh.view(), Device::cpu(), options);
     const std::vector<morphray::Ray> rays = world_rays(rest, 1000, 17);
     const std::vector<morphray::Hit> before = hits_of(scene, rays);
-    mesh.points[7].y = kNan;
+    mesh.points[7].y = bad;
     mesh.points[8].x = std::numeric_limits<float>::infinity();
     scene.update();
     expect_as_new(scene, {mesh.view()}, options, rays, "some");
-    for (morphray::Vec3& p : mesh.points) p.z = kNan;
+    for (morphray::Vec3& p : mesh.points) p.z = bad;
     scene.update();
     EXPECT_EQ(count_hits(hits_of(scene, rays)), 0u);
     EXPECT_GT(scene.bounds().lower[0], scene.bounds().upper[0]);
