@@ -13,14 +13,15 @@ endfunction()
 
 # morphray_compile_together(TARGET): compiles the sources of each folder of the target as one, at most 8 at
 # a time, which takes a third of the time where headers cost most. So names without linkage are unique
-# among the sources of a folder. Those with options of their own, and those that Highway compiles once an
-# instruction set, are compiled one by one; so are all where nothing is compiled in advance. To be called
+# among the sources of a folder, which the test `names` checks: another file's function that fits better
+# would be called without a word. Sources with options of their own, and those that Highway compiles once
+# an instruction set, are compiled one by one; so are all where nothing is compiled in advance. To be called
 # when the target has its sources.
+define_property(GLOBAL PROPERTY MORPHRAY_TOGETHER BRIEF_DOCS "TARGET<tab>FILE: sources compiled with others")
 function(morphray_compile_together target)
-    if(CMAKE_DISABLE_PRECOMPILE_HEADERS)
-        return()
+    if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
+        set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
     endif()
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
     get_target_property(sources ${target} SOURCES)
     list(FILTER sources INCLUDE REGEX "[.]cpp$")
     foreach(source IN LISTS sources)
@@ -28,7 +29,8 @@ function(morphray_compile_together target)
         file(STRINGS ${path} per_instruction_set REGEX "define HWY_TARGET_INCLUDE" LIMIT_COUNT 1)
         get_source_file_property(options ${source} COMPILE_OPTIONS)
         get_source_file_property(definitions ${source} COMPILE_DEFINITIONS)
-        if(per_instruction_set OR options OR definitions)
+        get_source_file_property(alone ${source} SKIP_UNITY_BUILD_INCLUSION)
+        if(per_instruction_set OR options OR definitions OR alone)
             continue()
         endif()
         get_filename_component(folder ${path} DIRECTORY)
@@ -39,5 +41,6 @@ function(morphray_compile_together target)
         math(EXPR part "${count_${key}} / 8")
         math(EXPR count_${key} "${count_${key}} + 1")
         set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${key}_${part})
+        set_property(GLOBAL APPEND PROPERTY MORPHRAY_TOGETHER "${target}\t${path}")
     endforeach()
 endfunction()

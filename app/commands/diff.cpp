@@ -74,7 +74,7 @@ FileKind kind_of(const std::string& name) {
     return is_exr_name(name) ? FileKind::kExr : FileKind::kHits;
 }
 
-const char* text_of(FileKind kind) {
+const char* kind_text(FileKind kind) {
     if (kind == FileKind::kHits) return "a file of hits";
     return kind == FileKind::kPng ? "a PNG file" : "an OpenEXR file";
 }
@@ -83,10 +83,11 @@ void require_same_kind(const std::vector<std::string>& names) {
     const FileKind expected = kind_of(names[0]);
     const FileKind actual = kind_of(names[1]);
     if (expected == actual) return;
-    throw Error(ErrorKind::kBadInput,
-                fmt::format("{}: is {} by its name, but {} is {}; give two files of hits, two PNG "
-                            "files or two OpenEXR files",
-                            shown(names[1]), text_of(actual), shown(names[0]), text_of(expected)));
+    throw Error(
+        ErrorKind::kBadInput,
+        fmt::format("{}: is {} by its name, but {} is {}; give two files of hits, two PNG "
+                    "files or two OpenEXR files",
+                    shown(names[1]), kind_text(actual), shown(names[0]), kind_text(expected)));
 }
 
 std::string describe_hit(const Hit& hit, std::uint32_t occlusion) {

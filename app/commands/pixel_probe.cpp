@@ -65,7 +65,7 @@ std::string refitted_on(const TreeUpdate& update, const Backend& refitter) {
     return name == "brute" ? "cpu" : name;
 }
 
-void describe_tree(TreeUpdater& updater, ProbeReport& report) {
+void report_tree(TreeUpdater& updater, ProbeReport& report) {
     report.update = name_of(updater.last().step);
     const Bvh& tree = updater.tree();
     report.tree = bvh_stats(tree);
@@ -122,7 +122,7 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
     report.backend = tracer->info().name;
     report.device = tracer->info().description;
     report.refit_on = refitted_on(updater.last(), refitter ? *refitter : *tracer);
-    describe_tree(updater, report);
+    report_tree(updater, report);
     describe_ray(params, scene.space(), report);
     const std::size_t index = std::size_t{report.pixel.y} * params.width + report.pixel.x;
     report.image = frame.hits[index];

@@ -82,7 +82,7 @@ std::string candidates_text(const ProbeReport& report) {
            "their edge functions and filters\n" + edges.text();
 }
 
-std::string text_of(const ProbeReport& report) {
+std::string probe_text(const ProbeReport& report) {
     const BvhStats& tree = report.tree;
     std::string text = probe_sentence(report) + '\n';
     text += fmt::format("{}, frame {}, pixel {},{} of {}x{}, {} rays\n", report.head.scene,
@@ -109,7 +109,7 @@ ExitCode run_probe(const Options& options, const Messages& messages) {
     if (is_bundle_name(options.scene)) return run_replay(options, messages);
     const ProbeReport report = probe_pixel(options, messages);
     if (!options.json.empty()) write_report(options.json, to_json(report));
-    if (!takes_stdout({options.json})) messages.print(text_of(report));
+    if (!takes_stdout({options.json})) messages.print(probe_text(report));
     return ExitCode::kOk;
 }
 

@@ -86,8 +86,8 @@ void measure(const Options& options, SceneFrames& scene, const std::vector<doubl
     report.peak_memory_bytes = peak_memory_bytes();
 }
 
-void publish(const ProfileReport& report, const Options& options, const ShownRows& shown,
-             const Messages& messages) {
+void publish_profile(const ProfileReport& report, const Options& options, const ShownRows& shown,
+                     const Messages& messages) {
     if (!options.json.empty()) write_report(options.json, to_json(report));
     if (!options.csv.empty()) write_report(options.csv, profile_table(report).csv());
     shown.finish();
@@ -131,7 +131,7 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
         report.baseline =
             compare_with_baseline(options.baseline, *baseline, report, options.tolerance_percent);
     }
-    publish(report, options, shown, messages);
+    publish_profile(report, options, shown, messages);
     const bool is_slower = report.baseline && report.baseline->count(StageVerdict::kSlower) > 0;
     return is_slower ? ExitCode::kCheckFailed : ExitCode::kOk;
 }

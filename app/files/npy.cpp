@@ -42,7 +42,7 @@ std::string_view value_of(std::string_view header, std::string_view key) {
 }
 
 /// N of the shape "(N, 3)".
-std::optional<std::uint64_t> count_of(std::string_view shape) {
+std::optional<std::uint64_t> row_count_of(std::string_view shape) {
     if (!shape.starts_with('(')) return {};
     const std::size_t comma = shape.find(',');
     const std::size_t end = shape.find(')');
@@ -92,7 +92,7 @@ NpyPoints read_npy_points(std::string_view name, std::string_view bytes) {
     if (!value_of(header, "fortran_order").starts_with("False"))
         refuse(name, "an array in the order of Fortran");
     const std::string_view shape = value_of(header, "shape");
-    const std::optional<std::uint64_t> count = count_of(shape);
+    const std::optional<std::uint64_t> count = row_count_of(shape);
     if (!count) {
         const std::string_view text = shape.substr(0, shape.find(')') + 1);
         refuse(name, fmt::format("an array of the shape {}", beginning(text)));

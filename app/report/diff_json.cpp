@@ -8,7 +8,7 @@
 namespace mray::app {
 namespace {
 
-Json of(const Hit& hit, std::uint32_t occlusion) {
+Json part_of(const Hit& hit, std::uint32_t occlusion) {
     Json json = {{"occluded", occlusion}};
     if (hit.prim_id == kNoPrim) {
         json["prim_id"] = nullptr;
@@ -21,10 +21,10 @@ Json of(const Hit& hit, std::uint32_t occlusion) {
     return json;
 }
 
-Json of(const PixelDifference& pixel) {
+Json part_of(const PixelDifference& pixel) {
     return {{"pixel", {pixel.x, pixel.y}},
-            {"expected", of(pixel.expected, pixel.expected_occlusion)},
-            {"actual", of(pixel.actual, pixel.actual_occlusion)}};
+            {"expected", part_of(pixel.expected, pixel.expected_occlusion)},
+            {"actual", part_of(pixel.actual, pixel.actual_occlusion)}};
 }
 
 /// The members that all kinds of reports begin with.
@@ -49,7 +49,7 @@ Json type_of(const std::optional<ExrType>& type) {
     return type ? Json(name_of(*type)) : Json(nullptr);
 }
 
-Json of(const ExrChannelDifference& channel) {
+Json part_of(const ExrChannelDifference& channel) {
     return {{"kind", info_of(channel.kind).name},
             {"expected_type", type_of(channel.expected_type)},
             {"actual_type", type_of(channel.actual_type)},
@@ -59,7 +59,7 @@ Json of(const ExrChannelDifference& channel) {
             {"pixel", {channel.x, channel.y}}};
 }
 
-Json of(const ExrPixelDifference& pixel, const ExrComparison& comparison) {
+Json part_of(const ExrPixelDifference& pixel, const ExrComparison& comparison) {
     Json json = {{"pixel", {pixel.x, pixel.y}}};
     for (const ExrPixelDifference::Value& value : pixel.values) {
         const ExrChannelDifference& channel = comparison.channels[value.channel];
@@ -76,8 +76,8 @@ std::string to_json(const DiffReport& report) {
     json["images"] = Json::array();
     for (const FrameDifference& difference : report.images) {
         Json pixels = Json::array();
-        for (const PixelDifference& pixel : difference.first) pixels.push_back(of(pixel));
-        json["images"].push_back({{"differences", app::of(difference)}, {"first", pixels}});
+        for (const PixelDifference& pixel : difference.first) pixels.push_back(part_of(pixel));
+        json["images"].push_back({{"differences", of(difference)}, {"first", pixels}});
     }
     return json_text(json);
 }
@@ -106,10 +106,10 @@ std::string to_json(const ExrDiffReport& report) {
     for (std::size_t k = 0; k < kExrKindCount; ++k)
         json["differences"][info_of(static_cast<ExrKind>(k)).name] = comparison.kinds[k];
     for (const ExrChannelDifference& channel : comparison.channels)
-        json["channels"][channel.name] = of(channel);
+        json["channels"][channel.name] = part_of(channel);
     json["first"] = Json::array();
     for (const ExrPixelDifference& pixel : comparison.first)
-        json["first"].push_back(of(pixel, comparison));
+        json["first"].push_back(part_of(pixel, comparison));
     return json_text(json);
 }
 

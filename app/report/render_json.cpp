@@ -6,7 +6,7 @@
 namespace mray::app {
 namespace {
 
-Json of(const FrameReport& frame) {
+Json frame_json(const FrameReport& frame) {
     Json json = {{"frame", frame.frame},
                  {"backend", frame.backend},
                  {"update", frame.update},
@@ -41,7 +41,7 @@ std::string to_json(const RenderReport& report) {
     json["samples"] = report.samples;
     json["complete"] = report.complete;
     json["frames"] = Json::array();
-    for (const FrameReport& frame : report.frames) json["frames"].push_back(of(frame));
+    for (const FrameReport& frame : report.frames) json["frames"].push_back(frame_json(frame));
     json["kept"] = report.kept;
     return json_text(json);
 }

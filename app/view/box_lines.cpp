@@ -11,16 +11,16 @@ namespace {
 
 using glm::dvec3;
 
-dvec3 to_vec(const Point& p) { return {p[0], p[1], p[2]}; }
+dvec3 to_dvec3(const Point& p) { return {p[0], p[1], p[2]}; }
 
 /// The image of points: (x, y) in pixels, and the depth along the view.
 class Projection {
 public:
-    explicit Projection(const ViewSpec& view) : eye_(to_vec(*view.eye)) {
-        forward_ = to_vec(*view.target) - eye_;
+    explicit Projection(const ViewSpec& view) : eye_(to_dvec3(*view.eye)) {
+        forward_ = to_dvec3(*view.target) - eye_;
         near_ = 1e-3 * glm::length(forward_);
         forward_ = glm::normalize(forward_);
-        right_ = glm::normalize(glm::cross(forward_, to_vec(view.up)));
+        right_ = glm::normalize(glm::cross(forward_, to_dvec3(view.up)));
         up_ = glm::cross(right_, forward_);
         scale_ = view.height / (2 * std::tan(view.fov * std::numbers::pi / 360));
         middle_ = {view.width / 2.0, view.height / 2.0, 0};

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kMaxDigits = 9;
 
-[[noreturn]] void fail(const std::string& pattern, const char* what) {
+[[noreturn]] void refuse(const std::string& pattern, const char* what) {
     throw Error(ErrorKind::kBadArgument,
                 fmt::format("pattern {}: {}; write one %d or %0Nd (N from 1 to 9) in the file "
                             "name, and %% for a percent sign",
@@ -40,16 +40,16 @@ FramePattern::FramePattern(const std::string& pattern) {
         }
         const bool padded = rest.size() >= 3 && rest[0] == '0' && rest[1] >= '1' &&
                             rest[1] <= '9' && rest[2] == 'd';
-        if (!padded && !rest.starts_with('d')) fail(pattern, "unknown use of '%'");
-        if (i < name_at) fail(pattern, "frame number in a folder's name");
-        if (numbered) fail(pattern, "two frame numbers");
+        if (!padded && !rest.starts_with('d')) refuse(pattern, "unknown use of '%'");
+        if (i < name_at) refuse(pattern, "frame number in a folder's name");
+        if (numbered) refuse(pattern, "two frame numbers");
         numbered = true;
         width_ = padded ? static_cast<std::size_t>(rest[1] - '0') : 1;
         prefix_ = std::exchange(text, {});
         i += padded ? 3 : 1;
     }
     suffix_ = text;
-    if (!numbered) fail(pattern, "no frame number");
+    if (!numbered) refuse(pattern, "no frame number");
 }
 
 std::string FramePattern::file_name(std::uint64_t number) const {

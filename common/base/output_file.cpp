@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void fail(const fs::path& path, const std::string& what, const char* remedy) {
+[[noreturn]] void fail_output(const fs::path& path, const std::string& what, const char* remedy) {
     throw Error(ErrorKind::kOutput, fmt::format("{}: {}; {}", path.native(), what, remedy));
 }
 
@@ -34,7 +34,7 @@ namespace fs = std::filesystem;
     if (error == ENOENT) remedy = "create the folder first";
     if (error == ENAMETOOLONG) remedy = "choose a shorter name";
     if (error == EPIPE) remedy = "the reader of the output has ended";
-    fail(path, "cannot be written (" + std::generic_category().message(error) + ")", remedy);
+    fail_output(path, "cannot be written (" + std::generic_category().message(error) + ")", remedy);
 }
 
 /// The descriptor that /dev/stdout, /dev/stderr or /dev/fd/N names. A file that the descriptor was
@@ -68,16 +68,16 @@ enum class Target { kFile, kDescriptor, kStream };
 
 /// How `path` is to be written. Throws if its type or permissions already exclude that.
 Target classify(const fs::path& path) {
-    if (path.empty()) fail("''", "an output needs a name", "give a file name");
+    if (path.empty()) fail_output("''", "an output needs a name", "give a file name");
     if (named_descriptor(path)) return Target::kDescriptor;
     struct stat status = {};
     if (::stat(path.c_str(), &status) != 0) {
-        if (!path.has_filename()) fail(path, "is the name of a folder", "give a file name");
+        if (!path.has_filename()) fail_output(path, "is the name of a folder", "give a file name");
         if (errno == ENOENT)
             return Target::kFile;  // creating the temporary shows whether it can be written
         fail_with_errno(path, errno);
     }
-    if (S_ISDIR(status.st_mode)) fail(path, "is a folder", "give a file name");
+    if (S_ISDIR(status.st_mode)) fail_output(path, "is a folder", "give a file name");
     // A rename could replace an existing file without write permission; its owner forbade that.
     if (::access(path.c_str(), W_OK) != 0) fail_with_errno(path, errno);
     return S_ISREG(status.st_mode) ? Target::kFile : Target::kStream;
@@ -127,12 +127,12 @@ void check_writable(const fs::path& path) {
 }
 
 void make_output_folder(const fs::path& path) {
-    if (path.empty()) fail("''", "an output folder needs a name", "give a folder name");
+    if (path.empty()) fail_output("''", "an output folder needs a name", "give a folder name");
     std::error_code error;
     fs::create_directories(path, error);
     if (error) {
-        fail(path, "folder cannot be created (" + error.message() + ")",
-             "choose another place for the output");
+        fail_output(path, "folder cannot be created (" + error.message() + ")",
+                    "choose another place for the output");
     }
     remove_stray_files(path);
     if (!TemporaryFile(path).is_open()) fail_with_errno(path, errno);

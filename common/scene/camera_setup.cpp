@@ -39,7 +39,7 @@ constexpr double kNegligible = 0x1p-60;
 dvec3 to_vec(const Point& p) { return {p[0], p[1], p[2]}; }
 Point to_point(const dvec3& v) { return {v.x, v.y, v.z}; }
 
-bool finite(const dvec3& v) {
+bool all_finite(const dvec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
@@ -181,7 +181,7 @@ dvec3 default_light(const dvec3& eye, const Axes& axes, const SceneBox& scene) {
 }
 
 void require_finite(const dvec3& v, const char* what) {
-    if (!finite(v)) {
+    if (!all_finite(v)) {
         throw Error(ErrorKind::kBadInput,
                     fmt::format("the {} ({}, {}, {}) is not finite; give three "
                                 "finite numbers",

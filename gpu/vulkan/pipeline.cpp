@@ -84,7 +84,7 @@ UniquePipeline create_pipeline(VkDevice device, VkPipelineLayout layout,
     return {device, pipeline};
 }
 
-UniqueDescriptorPool create_pool(VkDevice device, std::span<const ShaderBinding> used) {
+UniqueDescriptorPool create_descriptor_pool(VkDevice device, std::span<const ShaderBinding> used) {
     std::vector<VkDescriptorPoolSize> sizes;
     for (const ShaderBinding& b : used) sizes.push_back({.type = b.type, .descriptorCount = 1});
     const VkDescriptorPoolCreateInfo info = {
@@ -119,7 +119,7 @@ Pipeline::Pipeline(Context& context, const char* name, std::span<const std::uint
       set_layout_(create_set_layout(device_, interface_.bindings)),
       layout_(create_layout(device_, set_layout_.get(), interface_.argument_bytes)),
       pipeline_(create_pipeline(device_, layout_.get(), spirv, specialisation)),
-      pool_(create_pool(device_, interface_.bindings)),
+      pool_(create_descriptor_pool(device_, interface_.bindings)),
       set_(allocate_set(device_, pool_.get(), set_layout_.get())) {
     context.name(VK_OBJECT_TYPE_PIPELINE, pipeline_.get(), name);
     context.name(VK_OBJECT_TYPE_PIPELINE_LAYOUT, layout_.get(), name);

@@ -44,20 +44,20 @@ py::array view(const py::dtype& dtype, const std::vector<py::ssize_t>& shape, co
 }
 
 template <class Sized>
-std::vector<py::ssize_t> shape_of(const Sized& image) {
+std::vector<py::ssize_t> image_shape(const Sized& image) {
     return {static_cast<py::ssize_t>(image.height), static_cast<py::ssize_t>(image.width)};
 }
 
 py::array pixels_of(const py::object& self) {
     const auto& image = self.cast<const Image&>();
-    std::vector<py::ssize_t> shape = shape_of(image);
+    std::vector<py::ssize_t> shape = image_shape(image);
     shape.push_back(4);
     return view(py::dtype::of<std::uint8_t>(), shape, image.pixels.data(), self);
 }
 
 /// The shape of arrays with one element for each camera ray.
 std::vector<py::ssize_t> sample_shape_of(const Image& image) {
-    std::vector<py::ssize_t> shape = shape_of(image);
+    std::vector<py::ssize_t> shape = image_shape(image);
     for (py::ssize_t& length : shape) length *= sample_side(image.samples);
     return shape;
 }
@@ -75,12 +75,13 @@ py::array occlusion_of(const py::object& self) {
 
 py::array file_hits_of(const py::object& self) {
     const auto& hits = self.cast<const SizedHits&>();
-    return view(hit_dtype(), shape_of(hits), hits.image.hits.data(), self);
+    return view(hit_dtype(), image_shape(hits), hits.image.hits.data(), self);
 }
 
 py::array file_occlusion_of(const py::object& self) {
     const auto& hits = self.cast<const SizedHits&>();
-    return view(py::dtype::of<std::uint32_t>(), shape_of(hits), hits.image.occlusion.data(), self);
+    return view(py::dtype::of<std::uint32_t>(), image_shape(hits), hits.image.occlusion.data(),
+                self);
 }
 
 std::vector<SizedHits> read_sized_hits(const std::filesystem::path& file) {

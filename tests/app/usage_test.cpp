@@ -16,7 +16,7 @@ void expect_refused(const std::vector<std::string>& arguments, int code, const s
     EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
 }
 
-std::vector<std::string> render(std::vector<std::string> more) {
+std::vector<std::string> small_render(std::vector<std::string> more) {
     // The folder cannot be made: a test that got as far as writing would fail with 5.
     std::vector<std::string> all = {"render", "builtin:cloth:500", "--backend", "cpu",
                                     "--out",  "/dev/null/out"};
@@ -91,27 +91,28 @@ TEST(Usage, UnknownCommandNamesTheNearest) {
 }
 
 TEST(Usage, UnknownOptionNamesTheNearest) {
-    expect_refused(render({"--thread", "3"}), 2,
+    expect_refused(small_render({"--thread", "3"}), 2,
                    "unknown option '--thread'; did you mean --threads?");
-    expect_refused(render({"--szie=3x3"}), 2, "did you mean --size?");
+    expect_refused(small_render({"--szie=3x3"}), 2, "did you mean --size?");
 }
 
 TEST(Usage, UnknownChoiceNamesTheNearest) {
     expect_refused({"info", "builtin:cloth", "--missing", "hol"}, 2, "did you mean hold?");
-    expect_refused(render({"--rays", "shadows"}), 2, "did you mean shadow?");
+    expect_refused(small_render({"--rays", "shadows"}), 2, "did you mean shadow?");
     expect_refused({"render", "builtin:cloth:500", "--backend", "gpu"}, 2, "did you mean vulkan?");
-    expect_refused(render({"--update", "refi"}), 2, "did you mean refit?");
+    expect_refused(small_render({"--update", "refi"}), 2, "did you mean refit?");
 }
 
 TEST(Usage, OptionOfTheProgramAfterACommandNamesTheRightForm) {
-    expect_refused(render({"--version"}), 2,
+    expect_refused(small_render({"--version"}), 2,
                    "unknown option '--version'; did you mean `morphray --version`?");
 }
 
 TEST(Usage, OptionUnlikeAllOthersRefersToTheHelp) {
-    expect_refused(render({"--verbos"}), 2, "unknown option '--verbos'; did you mean --verbose?");
-    expect_refused(render({"--=3"}), 2, "see `morphray render --help`");
-    expect_refused(render({"--wavelength", "3"}), 2, "see `morphray render --help`");
+    expect_refused(small_render({"--verbos"}), 2,
+                   "unknown option '--verbos'; did you mean --verbose?");
+    expect_refused(small_render({"--=3"}), 2, "see `morphray render --help`");
+    expect_refused(small_render({"--wavelength", "3"}), 2, "see `morphray render --help`");
     expect_refused({"--jsn"}, 2, "see `morphray --help`");
 }
 
@@ -173,7 +174,7 @@ TEST(Usage, HelpShowsTheDefaultsThatDifferBetweenCommands) {
 
 TEST(Usage, RefitOnWithoutARefitIsRefused) {
     for (const char* where : {"cpu", "vulkan"}) {
-        expect_refused(render({"--update", "rebuild", "--refit-on", where}), 2,
+        expect_refused(small_render({"--update", "rebuild", "--refit-on", where}), 2,
                        "--update rebuild, --refit-on: ");
     }
     expect_refused({"probe", "builtin:cloth:500", "--frame", "0", "--pixel", "0,0", "--update",
@@ -231,8 +232,9 @@ TEST(Usage, TwoReportsDoNotShareStdout) {
 }
 
 TEST(Usage, OptionGivenTwiceIsRefused) {
-    expect_refused(render({"--threads", "2", "--threads", "2"}), 2, "--threads: given 2 times");
-    expect_refused(render({"-q", "--quiet"}), 2, "given 2 times");
+    expect_refused(small_render({"--threads", "2", "--threads", "2"}), 2,
+                   "--threads: given 2 times");
+    expect_refused(small_render({"-q", "--quiet"}), 2, "given 2 times");
 }
 
 TEST(Usage, AMisspeltOptionIsNamedWhereArgumentsAreSeveral) {
@@ -271,8 +273,8 @@ TEST(Usage, ImagesOfOtherKindsAreRefusedAndMakeNoFolder) {
 }
 
 TEST(Usage, MissingValueIsRefused) {
-    expect_refused(render({"--threads"}), 2, "--threads");
-    expect_refused(render({"--eye"}), 2, "--eye");
+    expect_refused(small_render({"--threads"}), 2, "--threads");
+    expect_refused(small_render({"--eye"}), 2, "--eye");
     expect_refused({"render"}, 2, "scene");
     expect_refused({"trace", "builtin:cloth", "--rays", "-"}, 2, "--out");
     expect_refused({"query", "builtin:cloth", "--points", "-"}, 2, "--ask");
@@ -284,7 +286,7 @@ TEST(Usage, MissingValueIsRefused) {
 }
 
 TEST(Usage, SecondSceneIsRefused) {
-    expect_refused(render({"builtin:herd"}), 2, "unexpected argument 'builtin:herd'");
+    expect_refused(small_render({"builtin:herd"}), 2, "unexpected argument 'builtin:herd'");
 }
 
 TEST(Usage, EmptyValueIsRefused) {
@@ -294,7 +296,7 @@ TEST(Usage, EmptyValueIsRefused) {
 TEST(Usage, ThreadsOutOfRangeAreRefused) {
     for (const char* value : {"0", "-1", "999999", "1025", "nan", "1e3", "2.5", "0x10", "",
                               "99999999999999999999999"}) {
-        expect_refused(render({"--threads", value}), 2, "--threads");
+        expect_refused(small_render({"--threads", value}), 2, "--threads");
     }
 }
 
@@ -318,12 +320,12 @@ TEST(Usage, UnavailableInstructionSetsAreRefusedByEveryCommand) {
 
 TEST(Usage, SamplesAndDistancesOutOfRangeAreRefused) {
     for (const char* value : {"257", "2147483648", "-1"}) {
-        expect_refused(render({"--ao-samples", value}), 2, "--ao-samples");
+        expect_refused(small_render({"--ao-samples", value}), 2, "--ao-samples");
     }
-    expect_refused(render({"--rays", "ao", "--ao-samples", "0"}), 2, "--ao-samples 0");
+    expect_refused(small_render({"--rays", "ao", "--ao-samples", "0"}), 2, "--ao-samples 0");
     expect_refused({"profile", "builtin:cloth:500", "--ao-samples", "0"}, 2, "--ao-samples");
     for (const char* value : {"-1", "nan", "inf", "1e999", "far"}) {
-        expect_refused(render({"--ao-distance", value}), 2, "--ao-distance");
+        expect_refused(small_render({"--ao-distance", value}), 2, "--ao-distance");
     }
     for (const char* value : {"0", "-3", "1e9"}) {
         expect_refused({"profile", "builtin:cloth:500", "--repeat", value}, 2, "--repeat");
@@ -333,13 +335,13 @@ TEST(Usage, SamplesAndDistancesOutOfRangeAreRefused) {
 TEST(Usage, MalformedSizeIsRefused) {
     for (const char* value : {"0x64", "64x0", "-1x64", "64", "64x", "x64", "64x64x64", "64 x 64",
                               "nanxnan", "1e2x1e2"}) {
-        expect_refused(render({"--size", value}), 2, "--size");
+        expect_refused(small_render({"--size", value}), 2, "--size");
     }
 }
 
 TEST(Usage, SizeBeyondTheLimitIsALimitError) {
-    expect_refused(render({"--size", "65537x1"}), 6, "65536");
-    expect_refused(render({"--size", "1000000000x1000000000"}), 6, "65536");
+    expect_refused(small_render({"--size", "65537x1"}), 6, "65536");
+    expect_refused(small_render({"--size", "1000000000x1000000000"}), 6, "65536");
     TemporaryFolder folder;
     expect_refused({"render", "builtin:cloth:500", "--backend", "cpu", "--size", "65536x65536",
                     "--out", folder.file("out")},
@@ -349,7 +351,7 @@ TEST(Usage, SizeBeyondTheLimitIsALimitError) {
 
 TEST(Usage, PointsNeedThreeNumbers) {
     for (const char* value : {"1,2", "1,2,3,4", "1;2;3", "a,b,c", "1,,3", ","}) {
-        expect_refused(render({"--eye", value}), 2, "--eye");
+        expect_refused(small_render({"--eye", value}), 2, "--eye");
     }
 }
 
@@ -450,27 +452,28 @@ TEST(Usage, ControlCharactersInArgumentsDoNotReachTheTerminal) {
 }
 
 TEST(Usage, TooManySamplesAreRefusedWithAWayOut) {
-    expect_refused(render({"--size", "16384x16385"}), 6, "give a smaller --size or --samples");
-    expect_refused(render({"--size", "9000x4", "--samples", "64"}), 6,
+    expect_refused(small_render({"--size", "16384x16385"}), 6,
+                   "give a smaller --size or --samples");
+    expect_refused(small_render({"--size", "9000x4", "--samples", "64"}), 6,
                    "9000x4 pixels of 64 samples");
 }
 
 TEST(Usage, OptionsOfImagesWithoutEffectAreRefused) {
-    expect_refused(render({"--rays", "ao", "--shading", "lit"}), 2,
+    expect_refused(small_render({"--rays", "ao", "--shading", "lit"}), 2,
                    "--rays is for --shading plain");
-    expect_refused(render({"--rays", "ao", "--flat"}), 2, "--flat");
-    expect_refused(render({"--shading", "depth", "--flat"}), 2, "--flat");
-    expect_refused(render({"--shading", "normal", "--ground"}), 2, "--ground");
-    expect_refused(render({"--shading", "depth", "--ao-samples", "3"}), 2, "--ao-samples");
-    expect_refused(render({"--rays", "shadow", "--ao-samples", "3"}), 2, "--ao-samples");
-    expect_refused(render({"--rays", "primary", "--ao-distance", "3"}), 2, "--ao-distance");
-    expect_refused(render({"--rays", "ao", "--ao-samples", "0"}), 2, "--ao-samples 0");
-    expect_refused(render({"--hits", "a.hits", "--samples", "4"}), 2, "--samples");
-    expect_refused(render({"--hits", "a.hits", "--ground"}), 2, "--ground");
-    expect_refused(render({"--rays", "ao", "--exr", "half"}), 2, "--exr");
+    expect_refused(small_render({"--rays", "ao", "--flat"}), 2, "--flat");
+    expect_refused(small_render({"--shading", "depth", "--flat"}), 2, "--flat");
+    expect_refused(small_render({"--shading", "normal", "--ground"}), 2, "--ground");
+    expect_refused(small_render({"--shading", "depth", "--ao-samples", "3"}), 2, "--ao-samples");
+    expect_refused(small_render({"--rays", "shadow", "--ao-samples", "3"}), 2, "--ao-samples");
+    expect_refused(small_render({"--rays", "primary", "--ao-distance", "3"}), 2, "--ao-distance");
+    expect_refused(small_render({"--rays", "ao", "--ao-samples", "0"}), 2, "--ao-samples 0");
+    expect_refused(small_render({"--hits", "a.hits", "--samples", "4"}), 2, "--samples");
+    expect_refused(small_render({"--hits", "a.hits", "--ground"}), 2, "--ground");
+    expect_refused(small_render({"--rays", "ao", "--exr", "half"}), 2, "--exr");
     expect_refused({"render", "builtin:cloth:500", "--out", "a.exr"}, 2, "--exr");
-    expect_refused(render({"--samples", "9"}), 2, "'9' is not one of 1, 4, 16, 64");
-    expect_refused(render({"--shading", "nromal"}), 2, "did you mean normal?");
+    expect_refused(small_render({"--samples", "9"}), 2, "'9' is not one of 1, 4, 16, 64");
+    expect_refused(small_render({"--shading", "nromal"}), 2, "did you mean normal?");
 }
 
 TEST(Usage, OptionsWithoutEffectAreRefusedByEveryCommand) {
@@ -488,7 +491,7 @@ TEST(Usage, OptionsWithoutEffectAreRefusedByEveryCommand) {
                        "--light: only --rays shadow");
     }
     expect_refused(with("profile", {"--ao-samples", "3"}), 2, "--ao-samples: only --rays ao");
-    expect_refused(render({"--shading", "depth", "--light", "1,2,3"}), 2, "--light: only");
+    expect_refused(small_render({"--shading", "depth", "--light", "1,2,3"}), 2, "--light: only");
     for (const char* command : {"render", "crosscheck", "profile", "probe", "trace", "query"}) {
         std::vector<std::string> more = {"--backend", "cpu", "--device", "0"};
         if (command == std::string("trace")) more.insert(more.end(), {"--rays", "-", "-o", "-"});
@@ -516,7 +519,7 @@ TEST(Usage, OptionsWithoutEffectAreRefusedByEveryCommand) {
                    "--policies, --update: ");
     expect_refused(with("profile", {"--plot", "a.svg"}), 2, "--plot: shows how policies compare");
     expect_refused(with("probe", {"--update-budget", "3ms"}), 2, "only the update policy auto");
-    expect_refused(render({"--update", "refit", "--update-budget", "3ms"}), 2,
+    expect_refused(small_render({"--update", "refit", "--update-budget", "3ms"}), 2,
                    "only the update policy auto");
     expect_refused({"info", "--bvh"}, 2, "--bvh: is about a scene; give one");
     expect_refused({"info", "--frame", "0"}, 2, "--frame: is about a scene");

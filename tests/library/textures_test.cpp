@@ -21,7 +21,7 @@ using morphray::View;
 constexpr std::uint32_t kWhite = 0xFFFFFF;
 constexpr std::uint32_t kRed = 0x0000FF;
 
-View lit_view(std::uint32_t samples = 1) {
+View textured_view(std::uint32_t samples = 1) {
     return {.width = 45, .height = 31, .shading = Shading::lit, .samples = samples, .ao_count = 2};
 }
 
@@ -89,11 +89,12 @@ TEST(Textures, AreTheSameOnEveryDevice) {
     const Scene brute = scene.on(Device::brute_force());
     const Scene scalar = scene.on(Device::cpu({.threads = 1, .simd = "off"}));
     for (const std::uint32_t samples : {1u, 4u, 16u}) {
-        const Image image = scene.render(lit_view(samples));
+        const Image image = scene.render(textured_view(samples));
         for (const Scene* other : {&brute, &scalar})
-            EXPECT_TRUE(morphray::compare(image, other->render(lit_view(samples))).equal());
+            EXPECT_TRUE(morphray::compare(image, other->render(textured_view(samples))).equal());
     }
-    EXPECT_NE(Scene::build(mesh.view()).render(lit_view()).pixels, scene.render(lit_view()).pixels);
+    EXPECT_NE(Scene::build(mesh.view()).render(textured_view()).pixels,
+              scene.render(textured_view()).pixels);
 }
 
 TEST(Textures, ShowOnlyInLitImages) {
@@ -104,7 +105,7 @@ TEST(Textures, ShowOnlyInLitImages) {
         albedo.push_back(id == kNoTexture ? 0x00BFBFBF : kWhite);
     plain.albedo = albedo;
     for (const Shading shading : {Shading::plain, Shading::normal, Shading::prim}) {
-        View view = lit_view();
+        View view = textured_view();
         view.shading = shading;
         EXPECT_EQ(Scene::build(mesh.textured()).render(view).pixels,
                   Scene::build(plain).render(view).pixels);
@@ -175,7 +176,7 @@ TEST(Textures, StayWithTheirMeshes) {
     for (morphray::Vec3& p : second.points) p.z += 1.5f;
     const UserMesh plain(icosphere(2));
     const std::vector<MeshView> meshes = {plain.view(), first.textured(), second.textured()};
-    View view = lit_view();
+    View view = textured_view();
     view.eye = morphray::Point{1, 2, 6};
     view.target = morphray::Point{0, 0, 0};
     view.light = morphray::Point{5, 5, 5};
@@ -203,8 +204,8 @@ TEST(Textures, CoordinatesThatAreNotFiniteCountAsZero) {
     }
     MeshView with_zeros = mesh.textured();
     with_zeros.texcoords = zeros;
-    EXPECT_EQ(Scene::build(mesh.textured()).render(lit_view()).pixels,
-              Scene::build(with_zeros).render(lit_view()).pixels);
+    EXPECT_EQ(Scene::build(mesh.textured()).render(textured_view()).pixels,
+              Scene::build(with_zeros).render(textured_view()).pixels);
 }
 
 TEST(Textures, ArraysThatDoNotFitAreRefused) {

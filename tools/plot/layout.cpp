@@ -96,7 +96,7 @@ std::string broken(const std::string& text, double width) {
         begin = end + 1;
         const std::size_t hyphen = word.find('-');
         if (text_width(word, kFontSize) > width && hyphen != word.npos)
-            word.insert(hyphen + 1, "\n");
+            word.insert(hyphen + 1, 1, '\n');
         if (!line.empty() && text_width(line + " " + word, kFontSize) > width) {
             result += line + "\n";
             line = word;

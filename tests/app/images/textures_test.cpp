@@ -35,7 +35,7 @@ struct TexturedFolder : TemporaryFolder {
     }
 };
 
-Outcome render(const TexturedFolder& folder, Names more = {}) {
+Outcome render_textured(const TexturedFolder& folder, Names more = {}) {
     Names all = {"render", folder.file("scene.obj"), "--size", "24x16",
                  "--out",  folder.file("out"),       "--json", "-"};
     all.insert(all.end(), more.begin(), more.end());
@@ -49,16 +49,16 @@ std::string image_hash(const Outcome& outcome) {
 
 TEST(RenderTextures, AreTheSameOnEveryBackend) {
     const TexturedFolder folder;
-    const Outcome outcome = render(folder, {"--backend", "cpu"});
+    const Outcome outcome = render_textured(folder, {"--backend", "cpu"});
     EXPECT_EQ(outcome.err, "");
     const std::string hash = image_hash(outcome);
-    EXPECT_EQ(image_hash(render(folder, {"--backend", "brute"})), hash);
-    EXPECT_EQ(image_hash(render(folder, {"--backend", "cpu", "--simd", "off"})), hash);
+    EXPECT_EQ(image_hash(render_textured(folder, {"--backend", "brute"})), hash);
+    EXPECT_EQ(image_hash(render_textured(folder, {"--backend", "cpu", "--simd", "off"})), hash);
 #ifdef MORPHRAY_HAS_VULKAN
-    EXPECT_EQ(image_hash(render(folder, {"--backend", "vulkan"})), hash);
+    EXPECT_EQ(image_hash(render_textured(folder, {"--backend", "vulkan"})), hash);
 #endif
     folder.write("a.png", png_of(0xFFFFFF, 0xFFFFFF));
-    EXPECT_NE(image_hash(render(folder, {"--backend", "cpu"})), hash);
+    EXPECT_NE(image_hash(render_textured(folder, {"--backend", "cpu"})), hash);
 }
 
 TEST(RenderTextures, OfJpegFilesDoNotDependOnInstructionSets) {
@@ -86,13 +86,13 @@ TEST(RenderTextures, FollowASequence) {
     };
     const Outcome sequence = run(with({"render", folder.file("f_%d.obj"), "--frames", "1", "--size",
                                        "24x16", "--out", folder.file("out"), "--json", "-"}));
-    EXPECT_EQ(image_hash(sequence), image_hash(render(folder, with({}))));
+    EXPECT_EQ(image_hash(sequence), image_hash(render_textured(folder, with({}))));
 }
 
 TEST(RenderTextures, MissingOneIsAWarning) {
     const TexturedFolder folder;
     std::filesystem::remove(folder.path() / "a.png");
-    const Outcome outcome = render(folder, {"--backend", "cpu"});
+    const Outcome outcome = render_textured(folder, {"--backend", "cpu"});
     EXPECT_EQ(outcome.code, 0);
     EXPECT_NE(outcome.err.find("a.mtl:2: warning: map_Kd: "), std::string::npos) << outcome.err;
     EXPECT_NE(outcome.err.find("no such file"), std::string::npos) << outcome.err;
@@ -101,17 +101,17 @@ TEST(RenderTextures, MissingOneIsAWarning) {
 TEST(RenderTextures, DamagedOneIsAnErrorUnlessLenient) {
     const TexturedFolder folder;
     folder.write("a.png", png_of(1, 2).substr(0, 50));
-    const Outcome outcome = render(folder, {"--backend", "cpu"});
+    const Outcome outcome = render_textured(folder, {"--backend", "cpu"});
     EXPECT_EQ(outcome.code, 3);
     EXPECT_NE(outcome.err.find("a.png: is not a PNG file that can be read"), std::string::npos)
         << outcome.err;
     EXPECT_EQ(outcome.out, "");
-    const Outcome lenient = render(folder, {"--backend", "cpu", "--lenient"});
+    const Outcome lenient = render_textured(folder, {"--backend", "cpu", "--lenient"});
     EXPECT_EQ(lenient.code, 0) << lenient.err;
     EXPECT_NE(lenient.err.find("a.png: warning: is not a PNG file"), std::string::npos)
         << lenient.err;
     // Plain images do not read textures.
-    EXPECT_EQ(render(folder, {"--backend", "cpu", "--shading", "plain"}).code, 0);
+    EXPECT_EQ(render_textured(folder, {"--backend", "cpu", "--shading", "plain"}).code, 0);
 }
 
 std::string data_uri(const std::string& bytes) {

@@ -22,7 +22,8 @@ struct Textured {
     FileMesh mesh;
     std::vector<std::string> warnings;
 };
-Textured read(const TemporaryFolder& folder, const std::string& text, bool lenient = false) {
+Textured read_textures(const TemporaryFolder& folder, const std::string& text,
+                       bool lenient = false) {
     Textured result;
     MeshFileOptions options;
     options.lenient = lenient;
@@ -43,9 +44,9 @@ struct Folder : TemporaryFolder {
 
 TEST(ObjTextures, FacesHaveTheTextureOfTheirMaterialAndTheCoordinatesOfTheirCorners) {
     const Folder folder("map_Kd a.png\nnewmtl n\nKd 1 0 0\nmap_Kd b.png\nnewmtl p\nKd 0 1 0\n");
-    const Textured result = read(folder, "mtllib a.mtl\n" + kSquare + kFace + "usemtl m\n" + kFace +
-                                             "usemtl n\nf -4/-1 -3/-2 -2/-3\nusemtl p\n" + kFace +
-                                             "usemtl m\n" + kFace);
+    const Textured result = read_textures(
+        folder, "mtllib a.mtl\n" + kSquare + kFace + "usemtl m\n" + kFace +
+                    "usemtl n\nf -4/-1 -3/-2 -2/-3\nusemtl p\n" + kFace + "usemtl m\n" + kFace);
     EXPECT_TRUE(result.warnings.empty());
     const FileMesh& mesh = result.mesh;
     ASSERT_EQ(mesh.textures.size(), 2u);
@@ -61,7 +62,7 @@ TEST(ObjTextures, FacesHaveTheTextureOfTheirMaterialAndTheCoordinatesOfTheirCorn
 
 TEST(ObjTextures, AreNotKeptWithoutOne) {
     const Folder folder("Kd 1 0 0\n");
-    const FileMesh mesh = read(folder, "mtllib a.mtl\nusemtl m\n" + kSquare + kFace).mesh;
+    const FileMesh mesh = read_textures(folder, "mtllib a.mtl\nusemtl m\n" + kSquare + kFace).mesh;
     EXPECT_TRUE(mesh.textures.empty());
     EXPECT_TRUE(mesh.face_textures.empty());
     EXPECT_TRUE(mesh.texcoords.empty());
@@ -70,7 +71,7 @@ TEST(ObjTextures, AreNotKeptWithoutOne) {
 
 TEST(ObjTextures, ScaleAndOffsetChangeCoordinates) {
     const Folder folder("map_Kd -s 2 4 -o 0.5 -1 a.png\n");
-    const FileMesh mesh = read(folder, "mtllib a.mtl\nusemtl m\n" + kSquare + kFace).mesh;
+    const FileMesh mesh = read_textures(folder, "mtllib a.mtl\nusemtl m\n" + kSquare + kFace).mesh;
     EXPECT_EQ(mesh.texcoords[2], (Texcoord{2.5f, 3}));
     EXPECT_EQ(mesh.texcoords[0], (Texcoord{0.5f, -1}));
 }
@@ -78,8 +79,8 @@ TEST(ObjTextures, ScaleAndOffsetChangeCoordinates) {
 TEST(ObjTextures, OneFileIsOneTextureUnlessItClamps) {
     const Folder folder(
         "map_Kd a.png\nnewmtl n\nmap_Kd ./a.png\nnewmtl o\nmap_Kd -clamp on a.png\n");
-    const FileMesh mesh = read(folder, "mtllib a.mtl\n" + kSquare + "usemtl m\n" + kFace +
-                                           "usemtl n\n" + kFace + "usemtl o\n" + kFace)
+    const FileMesh mesh = read_textures(folder, "mtllib a.mtl\n" + kSquare + "usemtl m\n" + kFace +
+                                                    "usemtl n\n" + kFace + "usemtl o\n" + kFace)
                               .mesh;
     ASSERT_EQ(mesh.textures.size(), 2u);
     EXPECT_FALSE(mesh.textures[0].clamp);
@@ -89,7 +90,7 @@ TEST(ObjTextures, OneFileIsOneTextureUnlessItClamps) {
 
 TEST(ObjTextures, MissingFileIsAWarningAndLeavesTheColour) {
     const Folder folder("Kd 0 0 1\nmap_Kd none.png\nnewmtl n\nmap_Kd none.png\n");
-    const Textured result = read(
+    const Textured result = read_textures(
         folder, "mtllib a.mtl\n" + kSquare + "usemtl m\n" + kFace + kFace + "usemtl n\n" + kFace);
     EXPECT_TRUE(result.mesh.textures.empty());
     EXPECT_EQ(result.mesh.albedo, (std::vector<Albedo>{0xFF0000, 0xFF0000, kDefaultAlbedo}));
@@ -124,8 +125,9 @@ TEST(ObjTextures, FileOfAnotherFolderIsSearchedBesideTheLibraryAndNowhereElse) {
 
 TEST(ObjTextures, FacesWithoutCoordinatesHaveTheirColourAlone) {
     const Folder folder("Kd 1 0 0\nmap_Kd a.png\n");
-    const Textured result = read(folder, "mtllib a.mtl\nusemtl m\n" + kSquare + "f 1/1 2/2 3\n" +
-                                             "f 1//1 2//1 3//1\nf 1/9 2/9 3/9\n" + kFace);
+    const Textured result =
+        read_textures(folder, "mtllib a.mtl\nusemtl m\n" + kSquare + "f 1/1 2/2 3\n" +
+                                  "f 1//1 2//1 3//1\nf 1/9 2/9 3/9\n" + kFace);
     EXPECT_EQ(result.mesh.face_textures,
               (std::vector<std::uint32_t>{kNoTexture, kNoTexture, kNoTexture, 0}));
     ASSERT_EQ(result.warnings.size(), 1u);
@@ -137,20 +139,20 @@ TEST(ObjTextures, CoordinatesThatAreNotFiniteAreZeroWithAWarning) {
     const Folder folder("map_Kd a.png\n");
     const std::string text =
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt nan 0.5\nvt x inf\nvt 0.25\nf 1/1 2/2 3/3\n";
-    const Textured result = read(folder, "mtllib a.mtl\nusemtl m\n" + text);
+    const Textured result = read_textures(folder, "mtllib a.mtl\nusemtl m\n" + text);
     EXPECT_EQ(result.mesh.texcoords, (std::vector<Texcoord>{{0, 0.5f}, {0, 0}, {0.25f, 0}}));
     ASSERT_EQ(result.warnings.size(), 1u);
     EXPECT_NE(result.warnings[0].find("a.obj:6: warning: texture coordinate 'nan'"),
               std::string::npos)
         << result.warnings[0];
     // Without a texture, coordinates are not checked.
-    EXPECT_TRUE(read(folder, text).warnings.empty());
+    EXPECT_TRUE(read_textures(folder, text).warnings.empty());
 }
 
 TEST(ObjTextures, BlackColourBelowATextureIsWhite) {
     const Folder folder("Kd 0 0 0\nmap_Kd a.png\nnewmtl n\nKd 0 0 0\n");
-    const Textured result =
-        read(folder, "mtllib a.mtl\n" + kSquare + "usemtl m\n" + kFace + "usemtl n\n" + kFace);
+    const Textured result = read_textures(
+        folder, "mtllib a.mtl\n" + kSquare + "usemtl m\n" + kFace + "usemtl n\n" + kFace);
     EXPECT_EQ(result.mesh.albedo, (std::vector<Albedo>{kWhite, 0}));
     ASSERT_EQ(result.warnings.size(), 1u);
     EXPECT_NE(result.warnings[0].find("a.mtl:3: warning: Kd of material 'm' is black"),
@@ -161,10 +163,10 @@ TEST(ObjTextures, BlackColourBelowATextureIsWhite) {
 TEST(ObjTextures, BrokenStatementIsRefusedWithItsLineOrLeftOut) {
     const Folder folder("Kd 1 0 0\nmap_Kd -s x a.png\n");
     const std::string text = "mtllib a.mtl\nusemtl m\n" + kSquare + kFace;
-    const std::string message = message_of([&] { read(folder, text); });
+    const std::string message = message_of([&] { read_textures(folder, text); });
     EXPECT_NE(message.find("a.mtl:3: map_Kd '-s x a.png' has -s 'x'"), std::string::npos)
         << message;
-    const Textured result = read(folder, text, true);
+    const Textured result = read_textures(folder, text, true);
     EXPECT_TRUE(result.mesh.textures.empty());
     EXPECT_EQ(result.mesh.albedo[0], 0xFFu);
     EXPECT_EQ(result.warnings.size(), 1u);
@@ -172,11 +174,12 @@ TEST(ObjTextures, BrokenStatementIsRefusedWithItsLineOrLeftOut) {
 
 TEST(ObjTextures, FacesThatAreLeftOutTakeTheirCornersAlong) {
     const Folder folder("map_Kd a.png\n");
-    const FileMesh mesh = read(folder,
-                               "mtllib a.mtl\nusemtl m\n" + kSquare +
-                                   "f 1/1 2/x 3/3\nf 1/1 2/2\nf 1/1 2/2 9/3\nf 4/4 3/3 2/2\n",
-                               true)
-                              .mesh;
+    const FileMesh mesh =
+        read_textures(folder,
+                      "mtllib a.mtl\nusemtl m\n" + kSquare +
+                          "f 1/1 2/x 3/3\nf 1/1 2/2\nf 1/1 2/2 9/3\nf 4/4 3/3 2/2\n",
+                      true)
+            .mesh;
     ASSERT_EQ(mesh.face_textures.size(), 1u);
     EXPECT_EQ(mesh.texcoords, (std::vector<Texcoord>{{0, 1}, {1, 1}, {1, 0}}));
 }
