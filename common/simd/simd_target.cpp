@@ -26,7 +26,7 @@ static_assert((HWY_TARGETS & ~named_bits()) == 0, "a target is compiled that no 
 
 bool is_supported(const SimdTarget& target) {
     if ((target.bit & HWY_TARGETS) == 0) return false;
-    // Asking the processor takes some 30 us on a virtual machine, and Highway asks each time.
+    // Asking the processor takes some 40 us on a virtual machine, and Highway asks each time.
     static const std::int64_t supported = hwy::SupportedTargets() | HWY_SCALAR;
     return (target.bit & supported) != 0;
 }

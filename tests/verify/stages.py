@@ -57,6 +57,8 @@ done
            is_measured=False),
     faults("signals", "1,000 signals at random moments leave no torn file", 15, "*SignalsAtAnyTime*",
            is_measured=False),
+    faults("killed-workers", "200 farms of which workers are killed at random moments are repaired by the same commands", 5,
+           "KilledWorkers.*", is_measured=False),
     Stage("asan", "AddressSanitizer and UBSan over all tests, with SIMD and Vulkan", 60, "cmake/asan/run all",
           packages="build test clang", is_measured=False),
     Stage("tsan", "data races in the suites that use threads, with an instrumented oneTBB", 40, "cmake/tsan/run",
