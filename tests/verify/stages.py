@@ -20,7 +20,7 @@ STAGES = [
 build_release check_proof proof_small_floats proof_small_floats_wrong proof_grids proof_reciprocals proof_owners
 ctest --test-dir "$build" --output-on-failure -j2 -R '^proof_'
 """, packages="build test"),
-    Stage("test", "every test of the release build", 16, "./test", packages="build chart view test farm"),
+    Stage("test", "every test of the release build", 18, "./test", packages="build chart view test farm"),
     Stage("valgrind", "errors of memory and uninitialised values in the program, built as users have it", 10,
           "cmake/valgrind/run", packages="build test valgrind"),
     Stage("packages", "Debian packages are made, and lintian finds no error in them", 20, "cmake/package/run",
