@@ -129,7 +129,7 @@ bool draw_notice(const ScreenRect& canvas, const Notice& notice) {
 
 void SceneField::show() {
     is_shown_ = true;
-    takes_focus_ = true;
+    wants_focus_ = true;
 }
 
 std::optional<std::string> SceneField::draw(const ScreenRect& canvas) {
@@ -137,14 +137,15 @@ std::optional<std::string> SceneField::draw(const ScreenRect& canvas) {
     ImGui::SetNextWindowPos({canvas.x + canvas.width / 2, canvas.y + canvas.height / 2}, 0,
                             {0.5f, 0.5f});
     ImGui::SetNextWindowSize({width, 0});
+    if (wants_focus_) ImGui::SetNextWindowFocus();
     begin_overlay("open", kOverlay | ImGuiWindowFlags_AlwaysAutoResize);
     ImGui::TextUnformatted("a file, a folder, a pattern, builtin:NAME");
-    if (takes_focus_) ImGui::SetKeyboardFocusHere();
-    takes_focus_ = false;
+    if (wants_focus_) ImGui::SetKeyboardFocusHere();
     ImGui::SetNextItemWidth(-1);
     bool opens =
         ImGui::InputText("##scene", name_.data(), name_.size(),
                          ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
+    if (ImGui::IsItemActive()) wants_focus_ = false;
     opens |= ImGui::Button("open");
     ImGui::SameLine();
     if (ImGui::Button("cancel")) hide();

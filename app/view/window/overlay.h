@@ -38,13 +38,15 @@ public:
     void show();
     void hide() { is_shown_ = false; }
     bool is_shown() const { return is_shown_; }
+    /// Whether it is to be drawn until it takes what is typed, which needs some frames.
+    bool wants_focus() const { return is_shown_ && wants_focus_; }
     /// Draws the field in the middle of the image. Returns the name when it is complete, and hides.
     std::optional<std::string> draw(const ScreenRect& canvas);
 
 private:
     std::array<char, 4096> name_ = {};
     bool is_shown_ = false;
-    bool takes_focus_ = false;
+    bool wants_focus_ = false;
 };
 
 /// Lists mouse and keys in the middle of the image. Returns whether its button to close it was

@@ -83,6 +83,7 @@ bool Viewer::step() {
     window_.wait(is_active ? kActiveSeconds : kIdleSeconds);
     if (window_.closes()) return false;
     if (window_.take_input()) redraws_ = kRedraws;
+    if (scene_field_.wants_focus()) redraws_ = std::max(redraws_, 1);
     const double now = Window::seconds();
     for (const std::string& file : window_.take_dropped()) {
         open(file);
