@@ -15,9 +15,9 @@ endfunction()
 # a time, which takes a third of the time where headers cost most. So names without linkage are unique
 # among the sources of a folder, which the test `names` checks: another file's function that fits better
 # would be called without a word. Sources with options of their own, and those that Highway compiles once
-# an instruction set, are compiled one by one; so are all where nothing is compiled in advance. To be called
-# when the target has its sources.
-define_property(GLOBAL PROPERTY MORPHRAY_TOGETHER BRIEF_DOCS "TARGET<tab>FILE: sources compiled with others")
+# an instruction set, are compiled one by one; so are all where nothing is compiled in advance. The global
+# property MORPHRAY_TOGETHER lists the others, each with its target. To be called when the target has its
+# sources.
 function(morphray_compile_together target)
     if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
         set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
@@ -33,8 +33,10 @@ function(morphray_compile_together target)
         if(per_instruction_set OR options OR definitions OR alone)
             continue()
         endif()
+        # Names of objects do not depend on where the checkout lies, so that archives have the same bytes.
         get_filename_component(folder ${path} DIRECTORY)
-        string(MD5 key "${folder}")
+        file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${folder})
+        string(MAKE_C_IDENTIFIER "${folder}" key)
         if(NOT DEFINED count_${key})
             set(count_${key} 0)
         endif()

@@ -11,8 +11,6 @@ namespace {
 
 using glm::dvec3;
 
-dvec3 to_dvec3(const Point& p) { return {p[0], p[1], p[2]}; }
-
 /// The image of points: (x, y) in pixels, and the depth along the view.
 class Projection {
 public:

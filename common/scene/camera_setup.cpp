@@ -36,9 +36,6 @@ constexpr double kParallel = 1e-9;
 // Smaller components of a direction change no pixel's ray and would make denormal products.
 constexpr double kNegligible = 0x1p-60;
 
-dvec3 to_vec(const Point& p) { return {p[0], p[1], p[2]}; }
-Point to_point(const dvec3& v) { return {v.x, v.y, v.z}; }
-
 bool all_finite(const dvec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
@@ -212,10 +209,10 @@ void check_size(const ViewSpec& view) {
 }
 
 void check_view(const ViewSpec& view, const ResolvedView& resolved) {
-    require_finite(to_vec(resolved.eye), "eye");
-    require_finite(to_vec(resolved.target), "target");
-    require_finite(to_vec(view.up), "up vector");
-    require_finite(to_vec(resolved.light), "light");
+    require_finite(to_dvec3(resolved.eye), "eye");
+    require_finite(to_dvec3(resolved.target), "target");
+    require_finite(to_dvec3(view.up), "up vector");
+    require_finite(to_dvec3(resolved.light), "light");
     if (!valid_fov(view.fov)) {
         throw Error(ErrorKind::kBadInput,
                     fmt::format("a field of view of {} degrees is impossible; give one above 0 and "
@@ -231,13 +228,13 @@ void check_view(const ViewSpec& view, const ResolvedView& resolved) {
 }
 
 Axes checked_axes(const ViewSpec& view, const ResolvedView& resolved) {
-    const dvec3 forward = direction_of(to_vec(resolved.target) - to_vec(resolved.eye));
+    const dvec3 forward = direction_of(to_dvec3(resolved.target) - to_dvec3(resolved.eye));
     if (forward == dvec3(0, 0, 0)) {
         throw Error(ErrorKind::kBadInput,
                     fmt::format("eye and target are both ({}, {}, {}); move one of them",
                                 resolved.eye[0], resolved.eye[1], resolved.eye[2]));
     }
-    const Axes axes = axes_of(forward, to_vec(view.up));
+    const Axes axes = axes_of(forward, to_dvec3(view.up));
     if (axes.right == dvec3(0, 0, 0)) {
         throw Error(ErrorKind::kBadInput,
                     fmt::format("the up vector ({}, {}, {}) is parallel to the view; give another",
@@ -276,20 +273,20 @@ Camera make_camera(const ViewSpec& view, const Axes& axes, const vec3& org) {
 
 ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds) {
     const SceneBox scene = scene_box(bounds);
-    dvec3 target = view.target ? to_vec(*view.target) : scene.centre;
+    dvec3 target = view.target ? to_dvec3(*view.target) : scene.centre;
     dvec3 eye;
     if (view.eye) {
-        eye = to_vec(*view.eye);
+        eye = to_dvec3(*view.eye);
         if (!view.target && eye == target) target.z -= scene.radius();
     } else {
         const dvec3 from = direction_of(kDefaultSide);
-        const Axes axes = axes_of(-from, to_vec(view.up));
+        const Axes axes = axes_of(-from, to_dvec3(view.up));
         const HalfSlopes slopes = framing_slopes(view);
         if (!view.target) target = framing_target(slopes, axes, scene);
         eye = target + framing_distance(slopes, axes, scene, target) * from;
     }
-    const Axes axes = axes_of(direction_of(target - eye), to_vec(view.up));
-    const dvec3 light = view.light ? to_vec(*view.light) : default_light(eye, axes, scene);
+    const Axes axes = axes_of(direction_of(target - eye), to_dvec3(view.up));
+    const dvec3 light = view.light ? to_dvec3(*view.light) : default_light(eye, axes, scene);
     const double ao_distance = view.ao_distance == 0 ? scene.radius() / 2 : view.ao_distance;
     return {to_point(eye), to_point(target), to_point(light), ao_distance};
 }

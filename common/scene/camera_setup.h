@@ -5,6 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include <glm/vec3.hpp>
+
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
 #include "common/scene/scene_space.h"
@@ -13,6 +15,9 @@
 namespace mray {
 
 using Point = std::array<double, 3>;
+
+inline glm::dvec3 to_dvec3(const Point& p) { return {p[0], p[1], p[2]}; }
+inline Point to_point(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 /// The most pixels of an image, a side and in all.
 inline constexpr std::uint32_t kMaxImageSide = 65536;

@@ -16,17 +16,18 @@
 
 namespace morphray {
 namespace detail {
-namespace {
 
-static_assert(std::endian::native == std::endian::little, "the file is written as memory is");
-
-struct Header {
+struct HitsHeader {
     char magic[8] = {'M', 'R', 'H', 'I', 'T', 'S', '1', '\0'};
     std::uint32_t width = 0;
     std::uint32_t height = 0;
     std::uint32_t image_count = 0;
 };
-static_assert(sizeof(Header) == 20 && sizeof(mray::Hit) == 16, "no padding");
+static_assert(sizeof(HitsHeader) == 20 && sizeof(mray::Hit) == 16, "no padding");
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the file is written as memory is");
 
 template <class T>
 void append(std::vector<std::byte>& bytes, std::span<const T> values) {
@@ -41,7 +42,7 @@ public:
     HitsBytes(std::uint32_t width, std::uint32_t height) {
         header_.width = width;
         header_.height = height;
-        bytes_.resize(sizeof(Header));
+        bytes_.resize(sizeof(HitsHeader));
         write_header();
     }
 
@@ -70,7 +71,7 @@ public:
 private:
     void write_header() { std::memcpy(bytes_.data(), &header_, sizeof(header_)); }
 
-    Header header_;
+    HitsHeader header_;
     std::vector<std::byte> bytes_;
 };
 
@@ -80,8 +81,8 @@ HitsFile parse(const std::string& file, std::string_view text) {
     const auto refuse = [&](const std::string& reason) {
         throw Error(ErrorCode::bad_input, mray::shown(file) + ": " + reason);
     };
-    Header header;
-    const Header expected;
+    HitsHeader header;
+    const HitsHeader expected;
     if (text.size() < sizeof(header)) refuse("not a file of hits: too short for its header");
     std::memcpy(&header, text.data(), sizeof(header));
     if (std::memcmp(header.magic, expected.magic, sizeof(header.magic)) != 0)

@@ -27,10 +27,10 @@ def names_in(text):
     for line in text.splitlines():
         if line.startswith("namespace {"):
             is_inside = True
-        elif line.startswith("}  // namespace") and line.strip() == "}  // namespace":
+        elif line == "}  // namespace":
             is_inside = False
         elif is_inside and (line[:1].isalpha() or line.startswith("[[")):
-            if line.startswith(("TEST", "INSTANTIATE_", "template <")) and "(" in line[:40]:
+            if line.startswith(("TEST", "INSTANTIATE_")):
                 continue
             for kind, pattern in KINDS:
                 match = pattern.match(line)

@@ -137,6 +137,7 @@ std::optional<std::string> SceneField::draw(const ScreenRect& canvas) {
     ImGui::SetNextWindowPos({canvas.x + canvas.width / 2, canvas.y + canvas.height / 2}, 0,
                             {0.5f, 0.5f});
     ImGui::SetNextWindowSize({width, 0});
+    // Dear ImGui 1.90 gives the keyboard to a field of a window that has the focus alone.
     if (wants_focus_) ImGui::SetNextWindowFocus();
     begin_overlay("open", kOverlay | ImGuiWindowFlags_AlwaysAutoResize);
     ImGui::TextUnformatted("a file, a folder, a pattern, builtin:NAME");

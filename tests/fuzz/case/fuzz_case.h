@@ -17,8 +17,6 @@
 
 namespace mray::fuzz {
 
-inline Point to_point(const glm::dvec3& p) { return {p.x, p.y, p.z}; }
-
 /// In world space, as a sequence of OBJ files and the program's options give it. Pose k is
 /// frame k.
 struct FuzzCase {

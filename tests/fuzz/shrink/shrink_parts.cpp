@@ -13,8 +13,6 @@ namespace {
 
 using glm::dvec3;
 
-dvec3 to_vec(const Point& p) { return {p[0], p[1], p[2]}; }
-
 /// The axes of the camera for eye, target, up and fov.
 struct Axes {
     dvec3 right, up, forward;
@@ -23,8 +21,8 @@ struct Axes {
 };
 Axes axes_of(const ViewSpec& view) {
     Axes axes;
-    axes.forward = glm::normalize(to_vec(*view.target) - to_vec(*view.eye));
-    axes.right = glm::normalize(glm::cross(axes.forward, glm::normalize(to_vec(view.up))));
+    axes.forward = glm::normalize(to_dvec3(*view.target) - to_dvec3(*view.eye));
+    axes.right = glm::normalize(glm::cross(axes.forward, glm::normalize(to_dvec3(view.up))));
     axes.up = glm::cross(axes.right, axes.forward);
     axes.half = std::tan(view.fov * (std::numbers::pi / 360));
     return axes;
@@ -38,11 +36,11 @@ ViewSpec part_of(const ViewSpec& view, double left, double top, std::uint32_t wi
     const double x = (left + width / 2.0 - view.width / 2.0) * pixel;
     const double y = (view.height / 2.0 - top - height / 2.0) * pixel;
     const dvec3 towards = axes.forward + axes.right * x + axes.up * y;
-    const dvec3 eye = to_vec(*view.eye);
+    const dvec3 eye = to_dvec3(*view.eye);
     ViewSpec part = view;
     part.width = width;
     part.height = height;
-    part.target = to_point(eye + towards * glm::length(to_vec(*view.target) - eye));
+    part.target = to_point(eye + towards * glm::length(to_dvec3(*view.target) - eye));
     part.fov = std::atan(height * pixel / (2 * glm::length(towards))) * (360 / std::numbers::pi);
     return part;
 }
