@@ -10,8 +10,6 @@ namespace {
 
 using namespace door_test;
 
-const float kNan = std::numeric_limits<float>::quiet_NaN();
-
 TEST(DoorHits, HaveTheNormalAndWeightsOfEmbree) {
     const Door door;
     RTCScene scene = door.committed({door.triangle()});
