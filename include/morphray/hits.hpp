@@ -35,7 +35,7 @@ public:
     ~HitsWriter();
 
     /// Throws bad_argument for an image of another size, and for hits of another mesh than geom_id
-    /// 0, for which the file has no place.
+    /// 0, for which the file has no place; limit. What throws has changed nothing.
     void add(const Image& image);
     /// Writes the file with the images so far: as a whole, or not at all. Throws output.
     void write(const std::string& file) const;
