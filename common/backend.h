@@ -46,6 +46,8 @@ struct BackendInfo {
     std::string name;
     /// For reports: instruction set and threads, or the device.
     std::string description;
+    /// Whether this machine's processor traces, which then takes longer for rays in any order.
+    bool is_on_processor = true;
 };
 
 class RayQueries;

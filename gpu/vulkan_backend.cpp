@@ -38,8 +38,10 @@ SceneSize with_room(SceneSize size) {
 }
 
 BackendInfo info_of(const DeviceInfo& device) {
-    return {"vulkan", fmt::format("{}, {}, Vulkan {}.{}", device.name, device.driver,
-                                  device.api_major, device.api_minor)};
+    return {"vulkan",
+            fmt::format("{}, {}, Vulkan {}.{}", device.name, device.driver, device.api_major,
+                        device.api_minor),
+            device.type == "cpu"};
 }
 
 class VulkanBackend final : public Backend {

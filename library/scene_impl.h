@@ -46,7 +46,7 @@ public:
     /// The questions at the current pose.
     SceneQuestions questions() const {
         require_usable();
-        return {*queries_, rays_, pose_, meshes_};
+        return {*queries_, rays_, pose_, meshes_, arena()};
     }
     void render(const View& view, Image& image) const;
 

@@ -1,10 +1,14 @@
 #include "library/queries/device_queries.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "common/base/stopwatch.h"
+#include "library/queries/ray_order.h"
 #include "library/queries/ray_runs.h"
 
 namespace morphray::detail {
@@ -24,9 +28,9 @@ double DeviceQueries::trace(std::span<const mray::Ray> rays, std::span<mray::Hit
     return backend_.finish().trace_ms;
 }
 
-/// Converts in many threads, and traces in large batches. The reported cost is the time of tracing;
-/// it leaves out what the tree has no part in, such as waiting for other threads and compiling
-/// kernels.
+/// Converts in many threads, and traces in large batches, sorted if that pays. The reported cost is
+/// the time of tracing; it leaves out what the tree has no part in, such as waiting for other
+/// threads and compiling kernels.
 void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads,
                               const std::atomic<bool>* cancel) const {
     std::vector<mray::Ray> batch;
@@ -34,15 +38,27 @@ void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits, Th
     std::vector<mray::Hit> found;
     double trace_ms = 0;
     const std::size_t most = cancel == nullptr ? kDeviceBatch : kCancelledBatch;
+    const auto curve = prefers_order() ? curve_to_sort(rays, space_) : std::nullopt;
+    RaySorter sorter;
+    if (curve) sorter.make_room(std::min(rays.size(), most));
     for (std::size_t begin = 0; begin < rays.size(); begin += most) {
         throw_if_cancelled(cancel);
         const std::size_t size = std::min(most, rays.size() - begin);
         batch.resize(size);
         t_exponents.resize(size);
         found.resize(size);
+        const std::span part = rays.subspan(begin, size);
+        std::span<const std::uint32_t> order;
+        if (curve) order = sorter.sort(part, mray::cpu::RayKeys(*curve, space_.target()), &arena_);
         for_each_run(size, arena_, nullptr, [&](std::size_t first, std::size_t count) {
+            std::array<Ray, kRun> ordered;
+            std::span<const Ray> some = part.subspan(first, count);
+            if (curve) {
+                for (std::size_t i = 0; i < count; ++i) ordered[i] = part[order[first + i]];
+                some = std::span(ordered).first(count);
+            }
             mray::cpu::SceneRays scene;
-            space_.to_scene(rays.subspan(begin + first, count), scene);
+            space_.to_scene(some, scene);
             for (std::size_t i = 0; i < count; ++i) {
                 batch[first + i] = scene.rays[i];
                 t_exponents[first + i] = scene.t_exponents[2 * i + 1];
@@ -51,7 +67,7 @@ void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits, Th
         trace_ms += trace(batch, found);
         for_each_run(size, arena_, nullptr, [&](std::size_t first, std::size_t count) {
             for (std::size_t i = first; i < first + count; ++i)
-                hits[begin + i] = space_.to_world(found[i], t_exponents[i]);
+                hits[begin + (curve ? order[i] : i)] = space_.to_world(found[i], t_exponents[i]);
         });
     }
     throw_if_cancelled(cancel);

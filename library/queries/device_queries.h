@@ -24,6 +24,7 @@ public:
     void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Threads threads,
                   const std::atomic<bool>* cancel) const override;
     bool occluded(const Ray& ray) const override;
+    bool prefers_order() const override { return backend_.info().is_on_processor; }
     void ask(std::size_t total, const std::atomic<bool>* cancel, const Ask& ask) const override;
 
 private:

@@ -62,9 +62,9 @@ bool HostQueries::trace_tile(std::span<const Ray> rays, std::span<Answer> answer
 template <class Answer, class Run>
 bool HostQueries::trace_sorted(std::span<const Ray> rays, std::span<Answer> answers, Run run,
                                mray::ThreadArena* arena, const std::atomic<bool>* cancel) const {
-    if (rays.size() < RayOrder::kLeast) return false;
-    const RayOrder order(rays, space_.extent());
-    if (!order.is_needed()) return false;
+    const auto curve = curve_to_sort(rays, space_);
+    if (!curve) return false;
+    const mray::cpu::RayKeys keys(*curve, space_.target());
     std::unique_ptr<RaySorter> sorter;
     try {
         sorter = sorters_.take();
@@ -72,7 +72,6 @@ bool HostQueries::trace_sorted(std::span<const Ray> rays, std::span<Answer> answ
     } catch (const std::bad_alloc&) {
         return false;
     }
-    const mray::cpu::RayKeys keys(order.curve(), space_.target());
     for (std::size_t begin = 0; begin < rays.size() && !is_cancelled(cancel);
          begin += RaySorter::kMost) {
         const std::span part = rays.subspan(begin, std::min(RaySorter::kMost, rays.size() - begin));

@@ -26,6 +26,9 @@ public:
     virtual void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
                           Threads threads, const std::atomic<bool>* cancel) const = 0;
     virtual bool occluded(const Ray& ray) const = 0;
+    /// Whether questions about rays whose neighbours are alike take less time, by more than
+    /// ordering them takes.
+    virtual bool prefers_order() const = 0;
 
     /// Asks about the questions [0, total) in parts: calls ask(queries, first, count), in many
     /// threads or in this one, where `queries` are those of the scene. Parts have at most

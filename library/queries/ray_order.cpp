@@ -146,6 +146,13 @@ RayOrder::RayOrder(std::span<const Ray> rays, double extent) {
     if (is_needed_) curve_ = curve_over(ranges, extent);
 }
 
+std::optional<mray::cpu::RayCurve> curve_to_sort(std::span<const Ray> rays, const RaySpace& space) {
+    if (rays.size() < RayOrder::kLeast) return std::nullopt;
+    const RayOrder order(rays, space.extent());
+    if (!order.is_needed()) return std::nullopt;
+    return order.curve();
+}
+
 void RaySorter::make_room(std::size_t rays) {
     assert(rays <= kMost);
     if (places_.size() >= rays) return;

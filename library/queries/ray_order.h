@@ -7,11 +7,13 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 
 #include "common/base/aligned_vector.h"
 #include "common/base/thread_arena.h"
 #include "cpu/scene_space/ray_keys.h"
+#include "library/queries/ray_space.h"
 #include "morphray/geometry.hpp"
 
 namespace morphray::detail {
@@ -47,6 +49,9 @@ private:
     mray::cpu::RayCurve curve_;
     bool is_needed_ = false;
 };
+
+/// The curve to sort rays along; nothing if they are few, or their neighbours are alike already.
+std::optional<mray::cpu::RayCurve> curve_to_sort(std::span<const Ray> rays, const RaySpace& space);
 
 /// Sorts rays. Keeps its memory, 10 bytes for each of the most rays so far. Not thread-safe.
 class RaySorter {

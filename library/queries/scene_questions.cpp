@@ -15,6 +15,7 @@
 #include "cpu/queries/closest_places.h"
 #include "library/queries/point_order.h"
 #include "library/queries/ray_grid.h"
+#include "library/queries/ray_order.h"
 #include "library/scene/errors.h"
 
 namespace morphray::detail {
@@ -74,11 +75,11 @@ struct SceneRun {
     int t_exponent(std::size_t ray) const { return scene.t_exponents[2 * ray + 1]; }
 };
 
-/// Calls work(first, count) for runs of [0, total) that SceneRun takes.
+/// Calls work(first, count) for parts of [0, total) of at most `most`.
 template <class Work>
-void for_runs(std::size_t total, Work work) {
-    for (std::size_t first = 0; first < total; first += RaySpace::kMost)
-        work(first, std::min(RaySpace::kMost, total - first));
+void for_parts(std::size_t total, std::size_t most, Work work) {
+    for (std::size_t first = 0; first < total; first += most)
+        work(first, std::min(most, total - first));
 }
 
 }  // namespace
@@ -92,24 +93,50 @@ void SceneQuestions::count(std::span<const Ray> rays, std::span<std::uint64_t> c
                          std::span<std::uint64_t> counts_of_some) {
         std::vector<mray::Ray> part;
         part.reserve(some.size());
-        for_runs(some.size(), [&](std::size_t first, std::size_t count) {
+        for_parts(some.size(), RaySpace::kMost, [&](std::size_t first, std::size_t count) {
             const SceneRun run(rays_, some.subspan(first, count));
             part.insert(part.end(), run.rays.begin(), run.rays.end());
         });
         scene.count(part, crossing_of(crossing), counts_of_some);
     };
+    /// Asks about `total` rays, whose numbers fill_places(begin, places) tells in an order in which
+    /// neighbours are alike.
+    const auto ask_in_order = [&](std::size_t total, auto fill_places) {
+        queries_.ask(total, cancel,
+                     [&](const mray::SceneQueries& scene, std::size_t begin, std::size_t size) {
+                         std::vector<std::size_t> places(size);
+                         fill_places(begin, std::span(places));
+                         std::vector<Ray> some(size);
+                         std::vector<std::uint64_t> counts_of_some(size);
+                         for (std::size_t i = 0; i < size; ++i) some[i] = rays[places[i]];
+                         ask(scene, some, counts_of_some);
+                         for (std::size_t i = 0; i < size; ++i)
+                             counts[places[i]] = counts_of_some[i];
+                     });
+    };
     const RayGrid grid = find_grid(rays);
+    if (grid.row != 0) {
+        ask_in_order(rays.size(), [&](std::size_t begin, std::span<std::size_t> places) {
+            find_tiled_places(grid, begin, places);
+        });
+        return;
+    }
+    if (const auto curve = queries_.prefers_order() ? curve_to_sort(rays, rays_) : std::nullopt) {
+        const mray::cpu::RayKeys keys(*curve, rays_.target());
+        RaySorter sorter;
+        sorter.make_room(std::min(rays.size(), RaySorter::kMost));
+        for_parts(rays.size(), RaySorter::kMost, [&](std::size_t first, std::size_t size) {
+            const std::span sorted = sorter.sort(rays.subspan(first, size), keys, &arena_);
+            ask_in_order(size, [&](std::size_t begin, std::span<std::size_t> places) {
+                for (std::size_t i = 0; i < places.size(); ++i)
+                    places[i] = first + sorted[begin + i];
+            });
+        });
+        return;
+    }
     queries_.ask(rays.size(), cancel,
                  [&](const mray::SceneQueries& scene, std::size_t begin, std::size_t size) {
-                     if (grid.row == 0)
-                         return ask(scene, rays.subspan(begin, size), counts.subspan(begin, size));
-                     std::vector<std::size_t> places(size);
-                     find_tiled_places(grid, begin, places);
-                     std::vector<Ray> tiled(size);
-                     std::vector<std::uint64_t> tiled_counts(size);
-                     for (std::size_t i = 0; i < size; ++i) tiled[i] = rays[places[i]];
-                     ask(scene, tiled, tiled_counts);
-                     for (std::size_t i = 0; i < size; ++i) counts[places[i]] = tiled_counts[i];
+                     ask(scene, rays.subspan(begin, size), counts.subspan(begin, size));
                  });
 }
 
@@ -128,7 +155,7 @@ AllHits SceneQuestions::intersect_all(std::span<const Ray> rays,
                  [&](const mray::SceneQueries& scene, std::size_t begin, std::size_t size) {
                      std::vector<mray::Ray> asked;
                      std::vector<int> t_exponents;
-                     for_runs(size, [&](std::size_t first, std::size_t count) {
+                     for_parts(size, RaySpace::kMost, [&](std::size_t first, std::size_t count) {
                          const SceneRun run(rays_, rays.subspan(begin + first, count));
                          asked.insert(asked.end(), run.rays.begin(), run.rays.end());
                          for (std::size_t i = 0; i < count; ++i)

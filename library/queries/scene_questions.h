@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "common/base/thread_arena.h"
 #include "common/interop/closest_rule.h"
 #include "library/queries/point_order.h"
 #include "library/queries/queries.h"
@@ -21,8 +22,8 @@ namespace morphray::detail {
 class SceneQuestions {
 public:
     SceneQuestions(const Queries& queries, const RaySpace& rays, const PoseReader& pose,
-                   const MeshList& meshes)
-        : queries_(queries), rays_(rays), pose_(pose), meshes_(meshes) {}
+                   const MeshList& meshes, mray::ThreadArena& arena)
+        : queries_(queries), rays_(rays), pose_(pose), meshes_(meshes), arena_(arena) {}
 
     AllHits intersect_all(std::span<const Ray> rays, const AllHitsOptions& options) const;
     Hit intersect(const Ray& ray, const Hit& after, Crossing crossing) const;
@@ -62,6 +63,7 @@ private:
     const RaySpace& rays_;
     const PoseReader& pose_;
     const MeshList& meshes_;
+    mray::ThreadArena& arena_;
 };
 
 }  // namespace morphray::detail

@@ -52,6 +52,29 @@ TEST(LibraryOnVulkan, AnswersAsTheCpu) {
     EXPECT_GT(scene.last_update().refit_ms, 0);
 }
 
+TEST(LibraryOnVulkan, ManyRaysInAnyOrderAreAnsweredAsByTheCpu) {
+    const UserMesh mesh(torus(40, 24));
+    const Scene scene = Scene::build(mesh.view(), vulkan());
+    const Scene twin = scene.on(Device::cpu());
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 50'000, 31);
+    const std::atomic<bool> cancel = false;
+    for (const std::atomic<bool>* const watched :
+         {static_cast<const std::atomic<bool>*>(nullptr), &cancel}) {
+        const morphray::Comparison hits = morphray::compare(scene, twin, rays, 3, watched);
+        EXPECT_TRUE(hits.equal()) << morphray::describe(hits);
+    }
+    std::vector<std::uint8_t> dark(rays.size());
+    std::vector<std::uint8_t> dark_on_cpu(rays.size());
+    scene.occluded(rays, std::span<std::uint8_t>(dark));
+    twin.occluded(rays, std::span<std::uint8_t>(dark_on_cpu));
+    EXPECT_EQ(dark, dark_on_cpu);
+    std::vector<std::uint64_t> counts(rays.size());
+    std::vector<std::uint64_t> counts_on_cpu(rays.size());
+    scene.count(rays, counts);
+    twin.count(rays, counts_on_cpu);
+    EXPECT_EQ(counts, counts_on_cpu);
+}
+
 TEST(LibraryOnVulkan, LetsLightThroughHolesAsTheCpu) {
     const RandomLeaves leaves;
     const Scene scene = build(leaves.views(), vulkan());

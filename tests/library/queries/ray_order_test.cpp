@@ -174,7 +174,11 @@ TEST(Queries, OfManyRaysInAnyOrderAreThoseOfOneRay) {
     make_hostile(rays);
     const Scene reference = Scene::build(mesh.view());
     std::vector<morphray::Hit> expected;
-    for (const Ray& ray : rays) expected.push_back(reference.intersect(ray));
+    std::vector<std::uint64_t> expected_counts(rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        expected.push_back(reference.intersect(rays[i]));
+        reference.count(std::span(rays).subspan(i, 1), std::span(expected_counts).subspan(i, 1));
+    }
     EXPECT_GT(count_hits(expected), kMany / 3);
     std::vector<std::string> targets = morphray::simd_targets();
     targets.push_back("off");
@@ -190,6 +194,9 @@ TEST(Queries, OfManyRaysInAnyOrderAreThoseOfOneRay) {
             scene.occluded(rays, std::span(occluded));
             for (std::size_t i = 0; i < rays.size(); ++i)
                 ASSERT_EQ(occluded[i], expected[i] ? 1 : 0) << simd << ", ray " << i;
+            std::vector<std::uint64_t> counts(rays.size(), 99);
+            scene.count(rays, counts);
+            EXPECT_EQ(counts, expected_counts) << simd;
         }
     }
 }
@@ -204,6 +211,11 @@ TEST(Queries, OfMoreRaysThanAreSortedAtOnceAreThoseOfSmallCalls) {
         scene.intersect(std::span(rays).subspan(i, size), std::span(expected).subspan(i, size));
     }
     expect_same_hits(hits_of(scene, rays), expected);
+    std::vector<std::uint64_t> counts(rays.size());
+    scene.count(rays, counts, morphray::Crossing::each);
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) different += (counts[i] > 0) != bool(expected[i]);
+    EXPECT_EQ(different, 0u);
 }
 
 TEST(Queries, OfManyRaysInAnyOrderAreCancelled) {
@@ -217,6 +229,10 @@ TEST(Queries, OfManyRaysInAnyOrderAreCancelled) {
     EXPECT_THROW(scene.intersect(rays, std::span(hits), &cancel), morphray::Error);
     EXPECT_EQ(std::count(hits.begin(), hits.end(), untouched),
               static_cast<std::ptrdiff_t>(hits.size()));
+    std::vector<std::uint64_t> counts(rays.size(), 99);
+    EXPECT_THROW(scene.count(rays, counts, morphray::Crossing::owner, &cancel), morphray::Error);
+    EXPECT_EQ(std::count(counts.begin(), counts.end(), 99u),
+              static_cast<std::ptrdiff_t>(counts.size()));
 }
 
 }  // namespace
