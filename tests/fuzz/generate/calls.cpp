@@ -19,7 +19,7 @@ std::uint32_t number_of(Dice& dice, CallKind kind) {
         case CallKind::kRays:
             // From 8192 on the library sorts them.
             return dice.one_in(150) ? 8192 + dice.below(1000)
-                                   : static_cast<std::uint32_t>(dice.pick(kRayCounts));
+                                    : static_cast<std::uint32_t>(dice.pick(kRayCounts));
         case CallKind::kPoints:
             return static_cast<std::uint32_t>(dice.from(1, dice.one_in(4) ? 300 : 30));
         case CallKind::kImage:
