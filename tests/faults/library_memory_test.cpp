@@ -321,7 +321,11 @@ TEST_P(MemoryEndsInChange, AnUpdate) {
                 EXPECT_EQ(*outcome.error, ErrorCode::limit);
                 if (GetParam().breaks) {
                     EXPECT_EQ(error_of([&] { play.scene.update(); }), "limit");
-                    EXPECT_EQ(error_of([&] { play.scene.intersect(morphray::Ray{}); }), "limit");
+                    Answers answers(play.meshes.second);
+                    for (const Question& question : kQuestions) {
+                        EXPECT_EQ(error_of([&] { question.ask(play.scene, answers); }), "limit")
+                            << question.name;
+                    }
                     return outcome.is_met;
                 }
                 GetParam().act(play.scene, play.meshes);

@@ -40,6 +40,16 @@ TEST(HitsFile, IsReadBackAsItWasWritten) {
     }
 }
 
+TEST(HitsFile, MayHaveNoImages) {
+    const TemporaryFolder folder;
+    const std::string file = folder.write("a.hits", "").string();
+    morphray::HitsWriter(31, 17).write(file);
+    const morphray::HitsFile read = morphray::read_hits(file);
+    EXPECT_EQ(read.width, 31u);
+    EXPECT_EQ(read.height, 17u);
+    EXPECT_TRUE(read.images.empty());
+}
+
 TEST(HitsFile, OfAnotherShapeIsRefused) {
     const TemporaryFolder folder;
     const std::string file = folder.write("a.hits", "").string();

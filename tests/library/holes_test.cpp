@@ -69,6 +69,20 @@ TEST(Holes, HalfOfATextureIsHalfOfAMesh) {
     }
 }
 
+TEST(Holes, ShowSurfacesThatFaceAwayFromTheLight) {
+    const Ground ground;
+    const Leaf leaf({kClear, kSolid});
+    Leaf half({kSolid, kSolid});
+    half.points[0].x = half.points[3].x = 0;
+    for (View view : views()) {
+        view.light = morphray::Point{0.5, 0.5, -4};
+        const Image image = build({ground.view(), leaf.view()}).render(view);
+        const Image expected = build({ground.view(), half.view()}).render(view);
+        EXPECT_EQ(image.pixels, expected.pixels);
+        EXPECT_EQ(image.occlusion, expected.occlusion);
+    }
+}
+
 TEST(Holes, OfOneLeafShowTheNext) {
     const Ground ground;
     const Leaf left({kClear, kSolid}), right({kSolid, kClear});

@@ -268,5 +268,17 @@ TEST(Shading, RefusesWhatItCannotDo) {
     EXPECT_EQ(error_of([&] { Scene::build(wrong); }), "bad_argument");
 }
 
+TEST(Shading, OfAnImageThatIsUsedAgainHasTimesOfItsOwn) {
+    const UserMesh mesh(torus(20, 16));
+    const Scene scene = Scene::build(mesh.view());
+    Image image;
+    View view = {.width = 40, .height = 30, .shading = morphray::Shading::lit};
+    scene.render(view, image);
+    EXPECT_GT(image.shade_ms, 0);
+    view.shading = morphray::Shading::plain;
+    scene.render(view, image);
+    EXPECT_EQ(image.shade_ms, 0);
+}
+
 }  // namespace
 }  // namespace mray::test

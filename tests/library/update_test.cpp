@@ -410,5 +410,26 @@ TEST(SceneUpdate, ManyScenesShareADevice) {
         expect_same_hits(hits_of(scene, rays), hits_of(scenes.front(), rays));
 }
 
+TEST(SceneUpdate, ImagesCountAsQueries) {
+    const UserMesh rest(torus(60, 40));
+    bool is_kept[2];
+    for (const bool renders : {false, true}) {
+        UserMesh mesh = rest;
+        Scene scene = Scene::build(
+            mesh.view(), Device::cpu(),
+            {.bounds = kBounds, .update = morphray::Auto{.budget = 0.5, .deterministic = true}});
+        morphray::Image image;
+        bool is_refitted = true;
+        for (int pose = 1; pose < 30; ++pose) {
+            sway(mesh, rest, 2 * pose);
+            is_refitted &= scene.update().step == Step::refit;
+            if (renders) scene.render({.width = 256, .height = 256}, image);
+        }
+        is_kept[renders ? 1 : 0] = is_refitted;
+    }
+    EXPECT_TRUE(is_kept[0]) << "nothing was asked, so that a better tree would save nothing";
+    EXPECT_FALSE(is_kept[1]);
+}
+
 }  // namespace
 }  // namespace mray::test
