@@ -5,14 +5,18 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <latch>
+#include <limits>
 #include <optional>
+#include <span>
 #include <string>
-#include <thread>
+#include <utility>
 #include <variant>
 #include <vector>
 
+#include "library/queries/ray_order.h"
 #include "tests/library/scenes.h"
+#include "tests/support/run_together.h"
+#include "tests/support/temporary_folder.h"
 
 namespace mray::test {
 namespace {
@@ -21,19 +25,6 @@ using morphray::Device;
 using morphray::Error;
 using morphray::ErrorCode;
 using morphray::Scene;
-
-/// Calls all of these at the same time, each in a thread of its own.
-void run_together(const std::vector<std::function<void()>>& works) {
-    std::latch start(static_cast<std::ptrdiff_t>(works.size()));
-    std::vector<std::thread> threads;
-    for (const std::function<void()>& work : works) {
-        threads.emplace_back([&] {
-            start.arrive_and_wait();
-            work();
-        });
-    }
-    for (std::thread& thread : threads) thread.join();
-}
 
 /// The answers of all const members of a scene.
 struct Answers {
@@ -58,6 +49,7 @@ struct Answers {
     std::uint64_t sizes = 0;
     double lower = 0;
     morphray::Step step = {};
+    std::uint64_t compared = 0;
 
     bool operator==(const Answers&) const = default;
 };
@@ -123,6 +115,10 @@ Answers ask(const Scene& scene, const std::vector<morphray::Ray>& rays, std::siz
         [&] { a.sizes = scene.triangle_count() + scene.vertex_count(); },
         [&] { a.lower = scene.bounds().lower[0]; },
         [&] { a.step = scene.last_update().step; },
+        [&] {
+            const morphray::Comparison comparison = compare(scene, scene, rays);
+            a.compared = comparison.compared - comparison.different;
+        },
     };
     for (std::size_t i = 0; i < calls.size(); ++i) calls[(i + turn) % calls.size()]();
     return a;
@@ -130,8 +126,11 @@ Answers ask(const Scene& scene, const std::vector<morphray::Ray>& rays, std::siz
 
 TEST(Threads, AskAllConstMembersAtTheSameTime) {
     UserMesh mesh(torus(40, 24));
-    const std::vector<morphray::Ray> rays = world_rays(mesh, 1500, 7);
+    const std::vector<morphray::Ray> many = world_rays(mesh, 1500, 7);
     for (const Device& device : {Device::cpu({.threads = 2}), Device::brute_force()}) {
+        // More than a thread answers alone; brute force takes seconds for all.
+        const std::vector<morphray::Ray> rays(many.begin(),
+                                              many.begin() + (device.name() == "cpu" ? 1500 : 300));
         // One that no thread has asked before, since first questions make what later ones use.
         Scene scene = Scene::build(mesh.view(), device, {.record_cost_ratio = true});
         Scene other = Scene::build(mesh.view(), device, {.record_cost_ratio = true});
@@ -149,6 +148,50 @@ TEST(Threads, AskAllConstMembersAtTheSameTime) {
             other.update();
         }
     }
+}
+
+/// Batches that are sorted, in memory that the scene keeps for the next one.
+TEST(Threads, HandOverLargeBatchesAtTheSameTime) {
+    const UserMesh mesh(torus(30, 20));
+    const std::vector<morphray::Ray> rays =
+        world_rays(mesh, morphray::detail::RayOrder::kLeast + 500, 17);
+    const Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 2}));
+    const std::vector<morphray::Hit> expected =
+        hits_of(Scene::build(mesh.view(), Device::cpu()), rays);
+    std::atomic<int> different = 0;
+    run_together(4, [&](std::size_t) {
+        for (int i = 0; i < 3; ++i) {
+            different += hits_of(scene, rays) == expected ? 0 : 1;
+            std::vector<morphray::Hit> hits(rays.size());
+            scene.intersect(rays, hits, morphray::Threads::calling);
+            different += hits == expected ? 0 : 1;
+        }
+    });
+    EXPECT_EQ(different, 0);
+}
+
+/// Scenes over the arrays of one mesh, which live on where the handles of their devices do not.
+TEST(Threads, BuildScenesOfOneMeshAndPassThemOn) {
+    const UserMesh mesh(torus(30, 20));
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 600, 19);
+    const std::vector<morphray::Hit> expected =
+        hits_of(Scene::build(mesh.view(), Device::cpu()), rays);
+    constexpr std::size_t kThreads = 4;
+    std::atomic<int> different = 0;
+    std::vector<std::optional<Scene>> scenes(kThreads);
+    for (int turn = 0; turn < 3; ++turn) {
+        run_together(kThreads, [&](std::size_t i) {
+            const Device device = Device::cpu({.threads = static_cast<int>(1 + i % 2)});
+            scenes[i] = Scene::build(mesh.view(), device).on(device);
+        });
+        run_together(kThreads, [&](std::size_t i) {
+            Scene scene = std::move(*scenes[(i + 1) % kThreads]);
+            different += hits_of(scene, rays) == expected ? 0 : 1;
+            scene.update();
+            different += hits_of(scene, rays) == expected ? 0 : 1;
+        });
+    }
+    EXPECT_EQ(different, 0);
 }
 
 TEST(Threads, HaveScenesOfTheirOwnOnOneDevice) {
@@ -201,6 +244,50 @@ TEST(Threads, UpdateASceneWhileOthersAskItsCopy) {
                       }
                   }});
     EXPECT_EQ(different, 0);
+}
+
+/// Trees that are built in the background, while threads ask and the caller writes its positions.
+/// Deterministic policies decide by the number of rays, whoever asks.
+TEST(Threads, AskWhileATreeIsBuiltInTheBackground) {
+    // Triangles that fly apart.
+    const UserMesh rest(random_soup(1000, 0.1, 8));
+    UserMesh mesh = rest;
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 2000, 23);
+    const morphray::SceneOptions options{.update =
+                                             morphray::Auto{.budget = 0.05, .deterministic = true}};
+    Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 2}), options);
+    Scene twin = Scene::build(mesh.view(), Device::cpu({.threads = 1}), options);
+    int pending = 0;
+    int swaps = 0;
+    for (int pose = 0; pose < 40; ++pose) {
+        for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+            const float way = 0.02f * static_cast<float>(pose);
+            mesh.points[i].x = rest.points[i].x + way * static_cast<float>(i / 3 * 7 % 11);
+            mesh.points[i].y = rest.points[i].y + way * static_cast<float>(i / 3 * 5 % 13);
+        }
+        const morphray::Update update = scene.update();
+        const morphray::Update same = twin.update();
+        ASSERT_EQ(update.step, same.step) << pose;
+        ASSERT_EQ(update.cost_ratio, same.cost_ratio) << pose;
+        ASSERT_EQ(update.build_pending, same.build_pending) << pose;
+        pending += update.build_pending ? 1 : 0;
+        swaps += update.step == morphray::Step::swap ? 1 : 0;
+        constexpr std::size_t kThreads = 4;
+        const std::vector<morphray::Hit> expected = hits_of(twin, rays);
+        for (std::size_t i = 1; i < kThreads; ++i) ASSERT_EQ(hits_of(twin, rays), expected);
+        for (std::size_t i = 0; i < kThreads * 100; ++i) twin.intersect(rays[i]);
+        std::atomic<int> different = 0;
+        run_together(kThreads, [&](std::size_t thread) {
+            different += hits_of(scene, rays) == expected ? 0 : 1;
+            for (std::size_t i = 100 * thread; i < 100 * (thread + 1); ++i)
+                different += scene.intersect(rays[i]) == expected[i] ? 0 : 1;
+            different += scene.last_update().step == update.step ? 0 : 1;
+            scene.tree_statistics();
+        });
+        ASSERT_EQ(different, 0) << pose;
+    }
+    EXPECT_GT(pending, 0);
+    EXPECT_GT(swaps, 0);
 }
 
 TEST(Threads, AreToldThatAnotherOneChangesTheScene) {
@@ -306,6 +393,67 @@ TEST(Threads, WatchAndEndABuildAndAnImage) {
                       }
                   }});
     EXPECT_EQ(error, "cancelled");
+}
+
+/// Every question of a device without a tree, where each takes long.
+TEST(Threads, EndTheQuestionsOfOthers) {
+    const UserMesh mesh(torus(30, 20));
+    const Scene scene = Scene::build(mesh.view(), Device::brute_force());
+    const std::vector<morphray::Ray> rays(1 << 18, {.org = {9, 8, 7}, .dir = {-9, -8, -7}});
+    const std::vector<morphray::Vec3> points(rays.size(), {0.5f, 0.25f, 0.125f});
+    std::vector<morphray::Hit> hits(rays.size());
+    std::vector<std::uint8_t> bytes(rays.size());
+    std::vector<std::uint64_t> counts(rays.size());
+    std::vector<std::int32_t> windings(rays.size());
+    std::vector<morphray::ClosestPoint> closest(rays.size());
+    std::vector<float> distances(rays.size());
+    constexpr float kFar = std::numeric_limits<float>::infinity();
+    using morphray::Crossing;
+    using morphray::FillRule;
+    const std::atomic<bool>* flag = nullptr;
+    const std::pair<const char*, std::function<void()>> questions[] = {
+        {"intersect", [&] { scene.intersect(rays, hits, flag); }},
+        {"occluded", [&] { scene.occluded(rays, bytes, flag); }},
+        {"compare", [&] { compare(scene, scene, rays, 10, flag); }},
+        {"intersect_all", [&] { scene.intersect_all(rays, {.cancel = flag}); }},
+        {"count", [&] { scene.count(rays, counts, Crossing::owner, flag); }},
+        {"winding", [&] { scene.winding(points, windings, flag); }},
+        {"contains", [&] { scene.contains(points, bytes, FillRule::nonzero, flag); }},
+        {"closest_points", [&] { scene.closest_points(points, closest, kFar, flag); }},
+        {"signed_distance",
+         [&] { scene.signed_distance(points, distances, FillRule::nonzero, kFar, flag); }},
+    };
+    for (const auto& question : questions) {
+        std::atomic<bool> cancel = false;
+        flag = &cancel;
+        std::string error;
+        run_together({[&] { cancel = true; }, [&] { error = error_of(question.second); }});
+        EXPECT_EQ(error, "cancelled") << question.first;
+    }
+}
+
+TEST(Threads, WriteImagesAtTheSameTime) {
+    const UserMesh mesh(torus(30, 20));
+    const Scene scene = Scene::build(mesh.view());
+    const TemporaryFolder folder;
+    // One whose rows repeat and one that is smooth take different filters.
+    const morphray::Image flat = scene.render({.width = 40, .height = 30});
+    const morphray::Image smooth = scene.render(
+        {.width = 40, .height = 30, .shading = morphray::Shading::lit, .ao_count = 64});
+    std::vector<std::string> expected;
+    for (const morphray::Image* image : {&flat, &smooth}) {
+        write_png(folder.file("expected.png"), *image);
+        expected.push_back(read_file(folder.file("expected.png")));
+    }
+    std::atomic<int> different = 0;
+    run_together(4, [&](std::size_t i) {
+        const std::string file = folder.file(std::to_string(i) + ".png");
+        for (int turn = 0; turn < 5; ++turn) {
+            write_png(file, i % 2 == 0 ? flat : smooth);
+            different += read_file(file) == expected[i % 2] ? 0 : 1;
+        }
+    });
+    EXPECT_EQ(different, 0);
 }
 
 }  // namespace
