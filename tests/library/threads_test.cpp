@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -13,6 +14,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/image/png.h"
 #include "library/queries/ray_order.h"
 #include "tests/library/scenes.h"
 #include "tests/support/run_together.h"
@@ -41,6 +43,7 @@ struct Answers {
     std::vector<std::uint32_t> closest;
     std::vector<float> distances;
     std::uint64_t image_hash = 0;
+    std::uint64_t ao_hash = 0;
     std::uint64_t lit_hash = 0;
     std::uint64_t copy_hash = 0;
     std::uint64_t tree_hash = 0;
@@ -54,13 +57,11 @@ struct Answers {
     bool operator==(const Answers&) const = default;
 };
 
-/// Asks all const members, in an order that differs with `turn`, so that each is the first one in
-/// some thread.
-Answers ask(const Scene& scene, const std::vector<morphray::Ray>& rays, std::size_t turn) {
-    std::vector<morphray::Vec3> points;
-    for (const morphray::Ray& ray : rays) points.push_back(ray.org);
-    Answers a;
-    const std::vector<std::function<void()>> calls = {
+/// The calls of all const members, once each. Points are the origins of the rays.
+std::vector<std::function<void()>> calls_of(const Scene& scene,
+                                            const std::vector<morphray::Ray>& rays,
+                                            const std::vector<morphray::Vec3>& points, Answers& a) {
+    return {
         [&] { a.hits = hits_of(scene, rays); },
         [&] {
             a.in_calling_thread.resize(rays.size());
@@ -101,6 +102,11 @@ Answers ask(const Scene& scene, const std::vector<morphray::Ray>& rays, std::siz
         },
         [&] { a.image_hash = scene.render({.width = 70, .height = 40}).hits_hash; },
         [&] {
+            a.ao_hash =
+                scene.render({.width = 30, .height = 20, .rays = morphray::Rays::ao, .ao_count = 4})
+                    .hits_hash;
+        },
+        [&] {
             a.lit_hash = scene
                              .render({.width = 30,
                                       .height = 20,
@@ -120,6 +126,20 @@ Answers ask(const Scene& scene, const std::vector<morphray::Ray>& rays, std::siz
             a.compared = comparison.compared - comparison.different;
         },
     };
+}
+
+std::vector<morphray::Vec3> origins_of(const std::vector<morphray::Ray>& rays) {
+    std::vector<morphray::Vec3> points;
+    for (const morphray::Ray& ray : rays) points.push_back(ray.org);
+    return points;
+}
+
+/// Asks all const members, in an order that differs with `turn`, so that each is the first one in
+/// some thread.
+Answers ask(const Scene& scene, const std::vector<morphray::Ray>& rays, std::size_t turn) {
+    const std::vector<morphray::Vec3> points = origins_of(rays);
+    Answers a;
+    const std::vector<std::function<void()>> calls = calls_of(scene, rays, points, a);
     for (std::size_t i = 0; i < calls.size(); ++i) calls[(i + turn) % calls.size()]();
     return a;
 }
@@ -150,24 +170,66 @@ TEST(Threads, AskAllConstMembersAtTheSameTime) {
     }
 }
 
-/// Batches that are sorted, in memory that the scene keeps for the next one.
-TEST(Threads, HandOverLargeBatchesAtTheSameTime) {
-    const UserMesh mesh(torus(30, 20));
-    const std::vector<morphray::Ray> rays =
-        world_rays(mesh, morphray::detail::RayOrder::kLeast + 500, 17);
+/// No other member orders the threads in between.
+TEST(Threads, AskOneConstMemberAgainAndAgain) {
+    const UserMesh mesh(torus(20, 12));
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 400, 13);
+    const std::vector<morphray::Vec3> points = origins_of(rays);
     const Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 2}));
-    const std::vector<morphray::Hit> expected =
-        hits_of(Scene::build(mesh.view(), Device::cpu()), rays);
-    std::atomic<int> different = 0;
-    run_together(4, [&](std::size_t) {
-        for (int i = 0; i < 3; ++i) {
-            different += hits_of(scene, rays) == expected ? 0 : 1;
-            std::vector<morphray::Hit> hits(rays.size());
-            scene.intersect(rays, hits, morphray::Threads::calling);
-            different += hits == expected ? 0 : 1;
-        }
-    });
-    EXPECT_EQ(different, 0);
+    const auto call = [&](std::size_t member) {
+        Answers a;
+        calls_of(scene, rays, points, a)[member]();
+        return a;
+    };
+    Answers unused;
+    const std::size_t members = calls_of(scene, rays, points, unused).size();
+    for (std::size_t member = 0; member < members; ++member) {
+        const Answers expected = call(member);
+        std::atomic<int> different = 0;
+        run_together(3, [&](std::size_t) {
+            // A count that they share would order them.
+            int mine = 0;
+            for (int i = 0; i < 10; ++i) mine += call(member) == expected ? 0 : 1;
+            different += mine;
+        });
+        EXPECT_EQ(different, 0) << member;
+    }
+}
+
+/// Work that threads of the device share: batches that are sorted, in memory that the scene keeps
+/// for the next one, and those of images; lists of all hits; and images of many tiles.
+TEST(Threads, HandOverMuchAtTheSameTime) {
+    const UserMesh mesh(torus(30, 20));
+    std::vector<morphray::Ray> camera;
+    for (int i = 0; i < 100 * 60; ++i) {
+        const float x = static_cast<float>(i % 100) / 50 - 0.9f;
+        const float y = static_cast<float>(i / 100) / 50 - 0.5f;
+        camera.push_back({.org = {0.3f, 0.2f, 3}, .dir = {x, y, -1}});
+    }
+    const morphray::View view{
+        .width = 150, .height = 100, .rays = morphray::Rays::ao, .ao_count = 4};
+    const Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 2}));
+    const Scene other = Scene::build(mesh.view(), Device::cpu({.threads = 1}));
+    const std::uint64_t image = other.render(view).hits_hash;
+    for (const auto& rays :
+         {world_rays(mesh, morphray::detail::RayOrder::kLeast + 500, 17), camera}) {
+        const std::vector<morphray::Hit> expected = hits_of(other, rays);
+        const std::vector<morphray::Hit> all = other.intersect_all(rays).hits;
+        std::atomic<int> different = 0;
+        run_together(4, [&](std::size_t) {
+            int mine = 0;
+            for (int i = 0; i < 3; ++i) {
+                mine += hits_of(scene, rays) == expected ? 0 : 1;
+                std::vector<morphray::Hit> hits(rays.size());
+                scene.intersect(rays, hits, morphray::Threads::calling);
+                mine += hits == expected ? 0 : 1;
+                mine += scene.intersect_all(rays).hits == all ? 0 : 1;
+                mine += scene.render(view).hits_hash == image ? 0 : 1;
+            }
+            different += mine;
+        });
+        EXPECT_EQ(different, 0);
+    }
 }
 
 /// Scenes over the arrays of one mesh, which live on where the handles of their devices do not.
@@ -257,16 +319,25 @@ TEST(Threads, AskWhileATreeIsBuiltInTheBackground) {
                                              morphray::Auto{.budget = 0.05, .deterministic = true}};
     Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 2}), options);
     Scene twin = Scene::build(mesh.view(), Device::cpu({.threads = 1}), options);
-    int pending = 0;
-    int swaps = 0;
-    for (int pose = 0; pose < 40; ++pose) {
+    const auto move = [&](int step) {
+        const float way = 0.01f * static_cast<float>(step);
         for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-            const float way = 0.02f * static_cast<float>(pose);
             mesh.points[i].x = rest.points[i].x + way * static_cast<float>(i / 3 * 7 % 11);
             mesh.points[i].y = rest.points[i].y + way * static_cast<float>(i / 3 * 5 % 13);
         }
-        const morphray::Update update = scene.update();
-        const morphray::Update same = twin.update();
+    };
+    // A build that has begun does not keep the caller from the next pose.
+    const auto advance = [&](Scene& moving, int pose) {
+        move(2 * pose);
+        if (!moving.update().build_pending) return moving.last_update();
+        move(2 * pose + 1);
+        return moving.update();
+    };
+    int pending = 0;
+    int swaps = 0;
+    for (int pose = 0; pose < 40; ++pose) {
+        const morphray::Update update = advance(scene, pose);
+        const morphray::Update same = advance(twin, pose);
         ASSERT_EQ(update.step, same.step) << pose;
         ASSERT_EQ(update.cost_ratio, same.cost_ratio) << pose;
         ASSERT_EQ(update.build_pending, same.build_pending) << pose;
@@ -278,11 +349,12 @@ TEST(Threads, AskWhileATreeIsBuiltInTheBackground) {
         for (std::size_t i = 0; i < kThreads * 100; ++i) twin.intersect(rays[i]);
         std::atomic<int> different = 0;
         run_together(kThreads, [&](std::size_t thread) {
-            different += hits_of(scene, rays) == expected ? 0 : 1;
+            int mine = hits_of(scene, rays) == expected ? 0 : 1;
             for (std::size_t i = 100 * thread; i < 100 * (thread + 1); ++i)
-                different += scene.intersect(rays[i]) == expected[i] ? 0 : 1;
-            different += scene.last_update().step == update.step ? 0 : 1;
+                mine += scene.intersect(rays[i]) == expected[i] ? 0 : 1;
+            mine += scene.last_update().step == update.step ? 0 : 1;
             scene.tree_statistics();
+            different += mine;
         });
         ASSERT_EQ(different, 0) << pose;
     }
@@ -333,15 +405,17 @@ TEST(Threads, UseHandlesAndReadPoliciesAtTheSameTime) {
     const Device device = Device::cpu({.threads = 1});
     std::atomic<int> wrong = 0;
     run_together(std::vector<std::function<void()>>(4, [&] {
+        int mine = 0;
         for (int i = 0; i < 200; ++i) {
             const Device copy = device;
-            wrong += copy.description() != device.description();
-            wrong += Device::cpu({.threads = 1}).description() != device.description();
-            wrong += !std::holds_alternative<morphray::Every>(
+            mine += copy.description() != device.description();
+            mine += Device::cpu({.threads = 1}).description() != device.description();
+            mine += !std::holds_alternative<morphray::Every>(
                 morphray::parse_update_policy("every:" + std::to_string(i + 1)));
-            wrong += error_of([] { morphray::parse_update_policy("never"); }) != "bad_argument";
-            wrong += morphray::simd_targets().empty();
+            mine += error_of([] { morphray::parse_update_policy("never"); }) != "bad_argument";
+            mine += morphray::simd_targets().empty();
         }
+        wrong += mine;
     }));
     EXPECT_EQ(wrong, 0);
 }
@@ -395,11 +469,28 @@ TEST(Threads, WatchAndEndABuildAndAnImage) {
     EXPECT_EQ(error, "cancelled");
 }
 
+/// A flag ends the image of its own call, and no other one of the scene.
+TEST(Threads, EndNoImagesOfOthers) {
+    const UserMesh mesh(torus(30, 20));
+    const Scene scene = Scene::build(mesh.view());
+    const std::atomic<bool> cancel = true;
+    std::atomic<int> wrong = 0;
+    run_together(4, [&](std::size_t thread) {
+        const morphray::View view{
+            .width = 64, .height = 64, .cancel = thread % 2 == 0 ? &cancel : nullptr};
+        int mine = 0;
+        for (int i = 0; i < 50; ++i)
+            mine += error_of([&] { scene.render(view); }) != (view.cancel ? "cancelled" : "none");
+        wrong += mine;
+    });
+    EXPECT_EQ(wrong, 0);
+}
+
 /// Every question of a device without a tree, where each takes long.
 TEST(Threads, EndTheQuestionsOfOthers) {
     const UserMesh mesh(torus(30, 20));
     const Scene scene = Scene::build(mesh.view(), Device::brute_force());
-    const std::vector<morphray::Ray> rays(1 << 18, {.org = {9, 8, 7}, .dir = {-9, -8, -7}});
+    const std::vector<morphray::Ray> rays(1 << 16, {.org = {9, 8, 7}, .dir = {-9, -8, -7}});
     const std::vector<morphray::Vec3> points(rays.size(), {0.5f, 0.25f, 0.125f});
     std::vector<morphray::Hit> hits(rays.size());
     std::vector<std::uint8_t> bytes(rays.size());
@@ -427,31 +518,49 @@ TEST(Threads, EndTheQuestionsOfOthers) {
         std::atomic<bool> cancel = false;
         flag = &cancel;
         std::string error;
-        run_together({[&] { cancel = true; }, [&] { error = error_of(question.second); }});
+        run_together({[&] { cancel = true; },
+                      [&] {
+                          bool was_set = false;
+                          do {
+                              was_set = cancel;
+                              error = error_of(question.second);
+                          } while (error == "none" && !was_set);
+                      }});
         EXPECT_EQ(error, "cancelled") << question.first;
     }
 }
 
+/// Calls of files would order the threads for ThreadSanitizer, so bytes are made alone as well.
 TEST(Threads, WriteImagesAtTheSameTime) {
     const UserMesh mesh(torus(30, 20));
     const Scene scene = Scene::build(mesh.view());
     const TemporaryFolder folder;
     // One whose rows repeat and one that is smooth take different filters.
-    const morphray::Image flat = scene.render({.width = 40, .height = 30});
-    const morphray::Image smooth = scene.render(
-        {.width = 40, .height = 30, .shading = morphray::Shading::lit, .ao_count = 64});
-    std::vector<std::string> expected;
-    for (const morphray::Image* image : {&flat, &smooth}) {
-        write_png(folder.file("expected.png"), *image);
-        expected.push_back(read_file(folder.file("expected.png")));
+    const morphray::Image images[] = {
+        scene.render({.width = 40, .height = 30}),
+        scene.render(
+            {.width = 40, .height = 30, .shading = morphray::Shading::lit, .ao_count = 64})};
+    std::vector<std::string> files;
+    std::vector<std::vector<std::byte>> bytes;
+    for (const morphray::Image& image : images) {
+        write_png(folder.file("expected.png"), image);
+        files.push_back(read_file(folder.file("expected.png")));
+        bytes.push_back(encode_png({image.width, image.height, image.pixels}));
     }
     std::atomic<int> different = 0;
     run_together(4, [&](std::size_t i) {
         const std::string file = folder.file(std::to_string(i) + ".png");
-        for (int turn = 0; turn < 5; ++turn) {
-            write_png(file, i % 2 == 0 ? flat : smooth);
-            different += read_file(file) == expected[i % 2] ? 0 : 1;
+        const morphray::Image& image = images[i % 2];
+        int mine = 0;
+        for (int turn = 0; turn < 20; ++turn) {
+            const auto made = encode_png({image.width, image.height, image.pixels});
+            mine += made == bytes[i % 2] ? 0 : 1;
         }
+        for (int turn = 0; turn < 5; ++turn) {
+            write_png(file, image);
+            mine += read_file(file) == files[i % 2] ? 0 : 1;
+        }
+        different += mine;
     });
     EXPECT_EQ(different, 0);
 }
