@@ -64,7 +64,7 @@ done
     Stage("tsan", "data races in the suites that use threads, with an instrumented oneTBB", 40, "cmake/tsan/run",
           packages="build test tsan", needs="Debian's archive of sources", is_measured=False),
     Stage("planted", "mistakes that each break a promise about threads are noticed by the test that is named for it, "
-          "under ThreadSanitizer", 30, """
+          "under ThreadSanitizer", 35, """
 cmake/tsan/run use_count_test
 cmake/tsan/planted
 """, packages="build test tsan", needs="Debian's archive of sources", is_measured=False),
