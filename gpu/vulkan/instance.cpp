@@ -44,6 +44,25 @@ void load_library(PFN_vkGetInstanceProcAddr loader) {
     }
 }
 
+/// Fills volk's pointers, through which other threads may be calling, unless they are those of this
+/// loader: they serve all of its instances and devices, so volkLoadInstance, not volkLoadDevice.
+/// Instances without debug utils do not know the functions of these.
+void load_functions(VkInstance instance, bool has_debug_utils) {
+    const auto find = [&]<class Function>(const char* name, Function) {
+        return reinterpret_cast<Function>(vkGetInstanceProcAddr(instance, name));
+    };
+    if (vkCreateDevice != find("vkCreateDevice", vkCreateDevice) ||
+        vkQueueSubmit != find("vkQueueSubmit", vkQueueSubmit))
+        volkLoadInstance(instance);
+    if (!has_debug_utils || vkCreateDebugUtilsMessengerEXT != nullptr) return;
+    vkDestroyDebugUtilsMessengerEXT =
+        find("vkDestroyDebugUtilsMessengerEXT", vkDestroyDebugUtilsMessengerEXT);
+    vkSetDebugUtilsObjectNameEXT =
+        find("vkSetDebugUtilsObjectNameEXT", vkSetDebugUtilsObjectNameEXT);
+    vkCreateDebugUtilsMessengerEXT =
+        find("vkCreateDebugUtilsMessengerEXT", vkCreateDebugUtilsMessengerEXT);
+}
+
 bool has_extension(const char* name) {
     std::uint32_t count = 0;
     check_loader(vkEnumerateInstanceExtensionProperties(nullptr, &count, nullptr),
@@ -136,8 +155,7 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
         .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
         .ppEnabledExtensionNames = extensions.data(),
     });
-    // volkLoadInstance, not volkLoadDevice: its pointers serve any number of instances and devices.
-    volkLoadInstance(handle_);
+    load_functions(handle_, has_debug_utils_);
     if (!validate) return;
     VkDebugUtilsMessengerEXT created = VK_NULL_HANDLE;
     const VkResult result = vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &created);
@@ -151,7 +169,7 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
 Instance::Instance(VkInstance host, PFN_vkGetInstanceProcAddr loader)
     : handle_(host), is_own_(false) {
     load_library(loader);
-    volkLoadInstance(handle_);
+    load_functions(handle_, false);
 }
 
 Instance::~Instance() {

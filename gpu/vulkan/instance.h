@@ -6,8 +6,9 @@
 
 namespace mray::gpu {
 
-/// Owns a VkInstance and, with validation, the messenger that fills `log`. The constructor fills
-/// volk's global function pointers, so two threads must not run it at the same time.
+/// Owns a VkInstance and, with validation, the messenger that fills `log`. The first constructor
+/// fills volk's global function pointers, so two threads must not run one at the same time; through
+/// the pointers they may call meanwhile.
 class Instance {
 public:
     /// Throws Error(kUnavailable), with a text for each cause: no Vulkan library, a library older

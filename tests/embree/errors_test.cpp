@@ -1,7 +1,6 @@
-// Errors, hostile use, and threads.
+// Errors, and hostile use.
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cstdlib>
 #include <thread>
 
@@ -275,41 +274,6 @@ TEST(DoorErrors, ACommitDuringAQueryIsRefused) {
     rtcReleaseScene(scene);
 }
 
-TEST(DoorErrors, CommitsWhileOthersTraceEndInErrors) {
-    const Door door;
-    Waves waves(30);
-    RTCGeometry mesh = door.triangles(waves.vertices, waves.indices);
-    RTCScene scene = door.committed({mesh});
-    std::atomic<bool> is_done = false;
-    std::atomic<int> wrong = 0;
-    std::vector<std::thread> threads;
-    for (int k = 0; k < 3; ++k) {
-        threads.emplace_back([&] {
-            while (!is_done) {
-                const RTCRayHit hit = trace(scene, down(0.4f, 0.5f));
-                const RTCError error = door.error();
-                if (hit.hit.geomID != (error == RTC_ERROR_NONE ? 0 : kInvalid)) ++wrong;
-                if (error != RTC_ERROR_NONE && error != RTC_ERROR_INVALID_OPERATION) ++wrong;
-            }
-        });
-    }
-    int done = 0;
-    for (int i = 0; done < 40 && i < 1000000; ++i) {
-        rtcUpdateGeometryBuffer(mesh, i % 2 == 0 ? RTC_BUFFER_TYPE_INDEX : RTC_BUFFER_TYPE_VERTEX,
-                                0);
-        rtcCommitScene(scene);
-        const RTCError error = door.error();
-        if (error == RTC_ERROR_NONE) ++done;
-        if (error != RTC_ERROR_NONE && error != RTC_ERROR_INVALID_OPERATION) ++wrong;
-        std::this_thread::yield();
-    }
-    is_done = true;
-    for (std::thread& thread : threads) thread.join();
-    EXPECT_EQ(wrong, 0);
-    EXPECT_EQ(done, 40);
-    rtcReleaseScene(scene);
-}
-
 ssize_t taken = 0;
 bool monitor(void* user, ssize_t bytes, bool) {
     if (bytes > 0 && user != nullptr) return false;
@@ -407,36 +371,6 @@ TEST(DoorErrors, AScenesInstanceOfItselfIsRefused) {
     EXPECT_EQ(door.error(), RTC_ERROR_INVALID_ARGUMENT);
     rtcDetachGeometry(scene, 0);
     rtcReleaseGeometry(instance);
-    rtcReleaseScene(scene);
-}
-
-TEST(DoorThreads, AttachCommitAndTraceTogether) {
-    const Door door;
-    RTCScene scene = rtcNewScene(door.device);
-    const Waves waves(30);
-    std::vector<std::thread> threads;
-    std::atomic<int> misses = 0;
-    std::atomic<int> attached = 0;
-    constexpr int kThreads = 6;
-    for (int k = 0; k < kThreads; ++k) {
-        threads.emplace_back([&] {
-            RTCGeometry mesh = door.triangles(waves.vertices, waves.indices);
-            rtcCommitGeometry(mesh);
-            rtcAttachGeometry(scene, mesh);
-            rtcReleaseGeometry(mesh);
-            ++attached;
-            while (attached < kThreads) std::this_thread::yield();
-            rtcJoinCommitScene(scene);
-            for (int i = 1; i < 300; ++i) {
-                const RTCRayHit hit = trace(scene, down(static_cast<float>(i) / 300, 0.5f));
-                if (hit.hit.geomID != 0) ++misses;
-                if (rtcGetGeometry(scene, 3) == nullptr) ++misses;
-            }
-            if (door.error() != RTC_ERROR_NONE) ++misses;
-        });
-    }
-    for (std::thread& thread : threads) thread.join();
-    EXPECT_EQ(misses, 0);
     rtcReleaseScene(scene);
 }
 

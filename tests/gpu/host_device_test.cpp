@@ -107,6 +107,20 @@ TEST(HostDevice, IsSharedWithTheApplication) {
     host.submit_nothing();
 }
 
+/// The host's instance has no debug utils, by which devices of the library name their objects.
+TEST(HostDevice, LeavesADeviceOfTheLibraryAsItIs) {
+    Host host;
+    const UserMesh small(icosphere(1));
+    const UserMesh large(torus(40, 24));
+    const std::vector<morphray::Ray> rays = world_rays(large, 500, 44);
+    const morphray::Device own = morphray::Device::vulkan();
+    const morphray::Scene first = morphray::Scene::build(small.view(), own);
+    const morphray::Scene adopted =
+        morphray::Scene::build(large.view(), morphray::Device::adopt(host.handles()));
+    const morphray::Scene second = morphray::Scene::build(large.view(), own);
+    EXPECT_TRUE(morphray::compare(adopted, second, rays).equal());
+}
+
 TEST(HostDevice, IsRefusedIfItDoesNotFit) {
     Host host;
     morphray::VulkanHost handles = host.handles();

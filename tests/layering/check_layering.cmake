@@ -33,6 +33,7 @@ set(tests_of_fuzz app)
 set(tests_of_accuracy accuracy)
 set(tests_of_bench bench)
 set(tests_of_gpu shaders)
+set(tests_of_python python)
 set(tests_of_shaders shaders)
 
 # The folders of the program, and of what it includes of itself. Files of app/ itself may include all.

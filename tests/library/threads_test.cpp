@@ -3,16 +3,22 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <latch>
+#include <limits>
 #include <optional>
+#include <span>
 #include <string>
-#include <thread>
+#include <utility>
 #include <variant>
 #include <vector>
 
+#include "common/image/png.h"
+#include "library/queries/ray_order.h"
 #include "tests/library/scenes.h"
+#include "tests/support/run_together.h"
+#include "tests/support/temporary_folder.h"
 
 namespace mray::test {
 namespace {
@@ -21,19 +27,6 @@ using morphray::Device;
 using morphray::Error;
 using morphray::ErrorCode;
 using morphray::Scene;
-
-/// Calls all of these at the same time, each in a thread of its own.
-void run_together(const std::vector<std::function<void()>>& works) {
-    std::latch start(static_cast<std::ptrdiff_t>(works.size()));
-    std::vector<std::thread> threads;
-    for (const std::function<void()>& work : works) {
-        threads.emplace_back([&] {
-            start.arrive_and_wait();
-            work();
-        });
-    }
-    for (std::thread& thread : threads) thread.join();
-}
 
 /// The answers of all const members of a scene.
 struct Answers {
@@ -50,6 +43,7 @@ struct Answers {
     std::vector<std::uint32_t> closest;
     std::vector<float> distances;
     std::uint64_t image_hash = 0;
+    std::uint64_t ao_hash = 0;
     std::uint64_t lit_hash = 0;
     std::uint64_t copy_hash = 0;
     std::uint64_t tree_hash = 0;
@@ -58,17 +52,16 @@ struct Answers {
     std::uint64_t sizes = 0;
     double lower = 0;
     morphray::Step step = {};
+    std::uint64_t compared = 0;
 
     bool operator==(const Answers&) const = default;
 };
 
-/// Asks all const members, in an order that differs with `turn`, so that each is the first one in
-/// some thread.
-Answers ask(const Scene& scene, const std::vector<morphray::Ray>& rays, std::size_t turn) {
-    std::vector<morphray::Vec3> points;
-    for (const morphray::Ray& ray : rays) points.push_back(ray.org);
-    Answers a;
-    const std::vector<std::function<void()>> calls = {
+/// The calls of all const members, once each. Points are the origins of the rays.
+std::vector<std::function<void()>> calls_of(const Scene& scene,
+                                            const std::vector<morphray::Ray>& rays,
+                                            const std::vector<morphray::Vec3>& points, Answers& a) {
+    return {
         [&] { a.hits = hits_of(scene, rays); },
         [&] {
             a.in_calling_thread.resize(rays.size());
@@ -109,6 +102,11 @@ Answers ask(const Scene& scene, const std::vector<morphray::Ray>& rays, std::siz
         },
         [&] { a.image_hash = scene.render({.width = 70, .height = 40}).hits_hash; },
         [&] {
+            a.ao_hash =
+                scene.render({.width = 30, .height = 20, .rays = morphray::Rays::ao, .ao_count = 4})
+                    .hits_hash;
+        },
+        [&] {
             a.lit_hash = scene
                              .render({.width = 30,
                                       .height = 20,
@@ -123,15 +121,36 @@ Answers ask(const Scene& scene, const std::vector<morphray::Ray>& rays, std::siz
         [&] { a.sizes = scene.triangle_count() + scene.vertex_count(); },
         [&] { a.lower = scene.bounds().lower[0]; },
         [&] { a.step = scene.last_update().step; },
+        [&] {
+            const morphray::Comparison comparison = compare(scene, scene, rays);
+            a.compared = comparison.compared - comparison.different;
+        },
     };
+}
+
+std::vector<morphray::Vec3> origins_of(const std::vector<morphray::Ray>& rays) {
+    std::vector<morphray::Vec3> points;
+    for (const morphray::Ray& ray : rays) points.push_back(ray.org);
+    return points;
+}
+
+/// Asks all const members, in an order that differs with `turn`, so that each is the first one in
+/// some thread.
+Answers ask(const Scene& scene, const std::vector<morphray::Ray>& rays, std::size_t turn) {
+    const std::vector<morphray::Vec3> points = origins_of(rays);
+    Answers a;
+    const std::vector<std::function<void()>> calls = calls_of(scene, rays, points, a);
     for (std::size_t i = 0; i < calls.size(); ++i) calls[(i + turn) % calls.size()]();
     return a;
 }
 
 TEST(Threads, AskAllConstMembersAtTheSameTime) {
     UserMesh mesh(torus(40, 24));
-    const std::vector<morphray::Ray> rays = world_rays(mesh, 1500, 7);
+    const std::vector<morphray::Ray> many = world_rays(mesh, 1500, 7);
     for (const Device& device : {Device::cpu({.threads = 2}), Device::brute_force()}) {
+        // More than a thread answers alone; brute force takes seconds for all.
+        const std::vector<morphray::Ray> rays(many.begin(),
+                                              many.begin() + (device.name() == "cpu" ? 1500 : 300));
         // One that no thread has asked before, since first questions make what later ones use.
         Scene scene = Scene::build(mesh.view(), device, {.record_cost_ratio = true});
         Scene other = Scene::build(mesh.view(), device, {.record_cost_ratio = true});
@@ -149,6 +168,92 @@ TEST(Threads, AskAllConstMembersAtTheSameTime) {
             other.update();
         }
     }
+}
+
+/// No other member orders the threads in between.
+TEST(Threads, AskOneConstMemberAgainAndAgain) {
+    const UserMesh mesh(torus(20, 12));
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 400, 13);
+    const std::vector<morphray::Vec3> points = origins_of(rays);
+    const Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 2}));
+    const auto call = [&](std::size_t member) {
+        Answers a;
+        calls_of(scene, rays, points, a)[member]();
+        return a;
+    };
+    Answers unused;
+    const std::size_t members = calls_of(scene, rays, points, unused).size();
+    for (std::size_t member = 0; member < members; ++member) {
+        const Answers expected = call(member);
+        std::atomic<int> different = 0;
+        run_together(3, [&](std::size_t) {
+            // A count that they share would order them.
+            int mine = 0;
+            for (int i = 0; i < 10; ++i) mine += call(member) == expected ? 0 : 1;
+            different += mine;
+        });
+        EXPECT_EQ(different, 0) << member;
+    }
+}
+
+/// Work that threads of the device share: batches that are sorted, in memory that the scene keeps
+/// for the next one, and those of images; lists of all hits; and images of many tiles.
+TEST(Threads, HandOverMuchAtTheSameTime) {
+    const UserMesh mesh(torus(30, 20));
+    std::vector<morphray::Ray> camera;
+    for (int i = 0; i < 100 * 60; ++i) {
+        const float x = static_cast<float>(i % 100) / 50 - 0.9f;
+        const float y = static_cast<float>(i / 100) / 50 - 0.5f;
+        camera.push_back({.org = {0.3f, 0.2f, 3}, .dir = {x, y, -1}});
+    }
+    const morphray::View view{
+        .width = 150, .height = 100, .rays = morphray::Rays::ao, .ao_count = 4};
+    const Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 2}));
+    const Scene other = Scene::build(mesh.view(), Device::cpu({.threads = 1}));
+    const std::uint64_t image = other.render(view).hits_hash;
+    for (const auto& rays :
+         {world_rays(mesh, morphray::detail::RayOrder::kLeast + 500, 17), camera}) {
+        const std::vector<morphray::Hit> expected = hits_of(other, rays);
+        const std::vector<morphray::Hit> all = other.intersect_all(rays).hits;
+        std::atomic<int> different = 0;
+        run_together(4, [&](std::size_t) {
+            int mine = 0;
+            for (int i = 0; i < 3; ++i) {
+                mine += hits_of(scene, rays) == expected ? 0 : 1;
+                std::vector<morphray::Hit> hits(rays.size());
+                scene.intersect(rays, hits, morphray::Threads::calling);
+                mine += hits == expected ? 0 : 1;
+                mine += scene.intersect_all(rays).hits == all ? 0 : 1;
+                mine += scene.render(view).hits_hash == image ? 0 : 1;
+            }
+            different += mine;
+        });
+        EXPECT_EQ(different, 0);
+    }
+}
+
+/// Scenes over the arrays of one mesh, which live on where the handles of their devices do not.
+TEST(Threads, BuildScenesOfOneMeshAndPassThemOn) {
+    const UserMesh mesh(torus(30, 20));
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 600, 19);
+    const std::vector<morphray::Hit> expected =
+        hits_of(Scene::build(mesh.view(), Device::cpu()), rays);
+    constexpr std::size_t kThreads = 4;
+    std::atomic<int> different = 0;
+    std::vector<std::optional<Scene>> scenes(kThreads);
+    for (int turn = 0; turn < 3; ++turn) {
+        run_together(kThreads, [&](std::size_t i) {
+            const Device device = Device::cpu({.threads = static_cast<int>(1 + i % 2)});
+            scenes[i] = Scene::build(mesh.view(), device).on(device);
+        });
+        run_together(kThreads, [&](std::size_t i) {
+            Scene scene = std::move(*scenes[(i + 1) % kThreads]);
+            different += hits_of(scene, rays) == expected ? 0 : 1;
+            scene.update();
+            different += hits_of(scene, rays) == expected ? 0 : 1;
+        });
+    }
+    EXPECT_EQ(different, 0);
 }
 
 TEST(Threads, HaveScenesOfTheirOwnOnOneDevice) {
@@ -203,6 +308,60 @@ TEST(Threads, UpdateASceneWhileOthersAskItsCopy) {
     EXPECT_EQ(different, 0);
 }
 
+/// Trees that are built in the background, while threads ask and the caller writes its positions.
+/// Deterministic policies decide by the number of rays, whoever asks.
+TEST(Threads, AskWhileATreeIsBuiltInTheBackground) {
+    // Triangles that fly apart.
+    const UserMesh rest(random_soup(1000, 0.1, 8));
+    UserMesh mesh = rest;
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 2000, 23);
+    const morphray::SceneOptions options{.update =
+                                             morphray::Auto{.budget = 0.05, .deterministic = true}};
+    Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 2}), options);
+    Scene twin = Scene::build(mesh.view(), Device::cpu({.threads = 1}), options);
+    const auto move = [&](int step) {
+        const float way = 0.01f * static_cast<float>(step);
+        for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+            mesh.points[i].x = rest.points[i].x + way * static_cast<float>(i / 3 * 7 % 11);
+            mesh.points[i].y = rest.points[i].y + way * static_cast<float>(i / 3 * 5 % 13);
+        }
+    };
+    // A build that has begun does not keep the caller from the next pose.
+    const auto advance = [&](Scene& moving, int pose) {
+        move(2 * pose);
+        if (!moving.update().build_pending) return moving.last_update();
+        move(2 * pose + 1);
+        return moving.update();
+    };
+    int pending = 0;
+    int swaps = 0;
+    for (int pose = 0; pose < 40; ++pose) {
+        const morphray::Update update = advance(scene, pose);
+        const morphray::Update same = advance(twin, pose);
+        ASSERT_EQ(update.step, same.step) << pose;
+        ASSERT_EQ(update.cost_ratio, same.cost_ratio) << pose;
+        ASSERT_EQ(update.build_pending, same.build_pending) << pose;
+        pending += update.build_pending ? 1 : 0;
+        swaps += update.step == morphray::Step::swap ? 1 : 0;
+        constexpr std::size_t kThreads = 4;
+        const std::vector<morphray::Hit> expected = hits_of(twin, rays);
+        for (std::size_t i = 1; i < kThreads; ++i) ASSERT_EQ(hits_of(twin, rays), expected);
+        for (std::size_t i = 0; i < kThreads * 100; ++i) twin.intersect(rays[i]);
+        std::atomic<int> different = 0;
+        run_together(kThreads, [&](std::size_t thread) {
+            int mine = hits_of(scene, rays) == expected ? 0 : 1;
+            for (std::size_t i = 100 * thread; i < 100 * (thread + 1); ++i)
+                mine += scene.intersect(rays[i]) == expected[i] ? 0 : 1;
+            mine += scene.last_update().step == update.step ? 0 : 1;
+            scene.tree_statistics();
+            different += mine;
+        });
+        ASSERT_EQ(different, 0) << pose;
+    }
+    EXPECT_GT(pending, 0);
+    EXPECT_GT(swaps, 0);
+}
+
 TEST(Threads, AreToldThatAnotherOneChangesTheScene) {
     UserMesh mesh(torus(50, 40));
     const UserMesh second(icosphere(1));
@@ -246,15 +405,17 @@ TEST(Threads, UseHandlesAndReadPoliciesAtTheSameTime) {
     const Device device = Device::cpu({.threads = 1});
     std::atomic<int> wrong = 0;
     run_together(std::vector<std::function<void()>>(4, [&] {
+        int mine = 0;
         for (int i = 0; i < 200; ++i) {
             const Device copy = device;
-            wrong += copy.description() != device.description();
-            wrong += Device::cpu({.threads = 1}).description() != device.description();
-            wrong += !std::holds_alternative<morphray::Every>(
+            mine += copy.description() != device.description();
+            mine += Device::cpu({.threads = 1}).description() != device.description();
+            mine += !std::holds_alternative<morphray::Every>(
                 morphray::parse_update_policy("every:" + std::to_string(i + 1)));
-            wrong += error_of([] { morphray::parse_update_policy("never"); }) != "bad_argument";
-            wrong += morphray::simd_targets().empty();
+            mine += error_of([] { morphray::parse_update_policy("never"); }) != "bad_argument";
+            mine += morphray::simd_targets().empty();
         }
+        wrong += mine;
     }));
     EXPECT_EQ(wrong, 0);
 }
@@ -306,6 +467,102 @@ TEST(Threads, WatchAndEndABuildAndAnImage) {
                       }
                   }});
     EXPECT_EQ(error, "cancelled");
+}
+
+/// A flag ends the image of its own call, and no other one of the scene.
+TEST(Threads, EndNoImagesOfOthers) {
+    const UserMesh mesh(torus(30, 20));
+    const Scene scene = Scene::build(mesh.view());
+    const std::atomic<bool> cancel = true;
+    std::atomic<int> wrong = 0;
+    run_together(4, [&](std::size_t thread) {
+        const morphray::View view{
+            .width = 64, .height = 64, .cancel = thread % 2 == 0 ? &cancel : nullptr};
+        int mine = 0;
+        for (int i = 0; i < 50; ++i)
+            mine += error_of([&] { scene.render(view); }) != (view.cancel ? "cancelled" : "none");
+        wrong += mine;
+    });
+    EXPECT_EQ(wrong, 0);
+}
+
+/// Every question of a device without a tree, where each takes long.
+TEST(Threads, EndTheQuestionsOfOthers) {
+    const UserMesh mesh(torus(30, 20));
+    const Scene scene = Scene::build(mesh.view(), Device::brute_force());
+    const std::vector<morphray::Ray> rays(1 << 16, {.org = {9, 8, 7}, .dir = {-9, -8, -7}});
+    const std::vector<morphray::Vec3> points(rays.size(), {0.5f, 0.25f, 0.125f});
+    std::vector<morphray::Hit> hits(rays.size());
+    std::vector<std::uint8_t> bytes(rays.size());
+    std::vector<std::uint64_t> counts(rays.size());
+    std::vector<std::int32_t> windings(rays.size());
+    std::vector<morphray::ClosestPoint> closest(rays.size());
+    std::vector<float> distances(rays.size());
+    constexpr float kFar = std::numeric_limits<float>::infinity();
+    using morphray::Crossing;
+    using morphray::FillRule;
+    const std::atomic<bool>* flag = nullptr;
+    const std::pair<const char*, std::function<void()>> questions[] = {
+        {"intersect", [&] { scene.intersect(rays, hits, flag); }},
+        {"occluded", [&] { scene.occluded(rays, bytes, flag); }},
+        {"compare", [&] { compare(scene, scene, rays, 10, flag); }},
+        {"intersect_all", [&] { scene.intersect_all(rays, {.cancel = flag}); }},
+        {"count", [&] { scene.count(rays, counts, Crossing::owner, flag); }},
+        {"winding", [&] { scene.winding(points, windings, flag); }},
+        {"contains", [&] { scene.contains(points, bytes, FillRule::nonzero, flag); }},
+        {"closest_points", [&] { scene.closest_points(points, closest, kFar, flag); }},
+        {"signed_distance",
+         [&] { scene.signed_distance(points, distances, FillRule::nonzero, kFar, flag); }},
+    };
+    for (const auto& question : questions) {
+        std::atomic<bool> cancel = false;
+        flag = &cancel;
+        std::string error;
+        run_together({[&] { cancel = true; },
+                      [&] {
+                          bool was_set = false;
+                          do {
+                              was_set = cancel;
+                              error = error_of(question.second);
+                          } while (error == "none" && !was_set);
+                      }});
+        EXPECT_EQ(error, "cancelled") << question.first;
+    }
+}
+
+/// Calls of files would order the threads for ThreadSanitizer, so bytes are made alone as well.
+TEST(Threads, WriteImagesAtTheSameTime) {
+    const UserMesh mesh(torus(30, 20));
+    const Scene scene = Scene::build(mesh.view());
+    const TemporaryFolder folder;
+    // One whose rows repeat and one that is smooth take different filters.
+    const morphray::Image images[] = {
+        scene.render({.width = 40, .height = 30}),
+        scene.render(
+            {.width = 40, .height = 30, .shading = morphray::Shading::lit, .ao_count = 64})};
+    std::vector<std::string> files;
+    std::vector<std::vector<std::byte>> bytes;
+    for (const morphray::Image& image : images) {
+        write_png(folder.file("expected.png"), image);
+        files.push_back(read_file(folder.file("expected.png")));
+        bytes.push_back(encode_png({image.width, image.height, image.pixels}));
+    }
+    std::atomic<int> different = 0;
+    run_together(4, [&](std::size_t i) {
+        const std::string file = folder.file(std::to_string(i) + ".png");
+        const morphray::Image& image = images[i % 2];
+        int mine = 0;
+        for (int turn = 0; turn < 20; ++turn) {
+            const auto made = encode_png({image.width, image.height, image.pixels});
+            mine += made == bytes[i % 2] ? 0 : 1;
+        }
+        for (int turn = 0; turn < 5; ++turn) {
+            write_png(file, image);
+            mine += read_file(file) == files[i % 2] ? 0 : 1;
+        }
+        different += mine;
+    });
+    EXPECT_EQ(different, 0);
 }
 
 }  // namespace

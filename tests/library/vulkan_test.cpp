@@ -2,10 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <functional>
 #include <thread>
 
 #include "tests/library/answers.h"
 #include "tests/library/holed_scene.h"
+#include "tests/support/run_together.h"
 
 namespace mray::test {
 namespace {
@@ -197,6 +199,69 @@ TEST(LibraryOnVulkan, ScenesAndThreadsShareADevice) {
         }
         for (std::thread& thread : threads) thread.join();
         EXPECT_EQ(different[0] + different[1], 0u);
+    }
+}
+
+/// Scenes take what a device has compiled, and give it back.
+TEST(LibraryOnVulkan, ThreadsMakeAndDropScenesOfOneDevice) {
+    const UserMesh mesh(icosphere(2));
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 100, 33);
+    const std::vector<morphray::Hit> expected =
+        hits_of(Scene::build(mesh.view(), Device::cpu()), rays);
+    std::atomic<int> different = 0;
+    // Only the first scenes of a device compile.
+    for (int turn = 0; turn < 3; ++turn) {
+        const Device device = Device::vulkan();
+        run_together(3, [&](std::size_t) {
+            int mine = 0;
+            for (int k = 0; k < 4; ++k)
+                mine += hits_of(Scene::build(mesh.view(), device), rays) == expected ? 0 : 1;
+            different += mine;
+        });
+    }
+    EXPECT_EQ(different, 0);
+}
+
+/// Each const member that uses the device is called alone: no other one orders the threads. The
+/// first call after an update refits.
+TEST(LibraryOnVulkan, ThreadsAskOneScene) {
+    UserMesh mesh(icosphere(2));
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 300, 34);
+    const std::vector<morphray::Vec3> points(300, {0.1f, 0.2f, 0.3f});
+    const morphray::SceneOptions options{.update = morphray::Refit{}};
+    Scene scene = Scene::build(mesh.view(), vulkan(), options);
+    Scene cpu = scene.on(Device::cpu());
+    std::vector<morphray::Hit> hits;
+    std::uint64_t tree = 0;
+    std::uint64_t image = 0;
+    const std::vector<std::function<bool()>> calls = {
+        [&] { return hits_of(scene, rays) == hits; },
+        [&] { return scene.intersect(rays[0]) == hits[0]; },
+        [&] {
+            std::vector<std::int32_t> windings(points.size());
+            scene.winding(points, windings);
+            return windings == std::vector<std::int32_t>(points.size(), 1);
+        },
+        [&] { return scene.on(Device::cpu()).tree_statistics().hash == tree; },
+        [&] { return scene.tree_statistics().hash == tree; },
+        [&] { return scene.render({.width = 40, .height = 30}).hits_hash == image; },
+    };
+    for (std::size_t i = 0; i < calls.size(); ++i) {
+        for (int pose = 0; pose < 4; ++pose) {
+            grow(mesh, 1.02f);
+            scene.update();
+            cpu.update();
+            hits = hits_of(cpu, rays);
+            tree = cpu.tree_statistics().hash;
+            image = cpu.render({.width = 40, .height = 30}).hits_hash;
+            std::atomic<int> different = 0;
+            run_together(3, [&](std::size_t) {
+                int mine = 0;
+                for (int k = 0; k < 4; ++k) mine += calls[i]() ? 0 : 1;
+                different += mine;
+            });
+            EXPECT_EQ(different, 0) << i << ", pose " << pose;
+        }
     }
 }
 

@@ -16,7 +16,8 @@ A list is a text file of entries that are separated by empty lines:
 `file` names the file of all entries that follow. An entry is the text before (lines with `-`) and
 after (lines with `+`), of which lines with a space belong to both. The text before must occur exactly
 once in the file. `equivalent:` says that no test can notice it, and why; `survives:` that one could,
-and why none does. `#` begins a comment.
+and why none does; `test:`, before these, names a program and the test of it that is to notice the mutation.
+`#` begins a comment.
 """
 
 import dataclasses
@@ -35,6 +36,7 @@ class Mutation:
     after: str
     equivalent: str
     survives: str
+    test: str
     place: str  # list and line
     number: int = 0  # from 1, in all lists
 
@@ -84,10 +86,10 @@ def read_list(path: pathlib.Path) -> list[Mutation]:
         place = f"{path.name}:{number}"
         if lines[0].startswith("file "):
             file = lines.pop(0).removeprefix("file ")
-        reasons = {"equivalent": "", "survives": ""}
-        for kind in reasons:
+        notes = {"test": "", "equivalent": "", "survives": ""}
+        for kind in notes:
             if lines and lines[0].startswith(f"{kind}: "):
-                reasons[kind] = lines.pop(0).removeprefix(f"{kind}: ")
+                notes[kind] = lines.pop(0).removeprefix(f"{kind}: ")
         if not lines:
             continue
         if any(line[0] not in " -+" for line in lines) or not file:
@@ -96,8 +98,8 @@ def read_list(path: pathlib.Path) -> list[Mutation]:
         after = "".join(line[1:] + "\n" for line in lines if line[0] in " +")
         if before == after:
             raise BadList(f"{place}: changes nothing")
-        mutations.append(Mutation(file, before, after, reasons["equivalent"],
-                                  reasons["survives"], place))
+        mutations.append(Mutation(file, before, after, notes["equivalent"], notes["survives"],
+                                  notes["test"], place))
     return mutations
 
 

@@ -12,6 +12,7 @@ file a.cpp
 -    x = 1;
 +    x = 2;
 
+test: a_test A.B
 equivalent: nothing reads y
      if (x)
 -        y = 3;
@@ -40,6 +41,7 @@ class MutationList(unittest.TestCase):
         self.assertEqual(first.equivalent, "")
         self.assertEqual(second.apply(SOURCE), "    x = 1;\n    if (x)\n    y = 3;\n")
         self.assertEqual(second.equivalent, "nothing reads y")
+        self.assertEqual((first.test, second.test), ("", "a_test A.B"))
         self.assertEqual(second.line(SOURCE), 3)
 
     def test_complains_of_text_that_is_not_there_exactly_once(self) -> None:

@@ -81,11 +81,18 @@ def files_of(root: pathlib.Path) -> list[str]:
     return [name for name in listed.split("\0") if name and (root / name).is_file()]
 
 
+def usual_configuration() -> list[str]:
+    return CONFIGURE + (ONE_TARGET if os.uname().machine == "x86_64" else [])
+
+
 class Workshop:
     """A copy of the checkout with a build of its own."""
 
-    def __init__(self, root: pathlib.Path, folder: pathlib.Path, before: list[str]):
+    def __init__(self, root: pathlib.Path, folder: pathlib.Path, before: list[str],
+                 configure: list[str] | None = None, memory: int = MEMORY):
         self.root = root
+        self.configure = usual_configuration() if configure is None else configure
+        self.memory = memory
         self.source = folder / "source"
         self.build_folder = folder / "build"
         self.scratch = folder / "scratch"
@@ -115,9 +122,7 @@ class Workshop:
 
     def _configure(self) -> None:
         command = ["cmake", "-S", str(self.source), "-B", str(self.build_folder), "-G", "Ninja",
-                   *CONFIGURE]
-        if os.uname().machine == "x86_64":
-            command.extend(ONE_TARGET)
+                   *self.configure]
         if shutil.which("ccache"):
             command.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
         if shutil.which("ld.lld"):
@@ -149,7 +154,7 @@ class Workshop:
         timeout = max(LEAST_TIMEOUT, 5 * self.seconds.get(test, 600))
 
         def limit() -> None:
-            resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+            resource.setrlimit(resource.RLIMIT_AS, (self.memory, self.memory))
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
         with tempfile.TemporaryDirectory(dir=self.scratch, ignore_cleanup_errors=True) as folder:
@@ -186,7 +191,8 @@ def _why(code: int, output: str) -> str:
         return "runs too long"
     running = [line for line in output.splitlines() if line.startswith("[ RUN      ] ")]
     if running:
-        return running[-1].removeprefix("[ RUN      ] ")
+        report = re.search("^SUMMARY: ThreadSanitizer: ([a-z -]*[a-z])", output, re.MULTILINE)
+        return running[-1].removeprefix("[ RUN      ] ") + (f", {report[1]}" if report else "")
     if code < 0 or code > 128:
         return f"ends by signal {-code if code < 0 else code - 128}"
     return f"exit code {code}"

@@ -67,6 +67,11 @@ done
           packages="build test clang", is_measured=False),
     Stage("tsan", "data races in the suites that use threads, with an instrumented oneTBB", 40, "cmake/tsan/run",
           packages="build test tsan", needs="Debian's archive of sources", is_measured=False),
+    Stage("planted", "mistakes that each break a promise about threads are noticed by the test that is named for it, "
+          "under ThreadSanitizer", 35, """
+cmake/tsan/run use_count_test
+cmake/tsan/planted
+""", packages="build test tsan", needs="Debian's archive of sources", is_measured=False),
     Stage("aarch64", "the CPU part for 64-bit Arm under qemu: tests that need no device, and the images of all "
           "built-in scenes", 60, """
 cmake/aarch64/run arithmetic_test refit_test scene_space_test camera_setup_test procedural_test bvh_builder_test \\

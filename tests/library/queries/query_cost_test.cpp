@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <thread>
-#include <vector>
+
+#include "tests/support/run_together.h"
 
 namespace morphray::detail {
 namespace {
@@ -36,14 +38,10 @@ TEST(QueryCost, CountsTheRaysOfBatchesOfAllSizesExactly) {
 /// More threads than have an index of their own.
 TEST(QueryCost, CountsTheRaysOfManyThreadsExactly) {
     QueryCost cost;
-    std::vector<std::thread> threads;
-    for (std::uint64_t i = 1; i <= 80; ++i) {
-        threads.emplace_back([&cost, i] {
-            for (int k = 0; k < 500; ++k) cost.measure(i, [] {});
-        });
-    }
-    for (std::thread& thread : threads) thread.join();
-    EXPECT_EQ(cost.rays(), 500u * 80 * 81 / 2);
+    mray::test::run_together(80, [&](std::size_t i) {
+        for (int k = 0; k < 2000; ++k) cost.measure(i + 1, [] {});
+    });
+    EXPECT_EQ(cost.rays(), 2000u * 80 * 81 / 2);
 }
 
 /// Each call of fewer than 64 rays is timed if it has the 64th, 128th ... ray of its thread.
