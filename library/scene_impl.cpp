@@ -75,10 +75,13 @@ public:
     Change(const Change&) = delete;
 
     template <class Work>
-    void run(Work work) {
+    Update run(Work work) {
         scene_.require_usable();
         try {
-            with_public_errors(work);
+            return with_public_errors([&] {
+                work();
+                return to_public(scene_.updater_->last(), scene_.read_ms_);
+            });
         } catch (const Error& error) {
             scene_.broken_ = error;
             throw;
@@ -168,7 +171,7 @@ void SceneImpl::follow(std::span<const mray::IndexRange> changed, double read_ms
 
 Update SceneImpl::update() {
     Change change(*this);
-    change.run([&] {
+    return change.run([&] {
         if (meshes_.has_changes()) {
             MeshList meshes = meshes_.changed();
             // The updater follows the topology that it was made for.
@@ -181,7 +184,6 @@ Update SceneImpl::update() {
         const std::vector<mray::IndexRange> changed = pose_.read_deforming(meshes_, arena());
         follow(changed, watch.ms());
     });
-    return to_public(updater_->last(), read_ms_);
 }
 
 Update SceneImpl::update(std::uint32_t geom_id, std::size_t first, std::size_t count) {
@@ -198,13 +200,12 @@ Update SceneImpl::update(std::uint32_t geom_id, std::size_t first, std::size_t c
         throw_bad_argument(
             "meshes have been attached or detached; call update() without a range first");
     }
-    change.run([&] {
+    return change.run([&] {
         const mray::Stopwatch watch;
         const std::vector<mray::IndexRange> changed =
             pose_.read(meshes_, *mesh, first, count, arena());
         follow(changed, watch.ms());
     });
-    return to_public(updater_->last(), read_ms_);
 }
 
 std::uint32_t SceneImpl::attach(const MeshView& mesh) {

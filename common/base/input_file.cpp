@@ -10,7 +10,6 @@
 #include <climits>
 #include <cstring>
 #include <system_error>
-#include <utility>
 
 #include "common/base/errors.h"
 #include "common/base/file_descriptor.h"
@@ -65,6 +64,18 @@ std::size_t read_up_to(int fd, char* out, std::size_t size, const fs::path& path
     return done;
 }
 
+[[noreturn]] void fail_changed(const fs::path& path) {
+    fail(path, "changed while it was read; wait until it is complete");
+}
+
+void require_unchanged(const fs::path& path, const FileDescriptor& file, std::uint64_t size,
+                       const std::timespec& modified) {
+    struct stat now = {};
+    if (fstat(file.fd(), &now) != 0 || static_cast<std::uint64_t>(now.st_size) != size ||
+        now.st_mtim.tv_sec != modified.tv_sec || now.st_mtim.tv_nsec != modified.tv_nsec)
+        fail_changed(path);
+}
+
 /// Opens a regular file, and tells what it is.
 FileDescriptor open_regular(const fs::path& path, struct stat& status) {
     // O_NONBLOCK: opening a pipe without a writer returns at once; a regular file ignores it.
@@ -82,9 +93,9 @@ FileDescriptor open_regular(const fs::path& path, struct stat& status) {
 }  // namespace
 
 std::string read_input_file(const fs::path& path, std::uint64_t max_bytes) {
-    struct stat before = {};
-    const FileDescriptor file = open_regular(path, before);
-    const auto size = static_cast<std::uint64_t>(before.st_size);
+    struct stat status = {};
+    const FileDescriptor file = open_regular(path, status);
+    const auto size = static_cast<std::uint64_t>(status.st_size);
     if (size > max_bytes) {
         throw Error(ErrorKind::kLimit,
                     fmt::format("{}: {} bytes are more than the {} that are read; split the scene",
@@ -93,25 +104,21 @@ std::string read_input_file(const fs::path& path, std::uint64_t max_bytes) {
 
     std::string bytes(size, '\0');
     char beyond = 0;
-    struct stat after = {};
     if (read_up_to(file.fd(), bytes.data(), size, path) != size ||
-        read_up_to(file.fd(), &beyond, 1, path) != 0 || fstat(file.fd(), &after) != 0 ||
-        after.st_size != before.st_size || after.st_mtim.tv_sec != before.st_mtim.tv_sec ||
-        after.st_mtim.tv_nsec != before.st_mtim.tv_nsec) {
-        fail(path, "changed while it was read; wait until it is complete");
-    }
+        read_up_to(file.fd(), &beyond, 1, path) != 0)
+        fail_changed(path);
+    require_unchanged(path, file, size, status.st_mtim);
     return bytes;
 }
 
 InputFile::InputFile(const fs::path& path)
-    : InputFile(path, [&] {
+    : path_(path), file_([&] {
           struct stat status = {};
           FileDescriptor file = open_regular(path, status);
-          return std::pair(std::move(file), static_cast<std::uint64_t>(status.st_size));
+          size_ = static_cast<std::uint64_t>(status.st_size);
+          modified_ = status.st_mtim;
+          return file;
       }()) {}
-
-InputFile::InputFile(const fs::path& path, std::pair<FileDescriptor, std::uint64_t> file)
-    : path_(path), file_(std::move(file.first)), size_(file.second) {}
 
 void InputFile::read(std::uint64_t offset, std::span<std::byte> out) const {
     while (!out.empty()) {
@@ -122,10 +129,11 @@ void InputFile::read(std::uint64_t offset, std::span<std::byte> out) const {
             fail(path_, fmt::format("cannot be read: {}; check the disk",
                                     std::generic_category().message(errno)));
         }
-        if (count == 0) fail(path_, "changed while it was read; wait until it is complete");
+        if (count == 0) fail_changed(path_);
         out = out.subspan(static_cast<std::size_t>(count));
         offset += static_cast<std::uint64_t>(count);
     }
+    require_unchanged(path_, file_, size_, modified_);
 }
 
 fs::path side_file(const fs::path& scene_file, const std::string& name) {

@@ -3,10 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <ctime>
 #include <filesystem>
 #include <span>
 #include <string>
-#include <utility>
 
 #include "common/base/file_descriptor.h"
 
@@ -16,7 +16,7 @@ inline constexpr std::uint64_t kMaxInputBytes = std::uint64_t{4} << 30;
 
 /// Returns the content of a regular file. Never waits for a pipe or device. Throws Error, if
 /// possible before it allocates: kBadInput (missing, unreadable, a folder, a pipe, a device, a loop
-/// of links, changed in size while it was read), kLimit (more than max_bytes).
+/// of links, changed while it was read), kLimit (more than max_bytes).
 std::string read_input_file(const std::filesystem::path& path,
                             std::uint64_t max_bytes = kMaxInputBytes);
 
@@ -29,15 +29,14 @@ public:
     const std::filesystem::path& path() const { return path_; }
     std::uint64_t size() const { return size_; }
     /// Fills `out` with the bytes from `offset` on. Throws Error(kBadInput) if they cannot be read
-    /// or are not there (any more).
+    /// or are not there (any more), or if the file has changed since it was opened.
     void read(std::uint64_t offset, std::span<std::byte> out) const;
 
 private:
-    InputFile(const std::filesystem::path& path, std::pair<FileDescriptor, std::uint64_t> file);
-
     std::filesystem::path path_;
+    std::uint64_t size_ = 0;
+    std::timespec modified_ = {};
     FileDescriptor file_;
-    std::uint64_t size_;
 };
 
 /// Returns the path of a file that a scene file names, such as a material library, with links

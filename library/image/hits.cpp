@@ -25,17 +25,7 @@ struct HitsHeader {
 };
 static_assert(sizeof(HitsHeader) == 20 && sizeof(mray::Hit) == 16, "no padding");
 
-namespace {
-
 static_assert(std::endian::native == std::endian::little, "the file is written as memory is");
-
-template <class T>
-void append(std::vector<std::byte>& bytes, std::span<const T> values) {
-    const std::span<const std::byte> raw = std::as_bytes(values);
-    bytes.insert(bytes.end(), raw.begin(), raw.end());
-}
-
-}  // namespace
 
 class HitsBytes {
 public:
@@ -50,18 +40,24 @@ public:
         const std::size_t count = std::size_t{header_.width} * header_.height;
         if (image.hits.size() != count || image.occlusion.size() != count)
             throw_bad_argument("HitsWriter: an image of another size");
-        std::vector<mray::Hit> hits(count);
-        for (std::size_t i = 0; i < count; ++i) {
-            const Hit& hit = image.hits[i];
+        for (const Hit& hit : image.hits) {
             if (hit && hit.geom_id != 0) {
                 throw_bad_argument(
                     fmt::format("HitsWriter: a hit of geom_id {}; the file has room for one mesh",
                                 hit.geom_id));
             }
-            hits[i] = {hit.t, hit.u, hit.v, hit.prim_id};
         }
-        append(bytes_, std::span<const mray::Hit>(hits));
-        append(bytes_, std::span<const std::uint32_t>(image.occlusion));
+        // Nothing has changed if memory does not suffice.
+        std::size_t at = bytes_.size();
+        bytes_.resize(at + count * (sizeof(mray::Hit) + sizeof(std::uint32_t)));
+        for (const Hit& hit : image.hits) {
+            const mray::Hit written{hit.t, hit.u, hit.v, hit.prim_id};
+            std::memcpy(bytes_.data() + at, &written, sizeof(written));
+            at += sizeof(written);
+        }
+        // An empty image has null pointers, which memcpy does not take.
+        if (count > 0)
+            std::memcpy(bytes_.data() + at, image.occlusion.data(), count * sizeof(std::uint32_t));
         ++header_.image_count;
         write_header();
     }

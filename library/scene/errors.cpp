@@ -63,7 +63,13 @@ Error::~Error() = default;
 
 namespace detail {
 
-void rethrow_as_public() {
+namespace {
+
+// Made while there is memory: a copy takes none.
+const Error kNoMemory(ErrorCode::limit,
+                      "out of memory; choose a smaller scene or image, or raise the limit");
+
+[[noreturn]] void rethrow_translated() {
     try {
         throw;
     } catch (const Error&) {
@@ -71,8 +77,7 @@ void rethrow_as_public() {
     } catch (const mray::Error& error) {
         throw Error(code_of(error.kind()), error.what());
     } catch (const std::bad_alloc&) {
-        throw Error(ErrorCode::limit,
-                    "out of memory; choose a smaller scene or image, or raise the limit");
+        throw kNoMemory;
     } catch (const std::length_error&) {
         throw Error(ErrorCode::limit,
                     "something is larger than memory can be; choose a smaller scene or image");
@@ -80,6 +85,17 @@ void rethrow_as_public() {
         if (!mray::is_lack_of_threads(error)) throw Error(ErrorCode::internal, error.what());
         throw Error(ErrorCode::limit,
                     "no more threads can be started; use fewer threads, or raise the limit");
+    }
+}
+
+}  // namespace
+
+void rethrow_as_public() {
+    try {
+        rethrow_translated();
+    } catch (const std::bad_alloc&) {
+        // There was no memory for the text of an error.
+        throw kNoMemory;
     }
 }
 

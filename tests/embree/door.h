@@ -17,6 +17,7 @@
 namespace mray::door_test {
 
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 inline constexpr unsigned int kInvalid = RTC_INVALID_GEOMETRY_ID;
 
 #if MORPHRAY_EMBREE == 3

@@ -334,6 +334,39 @@ TEST(DoorErrors, TheMemoryMonitorSeesAllAndMayRefuse) {
     EXPECT_EQ(taken, 0);
 }
 
+TEST(DoorErrors, TheMemoryMonitorSeesWhatACommitThatFailsGivesBack) {
+    taken = 0;
+    const Door door;
+    rtcSetDeviceMemoryMonitorFunction(door.device, monitor, nullptr);
+    RTCScene scene = door.committed({door.triangle()});
+    RTCGeometry more = door.triangle(-1);
+    rtcAttachGeometry(scene, more);
+    rtcReleaseGeometry(more);
+    int refuses = 0;
+    rtcSetDeviceMemoryMonitorFunction(door.device, monitor, &refuses);
+    rtcCommitScene(scene);
+    EXPECT_EQ(door.error(), RTC_ERROR_OUT_OF_MEMORY);
+    rtcReleaseScene(scene);
+    EXPECT_EQ(taken, 0);
+}
+
+TEST(DoorErrors, BuffersThatAreTooSmallAreRefused) {
+    const Door door;
+    RTCGeometry mesh = door.triangle();
+    RTCBuffer buffer = rtcNewBuffer(door.device, 3 * sizeof(Point));
+    const auto set = [&](std::size_t offset, std::size_t count) {
+        rtcSetGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, buffer, offset,
+                             sizeof(Point), count);
+        return door.error();
+    };
+    EXPECT_EQ(set(0, 3), RTC_ERROR_NONE);
+    EXPECT_EQ(set(0, 4), RTC_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(set(sizeof(Point), 3), RTC_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(set(4 * sizeof(Point), 0), RTC_ERROR_INVALID_ARGUMENT);
+    rtcReleaseBuffer(buffer);
+    rtcReleaseGeometry(mesh);
+}
+
 TEST(DoorErrors, ObjectsMayBeReleasedInAnyOrder) {
     RTCDevice device = rtcNewDevice("");
     RTCScene child = rtcNewScene(device);

@@ -10,8 +10,6 @@ namespace {
 
 using namespace door_test;
 
-const float kNan = std::numeric_limits<float>::quiet_NaN();
-
 TEST(DoorHits, HaveTheNormalAndWeightsOfEmbree) {
     const Door door;
     RTCScene scene = door.committed({door.triangle()});
@@ -167,6 +165,14 @@ TEST(DoorHits, BoundsAreThoseOfTriangles) {
     EXPECT_EQ(bounds.upper_x, 1);
     EXPECT_EQ(bounds.upper_y, 3);
     EXPECT_EQ(bounds.upper_z, 2);
+    RTCLinearBounds linear = {};
+    rtcGetSceneLinearBounds(scene, &linear);
+    for (const RTCBounds& each : {linear.bounds0, linear.bounds1}) {
+        EXPECT_EQ(each.lower_x, -1);
+        EXPECT_EQ(each.upper_z, 2);
+    }
+    rtcGetSceneLinearBounds(scene, nullptr);
+    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_ARGUMENT);
     RTCScene empty = door.committed({});
     rtcGetSceneBounds(empty, &bounds);
     EXPECT_EQ(bounds.lower_x, kInfinity);

@@ -271,5 +271,70 @@ TEST(DoorScenes, PointQueriesVisitPrimitivesWithinTheRadius) {
     rtcReleaseScene(scene);
 }
 
+TEST(DoorScenes, InstancesOfAnotherSceneAreSeenAfterACommit) {
+    const Door door;
+    RTCScene first = door.committed({door.triangle()});
+    RTCScene second = door.committed({door.triangle(-1)});
+    RTCGeometry instance = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(instance, first);
+    RTCScene scene = door.committed({instance});
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).ray.tfar, 1);
+    rtcSetGeometryInstancedScene(instance, second);
+    rtcCommitGeometry(instance);
+    rtcCommitScene(scene);
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).ray.tfar, 2);
+    for (RTCScene each : {scene, first, second}) rtcReleaseScene(each);
+}
+
+TEST(DoorScenes, TransformationsOfNestedInstancesAreMultiplied) {
+    const Door door;
+    // Twice as large and moved by (3, 0, 1), then moved by (0, 0, 4): z = 0.5 is at 6.
+    RTCScene child = door.committed({door.triangle(0.5f)});
+    RTCScene middle = instance_of(door, child, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
+                                  {2, 0, 0, 3, 0, 2, 0, 0, 0, 0, 2, 1});
+    RTCScene scene = instance_of(door, middle, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
+                                 {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 4});
+    const RTCRayHit hit = trace(scene, down(3.5f, 1, 8));
+    EXPECT_EQ(hit.ray.tfar, 2);
+    EXPECT_EQ(hit.hit.u, 0.25f);
+    EXPECT_EQ(hit.hit.v, 0.5f);
+    for (RTCScene each : {scene, middle, child}) rtcReleaseScene(each);
+}
+
+bool changes_once(RTCPointQueryFunctionArguments* arguments) {
+    auto& context = *static_cast<RTCPointQueryContext*>(arguments->userPtr);
+    EXPECT_EQ(arguments->context, &context);
+    EXPECT_EQ(context.instStackSize, 1u);
+    EXPECT_EQ(context.instID[0], 1u);
+    // (11, 20, 30) is at (0.5, 0, 0) of the child, whose axes have changed places.
+    EXPECT_EQ(context.world2inst[0][1], 0.5f);
+    EXPECT_EQ(context.world2inst[0][4], 0.5f);
+    EXPECT_EQ(context.world2inst[0][10], 0.5f);
+    EXPECT_EQ(context.world2inst[0][12], -10.0f);
+    EXPECT_EQ(context.world2inst[0][13], -5.0f);
+    EXPECT_EQ(context.inst2world[0][12], 10.0f);
+    EXPECT_EQ(arguments->similarityScale, 0.5f);
+    const bool is_first = arguments->query->radius > 100;
+    arguments->query->radius = 100;
+    return is_first;
+}
+
+TEST(DoorScenes, PointQueriesKnowTheInstance) {
+    const Door door;
+    RTCScene child = door.committed({door.triangle(), door.triangle(-1)});
+    RTCScene scene = instance_of(door, child, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
+                                 {0, 2, 0, 10, 2, 0, 0, 20, 0, 0, 2, 30});
+    rtcDetachGeometry(scene, 0);
+    rtcCommitScene(scene);
+    RTCPointQuery query = {11, 20, 30, 0, 200};
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    EXPECT_TRUE(rtcPointQuery(scene, &query, &context, changes_once, &context));
+    EXPECT_EQ(context.instStackSize, 0u);
+    EXPECT_EQ(context.instID[0], kInvalid);
+    EXPECT_FALSE(rtcPointQuery(scene, &query, &context, changes_once, &context));
+    for (RTCScene each : {scene, child}) rtcReleaseScene(each);
+}
+
 }  // namespace
 }  // namespace mray

@@ -145,6 +145,18 @@ TEST_F(DoorStreams, StreamsOfRaysEqualSingleRays) {
     expect_occlusion(shadows);
 }
 
+TEST_F(DoorStreams, LongStreamsAreTracedToTheEnd) {
+    // More than are traced at a time.
+    const std::vector<RTCRayHit> once = mixed_rays();
+    std::vector<RTCRayHit> rays;
+    while (rays.size() < 140'000) rays.insert(rays.end(), once.begin(), once.end());
+    Query query;
+    rtcIntersect1M(scene_, &query.context, rays.data(), static_cast<unsigned int>(rays.size()),
+                   sizeof(RTCRayHit));
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        ASSERT_TRUE(are_same(rays[i], expected_[i % once.size()])) << i;
+}
+
 TEST_F(DoorStreams, StreamsOfPacketsAndArraysEqualSingleRays) {
     Query query;
     std::vector<RTCRayHit> rays = mixed_rays();

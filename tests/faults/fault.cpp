@@ -44,7 +44,8 @@ __attribute__((constructor)) void read_environment() {
 
 bool fails(FaultKind kind) {
     const std::uint64_t call = std::atomic_ref(faults.counts->calls[kind]).fetch_add(1);
-    if (faults.kind != kind || call != faults.at) return false;
+    if (faults.kind != kind || call < faults.at) return false;
+    if (call != faults.at && !faults.lasts) return false;
     errno = faults.error;
     return true;
 }

@@ -14,6 +14,8 @@ struct Faults {
     FaultCounts* counts = &own_counts;
     int kind = -1;
     std::uint64_t at = 0;
+    /// Whether all later calls fail, too.
+    bool lasts = false;
     int error = 0;
 };
 

@@ -1,12 +1,17 @@
 // Preloaded into the program: lets one call of the system fail, and counts the calls of all kinds
-// (fault.h). With the error 0, `read`, `pread` and `write` read or write a single byte.
+// (fault.h). With the error 0, `read`, `pread` and `write` read or write a single byte. Also
+// changes files while they are read (FileChange).
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <pthread.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdarg>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 
 #include "tests/faults/fault.h"
 
@@ -28,9 +33,29 @@ Function* next(const char* name) {
 /// Whether a descriptor is one of the program's files, not a standard stream.
 bool is_file(int fd) { return fd > STDERR_FILENO; }
 
+/// Changes a file of the folder `in` if it is time to.
+void change_input(int fd) {
+    char link[40];
+    std::snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
+    char path[4096] = "";
+    struct stat status;
+    if (::readlink(link, path, sizeof path - 1) < 0 || std::strstr(path, "/in/") == nullptr ||
+        ::fstat(fd, &status) != 0 || !fails(FaultKind::kInput))
+        return;
+    if (faults.error == FileChange::kIsWritten) {
+        const int other = ::openat(AT_FDCWD, link, O_WRONLY | O_CLOEXEC);
+        static_cast<void>(::pwrite(other, "~", 1, status.st_size / 2));
+        ::close(other);
+    } else {
+        const bool shrinks = faults.error == FileChange::kShrinks;
+        static_cast<void>(::truncate(link, shrinks ? status.st_size / 2 : status.st_size + 1));
+    }
+}
+
 }  // namespace
 }  // namespace mray::test
 
+using mray::test::change_input;
 using mray::test::fails;
 using mray::test::FaultKind;
 using mray::test::faults;
@@ -75,6 +100,7 @@ int open(const char* path, int flags, ...) {
 
 ssize_t read(int fd, void* bytes, std::size_t size) {
     static auto* const real = next<ssize_t(int, void*, std::size_t)>("read");
+    change_input(fd);
     if (is_file(fd) && fails(FaultKind::kRead)) {
         return faults.error == 0 && size > 0 ? real(fd, bytes, 1) : -1;
     }
@@ -83,6 +109,7 @@ ssize_t read(int fd, void* bytes, std::size_t size) {
 
 ssize_t pread(int fd, void* bytes, std::size_t size, off_t offset) {
     static auto* const real = next<ssize_t(int, void*, std::size_t, off_t)>("pread");
+    change_input(fd);
     if (fails(FaultKind::kRead)) {
         return faults.error == 0 && size > 0 ? real(fd, bytes, 1, offset) : -1;
     }

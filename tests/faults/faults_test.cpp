@@ -121,6 +121,18 @@ TEST_P(Faults, OfLinking) { expect_handled(GetParam(), kLink, ENOSPC, {5}); }
 
 TEST_P(Faults, OfThreads) { expect_handled(GetParam(), kThread, EAGAIN, {0, 6}); }
 
+class ChangedInputs : public ::testing::TestWithParam<Work> {};
+
+INSTANTIATE_TEST_SUITE_P(All, ChangedInputs, ::testing::ValuesIn(input_works()),
+                         [](const auto& work) { return std::string(work.param.name); });
+
+// A file that another program changes between two reads is never taken for one that was whole. Of a
+// sequence a file is read again for the next frame, and may be found damaged.
+TEST_P(ChangedInputs, AreNoticed) {
+    for (const FileChange change : {kShrinks, kGrows, kIsWritten})
+        expect_handled(GetParam(), kInput, change, {3, 8});
+}
+
 #ifdef FAULT_LAYER_FOLDER
 class VulkanFaults : public ::testing::TestWithParam<Work> {};
 

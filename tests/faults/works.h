@@ -21,7 +21,10 @@ void PrintTo(const Work& work, std::ostream* out);
 /// A short run of each command that traces, on a backend. Their paths are relative.
 std::vector<Work> works(const char* backend);
 
-/// Writes the scene and the rays that the works read, into the folder `in`.
+/// Short runs that read each kind of file.
+std::vector<Work> input_works();
+
+/// Writes what the works read into the folder `in`.
 void write_inputs(const TemporaryFolder& folder);
 
 /// Bytes of files by their names.

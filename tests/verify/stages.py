@@ -6,11 +6,12 @@ from runner import Stage
 READER_TARGETS = "sed -n 's/^reader_target(\\([a-z0-9]*\\) .*/\\1/p' tests/fuzz/CMakeLists.txt"
 
 
-def faults(name: str, what: str, minutes: float, tests: str, is_measured: bool = True) -> Stage:
+def faults(name: str, what: str, minutes: float, tests: str, is_measured: bool = True,
+           program: str = "faults_test") -> Stage:
     return Stage(name, what, minutes, f"""
-build_release faults_test
+build_release {program}
 export MORPHRAY_EVERY_FAULT=1
-"$build/bin/faults_test" --gtest_brief=1 --gtest_filter='{tests}'
+"$build/bin/{program}" --gtest_brief=1 --gtest_filter='{tests}'
 """, packages="build test", is_measured=is_measured)
 
 
@@ -50,11 +51,14 @@ for target in $({READER_TARGETS}); do
 done
 """, packages="build test clang", is_measured=False),
     faults("output-faults", "each call that opens, reads, writes, renames or synchronises a file or starts a thread "
-           "fails once", 5, "All/Faults.*-*OfMemory*"),
+           "fails once; disks fill up, and inputs change while they are read", 5,
+           "All/Faults.*:All/ChangedInputs.*:All/FullDisk.*-*OfMemory*"),
     faults("device-faults", "each call of Vulkan fails once: device lost, no memory of host or device", 60,
            "All/VulkanFaults.*", is_measured=False),
     faults("memory-faults", "each allocation of the program fails once", 60, "All/Faults.OfMemory*",
            is_measured=False),
+    faults("library-memory", "memory ends at each allocation of each call of the library, once or from then on", 4,
+           "*", program="library_memory_test"),
     faults("signals", "1,000 signals at random moments leave no torn file", 15, "*SignalsAtAnyTime*",
            is_measured=False),
     faults("killed-workers", "200 farms whose workers are killed at random moments are repaired by the same commands",
@@ -85,12 +89,17 @@ build_release gpu_ray_query_test suspect_driver_test
 for suite in gpu_ray_query_test suspect_driver_test; do "$build/bin/$suite" --gtest_brief=1; done
 """, packages="build chart test", needs="a driver with VK_KHR_ray_query, such as Debian 13's lavapipe"),
     Stage("embree", "programs that use Embree run with morphray in its place: Embree's verifier and tutorials, and of "
-          "Open3D, Blender and VecGeom those that are installed", 20, """
+          "Open3D, Blender and VecGeom those that are installed; 200,000 random sequences of Embree's calls equal a "
+          "model", 25, """
 targets=()
 for version in 3 4; do
-    [ ! -e "/usr/include/embree$version/rtcore.h" ] || targets+=("morphray_embree$version")
+    [ ! -e "/usr/include/embree$version/rtcore.h" ] ||
+        targets+=("morphray_embree$version" "embree${version}_test")
 done
 build_release "${targets[@]}"
+for test in "$build"/bin/embree?_test; do
+    MORPHRAY_DOOR_CASES=200000 MORPHRAY_DOOR_SEED=$(date +%s) "$test" --gtest_brief=1 --gtest_filter='DoorCalls.*'
+done
 embree/clients/run
 """, packages="build test clients", is_measured=False),
     Stage("soak", "a million frames on the CPU, 20,000 on Vulkan and 10,000 trees of each kind: nothing grows, no bit "

@@ -6,7 +6,7 @@ namespace mray::fuzz {
 namespace {
 
 std::uint32_t number_of(Dice& dice, CallKind kind) {
-    constexpr std::array kRayCounts = {1, 5, 40, 200, 600};
+    constexpr std::array kRayCounts = {1, 5, 20, 64, 300};
     switch (kind) {
         case CallKind::kBuild:
             return dice.one_in(12) ? 0 : static_cast<std::uint32_t>(dice.from(1, 4));
@@ -18,7 +18,7 @@ std::uint32_t number_of(Dice& dice, CallKind kind) {
             return dice.below(dice.one_in(6) ? 6 : 3);
         case CallKind::kRays:
             // From 8192 on the library sorts them.
-            return dice.one_in(40) ? 8192 + dice.below(1000)
+            return dice.one_in(150) ? 8192 + dice.below(1000)
                                    : static_cast<std::uint32_t>(dice.pick(kRayCounts));
         case CallKind::kPoints:
             return static_cast<std::uint32_t>(dice.from(1, dice.one_in(4) ? 300 : 30));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <thread>
 #include <utility>
 
 #include "tests/fuzz/generate/generator.h"
@@ -265,13 +266,35 @@ void CallPlay::ask(const Call& call, Slot& slot, CallAnswer& answer) {
     shape.bits.push_back(static_cast<std::uint32_t>(scene.triangle_count()));
     shape.bits.push_back(static_cast<std::uint32_t>(scene.vertex_count()));
     answer.push_back(std::move(shape));
-    if (call.kind == CallKind::kRays) {
-        ask_about_rays(scene, call, around, answer);
-    } else if (call.kind == CallKind::kPoints) {
-        ask_about_points(scene, call, around, answer);
+    PlayedScene* const next = slots_[(call.scene + 1) % kCallScenes].scene.get();
+    const Scene* const other = next != nullptr ? &next->scene() : nullptr;
+    const auto ask_all = [&](CallAnswer& answers) {
+        with_error_code(answers, [&] {
+            if (call.kind == CallKind::kRays) {
+                ask_about_rays(scene, other, call, around, answers);
+            } else if (call.kind == CallKind::kPoints) {
+                ask_about_points(scene, call, around, answers);
+            } else {
+                ask_for_image(scene, call, around, answers);
+            }
+        });
+    };
+    // Sometimes two threads ask at the same time. The model answers once.
+    Dice dice(call.seed);
+    CallAnswer second;
+    if (dice.one_in(4)) {
+        if (devices_.empty()) {
+            ask_all(answer);
+            second.assign(answer.begin() + 1, answer.end());
+        } else {
+            std::thread thread([&] { ask_all(second); });
+            ask_all(answer);
+            thread.join();
+        }
     } else {
-        ask_for_image(scene, call, around, answer);
+        ask_all(answer);
     }
+    answer.insert(answer.end(), second.begin(), second.end());
 }
 
 }  // namespace mray::fuzz

@@ -1,6 +1,7 @@
 #include "tests/fuzz/judge/call_questions.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -116,6 +117,49 @@ void ask_for_next_hits(const Scene& scene, const Ray& ray, Crossing crossing, Ca
     add(answer, "next hits", hits);
 }
 
+/// Asks for what is cancelled before it begins.
+void ask_in_vain(const Scene& scene, std::span<const Ray> rays, CallAnswer& answer) {
+    const std::atomic<bool> cancel = true;
+    std::vector<Hit> hits(rays.size(), Hit{.t = 1});
+    std::vector<std::uint8_t> occluded(rays.size(), 2);
+    std::vector<std::uint64_t> counts(rays.size(), 3);
+    with_error_code(answer, [&] { scene.intersect(rays, std::span(hits), &cancel); });
+    with_error_code(answer, [&] { scene.occluded(rays, std::span(occluded), &cancel); });
+    with_error_code(answer, [&] { scene.intersect_all(rays, {.cancel = &cancel}); });
+    with_error_code(answer, [&] { scene.count(rays, counts, Crossing::owner, &cancel); });
+    add(answer, "closest hits that were cancelled", hits);
+    add(answer, "any hits that were cancelled", occluded);
+    add(answer, "numbers of hits that were cancelled", counts);
+}
+
+void ask_in_vain(const Scene& scene, std::span<const Vec3> points, CallAnswer& answer) {
+    const std::atomic<bool> cancel = true;
+    std::vector<std::int32_t> windings(points.size(), 7);
+    std::vector<std::uint8_t> inside(points.size(), 2);
+    std::vector<float> distances(points.size(), 3);
+    std::vector<morphray::ClosestPoint> closest(points.size());
+    constexpr float kFar = std::numeric_limits<float>::infinity();
+    with_error_code(answer, [&] { scene.winding(points, windings, &cancel); });
+    with_error_code(answer, [&] { scene.contains(points, inside, FillRule::odd, &cancel); });
+    with_error_code(answer, [&] { scene.closest_points(points, closest, kFar, &cancel); });
+    with_error_code(
+        answer, [&] { scene.signed_distance(points, distances, FillRule::odd, kFar, &cancel); });
+    add(answer, "windings that were cancelled", windings);
+    add(answer, "inside that was cancelled", inside);
+    add(answer, "distances that were cancelled", distances);
+}
+
+void add(CallAnswer& answer, const morphray::Comparison& comparison) {
+    std::vector<std::uint64_t> numbers = {comparison.compared, comparison.different};
+    std::vector<Hit> hits;
+    for (const morphray::HitDifference& difference : comparison.differences) {
+        numbers.push_back(difference.index);
+        hits.insert(hits.end(), {difference.first, difference.second});
+    }
+    add(answer, "comparisons", numbers);
+    add(answer, "hits that differ", hits);
+}
+
 std::optional<morphray::Point> maybe(Dice& dice, const std::optional<Point>& point) {
     if (!point || dice.one_in(6)) return std::nullopt;
     return morphray::Point{(*point)[0], (*point)[1], (*point)[2]};
@@ -152,8 +196,8 @@ morphray::View view_of(Dice& dice, const Call& call, const Surroundings& around)
 
 }  // namespace
 
-void ask_about_rays(const Scene& scene, const Call& call, const Surroundings& around,
-                    CallAnswer& answer) {
+void ask_about_rays(const Scene& scene, const Scene* other, const Call& call,
+                    const Surroundings& around, CallAnswer& answer) {
     Dice dice(call.seed);
     const std::vector<Ray> rays = make_batch(dice, around, call.number);
     std::vector<Hit> hits(rays.size());
@@ -179,6 +223,9 @@ void ask_about_rays(const Scene& scene, const Call& call, const Surroundings& ar
                                               : static_cast<std::uint32_t>(dice.from(0, 4));
     for (const Crossing crossing : {Crossing::each, Crossing::owner})
         ask_for_all_hits(scene, some, crossing, most, answer);
+    if (dice.one_in(8)) ask_in_vain(scene, rays, answer);
+    if (other != nullptr && dice.one_in(2))
+        add(answer, morphray::compare(scene, *other, some, dice.below(12)));
 }
 
 void ask_about_points(const Scene& scene, const Call& call, const Surroundings& around,
@@ -215,13 +262,15 @@ void ask_about_points(const Scene& scene, const Call& call, const Surroundings& 
         }
         add(answer, "closest points", bits);
     }
+    if (dice.one_in(8)) ask_in_vain(scene, points, answer);
     if (dice.one_in(16)) scene.closest_points(points, closest, -1);
 }
 
 void ask_for_image(const Scene& scene, const Call& call, const Surroundings& around,
                    CallAnswer& answer) {
     Dice dice(call.seed);
-    const morphray::Image image = scene.render(view_of(dice, call, around));
+    morphray::View view = view_of(dice, call, around);
+    const morphray::Image image = scene.render(view);
     add(answer, "hits of pixels", image.hits);
     add(answer, "occluded rays of pixels", image.occlusion);
     add(answer, "colours", image.pixels);
@@ -233,6 +282,13 @@ void ask_for_image(const Scene& scene, const Call& call, const Surroundings& aro
     }
     add(answer, "lit pixels", lit);
     add(answer, "hashes", std::vector<std::uint64_t>{image.hits_hash, image.image_hash});
+    if (dice.one_in(4)) {
+        view.fov *= 0.99;
+        add(answer, morphray::compare(image, scene.render(view), dice.below(12)));
+    }
+    const std::atomic<bool> cancel = true;
+    view.cancel = &cancel;
+    if (dice.one_in(8)) with_error_code(answer, [&] { scene.render(view); });
 }
 
 }  // namespace mray::fuzz

@@ -6,9 +6,10 @@
 namespace mray::fuzz {
 
 /// Asks all that the interface answers about rays, about points, or an image, at places that are
-/// drawn from the call's seed around the meshes. Appends the answers.
-void ask_about_rays(const morphray::Scene& scene, const Call& call, const Surroundings& around,
-                    CallAnswer& answer);
+/// drawn from the call's seed around the meshes. Appends the answers. `other`: a scene to compare
+/// with, or null.
+void ask_about_rays(const morphray::Scene& scene, const morphray::Scene* other, const Call& call,
+                    const Surroundings& around, CallAnswer& answer);
 void ask_about_points(const morphray::Scene& scene, const Call& call, const Surroundings& around,
                       CallAnswer& answer);
 void ask_for_image(const morphray::Scene& scene, const Call& call, const Surroundings& around,
