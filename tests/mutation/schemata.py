@@ -110,7 +110,11 @@ def _choice(old: str, new: str, number: int) -> str | None:
     if not _balanced(a) or not _balanced(b):
         return None
     space = a[: len(a) - len(a.lstrip())]
-    return f"{old[:left]}{space}(MUTANT({number}) ? ({b.strip()}) : ({a.strip()})){old[old_right:]}"
+    a, b = a.strip(), b.strip()
+    if a in (f"!{b}", f"!({b})") or b in (f"!{a}", f"!({a})"):
+        # An optional or a pointer and a bool have no type in common that means the same.
+        a, b = f"static_cast<bool>({a})", f"static_cast<bool>({b})"
+    return f"{old[:left]}{space}(MUTANT({number}) ? ({b}) : ({a})){old[old_right:]}"
 
 
 def _entry(mutation: Mutation) -> tuple[list[str], list[str], list[str]]:
