@@ -59,11 +59,11 @@ struct Model {
         for (const auto& [id, mesh] : meshes) {
             if (!mesh.is_enabled) continue;
             Part part{id, mesh.is_quads, mesh.mask, mesh.vertices, {}};
+            const std::size_t count = mesh.vertices.size();
             for (std::size_t i = 0; i < mesh.indices.size(); i += mesh.corners()) {
                 const unsigned int* const c = &mesh.indices[i];
-                const bool is_bad = std::any_of(c, c + mesh.corners(), [&](unsigned int k) {
-                    return k >= mesh.vertices.size();
-                });
+                const bool is_bad =
+                    std::any_of(c, c + mesh.corners(), [&](unsigned int k) { return k >= count; });
                 const auto add = [&](unsigned int x, unsigned int y, unsigned int z) {
                     // A triangle without area has no hits.
                     part.triangles.insert(part.triangles.end(),

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <set>
 #include <span>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -81,15 +82,39 @@ private:
     struct sigaction before_;
 };
 
+/// Rays of an image row by row, and a part of one more row.
+std::vector<morphray::Ray> image_rays(int width, int height) {
+    std::vector<morphray::Ray> rays;
+    for (int i = 0; i < width * height + 9; ++i) {
+        const float x = static_cast<float>(i % width) / 80 - 0.9f;
+        const float y = static_cast<float>(i / width) / 80 - 0.4f;
+        rays.push_back({.org = {0.3f, 0.2f, 3}, .dir = {x, y, -1}});
+    }
+    return rays;
+}
+
+TEST(CallingThread, TracesAllRaysOfAnImage) {
+    const UserMesh mesh(torus(40, 20));
+    const Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 4}));
+    // Some columns and rows are beside the tiles.
+    for (const int width : {100, 101, 103, 107}) {
+        const std::vector<morphray::Ray> rays = image_rays(width, 83);
+        std::vector<morphray::Hit> expected;
+        for (const morphray::Ray& ray : rays) expected.push_back(scene.intersect(ray));
+        std::vector<morphray::Hit> hits(rays.size(), morphray::Hit{.t = -1});
+        scene.intersect(rays, std::span(hits), Threads::calling);
+        expect_same_hits(hits, expected, std::to_string(width));
+        std::vector<std::uint8_t> occluded(rays.size(), 2);
+        scene.occluded(rays, std::span(occluded), Threads::calling);
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            ASSERT_EQ(occluded[i], expected[i] ? 1 : 0) << width << ", ray " << i;
+    }
+}
+
 TEST(CallingThread, IsTheOnlyOneThatWritesAnswers) {
     const UserMesh mesh(torus(40, 20));
     const Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 4}));
-    std::vector<morphray::Ray> image;
-    for (int i = 0; i < 100 * 80 + 9; ++i) {
-        const float x = static_cast<float>(i % 100) / 80 - 0.9f;
-        const float y = static_cast<float>(i / 100) / 80 - 0.4f;
-        image.push_back({.org = {0.3f, 0.2f, 3}, .dir = {x, y, -1}});
-    }
+    const std::vector<morphray::Ray> image = image_rays(100, 80);
     WatchedPages pages;
     const std::set<pid_t> mine = {gettid()};
     for (const auto& rays : {image, world_rays(mesh, 8009, 31)}) {

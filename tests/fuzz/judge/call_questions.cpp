@@ -207,6 +207,9 @@ void ask_about_rays(const Scene& scene, const Scene* other, const Call& call,
     scene.occluded(std::span(rays), occluded);
     add(answer, "any hits", occluded);
     if (dice.one_in(4)) {
+        // An answer that is left out is none of the call before.
+        std::fill(hits.begin(), hits.end(), Hit{.t = -1});
+        std::fill(occluded.begin(), occluded.end(), std::uint8_t{2});
         scene.intersect(std::span(rays), hits, morphray::Threads::calling);
         add(answer, "closest hits of the calling thread", hits);
         scene.occluded(std::span(rays), occluded, morphray::Threads::calling);
