@@ -15,8 +15,8 @@ namespace mray {
 inline constexpr std::uint64_t kMaxInputBytes = std::uint64_t{4} << 30;
 
 /// Returns the content of a regular file. Never waits for a pipe or device. Throws Error, if
-/// possible before it allocates: kBadInput (missing, unreadable, a folder, a pipe, a device, a loop
-/// of links, changed while it was read), kLimit (more than max_bytes).
+/// possible before it allocates: kBadInput if the file is missing, unreadable, a folder, a pipe, a
+/// device or a loop of links, or changed while it was read; kLimit for more than max_bytes.
 std::string read_input_file(const std::filesystem::path& path,
                             std::uint64_t max_bytes = kMaxInputBytes);
 

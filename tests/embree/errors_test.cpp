@@ -281,6 +281,16 @@ bool monitor(void* user, ssize_t bytes, bool) {
     return true;
 }
 
+/// Commits a scene while the monitor refuses, and releases it: all memory is given back.
+void expect_refused_commit(const Door& door, RTCScene scene) {
+    int refuses = 0;
+    rtcSetDeviceMemoryMonitorFunction(door.device, monitor, &refuses);
+    rtcCommitScene(scene);
+    EXPECT_EQ(door.error(), RTC_ERROR_OUT_OF_MEMORY);
+    rtcReleaseScene(scene);
+    EXPECT_EQ(taken, 0);
+}
+
 TEST(DoorErrors, TheMemoryMonitorSeesAllAndMayRefuse) {
     taken = 0;
     const Door door;
@@ -289,13 +299,7 @@ TEST(DoorErrors, TheMemoryMonitorSeesAllAndMayRefuse) {
     EXPECT_GT(taken, 0);
     rtcReleaseScene(scene);
     EXPECT_EQ(taken, 0);
-    scene = door.scene({door.triangle()});
-    int refuses = 0;
-    rtcSetDeviceMemoryMonitorFunction(door.device, monitor, &refuses);
-    rtcCommitScene(scene);
-    EXPECT_EQ(door.error(), RTC_ERROR_OUT_OF_MEMORY);
-    rtcReleaseScene(scene);
-    EXPECT_EQ(taken, 0);
+    expect_refused_commit(door, door.scene({door.triangle()}));
 }
 
 TEST(DoorErrors, TheMemoryMonitorSeesWhatACommitThatFailsGivesBack) {
@@ -306,12 +310,7 @@ TEST(DoorErrors, TheMemoryMonitorSeesWhatACommitThatFailsGivesBack) {
     RTCGeometry more = door.triangle(-1);
     rtcAttachGeometry(scene, more);
     rtcReleaseGeometry(more);
-    int refuses = 0;
-    rtcSetDeviceMemoryMonitorFunction(door.device, monitor, &refuses);
-    rtcCommitScene(scene);
-    EXPECT_EQ(door.error(), RTC_ERROR_OUT_OF_MEMORY);
-    rtcReleaseScene(scene);
-    EXPECT_EQ(taken, 0);
+    expect_refused_commit(door, scene);
 }
 
 TEST(DoorErrors, BuffersThatAreTooSmallAreRefused) {

@@ -309,7 +309,8 @@ TEST(Threads, UpdateASceneWhileOthersAskItsCopy) {
 }
 
 /// Trees that are built in the background, while threads ask and the caller writes its positions.
-/// Deterministic policies decide by the number of rays, whoever asks.
+/// A deterministic policy counts the rays of all threads, so its step is that of a scene that one
+/// thread asks.
 TEST(Threads, AskWhileATreeIsBuiltInTheBackground) {
     // Triangles that fly apart.
     const UserMesh rest(random_soup(1000, 0.1, 8));
