@@ -45,9 +45,8 @@ struct OneLane {
 
     RTCRay load() const { return *ray; }
     void store_tfar(float tfar) const { ray->tfar = tfar; }
-    void store_hit(const RTCHit& hit) const {
-        copy_hit(reinterpret_cast<RTCRayHit*>(ray)->hit, hit);
-    }
+    void store_hit(const RTCHit& hit) const { copy_hit(this->hit(), hit); }
+    RTCHit& hit() const { return reinterpret_cast<RTCRayHit*>(ray)->hit; }
 };
 
 /// Rays `stride` bytes apart.

@@ -98,7 +98,8 @@ bool Query::settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray
         const Part& part = committed_.parts[found.geom_id];
         const bool is_seen = found.geom_id == passed.geom_id && found.prim_id == passed.prim_id;
         if (!is_seen && (!committed_.uses_masks || part.sees(ray.mask))) {
-            RTCHit candidate = make_hit(found);
+            RTCHit candidate;
+            set_hit(found, candidate);
             const float tfar = ray.tfar;
             ray.tfar = found.t;
             if (passes_filters(part, ray, candidate)) {

@@ -44,10 +44,10 @@ public:
     bool takes_any_hit(unsigned int ray_mask) const {
         return !has_filters_ && committed_.all_seen(ray_mask);
     }
-    /// The hit in Embree's words.
-    RTCHit make_hit(const morphray::Hit& found) const {
+    /// Sets the members of a hit, one by one: a copy of a record that was just written would wait
+    /// for the parts to reach the cache.
+    void set_hit(const morphray::Hit& found, RTCHit& hit) const {
         const Part& part = committed_.parts[found.geom_id];
-        RTCHit hit;
         const morphray::Vec3 normal = part.normals[found.prim_id];
         hit.Ng_x = normal.x;
         hit.Ng_y = normal.y;
@@ -67,7 +67,6 @@ public:
                             : context != nullptr ? context->instPrimID[0]
                                                  : kInvalid;
 #endif
-        return hit;
     }
     /// Takes the closest hit of `traced`, and finds the first one from there on that is let
     /// through: true, and `hit` and ray.tfar are set. False: neither is changed.

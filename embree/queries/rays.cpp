@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -42,7 +43,7 @@ void intersect_one(const Query& query, RTCRayHit& rayhit) {
     if (!found) return;
     if (query.takes_any_hit(rayhit.ray.mask)) {
         rayhit.ray.tfar = found.t;
-        copy_hit(rayhit.hit, query.make_hit(found));
+        query.set_hit(found, rayhit.hit);
     } else {
         query.settle(found, traced, rayhit.ray, rayhit.hit);
     }
@@ -66,7 +67,13 @@ void store(const Query& query, bool takes_any_hit, const morphray::Hit& found,
            const morphray::Ray& traced, const Lane& lane) {
     if (kind == Query::Kind::closest && takes_any_hit) {
         lane.store_tfar(found.t);
-        lane.store_hit(query.make_hit(found));
+        if constexpr (std::is_same_v<Lane, OneLane>) {
+            query.set_hit(found, lane.hit());
+        } else {
+            RTCHit hit;
+            query.set_hit(found, hit);
+            lane.store_hit(hit);
+        }
         return;
     }
     RTCRay ray = lane.load();

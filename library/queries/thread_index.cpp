@@ -23,7 +23,8 @@ struct IndexOwner {
 
 }  // namespace
 
-constinit thread_local std::uint32_t this_thread_index = kNoThreadIndex;
+[[gnu::tls_model("initial-exec")]] constinit thread_local std::uint32_t this_thread_index =
+    kNoThreadIndex;
 
 std::uint32_t take_thread_index() {
     {

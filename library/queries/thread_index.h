@@ -10,7 +10,7 @@ inline constexpr std::uint32_t kIndexedThreads = 64;
 inline constexpr std::uint32_t kNoThreadIndex = 0xFFFFFFFFu;
 
 /// The index of this thread; kNoThreadIndex before the first thread_index().
-extern constinit thread_local std::uint32_t this_thread_index;
+[[gnu::tls_model("initial-exec")]] extern constinit thread_local std::uint32_t this_thread_index;
 /// Gives this thread an index, which it returns.
 std::uint32_t take_thread_index();
 

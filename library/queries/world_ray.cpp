@@ -10,6 +10,12 @@
 namespace morphray::detail {
 namespace {
 
+/// The largest exponent of a power of two that floats multiply by: it and its inverse are normal.
+constexpr int kMostExponent = 126;
+
+/// The bits of |x|.
+std::uint32_t magnitude(float x) { return std::bit_cast<std::uint32_t>(x) & 0x7FFFFFFFu; }
+
 bool is_finite(const Vec3& v) {
     // x - x is 0 for finite x and NaN for others.
     return (v.x - v.x) + (v.y - v.y) + (v.z - v.z) == 0;
@@ -40,7 +46,12 @@ float interval_end(double scaled) {
 RayConverter::RayConverter(const mray::SceneSpace& space)
     : exponent_(space.exponent()),
       centre_{space.centre(0), space.centre(1), space.centre(2)},
-      scale_(std::ldexp(1.0, space.exponent())) {}
+      scale_(std::ldexp(1.0, space.exponent())),
+      centre_in_floats_{static_cast<float>(space.centre(0)), static_cast<float>(space.centre(1)),
+                        static_cast<float>(space.centre(2))},
+      scale_in_floats_(std::abs(space.exponent()) <= kMostExponent
+                           ? static_cast<float>(scale_)
+                           : std::numeric_limits<float>::quiet_NaN()) {}
 
 bool RayConverter::to_scene(const Vec3& world, mray::vec3& scene) const {
     if (!is_finite(world)) return false;
@@ -55,7 +66,42 @@ bool RayConverter::to_scene(const Vec3& world, mray::vec3& scene) const {
     return true;
 }
 
+/// As to_scene(), but refuses rays with numbers that need more than floats, too. It does what
+/// SceneRayMaker does in vectors (cpu/scene_space/scene_rays.cpp says why the bits are those of
+/// doubles), in a shorter chain of operations, for which a call for one ray waits.
+RayScale RayConverter::to_scene_in_floats(const Ray& world, mray::Ray& scene) const {
+    const float org[3] = {world.org.x, world.org.y, world.org.z};
+    bool is_near = true;
+    for (int axis = 0; axis < 3; ++axis) {
+        const float scaled = (org[axis] - centre_in_floats_[axis]) * scale_in_floats_;
+        is_near &= std::abs(scaled) < mray::kOriginExtent;
+        scene.org[axis] = mray::snap_coordinate(scaled);
+    }
+    // Bits of numbers that are not negative are in their order; those of NaN are the largest.
+    const std::uint32_t largest =
+        std::max({magnitude(world.dir.x), magnitude(world.dir.y), magnitude(world.dir.z)});
+    const std::uint32_t power = largest & 0x7F800000u;
+    const auto dir_scale = std::bit_cast<float>(0x7F000000u - power);
+    const float dir[3] = {world.dir.x, world.dir.y, world.dir.z};
+    for (int axis = 0; axis < 3; ++axis)
+        scene.dir[axis] = mray::snap_direction_component(dir[axis] * dir_scale);
+    const int exponent = exponent_ + (static_cast<int>(power >> 23) - 127);
+    const auto t_scale = std::bit_cast<float>(static_cast<std::uint32_t>(exponent + 127) << 23);
+    scene.tnear = std::min(std::max(world.tnear, 0.0f) * t_scale, mray::kInfiniteT);
+    scene.tfar = std::min(world.tfar * t_scale, mray::kInfiniteT);
+    if (scene.tnear < 0x1p-100f) scene.tnear = 0;
+    const bool is_plain = is_near & (power - 0x00800000u < 0x7E800000u) &
+                          (std::abs(exponent) <= kMostExponent) & (world.tnear <= world.tfar) &
+                          (scene.tfar >= 0x1p-100f);
+    return {-exponent, is_plain};
+}
+
 RayScale RayConverter::to_scene(const Ray& world, mray::Ray& scene) const {
+    const RayScale plain = to_scene_in_floats(world, scene);
+    return plain.is_valid ? plain : to_scene_in_doubles(world, scene);
+}
+
+RayScale RayConverter::to_scene_in_doubles(const Ray& world, mray::Ray& scene) const {
     if (!to_scene(world.org, scene.org) || !is_finite(world.dir)) return {};
     const float dir[3] = {world.dir.x, world.dir.y, world.dir.z};
     const float largest = std::max({std::abs(dir[0]), std::abs(dir[1]), std::abs(dir[2])});

@@ -15,8 +15,8 @@ struct RayScale {
     bool is_valid = false;
 };
 
-/// A ray of floats in scene space, with the bits of mray::to_scene(). This one has no branches for
-/// most rays, and scales by multiplications, which are exact: all exponents are within +-400.
+/// A ray of floats in scene space, with the bits of mray::to_scene(). This one scales by
+/// multiplications, which are exact: all exponents are within +-400. Most rays need floats alone.
 class RayConverter {
 public:
     explicit RayConverter(const mray::SceneSpace& space);
@@ -29,10 +29,16 @@ public:
     int t_exponent(const Vec3& dir) const;
 
 private:
+    RayScale to_scene_in_floats(const Ray& world, mray::Ray& scene) const;
+    RayScale to_scene_in_doubles(const Ray& world, mray::Ray& scene) const;
+
     int exponent_;
     double centre_[3];
     /// 2^exponent of the space.
     double scale_;
+    /// The same as floats. scale_in_floats_ is NaN if it or its inverse is no normal float.
+    float centre_in_floats_[3];
+    float scale_in_floats_;
 };
 
 /// t in scene space times 2^t_exponent, rounded to a float; what is too large becomes the largest

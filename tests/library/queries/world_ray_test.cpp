@@ -76,8 +76,9 @@ TEST(RayConverter, GivesTheBitsOfTheEngine) {
 }
 
 TEST(RayConverter, GivesTheBitsOfTheEngineForHostileRays) {
-    const float values[] = {0,      -0.0f,     1,          -1,   kDenormal, -kDenormal,   kMost,
-                            -kMost, kInfinity, -kInfinity, kNan, 0x1p-60f,  0x1.fffffep0f};
+    const float values[] = {
+        0,         -0.0f,      1,    -1,       kDenormal,     -kDenormal, kMost,    -kMost,
+        kInfinity, -kInfinity, kNan, 0x1p-60f, 0x1.fffffep0f, 0x1p-126f,  0x1p126f, 0x1p127f};
     for (const SceneSpace& space : spaces()) {
         for (const float a : values) {
             for (const float b : values) {
@@ -103,7 +104,7 @@ TEST(RayConverter, TurnsTBackExactly) {
     EXPECT_EQ(to_world_t(0, 300), 0.0f);
 }
 
-/// The rays that are made on vectors are those of the converter.
+/// The converter is asked about the same rays.
 TEST(SceneRayMaker, GivesTheBitsOfTheEngineOnEachTarget) {
     Random random(6);
     std::size_t made = 0;
@@ -129,6 +130,13 @@ TEST(SceneRayMaker, GivesTheBitsOfTheEngineOnEachTarget) {
                         std::ldexp(static_cast<float>(random.real(0.999999, 1.000001)),
                                    std::clamp(40 - space.exponent(), -140, 127));
                 }
+            }
+            for (const StoredRay& r : rays) {
+                expect_same(space, {{r.org[0], r.org[1], r.org[2]},
+                                    r.tnear,
+                                    {r.dir[0], r.dir[1], r.dir[2]},
+                                    r.tfar});
+                if (HasFailure()) return;
             }
             for (const SimdTarget& target : supported_simd_targets()) {
                 cpu::SceneRays out;
