@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "embree/committed.h"
 #include "morphray/error.hpp"
 
 namespace mray::embree {
@@ -148,7 +149,8 @@ Device::Device(const char* config) : Device(read_settings(config)) { make_twin(c
 Device::Device(const Settings& settings)
     : number_(next_number()),
       is_verbose_(settings.is_verbose),
-      tracer_(morphray::Device::cpu(settings.options)) {}
+      tracer_(morphray::Device::cpu(settings.options)),
+      spare_trees_(std::make_unique<SpareTrees>()) {}
 
 Device::~Device() {
     if (twin_ != nullptr) fallback_->rtcReleaseDevice(twin_);

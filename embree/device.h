@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <memory>
 #include <new>
 #include <string>
 #include <type_traits>
@@ -16,6 +17,8 @@
 #include "morphray/device.hpp"
 
 namespace mray::embree {
+
+class SpareTrees;
 
 /// Why a call does nothing. The message is one line.
 struct Failure {
@@ -55,9 +58,11 @@ public:
 
     void set_error_function(RTCErrorFunction function, void* user);
     void set_memory_function(RTCMemoryMonitorFunction function, void* user);
-    /// Tells the memory monitor of memory that is about to be taken. Throws Failure if it refuses.
+    /// Tells the memory monitor of memory that a scene is about to take. Throws Failure if it
+    /// refuses.
     void take_memory(std::size_t bytes);
     void give_memory(std::size_t bytes) noexcept;
+    SpareTrees& spare_trees() { return *spare_trees_; }
 
     /// Names the device in slots of errors; no other device has the number.
     std::uint64_t number() const { return number_; }
@@ -76,6 +81,7 @@ private:
     void* error_user_ = nullptr;
     RTCMemoryMonitorFunction memory_function_ = nullptr;
     void* memory_user_ = nullptr;
+    std::unique_ptr<SpareTrees> spare_trees_;
     const Fallback* fallback_ = nullptr;
     RTCDevice twin_ = nullptr;
     std::atomic<bool> has_user_geometry_ = false;

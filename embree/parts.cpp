@@ -38,6 +38,7 @@ private:
         part.vertices = mesh.vertices();
         part.indices = mesh.indices();
         part.is_quads = mesh.is_quads();
+        part.has_own_positions = part.is_instance();
         parts_.push_back(std::move(part));
     }
 
@@ -49,14 +50,19 @@ private:
 }  // namespace
 
 void Part::place() {
-    if (!is_instance()) return;
+    if (!has_own_positions) return;
+    own_positions.resize(vertices.count);
+    if (!is_instance()) {
+        for (std::size_t i = 0; i < vertices.count; ++i)
+            own_positions[i] = vertex(static_cast<std::uint32_t>(i));
+        return;
+    }
     to_world = chain.front()->transform();
     for (std::size_t level = 1; level + 1 < chain.size(); ++level)
         to_world = to_world * chain[level]->transform();
     to_object = to_world.inverse();
-    world_positions.resize(vertices.count);
     for (std::size_t i = 0; i < vertices.count; ++i)
-        world_positions[i] = to_world.point(vertex(static_cast<std::uint32_t>(i)));
+        own_positions[i] = to_world.point(vertex(static_cast<std::uint32_t>(i)));
 }
 
 void Part::make_normals() {
@@ -98,12 +104,13 @@ bool Part::read_masks() {
 morphray::MeshView Part::view(std::vector<std::uint32_t>& triangles) const {
     morphray::MeshView view;
     if (used_vertices == 0) return view;
-    if (is_instance()) {
-        view.positions = {world_positions.data(), used_vertices, sizeof(morphray::Vec3)};
+    if (has_own_positions) {
+        view.positions = {own_positions.data(), used_vertices, sizeof(morphray::Vec3)};
     } else {
         view.positions = {vertices.data, used_vertices, vertices.stride};
     }
-    bool are_in_place = !is_quads && indices.stride == 3 * sizeof(std::uint32_t);
+    bool are_in_place =
+        triangles.empty() && !is_quads && indices.stride == 3 * sizeof(std::uint32_t);
     const std::size_t count = triangle_count();
     std::array<std::uint32_t, 3> corners;
     for (std::size_t i = 0; are_in_place && i < count; ++i) are_in_place = find_corners(i, corners);
@@ -111,14 +118,19 @@ morphray::MeshView Part::view(std::vector<std::uint32_t>& triangles) const {
         view.triangles = {indices.at<std::uint32_t>(0), 3 * count};
         return view;
     }
-    triangles.reserve(3 * count);
-    for (std::size_t i = 0; i < count; ++i) {
+    if (triangles.empty()) list_triangles(triangles);
+    view.triangles = triangles;
+    return view;
+}
+
+void Part::list_triangles(std::vector<std::uint32_t>& triangles) const {
+    triangles.reserve(3 * triangle_count());
+    std::array<std::uint32_t, 3> corners;
+    for (std::size_t i = 0; i < triangle_count(); ++i) {
         // A triangle without an area is never hit.
         if (!find_corners(i, corners)) corners = {0, 0, 0};
         triangles.insert(triangles.end(), corners.begin(), corners.end());
     }
-    view.triangles = triangles;
-    return view;
 }
 
 std::vector<Part> collect_parts(const Attachments& attachments) {

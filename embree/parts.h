@@ -32,8 +32,11 @@ struct Part {
     std::vector<unsigned int> masks = {};
     Transform to_world = {};
     Transform to_object = {};
-    /// Only those of instances.
-    std::vector<morphray::Vec3> world_positions = {};
+    /// Whether the tracer reads own_positions and not the caller's: those of instances, and of all
+    /// meshes of a scene whose tree a later one may take.
+    bool has_own_positions = false;
+    /// In the space of the scene.
+    std::vector<morphray::Vec3> own_positions = {};
     /// The cross product of each triangle's edges, in the space of the mesh. A hit that looked up
     /// its vertices would wait for memory, for up to a quarter of its time. Parts of one mesh share
     /// them.
@@ -69,7 +72,7 @@ struct Part {
     }
     /// The corner in the space of the scene.
     morphray::Vec3 placed_vertex(std::uint32_t index) const {
-        return is_instance() ? world_positions[index] : vertex(index);
+        return has_own_positions ? own_positions[index] : vertex(index);
     }
     bool sees(unsigned int ray_mask) const {
         for (const unsigned int mask : masks)
@@ -77,7 +80,7 @@ struct Part {
         return true;
     }
 
-    /// Computes what the transformations and vertices of instances give.
+    /// Computes the transformations of instances, and own_positions.
     void place();
     /// Computes own_normals.
     void make_normals();
@@ -85,7 +88,10 @@ struct Part {
     void count_used_vertices();
     /// Reads masks again. Returns whether any was set by the caller.
     bool read_masks();
-    /// For Scene::build(). `triangles` is memory that it may use for the indices.
+    /// Appends the vertices of all triangles.
+    void list_triangles(std::vector<std::uint32_t>& triangles) const;
+    /// For Scene::build(). `triangles` has those of list_triangles(), or is empty: memory that it
+    /// may use for them.
     morphray::MeshView view(std::vector<std::uint32_t>& triangles) const;
 };
 

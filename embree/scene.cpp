@@ -1,8 +1,9 @@
 #include "embree/scene.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <map>
-#include <set>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -19,10 +20,16 @@ constexpr std::size_t kTriangleBytes = 76;
 std::size_t bytes_of(const std::vector<Part>& parts) {
     std::size_t bytes = 0;
     for (const Part& part : parts) {
-        bytes += kVertexBytes * part.vertices.count * (part.is_instance() ? 2 : 1) +
+        bytes += kVertexBytes * part.vertices.count * (part.has_own_positions ? 2 : 1) +
                  kTriangleBytes * part.triangle_count();
     }
     return bytes;
+}
+
+std::size_t triangle_count(const std::vector<Part>& parts) {
+    std::size_t count = 0;
+    for (const Part& part : parts) count += part.triangle_count();
+    return count;
 }
 
 bool is_any_refitted(const std::vector<Part>& parts) {
@@ -41,22 +48,36 @@ bool has_moved(const Part& before, const Part& now) {
     return false;
 }
 
-}  // namespace
-
-void Committed::read_settings() {
-    uses_masks = false;
-    filters_hits = false;
-    filters_occlusion = false;
+/// Computes what the tracer reads and what answers tell, which the parts of one mesh share.
+void prepare(std::vector<Part>& parts) {
+    std::map<const Geometry*, const Part*> first_of;
     for (Part& part : parts) {
-        uses_masks |= part.read_masks();
-        filters_hits |= part.mesh().intersect_filter != nullptr;
-        filters_occlusion |= part.mesh().occluded_filter != nullptr;
+        part.count_used_vertices();
+        part.place();
+        const Part* const first = first_of.try_emplace(&part.mesh(), &part).first->second;
+        if (first == &part) {
+            part.make_normals();
+        } else {
+            part.normals = first->normals;
+        }
     }
-    std::set<unsigned int> different;
-    if (uses_masks)
-        for (const Part& part : parts) different.insert(part.masks.begin(), part.masks.end());
-    masks.assign(different.begin(), different.end());
 }
+
+/// Builds the tree of parts that are prepared, which is none without triangles. `triangles` are
+/// those of Part::view().
+std::optional<morphray::Scene> build_tree(const std::vector<Part>& parts, const BuildWay& way,
+                                          std::vector<std::vector<std::uint32_t>>& triangles,
+                                          const morphray::Device& tracer) {
+    std::vector<morphray::MeshView> views;
+    for (std::size_t i = 0; i < parts.size(); ++i) views.push_back(parts[i].view(triangles[i]));
+    if (triangle_count(parts) == 0) return std::nullopt;
+    morphray::SceneOptions options;
+    if (way.is_refitted) options.update = morphray::Refit{};
+    if (way.quality == RTC_BUILD_QUALITY_HIGH) options.split = morphray::Split::sweep;
+    return morphray::Scene::build(std::span<const morphray::MeshView>(views), tracer, options);
+}
+
+}  // namespace
 
 SceneObject::SceneObject(Device& device) : device_(&device) {
     if (device.twin() != nullptr) twin_ = device.fallback()->rtcNewScene(device.twin());
@@ -64,7 +85,7 @@ SceneObject::SceneObject(Device& device) : device_(&device) {
 
 SceneObject::~SceneObject() {
     on_twin(*this, &Fallback::rtcReleaseScene);
-    forget();
+    give_away();
 }
 
 unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
@@ -168,7 +189,7 @@ void SceneObject::commit() {
 
 void SceneObject::commit_parts(std::vector<Part> parts) {
     const bool is_kept = committed_ != nullptr && have_same_shape(committed_->parts, parts) &&
-                         quality_ == built_quality_ && is_any_refitted(parts) == built_refitted_;
+                         committed_->way == BuildWay{quality_, is_any_refitted(parts)};
     const bool is_robust = (flags_ & RTC_SCENE_FLAG_ROBUST) != 0;
     if (is_kept && committed_->is_robust == is_robust &&
         have_same_versions(committed_->parts, parts)) {
@@ -193,6 +214,12 @@ void SceneObject::forget() {
     committed_ = nullptr;
 }
 
+void SceneObject::give_away() {
+    if (committed_ == nullptr || committed_->triangles.empty()) return forget();
+    device_->give_memory(committed_->bytes);
+    device_->spare_trees().keep(std::move(committed_));
+}
+
 /// Queries during it are those of the program to avoid, as they are with Embree: the twin cannot
 /// say whether it has anything to do.
 void SceneObject::commit_twin() {
@@ -212,42 +239,47 @@ void SceneObject::commit_twins(std::size_t level) {
 }
 
 void SceneObject::build(std::vector<Part> parts) {
-    forget();
-    auto made = std::make_unique<Committed>();
-    made->parts = std::move(parts);
-    std::vector<std::vector<std::uint32_t>> triangles(made->parts.size());
-    std::vector<morphray::MeshView> views;
-    std::size_t triangle_count = 0;
-    std::map<const Geometry*, const Part*> first_of;
-    for (std::size_t i = 0; i < made->parts.size(); ++i) {
-        Part& part = made->parts[i];
-        part.count_used_vertices();
-        part.place();
-        const Part* const first = first_of.try_emplace(&part.mesh(), &part).first->second;
-        if (first == &part) {
-            part.make_normals();
-        } else {
-            part.normals = first->normals;
+    give_away();
+    const BuildWay way{quality_, is_any_refitted(parts)};
+    const bool is_reusable = (flags_ & RTC_SCENE_FLAG_DYNAMIC) != 0;
+    std::vector<std::vector<std::uint32_t>> triangles(parts.size());
+    std::unique_ptr<Committed> made;
+    if (is_reusable) {
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            parts[i].has_own_positions = true;
+            parts[i].list_triangles(triangles[i]);
         }
-        views.push_back(made->parts[i].view(triangles[i]));
-        triangle_count += views.back().triangles.size() / 3;
+        made = device_->spare_trees().take(way, parts, triangles);
     }
-    built_quality_ = quality_;
-    built_refitted_ = is_any_refitted(made->parts);
-    morphray::SceneOptions options;
-    if (built_refitted_) options.update = morphray::Refit{};
-    if (quality_ == RTC_BUILD_QUALITY_HIGH) options.split = morphray::Split::sweep;
+    const bool is_new = made == nullptr;
+    if (is_new) {
+        made = std::make_unique<Committed>();
+        made->way = way;
+    } else {
+        // The tree reads positions where they are.
+        for (std::size_t i = 0; i < parts.size(); ++i)
+            parts[i].own_positions = std::move(made->parts[i].own_positions);
+    }
+    made->parts = std::move(parts);
+    prepare(made->parts);
     made->bytes = bytes_of(made->parts);
     device_->take_memory(made->bytes);
     try {
-        if (triangle_count > 0) {
-            made->scene = morphray::Scene::build(std::span<const morphray::MeshView>(views),
-                                                 device_->tracer(), options);
+        if (is_new) {
+            made->scene = build_tree(made->parts, way, triangles, device_->tracer());
+        } else if (made->scene) {
+            made->scene->update_with_new_bounds();
         }
     } catch (...) {
         device_->give_memory(made->bytes);
         throw;
     }
+    if (device_->is_verbose()) {
+        std::fprintf(stderr, "morphray: %s %zu triangles\n",
+                     is_new ? "built a tree of" : "updated an earlier scene's tree of",
+                     triangle_count(made->parts));
+    }
+    if (is_new && is_reusable) made->triangles = std::move(triangles);
     committed_ = std::move(made);
 }
 

@@ -5,48 +5,11 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <vector>
 
-#include "embree/box_tree.h"
-#include "embree/parts.h"
-#include "morphray/scene.hpp"
+#include "embree/committed.h"
 
 namespace mray::embree {
-
-/// The scene as queries read it. Its parts are the meshes of `scene`, by geom_id.
-struct Committed {
-    std::vector<Part> parts;
-    /// Nothing if the scene has no triangles.
-    std::optional<morphray::Scene> scene;
-    bool is_robust = false;
-    /// Whether rays are compared with masks: only where the caller has set one.
-    bool uses_masks = false;
-    /// All different masks on the way to meshes, if they are used.
-    std::vector<unsigned int> masks;
-    /// Whether a mesh has a filter for hits, or for occlusion.
-    bool filters_hits = false;
-    bool filters_occlusion = false;
-    /// The bytes that the memory monitor was told of.
-    std::size_t bytes = 0;
-
-    void read_settings();
-    /// Whether a ray with this mask passes by no mesh.
-    bool all_seen(unsigned int ray_mask) const {
-        for (const unsigned int mask : masks)
-            if ((mask & ray_mask) == 0) return false;
-        return true;
-    }
-    /// A tree of all primitives, made by the first call at a pose. Threads may call it at the same
-    /// time.
-    const BoxTree& boxes() const;
-    void forget_boxes();
-
-private:
-    mutable std::mutex boxes_mutex_;
-    mutable std::atomic<const BoxTree*> boxes_ = nullptr;
-    mutable std::unique_ptr<const BoxTree> made_boxes_;
-};
 
 /// Queries may be asked by many threads at the same time, but not during a commit: those that begin
 /// during one are refused, and a commit is if one stays under way. Geometries may be attached by
@@ -98,6 +61,8 @@ private:
     /// Takes committed_ from queries. Throws Failure, and leaves it, if one stays under way.
     void take_from_queries();
     void forget();
+    /// As forget(), but leaves the tree to a later scene if it may have it.
+    void give_away();
     void build(std::vector<Part> parts);
     void update(const std::vector<Part>& parts);
     void report_progress(double part) const;
@@ -114,9 +79,6 @@ private:
 
     std::mutex commit_mutex_;
     std::unique_ptr<Committed> committed_;
-    /// That of committed_'s tree.
-    RTCBuildQuality built_quality_ = RTC_BUILD_QUALITY_MEDIUM;
-    bool built_refitted_ = false;
     std::atomic<const Committed*> current_ = nullptr;
 
     RTCScene twin_ = nullptr;

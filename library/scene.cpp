@@ -52,11 +52,15 @@ Scene Scene::build(std::span<const MeshView> meshes, const Device& device,
 }
 
 Update Scene::update() {
-    return with_public_errors([&] { return require(impl_).update(); });
+    return with_public_errors([&] { return require(impl_).update(false); });
 }
 
 Update Scene::update(std::uint32_t geom_id, std::size_t first, std::size_t count) {
     return with_public_errors([&] { return require(impl_).update(geom_id, first, count); });
+}
+
+Update Scene::update_with_new_bounds() {
+    return with_public_errors([&] { return require(impl_).update(true); });
 }
 
 std::uint32_t Scene::attach(const MeshView& mesh) {

@@ -169,9 +169,10 @@ void SceneImpl::follow(std::span<const mray::IndexRange> changed, double read_ms
     updater_->update(pose_.positions(), changed);
 }
 
-Update SceneImpl::update() {
+Update SceneImpl::update(bool takes_bounds) {
     Change change(*this);
     return change.run([&] {
+        if (takes_bounds) pose_.forget_bounds();
         if (meshes_.has_changes()) {
             MeshList meshes = meshes_.changed();
             // The updater follows the topology that it was made for.

@@ -31,7 +31,8 @@ public:
     SceneImpl(const SceneImpl& other, const Device& device);
     SceneImpl& operator=(const SceneImpl&) = delete;
 
-    Update update();
+    /// Scene::update() or update_with_new_bounds().
+    Update update(bool takes_bounds);
     Update update(std::uint32_t geom_id, std::size_t first, std::size_t count);
     std::uint32_t attach(const MeshView& mesh);
     void detach(std::uint32_t geom_id);

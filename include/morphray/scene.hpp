@@ -171,6 +171,10 @@ public:
     /// update. Works for meshes that do not deform, too. Throws bad_argument if they are not in the
     /// mesh.
     Update update(std::uint32_t geom_id, std::size_t first, std::size_t count);
+    /// The same as update(), and takes the bounds of all positions in place of those so far, as
+    /// build() does without SceneOptions::bounds: hits have the bits of a scene that is built anew
+    /// of the meshes as they are, and the tree is kept as far as the policy allows.
+    Update update_with_new_bounds();
 
     /// Adds a mesh, from the next update() on. Returns its geom_id, the lowest free one. Throws
     /// what build() throws.

@@ -38,6 +38,8 @@ public:
     /// finite.
     mray::vec3 world_position(std::uint32_t vertex) const;
 
+    /// The positions that are read next give the bounds.
+    void forget_bounds() { bounds_ = {}; }
     /// Reads the positions of a list of meshes that was made by changes of the list `before`, or of
     /// a first list (null). Meshes that do not deform and were in the list before are not read.
     void read_list(const MeshList& meshes, const MeshList* before, mray::ThreadArena& arena);

@@ -172,7 +172,7 @@ private:
         std::advance(chosen, dice_.below(static_cast<std::uint32_t>(meshes_.size())));
         Mesh& mesh = chosen->second;
         const bool is_frame = chosen->first == 0;
-        switch (dice_.below(8)) {
+        switch (dice_.below(9)) {
             case 0:
             case 1:
                 add_mesh();
@@ -195,13 +195,37 @@ private:
                 rtcCommitGeometry(mesh.geometry);
                 break;
             case 5:
-                rtcSetSceneFlags(scene_,
-                                 dice_.one_in(2) ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+                set_flags();
+                break;
+            case 6:
+                renew();
                 break;
             default:
                 if (!is_frame) move(mesh);
         }
         if (dice_.one_in(2)) ask();
+    }
+
+    void set_flags() {
+        const RTCSceneFlags robust = dice_.one_in(2) ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE;
+        const RTCSceneFlags dynamic =
+            dice_.one_in(2) ? RTC_SCENE_FLAG_DYNAMIC : RTC_SCENE_FLAG_NONE;
+        rtcSetSceneFlags(scene_, both(robust, dynamic));
+    }
+
+    /// Makes the scene and its geometries anew, and moves some.
+    void renew() {
+        const RTCSceneFlags flags = rtcGetSceneFlags(scene_);
+        rtcReleaseScene(scene_);
+        scene_ = rtcNewScene(door_.device);
+        rtcSetSceneFlags(scene_, flags);
+        for (auto& [id, mesh] : meshes_) {
+            attach(id, mesh);
+            if (!mesh.is_enabled) rtcDisableGeometry(mesh.geometry);
+            if (has_masks_) rtcSetGeometryMask(mesh.geometry, mesh.mask);
+            rtcCommitGeometry(mesh.geometry);
+            if (id != 0 && dice_.one_in(2)) move(mesh);
+        }
     }
 
     RTCRayHit draw_ray() {

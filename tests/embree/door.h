@@ -84,6 +84,10 @@ void trace_packet(Function function, const int* valid, RTCScene scene, Packet* p
 
 #endif
 
+inline RTCSceneFlags both(RTCSceneFlags a, RTCSceneFlags b) {
+    return static_cast<RTCSceneFlags>(static_cast<int>(a) | static_cast<int>(b));
+}
+
 using Point = std::array<float, 3>;
 
 /// Whether all members have the same bits. Version 4 has bytes behind them.

@@ -200,6 +200,43 @@ TEST(SceneUpdate, MeshesMayLeaveTheBoundsAndComeBack) {
     expect_same_hits(hits_of(scene, rays), before, "back");
 }
 
+TEST(SceneUpdate, NewBoundsAreThoseOfABuild) {
+    const UserMesh rest(torus(30, 20));
+    const UserMesh still(torus(12, 8));
+    const std::vector<SceneOptions> ways = {
+        {.update = morphray::Refit{}},
+        {.bounds = Box{{-2, -2, -2}, {2, 2, 2}}, .update = morphray::Refit{}},
+        {.update = morphray::Auto{.deterministic = true}},
+        {.update = morphray::Rebuild{}}};
+    for (const SceneOptions& options : ways) {
+        UserMesh mesh = rest;
+        morphray::MeshView static_view = still.view();
+        static_view.deforms = false;
+        const std::vector<morphray::MeshView> meshes = {mesh.view(), static_view};
+        Scene scene = Scene::build(meshes, Device::cpu(), options);
+        // The last ones leave the bounds of those before, and have coordinates that are kept in
+        // world space.
+        for (const float scale : {0.3f, 1.7f, 1e-20f, 1e30f, 1.0f}) {
+            for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+                const morphray::Vec3 p = rest.points[i];
+                mesh.points[i] = {scale * p.x, p.y, p.z + scale};
+            }
+            if (scale == 1.7f) scene.update();
+            const Step step = scene.update_with_new_bounds().step;
+            if (std::holds_alternative<morphray::Refit>(options.update)) {
+                EXPECT_TRUE(step == Step::refit || step == Step::keep) << scale;
+            }
+            const std::vector<morphray::Ray> rays = world_rays(mesh, 1000, 17);
+            expect_as_new(scene, meshes, {}, rays, std::to_string(scale));
+        }
+        const UserMesh other(torus(9, 7));
+        scene.attach(other.view());
+        scene.update_with_new_bounds();
+        expect_as_new(scene, {mesh.view(), static_view, other.view()}, {},
+                      world_rays(mesh, 500, 18), "attached");
+    }
+}
+
 /// A mesh whose arrays another thread may write at any time: positions that the scene is not told
 /// of are those of a scribbler, who writes NaN.
 void scribble(UserMesh& mesh) {

@@ -1,0 +1,73 @@
+#include "embree/committed.h"
+
+#include <algorithm>
+#include <new>
+#include <set>
+#include <utility>
+
+namespace mray::embree {
+namespace {
+
+bool fits(const Committed& spare, const BuildWay& way, const std::vector<Part>& parts,
+          const std::vector<std::vector<std::uint32_t>>& triangles) {
+    return spare.way == way && spare.triangles == triangles &&
+           std::equal(parts.begin(), parts.end(), spare.parts.begin(), spare.parts.end(),
+                      [](const Part& part, const Part& old) {
+                          return part.vertices.count == old.own_positions.size();
+                      });
+}
+
+}  // namespace
+
+void Committed::read_settings() {
+    uses_masks = false;
+    filters_hits = false;
+    filters_occlusion = false;
+    for (Part& part : parts) {
+        uses_masks |= part.read_masks();
+        filters_hits |= part.mesh().intersect_filter != nullptr;
+        filters_occlusion |= part.mesh().occluded_filter != nullptr;
+    }
+    std::set<unsigned int> different;
+    if (uses_masks)
+        for (const Part& part : parts) different.insert(part.masks.begin(), part.masks.end());
+    masks.assign(different.begin(), different.end());
+}
+
+void SpareTrees::keep(std::unique_ptr<Committed> spare) noexcept {
+    spare->forget_boxes();
+    for (Part& part : spare->parts) {
+        Part rest;
+        rest.own_positions = std::move(part.own_positions);
+        part = std::move(rest);
+    }
+    const std::scoped_lock lock(mutex_);
+    try {
+        spares_.push_back(std::move(spare));
+    } catch (const std::bad_alloc&) {
+        // A later scene builds its tree.
+    }
+}
+
+std::unique_ptr<Committed> SpareTrees::take(
+    const BuildWay& way, const std::vector<Part>& parts,
+    const std::vector<std::vector<std::uint32_t>>& triangles) {
+    // Destroyed without the lock.
+    std::unique_ptr<Committed> dropped;
+    const std::scoped_lock lock(mutex_);
+    const auto found = std::find_if(spares_.begin(), spares_.end(), [&](const auto& spare) {
+        return fits(*spare, way, parts, triangles);
+    });
+    if (found != spares_.end()) {
+        std::unique_ptr<Committed> spare = std::move(*found);
+        spares_.erase(found);
+        return spare;
+    }
+    if (!spares_.empty()) {
+        dropped = std::move(spares_.front());
+        spares_.pop_front();
+    }
+    return nullptr;
+}
+
+}  // namespace mray::embree

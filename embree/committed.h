@@ -1,0 +1,84 @@
+// What a commit makes of a scene, and the trees of scenes that are no more.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "embree/box_tree.h"
+#include "embree/parts.h"
+#include "morphray/scene.hpp"
+
+namespace mray::embree {
+
+/// How a tree is built.
+struct BuildWay {
+    RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM;
+    /// Whether updates refit, whatever the tree is like then.
+    bool is_refitted = false;
+
+    bool operator==(const BuildWay&) const = default;
+};
+
+/// The scene as queries read it. Its parts are the meshes of `scene`, by geom_id.
+struct Committed {
+    std::vector<Part> parts;
+    /// Nothing if the scene has no triangles.
+    std::optional<morphray::Scene> scene;
+    BuildWay way;
+    /// The triangles of each part, three numbers of vertices each, in a scene whose tree a later
+    /// one may take.
+    std::vector<std::vector<std::uint32_t>> triangles;
+    bool is_robust = false;
+    /// Whether rays are compared with masks: only where the caller has set one.
+    bool uses_masks = false;
+    /// All different masks on the way to meshes, if they are used.
+    std::vector<unsigned int> masks;
+    /// Whether a mesh has a filter for hits, or for occlusion.
+    bool filters_hits = false;
+    bool filters_occlusion = false;
+    /// The bytes that the memory monitor was told of.
+    std::size_t bytes = 0;
+
+    void read_settings();
+    /// Whether a ray with this mask passes by no mesh.
+    bool all_seen(unsigned int ray_mask) const {
+        for (const unsigned int mask : masks)
+            if ((mask & ray_mask) == 0) return false;
+        return true;
+    }
+    /// A tree of all primitives, made by the first call at a pose. Threads may call it at the same
+    /// time.
+    const BoxTree& boxes() const;
+    void forget_boxes();
+
+private:
+    mutable std::mutex boxes_mutex_;
+    mutable std::atomic<const BoxTree*> boxes_ = nullptr;
+    mutable std::unique_ptr<const BoxTree> made_boxes_;
+};
+
+/// The trees of dynamic scenes that were released, for later ones over the same triangles: a
+/// program that makes its scenes anew at each change, such as Blender in its viewport, waits for an
+/// update instead of a build. Threads may use it at the same time.
+class SpareTrees {
+public:
+    /// Takes a scene that has `triangles`, and lets go of what its caller gave.
+    void keep(std::unique_ptr<Committed> spare) noexcept;
+    /// A scene that was built over these triangles in this way, whose parts have as many vertices;
+    /// null: none, and the one that was kept for the longest time is dropped. So there are no more
+    /// than a program has released and not made again.
+    std::unique_ptr<Committed> take(const BuildWay& way, const std::vector<Part>& parts,
+                                    const std::vector<std::vector<std::uint32_t>>& triangles);
+
+private:
+    std::mutex mutex_;
+    std::deque<std::unique_ptr<Committed>> spares_;
+};
+
+}  // namespace mray::embree
