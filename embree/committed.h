@@ -1,4 +1,4 @@
-// What a commit makes of a scene, and the trees of scenes that are no more.
+// A scene as it was committed, and the trees of scenes that are no more.
 #pragma once
 
 #include <atomic>

@@ -61,7 +61,7 @@ std::vector<unsigned int> prims_near(RTCScene scene) {
     return prims;
 }
 
-/// What `work` says on stderr.
+/// The lines of `work` on stderr.
 template <class Work>
 std::string said(Work work) {
     testing::internal::CaptureStderr();
@@ -69,7 +69,7 @@ std::string said(Work work) {
     return testing::internal::GetCapturedStderr();
 }
 
-RTCGeometry instance_of(const Door& door, RTCScene scene, float x) {
+RTCGeometry narrow_instance(const Door& door, RTCScene scene, float x) {
     RTCGeometry made = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_INSTANCE);
     rtcSetGeometryInstancedScene(made, scene);
     const float columns[12] = {0.5f, 0, 0, 0, 1, 0, 0, 0, 1, x, 0, 0};
@@ -87,7 +87,8 @@ struct Made {
         mesh = door.committed({door.triangles(waves.vertices, waves.indices)}, flags);
         const float x = 0.1f * static_cast<float>(pose);
         whole = door.committed(
-            {instance_of(door, mesh, x), instance_of(door, mesh, 1), door.triangle(-x)}, flags);
+            {narrow_instance(door, mesh, x), narrow_instance(door, mesh, 1), door.triangle(-x)},
+            flags);
     }
     ~Made() {
         rtcReleaseScene(whole);
@@ -139,7 +140,7 @@ TEST(DoorSpareTrees, FollowUpdatesAndAreLeftAgain) {
                             kUpdated + "288 triangles\n");
 }
 
-/// What a commit of the scene says, which is released.
+/// The lines of a commit of the scene, which is released.
 std::string said_of(const Door& door, RTCGeometry mesh, RTCSceneFlags flags,
                     RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM) {
     return said([&] {
@@ -236,7 +237,7 @@ TEST(DoorSpareTrees, AreNoMemoryOfScenes) {
     }
 }
 
-bool refuse(void*, ssize_t bytes, bool) { return bytes < 0; }
+bool refuse_memory(void*, ssize_t bytes, bool) { return bytes < 0; }
 
 TEST(DoorSpareTrees, AreLostWhereTheMonitorRefuses) {
     const Door door("verbose=1");
@@ -246,7 +247,7 @@ TEST(DoorSpareTrees, AreLostWhereTheMonitorRefuses) {
     };
     EXPECT_EQ(said_of(door, mesh(), RTC_SCENE_FLAG_DYNAMIC).find(kBuilt), 0u);
     RTCGeometry refused = mesh();
-    rtcSetDeviceMemoryMonitorFunction(door.device, refuse, nullptr);
+    rtcSetDeviceMemoryMonitorFunction(door.device, refuse_memory, nullptr);
     said_of(door, refused, RTC_SCENE_FLAG_DYNAMIC);
     EXPECT_EQ(door.error(), RTC_ERROR_OUT_OF_MEMORY);
     rtcSetDeviceMemoryMonitorFunction(door.device, nullptr, nullptr);
