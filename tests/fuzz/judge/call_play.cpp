@@ -76,6 +76,8 @@ void LibraryScene::detach(std::uint32_t geom_id) { scene_.detach(geom_id); }
 
 void LibraryScene::update() { scene_.update(); }
 
+void LibraryScene::update_with_new_bounds() { scene_.update_with_new_bounds(); }
+
 void LibraryScene::update(std::uint32_t geom_id, std::size_t first, std::size_t count) {
     scene_.update(geom_id, first, count);
 }
@@ -121,6 +123,11 @@ void ModelScene::update() {
         if (mesh.mesh->deforms() || mesh.positions.empty()) mesh.positions = mesh.mesh->positions();
     }
     positions_changed();
+}
+
+void ModelScene::update_with_new_bounds() {
+    bounds_.reset();
+    update();
 }
 
 void ModelScene::update(std::uint32_t geom_id, std::size_t first, std::size_t count) {
@@ -242,7 +249,11 @@ void CallPlay::change(const Call& call, CallAnswer& answer) {
             break;
         }
         default:
-            slot.scene->update();
+            if (Dice(call.seed).one_in(4)) {
+                slot.scene->update_with_new_bounds();
+            } else {
+                slot.scene->update();
+            }
     }
 }
 

@@ -32,6 +32,7 @@ public:
     virtual std::uint32_t attach(const std::shared_ptr<CallMesh>& mesh) = 0;
     virtual void detach(std::uint32_t geom_id) = 0;
     virtual void update() = 0;
+    virtual void update_with_new_bounds() = 0;
     virtual void update(std::uint32_t geom_id, std::size_t first, std::size_t count) = 0;
     /// To ask.
     virtual const morphray::Scene& scene() = 0;
@@ -48,6 +49,7 @@ public:
     std::uint32_t attach(const std::shared_ptr<CallMesh>& mesh) override;
     void detach(std::uint32_t geom_id) override;
     void update() override;
+    void update_with_new_bounds() override;
     void update(std::uint32_t geom_id, std::size_t first, std::size_t count) override;
     const morphray::Scene& scene() override { return scene_; }
 
@@ -67,6 +69,7 @@ public:
     std::uint32_t attach(const std::shared_ptr<CallMesh>& mesh) override;
     void detach(std::uint32_t geom_id) override;
     void update() override;
+    void update_with_new_bounds() override;
     void update(std::uint32_t geom_id, std::size_t first, std::size_t count) override;
     const morphray::Scene& scene() override;
 
