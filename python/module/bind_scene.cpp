@@ -74,7 +74,7 @@ Update update(PyScene& scene, const py::object& geom_id, const py::object& first
     if (geom_id.is_none()) {
         if (!count.is_none() || uint32_of(first, "first") != 0)
             throw py::type_error("update: a range of points needs the geom_id of their mesh");
-        return scene.update();
+        return scene.update(false);
     }
     std::optional<std::size_t> points;
     if (!count.is_none()) points = uint32_of(count, "count");
@@ -232,6 +232,9 @@ void bind_scene(py::module_& module) {
              arg("textures") = py::none())
         .def("update", &update, kUpdateMethodDoc, arg("geom_id") = py::none(), arg("first") = 0,
              arg("count") = py::none())
+        .def(
+            "update_with_new_bounds", [](PyScene& scene) { return scene.update(true); },
+            kNewBoundsDoc)
         .def(
             "attach",
             [](PyScene& scene, const py::object& points, const py::object& triangles, bool deforms,

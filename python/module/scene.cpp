@@ -181,14 +181,16 @@ void PyScene::require_in_place(const Meshes& meshes) {
     }
 }
 
-Update PyScene::update() {
+Update PyScene::update(bool takes_bounds) {
     require_initialised();
     const ChangeUse use(uses_);
     require_in_place(next_meshes_);
     Update update;
     std::size_t triangles = 0;
     for (const auto& [geom_id, mesh] : next_meshes_) triangles += mesh.triangles->size() / 3;
-    build_interruptibly(triangles, [&] { update = scene_->update(); });
+    build_interruptibly(triangles, [&] {
+        update = takes_bounds ? scene_->update_with_new_bounds() : scene_->update();
+    });
     meshes_ = next_meshes_;
     return update;
 }

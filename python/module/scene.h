@@ -63,7 +63,7 @@ public:
     ~PyScene();
     PyScene(const PyScene&) = delete;
 
-    Update update();
+    Update update(bool takes_bounds);
     Update update(std::uint32_t geom_id, std::size_t first, std::optional<std::size_t> count);
     std::uint32_t attach(BorrowedMesh mesh);
     void detach(std::uint32_t geom_id);

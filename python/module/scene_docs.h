@@ -93,6 +93,13 @@ those of the last update. Takes time in proportion to what moved.
 Raises Error "bad_argument" for a mesh or points that are not there, "busy", "limit" and
 "device_lost"; ValueError if an array has been given other memory.)";
 
+inline constexpr const char* kNewBoundsDoc =
+    R"(update_with_new_bounds(self)
+--
+
+The same as update(), and takes the bounds of all points in place of those so far, as Scene does
+without bounds: hits have the bits of a scene that is built anew.)";
+
 inline constexpr const char* kAttachDoc =
     R"(attach(self, points, triangles, deforms=True, albedo=None, textures=None)
 --

@@ -211,6 +211,7 @@ class Scene(metaclass=_Type):
     def update(
         self, geom_id: Optional[int] = None, first: int = 0, count: Optional[int] = None
     ) -> Update: ...
+    def update_with_new_bounds(self) -> Update: ...
     def attach(
         self,
         points: NDArray[np.float32],

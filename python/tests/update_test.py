@@ -56,6 +56,16 @@ def test_each_policy_gives_the_hits_of_brute_force(update):
     assert steps == expected.get(update, steps)
 
 
+def test_new_bounds_give_the_bits_of_a_build():
+    points, triangles = grid(16)
+    scene = morphray.Scene(points, triangles, update="refit", bounds=BOUNDS)
+    for scale in (0.3, 7):
+        points *= np.float32(scale)
+        assert scene.update_with_new_bounds().step == "refit"
+        rays = random_rays(points, 1000)
+        assert_same_bits(scene.intersect(rays), morphray.Scene(points, triangles).intersect(rays))
+
+
 def test_update_tells_what_it_did():
     points, triangles = grid(16)
     scene = morphray.Scene(points, triangles, update="refit", record_cost_ratio=True)
