@@ -2,8 +2,11 @@
 // closest points. Answers are pure functions of question and triangles, the same bits everywhere.
 #pragma once
 
+#include <algorithm>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -68,6 +71,22 @@ struct ClosestTriangle {
     bool operator==(const ClosestTriangle&) const = default;
 };
 
+/// The meshes that a ray sees.
+struct VisibleMeshes {
+    /// The first prim_id and the number of each mesh, ascending.
+    std::span<const std::uint32_t> first_prims;
+    std::span<const std::uint32_t> numbers;
+    /// By number; meshes beyond the end are not visible.
+    std::span<const std::uint8_t> is_visible;
+
+    bool sees(std::uint32_t prim_id) const {
+        const auto after = std::upper_bound(first_prims.begin(), first_prims.end(), prim_id);
+        const std::size_t number =
+            numbers[static_cast<std::size_t>(after - first_prims.begin()) - 1];
+        return number < is_visible.size() && is_visible[number] != 0;
+    }
+};
+
 /// All in scene space. Spans of a call have one size. Points are finite; those of closest() are
 /// within kOriginExtent.
 class SceneQueries {
@@ -83,6 +102,10 @@ public:
     /// Finds the first hit of each ray after its cursor.
     virtual void intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
                                  Crossing crossing, std::span<Hit> hits) const = 0;
+    /// Finds the closest hit of each ray with a mesh that is visible: step by step, unless a class
+    /// knows better.
+    virtual void intersect_visible(std::span<const Ray> rays, const VisibleMeshes& meshes,
+                                   std::span<Hit> hits) const;
     /// Finds the crossings that floats can decide, and appends the others to `uncertain`, in any
     /// order: exact_crossing() decides on those.
     virtual void wind(std::span<const vec3> points, std::span<FloatWinding> windings,
@@ -91,5 +114,28 @@ public:
     virtual void closest(std::span<const vec3> points, float most_d2,
                          std::span<ClosestTriangle> closest) const = 0;
 };
+
+inline void SceneQueries::intersect_visible(std::span<const Ray> rays, const VisibleMeshes& meshes,
+                                            std::span<Hit> hits) const {
+    std::vector<std::size_t> left(rays.size());
+    std::iota(left.begin(), left.end(), std::size_t{0});
+    std::vector<Ray> asked(rays.begin(), rays.end());
+    std::vector<HitCursor> after(rays.size());
+    std::vector<Hit> found(rays.size());
+    while (!left.empty()) {
+        intersect_after(std::span(asked).first(left.size()), std::span(after).first(left.size()),
+                        Crossing::kEach, std::span(found).first(left.size()));
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < left.size(); ++i) {
+            const Hit& hit = found[i];
+            hits[left[i]] = hit;
+            if (hit.prim_id == kNoPrim || meshes.sees(hit.prim_id)) continue;
+            left[kept] = left[i];
+            asked[kept] = asked[i];
+            after[kept++] = {hit.t, hit.prim_id};
+        }
+        left.resize(kept);
+    }
+}
 
 }  // namespace mray

@@ -20,6 +20,8 @@ bool fits(const Committed& spare, const BuildWay& way, const std::vector<Part>& 
 }  // namespace
 
 void Committed::read_settings() {
+    static std::atomic<std::uint64_t> last_number = 0;
+    settings_number = ++last_number;
     uses_masks = false;
     filters_hits = false;
     filters_occlusion = false;
@@ -32,6 +34,24 @@ void Committed::read_settings() {
     if (uses_masks)
         for (const Part& part : parts) different.insert(part.masks.begin(), part.masks.end());
     masks.assign(different.begin(), different.end());
+}
+
+std::span<const std::uint8_t> Committed::visible(unsigned int ray_mask) const {
+    /// The last answer of the thread: most rays have the mask of the one before.
+    struct Answer {
+        std::uint64_t settings_number = 0;
+        unsigned int ray_mask = 0;
+        std::vector<std::uint8_t> is_visible;
+    };
+    thread_local Answer last;
+    if (last.settings_number != settings_number || last.ray_mask != ray_mask) {
+        last.settings_number = 0;
+        last.is_visible.clear();
+        for (const Part& part : parts) last.is_visible.push_back(part.sees(ray_mask) ? 1 : 0);
+        last.settings_number = settings_number;
+        last.ray_mask = ray_mask;
+    }
+    return last.is_visible;
 }
 
 void SpareTrees::keep(std::unique_ptr<Committed> spare) noexcept {

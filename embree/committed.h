@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "embree/box_tree.h"
@@ -45,6 +46,9 @@ struct Committed {
     /// The bytes that the memory monitor was told of.
     std::size_t bytes = 0;
 
+    /// Changes with each read_settings(); no two scenes have the same.
+    std::uint64_t settings_number = 0;
+
     void read_settings();
     /// Whether a ray with this mask passes by no mesh.
     bool all_seen(unsigned int ray_mask) const {
@@ -52,6 +56,9 @@ struct Committed {
             if ((mask & ray_mask) == 0) return false;
         return true;
     }
+    /// By part, 1 for those that a ray with this mask does not pass by. Valid until the thread's
+    /// next call.
+    std::span<const std::uint8_t> visible(unsigned int ray_mask) const;
     /// A tree of all primitives, made by the first call at a pose. Threads may call it at the same
     /// time.
     const BoxTree& boxes() const;

@@ -100,44 +100,53 @@ HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, std::uint32_t most,
     lists.total.push_back(total);
 }
 
-/// The first hit after the cursor: the nearest boxes first, as for closest hits.
+/// The first hit, of a ray whose main axis is kAxis, for which takes(t, prim_id) is true.
+template <int kAxis, Crossing kCrossing, class Takes>
+HWY_NOINLINE Hit first_hit_along(const Bvh& bvh, const RayStream& stream, const Takes& takes) {
+    Hit first = no_hit();
+    first.t = stream.tfar[0];
+    float depth = stream.last_depth[0];
+    const auto keep = [&](std::uint32_t prim_id, const TriangleHit& hit) {
+        if (!is_closer(hit.t, prim_id, first.t, first.prim_id) || !takes(hit.t, prim_id)) return;
+        first = make_hit(hit, prim_id);
+        depth = last_depth(hit.t);
+    };
+    for_each_near_leaf<kAxis>(bvh, stream, 0, depth, [&](const Leaf& leaf) HWY_ATTR {
+        intersect_leaf<kAxis, kCrossing>(stream, 0, first.t, leaf,
+                                         [&](std::uint32_t slot, const TriangleHit& hit) {
+                                             visit_repeats(bvh, leaf.prim_id[slot], hit, keep);
+                                             return false;
+                                         });
+    });
+    return first.prim_id == kNoPrim ? no_hit() : first;
+}
+
+/// The first hit for which takes(t, prim_id) is true.
+template <Crossing kCrossing, class Takes>
+HWY_INLINE Hit first_hit_of(const Bvh& bvh, const Ray& ray, const Takes& takes) {
+    RayStream stream;
+    prepare_one(stream, ray);
+    const std::uint32_t axis = stream.axis[0];
+    if (axis == 0) return first_hit_along<0, kCrossing>(bvh, stream, takes);
+    if (axis == 1) return first_hit_along<1, kCrossing>(bvh, stream, takes);
+    return first_hit_along<2, kCrossing>(bvh, stream, takes);
+}
+
+/// The first hit after the cursor.
 template <Crossing kCrossing>
 HWY_INLINE Hit next_hit_of(const Bvh& bvh, const Ray& ray, const HitCursor& after) {
-    RayStream stream;
     Ray rest = ray;
     rest.tnear = std::max(ray.tnear, after.t);
     if (!(rest.tnear <= rest.tfar)) return no_hit();
-    prepare_one(stream, rest);
-    Hit next = no_hit();
-    next.t = ray.tfar;
-    const auto keep = [&](std::uint32_t prim_id, const TriangleHit& hit) {
-        if (!is_closer(after.t, after.prim_id, hit.t, prim_id)) return;
-        if (is_closer(hit.t, prim_id, next.t, next.prim_id)) next = make_hit(hit, prim_id);
-    };
-    StackEntry stack[kMaxStack];
-    std::size_t size = 1;
-    stack[0] = {0, 0};
-    while (size > 0) {
-        const StackEntry entry = stack[--size];
-        const float last = last_depth(next.t);
-        if (entry.t_least > last) continue;
-        if ((entry.child & kLeafBit) != 0) {
-            const Leaf& leaf = bvh.leaves[entry.child & ~kLeafBit];
-            intersect_leaf<kAnyAxis, kCrossing>(
-                stream, 0, next.t, leaf, [&](std::uint32_t slot, const TriangleHit& hit) {
-                    visit_repeats(bvh, leaf.prim_id[slot], hit, keep);
-                    return false;
-                });
-            continue;
-        }
-        const Node& node = bvh.nodes[entry.child];
-        FloatVec least[kVectors];
-        const std::uint32_t met = near_slots(stream, 0, last, node, least);
-        HWY_ALIGN float t_least[kWidth];
-        for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
-        size = push_sorted(node, met, t_least, stack, size);
-    }
-    return next.prim_id == kNoPrim ? no_hit() : next;
+    return first_hit_of<kCrossing>(bvh, rest, [&after](float t, std::uint32_t prim_id) {
+        return is_closer(after.t, after.prim_id, t, prim_id);
+    });
+}
+
+/// The closest hit with a mesh that is visible.
+HWY_INLINE Hit visible_hit_of(const Bvh& bvh, const Ray& ray, const VisibleMeshes& meshes) {
+    return first_hit_of<Crossing::kEach>(
+        bvh, ray, [&meshes](float, std::uint32_t prim_id) { return meshes.sees(prim_id); });
 }
 
 }  // namespace HWY_NAMESPACE

@@ -69,6 +69,11 @@ void find_next_hits(const Bvh& bvh, std::span<const Ray> rays, std::span<const H
     }
 }
 
+void find_visible_hits(const Bvh& bvh, std::span<const Ray> rays, const VisibleMeshes& meshes,
+                       std::span<Hit> hits) {
+    for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = visible_hit_of(bvh, rays[i], meshes);
+}
+
 /// Calls bundle(first, count, most_leaves) for up to kLanes points of [0, total), which returns
 /// whether it has answers, and each(first, count) for those without, which returns the leaves that
 /// it has visited.

@@ -19,6 +19,7 @@ namespace {
 HWY_EXPORT(count_hits);
 HWY_EXPORT(list_hits);
 HWY_EXPORT(find_next_hits);
+HWY_EXPORT(find_visible_hits);
 HWY_EXPORT(wind_points);
 HWY_EXPORT(find_closest_triangles);
 
@@ -29,6 +30,7 @@ TreeQueries::TreeQueries(const Bvh& bvh, SimdTarget target)
       count_(SIMD_FUNCTION(count_hits, target)),
       list_(SIMD_FUNCTION(list_hits, target)),
       after_(SIMD_FUNCTION(find_next_hits, target)),
+      visible_(SIMD_FUNCTION(find_visible_hits, target)),
       wind_(SIMD_FUNCTION(wind_points, target)),
       closest_(SIMD_FUNCTION(find_closest_triangles, target)) {}
 
@@ -47,6 +49,12 @@ void TreeQueries::intersect_after(std::span<const Ray> rays, std::span<const Hit
                                   Crossing crossing, std::span<Hit> hits) const {
     assert(rays.size() == hits.size() && rays.size() == after.size());
     after_(*bvh_, rays, after, crossing, hits);
+}
+
+void TreeQueries::intersect_visible(std::span<const Ray> rays, const VisibleMeshes& meshes,
+                                    std::span<Hit> hits) const {
+    assert(rays.size() == hits.size());
+    visible_(*bvh_, rays, meshes, hits);
 }
 
 void TreeQueries::wind(std::span<const vec3> points, std::span<FloatWinding> windings,

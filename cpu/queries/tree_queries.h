@@ -22,6 +22,8 @@ public:
               HitLists& lists) const override;
     void intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
                          Crossing crossing, std::span<Hit> hits) const override;
+    void intersect_visible(std::span<const Ray> rays, const VisibleMeshes& meshes,
+                           std::span<Hit> hits) const override;
     void wind(std::span<const vec3> points, std::span<FloatWinding> windings,
               std::vector<UncertainCrossing>& uncertain) const override;
     void closest(std::span<const vec3> points, float most_d2,
@@ -32,6 +34,8 @@ private:
     using List = void (*)(const Bvh&, std::span<const Ray>, Crossing, std::uint32_t, HitLists&);
     using After = void (*)(const Bvh&, std::span<const Ray>, std::span<const HitCursor>, Crossing,
                            std::span<Hit>);
+    using Visible = void (*)(const Bvh&, std::span<const Ray>, const VisibleMeshes&,
+                             std::span<Hit>);
     using Wind = void (*)(const Bvh&, std::span<const vec3>, std::span<FloatWinding>,
                           std::vector<UncertainCrossing>&);
     using Closest = void (*)(const Bvh&, std::span<const vec3>, float, std::span<ClosestTriangle>);
@@ -40,6 +44,7 @@ private:
     Count count_;
     List list_;
     After after_;
+    Visible visible_;
     Wind wind_;
     Closest closest_;
 };

@@ -103,24 +103,23 @@ HWY_INLINE std::size_t push_sorted(const Node& node, std::uint32_t slots, const 
     return size;
 }
 
-/// The closest hit of a ray whose main axis is kAxis, one node after the other, its nearest box
-/// first. Where a node has one or two children to visit, the ray goes straight on; one is both the
-/// first and the last, so that no branch tells it from two.
-template <int kAxis>
-HWY_NOINLINE void intersect_ray_along(const Bvh& bvh, const RayStream& stream, std::size_t ray,
-                                      ClosestHits& closest) {
+/// Calls visit_leaf(leaf) for the leaves that a ray whose main axis is kAxis meets with a least
+/// depth of `depth` or less, one node after the other, its nearest box first. Visits may make
+/// `depth` less. Where a node has one or two children to visit, the ray goes straight on; one is
+/// both the first and the last, so that no branch tells it from two.
+template <int kAxis, class VisitLeaf>
+HWY_INLINE void for_each_near_leaf(const Bvh& bvh, const RayStream& stream, std::size_t ray,
+                                   const float& depth, VisitLeaf visit_leaf) {
     StackEntry stack[kMaxStack];
     std::size_t size = 0;
     StackEntry entry = {0, 0};
     for (;;) {
         if ((entry.child & kLeafBit) != 0) {
-            const Leaf& leaf = bvh.leaves[entry.child & ~kLeafBit];
-            intersect_leaf_alone<kAxis>(stream, ray, leaf, closest);
+            visit_leaf(bvh.leaves[entry.child & ~kLeafBit]);
         } else {
             const Node& node = bvh.nodes[entry.child];
             FloatVec least[kVectors];
-            const std::uint32_t met =
-                near_slots<kAxis>(stream, ray, closest.last[ray], node, least);
+            const std::uint32_t met = near_slots<kAxis>(stream, ray, depth, node, least);
             if (met != 0) {
                 HWY_ALIGN float t_least[kWidth];
                 for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
@@ -145,8 +144,17 @@ HWY_NOINLINE void intersect_ray_along(const Bvh& bvh, const RayStream& stream, s
         do {
             if (size == 0) return;
             entry = stack[--size];
-        } while (entry.t_least > closest.last[ray]);
+        } while (entry.t_least > depth);
     }
+}
+
+/// The closest hit of a ray whose main axis is kAxis.
+template <int kAxis>
+HWY_NOINLINE void intersect_ray_along(const Bvh& bvh, const RayStream& stream, std::size_t ray,
+                                      ClosestHits& closest) {
+    for_each_near_leaf<kAxis>(bvh, stream, ray, closest.last[ray], [&](const Leaf& leaf) HWY_ATTR {
+        intersect_leaf_alone<kAxis>(stream, ray, leaf, closest);
+    });
 }
 
 /// The closest hit of a ray.

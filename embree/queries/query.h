@@ -44,6 +44,21 @@ public:
     bool takes_any_hit(unsigned int ray_mask) const {
         return !has_filters_ && committed_.all_seen(ray_mask);
     }
+    /// Whether filters are asked about hits.
+    bool has_filters() const { return has_filters_; }
+    /// The closest hit with a mesh that the mask lets through.
+    morphray::Hit intersect(const morphray::Ray& traced, unsigned int ray_mask) const {
+        return committed_.all_seen(ray_mask)
+                   ? scene().intersect(traced)
+                   : scene().intersect(traced, committed_.visible(ray_mask));
+    }
+    /// As intersect(), if `found` is the closest hit of all meshes.
+    morphray::Hit seen_hit(const morphray::Hit& found, const morphray::Ray& traced,
+                           unsigned int ray_mask) const {
+        return committed_.parts[found.geom_id].sees(ray_mask)
+                   ? found
+                   : scene().intersect(traced, committed_.visible(ray_mask));
+    }
     /// Sets the members of a hit, one by one: a copy of a record that was just written would wait
     /// for the parts to reach the cache.
     void set_hit(const morphray::Hit& found, RTCHit& hit) const {

@@ -39,20 +39,25 @@ Device* device_of(RTCScene handle) {
 
 void intersect_one(const Query& query, RTCRayHit& rayhit) {
     const morphray::Ray traced = query.to_trace(rayhit.ray);
-    const morphray::Hit found = query.scene().intersect(traced);
-    if (!found) return;
-    if (query.takes_any_hit(rayhit.ray.mask)) {
-        rayhit.ray.tfar = found.t;
-        query.set_hit(found, rayhit.hit);
-    } else {
-        query.settle(found, traced, rayhit.ray, rayhit.hit);
+    if (query.has_filters()) {
+        const morphray::Hit found = query.scene().intersect(traced);
+        if (found) query.settle(found, traced, rayhit.ray, rayhit.hit);
+        return;
     }
+    const morphray::Hit found = query.intersect(traced, rayhit.ray.mask);
+    if (!found) return;
+    rayhit.ray.tfar = found.t;
+    query.set_hit(found, rayhit.hit);
 }
 
 void occlude_one(const Query& query, RTCRay& ray) {
     const morphray::Ray traced = query.to_trace(ray);
     if (query.takes_any_hit(ray.mask)) {
         if (query.scene().occluded(traced)) ray.tfar = kOccluded;
+        return;
+    }
+    if (!query.has_filters()) {
+        if (query.intersect(traced, ray.mask)) ray.tfar = kOccluded;
         return;
     }
     const morphray::Hit found = query.scene().intersect(traced);
@@ -63,9 +68,25 @@ void occlude_one(const Query& query, RTCRay& ray) {
 /// Stores a hit in its lane, or the first one after it that is let through: the hit itself if it is
 /// known to be.
 template <Query::Kind kind, class Lane>
-void store(const Query& query, bool takes_any_hit, const morphray::Hit& found,
+void store(const Query& query, bool is_let_through, morphray::Hit found,
            const morphray::Ray& traced, const Lane& lane) {
-    if (kind == Query::Kind::closest && takes_any_hit) {
+    if (!is_let_through && query.has_filters()) {
+        RTCRay ray = lane.load();
+        RTCHit hit;
+        if (!query.settle(found, traced, ray, hit)) return;
+        if constexpr (kind == Query::Kind::occlusion) {
+            lane.store_tfar(kOccluded);
+        } else {
+            lane.store_tfar(ray.tfar);
+            lane.store_hit(hit);
+        }
+        return;
+    }
+    if (!is_let_through) found = query.seen_hit(found, traced, lane.load().mask);
+    if (!found) return;
+    if constexpr (kind == Query::Kind::occlusion) {
+        lane.store_tfar(kOccluded);
+    } else {
         lane.store_tfar(found.t);
         if constexpr (std::is_same_v<Lane, OneLane>) {
             query.set_hit(found, lane.hit());
@@ -74,16 +95,6 @@ void store(const Query& query, bool takes_any_hit, const morphray::Hit& found,
             query.set_hit(found, hit);
             lane.store_hit(hit);
         }
-        return;
-    }
-    RTCRay ray = lane.load();
-    RTCHit hit;
-    if (!query.settle(found, traced, ray, hit)) return;
-    if constexpr (kind == Query::Kind::occlusion) {
-        lane.store_tfar(kOccluded);
-    } else {
-        lane.store_tfar(ray.tfar);
-        lane.store_hit(hit);
     }
 }
 
@@ -141,8 +152,10 @@ void trace_lane(const Query& query, const Lane& lane) {
         if (ray.tfar == kOccluded) lane.store_tfar(kOccluded);
     } else {
         const morphray::Ray traced = query.to_trace(ray);
-        const morphray::Hit found = query.scene().intersect(traced);
-        if (found) store<kind>(query, query.takes_any_hit(ray.mask), found, traced, lane);
+        const bool has_filters = query.has_filters();
+        const morphray::Hit found =
+            has_filters ? query.scene().intersect(traced) : query.intersect(traced, ray.mask);
+        if (found) store<kind>(query, !has_filters, found, traced, lane);
     }
 }
 

@@ -234,6 +234,19 @@ Hit SceneQuestions::intersect(const Ray& ray, const Hit& after, Crossing crossin
     return hit;
 }
 
+Hit SceneQuestions::intersect(const Ray& ray, std::span<const std::uint8_t> is_visible) const {
+    Hit hit;
+    queries_.ask(1, nullptr, [&](const mray::SceneQueries& scene, std::size_t, std::size_t) {
+        mray::Ray asked;
+        const RayScale scale = rays_.to_scene(ray, asked);
+        if (!scale.is_valid) return;
+        mray::Hit found;
+        scene.intersect_visible({&asked, 1}, meshes_.visible(is_visible), {&found, 1});
+        hit = rays_.to_world(found, scale.t_exponent);
+    });
+    return hit;
+}
+
 // ---- Points
 
 SceneQuestions::ScenePoints SceneQuestions::to_scene(std::span<const Vec3> points,

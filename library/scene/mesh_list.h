@@ -11,6 +11,7 @@
 
 #include "common/scene/mesh.h"
 #include "common/scene/textures.h"
+#include "common/scene_queries.h"
 #include "cpu/image/texture.h"
 #include "morphray/geometry.hpp"
 #include "morphray/mesh.hpp"
@@ -69,6 +70,11 @@ public:
         const auto after = std::upper_bound(first_prims_.begin(), first_prims_.end(), prim_id);
         const auto i = static_cast<std::size_t>(after - first_prims_.begin()) - 1;
         return {t, u, v, prim_id - first_prims_[i], geometry_ids_[i]};
+    }
+
+    /// Those with is_visible[geom_id] != 0.
+    mray::VisibleMeshes visible(std::span<const std::uint8_t> is_visible) const {
+        return {first_prims_, geometry_ids_, is_visible};
     }
 
     /// The number of triangles of the topology up to (geom_id, prim_id), which need not exist.

@@ -86,6 +86,29 @@ inline void expect_same_answers_on(const std::vector<morphray::Device>& devices)
     }
 }
 
+/// Rays that see some meshes hit what stepping through all hits finds first.
+inline void expect_visible_hits_on(const morphray::Device& device, std::size_t ray_count) {
+    const UserMesh spikes(star(3, 4));
+    const UserMesh ball(icosphere(2));
+    const UserMesh ring(torus(20, 10));
+    const std::vector<morphray::MeshView> meshes = {spikes.view(), ball.view(), ring.view(),
+                                                    spikes.view(), ball.view()};
+    morphray::Scene scene = morphray::Scene::build(meshes, device);
+    scene.detach(1);
+    scene.update();
+    const std::vector<morphray::Ray> rays = world_rays(spikes, ray_count, 7);
+    const std::vector<std::vector<std::uint8_t>> sets = {
+        {}, {1}, {0, 1, 1}, {0, 0, 0, 1}, {0, 0, 2, 0, 1}, {1, 1, 1, 1, 1, 1}};
+    for (const std::vector<std::uint8_t>& visible : sets) {
+        for (const morphray::Ray& ray : rays) {
+            morphray::Hit expected = scene.intersect(ray);
+            while (expected && !(expected.geom_id < visible.size() && visible[expected.geom_id]))
+                expected = scene.intersect(ray, expected);
+            EXPECT_EQ(scene.intersect(ray, visible), expected);
+        }
+    }
+}
+
 /// Every question, about nothing as well, is cancelled on a device by a flag that is true before.
 inline void expect_all_are_cancelled_on(const morphray::Device& device) {
     UserMesh mesh(icosphere(1));

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include "tests/library/answers.h"
 
@@ -170,6 +171,12 @@ TEST(AllHits, HaveCoincidentTrianglesAllOfThem) {
     std::int32_t winding = 0;
     scene.winding({&inside, 1}, {&winding, 1});
     EXPECT_EQ(winding, 82);
+}
+
+TEST(VisibleHits, AreTheFirstOfAllHitsThatAreVisible) {
+    for (const std::string& simd : morphray::simd_targets())
+        expect_visible_hits_on(Device::cpu({.simd = simd}), 300);
+    expect_visible_hits_on(Device::brute_force(), 60);
 }
 
 TEST(Windings, AddUpWhereMeshesAreNestedOrOverlap) {

@@ -93,6 +93,8 @@ TEST(LibraryOnVulkan, AnswersQuestionsAsTheCpuAfterEachUpdate) {
     expect_same_answers_on({vulkan()});
 }
 
+TEST(LibraryOnVulkan, FindsVisibleHits) { expect_visible_hits_on(vulkan(), 20); }
+
 // Such an image is divided into other regions.
 TEST(LibraryOnVulkan, AnImageThatMayBeCancelledIsTheSame) {
     const UserMesh mesh(torus(40, 24));

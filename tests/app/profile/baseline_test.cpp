@@ -162,7 +162,7 @@ TEST_F(Baseline, ReportsOfEarlierVersionsHaveTheNoiseOfThisRun) {
 TEST_F(Baseline, OneRunTellsNothing) {
     Json json = report();
     for (Json& frame : json["frames"]) {
-        for (Json& samples : frame["samples_ms"]) samples = {samples[0]};
+        for (Json& samples : frame["samples_ms"]) samples = Json::array({samples[0]});
     }
     // Three frames with one run there and three here: a chance of 1 in 4 each.
     const Outcome outcome = compare(scaled(1e-6, json));
