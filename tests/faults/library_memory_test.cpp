@@ -119,6 +119,11 @@ const Question kQuestions[] = {
          for (std::size_t i = 0; i < 20; ++i)
              a.hits[i] = s.intersect(a.rays[i], {.t = -1, .prim_id = 0, .geom_id = 0});
      }},
+    {"IntersectVisible",
+     [](const Scene& s, Answers& a) {
+         for (std::size_t i = 0; i < 20; ++i)
+             a.hits[i] = s.intersect(a.rays[i], std::array<std::uint8_t, 2>{0, 1});
+     }},
     {"Occluded", [](const Scene& s, Answers& a) { s.occluded(a.rays, a.flags); }},
     {"OccludedOne",
      [](const Scene& s, Answers& a) {

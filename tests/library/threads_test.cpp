@@ -2,6 +2,7 @@
 // answer are seen by ThreadSanitizer (cmake/tsan/run).
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -34,6 +35,7 @@ struct Answers {
     std::vector<morphray::Hit> in_calling_thread;
     std::vector<morphray::Hit> single;
     std::vector<morphray::Hit> next;
+    std::vector<morphray::Hit> visible;
     std::vector<std::uint8_t> occluded;
     std::vector<bool> single_occluded;
     std::vector<morphray::Hit> all;
@@ -71,6 +73,7 @@ std::vector<std::function<void()>> calls_of(const Scene& scene,
             for (std::size_t i = 0; i < rays.size(); i += 16) {
                 a.single.push_back(scene.intersect(rays[i]));
                 a.next.push_back(scene.intersect(rays[i], a.single.back()));
+                a.visible.push_back(scene.intersect(rays[i], std::array<std::uint8_t, 2>{0, 1}));
                 a.single_occluded.push_back(scene.occluded(rays[i]));
             }
         },

@@ -154,6 +154,16 @@ TEST(SceneBuild, IsCancelledAndSaysWhichPartIsDone) {
         cancel = false;
         EXPECT_EQ(error_of([&] { scene.update(); }), "cancelled");
         EXPECT_EQ(error_of([&] { scene.render({.width = 8, .height = 8}); }), "cancelled");
+        const Ray ray{.org = {0, 0, 5}, .dir = {0, 0, -1}};
+        EXPECT_EQ(error_of([&] { scene.intersect(ray); }), "cancelled");
+        EXPECT_EQ(error_of([&] { scene.intersect(ray, Hit{.t = 1, .prim_id = 0, .geom_id = 0}); }),
+                  "cancelled");
+        EXPECT_EQ(error_of([&] { scene.intersect(ray, std::vector<std::uint8_t>{1}); }),
+                  "cancelled");
+        EXPECT_EQ(error_of([&] { scene.occluded(ray); }), "cancelled");
+        EXPECT_EQ(error_of([&] { scene.tree_statistics(); }), "cancelled");
+        EXPECT_EQ(error_of([&] { scene.tree_boxes(0); }), "cancelled");
+        EXPECT_EQ(error_of([&] { scene.update_with_new_bounds(); }), "cancelled");
     }
 }
 
