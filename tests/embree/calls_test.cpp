@@ -26,7 +26,8 @@ struct Mesh {
     RTCGeometry geometry = nullptr;
     bool is_quads = false;
     bool is_enabled = true;
-    unsigned int mask = kInvalid;
+    /// That of a new geometry.
+    unsigned int mask = MORPHRAY_EMBREE == 3 ? kInvalid : 1;
     std::vector<Point> vertices;
     /// Three or four numbers a primitive.
     std::vector<unsigned int> indices;
@@ -114,6 +115,7 @@ public:
         frame.vertices = {{-4, -4, -4}, {-3.75f, -4, -4}, {-4, -3.75f, -4},
                           {4, 4, 4},    {3.75f, 4, 4},    {4, 3.75f, 4}};
         frame.indices = {0, 1, 2, 3, 4, 5};
+        frame.mask = kInvalid;
         attach(0, frame);
         if (has_masks_) rtcSetGeometryMask(frame.geometry, kInvalid);
         const int steps = dice_.from(4, 20);
