@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "embree/committed.h"
+#include "embree/scene/committed.h"
 #include "morphray/error.hpp"
 
 namespace mray::embree {

@@ -4,7 +4,7 @@
 #include <mutex>
 #include <utility>
 
-#include "embree/scene.h"
+#include "embree/scene/scene.h"
 
 namespace mray::embree {
 namespace {

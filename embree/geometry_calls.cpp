@@ -5,7 +5,7 @@
 
 #include "embree/device.h"
 #include "embree/geometry.h"
-#include "embree/scene.h"
+#include "embree/scene/scene.h"
 
 namespace mray::embree {
 namespace {

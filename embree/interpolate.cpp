@@ -6,7 +6,7 @@
 
 #include "embree/device.h"
 #include "embree/geometry.h"
-#include "embree/parts.h"
+#include "embree/scene/parts.h"
 
 namespace mray::embree {
 namespace {

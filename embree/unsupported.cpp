@@ -2,7 +2,7 @@
 // or reports an error that names it.
 #include "embree/device.h"
 #include "embree/geometry.h"
-#include "embree/scene.h"
+#include "embree/scene/scene.h"
 
 namespace mray::embree {
 namespace {

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "embree/device.h"
-#include "embree/reading.h"
-#include "embree/scene.h"
+#include "embree/scene/reading.h"
+#include "embree/scene/scene.h"
 
 namespace mray::embree {
 namespace {

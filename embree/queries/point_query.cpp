@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "embree/box_tree.h"
 #include "embree/device.h"
-#include "embree/reading.h"
-#include "embree/scene.h"
+#include "embree/scene/box_tree.h"
+#include "embree/scene/reading.h"
+#include "embree/scene/scene.h"
 
 namespace mray::embree {
 namespace {

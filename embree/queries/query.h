@@ -4,7 +4,7 @@
 #include <bit>
 #include <cstdint>
 
-#include "embree/scene.h"
+#include "embree/scene/scene.h"
 #include "morphray/geometry.hpp"
 
 namespace mray::embree {

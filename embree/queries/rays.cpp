@@ -12,8 +12,8 @@
 #include "embree/device.h"
 #include "embree/queries/layouts.h"
 #include "embree/queries/query.h"
-#include "embree/reading.h"
-#include "embree/scene.h"
+#include "embree/scene/reading.h"
+#include "embree/scene/scene.h"
 
 namespace mray::embree {
 namespace {

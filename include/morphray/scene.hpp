@@ -171,9 +171,9 @@ public:
     /// update. Works for meshes that do not deform, too. Throws bad_argument if they are not in the
     /// mesh.
     Update update(std::uint32_t geom_id, std::size_t first, std::size_t count);
-    /// The same as update(), and takes the bounds of all positions in place of those so far, as
-    /// build() does without SceneOptions::bounds: hits have the bits of a scene that is built anew
-    /// of the meshes as they are, and the tree is kept as far as the policy allows.
+    /// The same as update(), but first replaces the bounds by those of all positions, as build()
+    /// does without SceneOptions::bounds. Hits then have the same bits as those of a new scene of
+    /// these meshes. The policy decides, as in update(), whether the tree is kept.
     Update update_with_new_bounds();
 
     /// Adds a mesh, from the next update() on. Returns its geom_id, the lowest free one. Throws

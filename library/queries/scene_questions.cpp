@@ -210,41 +210,45 @@ float SceneQuestions::scene_t(const mray::Ray& ray, int t_exponent, float world_
     return is_hit && to_world_t(hit.t, t_exponent) == world_t ? hit.t : t;
 }
 
-Hit SceneQuestions::intersect(const Ray& ray, const Hit& after, Crossing crossing) const {
-    if (std::isnan(after.t)) throw_bad_argument("after: its t is NaN");
-    if (!after) return {};
+/// Answers one ray by find(queries, ray, t_exponent), in scene space.
+template <class Find>
+Hit SceneQuestions::ask_one(const Ray& ray, Find find) const {
     Hit hit;
     queries_.ask(1, nullptr, [&](const mray::SceneQueries& scene, std::size_t, std::size_t) {
         mray::Ray asked;
         const RayScale scale = rays_.to_scene(ray, asked);
         if (!scale.is_valid) return;
-        mray::HitCursor cursor;
-        const std::uint32_t passed = meshes_.count_up_to(after.geom_id, after.prim_id);
-        cursor.t = scene_t(asked, scale.t_exponent, after.t, passed);
-        if (passed != 0) {
-            cursor.prim_id = passed - 1;
-        } else {  // All hits at this t come after it.
-            cursor.t = std::nextafter(cursor.t, -kInfinity);
-            cursor.prim_id = mray::kNoPrim;
-        }
-        mray::Hit found;
-        scene.intersect_after({&asked, 1}, {&cursor, 1}, crossing_of(crossing), {&found, 1});
-        hit = rays_.to_world(found, scale.t_exponent);
+        hit = rays_.to_world(find(scene, asked, scale.t_exponent), scale.t_exponent);
     });
     return hit;
 }
 
+Hit SceneQuestions::intersect(const Ray& ray, const Hit& after, Crossing crossing) const {
+    if (std::isnan(after.t)) throw_bad_argument("after: its t is NaN");
+    if (!after) return {};
+    return ask_one(
+        ray, [&](const mray::SceneQueries& scene, const mray::Ray& asked, int t_exponent) {
+            mray::HitCursor cursor;
+            const std::uint32_t passed = meshes_.count_up_to(after.geom_id, after.prim_id);
+            cursor.t = scene_t(asked, t_exponent, after.t, passed);
+            if (passed != 0) {
+                cursor.prim_id = passed - 1;
+            } else {  // All hits at this t come after it.
+                cursor.t = std::nextafter(cursor.t, -kInfinity);
+                cursor.prim_id = mray::kNoPrim;
+            }
+            mray::Hit found;
+            scene.intersect_after({&asked, 1}, {&cursor, 1}, crossing_of(crossing), {&found, 1});
+            return found;
+        });
+}
+
 Hit SceneQuestions::intersect(const Ray& ray, std::span<const std::uint8_t> is_visible) const {
-    Hit hit;
-    queries_.ask(1, nullptr, [&](const mray::SceneQueries& scene, std::size_t, std::size_t) {
-        mray::Ray asked;
-        const RayScale scale = rays_.to_scene(ray, asked);
-        if (!scale.is_valid) return;
+    return ask_one(ray, [&](const mray::SceneQueries& scene, const mray::Ray& asked, int) {
         mray::Hit found;
         scene.intersect_visible({&asked, 1}, meshes_.visible(is_visible), {&found, 1});
-        hit = rays_.to_world(found, scale.t_exponent);
+        return found;
     });
-    return hit;
 }
 
 // ---- Points

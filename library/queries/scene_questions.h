@@ -40,6 +40,8 @@ public:
                          float max_distance, const std::atomic<bool>* cancel) const;
 
 private:
+    template <class Find>
+    Hit ask_one(const Ray& ray, Find find) const;
     /// Points in scene space; those that are not finite or too far away have is_within 0 and some
     /// place.
     struct ScenePoints {

@@ -97,8 +97,8 @@ inline constexpr const char* kNewBoundsDoc =
     R"(update_with_new_bounds(self)
 --
 
-The same as update(), and takes the bounds of all points in place of those so far, as Scene does
-without bounds: hits have the bits of a scene that is built anew.)";
+The same as update(), but first replaces the bounds by those of all points, as Scene(...) without
+bounds does. Hits then have the same bits as those of a new scene.)";
 
 inline constexpr const char* kAttachDoc =
     R"(attach(self, points, triangles, deforms=True, albedo=None, textures=None)

@@ -215,7 +215,7 @@ private:
         rtcSetSceneFlags(scene_, both(robust, dynamic));
     }
 
-    /// Makes the scene and its geometries anew, and moves some.
+    /// Replaces the scene and its geometries by new ones, some of which have moved.
     void renew() {
         const RTCSceneFlags flags = rtcGetSceneFlags(scene_);
         rtcReleaseScene(scene_);

@@ -1,4 +1,4 @@
-// Dynamic scenes that are made anew take the trees of those that were released.
+// New dynamic scenes update the trees of released ones.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -97,7 +97,7 @@ struct Made {
     Made(const Made&) = delete;
 };
 
-TEST(DoorSpareTrees, ServeScenesThatAreMadeAnew) {
+TEST(DoorSpareTrees, ServeNewScenesWithTheSameTriangles) {
     const Door door("verbose=1");
     const Door other;
     for (int pose = 0; pose < 6; ++pose) {

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <vector>
 
-#include "embree/committed.h"
+#include "embree/scene/committed.h"
 
 namespace mray::embree {
 

@@ -1,9 +1,9 @@
-#include "embree/parts.h"
+#include "embree/scene/parts.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "embree/scene.h"
+#include "embree/scene/scene.h"
 
 namespace mray::embree {
 namespace {

@@ -1,4 +1,4 @@
-#include "embree/box_tree.h"
+#include "embree/scene/box_tree.h"
 
 #include <algorithm>
 #include <limits>

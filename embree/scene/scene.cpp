@@ -1,4 +1,4 @@
-#include "embree/scene.h"
+#include "embree/scene/scene.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "embree/reading.h"
+#include "embree/scene/reading.h"
 
 namespace mray::embree {
 namespace {

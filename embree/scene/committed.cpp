@@ -1,4 +1,4 @@
-#include "embree/committed.h"
+#include "embree/scene/committed.h"
 
 #include <algorithm>
 #include <new>

@@ -11,8 +11,8 @@
 #include <span>
 #include <vector>
 
-#include "embree/box_tree.h"
-#include "embree/parts.h"
+#include "embree/scene/box_tree.h"
+#include "embree/scene/parts.h"
 #include "morphray/scene.hpp"
 
 namespace mray::embree {
@@ -70,16 +70,16 @@ private:
     mutable std::unique_ptr<const BoxTree> made_boxes_;
 };
 
-/// The trees of dynamic scenes that were released, for later ones over the same triangles: a
-/// program that makes its scenes anew at each change, such as Blender in its viewport, waits for an
-/// update instead of a build. Threads may use it at the same time.
+/// The trees of released dynamic scenes. A new scene with the same triangles updates such a tree
+/// instead of building one: Blender's viewport creates its scenes again at each change. Threads may
+/// use it at the same time.
 class SpareTrees {
 public:
     /// Takes a scene that has `triangles`, and lets go of what its caller gave.
     void keep(std::unique_ptr<Committed> spare) noexcept;
-    /// A scene that was built over these triangles in this way, whose parts have as many vertices;
-    /// null: none, and the one that was kept for the longest time is dropped. So there are no more
-    /// than a program has released and not made again.
+    /// Returns a scene that was built over these triangles in this way, and whose parts have as
+    /// many vertices. Returns null if there is none, and drops the oldest one: so at most one is
+    /// kept for each scene that was released and not replaced.
     std::unique_ptr<Committed> take(const BuildWay& way, const std::vector<Part>& parts,
                                     const std::vector<std::vector<std::uint32_t>>& triangles);
 

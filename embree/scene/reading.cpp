@@ -1,4 +1,4 @@
-#include "embree/reading.h"
+#include "embree/scene/reading.h"
 
 #include <linux/membarrier.h>
 #include <sys/syscall.h>
@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "embree/scene.h"
+#include "embree/scene/scene.h"
 
 namespace mray::embree {
 namespace {
