@@ -43,7 +43,7 @@ struct Packet {
 struct OneLane {
     RTCRay* ray;
 
-    RTCRay load() const { return *ray; }
+    const RTCRay& load() const { return *ray; }
     void store_tfar(float tfar) const { ray->tfar = tfar; }
     void store_hit(const RTCHit& hit) const { copy_hit(this->hit(), hit); }
     RTCHit& hit() const { return reinterpret_cast<RTCRayHit*>(ray)->hit; }

@@ -65,25 +65,9 @@ void occlude_one(const Query& query, RTCRay& ray) {
     if (found && query.settle(found, traced, ray, hit)) ray.tfar = kOccluded;
 }
 
-/// Stores a hit in its lane, or the first one after it that is let through: the hit itself if it is
-/// known to be.
+/// Stores a hit that is let through in its lane.
 template <Query::Kind kind, class Lane>
-void store(const Query& query, bool is_let_through, morphray::Hit found,
-           const morphray::Ray& traced, const Lane& lane) {
-    if (!is_let_through && query.has_filters()) {
-        RTCRay ray = lane.load();
-        RTCHit hit;
-        if (!query.settle(found, traced, ray, hit)) return;
-        if constexpr (kind == Query::Kind::occlusion) {
-            lane.store_tfar(kOccluded);
-        } else {
-            lane.store_tfar(ray.tfar);
-            lane.store_hit(hit);
-        }
-        return;
-    }
-    if (!is_let_through) found = query.seen_hit(found, traced, lane.load().mask);
-    if (!found) return;
+void store(const Query& query, const morphray::Hit& found, const Lane& lane) {
     if constexpr (kind == Query::Kind::occlusion) {
         lane.store_tfar(kOccluded);
     } else {
@@ -95,6 +79,26 @@ void store(const Query& query, bool is_let_through, morphray::Hit found,
             query.set_hit(found, hit);
             lane.store_hit(hit);
         }
+    }
+}
+
+/// Stores the first hit that is let through, if there is one: this one or one after it.
+template <Query::Kind kind, class Lane>
+void store_first(const Query& query, const morphray::Hit& found, const morphray::Ray& traced,
+                 const Lane& lane) {
+    if (!query.has_filters()) {
+        const morphray::Hit seen = query.seen_hit(found, traced, lane.load().mask);
+        if (seen) store<kind>(query, seen, lane);
+        return;
+    }
+    RTCRay ray = lane.load();
+    RTCHit hit;
+    if (!query.settle(found, traced, ray, hit)) return;
+    if constexpr (kind == Query::Kind::occlusion) {
+        lane.store_tfar(kOccluded);
+    } else {
+        lane.store_tfar(ray.tfar);
+        lane.store_hit(hit);
     }
 }
 
@@ -124,7 +128,7 @@ void trace_batch(const Query& query, const Layout& rays, std::size_t count) {
     const auto traced = std::span(mine.rays).first(count);
     bool takes_any_hit = true;
     for (std::size_t k = 0; k < count; ++k) {
-        const RTCRay ray = rays[mine.active[k]].load();
+        const RTCRay& ray = rays[mine.active[k]].load();
         traced[k] = query.to_trace(ray);
         takes_any_hit = takes_any_hit && query.takes_any_hit(ray.mask);
     }
@@ -136,9 +140,15 @@ void trace_batch(const Query& query, const Layout& rays, std::size_t count) {
     } else {
         const auto found = std::span(mine.hits).first(count);
         query.scene().intersect(traced, found, morphray::Threads::calling);
-        for (std::size_t k = 0; k < count; ++k)
-            if (found[k])
-                store<kind>(query, takes_any_hit, found[k], traced[k], rays[mine.active[k]]);
+        for (std::size_t k = 0; k < count; ++k) {
+            if (!found[k]) continue;
+            const auto lane = rays[mine.active[k]];
+            if (takes_any_hit) {
+                store<kind>(query, found[k], lane);
+            } else {
+                store_first<kind>(query, found[k], traced[k], lane);
+            }
+        }
     }
     batch = std::move(mine);
 }
@@ -152,10 +162,13 @@ void trace_lane(const Query& query, const Lane& lane) {
         if (ray.tfar == kOccluded) lane.store_tfar(kOccluded);
     } else {
         const morphray::Ray traced = query.to_trace(ray);
-        const bool has_filters = query.has_filters();
-        const morphray::Hit found =
-            has_filters ? query.scene().intersect(traced) : query.intersect(traced, ray.mask);
-        if (found) store<kind>(query, !has_filters, found, traced, lane);
+        if (query.has_filters()) {
+            const morphray::Hit found = query.scene().intersect(traced);
+            if (found) store_first<kind>(query, found, traced, lane);
+            return;
+        }
+        const morphray::Hit found = query.intersect(traced, ray.mask);
+        if (found) store<kind>(query, found, lane);
     }
 }
 

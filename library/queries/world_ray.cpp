@@ -10,12 +10,6 @@
 namespace morphray::detail {
 namespace {
 
-/// The largest exponent of a power of two that floats multiply by: it and its inverse are normal.
-constexpr int kMostExponent = 126;
-
-/// The bits of |x|.
-std::uint32_t magnitude(float x) { return std::bit_cast<std::uint32_t>(x) & 0x7FFFFFFFu; }
-
 bool is_finite(const Vec3& v) {
     // x - x is 0 for finite x and NaN for others.
     return (v.x - v.x) + (v.y - v.y) + (v.z - v.z) == 0;
@@ -24,12 +18,6 @@ bool is_finite(const Vec3& v) {
 /// 2^exponent, for exponents of normal doubles.
 double power_of_two(int exponent) {
     return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52);
-}
-
-/// The exponent of a positive float. As a double none is a denormal.
-int exponent_of(float positive) {
-    return static_cast<int>(std::bit_cast<std::uint64_t>(static_cast<double>(positive)) >> 52) -
-           1023;
 }
 
 /// Rounds a coordinate of scene space to a float that is no denormal.
@@ -104,9 +92,9 @@ RayScale RayConverter::to_scene(const Ray& world, mray::Ray& scene) const {
 RayScale RayConverter::to_scene_in_doubles(const Ray& world, mray::Ray& scene) const {
     if (!to_scene(world.org, scene.org) || !is_finite(world.dir)) return {};
     const float dir[3] = {world.dir.x, world.dir.y, world.dir.z};
-    const float largest = std::max({std::abs(dir[0]), std::abs(dir[1]), std::abs(dir[2])});
-    if (largest == 0 || !(world.tnear <= world.tfar) || !(world.tfar >= 0)) return {};
-    const int exponent = exponent_of(largest);
+    const bool has_length = dir[0] != 0 || dir[1] != 0 || dir[2] != 0;
+    if (!has_length || !(world.tnear <= world.tfar) || !(world.tfar >= 0)) return {};
+    const int exponent = largest_exponent(world.dir);
     const double dir_scale = power_of_two(-exponent);
     for (int axis = 0; axis < 3; ++axis) {
         scene.dir[axis] =
@@ -119,19 +107,9 @@ RayScale RayConverter::to_scene_in_doubles(const Ray& world, mray::Ray& scene) c
     return {-(exponent_ + exponent), scene.tfar >= 0x1p-100f};
 }
 
-int RayConverter::t_exponent(const Vec3& dir) const {
-    return -(exponent_ +
-             exponent_of(std::max({std::abs(dir.x), std::abs(dir.y), std::abs(dir.z)})));
-}
-
-float to_world_t(float t, int t_exponent) {
-    constexpr float kLargest = std::numeric_limits<float>::max();
-    constexpr int kNormal = 126;
-    if (t_exponent >= -kNormal && t_exponent <= kNormal) {
-        const auto bits = static_cast<std::uint32_t>(t_exponent + 127) << 23;
-        return std::min(t * std::bit_cast<float>(bits), kLargest);
-    }
-    return static_cast<float>(std::min(t * power_of_two(t_exponent), double{kLargest}));
+float to_world_t_in_doubles(float t, int t_exponent) {
+    constexpr double kLargest = std::numeric_limits<float>::max();
+    return static_cast<float>(std::min(t * power_of_two(t_exponent), kLargest));
 }
 
 }  // namespace morphray::detail
