@@ -26,14 +26,15 @@ inline constexpr bool kPacksRays = HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86;
 
 class PackedRays {
 public:
-    /// Whether these rays (bits) fill half of their vectors or less, and half a stream.
+    /// Whether these rays (bits) are of several vectors and fill half of them or less, and half a
+    /// stream.
     HWY_INLINE static bool is_worth_packing(std::uint64_t rays) {
         const auto count = static_cast<std::size_t>(std::popcount(rays));
         if (!kPacksRays || 2 * count > kStreamRays) return false;
         std::size_t vectors = 0;
         for (std::size_t first = 0; first < kStreamRays; first += kLanes)
             vectors += (rays >> first & kLaneBits) != 0;
-        return 2 * count <= kLanes * vectors;
+        return vectors > 1 && 2 * count <= kLanes * vectors;
     }
 
     /// Takes these rays (bits) of a stream, with what a leaf asks of them.

@@ -11,6 +11,7 @@
 #define MORPHRAY_CPU_SINGLE_RAY_SINGLE_RAY_TRACER_INL_H
 #endif
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -38,13 +39,14 @@ inline constexpr std::size_t kTogetherAlike = kLanes < 16 ? 3 : 4;
 /// Whether the rays begin near each other and go in much the same direction, as those of a packet.
 HWY_INLINE bool are_alike(std::span<const Ray> rays) {
     const Ray& first = rays.front();
+    float org = 0, dir = 0;
     for (const Ray& ray : rays.subspan(1)) {
         for (int axis = 0; axis < 3; ++axis) {
-            if (std::abs(ray.dir[axis] - first.dir[axis]) > 0x1p-4f) return false;
-            if (std::abs(ray.org[axis] - first.org[axis]) > 0x1p-6f * kSceneExtent) return false;
+            org = std::max(org, std::abs(ray.org[axis] - first.org[axis]));
+            dir = std::max(dir, std::abs(ray.dir[axis] - first.dir[axis]));
         }
     }
-    return true;
+    return org <= 0x1p-6f * kSceneExtent && dir <= 0x1p-4f;
 }
 
 void intersect_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {

@@ -16,19 +16,45 @@ struct PacketLane {
 
     RTCRay load() const {
         RTCRay lane;
-        auto* const to = reinterpret_cast<float*>(&lane);
-        for (std::size_t member = 0; member < 12; ++member) to[member] = ray[member * n];
+        lane.org_x = get<float>(0);
+        lane.org_y = get<float>(1);
+        lane.org_z = get<float>(2);
+        lane.tnear = get<float>(3);
+        lane.dir_x = get<float>(4);
+        lane.dir_y = get<float>(5);
+        lane.dir_z = get<float>(6);
+        lane.time = get<float>(7);
+        lane.tfar = get<float>(8);
+        lane.mask = get<unsigned int>(9);
+        lane.id = get<unsigned int>(10);
+        lane.flags = get<unsigned int>(11);
         return lane;
     }
     void store_tfar(float tfar) const { ray[8 * n] = tfar; }
     void store_hit(const RTCHit& hit) const {
-        const auto* const from = reinterpret_cast<const float*>(&hit);
-        // Members as bits: loads and stores of floats keep them.
-        for (std::size_t member = 0; member < kHitMembers; ++member)
-            copy_bits(ray + (12 + member) * n, from + member);
+        set(12, hit.Ng_x);
+        set(13, hit.Ng_y);
+        set(14, hit.Ng_z);
+        set(15, hit.u);
+        set(16, hit.v);
+        set(17, hit.primID);
+        set(18, hit.geomID);
+        set(19, hit.instID[0]);
+#if MORPHRAY_EMBREE == 4
+        set(20, hit.instPrimID[0]);
+#endif
     }
 
-    static void copy_bits(float* to, const float* from) { __builtin_memcpy(to, from, 4); }
+    template <class T>
+    T get(std::size_t member) const {
+        T value;
+        __builtin_memcpy(&value, ray + member * n, sizeof value);
+        return value;
+    }
+    template <class T>
+    void set(std::size_t member, T value) const {
+        __builtin_memcpy(ray + member * n, &value, sizeof value);
+    }
 };
 
 /// A packet of N rays, with hits if it is asked for hits.
