@@ -6,8 +6,6 @@
 namespace mray::test {
 namespace {
 
-constexpr float kOffCentre = 0x1p24f;
-
 class Generator {
 public:
     explicit Generator(std::uint32_t seed) : engine_(seed) {}
