@@ -150,7 +150,10 @@ Device::Device(const Settings& settings)
     : number_(next_number()),
       is_verbose_(settings.is_verbose),
       tracer_(morphray::Device::cpu(settings.options)),
-      spare_trees_(std::make_unique<SpareTrees>()) {}
+      spare_trees_(std::make_unique<SpareTrees>()) {
+    if (is_verbose_)
+        std::fprintf(stderr, "morphray: in place of Embree, %s\n", tracer_.description().c_str());
+}
 
 Device::~Device() {
     if (twin_ != nullptr) fallback_->rtcReleaseDevice(twin_);

@@ -1,6 +1,7 @@
 // Errors, and hostile use.
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <cstdlib>
 #include <thread>
 
@@ -312,6 +313,27 @@ TEST(DoorErrors, TheMemoryMonitorSeesWhatACommitThatFailsGivesBack) {
     rtcReleaseGeometry(more);
     expect_refused_commit(door, scene);
 }
+
+// With AddressSanitizer such an allocation ends the program.
+#ifndef MORPHRAY_SANITIZED
+TEST(DoorErrors, TheMemoryMonitorSeesWhatABufferThatDoesNotFitGivesBack) {
+    taken = 0;
+    const Door door;
+    rtcSetDeviceMemoryMonitorFunction(door.device, monitor, nullptr);
+    EXPECT_EQ(rtcNewBuffer(door.device, SIZE_MAX / 4), nullptr);
+    EXPECT_EQ(door.error(), RTC_ERROR_OUT_OF_MEMORY);
+    EXPECT_EQ(taken, 0);
+    RTCGeometry mesh = door.triangle();
+    const ssize_t before = taken;
+    EXPECT_EQ(rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12,
+                                      SIZE_MAX / 64),
+              nullptr);
+    EXPECT_EQ(door.error(), RTC_ERROR_OUT_OF_MEMORY);
+    EXPECT_EQ(taken, before);
+    rtcReleaseGeometry(mesh);
+    EXPECT_EQ(taken, 0);
+}
+#endif
 
 TEST(DoorErrors, BuffersThatAreTooSmallAreRefused) {
     const Door door;

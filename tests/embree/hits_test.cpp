@@ -1,8 +1,13 @@
 // Hits of triangles and quads, intervals of rays, and rays that hit nothing.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "morphray/device.hpp"
 #include "tests/embree/door.h"
 
 namespace mray {
@@ -200,6 +205,25 @@ TEST(DoorHits, AreTheSameForEveryNameOfAnInstructionSet) {
         for (std::size_t i = 0; i < hits.size(); ++i)
             EXPECT_TRUE(are_same(first[i], hits[i])) << settings << ", " << i;
         rtcReleaseScene(scene);
+    }
+}
+
+TEST(DoorHits, SettingsChooseTheInstructionSetAndThreads) {
+    const std::vector<std::string> have = morphray::simd_targets();
+    const bool has_scalar = std::find(have.begin(), have.end(), "scalar") != have.end();
+    const std::string sse2 = has_scalar ? "scalar" : "";
+    const std::pair<const char*, morphray::CpuOptions> cases[] = {
+        {"verbose=1,tri_accel=bvh4.triangle4", {}},
+        {"threads=2,isa=sse2,verbose=1", {2, sse2}},
+        {" Verbose = 2, MAX_ISA = SSE2 , threads = 1", {1, sse2}},
+        {"isa=none,threads=-3,verbose=1", {}}};
+    for (const auto& [settings, options] : cases) {
+        testing::internal::CaptureStderr();
+        { const Door door(settings); }
+        EXPECT_EQ(
+            testing::internal::GetCapturedStderr(),
+            "morphray: in place of Embree, " + morphray::Device::cpu(options).description() + "\n")
+            << settings;
     }
 }
 

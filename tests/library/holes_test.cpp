@@ -40,6 +40,28 @@ TEST(Holes, MeshThatIsAllHolesIsAsIfItWereNotThere) {
     }
 }
 
+TEST(Holes, CountTheRaysThatPassThem) {
+    const Ground ground;
+    const Leaf clear({kClear, kClear}), solid({kSolid, kSolid});
+    View view = view_of_leaves(1, 0);
+    // Shadow rays go back the way of the camera's.
+    view.light = view.eye;
+    const Image image = build({ground.view(), clear.view()}).render(view);
+    const Image before = build({ground.view(), solid.view()}).render(view);
+    const Image behind = build({ground.view()}).render(view);
+    std::uint64_t hit_count = 0, leaf_count = 0, changed_count = 0;
+    for (std::size_t i = 0; i < before.hits.size(); ++i) {
+        const bool is_leaf = before.hits[i].geom_id == 1;
+        hit_count += before.hits[i] ? 1 : 0;
+        leaf_count += is_leaf ? 1 : 0;
+        changed_count += is_leaf && behind.hits[i] ? 1 : 0;
+    }
+    ASSERT_GT(changed_count, 0u);
+    EXPECT_EQ(before.ray_count, before.hits.size() + hit_count);
+    // A camera ray goes on behind the leaf; the surface there has a shadow ray, which goes on, too.
+    EXPECT_EQ(image.ray_count, before.ray_count + leaf_count + 2 * changed_count);
+}
+
 TEST(Holes, NoneAreInOpaqueTexels) {
     const Ground ground;
     const Leaf opaque({kSolid, kSolid});
