@@ -107,9 +107,9 @@ AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& op
         [&] { return require(impl_).questions().intersect_all(rays, options); });
 }
 
-Hit Scene::intersect(const Ray& ray, std::span<const std::uint8_t> is_visible) const {
+Hit Scene::intersect_visible(const Ray& ray, std::span<const std::uint8_t> is_visible) const {
     return with_public_errors(
-        [&] { return require(impl_).questions().intersect(ray, is_visible); });
+        [&] { return require(impl_).questions().intersect_visible(ray, is_visible); });
 }
 
 Hit Scene::intersect(const Ray& ray, const Hit& after, Crossing crossing) const {

@@ -203,10 +203,10 @@ public:
     /// call is a submission: hand over many rays there.
     Hit intersect(const Ray& ray) const;
 
-    /// One ray that sees some of the meshes: those with is_visible[geom_id] != 0. The others, those
-    /// beyond the end of `is_visible` among them, are as if they were not there. On a Vulkan device
-    /// each hit that is passed by is a submission.
-    Hit intersect(const Ray& ray, std::span<const std::uint8_t> is_visible) const;
+    /// Finds the closest hit of a ray that sees some of the meshes: those with is_visible[geom_id]
+    /// != 0. The others, those beyond the end of `is_visible` among them, are as if they were not
+    /// there. Throws as intersect(). On a Vulkan device each hit that is passed by is a submission.
+    Hit intersect_visible(const Ray& ray, std::span<const std::uint8_t> is_visible) const;
 
     /// Finds whether rays hit anything: occluded[i] is 1 if rays[i] does, else 0. Throws and is
     /// cancelled as intersect().

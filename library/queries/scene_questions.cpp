@@ -243,7 +243,8 @@ Hit SceneQuestions::intersect(const Ray& ray, const Hit& after, Crossing crossin
         });
 }
 
-Hit SceneQuestions::intersect(const Ray& ray, std::span<const std::uint8_t> is_visible) const {
+Hit SceneQuestions::intersect_visible(const Ray& ray,
+                                      std::span<const std::uint8_t> is_visible) const {
     return ask_one(ray, [&](const mray::SceneQueries& scene, const mray::Ray& asked, int) {
         mray::Hit found;
         scene.intersect_visible({&asked, 1}, meshes_.visible(is_visible), {&found, 1});

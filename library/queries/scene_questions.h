@@ -27,7 +27,7 @@ public:
 
     AllHits intersect_all(std::span<const Ray> rays, const AllHitsOptions& options) const;
     Hit intersect(const Ray& ray, const Hit& after, Crossing crossing) const;
-    Hit intersect(const Ray& ray, std::span<const std::uint8_t> is_visible) const;
+    Hit intersect_visible(const Ray& ray, std::span<const std::uint8_t> is_visible) const;
     void count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Crossing crossing,
                const std::atomic<bool>* cancel) const;
     void winding(std::span<const Vec3> points, std::span<std::int32_t> windings,

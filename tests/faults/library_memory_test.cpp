@@ -122,7 +122,7 @@ const Question kQuestions[] = {
     {"IntersectVisible",
      [](const Scene& s, Answers& a) {
          for (std::size_t i = 0; i < 20; ++i)
-             a.hits[i] = s.intersect(a.rays[i], std::array<std::uint8_t, 2>{0, 1});
+             a.hits[i] = s.intersect_visible(a.rays[i], std::array<std::uint8_t, 2>{0, 1});
      }},
     {"Occluded", [](const Scene& s, Answers& a) { s.occluded(a.rays, a.flags); }},
     {"OccludedOne",

@@ -111,7 +111,7 @@ inline void expect_visible_hits_on(const morphray::Device& device, std::size_t r
             morphray::Scene::build(seen, morphray::Device::brute_force(), options);
         for (const morphray::Ray& ray : rays) {
             const morphray::Hit expected = rest.intersect(ray);
-            EXPECT_EQ(scene.intersect(ray, visible), expected);
+            EXPECT_EQ(scene.intersect_visible(ray, visible), expected);
             hit_count += expected ? 1 : 0;
         }
     }

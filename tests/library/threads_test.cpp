@@ -73,7 +73,8 @@ std::vector<std::function<void()>> calls_of(const Scene& scene,
             for (std::size_t i = 0; i < rays.size(); i += 16) {
                 a.single.push_back(scene.intersect(rays[i]));
                 a.next.push_back(scene.intersect(rays[i], a.single.back()));
-                a.visible.push_back(scene.intersect(rays[i], std::array<std::uint8_t, 2>{0, 1}));
+                a.visible.push_back(
+                    scene.intersect_visible(rays[i], std::array<std::uint8_t, 2>{0, 1}));
                 a.single_occluded.push_back(scene.occluded(rays[i]));
             }
         },

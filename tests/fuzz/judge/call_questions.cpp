@@ -222,7 +222,7 @@ void ask_about_rays(const Scene& scene, const Scene* other, const Call& call,
             ask_for_next_hits(scene, rays[i], crossing, answer);
         std::vector<std::uint8_t> is_visible(dice.below(6));
         for (std::uint8_t& visible : is_visible) visible = static_cast<std::uint8_t>(dice.below(2));
-        add(answer, "visible hits", std::vector<Hit>{scene.intersect(rays[i], is_visible)});
+        add(answer, "visible hits", std::vector<Hit>{scene.intersect_visible(rays[i], is_visible)});
     }
     const std::span some = std::span(rays).first(std::min(rays.size(), kAllHitsRays));
     const std::uint32_t most = dice.one_in(2) ? std::numeric_limits<std::uint32_t>::max()
