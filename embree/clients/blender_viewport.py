@@ -1,10 +1,11 @@
 """blender -P blender_viewport.py -- FOLDER: with a display, writes what the viewport shows of a mesh that deforms."""
+import pathlib
 import sys
 
 import bpy
 
 FRAMES = 4
-folder = sys.argv[sys.argv.index("--") + 1]
+folder = pathlib.Path(sys.argv[sys.argv.index("--") + 1])
 
 for thing in list(bpy.data.objects):
     bpy.data.objects.remove(thing)
@@ -29,11 +30,21 @@ scene.cycles.preview_samples = 1
 scene.cycles.use_preview_denoising = scene.cycles.use_preview_adaptive_sampling = False
 bpy.context.preferences.view.show_splash = False
 frame = 0
+before = None
+
+
+def has_settled(photograph):
+    """Whether the viewport shows what it did a second ago. A busy machine takes a while to trace a frame."""
+    global before
+    shown = photograph.read_bytes()
+    is_same = shown == before
+    before = shown
+    return is_same
 
 
 def step():
-    """Photographs the frame that is shown, and shows the next one."""
-    global frame
+    """Photographs the frame that is shown until it has settled, and shows the next one."""
+    global frame, before
     window = bpy.context.window_manager.windows[0]
     area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
     view = area.spaces.active
@@ -42,14 +53,18 @@ def step():
         view.show_region_header = view.show_region_toolbar = view.show_region_tool_header = False
         view.shading.type = "RENDERED"
     else:
+        photograph = folder / f"viewport{frame}.png"
         with bpy.context.temp_override(window=window, area=area):
-            bpy.ops.screen.screenshot_area(filepath=f"{folder}/viewport{frame}.png")
+            bpy.ops.screen.screenshot_area(filepath=str(photograph))
+        if not has_settled(photograph):
+            return 1.0
     frame += 1
     if frame > FRAMES:
         bpy.ops.wm.quit_blender()
         return None
+    before = None
     scene.frame_set(frame)
-    return 4.0
+    return 3.0
 
 
 bpy.app.timers.register(step, first_interval=2.0)

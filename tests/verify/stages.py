@@ -44,12 +44,12 @@ echo "seed $seed"
 ./fuzz calls --backend all --hours 0.05 --seed "$seed"
 """, packages="build chart test"),
     Stage("readers", "every reader of bytes under libFuzzer with sanitizers, half a minute each, each time with other "
-          "seeds", 30, f"""
+          "seeds", 13, f"""
 for target in $({READER_TARGETS}); do
     echo "== $target"
     ./fuzz "$target" --hours 0.008
 done
-""", packages="build test clang", is_measured=False),
+""", packages="build test clang"),
     faults("output-faults", "each call that opens, reads, writes, renames or synchronises a file or starts a thread "
            "fails once; disks fill up, and inputs change while they are read", 5,
            "All/Faults.*:All/ChangedInputs.*:All/FullDisk.*-*OfMemory*"),

@@ -56,7 +56,8 @@ std::vector<std::string> hashes(const TemporaryFolder& folder, std::vector<std::
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     if (err != nullptr) *err = outcome.err;
     std::vector<std::string> result;
-    for (const Json& frame : Json::parse(outcome.out)["frames"]) {
+    const Json report = Json::parse(outcome.out);
+    for (const Json& frame : report["frames"]) {
         result.push_back(frame["image_hash"]);
         result.push_back(frame["hits_hash"]);
     }
@@ -212,7 +213,8 @@ TEST(Pipeline, ReportsWhatWasWaitedFor) {
         call({"render", "clip", "--backend", "cpu", "--size", "16x16", "--json", "-", "--quiet"},
              folder);
     ASSERT_EQ(outcome.code, 0) << outcome.err;
-    for (const Json& frame : Json::parse(outcome.out)["frames"]) {
+    const Json report = Json::parse(outcome.out);
+    for (const Json& frame : report["frames"]) {
         for (const char* const key : {"read_wait_ms", "write_wait_ms"}) EXPECT_GE(frame[key], 0.0);
         EXPECT_GT(frame["write_ms"], 0.0);
         EXPECT_GT(frame["deform_ms"], 0.0);

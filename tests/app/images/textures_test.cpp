@@ -162,7 +162,7 @@ TEST(RenderTextures, OfGltfFilesAreTheSameFromFilesBuffersAndDataUris) {
         EXPECT_EQ(in_buffer.err, "");
         EXPECT_EQ(image_hash(render_gltf(folder, builder.glb())), hash);
         builder.json.erase("textures");
-        builder.json["materials"] = {Json::object()};
+        builder.json["materials"] = Json::array({Json::object()});
         EXPECT_NE(image_hash(render_gltf(folder, builder.gltf())), hash);
     }
 }

@@ -66,8 +66,9 @@ TEST(Policies, DecisionsFromCountsAreTheSameInEachRun) {
             run(render(folder, {"--backend", "cpu", "--deterministic-updates", "--update-budget",
                                 "1%", "--threads", threads}));
         ASSERT_EQ(outcome.code, 0) << outcome.err;
+        const Json report = Json::parse(outcome.out);
         std::string all;
-        for (const Json& frame : Json::parse(outcome.out)["frames"])
+        for (const Json& frame : report["frames"])
             all += frame["update"].get<std::string>() + ": " + frame["reason"].get<std::string>();
         reasons.insert(all);
     }
