@@ -53,8 +53,8 @@ done
     faults("output-faults", "each call that opens, reads, writes, renames or synchronises a file or starts a thread "
            "fails once; disks fill up, and inputs change while they are read", 5,
            "All/Faults.*:All/ChangedInputs.*:All/FullDisk.*-*OfMemory*"),
-    faults("device-faults", "each call of Vulkan fails once: device lost, no memory of host or device", 60,
-           "All/VulkanFaults.*", is_measured=False),
+    faults("device-faults", "each call of Vulkan fails once: device lost, no memory of host or device", 51,
+           "All/VulkanFaults.*"),
     faults("memory-faults", "each allocation of the program fails once", 55, "All/Faults.OfMemory*"),
     faults("library-memory", "memory ends at each allocation of each call of the library, once or from then on", 4,
            "*", program="library_memory_test"),
