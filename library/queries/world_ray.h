@@ -20,7 +20,8 @@ struct RayScale {
     bool is_valid = false;
 };
 
-/// The largest exponent that floats multiply a power of two with: it and its inverse are normal.
+/// The largest exponent of a power of two that floats are multiplied by: it and its inverse are
+/// normal.
 inline constexpr int kMostExponent = 126;
 
 /// The bits of |x|. Those of numbers are in their order.
