@@ -8,7 +8,6 @@
 #endif
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -48,11 +47,6 @@ struct OctantOrder {
         });
     }
 
-    /// As rdir has its signs: a zero counts as positive.
-    HWY_INLINE static std::uint8_t octant_of(vec3 dir) {
-        return static_cast<std::uint8_t>((dir.x < 0) + 2 * (dir.y < 0) + 4 * (dir.z < 0));
-    }
-
     /// Calls trace(order) for the streams of the rays: at most kStreamRays of one octant each.
     template <class Trace>
     HWY_INLINE void for_each_stream(Trace trace) const {
@@ -68,6 +62,11 @@ private:
     // takes some cycles until it can be read.
     static constexpr std::size_t kParts = 4;
 
+    /// As rdir has its signs: a zero counts as positive.
+    HWY_INLINE static std::uint8_t octant_of(vec3 dir) {
+        return static_cast<std::uint8_t>((dir.x < 0) + 2 * (dir.y < 0) + 4 * (dir.z < 0));
+    }
+
     /// Calls visit(part, i) for each i below count, where each part has its indices in order.
     template <class Visit>
     HWY_INLINE static void for_each(std::size_t count, Visit visit) {
@@ -79,29 +78,10 @@ private:
     }
 };
 
-/// Whether the rays are of one octant.
-HWY_INLINE bool are_of_one_octant(std::span<const Ray> rays) {
-    const std::uint8_t first = OctantOrder::octant_of(rays.front().dir);
-    std::uint8_t differences = 0;
-    for (const Ray& ray : rays) differences |= OctantOrder::octant_of(ray.dir) ^ first;
-    return differences == 0;
-}
-
-// The order of rays that stay where they are.
-inline constexpr auto kSameOrder = [] {
-    std::array<std::uint16_t, kStreamRays> order{};
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<std::uint16_t>(i);
-    return order;
-}();
-
 /// Calls trace(batch, order, first) for the streams of any rays, where batch are the rays from
 /// `first` on.
 template <class Trace>
 HWY_INLINE void for_each_stream(std::span<const Ray> rays, Trace trace) {
-    if (!rays.empty() && rays.size() <= kStreamRays && are_of_one_octant(rays)) {
-        trace(rays.data(), std::span(kSameOrder).first(rays.size()), std::size_t{0});
-        return;
-    }
     for (std::size_t first = 0; first < rays.size(); first += kBatchRays) {
         const auto batch = rays.subspan(first, std::min(kBatchRays, rays.size() - first));
         const OctantOrder order(batch);
