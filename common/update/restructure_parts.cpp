@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <limits>
 #include <optional>
 
 namespace mray {
@@ -10,9 +9,6 @@ namespace {
 
 // If more than this part of all triangles is loose, a build does not cost much more.
 constexpr double kMostLoose = 0.5;
-
-// Stands for the growth of a box that had no area.
-constexpr double kBeyondAll = std::numeric_limits<double>::max();
 
 /// The sound parts of a tree: boxes that have kept their size, and nodes above only such boxes.
 class Soundness {
@@ -55,7 +51,8 @@ std::optional<double> limit_of_slice(const Bvh& bvh, const BuiltAreas& areas, do
             if (!is_leaf(child)) return;
             const double area = half_area(slot_box(node, slot));
             const double built = areas.leaves[leaf_of(child)];
-            if (area > limit * built) grown.push_back(built > 0 ? area / built : kBeyondAll);
+            // A box that had no area has grown infinitely; infinity times 0 makes nothing sound.
+            if (area > limit * built) grown.push_back(area / built);
         });
     }
     const auto count = static_cast<double>(grown.size());

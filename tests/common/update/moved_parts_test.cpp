@@ -98,6 +98,8 @@ TEST(CoveringRanges, AreFewAndCoverEveryIndex) {
     const std::uint32_t some[] = {1, 2, 5, 6, 90};
     EXPECT_EQ(covering_ranges(some, 2), (std::vector<IndexRange>{{1, 7}, {90, 91}}));
     EXPECT_EQ(covering_ranges(some, 9), (std::vector<IndexRange>{{1, 3}, {5, 7}, {90, 91}}));
+    const std::uint32_t odd[] = {1, 3};
+    EXPECT_EQ(covering_ranges(odd, 2), (std::vector<IndexRange>{{1, 2}, {3, 4}}));
 }
 
 TEST(PoseMemory, SeesTheSmallestChangeAndNoneWhereThereIsNone) {
@@ -130,6 +132,22 @@ TEST(PoseMemory, TellsEachBlockWithAMovedVertexAndNoOther) {
         ASSERT_EQ(pose.moved_blocks(), expected);
         ASSERT_TRUE(std::equal(positions.begin(), positions.end(), pose.positions().begin()));
     }
+}
+
+TEST(PoseMemory, BlocksOutsideOfChangedRangesHaveNotMoved) {
+    std::vector<vec3> positions(kMotionBlock * 100, vec3(0.5f));
+    PoseMemory pose(positions);
+    for (vec3& p : positions) p.y += 0.25f;
+    EXPECT_EQ(pose.advance(positions), pose.block_count());
+    for (const std::uint32_t block : {10u, 11u, 40u})
+        positions[std::size_t{block} * kMotionBlock].x += 0.25f;
+    const IndexRange changed[] = {{10 * kMotionBlock, 10 * kMotionBlock + 1},
+                                  {11 * kMotionBlock, 12 * kMotionBlock},
+                                  {39 * kMotionBlock + 5, 40 * kMotionBlock + 1}};
+    EXPECT_EQ(pose.advance(positions, changed), 3u);
+    EXPECT_EQ(pose.moved_blocks(), (std::vector<std::uint32_t>{10, 11, 40}));
+    EXPECT_EQ(pose.advance(positions, {}), 0u);
+    EXPECT_EQ(pose.moved_blocks(), std::vector<std::uint32_t>());
 }
 
 TEST(CpuBackend, TenThousandRefitsLeaveTheBytesOfOne) {

@@ -141,6 +141,60 @@ TEST(Restructure, InSlicesTakesTheWorstPartsFirstAndComesAsFar) {
     EXPECT_LT(last - cured, 0.2 * (degraded - cured));
 }
 
+/// Appends a triangle with a corner at this place and sides of `size`.
+void add_triangle(std::vector<vec3>& positions, const vec3& place, float size) {
+    for (const vec3& side : {vec3(0), vec3(size, 0, 0), vec3(0, size, 0)})
+        positions.push_back(snap_point(place + side));
+}
+
+Topology topology_of_soup(std::size_t vertices) {
+    Topology topology;
+    for (std::uint32_t i = 0; i < vertices; i += 3) topology.triangles.push_back({i, i + 1, i + 2});
+    topology.vertex_count = static_cast<std::uint32_t>(vertices);
+    topology.albedo.assign(topology.triangles.size(), kDefaultAlbedo);
+    return topology;
+}
+
+TEST(Restructure, ThatNeedsFewerLeavesMovesTheLastOnesIntoTheirPlaces) {
+    // Pairs of triangles, far from each other, have a leaf each. Then all first ones meet, and all
+    // second ones elsewhere, which takes half as many leaves.
+    constexpr int kPairs = 40;
+    constexpr float kFar = 0.02f * kSceneExtent;
+    constexpr float kSize = 1e-4f * kSceneExtent;
+    std::vector<vec3> apart;
+    std::vector<vec3> together;
+    for (int i = 0; i < kPairs; ++i) {
+        for (int k = 0; k < 2; ++k) {
+            add_triangle(apart, {kFar * static_cast<float>(i), kSize * static_cast<float>(k), 0},
+                         kSize);
+            add_triangle(together,
+                         {kSize * static_cast<float>(i), 20 * kFar * static_cast<float>(k), 0},
+                         kSize);
+        }
+    }
+    // Others stay, so that a build would cost more.
+    for (int i = 0; i < 3 * kPairs; ++i) {
+        for (std::vector<vec3>* pose : {&apart, &together})
+            add_triangle(
+                *pose,
+                {kFar * static_cast<float>(i % 40), -10 * kFar, kFar * static_cast<float>(i / 40)},
+                kSize);
+    }
+    const Topology topology = topology_of_soup(apart.size());
+    Bvh bvh = build_bvh(topology, apart);
+    BuiltAreas areas = built_areas(bvh);
+    const std::size_t before = bvh.leaves.size();
+    cpu::refit(bvh, together);
+    ASSERT_GT(restructure(topology, together, 1, 1, bvh, areas), 0u);
+    EXPECT_LT(bvh.leaves.size(), before);
+    EXPECT_EQ(check_bvh(bvh, topology, together), kSound);
+    // One of both has pads.
+    const BuiltAreas expected = built_areas(bvh);
+    ASSERT_EQ(areas.leaves.size(), expected.leaves.size());
+    for (std::size_t i = 0; i < areas.leaves.size(); ++i)
+        EXPECT_NEAR(areas.leaves[i] / expected.leaves[i], 1, 0.01) << i;
+}
+
 TEST(Restructure, LeavesASoundTreeAsItIs) {
     const TestScene scene = torus(40, 20);
     Bvh bvh = build_bvh(scene.topology(), scene.positions());

@@ -123,6 +123,7 @@ public:
             costs_.empty() && !tree.restructured ? UpdateStep::kRestructure : UpdateStep::kRefit,
             "scripted"};
     }
+    bool needs_tree_cost() const override { return true; }
     bool may_restructure() const override { return true; }
     void frame_done(const FrameCost& cost) override { costs_.push_back(cost); }
 
@@ -147,6 +148,26 @@ TEST(TreeUpdater, CountsARestructuringAboveARefitAndBelowABuild) {
     EXPECT_EQ(costs[0].rebuild, 0);
     EXPECT_EQ(costs[1].restructure, 0);
     EXPECT_GT(costs[1].rebuild, costs[0].restructure);
+}
+
+TEST(TreeUpdater, TellsThePolicyEachMillisecondOfAnUpdateOnce) {
+    const TestScene scene = random_soup(3000, 0.1, 8);
+    const std::unique_ptr<Backend> tracer = cpu::make_cpu_backend();
+    std::vector<FrameCost> costs;
+    TreeUpdater updater(scene.topology(), scene.positions(), *tracer, nullptr,
+                        std::make_unique<KeepsCosts>(costs), {}, {});
+    for (int frame = 0; frame < 3; ++frame) {
+        updater.update(turned(scene, 1 + frame));
+        updater.frame_done({.ms = 1, .rays = 1000});
+        const UpdateTimes& times = updater.last().times;
+        const FrameCost& cost = costs.back();
+        EXPECT_DOUBLE_EQ(cost.refit + cost.restructure + cost.rebuild,
+                         times.refit_ms + times.decide_ms + times.upload_ms + times.restructure_ms +
+                             times.rebuild_ms);
+        EXPECT_EQ(cost.restructure > 0, frame == 0);
+        EXPECT_EQ(cost.rebuild > 0, frame == 1);
+        EXPECT_EQ(cost.trace, 1);
+    }
 }
 
 /// Starts a build in the background at the first frame, and rebuilds at the second before the

@@ -23,6 +23,35 @@ TEST(LossAccount, IsDueWhenTheGrowthOfTheLossReachesThePrice) {
     EXPECT_FALSE(account.is_due(8, 20.01));
 }
 
+TEST(LossAccount, RemedyThatSavedHalfItsPriceHalvesTheBackoffAndOthersDoubleIt) {
+    LossAccount account;
+    account.add(10);
+    account.start_over(8);
+    EXPECT_EQ(account.backoff(), 1);  // no remedy before it
+    EXPECT_EQ(account.lost(), 0);
+    // Saves 3 of 8.
+    account.add(7);
+    account.start_over(8);
+    EXPECT_EQ(account.backoff(), 2);
+    // Each is compared with the frame before the last remedy, which lost 7: saves 2 and 2.
+    account.add(5);
+    account.add(5);
+    account.start_over(8);
+    EXPECT_EQ(account.backoff(), 1);
+}
+
+TEST(LossAccount, BackoffMultipliesThePriceUpToSixteenTimes) {
+    LossAccount account;
+    for (int i = 0; i < 10; ++i) {
+        account.add(6);
+        account.start_over(100);
+    }
+    EXPECT_EQ(account.backoff(), 16);
+    account.add(12);
+    EXPECT_TRUE(account.is_due(8, 1));
+    EXPECT_FALSE(account.is_due(8, 1.01));
+}
+
 TEST(LossAccount, IsNotDueWithoutALoss) {
     LossAccount account;
     account.add(100);

@@ -27,6 +27,18 @@ TEST(SlowdownModel, WhatSaysNothingTeachesNothing) {
     EXPECT_EQ(model.per_visit(), before);
 }
 
+TEST(SlowdownModel, FramesWithoutATimeChangeNothingThatWasLearned) {
+    SlowdownModel model(0.001);
+    model.learn(1000, 3, 100, 1.2);
+    model.watch(0, 10);
+    model.watch(100, 13);
+    const double before = model.per_visit();
+    model.learn(200, 0, 100, 1);
+    model.learn(200, 5, 100, 0);
+    model.watch(200, 0);
+    EXPECT_EQ(model.per_visit(), before);
+}
+
 TEST(SlowdownModel, WatchedFramesDrawTheGuessButNeverToNothing) {
     SlowdownModel idle(0.001);
     SlowdownModel slow(0.001);

@@ -147,6 +147,23 @@ TEST(AutoPolicy, RestructuresInsteadWhereThatCures) {
     EXPECT_LT(played.total, 0.95 * play("every:8", clip, 400).total);
 }
 
+TEST(AutoPolicy, LossesBeforeARestructuringDoNotCallForTheNext) {
+    Clip clip;
+    clip.cure = 1;
+    clip.excess = [](int age) { return 15.0 * age; };
+    EXPECT_LE(play("auto", clip, 400).restructurings, 220);
+}
+
+TEST(AutoPolicy, WaitsWhereADegradedTreeIsSeenToTraceNoSlower) {
+    Clip clip;
+    clip.excess = [](int age) { return 200.0 * age; };
+    const Played slower = play("auto", clip, 8);
+    EXPECT_GT(slower.restructurings + slower.rebuilds, 0);
+    clip.slowdown = [](double) { return 1.0; };
+    const Played as_fast = play("auto", clip, 8);
+    EXPECT_EQ(as_fast.restructurings + as_fast.rebuilds, 0);
+}
+
 TEST(AutoPolicy, RebuildsWhatRestructuringLeaves) {
     Clip clip;
     clip.cure = 0.7;
