@@ -157,11 +157,9 @@ TEST(AutoPolicy, LossesBeforeARestructuringDoNotCallForTheNext) {
 TEST(AutoPolicy, WaitsWhereADegradedTreeIsSeenToTraceNoSlower) {
     Clip clip;
     clip.excess = [](int age) { return 200.0 * age; };
-    const Played slower = play("auto", clip, 8);
-    EXPECT_GT(slower.restructurings + slower.rebuilds, 0);
+    EXPECT_GT(play("auto", clip, 8).rebuilds, 0);
     clip.slowdown = [](double) { return 1.0; };
-    const Played as_fast = play("auto", clip, 8);
-    EXPECT_EQ(as_fast.restructurings + as_fast.rebuilds, 0);
+    EXPECT_EQ(play("auto", clip, 8).rebuilds, 0);
 }
 
 TEST(AutoPolicy, RebuildsWhatRestructuringLeaves) {
