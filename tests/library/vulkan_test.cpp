@@ -214,7 +214,7 @@ TEST(LibraryOnVulkan, ThreadsMakeAndDropScenesOfOneDevice) {
     // Only the first scenes of a device compile.
     for (int turn = 0; turn < 3; ++turn) {
         const Device device = Device::vulkan();
-        run_together(3, [&](std::size_t) {
+        run_together(6, [&](std::size_t) {
             int mine = 0;
             for (int k = 0; k < 4; ++k)
                 mine += hits_of(Scene::build(mesh.view(), device), rays) == expected ? 0 : 1;
