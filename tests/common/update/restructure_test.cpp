@@ -193,6 +193,9 @@ TEST(Restructure, ThatNeedsFewerLeavesMovesTheLastOnesIntoTheirPlaces) {
     ASSERT_EQ(areas.leaves.size(), expected.leaves.size());
     for (std::size_t i = 0; i < areas.leaves.size(); ++i)
         EXPECT_NEAR(areas.leaves[i] / expected.leaves[i], 1, 0.01) << i;
+    // A refit finds the vertices of moved leaves.
+    cpu::refit(bvh, apart);
+    EXPECT_EQ(check_bvh(bvh, topology, apart), kSound);
 }
 
 TEST(Restructure, LeavesASoundTreeAsItIs) {

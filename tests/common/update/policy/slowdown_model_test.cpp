@@ -31,7 +31,7 @@ TEST(SlowdownModel, FramesWithoutATimeChangeNothingThatWasLearned) {
     SlowdownModel model(0.001);
     model.learn(1000, 3, 100, 1.2);
     model.watch(0, 10);
-    model.watch(100, 13);
+    model.watch(100, 15);
     const double before = model.per_visit();
     model.learn(200, 0, 100, 1);
     model.learn(200, 5, 100, 0);
