@@ -157,45 +157,44 @@ Topology topology_of_soup(std::size_t vertices) {
 
 TEST(Restructure, ThatNeedsFewerLeavesMovesTheLastOnesIntoTheirPlaces) {
     // Pairs of triangles, far from each other, have a leaf each. Then all first ones meet, and all
-    // second ones elsewhere, which takes half as many leaves.
+    // second ones elsewhere, which takes fewer leaves.
     constexpr int kPairs = 40;
     constexpr float kFar = 0.02f * kSceneExtent;
     constexpr float kSize = 1e-4f * kSceneExtent;
-    std::vector<vec3> apart;
-    std::vector<vec3> together;
-    for (int i = 0; i < kPairs; ++i) {
-        for (int k = 0; k < 2; ++k) {
-            add_triangle(apart, {kFar * static_cast<float>(i), kSize * static_cast<float>(k), 0},
-                         kSize);
-            add_triangle(together,
-                         {kSize * static_cast<float>(i), 20 * kFar * static_cast<float>(k), 0},
-                         kSize);
+    // Others stay on one side, so that the free places are the last ones, or others.
+    for (const float side : {-10 * kFar, 10 * kFar}) {
+        std::vector<vec3> apart;
+        std::vector<vec3> together;
+        for (int i = 0; i < kPairs; ++i) {
+            const auto place = static_cast<float>(i);
+            for (const float k : {0.0f, 1.0f}) {
+                add_triangle(apart, {kFar * place, kSize * k, 0}, kSize);
+                add_triangle(together, {kSize * place, 20 * kFar * k, 0}, kSize);
+            }
         }
+        for (int i = 0; i < 3 * kPairs; ++i) {
+            const vec3 place(kFar * static_cast<float>(i % kPairs), side,
+                             kFar * static_cast<float>(i / kPairs));
+            add_triangle(apart, place, kSize);
+            add_triangle(together, place, kSize);
+        }
+        const Topology topology = topology_of_soup(apart.size());
+        Bvh bvh = build_bvh(topology, apart);
+        BuiltAreas areas = built_areas(bvh);
+        const std::size_t before = bvh.leaves.size();
+        cpu::refit(bvh, together);
+        ASSERT_GT(restructure(topology, together, 1, 1, bvh, areas), 0u);
+        EXPECT_LT(bvh.leaves.size(), before);
+        EXPECT_EQ(check_bvh(bvh, topology, together), kSound);
+        // One of both has pads.
+        const BuiltAreas expected = built_areas(bvh);
+        ASSERT_EQ(areas.leaves.size(), expected.leaves.size());
+        for (std::size_t i = 0; i < areas.leaves.size(); ++i)
+            EXPECT_NEAR(areas.leaves[i] / expected.leaves[i], 1, 0.01) << i;
+        // A refit finds the vertices of moved leaves.
+        cpu::refit(bvh, apart);
+        EXPECT_EQ(check_bvh(bvh, topology, apart), kSound);
     }
-    // Others stay, so that a build would cost more.
-    for (int i = 0; i < 3 * kPairs; ++i) {
-        for (std::vector<vec3>* pose : {&apart, &together})
-            add_triangle(
-                *pose,
-                {kFar * static_cast<float>(i % 40), -10 * kFar, kFar * static_cast<float>(i / 40)},
-                kSize);
-    }
-    const Topology topology = topology_of_soup(apart.size());
-    Bvh bvh = build_bvh(topology, apart);
-    BuiltAreas areas = built_areas(bvh);
-    const std::size_t before = bvh.leaves.size();
-    cpu::refit(bvh, together);
-    ASSERT_GT(restructure(topology, together, 1, 1, bvh, areas), 0u);
-    EXPECT_LT(bvh.leaves.size(), before);
-    EXPECT_EQ(check_bvh(bvh, topology, together), kSound);
-    // One of both has pads.
-    const BuiltAreas expected = built_areas(bvh);
-    ASSERT_EQ(areas.leaves.size(), expected.leaves.size());
-    for (std::size_t i = 0; i < areas.leaves.size(); ++i)
-        EXPECT_NEAR(areas.leaves[i] / expected.leaves[i], 1, 0.01) << i;
-    // A refit finds the vertices of moved leaves.
-    cpu::refit(bvh, apart);
-    EXPECT_EQ(check_bvh(bvh, topology, apart), kSound);
 }
 
 TEST(Restructure, LeavesASoundTreeAsItIs) {
