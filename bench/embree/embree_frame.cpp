@@ -46,7 +46,7 @@ void trace_camera(RTCScene scene, const ImageParams& params, const cpu::Tile& ti
 void trace_shadows(RTCScene scene, const cpu::PixelShader& shader, const cpu::PixelPart& part) {
     embree::Query query(embree::Coherence::kCoherent);
     cpu::SharedOriginRays rays[cpu::kSquareBlocks];
-    float lit[cpu::kSquareRays];
+    cpu::LitPixels lit[cpu::kSquareBlocks];
     std::uint8_t occluded[cpu::kSquareRays] = {};
     if (shader.make_shadow_rays(part, rays, lit) > 0) {
         RTCRay16 record;

@@ -18,7 +18,7 @@ bool occluded(RTCScene scene, embree::Query& query, const Ray& ray) {
 void trace_shadows(RTCScene scene, const cpu::PixelShader& shader, const cpu::PixelPart& part) {
     embree::Query query(embree::Coherence::kCoherent);
     cpu::SharedOriginRays rays[cpu::kSquareBlocks];
-    float lit[cpu::kSquareRays];
+    cpu::LitPixels lit[cpu::kSquareBlocks];
     shader.make_shadow_rays(part, rays, lit);
     for (std::uint32_t y = part.tile.y0; y < part.tile.y1; ++y) {
         for (std::uint32_t x = part.tile.x0; x < part.tile.x1; ++x) {

@@ -184,7 +184,7 @@ private:
         const cpu::ImageTiles squares(frame_.width, frame_.height, cpu::kSquareSide);
         tbb::parallel_for(std::uint32_t{0}, squares.count(), [&](std::uint32_t i) {
             cpu::SharedOriginRays rays[cpu::kSquareBlocks];
-            float lit[cpu::kSquareRays];
+            cpu::LitPixels lit[cpu::kSquareBlocks];
             const std::uint8_t occluded[cpu::kSquareRays] = {};
             const cpu::PixelPart part{played_.params, mesh, squares[i], frame_};
             shader_.make_shadow_rays(part, rays, lit);

@@ -40,20 +40,24 @@ SHARED Float3 unit(Float3 v) {
     return r;
 }
 
-/// A hit at t of a ray; a, b, c: the vertices of the triangle, in scene space.
-SHARED Surface surface_of(Float3 org, Float3 dir, Float t, Float3 a, Float3 b, Float3 c) {
+/// A hit at t of a ray on a triangle with this unit normal, on either side.
+SHARED Surface surface_with(Float3 org, Float3 dir, Float t, Float3 n) {
     PRECISE Float3 travel = Float3(t * dir.x, t * dir.y, t * dir.z);
     PRECISE Float3 point = org + travel;
-    PRECISE Float3 bma = b - a;
-    PRECISE Float3 cma = c - a;
-    Float3 across = cross3(bma, cma);
-    Float3 n = unit(select(largest_component(across) > 0.0f, across, dir));
     PRECISE Float size = sum_of_abs(point) + sum_of_abs(travel);
     Surface s;
     s.point = point;
     s.normal = select(dot3(n, dir) > 0.0f, -n, n);
     s.size = size;
     return s;
+}
+
+/// A hit at t of a ray; a, b, c: the vertices of the triangle, in scene space.
+SHARED Surface surface_of(Float3 org, Float3 dir, Float t, Float3 a, Float3 b, Float3 c) {
+    PRECISE Float3 bma = b - a;
+    PRECISE Float3 cma = c - a;
+    Float3 across = cross3(bma, cma);
+    return surface_with(org, dir, t, unit(select(largest_component(across) > 0.0f, across, dir)));
 }
 
 /// The point moved off the surface along its normal by kSurfaceOffset * size, on the coordinate

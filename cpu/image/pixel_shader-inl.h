@@ -18,6 +18,7 @@
 
 #include "cpu/image/mesh_lanes-inl.h"
 #include "cpu/image/pixel_shader.h"
+#include "cpu/image/shown_triangles-inl.h"
 #include "cpu/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -59,6 +60,22 @@ struct PixelBlock {
         return light_packet_ray(x - part.tile.x0, y - part.tile.y0);
     }
 };
+
+constexpr std::uint32_t kStripSide = ShownTriangles::kMostPixels / kBlockSide;
+
+/// Calls visit(strip) for the strips of a tile, row by row: of one row of at most kStripSide /
+/// kBlockSide blocks.
+template <class Visit>
+HWY_INLINE void for_each_strip(const Tile& tile, Visit visit) {
+    Tile strip;
+    for (strip.y0 = tile.y0; strip.y0 < tile.y1; strip.y0 += kBlockSide) {
+        strip.y1 = std::min(strip.y0 + kBlockSide, tile.y1);
+        for (strip.x0 = tile.x0; strip.x0 < tile.x1; strip.x0 += kStripSide) {
+            strip.x1 = std::min(strip.x0 + kStripSide, tile.x1);
+            visit(strip);
+        }
+    }
+}
 
 /// Calls visit(block) for the blocks of a tile, row by row.
 template <class Visit>
@@ -120,21 +137,60 @@ HWY_INLINE UintVec load_albedo(const PixelPart& part, const PixelLanes& pixels) 
     return hn::GatherIndex(kUints, part.mesh.topology->albedo.data(), as_int(pixels.prim));
 }
 
+/// lanes::colour_of(). Most meshes without materials are grey, which takes a third of the time.
+HWY_INLINE UintVec colours_of(FloatVec intensity, UintVec albedo) {
+    const UintVec differing = (albedo ^ shift_right<8>(albedo)) & 0xFFFFu;
+    if (!none(differing > 0u)) return lanes::colour_of(intensity, albedo);
+    const UintVec grey = lanes::channel_of(intensity, albedo & 0xFFu);
+    return lanes::pack_rgb(grey, grey, grey);
+}
+
 /// camera_ray().dir.
 HWY_INLINE lanes::Float3 directions_of(const PixelPart& part, const PixelLanes& pixels) {
     return lanes::canonical_direction(
         lanes::camera_direction(part.params.camera, pixels.x, pixels.y));
 }
 
-/// The surfaces that pixels show, of which at least one must be visible: the mesh has triangles
-/// then.
-HWY_INLINE lanes::Surface load_surfaces(const PixelPart& part, const PixelLanes& pixels,
-                                        const lanes::Float3& dir) {
-    lanes::Float3 corners[3];
-    load_corners(*part.mesh.topology, part.mesh.positions, pixels.prim, corners);
-    return lanes::surface_of(lanes::Float3(part.params.camera.org), dir, pixels.t, corners[0],
-                             corners[1], corners[2]);
-}
+/// The surfaces that a strip shows.
+class ShownSurfaces {
+public:
+    explicit ShownSurfaces(const PixelPart& part) : part_(part) {}
+
+    /// Goes to the first block of a strip.
+    void begin(const Tile& strip, bool with_albedos) {
+        triangles_.clear();
+        next_ = 0;
+        for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
+            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+                const PixelLanes pixels = load_pixels(part_, block, i);
+                // Where nothing is visible there may be no triangles.
+                if (!none(pixels.visible)) triangles_.add(pixels.prim);
+            }
+        });
+        triangles_.load(part_.mesh);
+        if (with_albedos) triangles_.load_albedos(*part_.mesh.topology);
+    }
+
+    /// Those of the next pixels of which at least one is visible, under camera rays dir.
+    HWY_INLINE lanes::Surface next(const PixelLanes& pixels, const lanes::Float3& dir) {
+        const lanes::Float3 org(part_.params.camera.org);
+        const std::uint32_t i = next_++;
+        if (HWY_UNLIKELY(triangles_.has_degenerate())) {
+            lanes::Float3 v[3];
+            load_corners(*part_.mesh.topology, part_.mesh.positions, pixels.prim, v);
+            return lanes::surface_of(org, dir, pixels.t, v[0], v[1], v[2]);
+        }
+        return lanes::surface_with(org, dir, pixels.t, triangles_.normals(i));
+    }
+
+    /// The albedos of the pixels whose surfaces were last asked for.
+    HWY_INLINE UintVec albedos() const { return triangles_.albedos(next_ - 1); }
+
+private:
+    const PixelPart& part_;
+    ShownTriangles triangles_;
+    std::uint32_t next_ = 0;
+};
 
 /// The background of the rows of a block.
 struct BackgroundColumn {
@@ -168,19 +224,18 @@ HWY_INLINE void write_block(const PixelPart& part, const PixelBlock& block,
     }
 }
 
-/// Writes occlusion and, if the frame has pixels, colours of a part. count_occluded(block, i,
-/// pixels, occlusion) writes the numbers of occluded rays of pixels i and following of a block,
-/// some of which are visible; intensity(block, i, pixels, occlusion) then returns how bright they
-/// are.
-template <class CountOccluded, class Intensity>
-HWY_INLINE void shade_part(const PixelPart& part, CountOccluded count_occluded,
-                           Intensity intensity) {
+/// Writes occlusion and, if the frame has pixels, colours of a part. begin(strip) comes before the
+/// blocks of a strip. count_occluded(block, i, pixels, occlusion) writes the numbers of occluded
+/// rays of pixels i and following of a block, some of which are visible; colour(pixels, occlusion)
+/// then returns their colours.
+template <class Begin, class CountOccluded, class Colour>
+HWY_INLINE void shade_part(const PixelPart& part, Begin begin, CountOccluded count_occluded,
+                           Colour colour) {
     const bool with_pixels = part.frame.with_pixels;
-    Tile row = part.tile;
-    for (; row.y0 < part.tile.y1; row.y0 += kBlockSide) {
-        row.y1 = std::min(row.y0 + kBlockSide, part.tile.y1);
-        const BackgroundColumn behind(part, row.y0);
-        for_each_block(row, [&](const PixelBlock& block) HWY_ATTR {
+    for_each_strip(part.tile, [&](const Tile& strip) HWY_ATTR {
+        begin(strip);
+        const BackgroundColumn behind(part, strip.y0);
+        for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
             alignas(64) std::uint32_t colours[kBlockRays];
             alignas(64) std::uint32_t occlusion[kBlockRays] = {};
             for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
@@ -188,29 +243,32 @@ HWY_INLINE void shade_part(const PixelPart& part, CountOccluded count_occluded,
                 const bool is_any = !none(pixels.visible);
                 if (is_any) count_occluded(block, i, pixels, occlusion + i);
                 if (!with_pixels) continue;
-                UintVec colour = load(behind.colours + i);
+                UintVec shown = load(behind.colours + i);
                 if (is_any) {
-                    const FloatVec value = intensity(block, i, pixels, occlusion + i);
-                    colour = select(uint_mask(pixels.visible),
-                                    lanes::colour_of(value, load_albedo(part, pixels)), colour);
+                    shown = select(uint_mask(pixels.visible), colour(pixels, occlusion + i), shown);
                 }
-                store(colour, colours + i);
+                store(shown, colours + i);
             }
             write_block(part, block, occlusion, part.frame.occlusion.data());
             if (with_pixels) write_block(part, block, colours, part.frame.pixels.data());
         });
-    }
+    });
 }
 
 void shade_camera_part(const PixelPart& part) {
+    ShownSurfaces surfaces(part);
     shade_part(
-        part, [](const PixelBlock&, std::uint32_t, const PixelLanes&, std::uint32_t*) HWY_ATTR {},
-        [&](const PixelBlock&, std::uint32_t, const PixelLanes& pixels, const std::uint32_t*)
-            HWY_ATTR {
-                const lanes::Float3 dir = directions_of(part, pixels);
-                const lanes::Surface s = load_surfaces(part, pixels, dir);
-                return lanes::lit_intensity(abs(dot3(s.normal, unit(dir))));
-            });
+        part,
+        [&](const Tile& strip) HWY_ATTR {
+            if (part.frame.with_pixels) surfaces.begin(strip, true);
+        },
+        [](const PixelBlock&, std::uint32_t, const PixelLanes&, std::uint32_t*) HWY_ATTR {},
+        [&](const PixelLanes& pixels, const std::uint32_t*) HWY_ATTR {
+            const lanes::Float3 dir = directions_of(part, pixels);
+            const lanes::Surface s = surfaces.next(pixels, dir);
+            return colours_of(lanes::lit_intensity(abs(dot3(s.normal, unit(dir)))),
+                              surfaces.albedos());
+        });
 }
 
 HWY_INLINE DirectionLanes shadow_rays(const lanes::Surface& s, const lanes::Float3& light) {
@@ -218,55 +276,79 @@ HWY_INLINE DirectionLanes shadow_rays(const lanes::Surface& s, const lanes::Floa
     return {canonical_direction(dir), lanes::power_of_two_below(largest_component(dir))};
 }
 
-std::size_t make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays, float* lit) {
+std::size_t make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays,
+                                     LitPixels* lit) {
     std::size_t ray_count = 0;
-    for_each_block(part.tile, [&](const PixelBlock& block) HWY_ATTR {
-        const std::uint32_t index = block.ray_index(part);
-        SharedOriginRays& to = rays[index / kBlockRays];
-        for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
-            const PixelLanes pixels = load_pixels(part, block, i);
-            lanes::Float3 dir(vec3(0.0f));
-            FloatVec tfar = splat(-1.0f);
-            FloatVec intensity = splat(0.0f);
-            if (!none(pixels.visible)) {
-                const lanes::Surface s = load_surfaces(part, pixels, directions_of(part, pixels));
-                const lanes::Float3 light(part.params.light);
-                const Mask traced = pixels.visible & faces_light(s, light);
-                const DirectionLanes ray = shadow_rays(s, light);
-                dir = select(traced, ray.dir, dir);
-                tfar = select(traced, ray.tfar, tfar);
-                if (part.frame.with_pixels) {
-                    intensity =
-                        lanes::lit_intensity(max(dot3(s.normal, unit(light - s.point)), zero()));
+    ShownSurfaces surfaces(part);
+    const lanes::Float3 light(part.params.light);
+    for_each_strip(part.tile, [&](const Tile& strip) HWY_ATTR {
+        surfaces.begin(strip, part.frame.with_pixels);
+        for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
+            const std::uint32_t index = block.ray_index(part) / kBlockRays;
+            SharedOriginRays& to = rays[index];
+            LitPixels& pixels_lit = lit[index];
+            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+                const PixelLanes pixels = load_pixels(part, block, i);
+                lanes::Float3 dir(vec3(0.0f));
+                FloatVec tfar = splat(-1.0f);
+                FloatVec intensity = zero_unless(pixels.visible, splat(1.0f));
+                if (!none(pixels.visible)) {
+                    const lanes::Surface s = surfaces.next(pixels, directions_of(part, pixels));
+                    const Mask traced = pixels.visible & faces_light(s, light);
+                    const DirectionLanes ray = shadow_rays(s, light);
+                    dir = select(traced, ray.dir, dir);
+                    tfar = select(traced, ray.tfar, tfar);
+                    if (part.frame.with_pixels) {
+                        const FloatVec facing = dot3(s.normal, unit(light - s.point));
+                        intensity =
+                            zero_unless(pixels.visible, lanes::lit_intensity(max(facing, zero())));
+                        store(surfaces.albedos(), pixels_lit.albedo + i);
+                    }
+                    ray_count += count(traced);
                 }
-                ray_count += count(traced);
+                store(dir.x, to.dir[0] + i);
+                store(dir.y, to.dir[1] + i);
+                store(dir.z, to.dir[2] + i);
+                store(tfar, to.tfar + i);
+                store(intensity, pixels_lit.intensity + i);
             }
-            store(dir.x, to.dir[0] + i);
-            store(dir.y, to.dir[1] + i);
-            store(dir.z, to.dir[2] + i);
-            store(tfar, to.tfar + i);
-            store_unaligned(intensity, lit + index + i);
-        }
+        });
     });
     return ray_count;
 }
 
-void shade_shadows_of_part(const PixelPart& part, const std::uint8_t* occluded, const float* lit) {
+void shade_shadows_of_part(const PixelPart& part, const std::uint8_t* occluded,
+                           const LitPixels* lit) {
     const hn::Rebind<std::uint8_t, UintTag> bytes;
-    shade_part(
-        part,
-        [&](const PixelBlock& block, std::uint32_t i, const PixelLanes& pixels,
-            std::uint32_t* occlusion) HWY_ATTR {
-            const UintVec is_occluded =
-                hn::PromoteTo(kUints, hn::LoadU(bytes, occluded + block.ray_index(part) + i));
-            store(zero_unless(uint_mask(pixels.visible), is_occluded), occlusion);
-        },
-        [&](const PixelBlock& block, std::uint32_t i, const PixelLanes&,
-            const std::uint32_t* occlusion) HWY_ATTR {
-            const auto is_lit = float_mask(load(occlusion) == splat(0u));
-            return select(is_lit, load_unaligned(lit + block.ray_index(part) + i),
-                          splat(kUnlitIntensity));
+    const bool with_pixels = part.frame.with_pixels;
+    for_each_strip(part.tile, [&](const Tile& strip) HWY_ATTR {
+        const BackgroundColumn behind(part, strip.y0);
+        for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
+            const std::uint32_t index = block.ray_index(part);
+            const LitPixels& pixels = lit[index / kBlockRays];
+            alignas(64) std::uint32_t colours[kBlockRays];
+            alignas(64) std::uint32_t occlusion[kBlockRays];
+            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+                const FloatVec intensity = load(pixels.intensity + i);
+                const Mask visible = intensity > zero();
+                const UintVec is_occluded =
+                    zero_unless(uint_mask(visible),
+                                hn::PromoteTo(kUints, hn::LoadU(bytes, occluded + index + i)));
+                store(is_occluded, occlusion + i);
+                if (!with_pixels) continue;
+                UintVec colour = load(behind.colours + i);
+                if (!none(visible)) {
+                    const FloatVec value =
+                        select(float_mask(is_occluded > 0u), splat(kUnlitIntensity), intensity);
+                    colour = select(uint_mask(visible), colours_of(value, load(pixels.albedo + i)),
+                                    colour);
+                }
+                store(colour, colours + i);
+            }
+            write_block(part, block, occlusion, part.frame.occlusion.data());
+            if (with_pixels) write_block(part, block, colours, part.frame.pixels.data());
         });
+    });
 }
 
 /// ao_ray() of the surfaces that pixels (x, y) show, without the origin.
@@ -309,31 +391,35 @@ void make_camera_rays_of_tile(const ImageParams& params, const Tile& tile, Ray* 
 void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
     const std::uint32_t count = part.params.ao_count;
     rays.clear();
-    for_each_block(part.tile, [&](const PixelBlock& block) HWY_ATTR {
-        for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
-            const PixelLanes pixels = load_pixels(part, block, i);
-            const std::uint32_t visible = bits_of(pixels.visible);
-            if (visible == 0) continue;
-            const lanes::Surface s = load_surfaces(part, pixels, directions_of(part, pixels));
-            const lanes::Float3 org = off_surface(s, s.size);
-            alignas(64) HalfRay starts[kBlockRays], ends[kBlockRays];
-            hn::StoreInterleaved4(org.x, org.y, org.z, splat(0.0f), kFloats, starts[0].words);
-            const std::size_t begin = rays.size();
-            const auto visible_count =
-                static_cast<std::size_t>(hwy::PopCount(std::uint64_t{visible}));
-            rays.resize(begin + visible_count * count);
-            for (std::uint32_t sample = 0; sample < count; ++sample) {
-                const DirectionLanes ray =
-                    ao_rays(s, pixels.x, pixels.y, sample, part.params.ao_tfar);
-                hn::StoreInterleaved4(ray.dir.x, ray.dir.y, ray.dir.z, ray.tfar, kFloats,
-                                      ends[0].words);
-                std::size_t at = begin + sample;
-                for (std::uint32_t left = visible; left != 0; left &= left - 1, at += count) {
-                    const std::size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
-                    write_ray(starts[lane], ends[lane], rays[at]);
+    ShownSurfaces surfaces(part);
+    for_each_strip(part.tile, [&](const Tile& strip) HWY_ATTR {
+        surfaces.begin(strip, false);
+        for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
+            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+                const PixelLanes pixels = load_pixels(part, block, i);
+                const std::uint32_t visible = bits_of(pixels.visible);
+                if (visible == 0) continue;
+                const lanes::Surface s = surfaces.next(pixels, directions_of(part, pixels));
+                const lanes::Float3 org = off_surface(s, s.size);
+                alignas(64) HalfRay starts[kBlockRays], ends[kBlockRays];
+                hn::StoreInterleaved4(org.x, org.y, org.z, splat(0.0f), kFloats, starts[0].words);
+                const std::size_t begin = rays.size();
+                const auto visible_count =
+                    static_cast<std::size_t>(hwy::PopCount(std::uint64_t{visible}));
+                rays.resize(begin + visible_count * count);
+                for (std::uint32_t sample = 0; sample < count; ++sample) {
+                    const DirectionLanes ray =
+                        ao_rays(s, pixels.x, pixels.y, sample, part.params.ao_tfar);
+                    hn::StoreInterleaved4(ray.dir.x, ray.dir.y, ray.dir.z, ray.tfar, kFloats,
+                                          ends[0].words);
+                    std::size_t at = begin + sample;
+                    for (std::uint32_t left = visible; left != 0; left &= left - 1, at += count) {
+                        const std::size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
+                        write_ray(starts[lane], ends[lane], rays[at]);
+                    }
                 }
             }
-        }
+        });
     });
 }
 
@@ -341,7 +427,7 @@ void shade_ao_of_part(const PixelPart& part, const std::uint8_t* occluded) {
     const std::uint32_t count = part.params.ao_count;
     const FloatVec per_ray = splat(rcp(static_cast<float>(count)));
     shade_part(
-        part,
+        part, [](const Tile&) HWY_ATTR {},
         [&](const PixelBlock&, std::uint32_t, const PixelLanes& pixels, std::uint32_t* occlusion)
             HWY_ATTR {
                 for (std::uint32_t left = bits_of(pixels.visible); left != 0; left &= left - 1) {
@@ -349,11 +435,10 @@ void shade_ao_of_part(const PixelPart& part, const std::uint8_t* occluded) {
                     for (std::uint32_t sample = 0; sample < count; ++sample) sum += *occluded++;
                 }
             },
-        [&](const PixelBlock&, std::uint32_t, const PixelLanes&, const std::uint32_t* occlusion)
-            HWY_ATTR {
-                const UintVec open = splat(count) - load(occlusion);
-                return lanes::to_float(open) * per_ray;
-            });
+        [&](const PixelLanes& pixels, const std::uint32_t* occlusion) HWY_ATTR {
+            const UintVec open = splat(count) - load(occlusion);
+            return colours_of(lanes::to_float(open) * per_ray, load_albedo(part, pixels));
+        });
 }
 
 }  // namespace HWY_NAMESPACE

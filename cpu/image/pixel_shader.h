@@ -21,6 +21,13 @@ struct PixelPart {
     Frame& frame;
 };
 
+/// The pixels of a block that a light shines on: how bright each is where it is lit, above 0 where
+/// it shows a triangle, and its albedo there if the frame has pixels.
+struct alignas(64) LitPixels {
+    float intensity[kBlockRays];
+    Albedo albedo[kBlockRays];
+};
+
 /// Shades pixels in blocks of 4 x 4 with the bits of surface_at(), shadow_ray(), ao_ray() and
 /// shade(). Threads may share one if their parts do not overlap.
 class PixelShader {
@@ -37,15 +44,17 @@ public:
     void shade_camera(const PixelPart& part) const { shade_camera_(part); }
 
     /// Makes the shadow rays of a part of at most kLightPacketSide x kLightPacketSide pixels,
-    /// indices as by light_packet_ray(), and sets `lit` for shade_shadows(), with the same indices.
-    /// Blocks without a pixel of the part are not written. Returns how many rays there are.
-    std::size_t make_shadow_rays(const PixelPart& part, SharedOriginRays* rays, float* lit) const {
+    /// indices as by light_packet_ray(), and what shade_shadows() needs of its pixels, block by
+    /// block as the rays. Blocks without a pixel of the part are not written. Returns how many rays
+    /// there are.
+    std::size_t make_shadow_rays(const PixelPart& part, SharedOriginRays* rays,
+                                 LitPixels* lit) const {
         return make_shadow_rays_(part, rays, lit);
     }
 
     /// Writes occlusion and colours; occluded[i] is 0 if ray i hits nothing, else 1.
     void shade_shadows(const PixelPart& part, const std::uint8_t* occluded,
-                       const float* lit) const {
+                       const LitPixels* lit) const {
         shade_shadows_(part, occluded, lit);
     }
 
@@ -62,8 +71,8 @@ public:
 private:
     void (*shade_camera_)(const PixelPart&);
     void (*make_camera_rays_)(const ImageParams&, const Tile&, Ray*);
-    std::size_t (*make_shadow_rays_)(const PixelPart&, SharedOriginRays*, float*);
-    void (*shade_shadows_)(const PixelPart&, const std::uint8_t*, const float*);
+    std::size_t (*make_shadow_rays_)(const PixelPart&, SharedOriginRays*, LitPixels*);
+    void (*shade_shadows_)(const PixelPart&, const std::uint8_t*, const LitPixels*);
     void (*make_ao_rays_)(const PixelPart&, std::vector<Ray>&);
     void (*shade_ao_)(const PixelPart&, const std::uint8_t*);
 };

@@ -24,7 +24,7 @@ void trace_shadows(const TileTracer& tracer, const PixelPart& part, std::uint32_
         light_packet_squares(tile.x1 - tile.x0, tile.y1 - tile.y0) * std::size_t{kSquareRays};
     ShadowRays& shadow = tracer.shadow_rays();
     shadow.rays.assign(count / kBlockRays, SharedOriginRays::none());
-    shadow.lit.resize(count);
+    shadow.lit.resize(count / kBlockRays);
     shadow.occluded.assign(count, 1);
     const std::size_t ray_count =
         tracer.shader().make_shadow_rays(part, shadow.rays.data(), shadow.lit.data());

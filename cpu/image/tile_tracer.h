@@ -19,7 +19,7 @@ namespace mray::cpu {
 struct ShadowRays {
     std::vector<SharedOriginRays> rays;
     /// The `lit` of PixelShader::make_shadow_rays().
-    std::vector<float> lit;
+    std::vector<LitPixels> lit;
     std::vector<std::uint8_t> occluded;
 };
 

@@ -38,7 +38,7 @@ struct Surroundings {
     std::optional<rlim_t> file_size = {};
 };
 
-/// Runs to the end; a run of more than 60 s is killed and fails the test.
+/// Runs to the end; a run of more than 300 s is killed and fails the test.
 Outcome run(const std::vector<std::string>& arguments, const Surroundings& surroundings = {});
 
 /// A run in progress.
@@ -51,7 +51,7 @@ public:
     Started& operator=(const Started&) = delete;
 
     void send(int signal);
-    /// Reads until stdout or stderr has a match, and returns it. Fails the test after 60 s, or if
+    /// Reads until stdout or stderr has a match, and returns it. Fails the test after 300 s, or if
     /// the program ends before.
     std::string wait_for_out(const std::string& pattern);
     std::string wait_for_err(const std::string& pattern);

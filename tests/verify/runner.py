@@ -13,6 +13,7 @@ from results import FINISHED, Result, Results, last_of_each, state_of
 
 # The exit code of scripts and programs that lack packages or a device (docs/guide/exit_codes.md).
 UNAVAILABLE = 4
+ENDING_SIGNALS = (signal.SIGHUP, signal.SIGINT, signal.SIGTERM)
 # Seconds that an interrupted stage has to end by itself.
 GRACE = 10
 
@@ -83,7 +84,7 @@ def wait(process: "subprocess.Popen[bytes]", stage: Stage, log: pathlib.Path,
 
 def end(process: "subprocess.Popen[bytes]") -> None:
     """Ends a stage with all processes of its group. Another signal does not disturb this."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in ENDING_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     for number in (signal.SIGTERM, signal.SIGKILL):
         try:
@@ -103,11 +104,15 @@ def run_stage(root: pathlib.Path, results: Results, stage: Stage, install: bool,
     begin = time.monotonic()
     result = Result(stage.name, "interrupted", "interrupted", stage.command, begun, 0,
                     str(log.relative_to(root)), results.commit, results.changes)
+    # A signal waits until the process that it has to end is known.
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, ENDING_SIGNALS)
     with log.open("wb") as output:
         process = subprocess.Popen(["bash", "-c", script_of(stage, install)], cwd=root,
                                    stdin=subprocess.DEVNULL, stdout=output, stderr=output,
-                                   start_new_session=True)
+                                   start_new_session=True,
+                                   preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_SETMASK, mask))
     try:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         code = wait(process, stage, log, deadline)
         said = last_line(log).removeprefix("morphray: ")
         if code is None:

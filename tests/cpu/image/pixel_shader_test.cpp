@@ -39,8 +39,8 @@ Frame image(const ImageParams& params, std::uint32_t side, Trace trace) {
 struct ImageSize {
     std::uint32_t width, height;
 };
-// With rows and columns of blocks that are not full, and none that are.
-constexpr ImageSize kSizes[] = {{64, 64}, {67, 45}, {1, 1}, {3, 9}, {5, 2}};
+// With rows and columns of blocks that are not full, none that are, and more than a strip.
+constexpr ImageSize kSizes[] = {{64, 64}, {67, 45}, {1, 1}, {3, 9}, {5, 2}, {130, 6}};
 
 class EveryTarget : public testing::TestWithParam<SimdTarget> {
 protected:
@@ -73,6 +73,12 @@ protected:
             };
             expect_same(image(params, 64, in_blocks), "tiles of 64");
             expect_same(image(params, 32, in_blocks), "tiles of 32");
+            if (rays != kRaysPrimary) continue;
+            const auto at_once = [&](const cpu::Tile& tile, Frame& frame) {
+                frame.hits = expected.hits;
+                cpu::PixelShader(GetParam()).shade_camera({params, mesh, tile, frame});
+            };
+            expect_same(image(params, 130, at_once), "one part");
         }
     }
 };

@@ -1,0 +1,146 @@
+// The triangles that a strip of pixels shows, each loaded once for pixels that are neighbours.
+#if defined(MORPHRAY_CPU_IMAGE_SHOWN_TRIANGLES_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_IMAGE_SHOWN_TRIANGLES_INL_H
+#undef MORPHRAY_CPU_IMAGE_SHOWN_TRIANGLES_INL_H
+#else
+#define MORPHRAY_CPU_IMAGE_SHOWN_TRIANGLES_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+#include "cpu/image/mesh_lanes-inl.h"
+#include "cpu/image/shaded_mesh.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mray::cpu {
+namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
+
+/// Byte i of entry m is the number of bits of m below bit i.
+inline constexpr std::array<std::uint32_t, 16> kBitsBelow = [] {
+    std::array<std::uint32_t, 16> table{};
+    for (std::uint32_t m = 0; m < 16; ++m) {
+        for (std::uint32_t i = 1; i < 4; ++i) {
+            const auto below = static_cast<std::uint32_t>(std::popcount(m & ((1u << i) - 1)));
+            table[m] |= below << 8 * i;
+        }
+    }
+    return table;
+}();
+
+/// How many lanes of the mask are below each lane.
+HWY_INLINE UintVec lanes_below(Mask m) {
+    const std::uint32_t bits = bits_of(m);
+    std::uint32_t words[4];
+    std::uint32_t below = 0;
+    for (std::uint32_t i = 0; i < kLanes; i += 4) {
+        const std::uint32_t four = bits >> i & 15;
+        words[i / 4] = kBitsBelow[four] + below * 0x01010101u;
+        below += static_cast<std::uint32_t>(std::popcount(four));
+    }
+    std::uint8_t bytes[sizeof words];
+    std::memcpy(bytes, words, sizeof words);
+    return hn::PromoteTo(kUints, hn::LoadU(hn::Rebind<std::uint8_t, UintTag>(), bytes));
+}
+
+/// The normals of the triangles that up to kMostPixels pixels show. Pixels are added a vector at a
+/// time: columns of four, one after the other.
+class ShownTriangles {
+public:
+    static constexpr std::uint32_t kMostPixels = 256;
+
+    /// Drops what was added.
+    void clear() { vectors_ = count_ = 0; }
+
+    /// Adds pixels that show these triangles, which exist. Neighbours in a column or a row that
+    /// show the same one share it.
+    HWY_INLINE void add(UintVec prim) {
+        const UintVec lane = hn::Iota(kUints, 0);
+        // The neighbour that a pixel shares its triangle with, or the pixel itself.
+        UintVec parent = lane;
+        if constexpr (kLanes > 1) {
+            const UintVec above = lane - splat(1u);
+            parent = select((prim == at(prim, above)) & ((lane & splat(3u)) > 0u), above, parent);
+            if constexpr (kLanes > 4) {
+                const UintVec left = lane - splat(4u);
+                parent = select((prim == at(prim, left)) & (lane > 3u), left, parent);
+            }
+            // A path has up to 3 steps upwards and 3 to the left.
+            for (int steps = 1; steps < (kLanes > 4 ? 6 : 3); steps *= 2)
+                parent = at(parent, parent);
+        }
+        const Mask is_first = float_mask(parent == lane);
+        store(at(lanes_below(is_first), parent), places_[vectors_]);
+        begin_[vectors_++] = count_;
+        store_unaligned(hn::Compress(prim, uint_mask(is_first)), prims_ + count_);
+        count_ += static_cast<std::uint32_t>(count(is_first));
+    }
+
+    /// Loads the triangles that were added.
+    void load(const ShadedMesh& mesh) {
+        has_degenerate_ = false;
+        if (count_ == 0) return;
+        store_unaligned(splat(prims_[count_ - 1]), prims_ + count_);
+        for (std::uint32_t i = 0; i < count_; i += kLanes) {
+            lanes::Float3 v[3];
+            load_corners(*mesh.topology, mesh.positions, load_unaligned(prims_ + i), v);
+            const lanes::Float3 across = cross3(v[1] - v[0], v[2] - v[0]);
+            has_degenerate_ = has_degenerate_ || !all(largest_component(across) > zero());
+            const lanes::Float3 n = unit(across);
+            store(n.x, normals_[0] + i);
+            store(n.y, normals_[1] + i);
+            store(n.z, normals_[2] + i);
+        }
+    }
+
+    /// Loads the albedos of the triangles that were added.
+    void load_albedos(const Topology& topology) {
+        // One by one: a gather takes longer.
+        for (std::uint32_t i = 0; i < count_; ++i) albedos_[i] = topology.albedo[prims_[i]];
+    }
+
+    /// Whether the edges of a triangle have no cross product; its normal is undefined.
+    bool has_degenerate() const { return has_degenerate_; }
+
+    /// The unit normals, on the triangles' own side, of vector i of the pixels.
+    HWY_INLINE lanes::Float3 normals(std::uint32_t i) const {
+        const auto place = hn::IndicesFromVec(kFloats, hn::Load(kUints, places_[i]));
+        const auto look_up = [&](const float* from) HWY_ATTR {
+            return hn::TableLookupLanes(load_unaligned(from + begin_[i]), place);
+        };
+        return {look_up(normals_[0]), look_up(normals_[1]), look_up(normals_[2])};
+    }
+
+    HWY_INLINE UintVec albedos(std::uint32_t i) const {
+        const auto place = hn::IndicesFromVec(kUints, hn::Load(kUints, places_[i]));
+        return hn::TableLookupLanes(load_unaligned(albedos_ + begin_[i]), place);
+    }
+
+private:
+    static HWY_INLINE UintVec at(UintVec values, UintVec lane) {
+        return hn::TableLookupLanes(values, hn::IndicesFromVec(kUints, lane & splat(kLanes - 1)));
+    }
+
+    static constexpr std::uint32_t kRoom = kMostPixels + kMaxLanes;
+    std::uint32_t vectors_ = 0;
+    std::uint32_t count_ = 0;
+    bool has_degenerate_ = false;
+    /// The triangles of vector i begin at begin_[i]; places_[i] says where those of its lanes are.
+    std::uint32_t begin_[kMostPixels / kLanes];
+    alignas(kCacheLine) std::uint32_t places_[kMostPixels / kLanes][kLanes];
+    alignas(kCacheLine) std::uint32_t prims_[kRoom];
+    alignas(kCacheLine) float normals_[3][kRoom];
+    alignas(kCacheLine) std::uint32_t albedos_[kRoom];
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace mray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif  // per target
