@@ -39,8 +39,9 @@ std::uint64_t light_smooth_surfaces(const TracedScene& scene, const SmoothCorner
     const auto ask = [&](std::uint32_t y, RayBatch& batch) {
         for (std::uint32_t x = 0; x < params.width; ++x) {
             const std::size_t sample = std::size_t{y} * params.width + x;
+            if (shadows[sample] == 0) continue;
             const mray::Hit& hit = image.samples.hits[sample];
-            if (hit.prim_id == mray::kNoPrim || shadows[sample] == 0) continue;
+            if (hit.prim_id == mray::kNoPrim) continue;
             const mray::Surface flat =
                 scene.mesh.surface(mray::camera_ray(params.camera, x, y), hit);
             const std::optional<mray::Surface> above = surface_above(scene, corners, flat, hit);
