@@ -291,20 +291,22 @@ std::size_t make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* ra
                 const PixelLanes pixels = load_pixels(part, block, i);
                 lanes::Float3 dir(vec3(0.0f));
                 FloatVec tfar = splat(-1.0f);
-                FloatVec intensity = zero_unless(pixels.visible, splat(1.0f));
+                FloatVec intensity = zero_unless(pixels.visible, splat(kUnlitIntensity));
                 if (!none(pixels.visible)) {
                     const lanes::Surface s = surfaces.next(pixels, directions_of(part, pixels));
                     const Mask traced = pixels.visible & faces_light(s, light);
-                    const DirectionLanes ray = shadow_rays(s, light);
-                    dir = select(traced, ray.dir, dir);
-                    tfar = select(traced, ray.tfar, tfar);
-                    if (part.frame.with_pixels) {
-                        const FloatVec facing = dot3(s.normal, unit(light - s.point));
-                        intensity =
-                            zero_unless(pixels.visible, lanes::lit_intensity(max(facing, zero())));
-                        store(surfaces.albedos(), pixels_lit.albedo + i);
+                    if (part.frame.with_pixels) store(surfaces.albedos(), pixels_lit.albedo + i);
+                    if (!none(traced)) {
+                        const DirectionLanes ray = shadow_rays(s, light);
+                        dir = select(traced, ray.dir, dir);
+                        tfar = select(traced, ray.tfar, tfar);
+                        if (part.frame.with_pixels) {
+                            const FloatVec facing = dot3(s.normal, unit(light - s.point));
+                            intensity = zero_unless(pixels.visible,
+                                                    lanes::lit_intensity(max(facing, zero())));
+                        }
+                        ray_count += count(traced);
                     }
-                    ray_count += count(traced);
                 }
                 store(dir.x, to.dir[0] + i);
                 store(dir.y, to.dir[1] + i);
