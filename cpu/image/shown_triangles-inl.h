@@ -71,8 +71,8 @@ public:
                 const UintVec left = lane - splat(4u);
                 parent = select((prim == at(prim, left)) & (lane > 3u), left, parent);
             }
-            // A path has up to 3 steps upwards and 3 to the left.
-            for (int steps = 1; steps < (kLanes > 4 ? 6 : 3); steps *= 2)
+            // A path has up to 3 steps upwards, and one to the left for each further column.
+            for (std::uint32_t steps = 1; steps < 2 + kLanes / 4; steps *= 2)
                 parent = at(parent, parent);
         }
         const Mask is_first = float_mask(parent == lane);

@@ -109,6 +109,46 @@ TEST_P(EveryTarget, ShadesAlikeWithManySamplesAndFromInside) {
     }
 }
 
+/// Hits that no tracer finds: neighbours share triangles in regions of any shape, and some
+/// triangles have no normal.
+TEST_P(EveryTarget, ShadesWhatNeighboursShareAndTrianglesWithoutANormal) {
+    const TestScene scene = star(3, 7);
+    Topology topology = scene.topology();
+    const auto count = static_cast<std::uint32_t>(topology.triangles.size());
+    Random random(9);
+    for (Albedo& albedo : topology.albedo) albedo = static_cast<Albedo>(random.bits()) & 0xFFFFFFu;
+    ViewSpec view;
+    view.width = 64;
+    view.height = 32;
+    const ImageParams params =
+        make_image_params(view, bounds_of(scene.world_positions()), scene.space());
+    for (const bool with_degenerate : {false, true}) {
+        if (with_degenerate) topology.triangles[5].y = topology.triangles[5].x;
+        const cpu::ShadedMesh mesh{&topology, scene.positions()};
+        const Frame frame = image(params, 64, [&](const cpu::Tile& tile, Frame& shaded) {
+            for (std::size_t i = 0; i < shaded.hits.size(); ++i) {
+                const std::uint32_t prim =
+                    random.below(4) == 0 ? random.below(count) : 4 + random.below(2);
+                shaded.hits[i] = {static_cast<float>(random.real(0.1, 4)) * kSceneExtent, 0, 0,
+                                  random.below(9) == 0 ? kNoPrim : prim};
+            }
+            cpu::PixelShader(GetParam()).shade_camera({params, mesh, tile, shaded});
+        });
+        for (std::uint32_t y = 0; y < params.height; ++y) {
+            for (std::uint32_t x = 0; x < params.width; ++x) {
+                const std::size_t i = std::size_t{y} * params.width + x;
+                const Hit& hit = frame.hits[i];
+                const Ray ray = camera_ray(params.camera, x, y);
+                const std::uint32_t expected = hit.prim_id == kNoPrim
+                                                   ? background(y, params.height)
+                                                   : shade(params, ray, mesh.surface(ray, hit),
+                                                           topology.albedo[hit.prim_id], 0);
+                ASSERT_EQ(frame.pixels[i], expected) << x << ", " << y;
+            }
+        }
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Shading, EveryTarget, testing::ValuesIn(supported_simd_targets()),
                          [](const auto& target) { return std::string(target.param.name); });
 
