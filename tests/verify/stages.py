@@ -106,12 +106,12 @@ done
 embree/clients/run
 """, packages="build test clients", is_measured=False),
     Stage("soak", "a million frames on the CPU, 20,000 on Vulkan and 10,000 trees of each kind: nothing grows, no bit "
-          "changes", 60, """
+          "changes", 12, """
 tests/soak/run --frames 1000000 --backend cpu
 tests/soak/run --frames 20000 --backend vulkan
 build_release morphray_soak_builds
 "$build/bin/morphray_soak_builds" --count 10000
-""", packages="build test", is_measured=False),
+""", packages="build test"),
     Stage("mutations", "small mistakes in the sources, one at a time, are noticed by a test", 240, "tests/mutation/run",
           packages="build test mutation", is_measured=False),
 ]
