@@ -43,6 +43,7 @@ VkDevice create_device(const PhysicalDevice& physical, const DeviceExtras& extra
         .ppEnabledExtensionNames = extensions.data(),
     };
     VkDevice device = VK_NULL_HANDLE;
+    const std::scoped_lock lock(loader_mutex());
     check(vkCreateDevice(physical.handle, &info, nullptr, &device), "create the device");
     return device;
 }
@@ -277,6 +278,7 @@ void Context::name_object(VkObjectType type, std::uint64_t handle, const std::st
         .objectHandle = handle,
         .pObjectName = text.c_str(),
     };
+    const std::scoped_lock lock(loader_mutex());
     check(vkSetDebugUtilsObjectNameEXT(device(), &info), "name an object");
 }
 

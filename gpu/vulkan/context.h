@@ -71,7 +71,9 @@ private:
         Device(const Device&) = delete;
         Device& operator=(const Device&) = delete;
         ~Device() {
-            if (is_own_) vkDestroyDevice(handle_, nullptr);
+            if (!is_own_) return;
+            const std::scoped_lock lock(loader_mutex());
+            vkDestroyDevice(handle_, nullptr);
         }
         VkDevice get() const { return handle_; }
 

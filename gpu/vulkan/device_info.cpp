@@ -236,9 +236,11 @@ void require_extras(const PhysicalDevice& device, const DeviceExtras& extras) {
 
 std::vector<PhysicalDevice> physical_devices(const Instance& instance) {
     std::uint32_t count = 0;
+    std::unique_lock lock(loader_mutex());
     check(vkEnumeratePhysicalDevices(instance.get(), &count, nullptr), "list devices");
     std::vector<VkPhysicalDevice> handles(count);
     check(vkEnumeratePhysicalDevices(instance.get(), &count, handles.data()), "list devices");
+    lock.unlock();
     if (count == 0) {
         throw Error(ErrorKind::kUnavailable,
                     "Vulkan: the drivers on this machine have no device; install one, for example "

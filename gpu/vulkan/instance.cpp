@@ -89,7 +89,9 @@ bool has_layer(const char* name) {
 
 VkInstance create_instance(const VkInstanceCreateInfo& info) {
     VkInstance instance = VK_NULL_HANDLE;
+    std::unique_lock lock(loader_mutex());
     const VkResult result = vkCreateInstance(&info, nullptr, &instance);
+    lock.unlock();
     if (result == VK_ERROR_INCOMPATIBLE_DRIVER) {
         unavailable(
             "no driver on this machine, or none whose manifest can be read "
@@ -100,7 +102,17 @@ VkInstance create_instance(const VkInstanceCreateInfo& info) {
     return instance;
 }
 
+void destroy_instance(VkInstance instance) {
+    const std::scoped_lock lock(loader_mutex());
+    vkDestroyInstance(instance, nullptr);
+}
+
 }  // namespace
+
+std::mutex& loader_mutex() {
+    static std::mutex mutex;
+    return mutex;
+}
 
 Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog& log) {
     load_library(loader);
@@ -160,7 +172,7 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
     VkDebugUtilsMessengerEXT created = VK_NULL_HANDLE;
     const VkResult result = vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &created);
     if (result != VK_SUCCESS) {
-        vkDestroyInstance(handle_, nullptr);
+        destroy_instance(handle_);
         throw_result(result, "create the validation messenger");
     }
     messenger_ = UniqueMessenger(handle_, created);
@@ -174,7 +186,7 @@ Instance::Instance(VkInstance host, PFN_vkGetInstanceProcAddr loader)
 
 Instance::~Instance() {
     messenger_ = UniqueMessenger();
-    if (is_own_) vkDestroyInstance(handle_, nullptr);
+    if (is_own_) destroy_instance(handle_);
 }
 
 }  // namespace mray::gpu

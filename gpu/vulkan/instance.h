@@ -1,10 +1,17 @@
 // The Vulkan instance.
 #pragma once
 
+#include <mutex>
+
 #include "gpu/vulkan/tuning.h"
 #include "gpu/vulkan/unique_handle.h"
 
 namespace mray::gpu {
+
+/// Held while instances and devices are made, listed and destroyed, and objects are named: loaders
+/// up to 1.4.341 look for a named object's device in lists that the others change (Vulkan-Loader,
+/// issue 2018).
+std::mutex& loader_mutex();
 
 /// Owns a VkInstance and, with validation, the messenger that fills `log`. The first constructor
 /// fills volk's global function pointers, so two threads must not run one at the same time; through
