@@ -101,7 +101,6 @@ public:
 
     /// Loads the albedos of the triangles that were added.
     void load_albedos(const Topology& topology) {
-        // One by one: a gather takes longer.
         for (std::uint32_t i = 0; i < count_; ++i) albedos_[i] = topology.albedo[prims_[i]];
     }
 

@@ -111,7 +111,7 @@ tests/soak/run --frames 1000000 --backend cpu
 tests/soak/run --frames 20000 --backend vulkan
 build_release morphray_soak_builds
 "$build/bin/morphray_soak_builds" --count 10000
-""", packages="build test"),
+""", packages="build test", is_measured=False),
     Stage("mutations", "small mistakes in the sources, one at a time, are noticed by a test", 240, "tests/mutation/run",
           packages="build test mutation", is_measured=False),
 ]
