@@ -59,17 +59,19 @@ def read_suites(path: pathlib.Path) -> Suites:
     return suites
 
 
-def check_suites(suites: Suites, root: pathlib.Path) -> list[str]:
-    """Returns a line for each test of which no CMakeLists.txt makes the program."""
+def check_suites(suites: Suites, files: set[str], root: pathlib.Path) -> list[str]:
+    """Returns a line for each mutated file without a test, and for each test of which no
+    CMakeLists.txt makes the program."""
     lists = "\n".join(path.read_text() for folder in ("tests", "proofs")
                       for path in (root / folder).rglob("CMakeLists.txt"))
     made = set(re.findall(r"(?:add_executable\(|proof_program\(|\(NAME |set\(test )([\w${}]+)", lists))
     # `test` may have a variable in it, such as a version.
     patterns = [re.sub(r"\$\{\w+\}", r"\\w+", name) for name in made if not name.startswith("$")]
     names = re.compile("|".join(patterns))
-    return [f"suites.txt: no program {test.target} for {prefix}"
-            for prefix, tests in suites.items() for test in tests
-            if not names.fullmatch(test.target)]
+    untested = [file for file in sorted(files) if not any(map(file.startswith, suites))]
+    return [f"suites.txt: no test for {file}" for file in untested] + [
+        f"suites.txt: no program {test.target} for {prefix}"
+        for prefix, tests in suites.items() for test in tests if not names.fullmatch(test.target)]
 
 
 def tests_of(suites: Suites, file: str) -> list[Test]:
