@@ -1,4 +1,5 @@
 // rtcPointQuery: the primitives near a point, handed to the functions of the caller.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -14,13 +15,6 @@ namespace mray::embree {
 namespace {
 
 using Function = RTCPointQueryFunction;
-
-bool is_finite(const PrimBox& box) {
-    float sum = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        sum += (box.lower[axis] - box.lower[axis]) + (box.upper[axis] - box.upper[axis]);
-    return sum == 0;
-}
 
 /// The primitives with all indices in range and finite vertices.
 std::vector<PrimBox> boxes_of(const std::vector<Part>& parts) {
@@ -38,17 +32,18 @@ std::vector<PrimBox> boxes_of(const std::vector<Part>& parts) {
             for (std::size_t half = 0; half < step; ++half) {
                 std::array<std::uint32_t, 3> corners;
                 is_whole = is_whole && part.find_corners(triangle + half, corners);
-                for (std::size_t k = 0; is_whole && k < 3; ++k) {
-                    const morphray::Vec3 corner = part.placed_vertex(corners[k]);
+                if (!is_whole) break;
+                for (const std::uint32_t vertex : corners) {
+                    const morphray::Vec3 corner = part.placed_vertex(vertex);
                     const float at[3] = {corner.x, corner.y, corner.z};
                     for (std::size_t axis = 0; axis < 3; ++axis) {
-                        // NaN stays.
-                        if (!(at[axis] >= box.lower[axis])) box.lower[axis] = at[axis];
-                        if (!(at[axis] <= box.upper[axis])) box.upper[axis] = at[axis];
+                        is_whole = is_whole && std::isfinite(at[axis]);
+                        box.lower[axis] = std::min(box.lower[axis], at[axis]);
+                        box.upper[axis] = std::max(box.upper[axis], at[axis]);
                     }
                 }
             }
-            if (is_whole && is_finite(box)) boxes.push_back(box);
+            if (is_whole) boxes.push_back(box);
         }
     }
     return boxes;

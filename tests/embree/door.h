@@ -181,6 +181,12 @@ private:
     }
 };
 
+/// A function of point queries that notes the primitives in a std::vector<unsigned int>.
+inline bool note_prim(RTCPointQueryFunctionArguments* arguments) {
+    static_cast<std::vector<unsigned int>*>(arguments->userPtr)->push_back(arguments->primID);
+    return false;
+}
+
 /// A grid of 2 n n triangles over [0, 1]^2 whose height waves.
 struct Waves {
     std::vector<Point> vertices;

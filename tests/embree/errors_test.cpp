@@ -1,16 +1,19 @@
 // Errors, and hostile use.
 #include <gtest/gtest.h>
 
+#include <barrier>
 #include <cstdint>
 #include <cstdlib>
 #include <thread>
 
 #include "tests/embree/door.h"
+#include "tests/support/run_together.h"
 
 namespace mray {
 namespace {
 
 using namespace door_test;
+using test::run_together;
 
 TEST(DoorErrors, NullHandlesAreErrorsOfTheThread) {
     ASSERT_EQ(rtcGetDeviceError(nullptr), RTC_ERROR_NONE);
@@ -273,6 +276,44 @@ TEST(DoorErrors, ACommitDuringAQueryIsRefused) {
     rtcCommitScene(scene);
     EXPECT_EQ(door.error(), RTC_ERROR_NONE);
     rtcReleaseScene(scene);
+}
+
+/// Two filters that commit the scenes of each other, while both queries are under way.
+struct CrossedCommit {
+    RTCScene other;
+    std::barrier<>* both;
+};
+void commit_other(const RTCFilterFunctionNArguments* arguments) {
+    const auto& crossed = *static_cast<const CrossedCommit*>(arguments->geometryUserPtr);
+    crossed.both->arrive_and_wait();
+    rtcCommitScene(crossed.other);
+    crossed.both->arrive_and_wait();
+}
+
+TEST(DoorErrors, CommitsThatWaitForEachOthersQueriesAreRefused) {
+    const Door door;
+    std::barrier<> both(2);
+    RTCGeometry meshes[2] = {door.triangle(), door.triangle()};
+    RTCScene scenes[2];
+    CrossedCommit crossed[2];
+    for (int i = 0; i < 2; ++i) {
+        rtcSetGeometryUserData(meshes[i], &crossed[i]);
+        rtcSetGeometryIntersectFilterFunction(meshes[i], commit_other);
+        scenes[i] = door.committed({meshes[i]});
+    }
+    for (int i = 0; i < 2; ++i) {
+        crossed[i] = {scenes[1 - i], &both};
+        rtcUpdateGeometryBuffer(meshes[i], RTC_BUFFER_TYPE_INDEX, 0);
+    }
+    run_together(2, [&](std::size_t i) {
+        EXPECT_EQ(trace(scenes[i], down(0.25f, 0.25f)).hit.geomID, 0u);
+        EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION);
+    });
+    for (RTCScene scene : scenes) {
+        rtcCommitScene(scene);
+        EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+        rtcReleaseScene(scene);
+    }
 }
 
 ssize_t taken = 0;

@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdlib>
+#include <new>
+#include <vector>
 
 #include "tests/embree/door.h"
 
@@ -187,6 +190,53 @@ TEST_F(DoorFallback, ErrorsOfTheLibraryAreTheDevices) {
     rtcReleaseGeometry(curve);
     rtcReleaseBVH(rtcNewBVH(door.device));
     EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    EXPECT_EQ(rtcGetDeviceError(nullptr), RTC_ERROR_NONE);
+}
+
+/// The functions of a tree that only counts its primitives.
+int* new_count(RTCThreadLocalAllocator allocator, int count) {
+    void* const memory = rtcThreadLocalAlloc(allocator, sizeof(int), 16);
+    return new (memory) int(count);
+}
+void* create_node(RTCThreadLocalAllocator allocator, unsigned int, void*) {
+    return new_count(allocator, 0);
+}
+void set_children(void* node, void** children, unsigned int count, void*) {
+    for (unsigned int i = 0; i < count; ++i)
+        *static_cast<int*>(node) += *static_cast<const int*>(children[i]);
+}
+void set_bounds(void*, const RTCBounds**, unsigned int, void*) {}
+void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive*, size_t count,
+                  void*) {
+    return new_count(allocator, static_cast<int>(count));
+}
+
+TEST_F(DoorFallback, BuildsTreesOfTheCaller) {
+    const Door door;
+    std::vector<RTCBuildPrimitive> prims;
+    for (unsigned int i = 0; i < 100; ++i) {
+        const auto x = static_cast<float>(i);
+        prims.push_back({x, 0, 0, 0, x + 1, 1, 1, i});
+    }
+    RTCBVH bvh = rtcNewBVH(door.device);
+    RTCBuildArguments arguments = rtcDefaultBuildArguments();
+    arguments.byteSize = sizeof arguments;
+    arguments.maxLeafSize = 4;
+    arguments.bvh = bvh;
+    arguments.primitives = prims.data();
+    arguments.primitiveCount = arguments.primitiveArrayCapacity = prims.size();
+    arguments.createNode = create_node;
+    arguments.setNodeChildren = set_children;
+    arguments.setNodeBounds = set_bounds;
+    arguments.createLeaf = create_leaf;
+    const void* const root = rtcBuildBVH(&arguments);
+    ASSERT_NE(root, nullptr);
+    EXPECT_EQ(*static_cast<const int*>(root), 100);
+    rtcRetainBVH(bvh);
+    rtcReleaseBVH(bvh);
+    rtcReleaseBVH(bvh);
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    EXPECT_EQ(rtcGetDeviceError(nullptr), RTC_ERROR_NONE);
 }
 
 TEST(DoorFallbackErrors, AFileThatIsNoLibraryMakesNoDevice) {

@@ -271,6 +271,53 @@ TEST(DoorScenes, PointQueriesVisitPrimitivesWithinTheRadius) {
     rtcReleaseScene(scene);
 }
 
+/// The primitives that a query of any radius visits, in their order.
+std::vector<unsigned int> visited_from(RTCScene scene, Point at) {
+    RTCPointQuery query = {at[0], at[1], at[2], 0, kInfinity};
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    std::vector<unsigned int> visited;
+    rtcPointQuery(scene, &query, &context, note_prim, &visited);
+    return visited;
+}
+
+TEST(DoorScenes, PointQueriesVisitNoPrimitiveWithoutACorner) {
+    const Door door;
+    const std::vector<Point> vertices = {
+        {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {kInfinity, 0, 0}, {0, kNan, 0}};
+    RTCScene scene = door.committed({door.triangles(
+        vertices, {{0, 1, 9}, {0, 1, 3}, {4, 1, 2}, {0, 1, 2}, {0, 4, 2}, {kInvalid, 1, 2}})});
+    EXPECT_EQ(visited_from(scene, {0, 0, 5}), std::vector<unsigned int>{3});
+    rtcReleaseScene(scene);
+}
+
+/// The triangles of a column in the order in which a query at y = 0 visits them. `heights` has the
+/// y of each.
+std::vector<unsigned int> visited_from_below(const std::vector<float>& heights) {
+    const Door door;
+    std::vector<Point> vertices;
+    std::vector<std::array<unsigned int, 3>> indices;
+    for (const float y : heights) {
+        const auto first = static_cast<unsigned int>(vertices.size());
+        vertices.insert(vertices.end(), {{0, y, 0}, {0.5f, y, 0}, {0, y + 0.5f, 0}});
+        indices.push_back({first, first + 1, first + 2});
+    }
+    RTCScene scene = door.committed({door.triangles(vertices, indices)});
+    const std::vector<unsigned int> visited = visited_from(scene, {0, 0, 0});
+    rtcReleaseScene(scene);
+    return visited;
+}
+
+TEST(DoorScenes, PointQueriesVisitTheNearerHalfFirst) {
+    const std::vector<float> heights = {6, 1, 4, 3, 0, 7, 2, 5};
+    const std::vector<unsigned int> visited = visited_from_below(heights);
+    ASSERT_EQ(visited.size(), heights.size());
+    for (std::size_t i = 0; i < visited.size(); ++i)
+        EXPECT_EQ(heights[visited[i]] < 4, i < 4) << visited[i];
+    // Four are not parted.
+    EXPECT_EQ(visited_from_below({3, 2, 1, 0}), (std::vector<unsigned int>{0, 1, 2, 3}));
+}
+
 TEST(DoorScenes, InstancesOfAnotherSceneAreSeenAfterACommit) {
     const Door door;
     RTCScene first = door.committed({door.triangle()});

@@ -43,11 +43,6 @@ void expect_same_hits(const std::vector<RTCRayHit>& a, const std::vector<RTCRayH
     EXPECT_GT(hit_count, a.size() / 8);
 }
 
-bool note_prim(RTCPointQueryFunctionArguments* arguments) {
-    static_cast<std::vector<unsigned int>*>(arguments->userPtr)->push_back(arguments->primID);
-    return false;
-}
-
 /// The primitives near points above each other, ascending.
 std::vector<unsigned int> prims_near(RTCScene scene) {
     std::vector<unsigned int> prims;

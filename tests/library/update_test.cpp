@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <set>
 #include <span>
 #include <thread>
 
@@ -338,6 +339,19 @@ std::vector<Step> steps_of_poses(Ask ask) {
         ask(scene, world_rays(mesh, 6000, static_cast<std::uint64_t>(pose)));
     }
     return steps;
+}
+
+TEST(SceneUpdate, TellsHowLongEachReadingTook) {
+    const UserMesh mesh(torus(60, 20));
+    Scene scene = Scene::build(mesh.view());
+    std::set<double> times;
+    for (int pose = 0; pose < 10; ++pose) {
+        const double ms = scene.update().read_ms;
+        EXPECT_GT(ms, 0);
+        EXPECT_EQ(scene.last_update().read_ms, ms);
+        times.insert(ms);
+    }
+    EXPECT_GT(times.size(), 1u);
 }
 
 TEST(SceneUpdate, DeterministicDecisionsCountEachScenesRays) {

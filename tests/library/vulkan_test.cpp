@@ -180,6 +180,27 @@ TEST(LibraryOnVulkan, TheCpuMayRefitForTheDeviceAndTheOtherWayRound) {
     EXPECT_TRUE(morphray::compare(on_device, on_cpu, rays).equal());
 }
 
+/// A deterministic policy counts rays, so a device's scene takes the steps of a scene on the CPU.
+TEST(LibraryOnVulkan, DecidesByItsRaysAsTheCpu) {
+    const UserMesh rest(random_soup(1000, 0.1, 8));
+    UserMesh mesh = rest;
+    const morphray::SceneOptions options{.bounds = morphray::Box{{-9, -9, -9}, {9, 9, 9}},
+                                         .update = morphray::Auto{.deterministic = true}};
+    Scene scene = Scene::build(mesh.view(), vulkan(), options);
+    Scene twin = Scene::build(mesh.view(), Device::cpu(), options);
+    int changed = 0;
+    for (int pose = 0; pose < 20; ++pose) {
+        const float way = 0.03f * static_cast<float>(pose);
+        for (std::size_t i = 0; i < mesh.points.size(); ++i)
+            mesh.points[i].x = rest.points[i].x + way * static_cast<float>(i / 3 * 7 % 11);
+        const morphray::Step step = scene.update().step;
+        ASSERT_EQ(step, twin.update().step) << pose;
+        changed += step == morphray::Step::refit ? 0 : 1;
+        for (const Scene* asked : {&scene, &twin}) hits_of(*asked, world_rays(mesh, 30000, 1));
+    }
+    EXPECT_GT(changed, 0);
+}
+
 TEST(LibraryOnVulkan, ScenesAndThreadsShareADevice) {
     const UserMesh first(icosphere(3));
     const UserMesh second(torus(20, 12));
