@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
@@ -74,8 +75,17 @@ public:
         shade_rows_(samples, begin, end, pixels, details);
     }
 
+    /// Sets `xs` to the samples x of row y in shadow whose smooth surface (smooth_surface() of
+    /// common/interop/lit.h) faces the light and is another than the flat one, in order. The
+    /// samples have normal_ids and `shadows`. Thread-safe.
+    void find_flat_shadows(const LitSamples& samples, std::uint32_t y,
+                           std::vector<std::uint32_t>& xs) const {
+        find_flat_shadows_(samples, y, xs);
+    }
+
 private:
     void (*shade_rows_)(const LitSamples&, std::uint32_t, std::uint32_t, std::uint32_t*, LitPixel*);
+    void (*find_flat_shadows_)(const LitSamples&, std::uint32_t, std::vector<std::uint32_t>&);
 };
 
 }  // namespace mray::cpu

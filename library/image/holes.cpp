@@ -86,10 +86,9 @@ private:
             }
         };
         rays_.in_batches(params_.width, params_.height, most, ask, [&](const RayBatch& batch) {
-            const std::span<const mray::Hit> hits = rays_.trace(batch);
-            for (std::size_t i = 0; i < hits.size(); ++i) {
-                if (hits[i].prim_id != mray::kNoPrim) ++occluded[batch.samples[i]];
-            }
+            const std::span<const std::uint8_t> is_occluded = rays_.occluded(batch);
+            for (std::size_t i = 0; i < is_occluded.size(); ++i)
+                occluded[batch.samples[i]] += is_occluded[i];
         });
     }
 

@@ -156,22 +156,15 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
     }
 
     const bool has_smooth = is_smooth && meshes.is_smooth();
-    if (is_lit) {
-        const mray::Stopwatch stopwatch;
-        const TracedScene scene{.mesh = {&meshes.topology(), pose.positions()},
-                                .textures = meshes.textures(),
-                                .backend = backend,
-                                .arena = arena,
-                                .cancel = view.cancel};
-        if (meshes.has_holes()) image.ray_count += pass_holes(scene, traced);
-        if (has_smooth) {
-            prepare_normals(meshes, pose, arena);
-            image.ray_count +=
-                light_smooth_surfaces(scene, {normals_->ids(), normals_->normals()}, traced);
-        }
-        image.trace_ms += stopwatch.ms();
-    }
-    const mray::Stopwatch stopwatch;
+    mray::Stopwatch stopwatch;
+    const bool has_holes = meshes.has_holes();
+    const TracedScene scene{
+        .mesh = {&meshes.topology(), pose.positions()},
+        .textures = has_holes ? meshes.textures() : mray::cpu::TexturedTriangles(),
+        .backend = backend,
+        .arena = arena,
+        .cancel = view.cancel};
+    if (is_lit && has_holes) image.ray_count += pass_holes(scene, traced);
     if (has_smooth) prepare_normals(meshes, pose, arena);
     if (is_heat) colour_by_tree(view.shading, backend, arena, watch, traced);
     const GreyDepths depths = grey_depths(mray::resolve_view(spec, pose.bounds()), pose);
@@ -192,6 +185,14 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
         .occlusion = traced.sky.occlusion,
         .ao_count = traced.has_sky ? view.ao_count : 0,
         .colours = traced.samples.pixels};
+    if (is_lit) {
+        if (has_smooth) {
+            image.ray_count +=
+                light_smooth_surfaces(scene, shader_, samples, traced.samples.occlusion);
+        }
+        image.trace_ms += stopwatch.ms();
+        stopwatch = mray::Stopwatch();
+    }
     image.pixels.resize(std::size_t{view.width} * view.height);
     static_assert(sizeof(LitPixel) == sizeof(mray::cpu::LitPixel));
     image.lit_pixels.resize(is_lit && view.lit_pixels ? image.pixels.size() : 0);

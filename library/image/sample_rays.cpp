@@ -35,7 +35,26 @@ std::span<const mray::Hit> SampleRays::trace(const RayBatch& batch) {
     return hits_;
 }
 
+std::span<const std::uint8_t> SampleRays::occluded(const RayBatch& batch) {
+    const std::span<const mray::Ray> rays = batch.rays;
+    occluded_.resize(rays.size());
+    const mray::RayQueries* const queries = scene_.backend.queries();
+    if (queries != nullptr && scene_.textures.textures.empty()) {
+        in_parts(scene_.arena, rays.size(), [&](std::size_t begin, std::size_t end) {
+            queries->occluded(rays.subspan(begin, end - begin),
+                              std::span(occluded_).subspan(begin, end - begin));
+        });
+        ray_count_ += rays.size();
+        return occluded_;
+    }
+    const std::span<const mray::Hit> hits = trace(batch);
+    for (std::size_t i = 0; i < hits.size(); ++i)
+        occluded_[i] = hits[i].prim_id == mray::kNoPrim ? 0 : 1;
+    return occluded_;
+}
+
 void SampleRays::follow(const RayBatch& batch, std::span<mray::Hit> hits) {
+    if (scene_.textures.textures.empty()) return;
     std::vector<std::size_t> open(hits.size());
     for (std::size_t i = 0; i < open.size(); ++i) open[i] = i;
     std::vector<std::uint8_t> is_open;

@@ -24,6 +24,7 @@ namespace morphray::detail {
 /// The scene of a traced image. It must outlive its use.
 struct TracedScene {
     mray::cpu::ShadedMesh mesh;
+    /// Empty if no texture makes holes.
     mray::cpu::TexturedTriangles textures;
     /// It has a tree of the scene.
     mray::Backend& backend;
@@ -82,6 +83,9 @@ public:
     /// The closest hits of rays that are in no hole; valid until the next call.
     std::span<const mray::Hit> trace(const RayBatch& batch);
 
+    /// For each ray 1 if it hits anything that is in no hole, else 0; valid until the next call.
+    std::span<const std::uint8_t> occluded(const RayBatch& batch);
+
     /// Replaces each hit of a ray that is in a hole by the next one of its ray that is not.
     void follow(const RayBatch& batch, std::span<mray::Hit> hits);
 
@@ -97,6 +101,7 @@ private:
 
     const TracedScene& scene_;
     std::vector<mray::Hit> hits_;
+    std::vector<std::uint8_t> occluded_;
     std::uint64_t ray_count_ = 0;
 };
 

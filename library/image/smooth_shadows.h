@@ -4,23 +4,19 @@
 #include <cstdint>
 #include <span>
 
-#include "library/image/image_conversion.h"
+#include "cpu/image/lit_shader.h"
 #include "library/image/sample_rays.h"
 
 namespace morphray::detail {
-
-/// Vertex normals by triangle, as in mray::VertexNormals.
-struct SmoothCorners {
-    std::span<const mray::uvec3> ids;
-    std::span<const mray::vec3> normals;
-};
 
 /// Takes from an image of shadow rays those shadows that only the flatness of triangles makes. A
 /// sample in shadow whose smooth normal faces the light is asked again from the smooth surface
 /// above it (smooth_surface() of common/interop/lit.h), and is in the light if nothing lies between
 /// the light and that point, nor between that point and the triangle. Returns the number of rays
-/// that this took. Throws what the backend throws, and Error(kCancelled).
-std::uint64_t light_smooth_surfaces(const TracedScene& scene, const SmoothCorners& corners,
-                                    TracedImage& image);
+/// that this took. `shadows` are those of `samples`, which have normal_ids. Throws what the backend
+/// throws, and Error(kCancelled).
+std::uint64_t light_smooth_surfaces(const TracedScene& scene, const mray::cpu::LitShader& shader,
+                                    const mray::cpu::LitSamples& samples,
+                                    std::span<std::uint32_t> shadows);
 
 }  // namespace morphray::detail
