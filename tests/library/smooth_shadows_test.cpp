@@ -127,6 +127,7 @@ TEST(SmoothShadows, EverythingThatFacesAwayIsDark) {
             view.flat = true;
             return view;
         }());
+        EXPECT_GT(image.ray_count, flat.ray_count);
         for (std::size_t i = 0; i < image.hits.size(); ++i) {
             if (!image.hits[i]) continue;
             EXPECT_LE(image.occlusion[i], flat.occlusion[i]) << "light is added alone";

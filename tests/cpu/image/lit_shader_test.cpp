@@ -49,7 +49,25 @@ public:
         return pack_rgb(channels[0], channels[1], channels[2]);
     }
 
+    /// As LitShader::find_flat_shadows().
+    std::vector<std::uint32_t> flat_shadows(std::uint32_t y) const {
+        std::vector<std::uint32_t> xs;
+        for (std::uint32_t x = 0; x < s_.params.width; ++x)
+            if (s_.shadows[at(x, y)] != 0 && is_hit(x, y) && is_smooth_lit(x, y)) xs.push_back(x);
+        return xs;
+    }
+
 private:
+    bool is_smooth_lit(std::uint32_t x, std::uint32_t y) const {
+        const Hit& hit = s_.hits[at(x, y)];
+        const uvec3 t = s_.topology.triangles[hit.prim_id];
+        const vec3 a = s_.positions[t.x], b = s_.positions[t.y], c = s_.positions[t.z];
+        const Surface flat = surface_at(camera_ray(s_.params.camera, x, y), hit, a, b, c);
+        vec3 n[3];
+        find_corner_normals(hit.prim_id, flat.normal, n);
+        const Surface above = smooth_surface(flat, a, b, c, n[0], n[1], n[2], hit.u, hit.v);
+        return above.point != flat.point && dot3(above.normal, s_.params.light - flat.point) > 0;
+    }
     std::size_t at(std::uint32_t x, std::uint32_t y) const {
         return std::size_t{y} * s_.params.width + x;
     }
@@ -95,15 +113,18 @@ private:
         return openness(occluded, count * static_cast<float>(s_.ao_count));
     }
 
+    void find_corner_normals(std::uint32_t prim, const vec3& flat, vec3 corners[3]) const {
+        const uvec3 ids = s_.normal_ids[prim];
+        for (int k = 0; k < 3; ++k)
+            corners[k] = ids[k] == kFlatCorner ? flat : corner_normal(s_.normals[ids[k]], flat);
+    }
+
     vec3 normal(std::uint32_t x, std::uint32_t y) const {
         const vec3 flat = flat_normal(x, y);
         if (s_.normal_ids.empty()) return flat;
         const Hit& hit = s_.hits[at(x, y)];
-        const uvec3 ids = s_.normal_ids[hit.prim_id];
         vec3 corners[3];
-        for (int k = 0; k < 3; ++k) {
-            corners[k] = ids[k] == kFlatCorner ? flat : corner_normal(s_.normals[ids[k]], flat);
-        }
+        find_corner_normals(hit.prim_id, flat, corners);
         return smooth_normal(corners[0], corners[1], corners[2], hit.u, hit.v);
     }
 
@@ -242,6 +263,12 @@ protected:
                     .ao_count = ao_count,
                     .colours = shadows.pixels};
                 const PlainShader plain(samples);
+                std::vector<std::uint32_t> xs;
+                for (std::uint32_t y = 0; !is_flat && y < params.height; ++y) {
+                    shader_.find_flat_shadows(samples, y, xs);
+                    ASSERT_EQ(xs, plain.flat_shadows(y)) << y;
+                    flat_shadows_ += xs.size();
+                }
                 // In bands of several heights, with words after the last row that must stay.
                 for (const std::uint32_t band : {size.height, 1u, 3u}) {
                     std::vector<std::uint32_t> pixels(size.width * size.height + 64, 77u);
@@ -260,6 +287,7 @@ protected:
     }
 
     cpu::LitShader shader_;
+    std::size_t flat_shadows_ = 0;
 };
 
 TEST_P(EveryLitTarget, ShadesAsTheSharedTextOnEveryScene) {
@@ -267,6 +295,7 @@ TEST_P(EveryLitTarget, ShadesAsTheSharedTextOnEveryScene) {
         expect_same_images(named, {37, 11}, 1, 3);
         expect_same_images(named, {9, 10}, 2, 4);
     }
+    EXPECT_GT(flat_shadows_, 100u);
 }
 
 TEST_P(EveryLitTarget, AveragesEverySquareOfSamples) {
