@@ -229,6 +229,16 @@ class Verify(unittest.TestCase):
         self.assertEqual(output.count("last fail"), 1, output)
         self.assertNotIn("last pass", output)
 
+    def test_a_reader_of_the_list_may_stop(self) -> None:
+        process = subprocess.Popen(
+            [sys.executable, "-c", PROGRAM, str(self.root), json.dumps([("a", "a stage", 1, "true")] * 2000),
+             "--list"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        assert process.stdout and process.stderr
+        process.stdout.close()
+        self.assertEqual(process.stderr.read(), "")
+        process.stderr.close()
+        self.assertEqual(process.wait(), -signal.SIGPIPE)
+
 
 class Stages(unittest.TestCase):
     root = HERE.parents[1]
