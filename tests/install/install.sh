@@ -36,6 +36,14 @@ for file in bin/morphray include/morphray/morphray.hpp include/morphray/version.
     share/bash-completion/completions/morphray share/fish/vendor_completions.d/morphray.fish; do
     [ -e "$prefix/$file" ] || fail "$file is not installed"
 done
+# The build has no libraries in place of Embree's without its headers.
+if [ -e "$build/bin/morphray-embree" ]; then
+    rm -rf "$scratch/embree"
+    DESTDIR=$scratch/embree "$cmake" --install "$build" --prefix /usr --component embree >/dev/null
+    for file in bin/morphray-embree share/man/man1/morphray-embree.1; do
+        [ -e "$scratch/embree/usr/$file" ] || fail "$file is not installed"
+    done
+fi
 library=$(dirname "$(find "$prefix" -name libmorphray.so)")
 [ "$(readlink "$library/libmorphray.so")" = "libmorphray.so.$major" ] || fail "no link to the soname"
 [[ $("$prefix/bin/morphray" --version) == "morphray $version"* ]] || fail "the program is not $version"
