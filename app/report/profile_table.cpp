@@ -12,8 +12,9 @@ namespace {
 
 std::string fixed(double value) { return fmt::format("{:.3f}", value); }
 
-/// At most 7 characters below ten million.
+/// At most 7 characters, for values below 1e100.
 std::string brief(double value) {
+    if (value > 9'999'999) return fmt::format("{:.1e}", value);
     const int digits = value < 999.9995 ? 3 : value < 9999.995 ? 2 : value < 99999.95 ? 1 : 0;
     return fmt::format("{:.{}f}", value, digits);
 }

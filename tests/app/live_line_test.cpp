@@ -20,18 +20,17 @@ std::vector<LongCommand> long_commands(const TemporaryFolder& folder) {
     std::string rays;
     for (int i = 0; i < 2'000'000; ++i) rays += "0 5 0 0 -1 0\n";
     const std::string ray_file = folder.write("rays", rays);
-    const std::string out = folder.file("out");
     const std::string cloth = "builtin:cloth:5000";
     const std::string hair = "builtin:hair:1000000";
     return {
         {{"render", cloth, "--backend", "brute", "--size", "1024x1024", "--rays", "shadow",
-          "--frames", "3..24", "--out", out},
+          "--frames", "3..24", "--out", folder.file("images")},
          R"(rendering .* 0/22  frame 3 \d+\.\d %)"},
         {{"render", hair, "--build", "sweep", "--threads", "1", "--size", "8x8", "--frame", "0",
-          "--out", out},
+          "--out", folder.file("image")},
          R"(rendering .* 0/1  tree \d+\.\d %)"},
         {{"crosscheck", cloth, "--backend", "cpu", "--reference", "brute", "--size", "1024x1024",
-          "--frames", "3", "--out", out},
+          "--frames", "3", "--out", folder.file("differences")},
          R"(comparing .* 0/\d+  frame 3, reference brute, primary \d+\.\d %)"},
         {{"profile", hair, "--build", "sweep", "--threads", "1", "--backend", "cpu", "--frames",
           "3"},
@@ -39,7 +38,7 @@ std::vector<LongCommand> long_commands(const TemporaryFolder& folder) {
         {{"probe", cloth, "--backend", "brute", "--size", "2048x2048", "--pixel", "1,1", "--rays",
           "shadow", "--frame", "3"},
          R"(tracing the image .* \d+\.\d %)"},
-        {{"trace", cloth, "--backend", "brute", "--rays", ray_file, "--out", out},
+        {{"trace", cloth, "--backend", "brute", "--rays", ray_file, "--out", folder.file("hits")},
          R"(tracing .* 0/2000000)"},
     };
 }
