@@ -135,10 +135,11 @@ TEST(Render, IsLitUnlessRaysAreGiven) {
     EXPECT_EQ(lit["rays"], "shadow, ao");
     const Json& frame = lit["frames"][0];
     EXPECT_EQ(frame["hits"].get<int>() + frame["misses"].get<int>(), 4 * 24 * 24);
-    // Samples in shadow on smooth surfaces are asked again, by two rays each.
-    const int rays = 4 * 24 * 24 + 9 * frame["hits"].get<int>();
+    const int hits = frame["hits"].get<int>();
+    const int rays = 4 * 24 * 24 + 9 * hits;
+    // Samples in shadow on smooth surfaces are asked again, by one ray or two.
     EXPECT_GT(frame["rays"].get<int>(), rays);
-    EXPECT_EQ((frame["rays"].get<int>() - rays) % 2, 0);
+    EXPECT_LE(frame["rays"].get<int>(), rays + 2 * hits);
     const Json flat = render_json("builtin:cloth:500", folder, {"--frames", "3", "--flat"});
     EXPECT_EQ(flat["frames"][0]["rays"].get<int>(), rays);
     EXPECT_EQ(flat["frames"][0]["hits"], frame["hits"]);
