@@ -311,7 +311,10 @@ INSTANTIATE_TEST_SUITE_P(LitShading, EveryLitTarget, testing::ValuesIn(supported
 TEST(LitColours, AreTheEndsOfTheirRanges) {
     EXPECT_EQ(normal_colour({1, 0, -1}), pack_rgb(255, 128, 0));
     EXPECT_EQ(depth_colour(2, 2, 0.5f), pack_rgb(255, 255, 255));
+    EXPECT_EQ(depth_colour(2.5f, 2, 0.5f), encode_rgb({0.75f, 0.75f, 0.75f}));
     EXPECT_EQ(depth_colour(100, 2, 0.5f), pack_rgb(64, 64, 64));
+    EXPECT_EQ(backdrop(0), vec3(0.28125f, 0.3359375f, 0.421875f));
+    EXPECT_EQ(backdrop(1), vec3(0.75f, 0.75f, 0.734375f));
     // Nothing reaches a white surface that neither sees the sky nor the light.
     const vec3 up(0, 1, 0);
     const vec3 white = albedo_colour(0xFFFFFF);
@@ -337,6 +340,52 @@ TEST(LitColours, CreasesStayFlat) {
     // The vertex normal of the other side.
     EXPECT_EQ(corner_normal({-0.6f, 0, -0.8f}, flat), vec3(0.6f, 0, 0.8f));
     EXPECT_EQ(corner_normal({0, 0, 0}, flat), flat);
+}
+
+TEST(LitColours, AreRoundedToTheNearestChannel) {
+    EXPECT_EQ(encode_rgb({0, 0.25f, 1}), pack_rgb(0, 128, 255));
+    for (int channel = 0; channel < 255; ++channel) {
+        for (const double part : {0.45, 0.55}) {
+            const double root = (channel + part) / 255;
+            const auto c = static_cast<float>(root * root);
+            const auto nearest = static_cast<std::uint32_t>(channel + (part > 0.5 ? 1 : 0));
+            EXPECT_EQ(encode_rgb({c, c, c}), pack_rgb(nearest, nearest, nearest)) << root * 255;
+        }
+    }
+}
+
+TEST(LitColours, RootsOfMeansAreExact) {
+    constexpr std::uint32_t kMost = 255 * 255 * 64;
+    std::uint32_t root = 0;
+    for (std::uint32_t sum = 0; sum <= kMost; ++sum) {
+        // The middle between two whole numbers is the root of root^2 + root + 1/4.
+        if (sum >= 64 * (root * root + root) + 16) ++root;
+        ASSERT_EQ(root_of_mean(static_cast<float>(sum) / 64), root) << sum;
+    }
+    EXPECT_EQ(root, 255u);
+}
+
+TEST(SmoothSurface, NormalsAreWeightedMeans) {
+    const vec3 n = smooth_normal({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.25f, 0.5f);
+    const float length = std::sqrt(0.375f);
+    EXPECT_NEAR(n.x, 0.25f / length, 1e-6f);
+    EXPECT_NEAR(n.y, 0.25f / length, 1e-6f);
+    EXPECT_NEAR(n.z, 0.5f / length, 1e-6f);
+}
+
+TEST(SmoothSurface, LiftsPointsBelowAPlaneAlongItsNormal) {
+    const vec3 a(1, 2, 3), n(0.5f, 0.75f, -0.25f);
+    EXPECT_EQ(lift_to_plane(vec3(-1, 2, 3), a, n), n);
+    EXPECT_EQ(lift_to_plane(vec3(2, 2, 3), a, n), vec3(0, 0, 0));
+}
+
+TEST(SmoothSurface, RaysBetweenTwoSurfacesEndAtTheSecond) {
+    const Surface a{{1, 2, 3}, {0, 0, 1}, 8};
+    const Surface b{{-2, 2, 4}, {0, 1, 0}, 8};
+    const Ray ray = ray_between(a, b);
+    EXPECT_EQ(ray.org, off_surface(a, a.size));
+    EXPECT_EQ(ray.tnear, 0);
+    EXPECT_EQ(ray.org + ray.dir * ray.tfar, off_surface(b, b.size));
 }
 
 TEST(SmoothSurface, IsAboveTrianglesThatBulgeAndOnOthers) {
