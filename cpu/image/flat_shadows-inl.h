@@ -22,8 +22,8 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-/// Whether the smooth surface of samples x[lane] of row y, which have hits, is another than the flat
-/// one and faces the light.
+/// Whether the smooth surface of samples x[lane] of row y, which have hits, is another than the
+/// flat one and faces the light.
 HWY_INLINE Mask is_smooth_lit(const LitSamples& s, const std::uint32_t* x, std::uint32_t y) {
     alignas(64) Hit hits[kLanes];
     const Hit* const row = &s.hits[std::size_t{y} * s.params.width];
