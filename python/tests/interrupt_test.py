@@ -18,6 +18,8 @@ import numpy as np
 import morphray
 from scenes import assert_same_bits, grid, random_rays
 
+# Jobs in the background of a script ignore it from the start.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 points, triangles = grid(100)
 slow = morphray.Scene(points, triangles, device=morphray.Device.brute_force(threads=1))
 fast = morphray.Scene(points, triangles, device=morphray.Device.cpu(threads=1))
