@@ -1,4 +1,5 @@
-// The bounds of distances against the rule, on every target: not above it, and hardly below it.
+// Compares the bounds of distances with the rule, on every target: a bound is never above the
+// distance of the rule, and at least 0.99 of it.
 #include <gtest/gtest.h>
 
 #include <cstddef>

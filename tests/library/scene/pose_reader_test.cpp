@@ -46,7 +46,7 @@ TEST_F(Poses, ChangeAllVerticesWhileOneIsOutsideOfTheRange) {
     const float inside = sphere_.points[4].x;
     sphere_.points[4].x = 1e6f;
     EXPECT_EQ(reader_.read(list_, place(1), 4, 1, arena_), all);
-    // The space that it had to be extended to is left.
+    // The space changes back to that of the bounds, so all vertices have other positions in it.
     sphere_.points[4].x = inside;
     EXPECT_EQ(reader_.read(list_, place(1), 4, 1, arena_), all);
     const std::uint32_t vertex = place(1).first_vertex + 4;
