@@ -12,6 +12,7 @@ if(MORPHRAY_SANITIZE)
     target_compile_options(morphray_options INTERFACE
         -fsanitize=${MORPHRAY_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
     target_link_options(morphray_options INTERFACE -fsanitize=${MORPHRAY_SANITIZE})
+    target_compile_definitions(morphray_options INTERFACE MORPHRAY_SANITIZED)
 endif()
 option(MORPHRAY_CONTROL_FLOW "Mark targets of indirect jumps, for shadow stacks and IBT (x86)" OFF)
 if(MORPHRAY_CONTROL_FLOW AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|i.86")
