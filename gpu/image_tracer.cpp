@@ -115,7 +115,7 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
 
 /// Prepares the kernels that every image of this kind needs, the fastest to compile first.
 void ImageTracer::prepare(const ImageParams& params, const Watch& watch) {
-    const bool in_packets = kernels_.packet_lanes != 0;
+    const bool in_packets = uses_packets(params);
     std::vector<Kernel*> needed;
     if (with_pixels_) needed.push_back(&kernels_.shade);
     needed.push_back(in_packets ? &kernels_.camera_packet : &kernels_.primary);
@@ -128,9 +128,13 @@ void ImageTracer::prepare(const ImageParams& params, const Watch& watch) {
     kernels_.prepare(needed, watch);
 }
 
+bool ImageTracer::uses_packets(const ImageParams& params) const {
+    return kernels_.packet_lanes != 0 && has_packet_frame(params);
+}
+
 /// Whether the host need not look at results between camera rays and shading.
 bool ImageTracer::is_one_submission(const ImageParams& params) const {
-    return kernels_.packet_lanes != 0 && params.rays != kRaysAo;
+    return uses_packets(params) && params.rays != kRaysAo;
 }
 
 void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& times,
@@ -174,12 +178,13 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
 
 RayPass ImageTracer::camera_pass(const RegionArguments& region) const {
     RegionArguments rays = region;
-    rays.unfinished_only = kernels_.packet_lanes != 0 ? 1 : 0;
+    const bool in_packets = uses_packets(region.params);
+    rays.unfinished_only = in_packets ? 1 : 0;
     const Record dispatch_rays = [this, rays](VkCommandBuffer commands) {
         kernels_.primary.dispatch(commands, rays, rays.tile_count);
     };
     const char* const what = "trace camera rays";
-    if (kernels_.packet_lanes == 0) return {what, false, dispatch_rays, {}};
+    if (!in_packets) return {what, false, dispatch_rays, {}};
     const PacketArguments packets = packet_arguments(region, kernels_.packet_lanes);
     const Record dispatch_packets = [this, packets](VkCommandBuffer commands) {
         kernels_.camera_packet.dispatch(commands, packets, packet_groups(packets.tile_count));
@@ -252,7 +257,7 @@ double ImageTracer::trace_visible(const RegionArguments& region, const Watch& wa
     const std::uint32_t ray_count =
         visible_count * rays_per_hit(region.params.rays, region.params.ao_count);
     // Shadow rays get here only without packets.
-    const bool in_packets = kernels_.packet_lanes != 0;
+    const bool in_packets = uses_packets(region.params);
     std::uint32_t most = passes_.size().rays();
     if (watch.can_cancel()) most = rays_pace_.next(most);
     for (std::uint32_t first = 0; first < ray_count; first = arguments.ray_end) {

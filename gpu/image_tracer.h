@@ -34,6 +34,7 @@ private:
     void trace_region(const RegionArguments& region, BackendTimes& times, const Watch& watch);
     bool is_one_submission(const ImageParams& params) const;
     void separate(VkCommandBuffer commands);
+    bool uses_packets(const ImageParams& params) const;
     RayPass camera_pass(const RegionArguments& region) const;
     RayPass light_pass(const RegionArguments& region) const;
     Record shading(const RegionArguments& region) const;

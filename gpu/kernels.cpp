@@ -50,6 +50,10 @@ Constants question_constants(const Tuning& tuning) {
     return {std::min(tuning.step_budget, kQuestionStepBudget)};
 }
 
+std::uint32_t subgroup_size(const Context& context) {
+    return context.physical().info.subgroup_size;
+}
+
 /// Constants of packets of `lanes` lanes; none if the device cannot trace packets.
 Constants packet_constants(const Context& context, const Tuning& tuning, std::uint32_t lanes,
                            std::uint32_t light_packet_height = kLightPacketHeight) {
@@ -57,7 +61,7 @@ Constants packet_constants(const Context& context, const Tuning& tuning, std::ui
                   kConstantPacketRun == 2 && kConstantPacketHeight == 3);
     if (lanes == 0) return {};
     // A device may count the loops of all clusters of a subgroup together.
-    const std::uint32_t clusters = context.physical().info.subgroup_size / lanes;
+    const std::uint32_t clusters = subgroup_size(context) / lanes;
     const std::uint32_t steps = tuning.step_budget < kStepBudget
                                     ? tuning.step_budget
                                     : std::max(kPacketStepBudget / clusters, 1u);
@@ -75,20 +79,23 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
       primary("primary", k_primary_spirv, single_ray_constants(tuning), no_region()),
       camera_packet("camera packets",
                     packet_words(packet_lanes, k_camera_packet_spirv, k_camera_packet_8_spirv),
-                    packet_constants(context, tuning, packet_lanes), PacketArguments{}),
+                    packet_constants(context, tuning, packet_lanes), PacketArguments{},
+                    subgroup_size(context)),
       light_packet("light packets",
                    packet_words(packet_lanes, k_light_packet_spirv, k_light_packet_8_spirv),
-                   packet_constants(context, tuning, packet_lanes), RegionArguments{}),
+                   packet_constants(context, tuning, packet_lanes), RegionArguments{},
+                   subgroup_size(context)),
       tall_light_packet(
           "tall light packets",
           packet_words(packet_lanes, k_light_packet_spirv, k_tall_light_packet_8_spirv),
           packet_constants(context, tuning, packet_lanes, kTallLightPacketHeight),
-          RegionArguments{}),
+          RegionArguments{}, subgroup_size(context)),
       rays("rays", k_rays_spirv, single_ray_constants(tuning), RaysArguments{}),
       compact("compact", k_compact_spirv, {}, no_region()),
       occlusion("occlusion", k_occlusion_spirv, single_ray_constants(tuning), OcclusionArguments{}),
       occlusion_packet("occlusion packets", k_occlusion_packet_spirv,
-                       packet_constants(context, tuning, packet_lanes), OcclusionArguments{}),
+                       packet_constants(context, tuning, packet_lanes), OcclusionArguments{},
+                       subgroup_size(context)),
       resume("resume", k_resume_spirv, single_ray_constants(tuning), ResumeArguments{}),
       hits("hits", k_hits_spirv, question_constants(tuning), QuestionArguments{}),
       winding("winding", k_winding_spirv, question_constants(tuning), QuestionArguments{}),

@@ -65,7 +65,7 @@ void write_answers(const CameraPacket& packet, const Tile& tile, Hit* hits, std:
 bool intersect_camera_packet(const Bvh& bvh, PacketUse use, const ImageParams& params,
                              const Tile& tile, CameraPacket& packet, Hit* hits,
                              std::size_t stride) {
-    frame_camera_packet(params, tile, packet);
+    if (!frame_camera_packet(params, tile, packet)) return false;
     CameraPacketTraversal traversal(bvh, packet);
     if (!traversal.start()) {
         write_misses(tile, hits, stride);

@@ -15,11 +15,12 @@ namespace {
                 "Vulkan: " + text + "; use a smaller scene, another device or the CPU backend");
 }
 
+/// Buffers have at least 48 bytes and up to 31 more than needed: in words of 4.
+constexpr std::uint64_t kPadding = 12;
+
 void check_elements(const PhysicalDevice& device, const char* what, std::uint64_t elements) {
     // Kernels index texels with signed integers.
     constexpr std::uint64_t kMaxIndex = 0x7FFFFFFF;
-    // Buffers have at least 48 bytes and up to 31 more than needed: in words of 4.
-    constexpr std::uint64_t kPadding = 12;
     const std::uint64_t limit =
         std::min<std::uint64_t>(device.limits.maxTexelBufferElements, kMaxIndex);
     if (elements + kPadding > limit) {
@@ -97,7 +98,7 @@ PassSize pass_size(const VkPhysicalDeviceLimits& limits, const Tuning& tuning) {
     const std::uint64_t tiles = std::min<std::uint64_t>({
         tuning.tiles_per_dispatch,
         room / (kGroupSize * sizeof(Suspended)),
-        limits.maxTexelBufferElements / (kGroupSize * 2),
+        (limits.maxTexelBufferElements - kPadding) / (kGroupSize * 2),
         limits.maxComputeWorkGroupCount[0],
     });
     const std::uint64_t slots =

@@ -41,6 +41,9 @@ struct VulkanHost {
     void* device = nullptr;           ///< VkDevice
     void* queue = nullptr;            ///< VkQueue with compute, of this family:
     std::uint32_t queue_family = 0;
+    /// Whether the device has the features subgroupSizeControl and computeFullSubgroups enabled.
+    /// Without them images take longer: they are not traced in packets.
+    bool full_subgroups = false;
     /// PFN_vkGetInstanceProcAddr of the loader in use; null: that of libvulkan.
     void* get_instance_proc_addr = nullptr;
     /// Called around each submission to the queue, by any thread, if the caller submits to it while
@@ -53,6 +56,10 @@ struct VulkanHost {
 /// use one at the same time, for any number of scenes. A scene keeps its device alive.
 class MORPHRAY_API Device {
 public:
+    /// Moving copies, so that no Device is ever without a device.
+    Device(const Device&) = default;
+    Device& operator=(const Device&) = default;
+
     /// The processors of this machine. Throws bad_argument for an unknown instruction set or
     /// negative threads, and unavailable for an instruction set that the machine lacks.
     static Device cpu(const CpuOptions& options = {});

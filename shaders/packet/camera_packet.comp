@@ -89,8 +89,9 @@ vec2 find_ray_error(vec3 row_x, vec3 row_y, vec2 middle) {
     float e0 = dot(abs(frame.row_x), error) + dot(abs(row_x) + middle.x * along, given);
     float e1 = dot(abs(frame.row_y), error) + dot(abs(row_y) + middle.y * along, given);
     vec2 off = vec2(e0, e1) + 9.0f * e2;
-    // From 2^-7 on, or if a ray is off by more than 8 pixels, there is no bound.
-    return e2 < 0.0078125f && greater(off.x, off.y) <= 8.0f ? off : vec2(1.0e9f);
+    // has_packet_frame() (gpu/packet_arguments.h) keeps e2 below 2^-7. A ray that is off by more
+    // than 8 pixels has no bound in x and y.
+    return greater(off.x, off.y) <= 8.0f ? off : vec2(1.0e9f);
 }
 
 /// The unit of the packet's plane is a pixel, its origin the middle of the packet. Rays are taken

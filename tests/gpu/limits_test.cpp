@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "common/base/errors.h"
+#include "gpu/packet_arguments.h"
 #include "gpu/vulkan/buffer.h"
 #include "gpu/vulkan/limits.h"
 #include "gpu/vulkan_backend_internal.h"
@@ -120,6 +121,26 @@ TEST(PassSize, ShrinksToSmallStorageBuffers) {
     EXPECT_EQ(small.tiles, ((1u << 20) - 16) / (64 * sizeof(Suspended)));
     EXPECT_LE(small.resume_slots * 4 * kStateUints, 1u << 20);
     EXPECT_EQ(small.resume_slots % 64, 0u);
+}
+
+TEST(PassSize, LeavesRoomForPaddingInSmallTexelBuffers) {
+    gpu::PhysicalDevice device = roomy();
+    device.limits.maxTexelBufferElements = 65536;
+    // Two texels a ray.
+    const std::uint32_t tiles = gpu::pass_size(device.limits, {}).tiles;
+    EXPECT_EQ(tiles, 65536 / (64 * 2) - 1);
+}
+
+TEST(PacketLanes, NeedShufflesInFullSubgroups) {
+    gpu::PhysicalDevice device = roomy();
+    device.info.subgroup_size = 32;
+    EXPECT_EQ(gpu::packet_lanes(device, {}), 0u);
+    device.has_shuffle = true;
+    EXPECT_EQ(gpu::packet_lanes(device, {}), 0u);
+    device.has_full_subgroups = true;
+    EXPECT_EQ(gpu::packet_lanes(device, {}), 16u);
+    device.info.subgroup_size = 2;
+    EXPECT_EQ(gpu::packet_lanes(device, {}), 0u);
 }
 
 TEST(PassSize, IsRefusedWhereNotOneTileFits) {

@@ -40,11 +40,13 @@ inline constexpr double kMostPixelError = 2;
 inline constexpr double kMostDepthError = 0.5;
 inline constexpr double kMostOblique = 0x1p18;
 
-/// An error that makes every ray uncertain.
+/// Stands for an error that has no bound. Such rays are not traced as a packet: they might not even
+/// have a z above 0 in its frame.
 inline constexpr float kNoPixelError = 1e30f;
 
 /// An upper bound of how far a camera ray may be from the middle of its pixel, in pixels;
-/// kNoPixelError if the tile's rays are too inexact or too oblique for the bounds.
+/// kNoPixelError if the tile's rays are too inexact or too oblique for the bounds, or lie in one
+/// plane.
 ///
 /// 1. A direction's component is fl(fl(corner + fl(du x)) + fl(dv y)): two products and two sums,
 ///    each off by 1.01 u of its result (`error`; kDirectionRounding is the device's bound).
@@ -80,6 +82,7 @@ HWY_INLINE float pixel_error(const PacketFrame& frame, const Camera& camera, con
     beside += snap * std::max(frame.row_size[0], frame.row_size[1]);
     along += snap * frame.row_size[2];
     const double error = kWiden * (beside + frame.reach * along) / (1 - along);
+    // False for NaN, too.
     const bool is_usable = along < kMostDepthError && error <= kMostPixelError &&
                            frame.row_size[2] * largest < kMostOblique;
     return is_usable ? static_cast<float>(error) : kNoPixelError;
@@ -108,8 +111,8 @@ HWY_INLINE void start_blocks(std::uint32_t width, std::uint32_t height, CameraPa
 }
 
 /// Sets the frame of a camera's tile of at most 64 x 64 pixels, and its blocks' depths: all that
-/// the root of the tree needs.
-void frame_camera_packet(const ImageParams& params, const Tile& tile, CameraPacket& packet) {
+/// the root of the tree needs. Returns false if the tile has no such frame.
+bool frame_camera_packet(const ImageParams& params, const Tile& tile, CameraPacket& packet) {
     const Camera& camera = params.camera;
     double axis_x[3], axis_y[3], axis_z[3];
     for (int axis = 0; axis < 3; ++axis) {
@@ -121,8 +124,10 @@ void frame_camera_packet(const ImageParams& params, const Tile& tile, CameraPack
     CameraFrame& frame = packet.frame;
     set_frame(frame, camera.org, axis_x, axis_y, axis_z, 0.5f * kCameraSide + 1);
     frame.ray_error = pixel_error(frame, camera, tile);
+    if (frame.ray_error == kNoPixelError) return false;
     start_blocks(tile.x1 - tile.x0, tile.y1 - tile.y0, packet);
-    if (frame.ray_error != kNoPixelError) set_wedges(frame, axis_x, axis_y, axis_z);
+    set_wedges(frame, axis_x, axis_y, axis_z);
+    return true;
 }
 
 /// Resets the rays of a packet: no candidate, any depth.

@@ -40,8 +40,8 @@ void choose_size(Dice& dice, const Surroundings& around, double tests, ViewSpec&
 }
 
 double field_of_view(Dice& dice) {
-    if (dice.one_in(6)) return dice.magnitude(1e-4, 1);
-    if (dice.one_in(6)) return 180 - dice.magnitude(1e-3, 10);
+    if (dice.one_in(6)) return dice.magnitude(1e-18, 1);
+    if (dice.one_in(6)) return 180 - dice.magnitude(1e-10, 10);
     return dice.real(5, 170);
 }
 
