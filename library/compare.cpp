@@ -78,12 +78,13 @@ Comparison compare(const Image& first, const Image& second, std::size_t keep) {
     return detail::with_public_errors([&] {
         const std::size_t count = first.hits.size();
         const SampleGrid grid(first);
+        const std::size_t side = sample_side(first.samples);
         const std::size_t pixels = std::size_t{first.width} * first.height;
         const bool fit = first.width == second.width && first.height == second.height &&
-                         first.samples == second.samples && pixels == first.pixels.size() &&
-                         pixels == second.pixels.size() && count == pixels * first.samples &&
-                         count == second.hits.size() && count == first.occlusion.size() &&
-                         count == second.occlusion.size();
+                         first.samples == second.samples && first.samples == side * side &&
+                         pixels == first.pixels.size() && pixels == second.pixels.size() &&
+                         count == pixels * first.samples && count == second.hits.size() &&
+                         count == first.occlusion.size() && count == second.occlusion.size();
         if (!fit)
             detail::throw_bad_argument("compare: the images have different sizes, or no hits");
         return compare_all(

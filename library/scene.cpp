@@ -155,9 +155,9 @@ void Scene::render(const View& view, Image& image) const {
     with_public_errors([&] { require(impl_).render(view, image); });
 }
 
-Scene Scene::on(const Device& device) const {
+Scene Scene::on(const Device& device, const std::atomic<bool>* cancel) const {
     return with_public_errors(
-        [&] { return Scene(std::make_unique<SceneImpl>(require(impl_), device)); });
+        [&] { return Scene(std::make_unique<SceneImpl>(require(impl_), device, cancel)); });
 }
 
 TreeStatistics Scene::tree_statistics() const {

@@ -105,7 +105,7 @@ SceneImpl::SceneImpl(std::span<const MeshView> meshes, const Device& device,
     start(nullptr, nullptr);
 }
 
-SceneImpl::SceneImpl(const SceneImpl& other, const Device& device)
+SceneImpl::SceneImpl(const SceneImpl& other, const Device& device, const std::atomic<bool>* cancel)
     : device_(device),
       options_(other.options_),
       meshes_(other.meshes_),
@@ -114,6 +114,8 @@ SceneImpl::SceneImpl(const SceneImpl& other, const Device& device)
       shader_(DeviceImpl::of(device).simd_target()) {
     other.require_usable();
     options_.refit_on.reset();
+    options_.cancel = cancel;
+    options_.done = nullptr;
     mray::Bvh tree;
     {
         const std::scoped_lock lock(other.mutex_);

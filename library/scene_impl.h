@@ -28,7 +28,7 @@ class SceneImpl {
 public:
     SceneImpl(std::span<const MeshView> meshes, const Device& device, const SceneOptions& options);
     /// Scene::on().
-    SceneImpl(const SceneImpl& other, const Device& device);
+    SceneImpl(const SceneImpl& other, const Device& device, const std::atomic<bool>* cancel);
     SceneImpl& operator=(const SceneImpl&) = delete;
 
     /// Scene::update() or update_with_new_bounds().

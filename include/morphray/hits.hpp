@@ -34,8 +34,10 @@ public:
     HitsWriter& operator=(HitsWriter&&) noexcept;
     ~HitsWriter();
 
-    /// Throws bad_argument for an image of another size, and for hits of another mesh than geom_id
-    /// 0, for which the file has no place; limit. What throws has changed nothing.
+    /// An image with several samples a pixel counts by its hits: its sides are longer by the square
+    /// root of their number. Throws bad_argument for an image of another size, and for hits of
+    /// another mesh than geom_id 0, for which the file has no place; limit. What throws has changed
+    /// nothing.
     void add(const Image& image);
     /// Writes the file with the images so far: as a whole, or not at all. Throws output.
     void write(const std::string& file) const;

@@ -12,6 +12,22 @@
 
 namespace morphray {
 
+namespace detail {
+
+/// Whether a type can begin with three floats: arrays and vectors of other numbers cannot.
+template <class Point>
+constexpr bool begins_with_floats() {
+    bool is_of_floats = true;
+    if constexpr (std::is_array_v<Point>) {
+        is_of_floats = std::is_same_v<std::remove_cv_t<std::remove_all_extents_t<Point>>, float>;
+    } else if constexpr (requires { typename Point::value_type; }) {
+        is_of_floats = std::is_same_v<typename Point::value_type, float>;
+    }
+    return is_of_floats && std::is_standard_layout_v<Point> && sizeof(Point) >= sizeof(Vec3);
+}
+
+}  // namespace detail
+
 /// `count` positions, three floats each, `stride` bytes apart. Any alignment. The array is
 /// borrowed.
 struct Positions {
@@ -29,17 +45,18 @@ struct Positions {
 ///     Positions positions = morphray::strided(vertices, &Vertex::position);
 template <class Array, class Vertex, class Member>
 Positions strided(const Array& vertices, Member Vertex::*member) {
-    static_assert(std::is_standard_layout_v<Member> && sizeof(Member) >= sizeof(Vec3));
-    if (std::size(vertices) == 0) return {nullptr, 0, sizeof(Vertex)};
-    const Vertex* first = std::data(vertices);
-    return {std::addressof(first->*member), std::size(vertices), sizeof(Vertex)};
+    static_assert(detail::begins_with_floats<Member>());
+    // The member may be that of a base of the elements.
+    constexpr std::size_t kStride = sizeof(*std::data(vertices));
+    if (std::size(vertices) == 0) return {nullptr, 0, kStride};
+    return {std::addressof(std::data(vertices)->*member), std::size(vertices), kStride};
 }
 
 /// An array of vertices that are positions and nothing else: Vec3, std::array<float, 3>, ...
 template <class Array>
 Positions packed(const Array& points) {
     using Element = std::remove_cvref_t<decltype(*std::data(points))>;
-    static_assert(std::is_standard_layout_v<Element> && sizeof(Element) >= sizeof(Vec3));
+    static_assert(detail::begins_with_floats<Element>());
     return {std::data(points), std::size(points), sizeof(Element)};
 }
 

@@ -290,8 +290,10 @@ public:
     void render(const View& view, Image& image) const;
 
     /// A scene over the same meshes with a copy of this tree on another device, at the current
-    /// pose. Afterwards both go their own ways. Throws what build() throws.
-    Scene on(const Device& device) const;
+    /// pose. Afterwards both go their own ways. It has the same options, but for these: it refits
+    /// where it traces, `cancel` takes the place of SceneOptions::cancel, and there is no `done`.
+    /// Throws what build() throws.
+    Scene on(const Device& device, const std::atomic<bool>* cancel = nullptr) const;
 
     /// Reads the tree back from a device, which takes O(n).
     TreeStatistics tree_statistics() const;

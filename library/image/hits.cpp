@@ -38,7 +38,9 @@ public:
 
     void add(const Image& image) {
         const std::size_t count = std::size_t{header_.width} * header_.height;
-        if (image.hits.size() != count || image.occlusion.size() != count)
+        const std::uint64_t side = sample_side(image.samples);
+        if (image.width * side != header_.width || image.height * side != header_.height ||
+            image.hits.size() != count || image.occlusion.size() != count)
             throw_bad_argument("HitsWriter: an image of another size");
         for (const Hit& hit : image.hits) {
             if (hit && hit.geom_id != 0) {

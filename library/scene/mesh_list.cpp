@@ -139,18 +139,10 @@ std::vector<mray::Texcoords> texcoords_of(std::span<const float> numbers) {
 
 }  // namespace
 
-bool MeshList::will_be_used(std::uint32_t geom_id) const {
-    bool used = geom_id < places_.size() && places_[geom_id].used;
-    for (const Change& change : changes_) {
-        if (change.geom_id == geom_id) used = change.attaches;
-    }
-    return used;
-}
-
 std::uint32_t MeshList::attach(const MeshView& mesh) {
     check(mesh);
-    Change change = {.attaches = true};
-    while (will_be_used(change.geom_id)) ++change.geom_id;
+    while (first_free_ < will_be_used_.size() && will_be_used_[first_free_]) ++first_free_;
+    Change change = {.geom_id = first_free_, .attaches = true};
     change.place = {.used = true, .positions = mesh.positions, .deforms = mesh.deforms};
     const std::size_t count = mesh.triangles.size() / 3;
     change.place.is_smooth = !mesh.smooth.empty();
@@ -175,14 +167,18 @@ std::uint32_t MeshList::attach(const MeshView& mesh) {
             change.albedo[i] |= mray::kTexturedBit;
         }
     }
+    if (first_free_ == will_be_used_.size()) will_be_used_.push_back(false);
     changes_.push_back(std::move(change));
-    return changes_.back().geom_id;
+    will_be_used_[first_free_] = true;
+    return first_free_;
 }
 
 void MeshList::detach(std::uint32_t geom_id) {
-    if (!will_be_used(geom_id))
+    if (geom_id >= will_be_used_.size() || !will_be_used_[geom_id])
         throw_bad_argument(fmt::format("the scene has no mesh with geom_id {}", geom_id));
     changes_.push_back({.geom_id = geom_id});
+    will_be_used_[geom_id] = false;
+    first_free_ = std::min(first_free_, geom_id);
 }
 
 void MeshList::append(std::uint32_t geom_id, MeshPlace place, const Parts& parts) {
@@ -232,14 +228,15 @@ MeshList::Parts MeshList::parts_of(const MeshPlace& place) const {
 }
 
 MeshList MeshList::changed() const {
-    std::uint32_t most = static_cast<std::uint32_t>(places_.size());
-    for (const Change& change : changes_) most = std::max(most, change.geom_id + 1);
+    const std::size_t most = will_be_used_.size();
+    std::vector<const Change*> last_changes(most, nullptr);
+    for (const Change& change : changes_) last_changes[change.geom_id] = &change;
     MeshList list;
     list.places_.resize(most);
+    list.will_be_used_ = will_be_used_;
+    list.first_free_ = first_free_;
     for (std::uint32_t id = 0; id < most; ++id) {
-        const auto last = std::find_if(changes_.rbegin(), changes_.rend(),
-                                       [&](const Change& change) { return change.geom_id == id; });
-        if (last != changes_.rend()) {
+        if (const Change* const last = last_changes[id]) {
             if (last->attaches)
                 list.append(id, last->place,
                             {.triangles = last->triangles,

@@ -101,8 +101,6 @@ private:
         std::span<const std::uint32_t> texture_ids;
     };
 
-    /// Whether the geom_id is in use once the changes are made.
-    bool will_be_used(std::uint32_t geom_id) const;
     Parts parts_of(const MeshPlace& place) const;
     void append(std::uint32_t geom_id, MeshPlace place, const Parts& parts);
     void append_textures(MeshPlace& place, const Parts& parts);
@@ -118,6 +116,9 @@ private:
     std::vector<mray::Texcoords> texcoords_;
     std::vector<std::uint32_t> texture_ids_;
     std::vector<Change> changes_;
+    /// The geom_ids that are in use once the changes are made. All below first_free_ are.
+    std::vector<bool> will_be_used_;
+    std::uint32_t first_free_ = 0;
 };
 
 }  // namespace morphray::detail

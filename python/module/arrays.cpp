@@ -50,8 +50,8 @@ bool is_aligned(const py::array& array, std::size_t alignment) {
 
 bool is_contiguous(const py::array& array) { return (array.flags() & py::array::c_style) != 0; }
 
-py::array contiguous(const py::array& array) {
-    if (is_contiguous(array) && is_aligned(array, alignof(float))) return array;
+py::array contiguous(const py::array& array, std::size_t alignment = alignof(float)) {
+    if (is_contiguous(array) && is_aligned(array, alignment)) return array;
     return array.attr("copy")("C");
 }
 
@@ -66,7 +66,7 @@ void require_rows_of_three(const py::array& array, const std::string& name, cons
 
 template <class Index>
 std::vector<std::uint32_t> copy_indices(const py::array& triangles, const std::string& name) {
-    const py::array packed = contiguous(triangles);
+    const py::array packed = contiguous(triangles, alignof(Index));
     const auto* const from = static_cast<const Index*>(packed.data());
     std::vector<std::uint32_t> indices(static_cast<std::size_t>(packed.size()));
     for (std::size_t i = 0; i < indices.size(); ++i) {

@@ -3,6 +3,7 @@
 
 #include "python/module/arrays.h"
 #include "python/module/bindings.h"
+#include "python/module/gil_release.h"
 #include "python/module/objects.h"
 #include "python/module/scene.h"
 
@@ -21,7 +22,7 @@ Comparison compare_any(const py::object& first, const py::object& second, const 
         if (!rays.is_none()) throw py::type_error("compare: two images take no rays");
         const auto& a = first.cast<const Image&>();
         const auto& b = second.cast<const Image&>();
-        const py::gil_scoped_release release;
+        const GilRelease release;
         return compare(a, b, keep);
     }
     throw py::type_error("compare: two scenes or two images are needed");

@@ -3,6 +3,7 @@
 
 #include "morphray/device.hpp"
 #include "python/module/bindings.h"
+#include "python/module/gil_release.h"
 #include "python/module/objects.h"
 
 namespace morphray::python {
@@ -14,7 +15,7 @@ Device device_of(const py::object& device, const std::string& name) {
     if (!py::isinstance<py::str>(device))
         throw py::type_error(name + ": a morphray.Device or a str is needed");
     const auto text = device.cast<std::string>();
-    const py::gil_scoped_release release;
+    const GilRelease release;
     if (text == "cpu") return Device::cpu();
     if (text == "vulkan") return Device::vulkan();
     if (text == "brute") return Device::brute_force();
@@ -56,7 +57,7 @@ alive. Scenes that share a Device of Vulkan start it once; the string "vulkan" s
             .def_static(
                 "cpu",
                 [](int threads, const std::string& simd) {
-                    const py::gil_scoped_release release;
+                    const GilRelease release;
                     return Device::cpu({.threads = threads, .simd = simd});
                 },
                 R"(cpu(threads=0, simd="")
@@ -73,7 +74,7 @@ for an instruction set that the machine lacks.)",
             .def_static(
                 "vulkan",
                 [](const std::string& device, bool validate) {
-                    const py::gil_scoped_release release;
+                    const GilRelease release;
                     return Device::vulkan({.device = device, .validate = validate});
                 },
                 R"(vulkan(device="", validate=False)
@@ -90,7 +91,7 @@ Raises Error "unavailable".)",
             .def_static(
                 "brute_force",
                 [](int threads, const std::string& simd) {
-                    const py::gil_scoped_release release;
+                    const GilRelease release;
                     return Device::brute_force({.threads = threads, .simd = simd});
                 },
                 R"(brute_force(threads=0, simd="")
@@ -126,7 +127,7 @@ Tests every triangle for every ray, without a tree. For checks of small scenes.)
 
     forbid_new(info_class);
     forbid_pickling(info_class, "take the values that you need");
-    module.def("vulkan_devices", &vulkan_devices, py::call_guard<py::gil_scoped_release>(),
+    module.def("vulkan_devices", &vulkan_devices, py::call_guard<GilRelease>(),
                R"(vulkan_devices()
 --
 

@@ -1,6 +1,7 @@
 // morphray.Error.
-#include "morphray/error.hpp"
+#include <cstring>
 
+#include "morphray/error.hpp"
 #include "python/module/bindings.h"
 
 namespace morphray::python {
@@ -31,7 +32,10 @@ void translate(std::exception_ptr pointer) {
     try {
         if (pointer) std::rethrow_exception(pointer);
     } catch (const Error& error) {
-        py::object instance = (*error_class())(error.what());
+        // Paths need not be UTF-8.
+        const py::object text = py::reinterpret_steal<py::object>(PyUnicode_DecodeUTF8(
+            error.what(), static_cast<py::ssize_t>(std::strlen(error.what())), "backslashreplace"));
+        py::object instance = (*error_class())(text);
         instance.attr("code") = to_string(error.code());
         PyErr_SetObject(error_class()->ptr(), instance.ptr());
     }

@@ -4,12 +4,14 @@
 
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <optional>
 
 #include "morphray/hits.hpp"
 #include "morphray/image.hpp"
 #include "python/module/arrays.h"
 #include "python/module/bindings.h"
+#include "python/module/gil_release.h"
 #include "python/module/objects.h"
 #include "python/module/options.h"
 
@@ -26,12 +28,18 @@ struct SizedHits {
     HitsImage image;
 };
 
+/// Threads take turns.
 struct PyHitsWriter : ZeroFilled {
     std::optional<HitsWriter> writer;
+    std::mutex mutex;
 
-    HitsWriter& get() {
+    /// Calls `work(writer)` without the GIL.
+    template <class Work>
+    void use(Work work) {
         if (!writer) throw py::type_error("HitsWriter: __init__() has not been called");
-        return *writer;
+        const GilRelease release;
+        const std::scoped_lock lock(mutex);
+        work(*writer);
     }
 };
 
@@ -126,7 +134,7 @@ f"{image.hits_hash:016x}" is what the program `morphray render --json` reports.)
             .def(
                 "save",
                 [](const Image& image, const std::filesystem::path& file) {
-                    const py::gil_scoped_release release;
+                    const GilRelease release;
                     write_png(file.string(), image);
                 },
                 R"(save(self, path)
@@ -144,7 +152,7 @@ Writes a PNG file: as a whole, or not at all. Raises Error "output" if it cannot
     py::class_<PyHitsWriter> writer_class(module, "HitsWriter", R"(HitsWriter(width, height)
 --
 
-Collects the hits of images of one size and writes them to a file, for one thread at a time.
+Collects the hits of images of one size and writes them to a file. Threads take turns.
 
 Little-endian: char[8] "MRHITS1\0"; uint32 width, height, number of images; then for each image
 width * height times {float32 t, u, v; uint32 prim_id}, and width * height times uint32 occlusion.)");
@@ -156,17 +164,21 @@ width * height times {float32 t, u, v; uint32 prim_id}, and width * height times
              }),
              "__init__(self, width, height)\n--\n\nSee the class.", arg("width"), arg("height"))
         .def(
-            "add", [](PyHitsWriter& writer, const Image& image) { writer.get().add(image); },
+            "add",
+            [](PyHitsWriter& self, const Image& image) {
+                self.use([&](HitsWriter& writer) { writer.add(image); });
+            },
             R"(add(self, image)
 --
 
-Adds the hits of an Image. Raises Error "bad_argument" for an image of another size, and for hits
-of another mesh than geom_id 0, for which the file has no place.)",
+Adds the hits of an Image; with several samples a pixel, width and height are those of `hits`. Raises
+Error "bad_argument" for an image of another size, and for hits of another mesh than geom_id 0, for
+which the file has no place.)",
             arg("image"))
         .def(
             "write",
-            [](PyHitsWriter& writer, const std::filesystem::path& file) {
-                writer.get().write(file.string());
+            [](PyHitsWriter& self, const std::filesystem::path& file) {
+                self.use([&](const HitsWriter& writer) { writer.write(file.string()); });
             },
             R"(write(self, path)
 --
@@ -186,7 +198,7 @@ Writes the file with the images so far: as a whole, or not at all. Raises Error 
                 "(height, width) uint32, read-only: occluded rays of each pixel.");
     forbid_new(hits_class);
     forbid_pickling(hits_class, "its arrays hits and occlusion can");
-    module.def("read_hits", &read_sized_hits, py::call_guard<py::gil_scoped_release>(),
+    module.def("read_hits", &read_sized_hits, py::call_guard<GilRelease>(),
                R"(read_hits(path)
 --
 

@@ -10,6 +10,8 @@
 #include <thread>
 #include <utility>
 
+#include "python/module/gil_release.h"
+
 namespace morphray::python {
 namespace {
 
@@ -100,13 +102,13 @@ void run_interruptibly(std::atomic<bool>& cancel, const std::function<void()>& w
     Worker* const other = is_main_thread() ? worker() : nullptr;
     // It is busy if a handler of signals calls.
     if (other == nullptr || other->is_busy()) {
-        const py::gil_scoped_release release;
+        const GilRelease release;
         work();
         return;
     }
     other->start(work);
     const auto wait = [&](auto until) {
-        const py::gil_scoped_release release;
+        const GilRelease release;
         return until();
     };
     while (!wait([&] { return other->ends_within(kBetweenLooks); })) {

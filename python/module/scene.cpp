@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "python/module/gil_release.h"
+
 namespace morphray::python {
 namespace {
 
@@ -19,26 +21,29 @@ constexpr std::size_t kManyRays = std::size_t{1} << 14;
 constexpr std::size_t kManyTriangles = std::size_t{1} << 16;
 constexpr std::size_t kManyTests = std::size_t{1} << 24;
 
-/// Calls `work(first, rays)` for batches of the rays as those of C++.
+/// Calls `work(first, rays)` for batches of the rays as those of C++; without rays, once: it may
+/// have an error to throw.
 template <class Work>
 void for_each_batch(const QueryArray& rays, std::size_t batch_size, float tnear, float tfar,
                     Work work) {
     std::vector<Ray> converted;
-    for (std::size_t first = 0; first < rays.count; first += batch_size) {
+    std::size_t first = 0;
+    do {
         const std::size_t count = std::min(batch_size, rays.count - first);
         const float* from = rays.data + first * rays.columns;
         if (rays.columns == 8) {
             // Ray is laid out as eight floats.
             work(first, std::span(reinterpret_cast<const Ray*>(from), count));
-            continue;
+        } else {
+            converted.resize(count);
+            for (Ray& ray : converted) {
+                ray = {{from[0], from[1], from[2]}, tnear, {from[3], from[4], from[5]}, tfar};
+                from += 6;
+            }
+            work(first, std::span<const Ray>(converted));
         }
-        converted.resize(count);
-        for (Ray& ray : converted) {
-            ray = {{from[0], from[1], from[2]}, tnear, {from[3], from[4], from[5]}, tfar};
-            from += 6;
-        }
-        work(first, std::span<const Ray>(converted));
-    }
+        first += count;
+    } while (first < rays.count);
 }
 
 /// All rays in one batch where nothing has to be converted.
@@ -62,7 +67,7 @@ void trace(bool is_long, Cancel* owner, Work work) {
         run_interruptibly(cancel, [&] { work(&cancel); });
         return;
     }
-    const py::gil_scoped_release release;
+    const GilRelease release;
     work(&cancel);
 }
 
@@ -151,20 +156,22 @@ PyScene::PyScene(std::vector<BorrowedMesh> meshes, const Device& device,
     next_meshes_ = meshes_;
 }
 
-/// Runs `work`, which may build a tree over so many triangles. Handlers of signals can end it; a
-/// scene is then of no use any more.
+/// Runs `work`, which may build a tree over so many triangles. Handlers of signals can end the
+/// building; a scene is then of no use any more. They may raise when `work` is done, too.
 void PyScene::build_interruptibly(std::size_t triangles, const std::function<void()>& work) {
+    // Work that builds no tree has not looked at it.
+    cancel_build_ = false;
     if (triangles >= kManyTriangles) {
         run_interruptibly(cancel_build_, work);
         return;
     }
-    const py::gil_scoped_release release;
+    const GilRelease release;
     work();
 }
 
 /// Cancels a background build and waits for its end.
 PyScene::~PyScene() {
-    const py::gil_scoped_release release;
+    const GilRelease release;
     scene_.reset();
 }
 
@@ -186,12 +193,13 @@ Update PyScene::update(bool takes_bounds) {
     const ChangeUse use(uses_);
     require_in_place(next_meshes_);
     Update update;
+    Meshes meshes = next_meshes_;
     std::size_t triangles = 0;
     for (const auto& [geom_id, mesh] : next_meshes_) triangles += mesh.triangles->size() / 3;
     build_interruptibly(triangles, [&] {
         update = takes_bounds ? scene_->update_with_new_bounds() : scene_->update();
+        meshes_.swap(meshes);
     });
-    meshes_ = next_meshes_;
     return update;
 }
 
@@ -215,7 +223,7 @@ std::uint32_t PyScene::attach(BorrowedMesh mesh) {
     const ChangeUse use(uses_);
     std::uint32_t geom_id = 0;
     {
-        const py::gil_scoped_release release;
+        const GilRelease release;
         geom_id = scene_->attach(mesh.view());
     }
     mesh.forget_colours();
@@ -382,8 +390,8 @@ std::unique_ptr<PyScene> PyScene::on(const Device& device) {
     std::unique_ptr<PyScene> twin(new PyScene);
     twin->meshes_ = meshes_;
     twin->next_meshes_ = next_meshes_;
-    const py::gil_scoped_release release;
-    twin->scene_ = scene_->on(device);
+    const GilRelease release;
+    twin->scene_ = scene_->on(device, &twin->cancel_build_);
     return twin;
 }
 

@@ -12,6 +12,7 @@
 #include "morphray/compare.hpp"
 #include "morphray/scene.hpp"
 #include "python/module/arrays.h"
+#include "python/module/gil_release.h"
 #include "python/module/interruptible.h"
 #include "python/module/objects.h"
 #include "python/module/textures.h"
@@ -95,7 +96,7 @@ public:
     auto query(Work work) {
         require_initialised();
         const QueryUse use(uses_);
-        const py::gil_scoped_release release;
+        const GilRelease release;
         return work(*scene_);
     }
 

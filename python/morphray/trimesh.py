@@ -101,7 +101,12 @@ class _MeshScene:
             key = hash(self.mesh) if has_hash else None
             if key is not None and key == self._key:
                 return
-            self._read(_rows(np.array(self.mesh.vertices), "vertices"), _faces_of(self.mesh))
+            try:
+                self._read(_rows(np.array(self.mesh.vertices), "vertices"), _faces_of(self.mesh))
+            except BaseException:
+                # Ctrl-C, for example, has left members of two poses. The next question builds anew.
+                self.scene = self._key = None
+                raise
             self._key = key
 
     def _read(self, vertices, faces):

@@ -208,3 +208,10 @@ def test_errors_are_runtime_errors_with_a_code():
         morphray.Device.cpu(threads=-1)
     copy = pickle.loads(pickle.dumps(caught.value))
     assert copy.code == "bad_argument" and str(copy) == str(caught.value)
+
+
+def test_errors_name_paths_that_are_not_utf_8():
+    image = morphray.Scene(*grid(2)).render((4, 4))
+    with pytest.raises(morphray.Error, match=r"^/none\\xff/image.png: cannot be written") as caught:
+        image.save(b"/none\xff/image.png")
+    assert caught.value.code == "output"

@@ -13,7 +13,7 @@ from scenes import assert_same_bits, grid, random_rays
 
 # Each call is alone in a process, and would take several minutes. The tests wait for 90 seconds.
 PROGRAM = """
-import os, signal, sys, threading
+import os, signal, sys, threading, time
 import numpy as np
 import morphray
 from scenes import assert_same_bits, grid, random_rays
@@ -115,6 +115,51 @@ def test_ctrl_c_from_outside_ends_a_program():
         errors = program.communicate(timeout=90)[1]
     assert program.returncode == -signal.SIGINT
     assert errors.rstrip().endswith("KeyboardInterrupt")
+
+
+def test_a_handler_may_raise_when_the_update_is_done():
+    """The handler takes its time, as one that asks whether to quit."""
+    run("""
+many_points, many_triangles = grid(200)
+scene = morphray.Scene(many_points, many_triangles, update="every:3", device="cpu")
+scene.attach(points + np.float32([0, 0, 1]), triangles)
+
+def handler(number, frame):
+    time.sleep(2)
+    raise KeyboardInterrupt
+
+signal.signal(signal.SIGALRM, handler)
+for attempt in range(2):
+    signal.setitimer(signal.ITIMER_REAL, 0.001)
+    try:
+        scene.update()
+    except KeyboardInterrupt:
+        pass
+    signal.setitimer(signal.ITIMER_REAL, 0)
+    hits = scene.cast_rays(np.array([[0.1, 0.2, 5, 0, 0, -1]], np.float32))
+    assert hits["geometry_ids"][0] == 1
+    many_points[:, 2] -= np.float32(0.01)
+# Later ones build trees.
+steps = [scene.update().step for _ in range(4)]
+assert "rebuild" in steps, steps
+""")
+
+
+def test_a_daemon_thread_may_be_at_work_when_the_program_ends():
+    out = run("""
+working = threading.Event()
+
+def work():
+    while True:
+        working.set()
+        fast.intersect(rays[:100_000])
+
+threading.Thread(target=work, daemon=True).start()
+working.wait()
+time.sleep(0.1)
+print("done")
+""")
+    assert out == "done\n"
 
 
 def test_handlers_run_during_a_call_which_goes_on_if_they_do_not_raise():
@@ -259,8 +304,8 @@ def test_cancel_ends_images_in_any_thread(options):
     assert scene.render(size, **options).image_hash == expected
 
 
-def questions(scene):
-    rays = random_rays(grid(100)[0], 500_000)
+def questions(scene, count=500_000):
+    rays = random_rays(grid(100)[0], count)
     where = rays[:, :3].copy() * 0.3
     return {"intersect_all": lambda cancel: scene.intersect_all(rays, cancel=cancel),
             "count": lambda cancel: scene.count(rays, cancel=cancel),
@@ -282,6 +327,7 @@ def test_cancel_ends_questions_in_any_thread(name):
     cancelled(lambda: ask(cancel))
     timer.join()
     cancelled(lambda: ask(cancel))
+    cancelled(lambda: questions(slow, count=0)[name](cancel))
     failures = []
 
     def guarded():

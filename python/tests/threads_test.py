@@ -86,6 +86,13 @@ def test_queries_release_the_gil(brute):
     assert_gil_is_released(lambda: brute.render((64, 64)))
 
 
+def test_files_of_hits_release_the_gil(tmp_path):
+    image = morphray.Scene(*grid(2)).render((2048, 2048))
+    writer = morphray.HitsWriter(2048, 2048)
+    assert_gil_is_released(lambda: writer.add(image))
+    assert_gil_is_released(lambda: writer.write(tmp_path / "image.hits"))
+
+
 def test_many_threads_may_query_one_scene():
     points, triangles = grid(50)
     scene = morphray.Scene(points, triangles)

@@ -176,6 +176,30 @@ def test_a_mesh_that_changes_is_followed(mesh_class):
     assert rays.contains_points([[0, 0, -0.5]]).all()
 
 
+def test_questions_after_ctrl_c_are_about_the_mesh_as_it_is():
+    class Interrupted:
+        """A scene to which Ctrl-C comes when it has been updated."""
+
+        def __init__(self, scene):
+            self.scene = scene
+
+        def update(self):
+            self.scene.update()
+            raise KeyboardInterrupt
+
+    mesh = Mesh(*grid(4))
+    rest = mesh.vertices
+    ray = morphray.trimesh.RayMeshIntersector(mesh)
+    down = [[0.1, 0.2, 5.0]], [[0, 0, -1]]
+    before = ray.intersects_location(*down)[0]
+    ray._followed.scene = Interrupted(ray._followed.scene)
+    mesh.vertices = rest + [0.5, 0, 1]
+    with pytest.raises(KeyboardInterrupt):
+        ray.intersects_location(*down)
+    mesh.vertices = rest
+    assert np.array_equal(ray.intersects_location(*down)[0], before)
+
+
 def test_contents_are_not_read_again_while_their_hash_stays():
     mesh = HashedMesh(*cube())
     rays, _ = queries(mesh)

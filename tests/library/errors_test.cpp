@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <thread>
+#include <utility>
 
 #include "tests/library/scenes.h"
 
@@ -196,6 +197,15 @@ TEST(LibraryErrors, RefuseScenesThatWereMovedFrom) {
     EXPECT_EQ(error_of([&] { scene.device(); }), "bad_argument");
     scene = std::move(other);
     EXPECT_EQ(error_of([&] { scene.update(); }), "none");
+}
+
+TEST(LibraryErrors, ADeviceThatWasMovedFromIsStillOne) {
+    Device device = Device::cpu();
+    Device other = Device::brute_force();
+    const Device moved = std::move(device);
+    EXPECT_EQ(device.name(), "cpu");
+    device = std::move(other);
+    EXPECT_EQ(device.name() + other.name() + moved.name(), "brutebrutecpu");
 }
 
 TEST(LibraryErrors, ASecondThreadInUpdateIsToldSo) {

@@ -1,6 +1,7 @@
 // Files of hits are read back as they were written, and others are refused.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -103,6 +104,20 @@ TEST(HitsFile, HasRoomForOneMesh) {
     const morphray::Image image = scene.render({.width = 8, .height = 8});
     EXPECT_GT(count_hits(image.hits), 0u);
     EXPECT_EQ(error_of([&] { writer.add(image); }), "bad_argument");
+}
+
+TEST(HitsFile, HasImagesOfOneShape) {
+    const UserMesh mesh(icosphere(2));
+    const morphray::Scene scene = morphray::Scene::build(mesh.view());
+    morphray::HitsWriter writer(8, 4);
+    for (const auto& [width, height, samples] :
+         {std::array{4u, 8u, 1u}, {16u, 2u, 1u}, {8u, 4u, 4u}, {2u, 4u, 4u}}) {
+        const morphray::Image image =
+            scene.render({.width = width, .height = height, .samples = samples});
+        EXPECT_EQ(error_of([&] { writer.add(image); }), "bad_argument") << width;
+    }
+    writer.add(scene.render({.width = 8, .height = 4}));
+    writer.add(scene.render({.width = 4, .height = 2, .samples = 4}));
 }
 
 }  // namespace

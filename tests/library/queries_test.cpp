@@ -348,6 +348,15 @@ TEST(Queries, ImagesAndTreesAreThoseOfBruteForceAndTheScalarTarget) {
     }
 }
 
+TEST(Compare, RefusesImagesWhoseSamplesMakeNoSquare) {
+    UserMesh mesh(icosphere(2));
+    morphray::Image image = Scene::build(mesh.view()).render({.width = 10, .height = 10});
+    image.width = image.height = 1;
+    image.pixels.resize(1);
+    image.samples = 100;
+    EXPECT_EQ(error_of([&] { morphray::compare(image, image); }), "bad_argument");
+}
+
 TEST(Compare, NamesTheFirstHitsThatDiffer) {
     UserMesh mesh(icosphere(2));
     const Scene scene = Scene::build(mesh.view());

@@ -92,6 +92,21 @@ TEST(SceneUpdate, ReadsTheCallersOwnVerticesInPlace) {
     scene.update();
     expect_as_new(scene, {mesh.view()}, {.bounds = kBounds}, world_rays(mesh, 1000, 11), "strided");
 
+    // The member may be that of a base.
+    struct Point {
+        morphray::Vec3 position;
+    };
+    struct Corner : Point {
+        float normal[3] = {5, 6, 7};
+    };
+    std::vector<Corner> corners(mesh.points.size());
+    for (std::size_t i = 0; i < corners.size(); ++i) corners[i].position = mesh.points[i];
+    const Scene of_base =
+        Scene::build({morphray::strided(corners, &Corner::position), mesh.triangles}, Device::cpu(),
+                     {.bounds = kBounds});
+    expect_same_hits(hits_of(of_base, world_rays(mesh, 1000, 11)),
+                     hits_of(scene, world_rays(mesh, 1000, 11)));
+
     // At an odd address, too.
     std::vector<std::byte> bytes(13 * mesh.points.size() + 1);
     for (std::size_t i = 0; i < mesh.points.size(); ++i)
@@ -169,6 +184,26 @@ TEST(SceneUpdate, MeshesComeAndGo) {
     scene.update();
     EXPECT_EQ(scene.triangle_count(), 0u);
     EXPECT_EQ(count_hits(hits_of(scene, rays)), 0u);
+}
+
+// In linear time: a list that is searched for each of so many would take minutes.
+TEST(SceneUpdate, ManyMeshesComeAndGo) {
+    constexpr std::uint32_t kMeshes = 20'000;
+    const std::vector<morphray::Vec3> points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    const std::vector<std::uint32_t> triangle = {0, 1, 2};
+    const morphray::MeshView view{morphray::packed(points), triangle};
+    const std::vector<morphray::MeshView> views(kMeshes, view);
+    Scene scene = Scene::build(std::span<const morphray::MeshView>(views));
+    for (const std::uint32_t id : {17u, kMeshes - 1, 5u, 6u}) scene.detach(id);
+    EXPECT_EQ(error_of([&] { scene.detach(17); }), "bad_argument");
+    for (const std::uint32_t id : {5u, 6u, 17u, kMeshes - 1, kMeshes})
+        EXPECT_EQ(scene.attach(view), id);
+    for (std::uint32_t id = 0; id < kMeshes; ++id) scene.detach(id);
+    EXPECT_EQ(scene.attach(view), 0u);
+    scene.detach(0);
+    scene.update();
+    EXPECT_EQ(scene.intersect({.org = {0.25f, 0.25f, 1}, .dir = {0, 0, -1}}).geom_id, kMeshes);
+    EXPECT_EQ(scene.attach(view), 0u);
 }
 
 TEST(SceneUpdate, TheLowestGeometryWinsAmongEqualHits) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <thread>
 #include <vector>
@@ -165,6 +167,27 @@ TEST(SceneBuild, IsCancelledAndSaysWhichPartIsDone) {
         EXPECT_EQ(error_of([&] { scene.tree_boxes(0); }), "cancelled");
         EXPECT_EQ(error_of([&] { scene.update_with_new_bounds(); }), "cancelled");
     }
+}
+
+TEST(SceneBuild, OfATwinIsCancelledByItsOwnFlag) {
+    UserMesh mesh(torus(100, 80));
+    auto cancel = std::make_unique<std::atomic<bool>>(false);
+    std::optional<Scene> scene = Scene::build(
+        mesh.view(), Device::cpu(), {.update = morphray::Rebuild{}, .cancel = cancel.get()});
+    Scene free = scene->on(Device::cpu());
+    std::atomic<bool> cancel_twin = false;
+    Scene twin = scene->on(Device::cpu(), &cancel_twin);
+    *cancel = true;
+    mesh.points[0].x += 0.1f;
+    for (Scene* const copy : {&free, &twin})
+        EXPECT_EQ(copy->update().step, morphray::Step::rebuild);
+    // It need not outlive the copies.
+    scene.reset();
+    cancel.reset();
+    cancel_twin = true;
+    mesh.points[0].x += 0.1f;
+    EXPECT_EQ(free.update().step, morphray::Step::rebuild);
+    EXPECT_EQ(error_of([&] { twin.update(); }), "cancelled");
 }
 
 /// Any rays, and those of an image, which are traced in tiles.
