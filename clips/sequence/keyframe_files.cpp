@@ -82,13 +82,13 @@ NumberedName split_name(const fs::path& folder, const std::string& name) {
 }
 
 void require_alike(const fs::path& folder, const std::vector<NumberedName>& names) {
-    for (const NumberedName& name : names) {
-        if (name.prefix != names[0].prefix || name.suffix != names[0].suffix ||
-            (name.digits.empty() && names.size() > 1)) {
+    for (std::size_t i = 1; i < names.size(); ++i) {
+        if (names[i].prefix != names[0].prefix || names[i].suffix != names[0].suffix ||
+            names[i].digits.empty() || names[0].digits.empty()) {
             fail(folder,
                  fmt::format("{} and {} are not frames of one sequence; give a pattern such "
                              "as frame_%04d.obj, or one file",
-                             shown(names[0].name), shown(name.name)));
+                             shown(names[0].name), shown(names[i].name)));
         }
     }
     for (std::size_t i = 1; i < names.size(); ++i) {

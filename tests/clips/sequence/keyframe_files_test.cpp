@@ -76,6 +76,13 @@ TEST(KeyframeFilesOfFolder, NamesThatDifferAreRefused) {
     }
 }
 
+TEST(KeyframeFilesOfFolder, RefusalNamesTwoFiles) {
+    const TemporaryFolder folder;
+    write_all(folder, {"x.obj", "y.obj"});
+    const std::string message = message_of([&] { files_of_folder(folder.path(), {}); });
+    EXPECT_NE(message.find(": x.obj and y.obj are not frames"), std::string::npos) << message;
+}
+
 TEST(KeyframeFilesOfFolder, MissingFrameIsRefusedByNameUnlessAskedFor) {
     const TemporaryFolder folder;
     for (int i = 1; i <= 12; ++i) {
