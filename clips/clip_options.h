@@ -17,8 +17,8 @@ namespace mray {
 enum class MissingFrames { kFail, kHold, kSkip };
 
 struct ClipOptions {
-    /// Accept, with a warning each, vertices that are not finite and scenes without faces, and
-    /// leave out faces that cannot be read, instead of refusing the scene.
+    /// Accept vertices that are not finite and leave out faces that cannot be read, with a warning
+    /// each, instead of refusing the scene.
     bool lenient = false;
     /// Accept a scene without faces.
     bool allow_empty = false;

@@ -189,7 +189,7 @@ private:
 
     void require_content() const {
         if (!scene_.topology.triangles.empty()) return;
-        if (!options_.lenient && !options_.allow_empty) {
+        if (!options_.allow_empty) {
             throw Error(ErrorKind::kBadInput,
                         fmt::format("{}: its scene has no triangles", file_.name()),
                         Remedy::kAllowEmpty);

@@ -30,8 +30,8 @@ struct MeshFormat {
 };
 
 struct MeshFileOptions {
-    /// Accept, with a warning each, coordinates that are not finite or beyond 1e30, files without
-    /// vertices or faces, and leave out faces that cannot be read.
+    /// Accept coordinates that are not finite or beyond 1e30 and leave out faces that cannot be
+    /// read, with a warning each.
     bool lenient = false;
     /// Accept a file without faces, or without anything.
     bool allow_empty = false;

@@ -77,7 +77,7 @@ void require_faces(const FileMesh& mesh, const std::string& name, std::string_vi
                    const MeshFileOptions& options) {
     if (!mesh.faces.corner_counts.empty()) return;
     const char* const missing = mesh.positions.empty() ? "no vertices" : "no faces";
-    if (!options.lenient && !options.allow_empty) {
+    if (!options.allow_empty) {
         throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; is it {}?", name, missing, kind),
                     Remedy::kAllowEmpty);
     }

@@ -88,6 +88,8 @@ TEST(GltfMesh, PointsAndLinesAreLeftOutWithAWarning) {
         << scene.warnings()[0];
 
     EXPECT_EQ(gltf_error(five_points(0).gltf()), "scene.gltf: its scene has no triangles");
+    EXPECT_EQ(gltf_error(five_points(0).gltf(), {.lenient = true}),
+              "scene.gltf: its scene has no triangles");
     const OpenedGltf empty(five_points(0).gltf(), {.allow_empty = true});
     EXPECT_TRUE(empty.clip().topology().triangles.empty());
     EXPECT_TRUE(empty.clip().bounds().empty());

@@ -104,7 +104,7 @@ std::string scene_failure(const std::string& scene, const std::string& file,
     bool is_refused = false;
     std::string failure = opening_failure(scene, file, options, &is_refused);
     if (!failure.empty() || !is_refused) return failure;
-    options.lenient = true;
+    options.lenient = options.allow_empty = true;
     return opening_failure(scene, file, options, nullptr);
 }
 
