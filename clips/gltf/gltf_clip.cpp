@@ -41,9 +41,10 @@ public:
         const gltf::MotionBounds motion = gltf::motion_bounds(scene_, skinning_);
         bounds_ = motion.bounds;
         if (motion.bad_vertex == gltf::kNoVertex) return;
-        const Error error = problem(motion.bad_vertex, motion.bad_time * fps_);
-        if (!is_lenient_) throw error;
-        if (options.warn) options.warn(as_warning(error, file_));
+        const double frame = motion.bad_time * fps_;
+        if (!is_lenient_) throw problem(motion.bad_vertex, frame);
+        if (options.warn)
+            options.warn({file_, bad_coordinate(motion.bad_vertex, frame) + "; kept as it is"});
     }
 
     const Topology& topology() const override { return scene_.topology; }
@@ -77,11 +78,13 @@ public:
     }
 
 private:
+    static std::string bad_coordinate(std::size_t vertex, double frame) {
+        return fmt::format("frame {}: vertex {} has a coordinate that is not finite or beyond 1e30",
+                           frame, vertex);
+    }
     Error problem(std::size_t vertex, double frame) const {
         return {ErrorKind::kBadInput,
-                fmt::format("{}: frame {}: vertex {} has a coordinate that is not finite or beyond "
-                            "1e30",
-                            file_, frame, vertex),
+                fmt::format("{}: {}; repair it", file_, bad_coordinate(vertex, frame)),
                 Remedy::kLenient};
     }
 

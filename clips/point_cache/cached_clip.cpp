@@ -33,15 +33,13 @@ public:
         cache_.read(keyframe, out);
         const std::optional<BadCoordinate> bad = measure_positions(out).bad;
         if (!bad) return {};
-        Error problem(ErrorKind::kBadInput,
-                      fmt::format("{}: frame {}: vertex {} has a coordinate that {}",
-                                  shown(cache_.path()), frame(keyframe), bad->vertex,
-                                  std::isfinite(bad->value) ? "is beyond 1e30" : "is not finite"),
-                      Remedy::kLenient);
-        if (!lenient_) return {.problem = std::move(problem)};
-        Warning kept = as_warning(problem, shown(cache_.path()));
-        kept.remedy = Remedy::kNone;
-        return {.warning = std::move(kept)};
+        const std::string place = shown(cache_.path());
+        const std::string what = fmt::format(
+            "frame {}: vertex {} has a coordinate that {}", frame(keyframe), bad->vertex,
+            std::isfinite(bad->value) ? "is beyond 1e30" : "is not finite");
+        if (lenient_) return {.warning = Warning{place, what + "; kept as it is"}};
+        return {.problem = Error(ErrorKind::kBadInput,
+                                 fmt::format("{}: {}; repair it", place, what), Remedy::kLenient)};
     }
 
 private:

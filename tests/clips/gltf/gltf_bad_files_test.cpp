@@ -273,7 +273,9 @@ std::string error_with(int accessor, std::size_t index, T value, const ClipOptio
 TEST(BadGltf, NumbersThatCannotBe) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const float infinity = std::numeric_limits<float>::infinity();
-    const std::string vertex = "attributes.POSITION: vertex 1 has a coordinate that is not finite";
+    const std::string vertex =
+        "attributes.POSITION: vertex 1 has a coordinate that is not finite or "
+        "beyond 1e30; repair it";
     EXPECT_NE(error_with(0, 4, nan).find(vertex), std::string::npos);
     EXPECT_NE(error_with(0, 4, 1e31f).find(vertex), std::string::npos);
     EXPECT_EQ(error_with(0, 4, nan, {.lenient = true}), "");
@@ -281,7 +283,8 @@ TEST(BadGltf, NumbersThatCannotBe) {
               "scene.gltf: accessors[2]: vertex 1 has the weight -0.5; must be finite and at least "
               "0");
     EXPECT_NE(error_with(2, 4, nan).find("has the weight nan"), std::string::npos);
-    EXPECT_NE(error_with(2, 0, 0.0f).find("vertex 0 has no weight above 0"), std::string::npos);
+    EXPECT_NE(error_with(2, 0, 0.0f).find("vertex 0 has no weight above 0; repair it"),
+              std::string::npos);
     EXPECT_EQ(error_with(2, 0, 0.0f, {.lenient = true}), "");
     EXPECT_NE(error_with(3, 5, infinity).find("element 1 is not finite"), std::string::npos);
     EXPECT_NE(error_with(5, 20, nan).find("matrix 1 is not finite"), std::string::npos);

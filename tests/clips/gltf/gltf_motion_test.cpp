@@ -372,8 +372,14 @@ TEST(GltfClip, SpeaksOfTheFrameWhoseVerticesAreTooFar) {
     const std::vector<float> values = {0, 0, 0, 0, 0, 0, 2e30f, 0, 0};
     const std::string file = moved_triangle("translation", values, "VEC3", "LINEAR").gltf();
     EXPECT_EQ(gltf_error(file),
-              "scene.gltf: frame 48: vertex 0 has a coordinate that is not finite or beyond 1e30");
-    EXPECT_EQ(OpenedGltf(file, {.lenient = true}).at(48)[0].x, 2e30f);
+              "scene.gltf: frame 48: vertex 0 has a coordinate that is not finite or beyond 1e30; "
+              "repair it");
+    const OpenedGltf lenient(file, {.lenient = true});
+    EXPECT_EQ(lenient.at(48)[0].x, 2e30f);
+    ASSERT_EQ(lenient.warnings().size(), 1u);
+    EXPECT_TRUE(lenient.warnings()[0].ends_with(
+        "scene.gltf: warning: frame 48: vertex 0 has a coordinate that is not finite or beyond "
+        "1e30; kept as it is"));
 }
 
 }  // namespace

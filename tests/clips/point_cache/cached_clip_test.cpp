@@ -158,17 +158,19 @@ TEST(CachedClip, TellsWhichSampleIsNotFinite) {
         EXPECT_TRUE(clip->usable(3));
         EXPECT_EQ(clip->bounds().upper[0], 3);
         const std::string what = std::isfinite(bad) ? "is beyond 1e30" : "is not finite";
-        EXPECT_TRUE(message_of([&] {
-                        x_at(*clip, 1.5);
-                    }).ends_with("cloth.pc2: frame 2: vertex 0 has a coordinate that " + what));
+        EXPECT_TRUE(message_of([&] { x_at(*clip, 1.5); })
+                        .ends_with("cloth.pc2: frame 2: vertex 0 has a coordinate that " + what +
+                                   "; repair it"));
         const std::unique_ptr<Clip> lenient = scene.open({.lenient = true});
         EXPECT_FALSE(lenient->damage());
         EXPECT_EQ(std::bit_cast<std::uint32_t>(x_at(*lenient, 2)),
                   std::bit_cast<std::uint32_t>(bad));
         ASSERT_EQ(scene.warnings().size(), 1u);
+        EXPECT_TRUE(scene.warnings()[0].ends_with(what + "; kept as it is"));
     }
     CachedScene none(pc2({.samples = 2}, {kInfinity, kInfinity}));
-    EXPECT_EQ(none.error(), "cloth.pc2: frame 0: vertex 0 has a coordinate that is not finite");
+    EXPECT_EQ(none.error(),
+              "cloth.pc2: frame 0: vertex 0 has a coordinate that is not finite; repair it");
 }
 
 TEST(CachedClip, RefusesWhatIsNoCacheOfTheMesh) {
@@ -195,8 +197,12 @@ TEST(CachedClip, RefusesWhatIsNoCacheOfTheMesh) {
     }
     for (const float first : {std::nanf(""), -kInfinity, 1e20f}) {
         const std::string error = CachedScene(pc2({.first_frame = first}, {1, 2, 3})).error();
-        EXPECT_NE(error.find("has frames from"), error.npos) << error;
+        EXPECT_NE(error.find("has 3 samples from frame"), error.npos) << error;
     }
+    EXPECT_EQ(
+        CachedScene(pc2({.samples = 0xFFFFFFFF}, {1, 2, 3})).error(),
+        "cloth.pc2: has 4294967295 samples from frame 0 in steps of 1; steps must be above 0, "
+        "and frames within 1000000000");
 }
 
 TEST(CachedClip, RefusesAnySizeButThatOfTheHead) {
