@@ -88,9 +88,9 @@ void PointCache::read_pc2_head() {
     if (!(frames_per_sample_ >= 1 / kMostFrame) || !(std::abs(first_frame_) <= kMostFrame) ||
         !(last <= kMostFrame)) {
         fail(
-            fmt::format("has frames from {} in steps of {}; steps must be above 0, and frames "
-                        "within {}",
-                        first_frame_, frames_per_sample_, kMostFrame));
+            fmt::format("has {} samples from frame {} in steps of {}; steps must be above 0, and "
+                        "frames within {}",
+                        sample_count_, first_frame_, frames_per_sample_, kMostFrame));
     }
 }
 
