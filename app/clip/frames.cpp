@@ -85,6 +85,10 @@ std::vector<double> frames_of_time(const Options& options, const Clip& clip) {
     return frames;
 }
 
+void require_tree_frame(const Options& options, const Clip& clip) {
+    if (options.tree.build_at) require_in_clip("--build-at", *options.tree.build_at, clip);
+}
+
 /// How many digits a frame has behind the point, at most 6.
 std::size_t fraction_digits(double frame) {
     const std::string text = fmt::format("{:.6f}", frame);
@@ -133,6 +137,7 @@ ImageParams image_params(const Options& options, const SceneFrames& scene) {
 
 std::vector<double> select_frames(const Options& options, const Clip& clip,
                                   DefaultFrames otherwise) {
+    require_tree_frame(options, clip);
     if (options.frames == "all") return whole_frames(clip);
     if (!options.time.empty()) return frames_of_time(options, clip);
     if (options.frames.empty()) {
@@ -147,6 +152,7 @@ std::vector<double> select_frames(const Options& options, const Clip& clip,
 }
 
 double select_frame(const Options& options, const Clip& clip) {
+    require_tree_frame(options, clip);
     if (!options.time.empty()) return frames_of_time(options, clip).front();
     const double frame = options.frame_given ? options.frame : clip.first_frame();
     require_in_clip("--frame", frame, clip);

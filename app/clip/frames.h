@@ -30,12 +30,12 @@ enum class DefaultFrames { kAll, kFew, kFirst };
 
 /// The frames of --frames, every whole one for "all", or those of --time; without both every whole
 /// frame, up to four frames from the first to the last, or the first frame. Never empty. Throws
-/// Error(kBadArgument).
+/// Error(kBadArgument), also for --build-at outside of the clip.
 std::vector<double> select_frames(const Options& options, const Clip& clip,
                                   DefaultFrames otherwise);
 
 /// The frame of --frame or --time, of a command that takes one; without both the first. Throws
-/// Error(kBadArgument) for one outside of the clip.
+/// Error(kBadArgument) for one, or --build-at, outside of the clip.
 double select_frame(const Options& options, const Clip& clip);
 
 /// Warns of files of the clip that cannot be used, unless the frames or --build-at need one of

@@ -1,4 +1,5 @@
 // probe, profile and info: results that are known beforehand, and reports that can be parsed.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -83,6 +84,27 @@ TEST(Probe, TextBeginsWithASentenceAndFitsIntoAHundredColumns) {
 TEST(Probe, FrameOutsideTheClipIsRefused) {
     EXPECT_EQ(run({"probe", "builtin:cloth:500", "--frame", "25", "--pixel", "0,0"}).code, 2);
     EXPECT_EQ(run({"probe", "builtin:cloth:500", "--frame", "nan", "--pixel", "0,0"}).code, 2);
+}
+
+TEST(Frames, TreeIsNotBuiltOutsideTheClip) {
+    const TemporaryFolder folder;
+    using Line = std::vector<std::string>;
+    for (Line line : {Line{"render"}, Line{"crosscheck"}, Line{"profile"},
+                      Line{"profile", "--policies", "refit"},
+                      Line{"probe", "--frame", "0", "--pixel", "0,0"}}) {
+        line.insert(line.begin() + 1, "builtin:cloth:500");
+        line.insert(line.end(), {"--backend", "cpu", "--size", "8x8", "--build-at"});
+        for (const char* const frame : {"25", "-5"}) {
+            line.emplace_back(frame);
+            const Outcome outcome = run(line, {.folder = folder.path()});
+            EXPECT_EQ(outcome.code, 2) << outcome.err;
+            EXPECT_EQ(outcome.err, fmt::format("morphray: --build-at: frame {} is not in the "
+                                               "scene, which has 0 to 24\n",
+                                               frame));
+            line.pop_back();
+        }
+    }
+    EXPECT_TRUE(folder.names().empty());
 }
 
 TEST(Profile, MeasuresEveryFrame) {
