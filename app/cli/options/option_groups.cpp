@@ -82,10 +82,13 @@ void add_scene_options(const OptionAdder& adder) {
 
 void add_file_options(const OptionAdder& adder) {
     Options& options = adder.options();
-    adder.add_view("--missing", "fail|hold|skip", "what to do about missing frames of a sequence",
-                   parsed(options.missing, [](const std::string& option, const std::string& value) {
-                       return parse_choice<MissingFrames>(option, value, kMissing);
-                   }));
+    adder.add_view(
+        "--missing", "fail|hold|skip",
+        "what to do about missing frames of a sequence: an error, the frame before again, "
+        "or positions between those of its neighbours",
+        parsed(options.missing, [](const std::string& option, const std::string& value) {
+            return parse_choice<MissingFrames>(option, value, kMissing);
+        }));
     adder.add_view(
         "--cache", "FILE", "point cache (PC2 or MDD) with the positions of a mesh file's vertices",
         [&options](const std::string&, const std::string& value) { options.cache = value; });
