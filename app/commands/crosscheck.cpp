@@ -56,7 +56,7 @@ ExitCode worse(ExitCode a, ExitCode b) {
 class Crosscheck {
 public:
     Crosscheck(const Options& options, const Messages& messages)
-        : options_(options), messages_(messages), folder_(options.out) {
+        : options_(options), messages_(messages) {
         run_.strict = options.strict;
         run_.environment.command = command_text(options);
         run_.environment.simd = options.backend.choice == BackendChoice::kVulkan
@@ -76,6 +76,7 @@ public:
 
     /// Returns the exit code; throws what ends the run.
     ExitCode run() {
+        folder_.emplace(options_.out);
         if (!options_.expect.empty()) expected_ = read_golden(options_.expect);
         find_devices();
         std::optional<CheckedBackends> backends;
@@ -149,8 +150,8 @@ private:
         one.scene = report.spec;
         // Images of several scenes would have the same names.
         const std::filesystem::path folder =
-            run_.scenes.size() == 1 ? folder_.path()
-                                    : folder_.path() / fmt::format("scene_{}", index + 1);
+            run_.scenes.size() == 1 ? folder_->path()
+                                    : folder_->path() / fmt::format("scene_{}", index + 1);
         const std::size_t warned = messages_.warnings().size();
         const auto keep_warnings = [&] {
             const std::vector<std::string>& all = messages_.warnings();
@@ -174,7 +175,7 @@ private:
 
     const Options& options_;
     const Messages& messages_;
-    OutputFolder folder_;
+    std::optional<OutputFolder> folder_;
     CheckRun run_;
     std::optional<GoldenImages> expected_;
 };

@@ -119,6 +119,18 @@ TEST(CrosscheckReports, AreThoseOfTheSceneIfThereIsOne) {
     EXPECT_NE(reports.html.find("<strong>Equal</strong>"), std::string::npos);
 }
 
+TEST(CrosscheckReports, AreWrittenWhereTheFolderOfTheImagesCannotBe) {
+    const TemporaryFolder folder;
+    folder.write("out", "a file");
+    const Outcome outcome = run(with_reports(folder, {"crosscheck", "builtin:cloth:200"}));
+    EXPECT_EQ(outcome.code, 5) << outcome.err;
+    const Reports reports = reports_in(folder);
+    const std::string error = Json::parse(reports.json)["error"];
+    EXPECT_EQ(outcome.err, error + '\n');
+    EXPECT_FALSE(reports.junit.empty());
+    EXPECT_FALSE(reports.html.empty());
+}
+
 TEST(CrosscheckReports, StrictMakesAWarningAFailure) {
     const TemporaryFolder folder;
     const std::string scene = lenient_scene(folder);
