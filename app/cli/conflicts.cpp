@@ -12,6 +12,7 @@
 #include "app/terminal/messages.h"
 #include "common/base/errors.h"
 #include "common/text/message_text.h"
+#include "common/text/utf8.h"
 
 namespace mray::app {
 
@@ -72,6 +73,11 @@ void check_farm(const Options& options) {
             fmt::format("{}, --hits: one file has the hits of all frames; give a folder, such "
                         "as hits/, for a file each frame",
                         name));
+    if (farm.shard && utf8_text(options.hits) != options.hits)
+        refuse(
+            fmt::format("--shard, --hits: {} is not UTF-8, in which a part names its files; "
+                        "rename the folder",
+                        in_quotes(options.hits)));
     const Shading shading = options.shading.shading.value_or(Shading::plain);
     const bool shows_tree = shading == Shading::steps || shading == Shading::sah;
     if (shows_tree && !options.tree.has_policy(PolicyKind::kRefit) &&

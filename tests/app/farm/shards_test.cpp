@@ -132,6 +132,7 @@ TEST(Shards, RefuseWhatWouldDifferFromOneRun) {
     EXPECT_EQ(code_of({"--skip-existing", "--hits", "all.hits"}), 2);
     EXPECT_EQ(code_of({"--verify-every", "3"}), 2);
     EXPECT_EQ(code_of({"--shard", "1/1", "--verify-every", "3"}), 2);
+    EXPECT_EQ(code_of({"--shard", "1/2", "--hits", "h\xFF/"}), 2);
     EXPECT_EQ(code_of({"--shard", "3/2"}), 2);
     EXPECT_EQ(code_of({"--shard", "two"}), 2);
     EXPECT_TRUE(folder.names().empty());
