@@ -172,7 +172,8 @@ TEST(MemoryLimit, HoldsWhereTheEstimateIsTooLow) {
 }
 
 TEST(MemoryLimit, IsABadArgumentIfItIsNoSize) {
-    for (const char* const size : {"0", "", "M", "-1", "1.5G", "2g", "1P", "99999999999G"}) {
+    for (const char* const size : {"0", "", "M", "-1", "1.5G", "2g", "1P", "99999999999G",
+                                   "16777216T", "99999999999999999999"}) {
         const Outcome outcome = run({"info", "builtin:cloth:500", "--memory-limit", size});
         EXPECT_EQ(outcome.code, 2) << size;
         EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
