@@ -12,6 +12,7 @@
 #include "app/backends/backends.h"
 #include "app/base/memory_budget.h"
 #include "app/clip/frames.h"
+#include "app/files/output_folder.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
@@ -96,6 +97,12 @@ std::vector<Chart> make_charts(const Options& options, std::vector<SceneFrames>&
     return charts;
 }
 
+/// The folder that this one lies in.
+std::filesystem::path parent_of(const std::filesystem::path& folder) {
+    const auto parent = (folder.has_filename() ? folder : folder.parent_path()).parent_path();
+    return parent.empty() ? "." : parent;
+}
+
 std::size_t steps_of(std::size_t scenes, const Effort& effort) {
     return scenes * (accuracy_steps() + placement_steps(effort) + packet_steps() + cone_steps() +
                      policy_steps() + tree_steps() + box_steps() + 1) +
@@ -107,6 +114,7 @@ std::size_t steps_of(std::size_t scenes, const Effort& effort) {
 ExitCode draw_charts(const Options& options, const Messages& messages) {
     require_gnuplot();
     tell_results("no chart is kept", "");
+    const OutputFolder parent(parent_of(options.out));
     ChartFolder folder(options.out);
     const RemovedAtEnd removed(folder.temporary());
     std::vector<SceneFrames> scenes;

@@ -251,7 +251,7 @@ TEST(ChartCommand, InterruptKeepsNoChart) {
 TEST(ChartCommand, ShowsProgressAndTakesItsLimitOfMemory) {
     const TemporaryFolder folder;
     const Outcome outcome = run({"chart", "builtin:cloth:500", "--quick", "--memory-limit", "1M",
-                                 "--progress", "plain", "--out", folder.file("charts")});
+                                 "--progress", "plain", "--out", folder.file("a/b/charts/")});
     EXPECT_EQ(outcome.code, 6) << outcome.err;
     EXPECT_NE(outcome.err.find("--memory-limit leaves 1 MiB"), std::string::npos) << outcome.err;
     EXPECT_TRUE(folder.names().empty());
