@@ -525,6 +525,7 @@ TEST(Usage, OptionsWithoutEffectAreRefusedByEveryCommand) {
     expect_refused({"info", "--frame", "0"}, 2, "--frame: is about a scene");
     expect_refused(with("info", {"--threads", "2"}), 2, "--threads: only --bvh builds trees");
     expect_refused({"probe", "pixel.json", "--size", "8x8"}, 2, "--size: the scene is a bundle");
+    expect_refused({"probe", "pixel.json", "--cache", "x"}, 2, "--cache: the scene is a bundle");
     expect_refused({"probe", "pixel.json", "--update", "auto"}, 2,
                    "--update: the scene is a bundle");
 }
