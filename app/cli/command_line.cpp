@@ -198,6 +198,11 @@ FailedParse CommandLine::describe(const CLI::ParseError& error,
         parse.times = option->count();
     }
     parse.message = error.what();
+    if (error.get_name() != "RequiredError") return parse;
+    for (const CLI::Option* option : command.get_options()) {
+        if (!option->get_positional() || !option->get_required() || option->count() > 0) continue;
+        parse.message = option->get_type_name() + " is required";
+    }
     return parse;
 }
 

@@ -31,6 +31,12 @@ TEST(Usage, NoCommandListsTheCommands) {
         "info, index, devices");
 }
 
+TEST(Usage, MissingArgumentIsNamedAsInTheHelp) {
+    expect_refused({"crosscheck"}, 2, "morphray: SCENE is required; see `morphray crosscheck --");
+    expect_refused({"diff"}, 2, "morphray: FILE FILE is required");
+    expect_refused({"trace", "builtin:cloth:500"}, 2, "morphray: --rays is required");
+}
+
 TEST(Usage, ViewRefusesWhatHasNoEffect) {
     const auto refused = [](std::vector<std::string> more, const std::string& reason) {
         more.insert(more.begin(), {"view", "builtin:cloth:500"});
@@ -275,7 +281,7 @@ TEST(Usage, ImagesOfOtherKindsAreRefusedAndMakeNoFolder) {
 TEST(Usage, MissingValueIsRefused) {
     expect_refused(small_render({"--threads"}), 2, "--threads");
     expect_refused(small_render({"--eye"}), 2, "--eye");
-    expect_refused({"render"}, 2, "scene");
+    expect_refused({"render"}, 2, "SCENE");
     expect_refused({"trace", "builtin:cloth", "--rays", "-"}, 2, "--out");
     expect_refused({"query", "builtin:cloth", "--points", "-"}, 2, "--ask");
     expect_refused({"query", "builtin:cloth", "--ask", "inside"}, 2, "--points");
