@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <mutex>
 
 #include "app/base/remedy_text.h"
@@ -16,6 +17,16 @@ namespace mray::app {
 namespace {
 
 constexpr const char* kStdout = "/dev/stdout";
+
+/// Whether a file is named up to a colon, such as a texture that a scene has.
+bool begins_with_file(std::string_view message) {
+    for (std::size_t colon = message.find(':'); colon != std::string_view::npos;
+         colon = message.find(':', colon + 1)) {
+        std::error_code error;
+        if (std::filesystem::is_regular_file(message.substr(0, colon), error)) return true;
+    }
+    return false;
+}
 
 void write_line(const char* prefix, std::string_view message) {
     const ProgressPause pause;
@@ -45,19 +56,20 @@ Messages::Messages(const Options& options) : quiet_(options.quiet), verbose_(opt
     for (const std::string& name : names) {
         if (name.empty() || name == "-" || name.starts_with("builtin:")) continue;
         // The files of a sequence begin like its pattern.
-        const std::size_t number = name.find('%');
+        const std::size_t number = name.find_first_of("%*");
         files_.push_back({shown(name.substr(0, number)), number != std::string::npos});
     }
 }
 
 bool Messages::names_file(std::string_view message) const {
-    return std::any_of(files_.begin(), files_.end(), [&](const NamedFile& file) {
+    const bool is_named = std::any_of(files_.begin(), files_.end(), [&](const NamedFile& file) {
         if (file.name.empty() || !message.starts_with(file.name)) return false;
         // A word of a message may begin like a file or folder.
         const std::string_view rest = message.substr(file.name.size());
         return file.is_pattern || file.name.ends_with('/') || rest.starts_with(':') ||
                rest.starts_with('/');
     });
+    return is_named || begins_with_file(message);
 }
 
 void Messages::error(std::string_view message) const {

@@ -16,8 +16,8 @@ public:
     Messages() = default;
     explicit Messages(const Options& options);
 
-    /// Writes one line to stderr: as it is if it begins with a file of the command line, otherwise
-    /// after "morphray: ". Ignores a failure to write.
+    /// Writes one line to stderr: as it is if it begins with a file that exists or is one of the
+    /// command line, otherwise after "morphray: ". Ignores a failure to write.
     void error(std::string_view message) const;
     /// As above, with the option that would avoid the error.
     void error(const Error& error) const;
@@ -36,7 +36,7 @@ private:
 
     struct NamedFile {
         std::string name;
-        /// Whether `name` is that of a sequence: its pattern up to the first '%'.
+        /// Whether `name` is that of a sequence: its pattern up to the first '%' or '*'.
         bool is_pattern = false;
     };
 

@@ -320,6 +320,25 @@ TEST(Render, WarningsAboutFilesAreMarkedAsSuch) {
               folder.file("a.mtl") + ":2: warning: Kd as spectral is not read; taken as grey");
 }
 
+TEST(Render, ErrorsBeginWithTheirFile) {
+    TemporaryFolder folder;
+    folder.write("a.mtl", "newmtl a\nKd 1 nan 1\n");
+    folder.write("s/f_0.obj", unit_triangle());
+    folder.write("s/f_2.obj", unit_triangle());
+    folder.write("t/f_2.obj", "v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n");
+    const std::string with_library =
+        folder.write("a.obj", "mtllib a.mtl\nusemtl a\n" + unit_triangle());
+    const std::pair<std::string, std::string> endings[] = {
+        {with_library, "a.mtl:2: "},
+        {folder.file("s/f_*.obj"), "s/f_1.obj: frame is missing"},
+        {folder.file("t/f_*.obj"), "t/f_2.obj:2: "}};
+    for (const auto& [scene, place] : endings) {
+        const Outcome outcome = render(scene, folder);
+        EXPECT_EQ(outcome.code, 3) << outcome.err;
+        EXPECT_TRUE(outcome.err.starts_with(folder.file(place))) << outcome.err;
+    }
+}
+
 TEST(Render, BadFirstFrameLeavesNothing) {
     TemporaryFolder folder;
     folder.write("s/f_0.obj", "v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n");
