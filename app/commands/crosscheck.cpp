@@ -5,10 +5,10 @@
 #include <optional>
 
 #include "app/backends/backends.h"
+#include "app/base/output_folder.h"
 #include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/commands/crosscheck/scene_check.h"
-#include "app/files/output_folder.h"
 #include "app/report/crosscheck/check_report.h"
 #include "app/report/crosscheck/crosscheck_html.h"
 #include "app/report/crosscheck/crosscheck_text.h"

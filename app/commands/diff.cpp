@@ -7,11 +7,11 @@
 #include <optional>
 
 #include "app/base/library_calls.h"
+#include "app/base/output_folder.h"
 #include "app/commands/commands.h"
 #include "app/commands/diff/exr_diff.h"
 #include "app/commands/diff/png_diff.h"
 #include "app/files/exr_reader.h"
-#include "app/files/output_folder.h"
 #include "app/files/png_reader.h"
 #include "app/report/diff_report.h"
 #include "app/terminal/interrupt.h"

@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "app/base/memory_budget.h"
+#include "app/base/output_folder.h"
 #include "app/base/remedy_text.h"
 #include "app/clip/frames.h"
-#include "app/files/output_folder.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/base/output_file.h"

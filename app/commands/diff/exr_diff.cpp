@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/base/output_folder.h"
 #include "app/commands/diff/exr_comparison.h"
-#include "app/files/output_folder.h"
 #include "app/report/exr_diff_report.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/errors.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "app/files/output_folder.h"
+#include "app/base/output_folder.h"
 #include "app/files/png_reader.h"
 #include "app/report/diff_report.h"
 #include "common/base/output_file.h"

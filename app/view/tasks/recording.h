@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "app/base/options.h"
-#include "app/files/output_folder.h"
+#include "app/base/output_folder.h"
 #include "app/view/view_state.h"
 
 namespace mray::app {

@@ -1,4 +1,4 @@
-#include "app/files/output_folder.h"
+#include "app/base/output_folder.h"
 
 #include "common/base/output_file.h"
 
