@@ -102,7 +102,7 @@ std::uint64_t count_rays(const Options& options, std::string_view rays) {
 
 ExitCode run_trace(const Options& given, const Messages& messages) {
     Options options = given;
-    options.lenient = true;
+    options.lenient = options.allow_empty = true;
     options.hit_lists.cancel = &interrupt_flag();
     check_reports({options.out});
     tell_results("nothing is written", {});

@@ -47,6 +47,7 @@ CommandSpec define_trace(Options& options) {
                         Command::kTrace, kTraceExamples};
     const OptionAdder adder(command, options);
     add_scene(adder, true);
+    adder.added("--allow-empty").help = "no effect: trace accepts a scene without triangles";
     adder.added("--lenient").help = "no effect: trace always is lenient";
     add_frame(adder, kFirstFrame);
     adder
