@@ -29,6 +29,7 @@
 #include "common/base/output_file.h"
 #include "common/base/stopwatch.h"
 #include "common/image/png.h"
+#include "common/text/number_text.h"
 #include "morphray/hits.hpp"
 #include "tools/image/contact_sheet.h"
 #include "tools/text/table.h"
@@ -228,6 +229,7 @@ private:
         part.hits_hash = traced.hits_hash;
         part.image_hash = traced.image_hash;
         if (hits_) call_library([&] { hits_->add(traced); });
+        std::vector<PngText> texts = image_texts(options_, task.frame, scene_hash, traced);
         if (const auto file = hits_file_of(options_, task); !file.empty()) {
             morphray::HitsWriter hits(options_.view.width, options_.view.height);
             call_library([&] {
@@ -235,8 +237,8 @@ private:
                 hits.write(file);
             });
             part.outputs.push_back(output_of(folder_, file));
+            texts.push_back({kHitsFileHash, hash_text(part.outputs.back().hash)});
         }
-        const std::vector<PngText> texts = image_texts(options_, task.frame, scene_hash, traced);
         if (const auto file = exr_file_of(options_, folder_, task); !file.empty()) {
             const ExrColours colours =
                 options_.shading.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;

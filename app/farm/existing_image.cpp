@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "app/base/library_calls.h"
 #include "app/clip/render_command.h"
 #include "app/files/exr_reader.h"
 #include "app/files/png_reader.h"
@@ -14,7 +13,6 @@
 #include "common/base/input_file.h"
 #include "common/image/frame.h"
 #include "common/text/number_text.h"
-#include "morphray/hits.hpp"
 
 namespace mray::app {
 namespace {
@@ -52,13 +50,6 @@ void read_exr(const std::filesystem::path& file, const Options& options, const P
         reader.read_rows(row, std::min(kRows, reader.height() - row));
 }
 
-void read_hits(const std::filesystem::path& file, const Options& options) {
-    const morphray::HitsFile hits = call_library([&] { return morphray::read_hits(file); });
-    if (hits.width != options.view.width || hits.height != options.view.height ||
-        hits.images.size() != 1)
-        throw Unusable{"the file of hits has another size"};
-}
-
 /// Adds a further file of the frame.
 void add_output(const std::filesystem::path& folder, const std::filesystem::path& file,
                 const PartImage* earlier, PartImage& part) {
@@ -92,8 +83,9 @@ ExistingImage read_whole(const Options& options, const std::filesystem::path& fo
         add_output(folder, file, earlier, existing.part);
     }
     if (const std::filesystem::path file = hits_file_of(options, task); !file.empty()) {
-        read_hits(file, options);
         add_output(folder, file, earlier, existing.part);
+        require_text("hash of the file of hits", hash_text(existing.part.outputs.back().hash),
+                     png.text(kHitsFileHash));
     }
     existing.image = std::move(png.image);
     return existing;

@@ -20,14 +20,17 @@ struct ExistingImage {
 };
 
 /// Reads the image of a task if its PNG file can be decoded, has the pixels of its own hash, and is
-/// of this version, these options and this scene (a frame_hash()), and if the OpenEXR file and the
-/// file of hits that the options ask for are there and whole. `earlier` is what the part of an
-/// earlier run says of the image, or null; the hashes of files must be those. Otherwise returns
-/// nothing, and in `reason` why; empty if there is no file.
+/// of this version, these options and this scene (a frame_hash()), and if the OpenEXR file that the
+/// options ask for is whole and the file of hits is the one that the image names. `earlier` is what
+/// the part of an earlier run says of the image, or null; the hashes of files must be those.
+/// Otherwise returns nothing, and in `reason` why; empty if there is no file.
 std::optional<ExistingImage> read_existing(const Options& options,
                                            const std::filesystem::path& folder,
                                            const FrameTask& task, std::uint64_t scene_hash,
                                            const PartImage* earlier, std::string& reason);
+
+/// The PNG text with the file_hash() of a frame's file of hits.
+inline constexpr const char* kHitsFileHash = "Hits file hash";
 
 /// Name and hash of a file of a frame, relative to the folder of the part. Throws what InputFile
 /// throws.

@@ -276,6 +276,21 @@ TEST(SkipExisting, NeedsAllOutputsOfAFrame) {
     EXPECT_EQ(read_json(folder, "report.json")["kept"].size(), 8u);
 }
 
+TEST(SkipExisting, KeepsNoHitsOfAnotherImage) {
+    const TemporaryFolder folder;
+    const Names hits = {"--hits", folder.file("hits") + '/'};
+    Names of_another_eye = hits;
+    of_another_eye.insert(of_another_eye.end(), {"--eye", "6,4,2"});
+    ASSERT_EQ(run(render_of(folder, "out", of_another_eye)).code, 0);
+    ASSERT_EQ(run(render_of(folder, "out")).code, 0);
+    EXPECT_EQ(rendered_again(folder, "out", hits).size(), 8u);
+    std::filesystem::copy_file(folder.path() / "hits/frame_0000.hits",
+                               folder.path() / "hits/frame_0003.hits",
+                               std::filesystem::copy_options::overwrite_existing);
+    EXPECT_EQ(rendered_again(folder, "out", hits), Names{frame_name(3)});
+    EXPECT_TRUE(rendered_again(folder, "out", hits).empty());
+}
+
 // ---------------------------------------------------------------- parts
 
 TEST(Parts, SayWhatWasDone) {
