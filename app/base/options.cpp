@@ -7,6 +7,10 @@ const char* name_of_rays(std::uint32_t rays) {
     return rays == kRaysAo ? "ao" : "primary";
 }
 
+bool shows_tree(morphray::Shading shading) {
+    return shading == morphray::Shading::steps || shading == morphray::Shading::sah;
+}
+
 const char* name_of(morphray::Shading shading) {
     switch (shading) {
         case morphray::Shading::lit:

@@ -241,6 +241,8 @@ struct Options {
 
 /// "primary", "shadow" or "ao" of kRaysPrimary, kRaysShadow, kRaysAo.
 const char* name_of_rays(std::uint32_t rays);
+/// Whether colours show the tree: steps and sah.
+bool shows_tree(morphray::Shading shading);
 /// "lit", "plain", ...
 const char* name_of(morphray::Shading shading);
 /// "binned" or "sweep".

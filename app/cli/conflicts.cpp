@@ -79,8 +79,7 @@ void check_farm(const Options& options) {
                         "rename the folder",
                         in_quotes(options.hits)));
     const Shading shading = options.shading.shading.value_or(Shading::plain);
-    const bool shows_tree = shading == Shading::steps || shading == Shading::sah;
-    if (shows_tree && !options.tree.has_policy(PolicyKind::kRefit) &&
+    if (shows_tree(shading) && !options.tree.has_policy(PolicyKind::kRefit) &&
         !options.tree.has_policy(PolicyKind::kRebuild))
         refuse(
             fmt::format("{}, --shading {}: these colours depend on the frames before; choose "

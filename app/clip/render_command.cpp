@@ -25,6 +25,13 @@ std::string render_command(const Options& options, const std::string& frames) {
     line.insert(line.end(), options.view_arguments.begin(), options.view_arguments.end());
     if (options.rays_given) add("--rays", name_of_rays(view.rays));
     if (!options.rays_given) add("--shading", name_of(*shading.shading));
+    if (shows_tree(*shading.shading)) {
+        const TreeOptions& tree = options.tree;
+        // A tree that is built at each frame is the same wherever the first one was built.
+        if (tree.build_at && !tree.has_policy(PolicyKind::kRebuild))
+            add("--build-at", fmt::format("{}", *tree.build_at));
+        add("--update", text_of(tree.policy()));
+    }
     add("--samples", fmt::format("{}", *shading.samples));
     if (shading.flat) line.push_back("--flat");
     if (shading.ground) line.push_back("--ground");

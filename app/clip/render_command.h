@@ -15,7 +15,8 @@ namespace mray::app {
 /// The options with the defaults of shading, samples and ambient occlusion filled in.
 Options with_render_defaults(Options options);
 
-/// The command that renders the image of a frame, on whatever backend. The options are those of
+/// The command that renders the image of a frame, on whatever backend; but for colours by a tree
+/// that an update policy restructures after the frames before. The options are those of
 /// with_render_defaults().
 std::string render_command(const Options& options, double frame);
 /// The same for the frames of a --frames text.

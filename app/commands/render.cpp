@@ -385,8 +385,7 @@ ExitCode render_frames(Options options, const std::filesystem::path& folder, Par
     const FrameDigits digits = digits_of(frames, *clip);
     require_distinct_names(options, frames, digits);
     // One tree for all shards and runs.
-    if (options.farm.is_resumable() && !options.tree.build_at)
-        options.tree.build_at = frames.front();
+    if (!options.tree.build_at) options.tree.build_at = frames.front();
     const std::vector<FrameTask> tasks = frame_tasks(options, frames, digits);
     require_memory_for(options, *clip, tasks.size());
     Renderer renderer(options, *clip, tasks, folder, log, messages);

@@ -14,10 +14,6 @@ using morphray::Shading;
 
 std::string text_of(const Point& p) { return fmt::format("{},{},{}", p[0], p[1], p[2]); }
 
-bool shows_tree(const ImageRequest& request) {
-    return request.shading == Shading::steps || request.shading == Shading::sah;
-}
-
 /// The arguments of `given` that input cannot change: how the scene is read and the tree is built.
 std::vector<std::string> scene_arguments(const Options& given) {
     std::vector<std::string> kept;
@@ -37,8 +33,7 @@ std::vector<std::string> camera_arguments(const ViewSpec& view) {
 
 }  // namespace
 
-Options render_options(const Options& given, const ImageRequest& request,
-                       const std::optional<TreeOrigin>& tree) {
+Options render_options(const Options& given, const ImageRequest& request, const TreeOrigin& tree) {
     Options options = given;
     options.view = request.view;
     options.shading.shading = request.shading;
@@ -57,10 +52,8 @@ Options render_options(const Options& given, const ImageRequest& request,
         line.insert(line.end(), {"--ao-samples", fmt::format("{}", request.view.ao_count),
                                  "--ao-distance", fmt::format("{}", request.view.ao_distance)});
     }
-    if (tree && shows_tree(request)) {
-        line.insert(line.end(),
-                    {"--build-at", fmt::format("{}", tree->built_at), "--update", "refit"});
-    }
+    options.tree.build_at = tree.built_at;
+    options.tree.update = PolicySpec{PolicyKind::kRefit};
     return options;
 }
 
@@ -87,7 +80,7 @@ std::string probe_command(const Options& given, const ImageRequest& request, Pix
 }
 
 bool is_reproducible(const ImageRequest& request, const TreeOrigin& tree) {
-    return request.edit.empty() && (tree.is_refitted || !shows_tree(request));
+    return request.edit.empty() && (tree.is_refitted || !shows_tree(request.shading));
 }
 
 }  // namespace mray::app

@@ -1,7 +1,6 @@
 // Command lines that do again what the viewer shows.
 #pragma once
 
-#include <optional>
 #include <string>
 
 #include "app/base/options.h"
@@ -10,9 +9,8 @@
 namespace mray::app {
 
 /// The options of render for a request's image, on whatever backend. `given` are those of view.
-/// With a tree they also say how to come to that tree, for colours that show it.
-Options render_options(const Options& given, const ImageRequest& request,
-                       const std::optional<TreeOrigin>& tree = {});
+/// They also say how to come to the tree, for colours that show it.
+Options render_options(const Options& given, const ImageRequest& request, const TreeOrigin& tree);
 
 /// `morphray render ...`, which renders the image of the first backend, bit by bit; but for edits
 /// of the mesh, and for trees that were restructured where colours show the tree.

@@ -11,6 +11,7 @@
 #include <array>
 #include <chrono>
 #include <cstdlib>
+#include <iterator>
 #include <regex>
 #include <sstream>
 #include <utility>
@@ -180,6 +181,19 @@ std::vector<std::string> lines(const std::string& text) {
     std::vector<std::string> result;
     for (std::string line; std::getline(in, line);) result.push_back(line);
     return result;
+}
+
+std::vector<std::string> source_of(const std::filesystem::path& png) {
+    const std::string bytes = read_file(png);
+    const std::string chunk("iTXtSource\0\0\0\0\0morphray ", 24);
+    const std::size_t at = bytes.find(chunk);
+    EXPECT_NE(at, std::string::npos) << png;
+    if (at == std::string::npos) return {};
+    std::size_t size = 0;
+    for (std::size_t i = at - 4; i < at; ++i)
+        size = size << 8 | static_cast<unsigned char>(bytes[i]);
+    std::istringstream text(bytes.substr(at + chunk.size(), at + 4 + size - at - chunk.size()));
+    return {std::istream_iterator<std::string>(text), {}};
 }
 
 }  // namespace mray::test

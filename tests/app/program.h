@@ -70,4 +70,7 @@ private:
 /// Lines of a text, without their ends.
 std::vector<std::string> lines(const std::string& text);
 
+/// The words of the command in a PNG file's text Source, without the program's name.
+std::vector<std::string> source_of(const std::filesystem::path& png);
+
 }  // namespace mray::test

@@ -195,6 +195,22 @@ TEST(SkipExisting, RendersImagesOfOtherOptionsAgain) {
     EXPECT_TRUE(rendered_again(folder, "out", {"--light", "1,2,3", "--simd", "off"}).empty());
 }
 
+TEST(SkipExisting, RendersColoursOfAnotherTreeAgain) {
+    const TemporaryFolder folder;
+    const auto kept = [&](const char* update) {
+        const Outcome outcome =
+            run({"render", "builtin:explode:3000", "--frames", "0..24:8", "--shading", "steps",
+                 "--size", "24x20", "--backend", "cpu", "--skip-existing", "--out", "out", "--json",
+                 "-", "--update", update},
+                {.folder = folder.path()});
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return Json::parse(outcome.out)["kept"].size();
+    };
+    EXPECT_EQ(kept("rebuild"), 0u);
+    EXPECT_EQ(kept("refit"), 0u);
+    EXPECT_EQ(kept("refit"), 4u);
+}
+
 /// The file with a text of the same length in place of another, and its chunk's checksum.
 std::string with_text(std::string png, const std::string& keyword, const std::string& text) {
     const std::size_t at = png.find("iTXt" + keyword);

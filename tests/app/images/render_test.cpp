@@ -229,6 +229,22 @@ TEST(Render, ImageDoesNotDependOnTreeOrThreads) {
     EXPECT_EQ(hashes({"--threads", "7"}), expected);
 }
 
+TEST(Render, SourceOfColoursThatShowATreeIsTheirCommand) {
+    for (const Names& tree : {Names{"--update", "refit"}, Names{"--update", "rebuild"},
+                              Names{"--update", "refit", "--build-at", "3"}}) {
+        const TemporaryFolder folder;
+        Names more = {"--frames", "0..12:6", "--shading", "steps"};
+        more.insert(more.end(), tree.begin(), tree.end());
+        const Json json = render_json("builtin:cloth:900", folder, more);
+        const Json& last = json["frames"].back();
+        Names command = source_of(folder.path() / "out/frame_0012.png");
+        command.insert(command.end(), {"--backend", "cpu", "--json", "-", "-o", folder.file("b")});
+        const Outcome again = run(command);
+        ASSERT_EQ(again.code, 0) << again.err;
+        EXPECT_EQ(Json::parse(again.out)["frames"][0]["image_hash"], last["image_hash"]) << tree[1];
+    }
+}
+
 TEST(Render, HitsFileMatchesItsHeader) {
     TemporaryFolder folder;
     const std::string scene = folder.write("t.obj", unit_triangle(4));
