@@ -20,7 +20,7 @@ std::vector<std::string> scene_arguments(const Options& given) {
     const std::vector<std::string>& all = given.view_arguments;
     for (std::size_t i = 0; i + 1 < all.size(); i += 2) {
         if (all[i] == "--cache" || all[i] == "--missing" || all[i] == "--build" ||
-            all[i] == "--animation" || all[i] == "--fps")
+            all[i] == "--animation" || all[i] == "--fps" || all[i] == "--bounds")
             kept.insert(kept.end(), {all[i], all[i + 1]});
     }
     return kept;

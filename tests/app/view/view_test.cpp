@@ -205,6 +205,16 @@ TEST(CopyCommand, IsReadBackAsTheSameView) {
     EXPECT_EQ(std::stod(read.frames), request.frame);
 }
 
+TEST(CopyCommand, NamesHowTheSceneIsRead) {
+    const std::string read = "--missing hold --bounds -9,-9,-9,9,9,9.1 --build sweep";
+    const Options given =
+        view_options({"--missing", "hold", "--bounds", "-9,-9,-9,9,9,9.1", "--build", "sweep"});
+    const ImageRequest request = request_of(state_of(given), 0);
+    for (const std::string& command :
+         {copy_command(given, request, {}), probe_command(given, request, {1, 2})})
+        EXPECT_NE(command.find(read), std::string::npos) << command;
+}
+
 TEST(CopyCommand, NamesTheTreeWhereColoursShowIt) {
     const Options given = view_options({});
     ViewState state = state_of(given);
