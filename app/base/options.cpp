@@ -1,6 +1,21 @@
 #include "app/base/options.h"
 
+#include "clips/gltf/gltf_clip.h"
+
 namespace mray::app {
+
+bool has_seconds(const Options& options) {
+    return has_gltf_name(options.scene) && options.cache.empty();
+}
+
+std::vector<std::string> scene_view_arguments(const Options& options) {
+    std::vector<std::string> kept;
+    const std::vector<std::string>& all = options.view_arguments;
+    for (std::size_t i = 0; i + 1 < all.size(); i += 2)
+        if (all[i] != "--fps" || has_seconds(options))
+            kept.insert(kept.end(), {all[i], all[i + 1]});
+    return kept;
+}
 
 const char* name_of_rays(std::uint32_t rays) {
     if (rays == kRaysShadow) return "shadow";

@@ -227,7 +227,7 @@ struct Options {
     // index
     bool verifies = false;
 
-    /// The given arguments that decide which image is traced, for a command that repeats it.
+    /// The given arguments that decide which image is traced, pairs of a name and a value.
     std::vector<std::string> view_arguments;
     /// The command line without the program's name.
     std::vector<std::string> arguments;
@@ -239,6 +239,11 @@ struct Options {
     }
 };
 
+/// Whether the frames of the scene are at times: --fps says how many a second has.
+bool has_seconds(const Options& options);
+/// The view_arguments for a command about options.scene that names frames, not seconds: --fps only
+/// where the scene has seconds.
+std::vector<std::string> scene_view_arguments(const Options& options);
 /// "primary", "shadow" or "ao" of kRaysPrimary, kRaysShadow, kRaysAo.
 const char* name_of_rays(std::uint32_t rays);
 /// Whether colours show the tree: steps and sah.

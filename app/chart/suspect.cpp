@@ -275,7 +275,10 @@ private:
                                          fmt::format("{},{}", x, y),
                                          "--size",
                                          fmt::format("{}x{}", run_.width, run_.height)};
-        line.insert(line.end(), options_.view_arguments.begin(), options_.view_arguments.end());
+        Options one = options_;
+        one.scene = scene.name;
+        const std::vector<std::string> viewed = scene_view_arguments(one);
+        line.insert(line.end(), viewed.begin(), viewed.end());
         described.probe = shell_line(line);
     }
 

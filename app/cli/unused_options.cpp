@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "app/files/ray_bundle.h"
-#include "clips/gltf/gltf_clip.h"
 #include "common/base/errors.h"
 #include "common/text/message_text.h"
 
@@ -56,10 +55,7 @@ bool updates_by_times(const Options& o) {
 bool has_scene(const Options& o) { return !o.scene.empty(); }
 bool has_no_bounds(const Options& o) { return !o.bounds; }
 bool has_no_scene(const Options& o) { return o.scene.empty(); }
-/// Whether frames of the scene are at times, or some are chosen by their time.
-bool has_seconds(const Options& o) {
-    return !o.time.empty() || (has_gltf_name(o.scene) && o.cache.empty());
-}
+bool takes_fps(const Options& o) { return !o.time.empty() || has_seconds(o); }
 bool compares_backends(const Options& o) { return !o.suspect; }
 bool measures_backends(const Options& o) { return o.backend.choice != BackendChoice::kRayQuery; }
 bool judges_a_driver(const Options& o) { return o.suspect.has_value(); }
@@ -105,7 +101,7 @@ const Rule kRules[] = {
      "the bounds are given, so that no index is read; leave out one of them"},
     {{kRender, kView, kCrosscheck, kProbe, kProfile, kTrace, kQuery, kInfo},
      {"--fps"},
-     has_seconds,
+     takes_fps,
      "only glTF files have seconds; choose frames of other scenes by --time, or leave it out"},
     {{kInfo}, {"--formats"}, has_no_scene, "is about the program; leave the scene out"},
     {{kInfo}, {"--threads"}, describes_trees, "only --bvh builds trees"},

@@ -10,19 +10,20 @@
 namespace mray::app {
 
 std::string render_command(const Options& options, double frame) {
-    return render_command(options, fmt::format("{}", frame));
+    return render_command(options, {"--frames", fmt::format("{}", frame)});
 }
 
-std::string render_command(const Options& options, const std::string& frames) {
+std::string render_command(const Options& options, const std::vector<std::string>& frames) {
     const ViewSpec& view = options.view;
     const ShadingOptions& shading = options.shading;
     std::vector<std::string> line = {"morphray", "render", options.scene};
     const auto add = [&line](const char* name, const std::string& value) {
         line.insert(line.end(), {name, value});
     };
-    add("--frames", frames);
+    line.insert(line.end(), frames.begin(), frames.end());
     add("--size", fmt::format("{}x{}", view.width, view.height));
-    line.insert(line.end(), options.view_arguments.begin(), options.view_arguments.end());
+    const std::vector<std::string> viewed = scene_view_arguments(options);
+    line.insert(line.end(), viewed.begin(), viewed.end());
     if (options.rays_given) add("--rays", name_of_rays(view.rays));
     if (!options.rays_given) add("--shading", name_of(*shading.shading));
     if (shows_tree(*shading.shading)) {

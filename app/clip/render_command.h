@@ -19,8 +19,8 @@ Options with_render_defaults(Options options);
 /// that an update policy restructures after the frames before. The options are those of
 /// with_render_defaults().
 std::string render_command(const Options& options, double frame);
-/// The same for the frames of a --frames text.
-std::string render_command(const Options& options, const std::string& frames);
+/// The same for the frames that the words `frames` choose, such as `--frames all`.
+std::string render_command(const Options& options, const std::vector<std::string>& frames);
 
 /// Return the texts of a PNG file, without or with its hits: nothing that differs between backends.
 /// `scene_hash` is that of frame_hash().

@@ -1,5 +1,6 @@
 #include "app/farm/part_log.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,9 +17,16 @@ namespace {
 
 /// The command without what differs between shards and machines.
 std::string source_of(const Options& options) {
-    std::string source = render_command(options, options.frames.empty() ? "all" : options.frames);
+    std::vector<std::string> frames = {"--frames", options.frames};
+    if (options.frames.empty()) frames.back() = "all";
+    if (!options.time.empty()) {
+        frames = {"--time", options.time};
+        if (options.fps && !has_seconds(options))
+            frames.insert(frames.end(), {"--fps", fmt::format("{}", *options.fps)});
+    }
+    std::string source = render_command(options, frames);
     if (!options.shading.exr.empty()) source += " --exr " + options.shading.exr;
-    if (!options.hits.empty()) source += " --hits";
+    if (!options.hits.empty()) source += " --hits hits/";
     return source;
 }
 

@@ -17,7 +17,7 @@ std::string text_of(const Point& p) { return fmt::format("{},{},{}", p[0], p[1],
 /// The arguments of `given` that input cannot change: how the scene is read and the tree is built.
 std::vector<std::string> scene_arguments(const Options& given) {
     std::vector<std::string> kept;
-    const std::vector<std::string>& all = given.view_arguments;
+    const std::vector<std::string> all = scene_view_arguments(given);
     for (std::size_t i = 0; i + 1 < all.size(); i += 2) {
         if (all[i] == "--cache" || all[i] == "--missing" || all[i] == "--build" ||
             all[i] == "--animation" || all[i] == "--fps" || all[i] == "--bounds")

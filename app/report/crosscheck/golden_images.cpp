@@ -21,14 +21,14 @@ constexpr const char* kCommand = "crosscheck --bless";
 constexpr std::uint64_t kMostBytes = 1 << 26;
 constexpr std::uint64_t kMostRecordedSide = 65536;
 
-/// The options that decide which image is traced; how the tree is built does not.
-std::string view_text(const Options& options) {
+/// The options that decide which image of a scene is traced; how the tree is built does not.
+std::string view_text(const Options& given, const std::string& scene) {
+    Options options = given;
+    options.scene = scene;
+    const std::vector<std::string> viewed = scene_view_arguments(options);
     std::vector<std::string> line;
-    for (std::size_t i = 0; i + 1 < options.view_arguments.size(); i += 2) {
-        if (options.view_arguments[i] == "--build") continue;
-        line.push_back(options.view_arguments[i]);
-        line.push_back(options.view_arguments[i + 1]);
-    }
+    for (std::size_t i = 0; i + 1 < viewed.size(); i += 2)
+        if (viewed[i] != "--build") line.insert(line.end(), {viewed[i], viewed[i + 1]});
     if (options.lenient) line.emplace_back("--lenient");
     return shell_line(line);
 }
@@ -91,7 +91,7 @@ std::string difference_of(const ReferenceImage& actual, const ReferenceImage& ex
 
 ExpectedRow GoldenImages::compare(const Options& options, const ReferenceImage& image) const {
     ExpectedRow row{image.frame, image.rays, ""};
-    const std::string view = view_text(options);
+    const std::string view = view_text(options, options.scene);
     const auto scene = std::ranges::find_if(scenes, [&](const GoldenScene& s) {
         return s.scene == options.scene && s.width == options.view.width &&
                s.height == options.view.height && s.view == view;
@@ -123,7 +123,7 @@ std::string golden_text(const Options& options, const CheckRun& run) {
                                   {"vertices", report.head.vertices},
                                   {"width", report.head.width},
                                   {"height", report.head.height},
-                                  {"options", view_text(options)},
+                                  {"options", view_text(options, report.spec)},
                                   {"images", images}});
     }
     return json_text(json);

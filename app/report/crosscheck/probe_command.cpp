@@ -19,11 +19,12 @@ std::string probe_command(const Options& options, const CheckRow& row, const Pix
     add("--size", fmt::format("{}x{}", options.view.width, options.view.height));
     add("--rays", row.rays);
     // Pairs of a name and a value; probe refuses those that have no effect on these rays.
-    for (std::size_t i = 0; i + 1 < options.view_arguments.size(); i += 2) {
-        const std::string& name = options.view_arguments[i];
+    const std::vector<std::string> viewed = scene_view_arguments(options);
+    for (std::size_t i = 0; i + 1 < viewed.size(); i += 2) {
+        const std::string& name = viewed[i];
         if (name.starts_with("--ao-") && row.rays != "ao") continue;
         if (name == "--light" && row.rays != "shadow") continue;
-        add(name.c_str(), options.view_arguments[i + 1]);
+        add(name.c_str(), viewed[i + 1]);
     }
     if (options.allow_empty) line.push_back("--allow-empty");
     if (options.lenient) line.push_back("--lenient");

@@ -82,6 +82,15 @@ TEST(ExpectedImages, AreFoundEqual) {
     EXPECT_NE(outcome.out.find("expected images, 3: equal\n"), std::string::npos) << outcome.out;
 }
 
+TEST(ExpectedImages, AreFoundByTheirSecond) {
+    const TemporaryFolder folder;
+    const std::string file = bless_cloth(folder);
+    const Outcome outcome =
+        run({"crosscheck", "builtin:cloth:200", "--backend", "cpu", "--simd", "off", "--size",
+             "16x16", "--time", "0", "--fps", "12", "--expect", file, "--out", folder.file("out")});
+    EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+}
+
 TEST(ExpectedImages, ThatDifferAreNamed) {
     const TemporaryFolder folder;
     const std::string file = bless_cloth(folder);
