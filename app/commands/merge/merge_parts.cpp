@@ -45,6 +45,8 @@ std::vector<fs::path> part_files(const std::string& folder) {
     return files;
 }
 
+bool knows_scene(const Part& part) { return !part.render.frames.empty(); }
+
 /// The first property in which a part is not of the same render; empty if there is none.
 std::string difference(const Part& part, const Part& first) {
     const PartRender& a = part.render;
@@ -80,8 +82,7 @@ public:
     }
 
 private:
-    /// The part that all are compared with.
-    const Part& first() const { return report_.parts.front(); }
+    const Part& first() const { return report_.first(); }
 
     void find(FindingKind kind, std::string text, std::uint32_t shard, const std::string& host,
               std::optional<double> frame = std::nullopt) {
@@ -110,8 +111,7 @@ private:
 
     void check_agreement() {
         for (const Part& part : report_.parts) {
-            // A shard that failed early may not know its scene.
-            if (part.state == PartState::kFailed && part.images.empty()) continue;
+            if (!knows_scene(part)) continue;
             const std::string text = difference(part, first());
             if (text.empty()) continue;
             find(FindingKind::kDiffers,
@@ -270,6 +270,11 @@ const char* name_of(FindingKind kind) {
             return "unverified";
     }
     return "";
+}
+
+const Part& MergeReport::first() const {
+    const auto found = std::ranges::find_if(parts, knows_scene);
+    return found == parts.end() ? parts.front() : *found;
 }
 
 std::vector<Part> read_parts(const std::vector<std::string>& folders) {

@@ -64,6 +64,9 @@ struct MergeReport {
     std::uint64_t same_host = 0;
 
     bool is_right() const { return findings.empty(); }
+    /// The part that all are compared with: the first one that knows its scene. A shard that ends
+    /// while its scene opens leaves a part that does not; the first part if none does.
+    const Part& first() const;
 };
 
 /// Reads the parts in the folders. Throws Error: kBadInput for a folder that cannot be read or has

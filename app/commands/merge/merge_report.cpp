@@ -83,7 +83,7 @@ std::string table_of(const std::vector<Part>& parts) {
 }
 
 std::string summary(const MergeReport& report) {
-    const std::size_t frames = report.parts.front().render.frames.size();
+    const std::size_t frames = report.first().render.frames.size();
     if (!report.is_right())
         return fmt::format("{} of {} frames are there once and whole; {} finding{}\n",
                            report.frames.size(), frames, report.findings.size(),
@@ -129,7 +129,7 @@ std::string to_text(const MergeReport& report) {
 }
 
 std::string to_json(const MergeReport& report) {
-    const PartRender& render = report.parts.front().render;
+    const PartRender& render = report.first().render;
     Json json = head_of(
         {"merge", render.scene, render.triangles, render.vertices, render.width, render.height});
     json["software"] = render.software;

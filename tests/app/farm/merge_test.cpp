@@ -84,6 +84,24 @@ TEST_F(Merge, NamesFramesThatFollowEachOtherInOneLine) {
         << outcome.out;
 }
 
+TEST_F(Merge, ComparesWithAShardThatKnowsItsScene) {
+    for (const char* state : {"failed", "interrupted", "running"}) {
+        change_part(folder, "out/part-1-of-3.json", [&](Json& part) {
+            part["state"] = state;
+            part["scene_hash"] = "0000000000000000";
+            part["triangles"] = part["vertices"] = 0;
+            for (const char* list : {"all_frames", "frames", "checks", "frames_left"})
+                part[list] = Json::array();
+        });
+        EXPECT_EQ(findings(folder, {"out"}, "differs"), Names{}) << state;
+        EXPECT_EQ(findings(folder, {"out"}, "unfinished"), Names{"-/1/n1"}) << state;
+        EXPECT_EQ(findings(folder, {"out"}, "missing"), (Names{"0.0/1/n1", "1.0/1/n1"})) << state;
+        const Json report = read_json(folder, "merged.json");
+        EXPECT_NE(report["scene_hash"], "0000000000000000");
+        EXPECT_NE(merge(folder, {"out"}).out.find("6 of 8 frames"), std::string::npos);
+    }
+}
+
 TEST_F(Merge, NamesAShardThatWasKilled) {
     change_part(folder, "out/part-3-of-3.json", [](Json& part) {
         part["state"] = "running";
