@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <system_error>
 
 #include "app/commands/merge/opinions.h"
@@ -161,6 +162,7 @@ private:
     void add_image(const Part& part, const PartImage& image) {
         const auto [at, is_new] = images_.emplace(image.frame, &part);
         if (!is_new) {
+            repeated_.insert(image.frame);
             find(FindingKind::kDuplicate,
                  fmt::format("shard {} on {} has it, too", at->second->shard.index,
                              at->second->host),
@@ -183,6 +185,8 @@ private:
     }
 
     void check_frames() {
+        std::erase_if(report_.frames,
+                      [&](const MergedFrame& merged) { return repeated_.contains(merged.frame); });
         std::ranges::sort(report_.frames, {}, &MergedFrame::frame);
         const std::vector<double>& all = first().render.frames;
         for (std::size_t i = 0; i < all.size(); ++i) {
@@ -243,6 +247,8 @@ private:
 
     MergeReport report_;
     std::map<double, const Part*> images_;
+    /// Frames with several images.
+    std::set<double> repeated_;
     /// The opinions on each frame; its owner's comes first.
     std::map<double, std::vector<Opinion>> opinions_;
     std::map<double, std::vector<std::uint64_t>> scenes_;

@@ -157,9 +157,12 @@ TEST_F(Merge, NamesDuplicateFramesAndShards) {
         part["frames"].push_back(read_json(folder, "out/part-1-of-3.json")["frames"][0]);
     });
     EXPECT_EQ(findings(folder, {"out"}, "duplicate"), Names{"0.0/2/n1"});
+    EXPECT_EQ(read_json(folder, "merged.json")["frames"].size(), 7u);
     ASSERT_EQ(render_shard(folder, "again", "3/3", {"--verify-every", "2"}, "n9").code, 0);
     EXPECT_EQ(findings(folder, {"out", "again"}, "duplicate"),
               (Names{"-/3/n9", "0.0/2/n1", "5.0/3/n9", "6.0/3/n9", "7.0/3/n9"}));
+    EXPECT_NE(merge(folder, {"out", "again"}).out.find("4 of 8 frames are there once and whole"),
+              std::string::npos);
 }
 
 TEST_F(Merge, NamesPartsOfAnotherVersionSceneOrCommand) {
