@@ -26,11 +26,13 @@ public:
     PartLog(const PartLog&) = delete;
     PartLog& operator=(const PartLog&) = delete;
 
-    /// Runs `work`, which returns an exit code, and writes how it ended. Throws what `work` throws,
-    /// and Error(kOutput) if the part cannot be written and nothing else failed.
+    /// Runs `work`, which returns an exit code, and writes the part before, unless that of an
+    /// earlier run is there to be continued, and how `work` ended. Throws what `work` throws, and
+    /// Error(kOutput) if the part cannot be written and nothing else failed.
     template <class Work>
     ExitCode record(Work work) {
         try {
+            if (!earlier_) begin();
             const ExitCode code = work();
             end(code);
             return code;
@@ -43,7 +45,7 @@ public:
     /// Sets what is rendered.
     void set_scene(const Clip& clip, std::uint64_t clip_hash, const std::vector<double>& frames,
                    const std::vector<FrameTask>& tasks);
-    /// Writes the part for the first time. Throws Error(kOutput).
+    /// Writes what is known of the part. Throws Error(kOutput).
     void begin();
     void set_device(const std::string& backend, const std::string& device);
     /// Adds an image of this machine; its host, backend and device are filled in.

@@ -344,6 +344,15 @@ TEST(Parts, AreWrittenWhenTheSceneCannotBeRead) {
     EXPECT_NE(part["reason"].get<std::string>().find("none.obj"), std::string::npos);
 }
 
+TEST(Parts, AreWrittenBeforeTheSceneIsRead) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directories(folder.path() / "out/part-1-of-2.json");
+    const Outcome outcome =
+        run({"render", "none.obj", "--shard", "1/2", "--out", "out"}, {.folder = folder.path()});
+    EXPECT_EQ(outcome.code, 5) << outcome.err;
+    EXPECT_NE(outcome.err.find("part-1-of-2.json"), std::string::npos) << outcome.err;
+}
+
 TEST(Parts, SayWhichFramesAreLeftAfterABadOne) {
     const TemporaryFolder folder;
     for (int i = 0; i < 4; ++i)
