@@ -45,12 +45,13 @@ struct RatioInterval {
     double most = 1;
 };
 
-/// The ratio of medians, after to before, of the stratum whose ratio is the median of all strata,
-/// and the interval in which it lies with this confidence (0 to 1): quantiles of the ratios of
-/// samples that are drawn with replacement from each side of each stratum (the percentile
-/// bootstrap). Draws come from a generator with a fixed seed, so that equal values give equal
-/// intervals. Requires at least one stratum, and at least one value above 0 on each side of each.
-/// Based on: B. Efron. Bootstrap Methods: Another Look at the Jackknife. 1979.
+/// The ratio of medians, after to before, of the stratum whose ratio is the median of all strata
+/// (the geometric mean of the two in the middle), and the interval in which it lies with this
+/// confidence (0 to 1): quantiles of the ratios of samples that are drawn with replacement from
+/// each side of each stratum (the percentile bootstrap). Draws come from a generator with a fixed
+/// seed, so that equal values give equal intervals. Requires at least one stratum, and at least one
+/// value above 0 on each side of each. Based on: B. Efron. Bootstrap Methods: Another Look at the
+/// Jackknife. 1979.
 RatioInterval ratio_of_medians(std::span<const Stratum> strata, double confidence);
 
 }  // namespace mray

@@ -268,12 +268,14 @@ Measured measured(const Stage& stage, const std::string& backend, const ProfileR
         strata.push_back(std::move(stratum));
     }
     std::ranges::stable_sort(changes, {}, &FrameChange::ratio);
-    const FrameChange& middle = changes[changes.size() / 2];
+    // As in the ratio, the geometric mean of the two frames in the middle of an even number.
+    const FrameChange& lower = changes[(changes.size() - 1) / 2];
+    const FrameChange& upper = changes[changes.size() / 2];
     const FrameChange& worst = changes.back();
     return {{.backend = backend,
              .stage = stage.name,
-             .expected_ms = middle.expected_ms,
-             .measured_ms = middle.measured_ms,
+             .expected_ms = std::sqrt(lower.expected_ms * upper.expected_ms),
+             .measured_ms = std::sqrt(lower.measured_ms * upper.measured_ms),
              .ratio = ratio_of_medians(strata, confidence),
              .worst_frame = worst.frame,
              .worst_percent = 100 * (worst.ratio - 1)},

@@ -85,6 +85,25 @@ TEST(Verdict, FindsTenPercentInOneStage) {
     EXPECT_EQ(reverse.count(StageVerdict::kSlower), 0u);
 }
 
+TEST(Verdict, ShowsTimesOfItsRatioForAnyNumberOfFrames) {
+    ProfileReport then = made_report();
+    ProfileReport now = made_report();
+    for (const double frame : {0.0, 6.0, 12.0, 24.0}) {
+        slow_down(then, "cpu", &app::StageSamples::trace, 1 + frame, frame);
+        slow_down(now, "cpu", &app::StageSamples::trace, (1 + frame) * (1 + frame), frame);
+    }
+    for (int frames = 4; frames > 1; --frames) {
+        const BaselineReport report = compare(then, now);
+        const app::StageChange& trace = stage_of(report, "cpu", "trace");
+        EXPECT_NEAR(trace.measured_ms / trace.expected_ms, trace.ratio.ratio, 1e-9) << frames;
+        for (ProfileReport* side : {&then, &now}) {
+            const double last = side->rows.back().frame;
+            std::erase_if(side->rows,
+                          [&](const app::ProfileRow& row) { return row.frame == last; });
+        }
+    }
+}
+
 TEST(Verdict, IsOkForLessThanTheTolerance) {
     ProfileReport now = made_report();
     slow_down(now, "cpu", &app::StageSamples::rebuild, 1.1);
