@@ -12,6 +12,7 @@
 #include "app/cli/conflicts.h"
 #include "app/cli/help/help_formatter.h"
 #include "app/cli/options/command_options.h"
+#include "app/cli/output_conflicts.h"
 #include "app/cli/unused_options.h"
 #include "app/cli/usage_errors.h"
 #include "common/base/errors.h"
@@ -224,6 +225,7 @@ ParsedCommandLine CommandLine::parse(std::span<const std::string> arguments) {
     options_.given = given_options();
     options_.arguments.assign(arguments.begin(), arguments.end());
     check_conflicts(options_);
+    check_output_conflicts(options_);
     check_unused_options(options_);
     return {options_, {}};
 }

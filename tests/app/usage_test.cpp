@@ -1,6 +1,9 @@
 // Messages about command lines that are refused.
 #include <gtest/gtest.h>
 
+#include <iterator>
+#include <sstream>
+
 #include "tests/app/program.h"
 #include "tools/build/build_record.h"
 
@@ -235,6 +238,59 @@ TEST(Usage, TwoReportsDoNotShareStdout) {
         expect_refused({"profile", "builtin:cloth:500", "--json", there, "--csv", "-"}, 2,
                        "--json, --csv: both go to stdout");
     }
+}
+
+/// Runs in a folder with a mesh a.obj, rays r.txt and a frame d/frame_0000.png; each line is
+/// refused, and leaves these files as they were.
+TEST(Usage, NoOutputIsAnInputOrAnotherOutput) {
+    const TemporaryFolder folder;
+    const std::string mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    folder.write("a.obj", mesh);
+    folder.write("r.txt", "0 0 1 0 0 -1\n");
+    folder.write("d/frame_0000.png", "image");
+    std::filesystem::create_symlink("a.obj", folder.path() / "link");
+    const std::vector<std::string> before = folder.names();
+    for (const char* line : {"render a.obj -o o/a.png --json o/a.png",
+                             "render a.obj --hits x --json ./x",
+                             "render a.obj -o o --json o/frame_0000.png",
+                             "render a.obj --json out/sheet.png",
+                             "render a.obj --shard 1/1 -o o --json o/part-1-of-1.json",
+                             "render a.obj -o o/ --hits h/ --json h/frame_0000.hits",
+                             "render a.obj -o o/a.png --exr half --json o/a.exr",
+                             "render a.obj --json a.obj",
+                             "render a.obj --json link",
+                             "crosscheck a.obj --json x --html x",
+                             "crosscheck a.obj --json x --bless x",
+                             "crosscheck a.obj --json a.obj",
+                             "crosscheck a.obj --expect x --json x",
+                             "profile a.obj --csv x --json x",
+                             "profile a.obj --baseline r.txt --csv r.txt",
+                             "merge d --sheet y.png --json y.png",
+                             "merge d --sheet d/frame_0000.png",
+                             "merge d --json d/part-1-of-2.json",
+                             "probe a.obj --frame 0 --pixel 0,0 --bundle b.json --json b.json",
+                             "trace a.obj --rays r.txt --out a.obj",
+                             "trace a.obj --rays r.txt --out r.txt",
+                             "query a.obj --ask inside --points r.txt --out r.txt",
+                             "diff a.obj r.txt --json r.txt"}) {
+        std::istringstream words(line);
+        const Outcome outcome =
+            run({std::istream_iterator<std::string>(words), {}}, {.folder = folder.path()});
+        EXPECT_EQ(outcome.code, 2) << line << ": " << outcome.err;
+        EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+        EXPECT_NE(outcome.err.find(" name"), std::string::npos) << outcome.err;
+    }
+    EXPECT_EQ(folder.names(), before);
+    EXPECT_EQ(read_file(folder.path() / "a.obj"), mesh);
+    EXPECT_EQ(read_file(folder.path() / "d/frame_0000.png"), "image");
+}
+
+TEST(Usage, DevicesTakeSeveralOutputs) {
+    const TemporaryFolder folder;
+    EXPECT_EQ(run({"render", "builtin:cloth:300", "--frames", "0", "--size", "8x8", "--backend",
+                   "cpu", "--json", "/dev/null", "--hits", "/dev/null", "-o", folder.file("o")})
+                  .code,
+              0);
 }
 
 TEST(Usage, OptionGivenTwiceIsRefused) {
