@@ -1,5 +1,6 @@
 #include "embree/transform.h"
 
+#include <cmath>
 #include <cstddef>
 
 #include "embree/device.h"
@@ -107,10 +108,12 @@ void write_transform(const Transform& transform, RTCFormat format, void* floats)
 
 /// Translation times rotation times a triangular matrix of scale, skew and shift.
 Transform to_transform(const RTCQuaternionDecomposition& parts) {
-    const double r = double{parts.quaternion_r};
-    const double i = double{parts.quaternion_i};
-    const double j = double{parts.quaternion_j};
-    const double k = double{parts.quaternion_k};
+    double r = double{parts.quaternion_r};
+    double i = double{parts.quaternion_i};
+    double j = double{parts.quaternion_j};
+    double k = double{parts.quaternion_k};
+    const double norm = std::sqrt(r * r + i * i + j * j + k * k);
+    for (double* const part : {&r, &i, &j, &k}) *part /= norm;
     const Transform rotation = {
         {{r * r + i * i - j * j - k * k, 2 * (i * j + r * k), 2 * (i * k - r * j)},
          {2 * (i * j - r * k), r * r - i * i + j * j - k * k, 2 * (j * k + r * i)},

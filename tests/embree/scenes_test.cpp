@@ -189,8 +189,8 @@ TEST(DoorScenes, InstancesOfInstancesAndQuaternions) {
     rtcSetGeometryInstancedScene(instance, middle);
     RTCQuaternionDecomposition parts;
     rtcInitQuaternionDecomposition(&parts);
-    // A quarter turn about z, then up by 2.
-    rtcQuaternionDecompositionSetQuaternion(&parts, std::sqrt(0.5f), 0, 0, std::sqrt(0.5f));
+    // A quarter turn about z, by a quaternion of any length, then up by 2.
+    rtcQuaternionDecompositionSetQuaternion(&parts, 3, 0, 0, 3);
     rtcQuaternionDecompositionSetTranslation(&parts, 0, 0, 2);
     rtcSetGeometryTransformQuaternion(instance, 0, &parts);
     RTCScene scene = door.committed({instance});
