@@ -122,7 +122,7 @@ void SceneObject::detach(unsigned int id) {
 }
 
 Geometry* SceneObject::find(unsigned int id) const {
-    if (id < by_id_.size()) return by_id_[id];
+    if (id < by_id_.size() && by_id_[id] != nullptr) return by_id_[id];
     const auto found = attachments_.find(id);
     return found == attachments_.end() ? nullptr : found->second.get();
 }

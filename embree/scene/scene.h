@@ -70,7 +70,7 @@ private:
     Ref<Device> device_;
     mutable std::mutex mutex_;
     Attachments attachments_;
-    /// The geometries by ID, for find().
+    /// The geometries by ID, for find(); null for some that are attached.
     std::vector<Geometry*> by_id_;
     RTCSceneFlags flags_ = RTC_SCENE_FLAG_NONE;
     RTCBuildQuality quality_ = RTC_BUILD_QUALITY_MEDIUM;
