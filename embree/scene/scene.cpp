@@ -92,11 +92,8 @@ unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
     constexpr unsigned int kMost = 0x7FFFFFFFu;
     const std::scoped_lock lock(mutex_);
     if (id == kInvalid) {
-        id = 0;
-        for (const auto& [taken, unused] : attachments_) {
-            if (taken != id) break;
-            ++id;
-        }
+        while (find(lowest_free_) != nullptr) ++lowest_free_;
+        id = lowest_free_;
     }
     if (id > kMost) fail_argument("the geometry ID is too large");
     if (attachments_.contains(id))
@@ -119,6 +116,7 @@ void SceneObject::detach(unsigned int id) {
     on_twin(*this, &Fallback::rtcDetachGeometry, id);
     attachments_.erase(found);
     if (id < by_id_.size()) by_id_[id] = nullptr;
+    lowest_free_ = std::min(lowest_free_, id);
 }
 
 Geometry* SceneObject::find(unsigned int id) const {

@@ -72,6 +72,8 @@ private:
     Attachments attachments_;
     /// The geometries by ID, for find(); null for some that are attached.
     std::vector<Geometry*> by_id_;
+    /// All IDs below are taken.
+    unsigned int lowest_free_ = 0;
     RTCSceneFlags flags_ = RTC_SCENE_FLAG_NONE;
     RTCBuildQuality quality_ = RTC_BUILD_QUALITY_MEDIUM;
     RTCProgressMonitorFunction progress_function_ = nullptr;
