@@ -112,10 +112,11 @@ struct Batch {
 
     void resize(std::size_t count) {
         if (count <= active.size()) return;
-        active.resize(count);
         rays.resize(count);
         hits.resize(count);
         occluded.resize(count);
+        // The last one: its size says that the others have theirs.
+        active.resize(count);
     }
 };
 thread_local Batch batch;
