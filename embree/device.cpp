@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "embree/scene/committed.h"
+#include "embree/thread_owned.h"
 #include "morphray/error.hpp"
 
 namespace mray::embree {
@@ -23,9 +24,13 @@ struct ErrorSlot {
 };
 constexpr std::uint64_t kNoDevice = 0;
 
-thread_local std::vector<ErrorSlot> slots;
-/// The last error of this thread.
-thread_local std::string last_message;
+/// The errors of this thread.
+struct Errors {
+    std::vector<ErrorSlot> slots;
+    std::string last_message;
+};
+
+Errors& errors() { return ThreadOwned<Errors>::get(); }
 
 std::uint64_t number_of(const Device* device) {
     return device == nullptr ? kNoDevice : device->number();
@@ -38,6 +43,7 @@ std::uint64_t next_number() {
 
 /// Returns the code, and empties the slot.
 RTCError take_error(std::uint64_t device) {
+    std::vector<ErrorSlot>& slots = errors().slots;
     const auto slot = std::find_if(slots.begin(), slots.end(),
                                    [&](const ErrorSlot& s) { return s.device == device; });
     if (slot == slots.end()) return RTC_ERROR_NONE;
@@ -202,6 +208,7 @@ void Device::call_error_function(const Failure& failure) const {
 void report(Device* device, const Failure& failure) noexcept {
     try {
         const std::uint64_t number = number_of(device);
+        auto& [slots, last_message] = errors();
         const bool is_taken = std::any_of(slots.begin(), slots.end(), [&](const ErrorSlot& slot) {
             return slot.device == number;
         });
@@ -279,7 +286,8 @@ void rtcSetDeviceProperty(RTCDevice device, const enum RTCDeviceProperty, ssize_
 }
 
 RTCError rtcGetDeviceError(RTCDevice device) {
-    return take_error(number_of(reinterpret_cast<Device*>(device)));
+    return guarded("rtcGetDeviceError", nullptr,
+                   [&] { return take_error(number_of(reinterpret_cast<Device*>(device))); });
 }
 
 void rtcSetDeviceErrorFunction(RTCDevice device, RTCErrorFunction function, void* user) {
@@ -307,5 +315,8 @@ const char* rtcGetErrorString(RTCError error) {
     return code < std::size(kNames) ? kNames[code] : "RTC_ERROR_UNKNOWN";
 }
 
-const char* rtcGetDeviceLastErrorMessage(RTCDevice) { return last_message.c_str(); }
+const char* rtcGetDeviceLastErrorMessage(RTCDevice) {
+    return guarded("rtcGetDeviceLastErrorMessage", nullptr,
+                   [] { return errors().last_message.c_str(); });
+}
 #endif

@@ -14,6 +14,7 @@
 #include "embree/queries/query.h"
 #include "embree/scene/reading.h"
 #include "embree/scene/scene.h"
+#include "embree/thread_owned.h"
 
 namespace mray::embree {
 namespace {
@@ -119,11 +120,10 @@ struct Batch {
         active.resize(count);
     }
 };
-thread_local Batch batch;
 
 /// Traces the rays with the first `count` numbers of batch.active, in this thread.
 template <Query::Kind kind, class Layout>
-void trace_batch(const Query& query, const Layout& rays, std::size_t count) {
+void trace_batch(const Query& query, const Layout& rays, Batch& batch, std::size_t count) {
     // A filter may trace other rays.
     Batch mine = std::exchange(batch, {});
     const auto traced = std::span(mine.rays).first(count);
@@ -181,6 +181,7 @@ void trace(const char* call, RTCScene scene, const QueryOptions& options, const 
         const Reading reading(scene_of(scene, first));
         const Query query(reading.committed(), options, kind);
         if (!query.committed().scene) return;
+        Batch& batch = ThreadOwned<Batch>::get();
         for (std::size_t begin = 0; begin < count; begin += kBatch) {
             const std::size_t end = std::min(count, begin + kBatch);
             batch.resize(end - begin);
@@ -189,7 +190,7 @@ void trace(const char* call, RTCScene scene, const QueryOptions& options, const 
                 if (valid == nullptr || valid[i] == -1)
                     batch.active[size++] = static_cast<std::uint32_t>(i);
             if (size >= kFewRays) {
-                trace_batch<kind>(query, rays, size);
+                trace_batch<kind>(query, rays, batch, size);
                 continue;
             }
             std::array<std::uint32_t, kFewRays> few;

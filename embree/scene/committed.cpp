@@ -5,6 +5,8 @@
 #include <set>
 #include <utility>
 
+#include "embree/thread_owned.h"
+
 namespace mray::embree {
 namespace {
 
@@ -16,6 +18,14 @@ bool fits(const Committed& spare, const BuildWay& way, const std::vector<Part>& 
                           return part.vertices.count == old.own_positions.size();
                       });
 }
+
+/// The last answer of Committed::visible() in the thread: most rays have the mask of the one
+/// before.
+struct Answer {
+    std::uint64_t settings_number = 0;
+    unsigned int ray_mask = 0;
+    std::vector<std::uint8_t> is_visible;
+};
 
 }  // namespace
 
@@ -37,13 +47,7 @@ void Committed::read_settings() {
 }
 
 std::span<const std::uint8_t> Committed::visible(unsigned int ray_mask) const {
-    /// The last answer of the thread: most rays have the mask of the one before.
-    struct Answer {
-        std::uint64_t settings_number = 0;
-        unsigned int ray_mask = 0;
-        std::vector<std::uint8_t> is_visible;
-    };
-    thread_local Answer last;
+    Answer& last = ThreadOwned<Answer>::get();
     if (last.settings_number != settings_number || last.ray_mask != ray_mask) {
         last.settings_number = 0;
         last.is_visible.clear();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "embree/scene/scene.h"
+#include "embree/thread_owned.h"
 
 namespace mray::embree {
 namespace {
@@ -73,26 +74,12 @@ Threads& threads() {
     return *made;
 }
 
-/// This thread's; one load, as the model keeps it beside those of the program.
-[[gnu::tls_model("initial-exec")]] constinit thread_local ReadingThread* mine = nullptr;
-
-struct GivesBack {
-    ~GivesBack() {
-        threads().give(mine);
-        mine = nullptr;
-    }
+struct FromThreads {
+    static ReadingThread* make() { return threads().take(); }
+    static void drop(ReadingThread* thread) { threads().give(thread); }
 };
 
-[[gnu::noinline]] void take_mine() {
-    mine = threads().take();
-    static thread_local GivesBack at_end;
-    static_cast<void>(at_end);
-}
-
-ReadingThread& this_thread() {
-    if (mine == nullptr) take_mine();
-    return *mine;
-}
+ReadingThread& this_thread() { return ThreadOwned<ReadingThread, FromThreads>::get(); }
 
 }  // namespace
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cstddef>
+#include <cstdlib>
 #include <latch>
 #include <optional>
 #include <thread>
@@ -194,6 +195,63 @@ TEST(DoorThreads, TracePacketsInMemoryOfTheirOwn) {
     EXPECT_EQ(found, expected);
     EXPECT_EQ(door.error(), RTC_ERROR_NONE);
     rtcReleaseScene(scene);
+}
+
+/// A program's object with static storage, whose destructor asks after the thread's own objects are
+/// gone.
+struct LateCaller {
+    ~LateCaller() {
+        // Memory that was the thread's is the program's now.
+        std::vector<std::vector<char>> blocks;
+        for (int i = 0; i < 200; ++i)
+            for (const std::size_t size : {1, 2, 16, 64, 128, 320, 512})
+                blocks.emplace_back(size, 'x');
+        if (!is_answered()) std::_Exit(2);
+        for (const std::vector<char>& block : blocks)
+            for (const char byte : block)
+                if (byte != 'x') std::_Exit(3);
+    }
+    /// Traces packets and rays with masks, and takes an error.
+    bool is_answered() const {
+        alignas(64) std::array<int, 16> valid;
+        valid.fill(-1);
+        RTCRayHit16 packet = {};
+        for (std::size_t i = 0; i < 16; ++i) {
+            packet.ray.org_x[i] = packet.ray.org_y[i] = 0.25f;
+            packet.ray.org_z[i] = 1;
+            packet.ray.dir_z[i] = -1;
+            packet.ray.tfar[i] = kInfinity;
+            packet.ray.mask[i] = kInvalid;
+            packet.hit.geomID[i] = kInvalid;
+        }
+        trace_packet(rtcIntersect16, valid.data(), scene, &packet);
+        bool is_right = packet.hit.geomID[7] == 0;
+        for (const unsigned int mask : {2, 1}) {
+            const RTCRayHit ray = make_ray({0.25f, 0.25f, 1}, {0, 0, -1}, 0, kInfinity, mask);
+            is_right &= trace(scene, ray).hit.geomID == mask - 1;
+        }
+        rtcReleaseScene(nullptr);
+        return is_right && rtcGetDeviceError(nullptr) == RTC_ERROR_INVALID_ARGUMENT;
+    }
+
+    RTCScene scene = nullptr;
+};
+
+TEST(DoorThreads, AnswerAfterTheirOwnObjectsAreGone) {
+    GTEST_FLAG_SET(death_test_style, "threadsafe");
+    EXPECT_EXIT(
+        {
+            static const Door door("threads=1");
+            static LateCaller late;
+            std::vector<RTCGeometry> meshes;
+            for (const unsigned int mask : {1, 2}) {
+                meshes.push_back(door.triangle(-static_cast<float>(mask)));
+                rtcSetGeometryMask(meshes.back(), mask);
+            }
+            late.scene = door.committed(meshes);
+            std::exit(late.is_answered() ? 0 : 1);
+        },
+        testing::ExitedWithCode(0), "");
 }
 
 /// Each thread takes the errors of its own calls, and no others.
