@@ -15,7 +15,8 @@ bool fits(const Committed& spare, const BuildWay& way, const std::vector<Part>& 
     return spare.way == way && spare.triangles == triangles &&
            std::equal(parts.begin(), parts.end(), spare.parts.begin(), spare.parts.end(),
                       [](const Part& part, const Part& old) {
-                          return part.vertices.count == old.own_positions.size();
+                          return part.vertices.count == old.own_positions.size() &&
+                                 part.used_vertices == old.used_vertices;
                       });
 }
 
@@ -63,6 +64,7 @@ void SpareTrees::keep(std::unique_ptr<Committed> spare) noexcept {
     for (Part& part : spare->parts) {
         Part rest;
         rest.own_positions = std::move(part.own_positions);
+        rest.used_vertices = part.used_vertices;
         part = std::move(rest);
     }
     const std::scoped_lock lock(mutex_);

@@ -78,8 +78,8 @@ public:
     /// Takes a scene that has `triangles`, and lets go of what its caller gave.
     void keep(std::unique_ptr<Committed> spare) noexcept;
     /// Returns a scene that was built over these triangles in this way, and whose parts have as
-    /// many vertices. Returns null if there is none, and drops the oldest one: so at most one is
-    /// kept for each scene that was released and not replaced.
+    /// many vertices, and as many used ones. Returns null if there is none, and drops the oldest
+    /// one: so at most one is kept for each scene that was released and not replaced.
     std::unique_ptr<Committed> take(const BuildWay& way, const std::vector<Part>& parts,
                                     const std::vector<std::vector<std::uint32_t>>& triangles);
 

@@ -52,7 +52,6 @@ bool has_moved(const Part& before, const Part& now) {
 void prepare(std::vector<Part>& parts) {
     std::map<const Geometry*, const Part*> first_of;
     for (Part& part : parts) {
-        part.count_used_vertices();
         part.place();
         const Part* const first = first_of.try_emplace(&part.mesh(), &part).first->second;
         if (first == &part) {
@@ -242,6 +241,7 @@ void SceneObject::build(std::vector<Part> parts) {
     const bool is_reusable = (flags_ & RTC_SCENE_FLAG_DYNAMIC) != 0;
     std::vector<std::vector<std::uint32_t>> triangles(parts.size());
     std::unique_ptr<Committed> made;
+    for (Part& part : parts) part.count_used_vertices();
     if (is_reusable) {
         for (std::size_t i = 0; i < parts.size(); ++i) {
             parts[i].has_own_positions = true;

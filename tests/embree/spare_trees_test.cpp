@@ -179,6 +179,22 @@ TEST(DoorSpareTrees, ServeTheSameTrianglesAlone) {
     EXPECT_EQ(door.error(), RTC_ERROR_NONE);
 }
 
+TEST(DoorSpareTrees, OfTrianglesThatAreLeftOutServeNoOthers) {
+    const Door door("verbose=1");
+    const std::vector<Point> corners = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    const std::string built = std::string(kBuilt) + "1 triangles\n";
+    // The tracer has no vertex of this mesh, and one of the next.
+    EXPECT_EQ(said_of(door, door.triangles(corners, {{7, 8, 9}}), RTC_SCENE_FLAG_DYNAMIC), built);
+    RTCGeometry mesh = door.triangles(corners, {{0, 0, 0}});
+    RTCScene scene = door.scene({mesh}, RTC_SCENE_FLAG_DYNAMIC);
+    EXPECT_EQ(said([&] { rtcCommitScene(scene); }), built);
+    rtcUpdateGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0);
+    rtcCommitGeometry(mesh);
+    rtcCommitScene(scene);
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    rtcReleaseScene(scene);
+}
+
 TEST(DoorSpareTrees, ReadNothingOfReleasedBuffers) {
     const Door door("verbose=1");
     for (int pose = 0; pose < 3; ++pose) {
