@@ -1,6 +1,7 @@
 #include "embree/scene/committed.h"
 
 #include <algorithm>
+#include <array>
 #include <new>
 #include <set>
 #include <utility>
@@ -20,12 +21,16 @@ bool fits(const Committed& spare, const BuildWay& way, const std::vector<Part>& 
                       });
 }
 
-/// The last answer of Committed::visible() in the thread: most rays have the mask of the one
-/// before.
-struct Answer {
-    std::uint64_t settings_number = 0;
-    unsigned int ray_mask = 0;
-    std::vector<std::uint8_t> is_visible;
+/// Answers of Committed::visible() in the thread: rays of a few kinds, each with a mask, come in
+/// turn.
+struct Answers {
+    struct Answer {
+        std::uint64_t settings_number = 0;
+        unsigned int ray_mask = 0;
+        std::vector<std::uint8_t> is_visible;
+    };
+    std::array<Answer, 8> all;
+    std::size_t oldest = 0;
 };
 
 }  // namespace
@@ -48,15 +53,19 @@ void Committed::read_settings() {
 }
 
 std::span<const std::uint8_t> Committed::visible(unsigned int ray_mask) const {
-    Answer& last = ThreadOwned<Answer>::get();
-    if (last.settings_number != settings_number || last.ray_mask != ray_mask) {
-        last.settings_number = 0;
-        last.is_visible.clear();
-        for (const Part& part : parts) last.is_visible.push_back(part.sees(ray_mask) ? 1 : 0);
-        last.settings_number = settings_number;
-        last.ray_mask = ray_mask;
+    Answers& answers = ThreadOwned<Answers>::get();
+    for (const Answers::Answer& answer : answers.all) {
+        if (answer.settings_number == settings_number && answer.ray_mask == ray_mask)
+            return answer.is_visible;
     }
-    return last.is_visible;
+    Answers::Answer& made = answers.all[answers.oldest];
+    answers.oldest = (answers.oldest + 1) % answers.all.size();
+    made.settings_number = 0;
+    made.is_visible.clear();
+    for (const Part& part : parts) made.is_visible.push_back(part.sees(ray_mask) ? 1 : 0);
+    made.settings_number = settings_number;
+    made.ray_mask = ray_mask;
+    return made.is_visible;
 }
 
 void SpareTrees::keep(std::unique_ptr<Committed> spare) noexcept {

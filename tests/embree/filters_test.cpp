@@ -167,6 +167,27 @@ TEST_F(DoorFilters, RaysOfAPacketHaveMasksOfTheirOwn) {
     rtcReleaseScene(scene);
 }
 
+TEST_F(DoorFilters, RaysOfManyMasksAndScenesInTurnAreAnsweredEach) {
+    std::vector<RTCScene> scenes;
+    for (unsigned int lowest = 0; lowest < 2; ++lowest) {
+        std::vector<RTCGeometry> meshes;
+        for (unsigned int bit = 0; bit < 5; ++bit) {
+            meshes.push_back(door_.triangle(-static_cast<float>(bit)));
+            rtcSetGeometryMask(meshes.back(), 1u << ((bit + lowest) % 5));
+        }
+        scenes.push_back(door_.committed(meshes));
+    }
+    for (unsigned int i = 0; i < 200; ++i) {
+        RTCRayHit ray = down(0.25f, 0.25f);
+        ray.ray.mask = 7 * i % 32;
+        const unsigned int lowest = i % 3 % 2;
+        unsigned int seen_id = 0;
+        while (seen_id < 5 && (ray.ray.mask >> ((seen_id + lowest) % 5) & 1) == 0) ++seen_id;
+        EXPECT_EQ(trace(scenes[lowest], ray).hit.geomID, seen_id == 5 ? kInvalid : seen_id) << i;
+    }
+    for (RTCScene scene : scenes) rtcReleaseScene(scene);
+}
+
 TEST_F(DoorFilters, MasksAreIgnoredWhereNoGeometryHasOne) {
     RTCScene scene = door_.committed({door_.triangle()});
     RTCRayHit ray = down(0.25f, 0.25f);
