@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "embree/device.h"
@@ -67,53 +68,78 @@ float similarity_of(const Transform& t) {
     return is_similarity ? static_cast<float>(std::sqrt(scale2)) : 0.0f;
 }
 
-/// The context of a primitive's mesh; that of the caller is as before afterwards.
+/// A length that no image of a vector of length 1 is longer than.
+float most_stretch_of(const Transform& t) {
+    double sum = 0;
+    for (int column = 0; column < 3; ++column)
+        for (const double x : t.columns[column]) sum += x * x;
+    return static_cast<float>(std::sqrt(sum));
+}
+
+/// Where the scene of a query lies: at the top of the stack of instances that the caller has come
+/// down through.
+struct Place {
+    bool is_instance;
+    Transform to_scene = {};
+    Transform to_world = {};
+
+    explicit Place(const RTCPointQueryContext& context) : is_instance(context.instStackSize > 0) {
+        if (!is_instance) return;
+        const unsigned int top = context.instStackSize - 1;
+        to_scene = read_transform(RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, context.world2inst[top]);
+        to_world = read_transform(RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, context.inst2world[top]);
+    }
+};
+
+/// The context of an instance's mesh; that of the caller is as before afterwards. The instance is
+/// the top of its stack, in place of one that the caller has there.
 class InstanceScope {
 public:
-    InstanceScope(const Part& part, RTCPointQueryContext& context)
-        : context_(context), is_instance_(part.is_instance() && context.instStackSize == 0) {
-        if (!is_instance_) return;
-        write_matrix(part.to_object, context.world2inst[0]);
-        write_matrix(part.to_world, context.inst2world[0]);
-        context.instID[0] = part.inst_id;
+    InstanceScope(const Part& part, const Place& place, RTCPointQueryContext& context)
+        : context_(context), before_(context) {
+        const unsigned int top = std::max(context.instStackSize, 1u) - 1;
+        write_matrix(part.to_object * place.to_scene, context.world2inst[top]);
+        write_matrix(place.to_world * part.to_world, context.inst2world[top]);
+        context.instID[top] = part.inst_id;
 #if MORPHRAY_EMBREE == 4
-        context.instPrimID[0] = 0;
+        context.instPrimID[top] = 0;
 #endif
-        context.instStackSize = 1;
+        context.instStackSize = top + 1;
     }
-    ~InstanceScope() {
-        if (!is_instance_) return;
-        context_.instID[0] = kInvalid;
-#if MORPHRAY_EMBREE == 4
-        context_.instPrimID[0] = kInvalid;
-#endif
-        context_.instStackSize = 0;
-    }
+    ~InstanceScope() { context_ = before_; }
     InstanceScope(const InstanceScope&) = delete;
 
 private:
     RTCPointQueryContext& context_;
-    bool is_instance_;
+    const RTCPointQueryContext before_;
 };
 
-/// Returns whether a function changed the query. The functions of the geometry and of the call may
-/// lower the radius.
+/// Returns whether a function changed the query. The functions of the call and of the geometry may
+/// lower the radius, which is one in the space of the world.
 bool visit_near(const Committed& committed, RTCPointQuery& query, RTCPointQueryContext& context,
                 Function function, void* user) {
     bool has_changed = false;
-    const std::array<float, 3> point = {query.x, query.y, query.z};
-    committed.boxes().visit_near(point, query.radius, [&](const PrimBox& box) {
+    const Place place(context);
+    const morphray::Vec3 centre = place.to_scene.point({query.x, query.y, query.z});
+    const float similarity = place.is_instance ? similarity_of(place.to_scene) : 1.0f;
+    // Other images of a sphere lie within one.
+    const float scale = similarity > 0 ? similarity : most_stretch_of(place.to_scene);
+    float radius = query.radius * scale;
+    committed.boxes().visit_near({centre.x, centre.y, centre.z}, radius, [&](const PrimBox& box) {
         const Part& part = committed.parts[box.part];
-        const InstanceScope scope(part, context);
+        std::optional<InstanceScope> scope;
+        if (part.is_instance()) scope.emplace(part, place, context);
         RTCPointQueryFunctionArguments arguments;
         arguments.query = &query;
         arguments.userPtr = user;
         arguments.primID = box.prim_id;
         arguments.geomID = part.geom_id;
         arguments.context = &context;
-        arguments.similarityScale = part.is_instance() ? similarity_of(part.to_object) : 1.0f;
-        for (const Function each : {part.mesh().point_query, function})
+        arguments.similarityScale =
+            part.is_instance() ? similarity_of(part.to_object * place.to_scene) : similarity;
+        for (const Function each : {function, part.mesh().point_query})
             if (each != nullptr) has_changed |= each(&arguments);
+        radius = query.radius * scale;
     });
     return has_changed;
 }

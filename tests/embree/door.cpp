@@ -4,6 +4,14 @@
 
 namespace mray::door_test {
 
+RTCScene instance_of(const Door& door, RTCScene child, RTCFormat format,
+                     const std::vector<float>& floats) {
+    RTCGeometry instance = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(instance, child);
+    rtcSetGeometryTransform(instance, 0, format, floats.data());
+    return door.committed({door.triangle(-50), instance});
+}
+
 Waves::Waves(unsigned int n, float phase) {
     for (unsigned int y = 0; y <= n; ++y) {
         for (unsigned int x = 0; x <= n; ++x) {

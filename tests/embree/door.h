@@ -181,6 +181,11 @@ private:
     }
 };
 
+/// A scene of a triangle far below and of `child` as an instance whose transformation has this
+/// layout.
+RTCScene instance_of(const Door& door, RTCScene child, RTCFormat format,
+                     const std::vector<float>& floats);
+
 /// A function of point queries that notes the primitives in a std::vector<unsigned int>.
 inline bool note_prim(RTCPointQueryFunctionArguments* arguments) {
     static_cast<std::vector<unsigned int>*>(arguments->userPtr)->push_back(arguments->primID);

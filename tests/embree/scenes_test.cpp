@@ -1,8 +1,6 @@
 // Commits: updates, refits, geometries that come and go, instances.
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "tests/embree/door.h"
 
 namespace mray {
@@ -156,15 +154,6 @@ TEST(DoorScenes, NewBuffersReplaceTheOldOnes) {
     rtcReleaseScene(scene);
 }
 
-/// The scene as an instance whose transformation has this layout.
-RTCScene instance_of(const Door& door, RTCScene child, RTCFormat format,
-                     const std::vector<float>& floats) {
-    RTCGeometry instance = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_INSTANCE);
-    rtcSetGeometryInstancedScene(instance, child);
-    rtcSetGeometryTransform(instance, 0, format, floats.data());
-    return door.committed({door.triangle(-50), instance});
-}
-
 TEST(DoorScenes, InstancesTakeAllLayoutsOfTransformations) {
     const Door door;
     RTCScene child = door.committed({door.triangle(), door.triangle(-1)});
@@ -254,88 +243,6 @@ TEST(DoorScenes, InterpolationFollowsTrianglesAndQuads) {
     rtcReleaseGeometry(quad);
 }
 
-bool lower_radius(RTCPointQueryFunctionArguments* arguments) {
-    ++*static_cast<int*>(arguments->userPtr);
-    if (arguments->query->radius <= 2) return false;
-    arguments->query->radius = 2;
-    return true;
-}
-bool count_only(RTCPointQueryFunctionArguments* arguments) {
-    ++*static_cast<int*>(arguments->userPtr);
-    return false;
-}
-
-TEST(DoorScenes, PointQueriesVisitPrimitivesWithinTheRadius) {
-    const Door door;
-    const Waves waves(16);
-    RTCScene scene = door.committed(
-        {door.triangles(waves.vertices, waves.indices),
-         door.quads({{9, 0, 0}, {10, 0, 0}, {10, 1, 0}, {9, 1, 0}}, {{{0, 1, 2, 3}}})});
-    const auto count = [&](Point at, float radius, RTCPointQueryFunction function) {
-        RTCPointQuery query = {at[0], at[1], at[2], 0, radius};
-        RTCPointQueryContext context;
-        rtcInitPointQueryContext(&context);
-        int visited = 0;
-        rtcPointQuery(scene, &query, &context, function, &visited);
-        return visited;
-    };
-    EXPECT_EQ(count({0, 0, 0}, kInfinity, count_only), 2 * 16 * 16 + 1);
-    EXPECT_EQ(count({9.5f, 0.5f, 3}, 3, count_only), 1);
-    EXPECT_EQ(count({9.5f, 0.5f, 3}, 2.9f, count_only), 0);
-    // The nearest primitives come first, and once the radius is small no others.
-    EXPECT_LE(count({9.5f, 0.5f, 1}, kInfinity, lower_radius), 4);
-    EXPECT_EQ(count({kInfinity, 0, 0}, 1, count_only), 0);
-    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
-    rtcReleaseScene(scene);
-}
-
-/// The primitives that a query of any radius visits, in their order.
-std::vector<unsigned int> visited_from(RTCScene scene, Point at) {
-    RTCPointQuery query = {at[0], at[1], at[2], 0, kInfinity};
-    RTCPointQueryContext context;
-    rtcInitPointQueryContext(&context);
-    std::vector<unsigned int> visited;
-    rtcPointQuery(scene, &query, &context, note_prim, &visited);
-    return visited;
-}
-
-TEST(DoorScenes, PointQueriesVisitNoPrimitiveWithoutACorner) {
-    const Door door;
-    const std::vector<Point> vertices = {
-        {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {kInfinity, 0, 0}, {0, kNan, 0}};
-    RTCScene scene = door.committed({door.triangles(
-        vertices, {{0, 1, 9}, {0, 1, 3}, {4, 1, 2}, {0, 1, 2}, {0, 4, 2}, {kInvalid, 1, 2}})});
-    EXPECT_EQ(visited_from(scene, {0, 0, 5}), std::vector<unsigned int>{3});
-    rtcReleaseScene(scene);
-}
-
-/// The triangles of a column in the order in which a query at y = 0 visits them. `heights` has the
-/// y of each.
-std::vector<unsigned int> visited_from_below(const std::vector<float>& heights) {
-    const Door door;
-    std::vector<Point> vertices;
-    std::vector<std::array<unsigned int, 3>> indices;
-    for (const float y : heights) {
-        const auto first = static_cast<unsigned int>(vertices.size());
-        vertices.insert(vertices.end(), {{0, y, 0}, {0.5f, y, 0}, {0, y + 0.5f, 0}});
-        indices.push_back({first, first + 1, first + 2});
-    }
-    RTCScene scene = door.committed({door.triangles(vertices, indices)});
-    const std::vector<unsigned int> visited = visited_from(scene, {0, 0, 0});
-    rtcReleaseScene(scene);
-    return visited;
-}
-
-TEST(DoorScenes, PointQueriesVisitTheNearerHalfFirst) {
-    const std::vector<float> heights = {6, 1, 4, 3, 0, 7, 2, 5};
-    const std::vector<unsigned int> visited = visited_from_below(heights);
-    ASSERT_EQ(visited.size(), heights.size());
-    for (std::size_t i = 0; i < visited.size(); ++i)
-        EXPECT_EQ(heights[visited[i]] < 4, i < 4) << visited[i];
-    // Four are not parted.
-    EXPECT_EQ(visited_from_below({3, 2, 1, 0}), (std::vector<unsigned int>{0, 1, 2, 3}));
-}
-
 TEST(DoorScenes, InstancesOfAnotherSceneAreSeenAfterACommit) {
     const Door door;
     RTCScene first = door.committed({door.triangle()});
@@ -364,41 +271,6 @@ TEST(DoorScenes, TransformationsOfNestedInstancesAreMultiplied) {
     EXPECT_EQ(hit.hit.u, 0.25f);
     EXPECT_EQ(hit.hit.v, 0.5f);
     for (RTCScene each : {scene, middle, child}) rtcReleaseScene(each);
-}
-
-bool changes_once(RTCPointQueryFunctionArguments* arguments) {
-    auto& context = *static_cast<RTCPointQueryContext*>(arguments->userPtr);
-    EXPECT_EQ(arguments->context, &context);
-    EXPECT_EQ(context.instStackSize, 1u);
-    EXPECT_EQ(context.instID[0], 1u);
-    // (11, 20, 30) is at (0.5, 0, 0) of the child, whose axes have changed places.
-    EXPECT_EQ(context.world2inst[0][1], 0.5f);
-    EXPECT_EQ(context.world2inst[0][4], 0.5f);
-    EXPECT_EQ(context.world2inst[0][10], 0.5f);
-    EXPECT_EQ(context.world2inst[0][12], -10.0f);
-    EXPECT_EQ(context.world2inst[0][13], -5.0f);
-    EXPECT_EQ(context.inst2world[0][12], 10.0f);
-    EXPECT_EQ(arguments->similarityScale, 0.5f);
-    const bool is_first = arguments->query->radius > 100;
-    arguments->query->radius = 100;
-    return is_first;
-}
-
-TEST(DoorScenes, PointQueriesKnowTheInstance) {
-    const Door door;
-    RTCScene child = door.committed({door.triangle(), door.triangle(-1)});
-    RTCScene scene = instance_of(door, child, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
-                                 {0, 2, 0, 10, 2, 0, 0, 20, 0, 0, 2, 30});
-    rtcDetachGeometry(scene, 0);
-    rtcCommitScene(scene);
-    RTCPointQuery query = {11, 20, 30, 0, 200};
-    RTCPointQueryContext context;
-    rtcInitPointQueryContext(&context);
-    EXPECT_TRUE(rtcPointQuery(scene, &query, &context, changes_once, &context));
-    EXPECT_EQ(context.instStackSize, 0u);
-    EXPECT_EQ(context.instID[0], kInvalid);
-    EXPECT_FALSE(rtcPointQuery(scene, &query, &context, changes_once, &context));
-    for (RTCScene each : {scene, child}) rtcReleaseScene(each);
 }
 
 }  // namespace
