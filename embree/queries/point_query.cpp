@@ -17,31 +17,24 @@ namespace {
 
 using Function = RTCPointQueryFunction;
 
-/// The primitives with all indices in range and finite vertices.
+/// The primitives whose vertices are all in range.
 std::vector<PrimBox> boxes_of(const std::vector<Part>& parts) {
     std::vector<PrimBox> boxes;
     for (std::size_t p = 0; p < parts.size(); ++p) {
         const Part& part = parts[p];
         const std::size_t step = part.is_quads ? 2 : 1;
         for (std::size_t triangle = 0; triangle < part.triangle_count(); triangle += step) {
-            PrimBox box;
-            box.lower.fill(INFINITY);
-            box.upper.fill(-INFINITY);
-            box.part = static_cast<std::uint32_t>(p);
-            box.prim_id = static_cast<std::uint32_t>(triangle / step);
+            PrimBox box = {
+                {}, static_cast<std::uint32_t>(p), static_cast<std::uint32_t>(triangle / step)};
             bool is_whole = true;
             for (std::size_t half = 0; half < step; ++half) {
                 std::array<std::uint32_t, 3> corners;
-                is_whole = is_whole && part.find_corners(triangle + half, corners);
+                is_whole = is_whole && part.find_traced_corners(triangle + half, corners);
                 if (!is_whole) break;
                 for (const std::uint32_t vertex : corners) {
                     const morphray::Vec3 corner = part.placed_vertex(vertex);
-                    const float at[3] = {corner.x, corner.y, corner.z};
-                    for (std::size_t axis = 0; axis < 3; ++axis) {
-                        is_whole = is_whole && std::isfinite(at[axis]);
-                        box.lower[axis] = std::min(box.lower[axis], at[axis]);
-                        box.upper[axis] = std::max(box.upper[axis], at[axis]);
-                    }
+                    is_whole = is_whole && is_in_range(corner);
+                    box.add(corner);
                 }
             }
             if (is_whole) boxes.push_back(box);

@@ -1,19 +1,9 @@
 #include "embree/scene/box_tree.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 namespace mray::embree {
-
-float PrimBox::distance2(const std::array<float, 3>& point) const {
-    float sum = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        const float beside = std::max({lower[axis] - point[axis], 0.0f, point[axis] - upper[axis]});
-        sum += beside * beside;
-    }
-    return sum;
-}
 
 BoxTree::BoxTree(std::vector<PrimBox> boxes) : boxes_(std::move(boxes)), bounds_(boxes_.size()) {
     build(0, boxes_.size());
@@ -21,15 +11,8 @@ BoxTree::BoxTree(std::vector<PrimBox> boxes) : boxes_(std::move(boxes)), bounds_
 
 void BoxTree::build(std::size_t first, std::size_t last) {
     if (last - first <= kLeaf) return;
-    constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    PrimBox around = {
-        {kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}, 0, 0};
-    for (std::size_t i = first; i < last; ++i) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            around.lower[axis] = std::min(around.lower[axis], boxes_[i].lower[axis]);
-            around.upper[axis] = std::max(around.upper[axis], boxes_[i].upper[axis]);
-        }
-    }
+    Bounds around;
+    for (std::size_t i = first; i < last; ++i) around.add(boxes_[i]);
     std::size_t longest = 0;
     for (std::size_t axis = 1; axis < 3; ++axis) {
         if (around.upper[axis] - around.lower[axis] > around.upper[longest] - around.lower[longest])

@@ -7,17 +7,14 @@
 #include <cstdint>
 #include <vector>
 
+#include "embree/scene/bounds.h"
+
 namespace mray::embree {
 
-struct PrimBox {
-    std::array<float, 3> lower;
-    std::array<float, 3> upper;
+struct PrimBox : Bounds {
     /// The mesh in Committed::parts, and its primitive.
     std::uint32_t part;
     std::uint32_t prim_id;
-
-    /// The squared distance of a point.
-    float distance2(const std::array<float, 3>& point) const;
 };
 
 /// A binary tree over the median of the longest axis, in the order of its boxes. The node over the
@@ -37,7 +34,7 @@ private:
     static constexpr std::size_t kLeaf = 4;
 
     void build(std::size_t first, std::size_t last);
-    const PrimBox& bounds_of(std::size_t first, std::size_t last) const {
+    const Bounds& bounds_of(std::size_t first, std::size_t last) const {
         return bounds_[first + (last - first) / 2];
     }
 
@@ -67,7 +64,7 @@ private:
 
     std::vector<PrimBox> boxes_;
     /// By node.
-    std::vector<PrimBox> bounds_;
+    std::vector<Bounds> bounds_;
 };
 
 }  // namespace mray::embree

@@ -1,6 +1,7 @@
 #include "embree/scene/parts.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "embree/scene/scene.h"
@@ -47,14 +48,24 @@ private:
     std::vector<Part> parts_;
 };
 
+/// Whether a vertex is out of range, but not because of what is no finite number: triangles with
+/// such are never hit.
+bool is_far(const morphray::Vec3& p) {
+    return !is_in_range(p) && std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
 }  // namespace
 
 void Part::place() {
     if (!has_own_positions) return;
     own_positions.resize(vertices.count);
+    const auto keep = [](const morphray::Vec3& p) {
+        constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+        return is_in_range(p) ? p : morphray::Vec3{kNone, kNone, kNone};
+    };
     if (!is_instance()) {
         for (std::size_t i = 0; i < vertices.count; ++i)
-            own_positions[i] = vertex(static_cast<std::uint32_t>(i));
+            own_positions[i] = keep(vertex(static_cast<std::uint32_t>(i)));
         return;
     }
     to_world = chain.front()->transform();
@@ -62,7 +73,7 @@ void Part::place() {
         to_world = to_world * chain[level]->transform();
     to_object = to_world.inverse();
     for (std::size_t i = 0; i < vertices.count; ++i)
-        own_positions[i] = to_world.point(vertex(static_cast<std::uint32_t>(i)));
+        own_positions[i] = keep(to_world.point(keep(vertex(static_cast<std::uint32_t>(i)))));
 }
 
 void Part::make_normals() {
@@ -81,13 +92,52 @@ void Part::make_normals() {
     normals = own_normals.data();
 }
 
-void Part::count_used_vertices() {
+void Part::find_used_vertices() {
+    std::vector<std::uint8_t> is_used(vertices.count);
     used_vertices = 0;
+    is_whole = true;
     std::array<std::uint32_t, 3> corners;
     for (std::size_t i = 0; i < triangle_count(); ++i) {
-        if (!find_corners(i, corners)) continue;
-        for (const std::size_t corner : corners)
+        if (!find_traced_corners(i, corners)) {
+            is_whole = false;
+            continue;
+        }
+        for (const std::size_t corner : corners) {
             used_vertices = std::max(used_vertices, corner + 1);
+            is_used[corner] = 1;
+        }
+    }
+    for (std::size_t i = 0; i < used_vertices; ++i) is_whole = is_whole && is_used[i] != 0;
+}
+
+void Part::measure() {
+    bounds = {};
+    left_out.clear();
+    reads_far_vertex = false;
+    bool are_in_range = true;
+    Bounds all;
+    for (std::size_t i = 0; i < used_vertices; ++i) {
+        const morphray::Vec3 p = placed_vertex(static_cast<std::uint32_t>(i));
+        are_in_range = are_in_range && is_in_range(p);
+        all.add(p);
+    }
+    if (are_in_range && is_whole) {
+        bounds = all;
+        return;
+    }
+    if (!are_in_range && !has_own_positions)
+        for (std::size_t i = 0; i < used_vertices; ++i)
+            reads_far_vertex |= is_far(vertex(static_cast<std::uint32_t>(i)));
+    std::array<std::uint32_t, 3> corners;
+    for (std::size_t i = 0; i < triangle_count(); ++i) {
+        if (!find_traced_corners(i, corners)) {
+            left_out.push_back(i);
+            continue;
+        }
+        const std::array<morphray::Vec3, 3> points = {
+            placed_vertex(corners[0]), placed_vertex(corners[1]), placed_vertex(corners[2])};
+        if (!std::all_of(points.begin(), points.end(), is_in_range)) continue;
+        for (const morphray::Vec3& p : points) bounds.add(p);
     }
 }
 
@@ -113,7 +163,8 @@ morphray::MeshView Part::view(std::vector<std::uint32_t>& triangles) const {
         triangles.empty() && !is_quads && indices.stride == 3 * sizeof(std::uint32_t);
     const std::size_t count = triangle_count();
     std::array<std::uint32_t, 3> corners;
-    for (std::size_t i = 0; are_in_place && i < count; ++i) are_in_place = find_corners(i, corners);
+    for (std::size_t i = 0; are_in_place && i < count; ++i)
+        are_in_place = find_traced_corners(i, corners);
     if (are_in_place) {
         view.triangles = {indices.at<std::uint32_t>(0), 3 * count};
         return view;
@@ -128,7 +179,7 @@ void Part::list_triangles(std::vector<std::uint32_t>& triangles) const {
     std::array<std::uint32_t, 3> corners;
     for (std::size_t i = 0; i < triangle_count(); ++i) {
         // A triangle without an area is never hit.
-        if (!find_corners(i, corners)) corners = {0, 0, 0};
+        if (!find_traced_corners(i, corners)) corners = {0, 0, 0};
         triangles.insert(triangles.end(), corners.begin(), corners.end());
     }
 }

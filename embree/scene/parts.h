@@ -1,6 +1,7 @@
 // The meshes of a scene, those of its instances among them.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "embree/geometry.h"
+#include "embree/scene/bounds.h"
 #include "morphray/geometry.hpp"
 #include "morphray/mesh.hpp"
 
@@ -28,15 +30,24 @@ struct Part {
     /// The number of vertices up to the last one that a triangle has. Later ones may be unset
     /// memory, as the vertex that Blender adds to each mesh is. They would enlarge the scene's box.
     std::size_t used_vertices = 0;
+    /// Whether the tracer has all triangles, and each of the used_vertices belongs to one.
+    bool is_whole = false;
     /// A ray passes by if it shares no bit with one of these.
     std::vector<unsigned int> masks = {};
     Transform to_world = {};
     Transform to_object = {};
-    /// Whether the tracer reads own_positions and not the caller's: those of instances, and of all
-    /// meshes of a scene whose tree a later one may take.
+    /// Whether the tracer reads own_positions and not the caller's: those of instances, of meshes
+    /// with vertices too far away, and of all meshes of a scene whose tree a later one may take.
     bool has_own_positions = false;
-    /// In the space of the scene.
+    /// In the space of the scene; no numbers for vertices that are out of range.
     std::vector<morphray::Vec3> own_positions = {};
+    /// The box of the triangles that can be hit, in the space of the scene.
+    Bounds bounds = {};
+    /// The triangles that find_traced_corners() did not find when the tracer was given the others.
+    std::vector<std::size_t> left_out = {};
+    /// Whether the tracer reads a finite vertex that is out of range where the caller has it, and
+    /// would take it for a place in the scene.
+    bool reads_far_vertex = false;
     /// The cross product of each triangle's edges, in the space of the mesh. A hit that looked up
     /// its vertices would wait for memory, for up to a quarter of its time. Parts of one mesh share
     /// them.
@@ -65,6 +76,14 @@ struct Part {
         }
         return ids[0] < count && ids[1] < count && ids[2] < count && ids[3] < count;
     }
+    /// Finds the vertices of a triangle that the tracer has; false if an index is out of range, or
+    /// a vertex of a quad: without it the other half would be hit.
+    bool find_traced_corners(std::size_t triangle, std::array<std::uint32_t, 3>& corners) const {
+        if (!find_corners(triangle, corners)) return false;
+        if (!is_quads) return true;
+        const auto* const ids = indices.at<std::uint32_t>(triangle / 2);
+        return std::all_of(ids, ids + 4, [&](std::uint32_t id) { return is_in_range(vertex(id)); });
+    }
     /// The corner in the space of the mesh.
     morphray::Vec3 vertex(std::uint32_t index) const {
         const auto* const p = vertices.at<float>(index);
@@ -84,8 +103,10 @@ struct Part {
     void place();
     /// Computes own_normals.
     void make_normals();
-    /// Finds used_vertices.
-    void count_used_vertices();
+    /// Finds used_vertices and is_whole.
+    void find_used_vertices();
+    /// Computes bounds, left_out and reads_far_vertex.
+    void measure();
     /// Reads masks again. Returns whether any was set by the caller.
     bool read_masks();
     /// Appends the vertices of all triangles.

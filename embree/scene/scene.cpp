@@ -59,6 +59,10 @@ void prepare(std::vector<Part>& parts) {
         } else {
             part.normals = first->normals;
         }
+        part.measure();
+        if (!part.reads_far_vertex) continue;
+        part.has_own_positions = true;
+        part.place();
     }
 }
 
@@ -195,11 +199,7 @@ void SceneObject::commit_parts(std::vector<Part> parts) {
     }
     take_from_queries();
     report_progress(0);
-    if (is_kept) {
-        update(parts);
-    } else {
-        build(std::move(parts));
-    }
+    if (!is_kept || !update(parts)) build(std::move(parts));
     committed_->is_robust = is_robust;
     committed_->read_settings();
     report_progress(1);
@@ -241,7 +241,7 @@ void SceneObject::build(std::vector<Part> parts) {
     const bool is_reusable = (flags_ & RTC_SCENE_FLAG_DYNAMIC) != 0;
     std::vector<std::vector<std::uint32_t>> triangles(parts.size());
     std::unique_ptr<Committed> made;
-    for (Part& part : parts) part.count_used_vertices();
+    for (Part& part : parts) part.find_used_vertices();
     if (is_reusable) {
         for (std::size_t i = 0; i < parts.size(); ++i) {
             parts[i].has_own_positions = true;
@@ -282,7 +282,7 @@ void SceneObject::build(std::vector<Part> parts) {
 }
 
 /// Follows positions and transformations: `parts` have those of the caller.
-void SceneObject::update(const std::vector<Part>& parts) {
+bool SceneObject::update(const std::vector<Part>& parts) {
     std::vector<std::size_t> moved;
     for (std::size_t i = 0; i < parts.size(); ++i) {
         Part& part = committed_->parts[i];
@@ -291,15 +291,18 @@ void SceneObject::update(const std::vector<Part>& parts) {
     }
     for (const std::size_t i : moved) {
         Part& part = committed_->parts[i];
+        const std::vector<std::size_t> left_out = std::move(part.left_out);
         part.place();
         if (!part.own_normals.empty()) part.make_normals();
+        part.measure();
+        if (part.reads_far_vertex || part.left_out != left_out) return false;
     }
     if (!moved.empty()) committed_->forget_boxes();
-    if (moved.empty() || !committed_->scene) return;
+    if (moved.empty() || !committed_->scene) return true;
     try {
         if (moved.size() == 1) {
             const Part& part = committed_->parts[moved.front()];
-            if (part.used_vertices == 0) return;
+            if (part.used_vertices == 0) return true;
             committed_->scene->update(static_cast<std::uint32_t>(moved.front()), 0,
                                       part.used_vertices);
         } else {
@@ -309,6 +312,7 @@ void SceneObject::update(const std::vector<Part>& parts) {
         forget();
         throw;
     }
+    return true;
 }
 
 }  // namespace mray::embree

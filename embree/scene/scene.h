@@ -64,7 +64,8 @@ private:
     /// As forget(), but leaves the tree to a later scene if it may have it.
     void give_away();
     void build(std::vector<Part> parts);
-    void update(const std::vector<Part>& parts);
+    /// Returns false if the tree has other triangles than it must have at these positions.
+    bool update(const std::vector<Part>& parts);
     void report_progress(double part) const;
 
     Ref<Device> device_;

@@ -21,6 +21,8 @@ namespace {
 using namespace door_test;
 using fuzz::Dice;
 
+constexpr float kFar = 2e18f;
+
 /// A geometry of triangles or quads in buffers of the door.
 struct Mesh {
     RTCGeometry geometry = nullptr;
@@ -61,10 +63,14 @@ struct Model {
             if (!mesh.is_enabled) continue;
             Part part{id, mesh.is_quads, mesh.mask, mesh.vertices, {}};
             const std::size_t count = mesh.vertices.size();
+            // No primitive has a vertex so far away.
+            for (Point& p : part.vertices)
+                if (p[1] == kFar) p[1] = kNan;
             for (std::size_t i = 0; i < mesh.indices.size(); i += mesh.corners()) {
                 const unsigned int* const c = &mesh.indices[i];
-                const bool is_bad =
-                    std::any_of(c, c + mesh.corners(), [&](unsigned int k) { return k >= count; });
+                const bool is_bad = std::any_of(c, c + mesh.corners(), [&](unsigned int k) {
+                    return k >= count || (mesh.is_quads && std::isnan(part.vertices[k][1]));
+                });
                 const auto add = [&](unsigned int x, unsigned int y, unsigned int z) {
                     // A triangle without area has no hits.
                     part.triangles.insert(part.triangles.end(),
@@ -159,7 +165,7 @@ private:
     void move(Mesh& mesh) {
         for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
             if (dice_.one_in(2)) mesh.vertices[i] = draw_point(dice_);
-            if (dice_.one_in(64)) mesh.vertices[i][1] = kNan;
+            if (dice_.one_in(64)) mesh.vertices[i][1] = dice_.one_in(2) ? kNan : kFar;
         }
         std::copy(mesh.vertices.begin(), mesh.vertices.end(), mesh.buffer);
         constexpr std::array kQualities = {RTC_BUILD_QUALITY_REFIT, RTC_BUILD_QUALITY_LOW,

@@ -109,6 +109,114 @@ TEST(DoorHits, TrianglesWithBadIndicesAndNansAreLeftOut) {
     rtcReleaseScene(scene);
 }
 
+/// Writes a vertex of geometry 0, and commits.
+void move_vertex(RTCScene scene, std::size_t vertex, Point to) {
+    RTCGeometry mesh = rtcGetGeometry(scene, 0);
+    static_cast<Point*>(rtcGetGeometryBufferData(mesh, RTC_BUFFER_TYPE_VERTEX, 0))[vertex] = to;
+    rtcUpdateGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0);
+    rtcCommitGeometry(mesh);
+    rtcCommitScene(scene);
+}
+
+TEST(DoorHits, QuadsWithABadVertexAreLeftOutWhole) {
+    const Door door;
+    const std::vector<Point> corners = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 0, 0}};
+    for (const RTCSceneFlags flags : {RTC_SCENE_FLAG_NONE, RTC_SCENE_FLAG_DYNAMIC}) {
+        RTCScene scene =
+            door.committed({door.quads(corners, {{{0, 1, 2, 3}}, {{1, 4, 2, 2}}})}, flags);
+        for (std::size_t bad = 0; bad < 4; ++bad) {
+            for (const float z : {kNan, -kInfinity, 2e18f}) {
+                move_vertex(scene, bad, {corners[bad][0], corners[bad][1], z});
+                EXPECT_EQ(trace(scene, down(0.1f, 0.1f)).hit.primID, kInvalid) << bad;
+                EXPECT_EQ(trace(scene, down(0.9f, 0.9f)).hit.primID, kInvalid) << bad;
+                EXPECT_EQ(trace(scene, down(1.2f, 0.2f)).hit.primID, bad % 3 == 0 ? 1 : kInvalid);
+                RTCBounds bounds;
+                rtcGetSceneBounds(scene, &bounds);
+                EXPECT_EQ(bounds.lower_x, bad % 3 == 0 ? 1 : kInfinity);
+            }
+            move_vertex(scene, bad, corners[bad]);
+            for (const float x : {0.1f, 0.9f})
+                EXPECT_EQ(trace(scene, down(x, x)).hit.primID, 0u) << bad;
+        }
+        EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+        rtcReleaseScene(scene);
+    }
+}
+
+TEST(DoorHits, TrianglesTooFarAwayAreLeftOut) {
+    const Door door;
+    const auto expect_unit_triangle = [&](RTCScene scene) {
+        const RTCRayHit hit = trace(scene, down(0.25f, 0.5f));
+        EXPECT_EQ(hit.ray.tfar, 1);
+        EXPECT_EQ(hit.hit.u, 0.25f);
+        RTCBounds bounds;
+        rtcGetSceneBounds(scene, &bounds);
+        EXPECT_EQ(bounds.lower_x, 0);
+        EXPECT_EQ(bounds.upper_x, 1);
+        EXPECT_EQ(bounds.upper_z, 0);
+    };
+    for (const float far_x : {1.9e18f, 1e19f, 1e30f, -3e38f}) {
+        RTCScene child = door.committed(
+            {door.triangles({{far_x, 0, 0}, {1, 1, 0}, {0, 0, 1}}, {{0, 1, 2}}), door.triangle()});
+        RTCGeometry instance = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_INSTANCE);
+        rtcSetGeometryInstancedScene(instance, child);
+        RTCScene scene = door.committed({instance});
+        expect_unit_triangle(child);
+        expect_unit_triangle(scene);
+        rtcReleaseScene(scene);
+        rtcReleaseScene(child);
+    }
+    // A particle of no size that is hidden far away, and comes back.
+    for (const RTCSceneFlags flags : {RTC_SCENE_FLAG_NONE, RTC_SCENE_FLAG_DYNAMIC}) {
+        RTCScene scene = door.committed(
+            {door.triangles({{0, 0, -1}, {0, 0, -1}, {0, 0, -1}}, {{0, 1, 2}}), door.triangle()},
+            flags);
+        for (const float z : {1e30f, -1.0f, 1e30f, 1e25f}) {
+            for (std::size_t i = 0; i < 3; ++i) move_vertex(scene, i, {0, 0, z});
+            const RTCRayHit hit = trace(scene, down(0.25f, 0.5f));
+            EXPECT_EQ(hit.hit.geomID, 1u) << z;
+            EXPECT_EQ(hit.hit.u, 0.25f) << z;
+        }
+        EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+        rtcReleaseScene(scene);
+    }
+}
+
+TEST(DoorHits, BoundsAreThoseOfTheCommit) {
+    const Door door;
+    std::vector<Point> vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    const std::vector<unsigned int> indices = {0, 1, 2};
+    RTCGeometry mesh = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    const auto share = [&](std::vector<Point>& positions) {
+        rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                   positions.data(), 0, sizeof(Point), 3);
+    };
+    share(vertices);
+    rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices.data(), 0,
+                               12, 1);
+    RTCScene scene = door.committed({mesh});
+    const auto upper_x = [&] {
+        RTCBounds bounds;
+        rtcGetSceneBounds(scene, &bounds);
+        return bounds.upper_x;
+    };
+    // The next frame is written in place, and then in memory of its own.
+    vertices[1][0] = 5;
+    EXPECT_EQ(upper_x(), 1);
+    std::vector<Point> next = vertices;
+    share(next);
+    vertices = {};
+    EXPECT_EQ(upper_x(), 1);
+    rtcCommitScene(scene);
+    EXPECT_EQ(upper_x(), 5);
+    next[1][0] = 6;
+    rtcUpdateGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0);
+    EXPECT_EQ(upper_x(), 5);
+    rtcCommitScene(scene);
+    EXPECT_EQ(upper_x(), 6);
+    rtcReleaseScene(scene);
+}
+
 TEST(DoorHits, VerticesBehindTheLastTriangleDoNotMatter) {
     const Door door;
     // They stretch no scene so far that the triangle is a point in it.
