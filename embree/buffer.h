@@ -21,6 +21,7 @@ public:
     Device& device() const { return *device_; }
     char* data() const { return data_; }
     std::size_t size() const { return size_; }
+    bool is_borrowed() const { return owned_ == 0; }
 
 private:
     Ref<Device> device_;

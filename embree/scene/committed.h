@@ -60,14 +60,17 @@ struct Committed {
     /// next call.
     std::span<const std::uint8_t> visible(unsigned int ray_mask) const;
     /// A tree of all primitives, made by the first call at a pose. Threads may call it at the same
-    /// time.
+    /// time. It reads the buffers unless note_boxes() has. Throws Failure if they were replaced.
     const BoxTree& boxes() const;
+    /// Reads the buffers for boxes(), at a commit: the caller may write the next pose after it.
+    void note_boxes();
     void forget_boxes();
 
 private:
     mutable std::mutex boxes_mutex_;
     mutable std::atomic<const BoxTree*> boxes_ = nullptr;
     mutable std::unique_ptr<const BoxTree> made_boxes_;
+    mutable std::optional<std::vector<PrimBox>> noted_boxes_;
 };
 
 /// The trees of released dynamic scenes. A new scene with the same triangles updates such a tree

@@ -202,6 +202,7 @@ void SceneObject::commit_parts(std::vector<Part> parts) {
     if (!is_kept || !update(parts)) build(std::move(parts));
     committed_->is_robust = is_robust;
     committed_->read_settings();
+    if (has_point_queries_.load(std::memory_order_relaxed)) committed_->note_boxes();
     report_progress(1);
     current_.store(committed_.get(), std::memory_order_release);
 }

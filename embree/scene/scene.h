@@ -51,6 +51,11 @@ public:
     void commit();
     /// Null before the first commit, during one, and if the twin is in use.
     const Committed* current() const { return current_.load(std::memory_order_acquire); }
+    /// To be called by each point query: from the first one on, commits make ready for others.
+    void note_point_query() {
+        if (!has_point_queries_.load(std::memory_order_relaxed))
+            has_point_queries_.store(true, std::memory_order_relaxed);
+    }
 
 private:
     std::vector<Part> collect();
@@ -83,6 +88,7 @@ private:
     std::mutex commit_mutex_;
     std::unique_ptr<Committed> committed_;
     std::atomic<const Committed*> current_ = nullptr;
+    std::atomic<bool> has_point_queries_ = false;
 
     RTCScene twin_ = nullptr;
     std::atomic<bool> is_twin_committed_ = false;

@@ -269,9 +269,9 @@ TEST(DoorHits, StridesAndSharedBuffersAreRead) {
 
 TEST(DoorHits, BoundsAreThoseOfTriangles) {
     const Door door;
-    // The last vertex belongs to no triangle.
+    // Two vertices belong to no triangle.
     RTCScene scene = door.committed(
-        {door.triangles({{-1, 0, 0}, {1, 0, 2}, {0, 3, 0}, {9, 9, 9}}, {{0, 1, 2}})});
+        {door.triangles({{-1, 0, 0}, {1, 0, 2}, {9, 9, 9}, {0, 3, 0}, {9, 9, 9}}, {{0, 1, 3}})});
     RTCBounds bounds;
     rtcGetSceneBounds(scene, &bounds);
     EXPECT_EQ(bounds.lower_x, -1);
