@@ -167,6 +167,12 @@ void Geometry::touch_buffer(RTCBufferType type, unsigned int slot) {
     if (type == RTC_BUFFER_TYPE_VERTEX) ++version_.pose;
 }
 
+void Geometry::commit() {
+    if (version_.shape == committed_version_.shape && version_.pose == committed_version_.pose)
+        ++version_.pose;
+    committed_version_ = version_;
+}
+
 void Geometry::require_static() const {
     for (std::size_t step = 1; step < transforms_.size(); ++step) {
         if (!(transforms_[step] == transforms_.front()))

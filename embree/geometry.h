@@ -78,6 +78,9 @@ public:
     void set_transform(unsigned int step, const Transform& transform);
     const Transform& transform() const { return transforms_.front(); }
 
+    /// Takes positions that were written in place, of which nothing else may tell.
+    void commit();
+
     /// For filters and other settings that queries read: to be called after a change.
     void settings_changed() { ++version_.settings; }
 
@@ -97,6 +100,8 @@ private:
     RTCGeometryType type_;
     RTCGeometry twin_ = nullptr;
     GeometryVersion version_ = {1, 1, 1};
+    /// At the last commit().
+    GeometryVersion committed_version_;
     bool is_enabled_ = true;
     bool has_mask_ = false;
     unsigned int mask_ = kDefaultMask;

@@ -92,8 +92,10 @@ void rtcReleaseGeometry(RTCGeometry geometry) {
 /// Changes count at the commit of a scene, whether they were committed here or not; for a twin they
 /// count if they were.
 void rtcCommitGeometry(RTCGeometry geometry) {
-    with_geometry("rtcCommitGeometry", geometry,
-                  [](Geometry& g) { on_twin(g, &Fallback::rtcCommitGeometry); });
+    with_geometry("rtcCommitGeometry", geometry, [](Geometry& g) {
+        g.commit();
+        on_twin(g, &Fallback::rtcCommitGeometry);
+    });
 }
 
 void rtcEnableGeometry(RTCGeometry geometry) {

@@ -90,6 +90,22 @@ TEST(DoorScenes, MovedPositionsBuildNothing) {
     }
 }
 
+TEST(DoorScenes, PositionsWrittenInPlaceAreSeenAfterBothCommits) {
+    const Door door;
+    RTCGeometry mesh = door.triangle();
+    RTCScene scene = door.committed({mesh});
+    for (const float z : {-1.0f, -2.0f, -3.0f}) {
+        auto* const points =
+            static_cast<Point*>(rtcGetGeometryBufferData(mesh, RTC_BUFFER_TYPE_VERTEX, 0));
+        for (int i = 0; i < 3; ++i) points[i][2] = z;
+        if (z == -2) rtcSetGeometryMask(mesh, kInvalid);
+        rtcCommitGeometry(mesh);
+        rtcCommitScene(scene);
+        EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).ray.tfar, 1 - z);
+    }
+    rtcReleaseScene(scene);
+}
+
 TEST(DoorScenes, GeometriesComeAndGo) {
     const Door door;
     RTCScene scene = door.committed({door.triangle(0), door.triangle(-1)});
