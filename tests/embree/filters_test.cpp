@@ -111,6 +111,44 @@ TEST_F(DoorFilters, QuadsAreSeenOnceThroughTheirDiagonal) {
     rtcReleaseScene(scene);
 }
 
+/// Rays of one packet whose masks see both, one or none of two triangles.
+template <class Packet, class Function>
+Packet traced_with_masks(RTCScene scene, Function function) {
+    Packet packet;
+    std::memset(&packet, 0, sizeof packet);
+    auto* const members = reinterpret_cast<float*>(&packet);
+    const RTCRayHit ray = down(0.25f, 0.25f);
+    for (unsigned int lane = 0; lane < 8; ++lane) {
+        for (unsigned int member = 0; member < sizeof(Packet) / 32; ++member)
+            std::memcpy(members + 8 * member + lane, reinterpret_cast<const float*>(&ray) + member,
+                        4);
+        const unsigned int mask = lane;
+        std::memcpy(members + 8 * 9 + lane, &mask, 4);
+    }
+    alignas(32) const int valid[8] = {-1, -1, -1, -1, -1, -1, -1, -1};
+    trace_packet(function, valid, scene, &packet);
+    return packet;
+}
+
+void note_size(const RTCFilterFunctionNArguments* arguments) {
+    *static_cast<unsigned int*>(arguments->geometryUserPtr) = arguments->N;
+}
+
+TEST_F(DoorFilters, OfPacketsAreCalledForOneRayAsThePropertiesSay) {
+    RTCGeometry mesh = door_.triangle();
+    unsigned int size = 0;
+    rtcSetGeometryUserData(mesh, &size);
+    rtcSetGeometryIntersectFilterFunction(mesh, note_size);
+    RTCScene scene = door_.committed({mesh});
+    traced_with_masks<RTCRayHit8>(scene, rtcIntersect8);
+    EXPECT_EQ(size, 1u);
+    for (const RTCDeviceProperty property :
+         {RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED,
+          RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED})
+        EXPECT_EQ(rtcGetDeviceProperty(door_.device, property), 0);
+    rtcReleaseScene(scene);
+}
+
 TEST_F(DoorFilters, MasksPassByGeometriesThatShareNoBit) {
     RTCGeometry upper = door_.triangle(0);
     rtcSetGeometryMask(upper, 2);
@@ -130,25 +168,6 @@ TEST_F(DoorFilters, MasksPassByGeometriesThatShareNoBit) {
     ray.ray.mask = 8;
     EXPECT_EQ(trace(scene, ray).hit.geomID, 0u);
     rtcReleaseScene(scene);
-}
-
-/// Rays of one packet whose masks see both, one or none of two triangles.
-template <class Packet, class Function>
-Packet traced_with_masks(RTCScene scene, Function function) {
-    Packet packet;
-    std::memset(&packet, 0, sizeof packet);
-    auto* const members = reinterpret_cast<float*>(&packet);
-    const RTCRayHit ray = down(0.25f, 0.25f);
-    for (unsigned int lane = 0; lane < 8; ++lane) {
-        for (unsigned int member = 0; member < sizeof(Packet) / 32; ++member)
-            std::memcpy(members + 8 * member + lane, reinterpret_cast<const float*>(&ray) + member,
-                        4);
-        const unsigned int mask = lane;
-        std::memcpy(members + 8 * 9 + lane, &mask, 4);
-    }
-    alignas(32) const int valid[8] = {-1, -1, -1, -1, -1, -1, -1, -1};
-    trace_packet(function, valid, scene, &packet);
-    return packet;
 }
 
 TEST_F(DoorFilters, RaysOfAPacketHaveMasksOfTheirOwn) {
