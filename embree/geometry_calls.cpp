@@ -157,6 +157,7 @@ void rtcSetGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, unsigne
     with_geometry("rtcSetGeometryBuffer", geometry, [&](Geometry& g) {
         if (buffer == nullptr) fail_argument("the buffer is null");
         const Ref<Buffer> shared(reinterpret_cast<Buffer*>(buffer));
+        if (&shared->device() != &g.device()) fail_argument("the buffer is of another device");
         if (offset > shared->size() ||
             (stride != 0 && count > (shared->size() - offset + stride - 1) / stride))
             fail_argument("the items reach beyond the end of the buffer");

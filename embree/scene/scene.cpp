@@ -92,6 +92,7 @@ SceneObject::~SceneObject() {
 }
 
 unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
+    if (&geometry.device() != device_.get()) fail_argument("the geometry is of another device");
     constexpr unsigned int kMost = 0x7FFFFFFFu;
     const std::scoped_lock lock(mutex_);
     if (id == kInvalid) {

@@ -212,6 +212,24 @@ TEST(DoorErrors, BuffersAreChecked) {
     rtcReleaseGeometry(mesh);
 }
 
+TEST(DoorErrors, ObjectsOfAnotherDeviceAreRefused) {
+    const Door door;
+    const Door other;
+    RTCScene scene = door.committed({});
+    RTCGeometry mesh = other.triangle();
+    EXPECT_EQ(rtcAttachGeometry(scene, mesh), kInvalid);
+    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_ARGUMENT);
+    rtcAttachGeometryByID(scene, mesh, 3);
+    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(rtcGetGeometry(scene, 3), nullptr);
+    RTCBuffer buffer = rtcNewBuffer(door.device, 36);
+    rtcSetGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, buffer, 0, 12, 3);
+    EXPECT_EQ(other.error(), RTC_ERROR_INVALID_ARGUMENT);
+    rtcReleaseBuffer(buffer);
+    rtcReleaseGeometry(mesh);
+    rtcReleaseScene(scene);
+}
+
 bool trace_inside(void* user, double) {
     RTCRayHit ray = down(0.25f, 0.25f);
     intersect1(static_cast<RTCScene>(user), ray);
