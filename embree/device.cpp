@@ -147,6 +147,10 @@ void fail_argument(std::string message) {
     throw Failure{RTC_ERROR_INVALID_ARGUMENT, std::move(message)};
 }
 
+void fail_operation(std::string message) {
+    throw Failure{RTC_ERROR_INVALID_OPERATION, std::move(message)};
+}
+
 void fail_unsupported(const std::string& what) {
     throw Unsupported{{RTC_ERROR_INVALID_OPERATION, what + " not supported by morphray"}};
 }

@@ -30,6 +30,7 @@ struct Failure {
 struct Unsupported : Failure {};
 
 [[noreturn]] void fail_argument(std::string message);
+[[noreturn]] void fail_operation(std::string message);
 /// Throws Unsupported: `what` is the subject of a sentence.
 [[noreturn]] void fail_unsupported(const std::string& what);
 

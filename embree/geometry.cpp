@@ -94,7 +94,7 @@ void Geometry::set_time_steps(unsigned int count) {
 
 void Geometry::set_attribute_count(unsigned int count) {
     constexpr unsigned int kMost = 1u << 16;
-    if (is_instance()) fail_argument("instances have no vertex attributes");
+    if (is_instance()) fail_operation("instances have no vertex attributes");
     if (count > kMost) fail_argument("there are too many vertex attributes");
     attributes_.resize(count);
 }
@@ -142,11 +142,11 @@ void Geometry::set_buffer(RTCBufferType type, unsigned int slot, BufferView view
     if (type == RTC_BUFFER_TYPE_INDEX) {
         const RTCFormat wanted = is_quads() ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3;
         if (view.format != wanted)
-            fail_argument("indices have the format UINT3 for triangles and UINT4 for quads");
+            fail_operation("indices have the format UINT3 for triangles and UINT4 for quads");
     } else if (type == RTC_BUFFER_TYPE_VERTEX) {
-        if (view.format != RTC_FORMAT_FLOAT3) fail_argument("vertices have the format FLOAT3");
+        if (view.format != RTC_FORMAT_FLOAT3) fail_operation("vertices have the format FLOAT3");
     } else if (!holds_floats(view.format)) {
-        fail_argument("vertex attributes have the formats FLOAT to FLOAT16");
+        fail_operation("vertex attributes have the formats FLOAT to FLOAT16");
     }
     place = std::move(view);
     share_with_twin(type, slot);
@@ -190,7 +190,7 @@ void Geometry::require_static() const {
 }
 
 void Geometry::set_instanced_scenes(std::span<SceneObject* const> scenes) {
-    if (!is_instance() && !is_instance_array()) fail_argument("the geometry is no instance");
+    if (!is_instance() && !is_instance_array()) fail_operation("the geometry is no instance");
     for (SceneObject* const scene : scenes) {
         if (scene == nullptr) fail_argument("the scene is null");
         scene->retain();
@@ -211,8 +211,8 @@ void Geometry::set_displacement(RTCDisplacementFunctionN function) {
 }
 
 void Geometry::set_transform(unsigned int step, const Transform& transform) {
-    if (!is_instance()) fail_argument("the geometry is no instance");
-    if (step >= transforms_.size()) fail_argument("there is no such time step");
+    if (!is_instance()) fail_operation("the geometry is no instance");
+    if (step >= transforms_.size()) fail_operation("there is no such time step");
     transforms_[step] = transform;
     ++version_.pose;
 }

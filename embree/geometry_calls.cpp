@@ -45,14 +45,14 @@ unsigned int ask_twin(const char* call, RTCGeometry geometry, Function Fallback:
     return answer;
 }
 
-[[noreturn]] void fail_operation(const char* message) {
-    throw Failure{RTC_ERROR_INVALID_OPERATION, message};
-}
-
 /// Flags of curves are bytes, so the buffers of other types may lie anywhere.
 void check_places(const Geometry& geometry, std::size_t first, std::size_t stride) {
     if (geometry.unsupported() == nullptr && (first % 4 != 0 || stride % 4 != 0))
         fail_operation("offset and stride of a buffer are multiples of 4 bytes");
+}
+
+void require_filters(const Geometry& geometry) {
+    if (geometry.is_instance()) fail_operation("instances have no filters");
 }
 
 BufferView make_view(const Geometry& geometry, Ref<Buffer> buffer, RTCFormat format,
@@ -206,6 +206,7 @@ void rtcUpdateGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, unsi
 
 void rtcSetGeometryIntersectFilterFunction(RTCGeometry geometry, RTCFilterFunctionN filter) {
     with_geometry("rtcSetGeometryIntersectFilterFunction", geometry, [&](Geometry& g) {
+        require_filters(g);
         g.intersect_filter = filter;
         g.settings_changed();
         on_twin(g, &Fallback::rtcSetGeometryIntersectFilterFunction, filter);
@@ -214,6 +215,7 @@ void rtcSetGeometryIntersectFilterFunction(RTCGeometry geometry, RTCFilterFuncti
 
 void rtcSetGeometryOccludedFilterFunction(RTCGeometry geometry, RTCFilterFunctionN filter) {
     with_geometry("rtcSetGeometryOccludedFilterFunction", geometry, [&](Geometry& g) {
+        require_filters(g);
         g.occluded_filter = filter;
         g.settings_changed();
         on_twin(g, &Fallback::rtcSetGeometryOccludedFilterFunction, filter);
@@ -268,7 +270,7 @@ void rtcGetGeometryTransform(RTCGeometry geometry, float time, enum RTCFormat fo
     with_geometry("rtcGetGeometryTransform", geometry, [&](Geometry& g) {
         if (g.twin() != nullptr && g.is_blurred())
             return on_twin(g, &Fallback::rtcGetGeometryTransform, time, format, floats);
-        if (!g.is_instance()) fail_argument("the geometry is no instance");
+        if (!g.is_instance()) fail_operation("the geometry is no instance");
         write_transform(g.transform(), format, floats);
     });
 }

@@ -26,7 +26,7 @@ MatrixLayout layout_of(RTCFormat format) {
         case RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR:
             return {1, 4, true};
         default:
-            fail_argument("the format of a transformation is neither 3x4 nor 4x4 floats");
+            fail_operation("the format of a transformation is neither 3x4 nor 4x4 floats");
     }
 }
 

@@ -52,9 +52,8 @@ void require_buffers(const std::vector<Part>& parts) {
     for (const Part& part : parts) {
         if (may_be_gone(part.vertices, part.mesh().vertices()) ||
             may_be_gone(part.indices, part.mesh().indices())) {
-            throw Failure{RTC_ERROR_INVALID_OPERATION,
-                          "buffers were replaced between the commit of the scene and its first "
-                          "point query"};
+            fail_operation(
+                "buffers were replaced between the commit of the scene and its first point query");
         }
     }
 }

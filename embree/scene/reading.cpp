@@ -85,15 +85,14 @@ ReadingThread& this_thread() { return ThreadOwned<ReadingThread, FromThreads>::g
 
 Reading::Reading(const SceneObject& scene) : thread_(this_thread()) {
     if (thread_.depth == ReadingThread::kMostNested)
-        throw Failure{RTC_ERROR_INVALID_OPERATION, "more than 16 queries are nested"};
+        fail_operation("more than 16 queries are nested");
     std::atomic<const Committed*>& read = thread_.reads[thread_.depth];
     do {
         committed_ = scene.current();
         read.store(committed_, std::memory_order_relaxed);
         order_query();
     } while (scene.current() != committed_);
-    if (committed_ == nullptr)
-        throw Failure{RTC_ERROR_INVALID_OPERATION, "the scene is not committed"};
+    if (committed_ == nullptr) fail_operation("the scene is not committed");
     ++thread_.depth;
 }
 

@@ -101,7 +101,7 @@ unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
     }
     if (id > kMost) fail_argument("the geometry ID is too large");
     if (attachments_.contains(id))
-        fail_argument("the geometry ID " + std::to_string(id) + " is taken");
+        fail_operation("the geometry ID " + std::to_string(id) + " is taken");
     // IDs far apart are found in attachments_ alone.
     constexpr std::size_t kMostSparse = std::size_t{1} << 20;
     if (id < by_id_.size() || id < 4 * attachments_.size() + kMostSparse) {
@@ -116,7 +116,7 @@ unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
 void SceneObject::detach(unsigned int id) {
     const std::scoped_lock lock(mutex_);
     const auto found = attachments_.find(id);
-    if (found == attachments_.end()) fail_argument("no geometry has the ID " + std::to_string(id));
+    if (found == attachments_.end()) fail_operation("no geometry has the ID " + std::to_string(id));
     on_twin(*this, &Fallback::rtcDetachGeometry, id);
     attachments_.erase(found);
     if (id < by_id_.size()) by_id_[id] = nullptr;
@@ -160,7 +160,7 @@ void SceneObject::take_from_queries() {
     const Committed* const before = current_.exchange(nullptr, std::memory_order_acq_rel);
     if (before == nullptr || wait_for_queries(*before)) return;
     current_.store(before, std::memory_order_release);
-    throw Failure{RTC_ERROR_INVALID_OPERATION, "queries of the scene are under way"};
+    fail_operation("queries of the scene are under way");
 }
 
 std::vector<Part> SceneObject::collect() {

@@ -201,15 +201,40 @@ TEST(DoorErrors, BuffersAreChecked) {
               RTC_ERROR_INVALID_OPERATION);
     EXPECT_EQ(set(RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 0, 13),
               RTC_ERROR_INVALID_OPERATION);
-    EXPECT_EQ(set(RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 0, 16), RTC_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(set(RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 0, 16),
+              RTC_ERROR_INVALID_OPERATION);
     EXPECT_EQ(set(RTC_BUFFER_TYPE_VERTEX, 1, RTC_FORMAT_FLOAT3, 0, 12), RTC_ERROR_INVALID_ARGUMENT);
-    EXPECT_EQ(set(RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 0, 16), RTC_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(set(RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 0, 16), RTC_ERROR_INVALID_OPERATION);
     EXPECT_EQ(set(RTC_BUFFER_TYPE_LEVEL, 0, RTC_FORMAT_FLOAT, 0, 4), RTC_ERROR_INVALID_ARGUMENT);
     EXPECT_EQ(rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12,
                                       SIZE_MAX / 4),
               nullptr);
     EXPECT_EQ(door.error(), RTC_ERROR_OUT_OF_MEMORY);
     rtcReleaseGeometry(mesh);
+}
+
+TEST(DoorErrors, CallsThatAnObjectDoesNotTakeAreInvalidOperations) {
+    const Door door;
+    RTCScene scene = door.committed({door.triangle()});
+    RTCGeometry mesh = rtcGetGeometry(scene, 0);
+    RTCGeometry instance = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_INSTANCE);
+    const auto expect_error = [&](const char* call) {
+        EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION) << call;
+    };
+    float matrix[16] = {};
+    constexpr RTCFormat kMatrix = RTC_FORMAT_FLOAT4X4_ROW_MAJOR;
+    rtcAttachGeometryByID(scene, mesh, 0), expect_error("a taken ID");
+    rtcDetachGeometry(scene, 7), expect_error("an ID of no geometry");
+    rtcSetGeometryTransform(mesh, 0, kMatrix, matrix), expect_error("a mesh's transformation");
+    rtcGetGeometryTransform(mesh, 0, kMatrix, matrix), expect_error("a mesh's transformation");
+    rtcSetGeometryInstancedScene(mesh, scene), expect_error("a mesh's scene");
+    rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3, matrix), expect_error("no matrix");
+    rtcSetGeometryTransform(instance, 1, kMatrix, matrix), expect_error("a time step");
+    rtcSetGeometryVertexAttributeCount(instance, 1), expect_error("an instance's attributes");
+    rtcSetGeometryIntersectFilterFunction(instance, nullptr), expect_error("a filter of hits");
+    rtcSetGeometryOccludedFilterFunction(instance, nullptr), expect_error("a filter of shadows");
+    rtcReleaseGeometry(instance);
+    rtcReleaseScene(scene);
 }
 
 TEST(DoorErrors, ObjectsOfAnotherDeviceAreRefused) {
