@@ -191,10 +191,9 @@ void Geometry::require_static() const {
 
 void Geometry::set_instanced_scenes(std::span<SceneObject* const> scenes) {
     if (!is_instance() && !is_instance_array()) fail_operation("the geometry is no instance");
-    for (SceneObject* const scene : scenes) {
+    for (const SceneObject* const scene : scenes)
         if (scene == nullptr) fail_argument("the scene is null");
-        scene->retain();
-    }
+    for (SceneObject* const scene : scenes) scene->retain();
     for (SceneObject* const scene : instanced_) scene->release();
     instanced_.assign(scenes.begin(), scenes.end());
     ++version_.shape;
