@@ -163,16 +163,11 @@ void SceneObject::take_from_queries() {
     fail_operation("queries of the scene are under way");
 }
 
-std::vector<Part> SceneObject::collect() {
-    const std::scoped_lock lock(mutex_);
-    return collect_parts(attachments_);
-}
-
 void SceneObject::commit() {
     const std::scoped_lock lock(commit_mutex_);
     std::vector<Part> parts;
     try {
-        parts = collect();
+        parts = collect_parts(attachments());
     } catch (const Unsupported& what) {
         take_from_queries();
         announce_unsupported(what.message, device_->fallback());
@@ -231,7 +226,7 @@ void SceneObject::commit_twin() {
 
 void SceneObject::commit_twins(std::size_t level) {
     if (level == kMostLevels) fail_argument("instances are nested more than 32 levels deep");
-    for (const auto& [id, geometry] : attachments_)
+    for (const auto& [id, geometry] : attachments())
         for (SceneObject* const scene : geometry->instanced_scenes())
             scene->commit_twins(level + 1);
     on_twin(*this, &Fallback::rtcJoinCommitScene);

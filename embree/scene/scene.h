@@ -38,7 +38,11 @@ public:
     /// Without a lock; null if there is none.
     Geometry* find(unsigned int id) const;
     Geometry* find_locked(unsigned int id) const;
-    const Attachments& attachments() const { return attachments_; }
+    /// A copy: other threads may attach to an instanced scene while one with it is committed.
+    Attachments attachments() const {
+        const std::scoped_lock lock(mutex_);
+        return attachments_;
+    }
 
     void set_flags(RTCSceneFlags flags);
     RTCSceneFlags flags() const { return flags_; }
@@ -58,7 +62,6 @@ public:
     }
 
 private:
-    std::vector<Part> collect();
     void commit_parts(std::vector<Part> parts);
     void commit_twin();
     /// Commits the twins of instanced scenes, then that of this one.

@@ -62,6 +62,32 @@ TEST(DoorThreads, AttachCommitAndTraceTogether) {
 }
 
 /// The first of several threads that join a commit works, and all find the scene committed.
+/// Some attach to and detach from an instanced scene while others commit scenes with it.
+TEST(DoorThreads, AttachToAnInstancedSceneDuringCommits) {
+    const Door door;
+    RTCScene child = door.committed({door.triangle()});
+    RTCGeometry lower = door.triangle(-1);
+    run_together(4, [&](std::size_t thread) {
+        if (thread % 2 == 0) {
+            for (int i = 0; i < 200; ++i) {
+                const unsigned int id = rtcAttachGeometry(child, lower);
+                if (i % 2 == 0) rtcDetachGeometry(child, id);
+            }
+            return;
+        }
+        for (int i = 0; i < 20; ++i) {
+            RTCGeometry instance = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_INSTANCE);
+            rtcSetGeometryInstancedScene(instance, child);
+            RTCScene scene = door.committed({instance});
+            EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, 0u);
+            rtcReleaseScene(scene);
+        }
+    });
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    rtcReleaseGeometry(lower);
+    rtcReleaseScene(child);
+}
+
 TEST(DoorThreads, JoinEachCommitOfMovedPositions) {
     const Door door;
     const Waves waves(20);
