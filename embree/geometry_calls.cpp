@@ -121,8 +121,10 @@ void rtcSetGeometryTimeStepCount(RTCGeometry geometry, unsigned int count) {
 
 /// Without motion blur a range of times says nothing.
 void rtcSetGeometryTimeRange(RTCGeometry geometry, float begin, float end) {
-    with_geometry("rtcSetGeometryTimeRange", geometry,
-                  [&](Geometry& g) { on_twin(g, &Fallback::rtcSetGeometryTimeRange, begin, end); });
+    with_geometry("rtcSetGeometryTimeRange", geometry, [&](Geometry& g) {
+        if (begin > end) fail_argument("the range of times ends before it begins");
+        on_twin(g, &Fallback::rtcSetGeometryTimeRange, begin, end);
+    });
 }
 
 void rtcSetGeometryVertexAttributeCount(RTCGeometry geometry, unsigned int count) {
