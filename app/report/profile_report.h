@@ -63,8 +63,8 @@ struct StageChange {
     /// "update", "rebuild", "trace" or "trace, rebuilt".
     std::string stage;
     /// Medians at the frame whose ratio is the median, of an even number of frames the geometric
-    /// mean of the two in the middle. The expected one is that of the baseline in units of its yardstick, times
-    /// this run's yardstick.
+    /// mean of the two in the middle. The expected one is that of the baseline in units of its
+    /// yardstick, times this run's yardstick.
     double expected_ms = 0;
     double measured_ms = 0;
     /// The ratio of medians to those expected, and the interval in which it lies with the chance
