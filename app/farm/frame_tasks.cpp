@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <set>
+#include <system_error>
 
 #include "app/clip/frames.h"
 #include "app/farm/part.h"
@@ -14,7 +15,9 @@ namespace {
 
 /// Whether --out names one image instead of a folder.
 bool is_one_image(const Options& options) {
-    return options.out.ends_with(".png") && !std::filesystem::is_directory(options.out);
+    // A name that cannot be looked up is no folder; writing it says what is wrong.
+    std::error_code error;
+    return options.out.ends_with(".png") && !std::filesystem::is_directory(options.out, error);
 }
 
 std::string image_name(const Options& options, double frame, const FrameDigits& digits) {

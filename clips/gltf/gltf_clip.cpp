@@ -38,7 +38,7 @@ public:
         const double whole = std::round(frames);
         last_frame_ = std::abs(frames - whole) <= kFrameRounding * whole ? whole : frames;
         if (given_bounds_) return;
-        const gltf::MotionBounds motion = gltf::motion_bounds(scene_, skinning_);
+        const gltf::MotionBounds motion = gltf::motion_bounds(scene_, skinning_, options.watch);
         bounds_ = motion.bounds;
         if (motion.bad_vertex == gltf::kNoVertex) return;
         const double frame = motion.bad_time * fps_;

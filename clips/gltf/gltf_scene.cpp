@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <string>
 #include <utility>
+#include <vector>
+
+#include <glm/geometric.hpp>
 
 #include "clips/gltf/file/gltf_file.h"
 #include "clips/gltf/materials.h"
@@ -37,6 +41,7 @@ public:
         }
         check_channels();
         require_limits();
+        find_mirrored();
         for (const std::uint32_t node : scene_.tree.scene)
             if (scene_.tree.nodes[node].mesh) add_node(node);
         if (!has_normals_) scene_.smooth = {};
@@ -136,6 +141,19 @@ private:
         if (options_.check_size) options_.check_size(triangles, vertices);
     }
 
+    /// Finds the nodes whose map to the scene mirrors: it has an odd number of mirroring maps.
+    void find_mirrored() {
+        const std::vector<Node>& nodes = scene_.tree.nodes;
+        is_mirrored_.resize(nodes.size());
+        for (const std::uint32_t index : scene_.tree.parents_first) {
+            const Node& node = nodes[index];
+            const std::array<glm::dvec3, 4>& c =
+                (node.matrix ? *node.matrix : affine_of(node.trs)).column;
+            const bool mirrors = glm::dot(glm::cross(c[0], c[1]), c[2]) < 0;
+            is_mirrored_[index] = mirrors != (node.parent != kNoNode && is_mirrored_[node.parent]);
+        }
+    }
+
     void add_node(std::uint32_t index) {
         const Node& node = scene_.tree.nodes[index];
         const Mesh& mesh = scene_.meshes.at(*node.mesh);
@@ -148,12 +166,18 @@ private:
             scene_.topology.vertex_count += static_cast<std::uint32_t>(set.positions.size());
         }
         SmoothGroups groups;
-        for (const Primitive& primitive : mesh.primitives)
-            add_primitive(mesh, primitive, first_vertices[primitive.vertex_set], groups);
+        for (const Primitive& primitive : mesh.primitives) {
+            const std::uint32_t set = primitive.vertex_set;
+            const bool is_skinned = node.skin && mesh.sets[set].influences.per_vertex > 0;
+            add_primitive(mesh, primitive, first_vertices[set], is_mirrored_[index] && !is_skinned,
+                          groups);
+        }
     }
 
+    /// Corners of a mirrored mesh are taken the other way round, so that its outside stays outside
+    /// (glTF 2.0, 3.7.4). Joints alone place one that is skinned.
     void add_primitive(const Mesh& mesh, const Primitive& primitive, std::uint32_t first_vertex,
-                       SmoothGroups& groups) {
+                       bool is_mirrored, SmoothGroups& groups) {
         const Material material =
             primitive.material ? materials_.materials[*primitive.material] : Material{};
         if (material.is_cut_away) return;
@@ -162,7 +186,8 @@ private:
         has_normals_ = has_normals_ || !primitive.normals.empty();
         const std::vector<std::uint32_t> vertex_groups =
             groups.groups_of(mesh.sets[primitive.vertex_set].positions, primitive.normals);
-        for (const uvec3& t : primitive.triangles) {
+        for (const uvec3& given : primitive.triangles) {
+            const uvec3 t = is_mirrored ? uvec3(given.x, given.z, given.y) : given;
             const auto corner = static_cast<std::uint32_t>(3 * scene_.topology.triangles.size());
             scene_.topology.triangles.push_back(
                 {t.x + first_vertex, t.y + first_vertex, t.z + first_vertex});
@@ -204,6 +229,8 @@ private:
     Accessors accessors_;
     Materials materials_;
     GltfScene scene_;
+    /// By node.
+    std::vector<bool> is_mirrored_;
     bool has_normals_ = false;
     bool has_textures_ = false;
 };

@@ -32,8 +32,10 @@ struct BaseColour {
 };
 
 BaseColour base_colour_of(const JsonAt& material) {
-    if (const auto metal = material.find("pbrMetallicRoughness"))
-        return {metal->find("baseColorFactor"), metal->find("baseColorTexture")};
+    if (const auto metal = material.find("pbrMetallicRoughness")) {
+        const BaseColour base = {metal->find("baseColorFactor"), metal->find("baseColorTexture")};
+        if (base.factor || base.texture) return base;
+    }
     if (const auto glossy = extension_of(material, "KHR_materials_pbrSpecularGlossiness"))
         return {glossy->find("diffuseFactor"), glossy->find("diffuseTexture")};
     return {};

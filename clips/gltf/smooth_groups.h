@@ -46,7 +46,8 @@ private:
             return static_cast<std::size_t>(hash_of(corner));
         }
     };
-    static std::uint32_t bits(float x) { return std::bit_cast<std::uint32_t>(x); }
+    /// Those of 0 for -0.
+    static std::uint32_t bits(float x) { return std::bit_cast<std::uint32_t>(x + 0.0f); }
 
     static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
     std::unordered_map<Corner, std::uint32_t, CornerHash> groups_;

@@ -127,6 +127,7 @@ public:
             [](const PlyProperty& property) { return property.role != PlyRole::kNone; });
         if (element.properties.empty()) return;
         if (!element.has_lists() && !is_read) {
+            if (source_.left() < element.count * element.least_bytes()) fail_end(element, 0);
             source_.skip(element.count * element.least_bytes());
         } else if (!element.has_lists() && element.least_bytes() <= kBufferBytes) {
             read_columns(element);

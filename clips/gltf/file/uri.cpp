@@ -36,10 +36,11 @@ std::optional<int> hex_digit(char c) {
     return std::nullopt;
 }
 
-std::string percent_decoded(const JsonAt& uri) {
+/// The text from `first` on.
+std::string percent_decoded(const JsonAt& uri, std::size_t first = 0) {
     const std::string_view text = uri.text();
     std::string decoded;
-    for (std::size_t i = 0; i < text.size(); ++i) {
+    for (std::size_t i = first; i < text.size(); ++i) {
         if (text[i] != '%') {
             decoded += text[i];
             continue;
@@ -62,7 +63,9 @@ std::optional<std::string> data_of_uri(const JsonAt& uri) {
     const std::size_t comma = text.find(',');
     if (comma == std::string_view::npos || !text.substr(0, comma).ends_with(kBase64))
         uri.fail("is a data: URI that is not in base 64");
-    std::optional<std::string> bytes = from_base64(text.substr(comma + 1));
+    std::optional<std::string> bytes = text.find('%', comma) == std::string_view::npos
+                                           ? from_base64(text.substr(comma + 1))
+                                           : from_base64(percent_decoded(uri, comma + 1));
     if (!bytes) uri.fail("has characters that are not base 64, or is cut");
     return bytes;
 }

@@ -81,9 +81,10 @@ WorldBounds bounds_of_all(std::span<const vec3> points) {
 
 class Bounder {
 public:
-    Bounder(const GltfScene& scene, const Skinning& skinning)
+    Bounder(const GltfScene& scene, const Skinning& skinning, const Watch& watch)
         : scene_(scene),
           skinning_(skinning),
+          watch_(watch),
           rates_(scene),
           positions_(scene.topology.vertex_count),
           times_(key_times(scene.animation)) {}
@@ -114,6 +115,7 @@ private:
 
     /// Extends the bounds by the places at a time.
     void look(double time) {
+        watch_.throw_if_cancelled();
         const std::size_t bad = skinning_.place(pose_at(scene_, time), positions_);
         if (bad != kNoVertex && result_.bad_vertex == kNoVertex) {
             result_.bad_vertex = bad;
@@ -176,6 +178,7 @@ private:
 
     const GltfScene& scene_;
     const Skinning& skinning_;
+    const Watch& watch_;
     MotionRates rates_;
     std::vector<vec3> positions_;
     std::vector<double> times_;
@@ -184,8 +187,8 @@ private:
 
 }  // namespace
 
-MotionBounds motion_bounds(const GltfScene& scene, const Skinning& skinning) {
-    return Bounder(scene, skinning).run();
+MotionBounds motion_bounds(const GltfScene& scene, const Skinning& skinning, const Watch& watch) {
+    return Bounder(scene, skinning, watch).run();
 }
 
 }  // namespace mray::gltf

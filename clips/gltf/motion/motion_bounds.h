@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "clips/gltf/motion/skinning.h"
+#include "common/base/watch.h"
 #include "common/scene/world_bounds.h"
 
 namespace mray::gltf {
@@ -20,7 +21,9 @@ struct MotionBounds {
 /// widened by how far a vertex may leave the straight line between two of them (derivation in
 /// motion_bounds.cpp). The series are the times of the keys and, where that widening is above 1/256
 /// of the diagonal, times between. Clips of more than 2^29 vertices at their keys get a box around
-/// all that their joints can reach instead.
-MotionBounds motion_bounds(const GltfScene& scene, const Skinning& skinning);
+/// all that their joints can reach instead. Throws Error(kCancelled) between two times if the watch
+/// asks for it.
+MotionBounds motion_bounds(const GltfScene& scene, const Skinning& skinning,
+                           const Watch& watch = {});
 
 }  // namespace mray::gltf

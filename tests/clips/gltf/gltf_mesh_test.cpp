@@ -120,6 +120,24 @@ TEST(GltfNodes, TransformationsMultiplyDownTheTree) {
     }
 }
 
+TEST(GltfNodes, MirroredMeshesKeepTheirOutside) {
+    GltfBuilder builder;
+    const int mesh = builder.add_triangle();
+    builder.add("nodes", {{"mesh", mesh}, {"scale", {-1, 1, 1}}, {"children", {1, 2}}});
+    // Mirrored twice, and by a matrix below one that does not mirror.
+    builder.add("nodes", {{"mesh", mesh}, {"scale", {1, -2, 1}}});
+    builder.add("nodes", {{"mesh", mesh}, {"scale", {2, 2, 2}}});
+    builder.add("nodes",
+                {{"mesh", mesh}, {"matrix", {0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}});
+    const OpenedGltf scene(builder.gltf());
+    const std::vector<uvec3>& triangles = scene.clip().topology().triangles;
+    ASSERT_EQ(triangles.size(), 4u);
+    EXPECT_EQ(triangles[0], uvec3(0, 2, 1));
+    EXPECT_EQ(triangles[1], uvec3(3, 4, 5));
+    EXPECT_EQ(triangles[2], uvec3(6, 8, 7));
+    EXPECT_EQ(triangles[3], uvec3(9, 11, 10));
+}
+
 TEST(GltfNodes, InstancesAreBakedDepthFirst) {
     GltfBuilder builder;
     const int mesh = builder.add_triangle();
@@ -323,7 +341,7 @@ TEST(GltfMaterials, TexturesAreFilesOrPartsOfTheBuffer) {
 
 TEST(GltfMaterials, TexturesInDataUris) {
     GltfBuilder builder = textured_triangle();
-    builder.json["images"] = {{{"uri", "data:image/png;base64,AQIDBAU="}}};
+    builder.json["images"] = {{{"uri", "data:image/png;base64,AQIDBAU%3d"}}};
     // Another one repeats the same image.
     builder.add("textures", {{"source", 0}});
     builder.json["materials"].push_back(
@@ -432,8 +450,8 @@ TEST(GltfMaterials, ThatBlendAreOpaqueWithOneWarning) {
 TEST(GltfNormals, CornersThatShareThemAreSmooth) {
     GltfBuilder builder;
     // Two triangles; vertices 3 and 4 repeat 1 and 2, one of them with another normal.
-    const std::vector<float> positions = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
-    const std::vector<float> normals = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 1, 0, 0, 0, 1};
+    const std::vector<float> positions = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, -0.0f, 0, 1, 0, 1, 1, 0};
+    const std::vector<float> normals = {0, 0, 1, 0, 0, 1, 0, 0, 1, -0.0f, 0, 1, 0, 1, 0, 0, 0, 1};
     builder.add("nodes",
                 {{"mesh", builder.add_mesh({{"POSITION", builder.add_accessor(positions, "VEC3")},
                                             {"NORMAL", builder.add_accessor(normals, "VEC3")}})}});

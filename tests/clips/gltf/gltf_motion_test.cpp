@@ -3,6 +3,7 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <random>
 
@@ -366,6 +367,11 @@ TEST(GltfClip, BoundsHoldEveryFrame) {
                       seen.upper[axis] - seen.lower[axis] + 0.05 * side);
         }
     }
+}
+
+TEST(GltfClip, IsCancelledWhileItsBoundsAreFound) {
+    const std::atomic<bool> cancel = true;
+    EXPECT_EQ(gltf_error(SkinnedRow(1).gltf(), {.watch = Watch(&cancel)}), kWorkCancelled);
 }
 
 TEST(GltfClip, SpeaksOfTheFrameWhoseVerticesAreTooFar) {

@@ -277,6 +277,24 @@ TEST(PlyHostile, FilesCutAtAnyByteAreRefused) {
     }
 }
 
+TEST(PlyHostile, AFileCutWithinAnElementThatIsNotReadIsRefused) {
+    const TemporaryFolder folder;
+    const std::string head = "ply\nformat binary_little_endian 1.0\n";
+    const std::string mesh =
+        "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\n";
+    const std::string edges = "element edge 2\nproperty int vertex1\nproperty int vertex2\n";
+    const std::string face("\3\0\0\0\0\1\0\0\0\2\0\0\0", 13);
+    const std::string whole =
+        head + mesh + edges + "end_header\n" + std::string(36, '\0') + face + std::string(16, '\0');
+    EXPECT_TRUE(is_read(folder.write("a.ply", whole), false));
+    for (const std::size_t cut : {1u, 9u, 16u}) {
+        const auto path = folder.write("a.ply", whole.substr(0, whole.size() - cut));
+        const std::string error = message_of([&] { read_ply(path, {}); });
+        EXPECT_NE(error.find("is the file complete?"), std::string::npos) << cut << ": " << error;
+    }
+}
+
 TEST(PlyHostile, AnyChangedByteIsRefusedOrRead) {
     const TemporaryFolder folder;
     for (const PlyEncoding encoding : kPlyEncodings) {
