@@ -92,9 +92,10 @@ std::vector<Box> SceneImpl::tree_boxes(std::uint32_t depth) const {
 Box SceneImpl::bounds() const {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-    for (const mray::vec3 scene : pose_.positions()) {
-        if (scene.x == mray::kInvalidCoordinate) continue;
-        const mray::vec3 p = pose_.space().to_world(scene);
+    const std::span<const mray::vec3> positions = pose_.positions();
+    for (std::uint32_t vertex = 0; vertex < positions.size(); ++vertex) {
+        if (positions[vertex].x == mray::kInvalidCoordinate) continue;
+        const mray::vec3 p = pose_.world_position(vertex);
         for (int axis = 0; axis < 3; ++axis) {
             const auto k = static_cast<std::size_t>(axis);
             box.lower[k] = std::min(box.lower[k], static_cast<double>(p[axis]));

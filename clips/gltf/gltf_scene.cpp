@@ -167,7 +167,7 @@ private:
         }
         SmoothGroups groups;
         for (const Primitive& primitive : mesh.primitives) {
-            const std::uint32_t set = primitive.vertex_set;
+            const std::size_t set = primitive.vertex_set;
             const bool is_skinned = node.skin && mesh.sets[set].influences.per_vertex > 0;
             add_primitive(mesh, primitive, first_vertices[set], is_mirrored_[index] && !is_skinned,
                           groups);

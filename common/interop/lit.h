@@ -78,8 +78,9 @@ SHARED Ray ray_between(Surface a, Surface b) {
 
 /// The share of `occluded` of `count` rays that are open; both are sums of whole numbers.
 SHARED Float openness(Float occluded, Float count) {
+    // The reciprocal may be rounded up, so that all of them are more than 1.
     PRECISE Float r = 1.0f - occluded * rcp_of_positive(count);
-    return r;
+    return greater(r, broadcast(0.0f));
 }
 
 /// a at 0, b at 1.

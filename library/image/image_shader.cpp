@@ -52,9 +52,12 @@ std::uint32_t checked_side(std::uint32_t samples) {
 }
 
 mray::vec3 unit_vector(const Point& p) {
-    const double length = std::hypot(p[0], p[1], p[2]);
-    return {static_cast<float>(p[0] / length), static_cast<float>(p[1] / length),
-            static_cast<float>(p[2] / length)};
+    // Scaled where the length overflows.
+    const double scale = std::isfinite(std::hypot(p[0], p[1], p[2])) ? 1 : 0.25;
+    const double x = scale * p[0], y = scale * p[1], z = scale * p[2];
+    const double length = std::hypot(x, y, z);
+    return {static_cast<float>(x / length), static_cast<float>(y / length),
+            static_cast<float>(z / length)};
 }
 
 /// The depths between which greys differ, in scene space.

@@ -38,6 +38,8 @@ TEST(Output, NameTooLongIsRefused) {
     const std::string name = folder.file(std::string(300, 'x'));
     expect_output_error(run(render(folder, {"--out", name})), name);
     expect_output_error(run(render(folder, {"--json", name})), name);
+    const std::string image = name + ".png";
+    expect_output_error(run(render(folder, {"--frames", "0", "--out", image})), image);
     EXPECT_TRUE(folder.names().empty());
 }
 

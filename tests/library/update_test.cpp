@@ -466,6 +466,18 @@ TEST(SceneUpdate, PositionsThatAreNotFiniteAreLeftOut) {
     expect_same_hits(hits_of(scene, rays), before, "finite again");
 }
 
+TEST(SceneUpdate, BoundsAreThoseOfThePositionsToTheLastBit) {
+    UserMesh mesh(icosphere(1));
+    Scene scene = Scene::build(mesh.view());
+    for (morphray::Vec3& p : mesh.points) p.y = std::abs(p.y) + 0x1p-50f;
+    mesh.points[3].y = -5.49999987e-13f;
+    scene.update();
+    EXPECT_EQ(scene.bounds().lower[1], double{-5.49999987e-13f});
+    mesh.points[3].y = -1e-20f;
+    scene.update();
+    EXPECT_EQ(scene.bounds().lower[1], double{-1e-20f});
+}
+
 TEST(SceneUpdate, ATwinGoesItsOwnWay) {
     const UserMesh rest(torus(40, 20));
     UserMesh mesh = rest;

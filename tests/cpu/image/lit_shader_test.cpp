@@ -333,6 +333,16 @@ TEST(LitColours, SquaresOfTheBackgroundHaveSixteenTimesTheSteps) {
     }
 }
 
+TEST(LitColours, SkyThatNoRaySeesIsNotBelowZero) {
+    for (std::uint32_t rays = 1; rays <= 256; ++rays) {
+        for (std::uint32_t neighbours = 1; neighbours <= 16; ++neighbours) {
+            const auto count = static_cast<float>(rays * neighbours);
+            EXPECT_GE(openness(count, count), 0) << count;
+            EXPECT_EQ(openness(0, count), 1);
+        }
+    }
+}
+
 TEST(LitColours, CreasesStayFlat) {
     const vec3 flat(0, 0, 1);
     EXPECT_EQ(corner_normal({0.6f, 0, 0.8f}, flat), vec3(0.6f, 0, 0.8f));
