@@ -46,8 +46,8 @@ struct View {
     Point up = {0, 1, 0};
     /// Vertical, in degrees, between 0 and 180.
     double fov = 45;
-    /// What casts a shadow is at least 1/46000 of the way to the light, so a light far away makes no
-    /// shadows of small things: a sun is best put some tens of sizes of the scene away.
+    /// Things that are lower than 1/46000 of the way to the light cast no shadow, so a sun is best
+    /// put some tens of sizes of the scene away.
     std::optional<Point> light = {};
     /// In pixels, from 1 to 65536 a side and at most 2^28 in all.
     std::uint32_t width = 1024;
