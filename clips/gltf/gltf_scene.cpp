@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -147,9 +146,9 @@ private:
         is_mirrored_.resize(nodes.size());
         for (const std::uint32_t index : scene_.tree.parents_first) {
             const Node& node = nodes[index];
-            const std::array<glm::dvec3, 4>& c =
-                (node.matrix ? *node.matrix : affine_of(node.trs)).column;
-            const bool mirrors = glm::dot(glm::cross(c[0], c[1]), c[2]) < 0;
+            const Affine map = node.matrix ? *node.matrix : affine_of(node.trs);
+            const auto& [x, y, z, origin] = map.column;
+            const bool mirrors = glm::dot(glm::cross(x, y), z) < 0;
             is_mirrored_[index] = mirrors != (node.parent != kNoNode && is_mirrored_[node.parent]);
         }
     }
