@@ -69,7 +69,7 @@ struct Model {
             for (std::size_t i = 0; i < mesh.indices.size(); i += mesh.corners()) {
                 const unsigned int* const c = &mesh.indices[i];
                 const bool is_bad = std::any_of(c, c + mesh.corners(), [&](unsigned int k) {
-                    return k >= count || (mesh.is_quads && std::isnan(part.vertices[k][1]));
+                    return k >= count || (part.is_quads && std::isnan(part.vertices[k][1]));
                 });
                 const auto add = [&](unsigned int x, unsigned int y, unsigned int z) {
                     // A triangle without area has no hits.
