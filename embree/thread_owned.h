@@ -9,10 +9,10 @@ struct OnHeap {
     static void drop(Type* object) { delete object; }
 };
 
-/// This thread's object, which its first call makes and the end of the thread drops. The program's
-/// objects may call it in their destructors, which the main thread runs after that end: it then
-/// makes another one, which is not dropped. One load, as the model keeps the pointer beside those
-/// of the program.
+/// This thread's object: the first call of get() makes it, and the thread's end drops it. Static
+/// objects may call get() in their destructors, which the main thread runs after its own end: this
+/// makes another object, which is not dropped. get() takes one load, since the pointer lies in the
+/// static block of thread-local storage (the model initial-exec).
 template <class Type, class Memory = OnHeap<Type>>
 class ThreadOwned {
 public:

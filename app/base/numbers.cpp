@@ -48,7 +48,9 @@ std::uint64_t parse_bytes(std::string_view option, std::string_view text) {
     const std::size_t shift = unit == kUnits.npos ? 0 : 10 * (unit + 1);
     const std::optional<std::uint64_t> value =
         parse_unsigned(text.substr(0, text.size() - (shift == 0 ? 0 : 1)));
-    if (!value || *value == 0 || *value >= std::numeric_limits<std::uint64_t>::max() >> shift)
+    // A number that is too large is read as the largest.
+    constexpr std::uint64_t kLargest = std::numeric_limits<std::uint64_t>::max();
+    if (!value || *value == 0 || *value == kLargest || *value > kLargest >> shift)
         usage(option, text, "a size of memory in bytes, such as 512M or 2G");
     return *value << shift;
 }

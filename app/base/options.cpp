@@ -1,5 +1,8 @@
 #include "app/base/options.h"
 
+#include <filesystem>
+#include <system_error>
+
 #include "clips/gltf/gltf_clip.h"
 
 namespace mray::app {
@@ -15,6 +18,12 @@ std::vector<std::string> scene_view_arguments(const Options& options) {
         if (all[i] != "--fps" || has_seconds(options))
             kept.insert(kept.end(), {all[i], all[i + 1]});
     return kept;
+}
+
+bool renders_one_image(const Options& options) {
+    // A name that cannot be looked up is no folder; writing it says what is wrong.
+    std::error_code error;
+    return options.out.ends_with(".png") && !std::filesystem::is_directory(options.out, error);
 }
 
 const char* name_of_rays(std::uint32_t rays) {

@@ -244,6 +244,8 @@ bool has_seconds(const Options& options);
 /// The view_arguments for a command about options.scene that names frames, not seconds: --fps only
 /// where the scene has seconds.
 std::vector<std::string> scene_view_arguments(const Options& options);
+/// Whether --out of render names one image instead of a folder.
+bool renders_one_image(const Options& options);
 /// "primary", "shadow" or "ao" of kRaysPrimary, kRaysShadow, kRaysAo.
 const char* name_of_rays(std::uint32_t rays);
 /// Whether colours show the tree: steps and sah.

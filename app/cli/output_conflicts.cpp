@@ -43,12 +43,6 @@ void add_file(std::vector<NamedFile>& files, const char* option, const fs::path&
     files.push_back({option, path, real_path(path)});
 }
 
-/// Whether --out of render is one image instead of a folder.
-bool renders_one_image(const Options& options) {
-    std::error_code error;
-    return options.out.ends_with(".png") && !fs::is_directory(options.out, error);
-}
-
 std::vector<NamedFile> outputs_of(const Options& options) {
     std::vector<NamedFile> files;
     const bool is_render = options.command == Command::kRender;

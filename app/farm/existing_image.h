@@ -19,10 +19,10 @@ struct ExistingImage {
     PartImage part;
 };
 
-/// Reads the image of a task if its PNG file can be decoded, has the pixels of its own hash, and is
-/// of this version, these options and this scene (a frame_hash()), and if the OpenEXR file that the
-/// options ask for is whole and the file of hits is the one that the image names. `earlier` is what
-/// the part of an earlier run says of the image, or null; the hashes of files must be those.
+/// Reads the image of a task. Its PNG file must be readable, have the pixels of its own hash, and
+/// name this version, these options and this scene (a frame_hash()); the OpenEXR file that the
+/// options ask for must be whole, and the file of hits the one that the image names. `earlier` is
+/// the record of the image in the part of an earlier run, or null; files must have its hashes.
 /// Otherwise returns nothing, and in `reason` why; empty if there is no file.
 std::optional<ExistingImage> read_existing(const Options& options,
                                            const std::filesystem::path& folder,

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <set>
-#include <system_error>
 
 #include "app/clip/frames.h"
 #include "app/farm/part.h"
@@ -13,15 +12,8 @@
 namespace mray::app {
 namespace {
 
-/// Whether --out names one image instead of a folder.
-bool is_one_image(const Options& options) {
-    // A name that cannot be looked up is no folder; writing it says what is wrong.
-    std::error_code error;
-    return options.out.ends_with(".png") && !std::filesystem::is_directory(options.out, error);
-}
-
 std::string image_name(const Options& options, double frame, const FrameDigits& digits) {
-    if (is_one_image(options)) return std::filesystem::path(options.out).filename();
+    if (renders_one_image(options)) return std::filesystem::path(options.out).filename();
     return fmt::format("frame_{}.png", frame_label(frame, digits));
 }
 
@@ -29,14 +21,14 @@ std::string image_name(const Options& options, double frame, const FrameDigits& 
 
 std::filesystem::path output_folder_of(const Options& options) {
     if (options.out.empty()) return "out";
-    if (!is_one_image(options)) return options.out;
+    if (!renders_one_image(options)) return options.out;
     const std::filesystem::path folder = std::filesystem::path(options.out).parent_path();
     return folder.empty() ? "." : folder;
 }
 
 void require_distinct_names(const Options& options, const std::vector<double>& frames,
                             const FrameDigits& digits) {
-    if (is_one_image(options) && frames.size() > 1) {
+    if (renders_one_image(options) && frames.size() > 1) {
         throw Error(
             ErrorKind::kBadArgument,
             fmt::format("--out {}: one image, but {} frames; choose one of them by --frames, "

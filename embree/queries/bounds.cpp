@@ -1,5 +1,4 @@
 // rtcGetSceneBounds.
-
 #include "embree/device.h"
 #include "embree/scene/reading.h"
 #include "embree/scene/scene.h"

@@ -95,6 +95,20 @@ inline bool are_same(const RTCRayHit& a, const RTCRayHit& b) {
     return std::memcmp(&a, &b, MORPHRAY_EMBREE == 3 ? 80 : 84) == 0;
 }
 
+/// Sixteen rays from (0.25, 0.25, 1) straight down.
+inline RTCRayHit16 packet_down() {
+    RTCRayHit16 packet = {};
+    for (std::size_t i = 0; i < 16; ++i) {
+        packet.ray.org_x[i] = packet.ray.org_y[i] = 0.25f;
+        packet.ray.org_z[i] = 1;
+        packet.ray.dir_z[i] = -1;
+        packet.ray.tfar[i] = kInfinity;
+        packet.ray.mask[i] = kInvalid;
+        packet.hit.geomID[i] = kInvalid;
+    }
+    return packet;
+}
+
 inline RTCRayHit make_ray(Point org, Point dir, float tnear = 0, float tfar = kInfinity,
                           unsigned int mask = kInvalid) {
     RTCRayHit ray;

@@ -241,15 +241,7 @@ struct LateCaller {
     bool is_answered() const {
         alignas(64) std::array<int, 16> valid;
         valid.fill(-1);
-        RTCRayHit16 packet = {};
-        for (std::size_t i = 0; i < 16; ++i) {
-            packet.ray.org_x[i] = packet.ray.org_y[i] = 0.25f;
-            packet.ray.org_z[i] = 1;
-            packet.ray.dir_z[i] = -1;
-            packet.ray.tfar[i] = kInfinity;
-            packet.ray.mask[i] = kInvalid;
-            packet.hit.geomID[i] = kInvalid;
-        }
+        RTCRayHit16 packet = packet_down();
         trace_packet(rtcIntersect16, valid.data(), scene, &packet);
         bool is_right = packet.hit.geomID[7] == 0;
         for (const unsigned int mask : {2, 1}) {

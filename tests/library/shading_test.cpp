@@ -130,6 +130,22 @@ TEST(Shading, ABackdropShowsTheBackgroundWhereNothingDarkensIt) {
 
 // The sums over squares of 4 x 4 pixels never fall from the top down, and take more values than 8
 // bits do.
+TEST(Shading, UpVectorsMayHaveAnyFiniteLength) {
+    const UserMesh mesh(icosphere(2));
+    const Scene scene = Scene::build(mesh.view());
+    const auto hash = [&](double length) {
+        return scene
+            .render({.up = {length, length, 0},
+                     .width = 32,
+                     .height = 32,
+                     .shading = morphray::Shading::lit})
+            .image_hash;
+    };
+    // The length of the first is beyond the range of doubles.
+    EXPECT_EQ(hash(0x1.8p1023), hash(1.5));
+    EXPECT_EQ(hash(0x1p-1000), hash(1));
+}
+
 TEST(Shading, TheSkyHasNoBands) {
     for (const std::uint32_t samples : {1u, 16u}) {
         const View view{.width = 8, .height = 1024, .shading = Shading::lit, .samples = samples};

@@ -2,35 +2,16 @@
 // replaces operator new, so it has a program to itself.
 #include <gtest/gtest.h>
 
-#include <cstddef>
-#include <cstdlib>
 #include <new>
 #include <string>
 
+#include "tests/support/failing_new.h"
 #include "tools/text/json_writer.h"
-
-namespace {
-
-/// The number of allocations that succeed before one fails; below 0 none fails.
-long allocations_left = -1;
-
-}  // namespace
-
-void* operator new(std::size_t size) {
-    if (allocations_left == 0) {
-        allocations_left = -1;
-        throw std::bad_alloc();
-    }
-    if (allocations_left > 0) --allocations_left;
-    void* const memory = std::malloc(size > 0 ? size : 1);
-    if (memory == nullptr) throw std::bad_alloc();
-    return memory;
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace mray {
 namespace {
+
+using test::allocations_left;
 
 /// Longer than what a string holds without memory of its own.
 std::string long_text(char letter) { return std::string(40, letter); }
