@@ -33,6 +33,8 @@ std::array<Row, 3> frame_of(const Camera& camera) {
 std::uint32_t packet_lanes(const PhysicalDevice& device, const Tuning& tuning) {
     constexpr std::uint32_t kFewest = 4;
     if (!tuning.use_packets || !device.has_shuffle || !device.has_full_subgroups) return 0;
+    // Clusters of a subgroup need lanes that stay together, which GPUs do not promise.
+    if (device.info.type != "cpu") return 0;
     const std::uint32_t size = device.info.subgroup_size;
     if (size < kFewest) return 0;
     return std::min(size, tuning.most_packet_lanes);
