@@ -131,14 +131,18 @@ TEST(PassSize, LeavesRoomForPaddingInSmallTexelBuffers) {
     EXPECT_EQ(tiles, 65536 / (64 * 2) - 1);
 }
 
-TEST(PacketLanes, NeedShufflesInFullSubgroups) {
+TEST(PacketLanes, NeedShufflesInFullSubgroupsOfACpu) {
     gpu::PhysicalDevice device = roomy();
     device.info.subgroup_size = 32;
+    device.info.type = "cpu";
     EXPECT_EQ(gpu::packet_lanes(device, {}), 0u);
     device.has_shuffle = true;
     EXPECT_EQ(gpu::packet_lanes(device, {}), 0u);
     device.has_full_subgroups = true;
     EXPECT_EQ(gpu::packet_lanes(device, {}), 16u);
+    device.info.type = "discrete";
+    EXPECT_EQ(gpu::packet_lanes(device, {}), 0u);
+    device.info.type = "cpu";
     device.info.subgroup_size = 2;
     EXPECT_EQ(gpu::packet_lanes(device, {}), 0u);
 }
