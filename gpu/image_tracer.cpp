@@ -4,8 +4,6 @@
 #include <vector>
 
 #include "common/base/stopwatch.h"
-#include "gpu/packet_arguments.h"
-
 namespace mray::gpu {
 namespace {
 
@@ -115,169 +113,134 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
 
 /// Prepares the kernels that every image of this kind needs, the fastest to compile first.
 void ImageTracer::prepare(const ImageParams& params, const Watch& watch) {
-    const bool in_packets = uses_packets(params);
     std::vector<Kernel*> needed;
     if (with_pixels_) needed.push_back(&kernels_.shade);
-    needed.push_back(in_packets ? &kernels_.camera_packet : &kernels_.primary);
-    if (is_one_submission(params)) {
-        if (params.rays == kRaysShadow) needed.push_back(&light_kernel(params));
-    } else if (rays_per_hit(params.rays, params.ao_count) != 0) {
+    needed.push_back(&kernels_.primary);
+    if (rays_per_hit(params.rays, params.ao_count) != 0) {
         needed.push_back(&kernels_.compact);
-        needed.push_back(in_packets ? &kernels_.occlusion_packet : &kernels_.occlusion);
+        needed.push_back(&kernels_.occlusion);
     }
     kernels_.prepare(needed, watch);
 }
 
-bool ImageTracer::uses_packets(const ImageParams& params) const {
-    return kernels_.packet_lanes != 0 && has_packet_frame(params);
-}
-
-/// Whether the host need not look at results between camera rays and shading.
-bool ImageTracer::is_one_submission(const ImageParams& params) const {
-    return uses_packets(params) && params.rays != kRaysAo;
-}
-
 void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& times,
                                const Watch& watch) {
-    const bool is_one = is_one_submission(region.params);
-    const bool is_lit = is_one && region.params.rays == kRaysShadow;
-    const bool is_shaded = is_one && with_pixels_;
-    const RayPass camera = camera_pass(region);
-    const Record record = [&](VkCommandBuffer commands) {
-        passes_.record(commands, camera, 0);
-        if (is_lit) {
-            separate(commands);
-            passes_.record(commands, light_pass(region), 1);
-        }
-        if (is_shaded) {
-            separate(commands);
-            shading(region)(commands);
-        }
-    };
-    const std::vector<double> stages = context_.submit_stages("trace an image", record);
+    const std::uint32_t samples = rays_per_hit(region.params.rays, region.params.ao_count);
+    const std::uint32_t batch = secondary_batch(watch);
+    // More rays than a batch need the host, which counts them, before the colours.
+    const std::uint64_t most_rays = std::uint64_t{region.width} * region.height * samples;
+    const bool is_shaded = with_pixels_ && most_rays <= batch;
+    const std::vector<double> stages =
+        context_.submit_stages("trace an image", [&](VkCommandBuffer commands) {
+            passes_.begin(commands);
+            kernels_.primary.dispatch(commands, region, region.tile_count);
+            if (samples != 0) {
+                separate(commands);
+                record_secondary(commands, region, batch);
+            }
+            if (is_shaded) {
+                separate(commands);
+                shade(commands, region);
+            }
+            passes_.end(commands);
+        });
     times.trace_ms += stages.front();
-    if (is_lit) times.secondary_ms += stages[1];
+    if (samples != 0) times.secondary_ms += stages[1];
     if (is_shaded) times.shade_ms += stages.back();
-    // A pass that left rays without an answer is completed, and all after it is done again.
-    const bool is_traced = !passes_.is_incomplete(camera, 0);
-    if (!is_traced) times.trace_ms += passes_.complete(camera, 0, kernels_, scene_);
-    bool is_done = is_traced && is_one;
-    if (is_lit) {
-        const RayPass light = light_pass(region);
-        if (!is_traced) {
-            times.secondary_ms += passes_.run(light, kernels_, scene_);
-        } else if (passes_.is_incomplete(light, 1)) {
-            times.secondary_ms += passes_.complete(light, 1, kernels_, scene_);
-            is_done = false;
+
+    // A stage that left rays without an answer is completed, and all after it is done again.
+    WorkHeader header = passes_.header("trace camera rays");
+    bool is_current = is_shaded;
+    if (header.suspended_count != 0 && header.visible_count == 0) {
+        is_current = false;
+        times.trace_ms += passes_.resume(kernels_, scene_, false, header.suspended_count);
+        if (samples != 0) {
+            times.secondary_ms +=
+                context_.submit("trace secondary rays", [&](VkCommandBuffer commands) {
+                    passes_.begin(commands);
+                    record_secondary(commands, region, batch);
+                    passes_.end(commands);
+                });
+            header = passes_.header("trace secondary rays");
         }
-    } else if (rays_per_hit(region.params.rays, region.params.ao_count) != 0) {
-        times.secondary_ms += trace_visible(region, watch);
     }
-    if (!is_done && with_pixels_) times.shade_ms += context_.submit("shade", shading(region));
+    if (samples != 0) {
+        const std::uint32_t ray_count = header.visible_count * samples;
+        is_current = is_current && header.suspended_count == 0 && ray_count <= batch;
+        times.secondary_ms += passes_.resume(kernels_, scene_, true, header.suspended_count);
+        if (ray_count > batch) times.secondary_ms += trace_rest(region, batch, ray_count, watch);
+    }
+    if (with_pixels_ && !is_current) {
+        times.shade_ms +=
+            context_.submit("shade", [&](VkCommandBuffer commands) { shade(commands, region); });
+    }
 }
 
-RayPass ImageTracer::camera_pass(const RegionArguments& region) const {
-    RegionArguments rays = region;
-    const bool in_packets = uses_packets(region.params);
-    rays.unfinished_only = in_packets ? 1 : 0;
-    const Record dispatch_rays = [this, rays](VkCommandBuffer commands) {
-        kernels_.primary.dispatch(commands, rays, rays.tile_count);
-    };
-    const char* const what = "trace camera rays";
-    if (!in_packets) return {what, false, dispatch_rays, {}};
-    const PacketArguments packets = packet_arguments(region, kernels_.packet_lanes);
-    const Record dispatch_packets = [this, packets](VkCommandBuffer commands) {
-        kernels_.camera_packet.dispatch(commands, packets, packet_groups(packets.tile_count));
-    };
-    return {what, false, dispatch_packets, dispatch_rays, &kernels_.primary};
+/// Records the list of visible pixels, and their first secondary rays, at most `batch`. Records
+/// nothing that counts if camera rays are suspended.
+void ImageTracer::record_secondary(VkCommandBuffer commands, const RegionArguments& region,
+                                   std::uint32_t batch) {
+    kernels_.compact.dispatch(commands, region, region.tile_count);
+    // Writer: the list and its length; reader: the secondary rays.
+    barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+            VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+            VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
+    const std::uint64_t most_rays = std::uint64_t{region.width} * region.height *
+                                    rays_per_hit(region.params.rays, region.params.ao_count);
+    // Groups beyond the end of the list, whose length the host does not know, have nothing to do.
+    const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(most_rays, batch));
+    kernels_.occlusion.dispatch(commands, secondary(region, 0, count), groups_of(count));
 }
 
-/// Tall packets are fewer, but each of their triangles concerns fewer of their rays. They are
-/// slower from a triangle a pixel on, and faster up to half a triangle a pixel
-/// (docs/lab/vulkan_tracer.md).
-Kernel& ImageTracer::light_kernel(const ImageParams& params) const {
-    const std::uint64_t pixels = std::uint64_t{params.width} * params.height;
-    const bool is_tall =
-        kernels_.packet_lanes >= 8 && std::uint64_t{2} * scene_.triangle_count() <= pixels;
-    return is_tall ? kernels_.tall_light_packet : kernels_.light_packet;
+/// Traces the secondary rays [first, ray_count). Returns milliseconds.
+double ImageTracer::trace_rest(const RegionArguments& region, std::uint32_t first,
+                               std::uint32_t ray_count, const Watch& watch) {
+    double device_ms = 0;
+    while (first < ray_count) {
+        watch.throw_if_cancelled();
+        const std::uint32_t count = std::min(secondary_batch(watch), ray_count - first);
+        const Stopwatch clock;
+        const Record dispatch = [&](VkCommandBuffer commands) {
+            kernels_.occlusion.dispatch(commands, secondary(region, first, first + count),
+                                        groups_of(count));
+        };
+        device_ms += passes_.run({"trace secondary rays", true, dispatch}, kernels_, scene_);
+        rays_pace_.took(count, clock.ms());
+        first += count;
+    }
+    return device_ms;
 }
 
-RayPass ImageTracer::light_pass(const RegionArguments& region) const {
-    RegionArguments packets = region;
-    const Kernel& kernel = light_kernel(region.params);
-    const bool is_tall = &kernel == &kernels_.tall_light_packet;
-    set_tiles(packets, kPacketWidth, is_tall ? kTallLightPacketHeight : kLightPacketHeight);
-    const Record dispatch = [this, packets, &kernel](VkCommandBuffer commands) {
-        vkCmdFillBuffer(commands, passes_.occlusion().get(), 0, VK_WHOLE_SIZE, 0);
-        // Writer: the fill; writer after it: the kernel.
-        barrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-                VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT);
-        kernel.dispatch(commands, packets, packet_groups(packets.tile_count));
-    };
-    return {"trace shadow rays", true, dispatch, {}};
+std::uint32_t ImageTracer::secondary_batch(const Watch& watch) const {
+    const std::uint32_t most = passes_.size().rays();
+    return watch.can_cancel() ? rays_pace_.next(most) : most;
 }
 
-Record ImageTracer::shading(const RegionArguments& region) const {
-    RegionArguments tiles = region;
-    set_shaded_tiles(tiles);
-    return [this, tiles](VkCommandBuffer commands) {
-        kernels_.shade.dispatch(commands, tiles, tiles.tile_count);
-    };
-}
-
-/// Ends a stage, whose writes the next stage reads.
-void ImageTracer::separate(VkCommandBuffer commands) {
-    context_.stamp(commands);
-    constexpr VkPipelineStageFlags kWork =
-        VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
-    // Writer: the pass before (hits, counters); reader: the next kernel. Reader: the copy of the
-    // counters; writer: the fill that resets them.
-    barrier(commands, kWork, VK_ACCESS_SHADER_WRITE_BIT, kWork,
-            VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT);
-}
-
-std::uint32_t ImageTracer::packet_groups(std::uint32_t packets) const {
-    const std::uint32_t run = packet_run(context_.physical());
-    return groups_of((packets + run - 1) / run * kernels_.packet_lanes);
-}
-
-/// Traces secondary rays over the compacted list of visible pixels. Returns milliseconds.
-double ImageTracer::trace_visible(const RegionArguments& region, const Watch& watch) {
+OcclusionArguments ImageTracer::secondary(const RegionArguments& region, std::uint32_t first,
+                                          std::uint32_t end) const {
     OcclusionArguments arguments = {};
     arguments.params = region.params;
     arguments.x = region.x;
     arguments.y = region.y;
     arguments.width = region.width;
-    std::uint32_t visible_count = 0;
-    double device_ms = passes_.compact(
-        [&](VkCommandBuffer commands) {
-            kernels_.compact.dispatch(commands, region, region.tile_count);
-        },
-        visible_count);
-    const std::uint32_t ray_count =
-        visible_count * rays_per_hit(region.params.rays, region.params.ao_count);
-    // Shadow rays get here only without packets.
-    const bool in_packets = uses_packets(region.params);
-    std::uint32_t most = passes_.size().rays();
-    if (watch.can_cancel()) most = rays_pace_.next(most);
-    for (std::uint32_t first = 0; first < ray_count; first = arguments.ray_end) {
-        watch.throw_if_cancelled();
-        arguments.ray_first = first;
-        arguments.ray_end = std::min(first + most, ray_count);
-        const std::uint32_t count = arguments.ray_end - first;
-        const Stopwatch clock;
-        const Record dispatch = [&](VkCommandBuffer commands) {
-            if (in_packets) {
-                const std::uint32_t packets = (count + kPacketRays - 1) / kPacketRays;
-                kernels_.occlusion_packet.dispatch(commands, arguments, packet_groups(packets));
-            } else {
-                kernels_.occlusion.dispatch(commands, arguments, groups_of(count));
-            }
-        };
-        device_ms += passes_.run({"trace secondary rays", true, dispatch, {}}, kernels_, scene_);
-        rays_pace_.took(count, clock.ms());
-    }
-    return device_ms;
+    arguments.ray_first = first;
+    arguments.ray_end = end;
+    return arguments;
+}
+
+void ImageTracer::shade(VkCommandBuffer commands, const RegionArguments& region) const {
+    RegionArguments tiles = region;
+    set_shaded_tiles(tiles);
+    kernels_.shade.dispatch(commands, tiles, tiles.tile_count);
+}
+
+/// Ends a stage, whose writes the next stage reads.
+void ImageTracer::separate(VkCommandBuffer commands) {
+    context_.stamp(commands);
+    constexpr VkPipelineStageFlags kWork = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
+    // Writer: the stage before (hits, counters, occlusion); reader: the next kernel.
+    barrier(commands, kWork, VK_ACCESS_SHADER_WRITE_BIT, kWork,
+            VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
 }
 
 void ImageTracer::copy_region(const RegionArguments& region, Frame& frame) {

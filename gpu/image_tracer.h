@@ -10,7 +10,8 @@
 
 namespace mray::gpu {
 
-/// Traces and shades a region in one submission, unless the host has to look at results in between.
+/// Traces and shades a region in one submission, unless rays are suspended, or there are more
+/// secondary rays than a dispatch takes.
 /// The objects of the constructor must outlive it, and the kernels must be bound. Kernels are
 /// prepared when an image first needs them.
 class ImageTracer {
@@ -30,16 +31,16 @@ public:
 
 private:
     void prepare(const ImageParams& params, const Watch& watch);
-    Kernel& light_kernel(const ImageParams& params) const;
     void trace_region(const RegionArguments& region, BackendTimes& times, const Watch& watch);
-    bool is_one_submission(const ImageParams& params) const;
     void separate(VkCommandBuffer commands);
-    bool uses_packets(const ImageParams& params) const;
-    RayPass camera_pass(const RegionArguments& region) const;
-    RayPass light_pass(const RegionArguments& region) const;
-    Record shading(const RegionArguments& region) const;
-    std::uint32_t packet_groups(std::uint32_t packets) const;
-    double trace_visible(const RegionArguments& region, const Watch& watch);
+    void record_secondary(VkCommandBuffer commands, const RegionArguments& region,
+                          std::uint32_t batch);
+    double trace_rest(const RegionArguments& region, std::uint32_t first, std::uint32_t ray_count,
+                      const Watch& watch);
+    std::uint32_t secondary_batch(const Watch& watch) const;
+    OcclusionArguments secondary(const RegionArguments& region, std::uint32_t first,
+                                 std::uint32_t end) const;
+    void shade(VkCommandBuffer commands, const RegionArguments& region) const;
     void copy_region(const RegionArguments& region, Frame& frame);
 
     Context& context_;

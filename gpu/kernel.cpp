@@ -3,7 +3,7 @@
 namespace mray::gpu {
 
 void Kernel::compile(Context& context) {
-    if (!pipeline_) pipeline_.emplace(context, name_, spirv_, constants_, subgroup_size_);
+    if (!pipeline_) pipeline_.emplace(context, name_, spirv_, constants_);
 }
 
 void Kernel::bind(const Bindings& bindings) {

@@ -15,16 +15,11 @@ namespace mray::gpu {
 class Kernel {
 public:
     /// `constants` are the specialisation constants 0, 1, ...; `nothing` are the arguments of a
-    /// workgroup that has no work and writes nothing. `subgroup_size` is that of full subgroups
-    /// that the kernel needs, or 0.
+    /// workgroup that has no work and writes nothing.
     template <class Arguments>
     Kernel(const char* name, std::span<const std::uint32_t> spirv,
-           std::vector<std::uint32_t> constants, const Arguments& nothing,
-           std::uint32_t subgroup_size = 0)
-        : name_(name),
-          spirv_(spirv),
-          constants_(std::move(constants)),
-          subgroup_size_(subgroup_size) {
+           std::vector<std::uint32_t> constants, const Arguments& nothing)
+        : name_(name), spirv_(spirv), constants_(std::move(constants)) {
         const auto bytes = std::as_bytes(std::span(&nothing, 1));
         nothing_.assign(bytes.begin(), bytes.end());
     }
@@ -53,7 +48,6 @@ private:
     const char* name_;
     std::span<const std::uint32_t> spirv_;
     std::vector<std::uint32_t> constants_;
-    std::uint32_t subgroup_size_;
     std::vector<std::byte> nothing_;
     std::optional<Pipeline> pipeline_;
 };

@@ -6,16 +6,8 @@
 #include <iterator>
 #include <span>
 
-#include "gpu/packet_arguments.h"
-
 // Generated from shaders/*.comp; they use std::uint32_t without including it.
-#include "shaders/occlusion/occlusion_packet_spirv.h"
 #include "shaders/occlusion/occlusion_spirv.h"
-#include "shaders/packet/camera_packet_8_spirv.h"
-#include "shaders/packet/camera_packet_spirv.h"
-#include "shaders/packet/light_packet_8_spirv.h"
-#include "shaders/packet/light_packet_spirv.h"
-#include "shaders/packet/tall_light_packet_8_spirv.h"
 #include "shaders/queries/closest_spirv.h"
 #include "shaders/queries/hits_spirv.h"
 #include "shaders/queries/winding_spirv.h"
@@ -30,7 +22,6 @@
 namespace mray::gpu {
 namespace {
 
-using Words = std::span<const std::uint32_t>;
 using Constants = std::vector<std::uint32_t>;
 
 /// A region without pixels. Its only tile keeps kernels from dividing by 0.
@@ -50,52 +41,14 @@ Constants question_constants(const Tuning& tuning) {
     return {std::min(tuning.step_budget, kQuestionStepBudget)};
 }
 
-std::uint32_t subgroup_size(const Context& context) {
-    return context.physical().info.subgroup_size;
-}
-
-/// Constants of packets of `lanes` lanes; none if the device cannot trace packets.
-Constants packet_constants(const Context& context, const Tuning& tuning, std::uint32_t lanes,
-                           std::uint32_t light_packet_height = kLightPacketHeight) {
-    static_assert(kConstantStepBudget == 0 && kConstantPacketLanes == 1 &&
-                  kConstantPacketRun == 2 && kConstantPacketHeight == 3);
-    if (lanes == 0) return {};
-    // A device may count the loops of all clusters of a subgroup together.
-    const std::uint32_t clusters = subgroup_size(context) / lanes;
-    const std::uint32_t steps = tuning.step_budget < kStepBudget
-                                    ? tuning.step_budget
-                                    : std::max(kPacketStepBudget / clusters, 1u);
-    return {steps, lanes, packet_run(context.physical()), light_packet_height};
-}
-
-/// The kernel for packets of `lanes` lanes; `of_8` has 8 lanes as a constant, and their height.
-Words packet_words(std::uint32_t lanes, Words any, Words of_8) { return lanes == 8 ? of_8 : any; }
-
 }  // namespace
 
 Kernels::Kernels(Context& context, const Tuning& tuning)
     : context_(context),
-      packet_lanes(gpu::packet_lanes(context.physical(), tuning)),
       primary("primary", k_primary_spirv, single_ray_constants(tuning), no_region()),
-      camera_packet("camera packets",
-                    packet_words(packet_lanes, k_camera_packet_spirv, k_camera_packet_8_spirv),
-                    packet_constants(context, tuning, packet_lanes), PacketArguments{},
-                    subgroup_size(context)),
-      light_packet("light packets",
-                   packet_words(packet_lanes, k_light_packet_spirv, k_light_packet_8_spirv),
-                   packet_constants(context, tuning, packet_lanes), RegionArguments{},
-                   subgroup_size(context)),
-      tall_light_packet(
-          "tall light packets",
-          packet_words(packet_lanes, k_light_packet_spirv, k_tall_light_packet_8_spirv),
-          packet_constants(context, tuning, packet_lanes, kTallLightPacketHeight),
-          RegionArguments{}, subgroup_size(context)),
       rays("rays", k_rays_spirv, single_ray_constants(tuning), RaysArguments{}),
       compact("compact", k_compact_spirv, {}, no_region()),
       occlusion("occlusion", k_occlusion_spirv, single_ray_constants(tuning), OcclusionArguments{}),
-      occlusion_packet("occlusion packets", k_occlusion_packet_spirv,
-                       packet_constants(context, tuning, packet_lanes), OcclusionArguments{},
-                       subgroup_size(context)),
       resume("resume", k_resume_spirv, single_ray_constants(tuning), ResumeArguments{}),
       hits("hits", k_hits_spirv, question_constants(tuning), QuestionArguments{}),
       winding("winding", k_winding_spirv, question_constants(tuning), QuestionArguments{}),
@@ -104,11 +57,9 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
       refit_leaves("refit leaves", k_refit_leaves_spirv, {}, RefitArguments{}),
       refit_nodes("refit nodes", k_refit_nodes_spirv, {}, RefitArguments{}) {}
 
-std::array<Kernel*, 15> Kernels::all() {
-    return {&primary, &camera_packet, &light_packet, &tall_light_packet,
-            &rays,    &compact,       &occlusion,    &occlusion_packet,
-            &resume,  &hits,          &winding,      &closest,
-            &shade,   &refit_leaves,  &refit_nodes};
+std::array<Kernel*, 11> Kernels::all() {
+    return {&primary, &rays,    &compact, &occlusion,    &resume,     &hits,
+            &winding, &closest, &shade,   &refit_leaves, &refit_nodes};
 }
 
 void Kernels::bind(const Bindings& bindings) {

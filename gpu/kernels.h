@@ -39,17 +39,10 @@ private:
     Bindings bindings_;
 
 public:
-    /// Lanes of a packet; 0 if the device has no packet kernels, which then must not be prepared.
-    const std::uint32_t packet_lanes;
     Kernel primary;
-    Kernel camera_packet;
-    Kernel light_packet;
-    /// light_packet for packets of twice the height; needs 8 lanes.
-    Kernel tall_light_packet;
     Kernel rays;
     Kernel compact;
     Kernel occlusion;
-    Kernel occlusion_packet;
     Kernel resume;
     Kernel hits;
     Kernel winding;
@@ -59,7 +52,7 @@ public:
     Kernel refit_nodes;
 
 private:
-    std::array<Kernel*, 15> all();
+    std::array<Kernel*, 11> all();
     void make_ready(Kernel& kernel);
 
     /// Kernels that have been dispatched.

@@ -35,7 +35,7 @@ RayPasses::RayPasses(Context& context, const PassSize& size, std::uint32_t step_
       work_(context, "work", sizeof(WorkHeader) + sizeof(Suspended) * size.rays(), kStorage,
             Memory::kDevice),
       states_(context, "states", 4 * kStateUints * size.resume_slots, kStorage, Memory::kDevice),
-      headers_(context, "work headers", kMostPasses * sizeof(WorkHeader), 0, Memory::kHost) {}
+      header_(context, "work header", sizeof(WorkHeader), 0, Memory::kHost) {}
 
 void RayPasses::add_to(Bindings& bindings) const {
     bindings.views[kBindRays] = rays_.view.get();
@@ -50,61 +50,45 @@ void RayPasses::add_to(Bindings& bindings) const {
     bindings.buffers[kBindStates] = states_.get();
 }
 
-void RayPasses::record(VkCommandBuffer commands, const RayPass& pass, std::uint32_t number) const {
-    record_part(commands, Reset::kAll, pass.dispatch, number);
-}
-
-bool RayPasses::is_incomplete(const RayPass& pass, std::uint32_t number) const {
-    const WorkHeader h = header(pass.what, number);
-    return (h.status & kStatusUnfinished) != 0 || h.suspended_count != 0;
-}
-
-double RayPasses::complete(const RayPass& pass, std::uint32_t number, Kernels& kernels,
-                           const SceneBuffers& scene) {
-    const WorkHeader h = header(pass.what, number);
-    if ((h.status & kStatusUnfinished) != 0) {
-        kernels.prepare({pass.rest_kernel});
-        return run({pass.what, pass.any_hit, pass.rest, {}}, kernels, scene);
-    }
-    return h.suspended_count != 0 ? resume(kernels, scene, pass.any_hit, h.suspended_count) : 0;
-}
-
 double RayPasses::run(const RayPass& pass, Kernels& kernels, const SceneBuffers& scene) {
-    const double device_ms =
-        context_.submit(pass.what, [&](VkCommandBuffer commands) { record(commands, pass, 0); });
-    return device_ms + complete(pass, 0, kernels, scene);
+    double device_ms = 0;
+    submit_part(pass.what, Reset::kRays, pass.dispatch, device_ms);
+    const std::uint32_t count = header(pass.what).suspended_count;
+    return device_ms + resume(kernels, scene, pass.any_hit, count);
 }
 
-double RayPasses::compact(const Record& dispatch, std::uint32_t& visible_count) {
-    const char* const what = "list visible pixels";
-    const double device_ms = context_.submit(
-        what, [&](VkCommandBuffer commands) { record_part(commands, Reset::kAll, dispatch, 0); });
-    visible_count = header(what, 0).visible_count;
-    return device_ms;
-}
-
-void RayPasses::record_part(VkCommandBuffer commands, Reset reset, const Record& dispatch,
-                            std::uint32_t number) const {
-    const bool is_all = reset == Reset::kAll;
-    vkCmdFillBuffer(commands, work_.get(), is_all ? 0 : offsetof(WorkHeader, unfinished_count),
-                    is_all ? sizeof(WorkHeader) : sizeof(WorkHeader::unfinished_count), 0);
+void RayPasses::reset(VkCommandBuffer commands, Reset what) const {
+    const VkDeviceSize begin =
+        what == Reset::kUnfinished ? offsetof(WorkHeader, unfinished_count) : 0;
+    const VkDeviceSize end =
+        what == Reset::kAll ? sizeof(WorkHeader) : offsetof(WorkHeader, visible_count);
+    vkCmdFillBuffer(commands, work_.get(), begin, end - begin, 0);
     // Writer: the fill; reader and writer: the kernel's counters.
     barrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
             VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
             VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
-    dispatch(commands);
-    // Writer: the kernel's counters; reader: the copy.
-    barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
-            VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
-    const VkBufferCopy region = {
-        .srcOffset = 0, .dstOffset = number * sizeof(WorkHeader), .size = sizeof(WorkHeader)};
-    vkCmdCopyBuffer(commands, work_.get(), headers_.get(), 1, &region);
 }
 
-WorkHeader RayPasses::header(const char* what, std::uint32_t number) const {
+void RayPasses::end(VkCommandBuffer commands) const {
+    // Writer: the kernels' counters; reader: the copy.
+    barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+            VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
+    const VkBufferCopy region = {.srcOffset = 0, .dstOffset = 0, .size = sizeof(WorkHeader)};
+    vkCmdCopyBuffer(commands, work_.get(), header_.get(), 1, &region);
+}
+
+void RayPasses::submit_part(const char* what, Reset reset_what, const Record& dispatch,
+                            double& device_ms) {
+    device_ms += context_.submit(what, [&](VkCommandBuffer commands) {
+        reset(commands, reset_what);
+        dispatch(commands);
+        end(commands);
+    });
+}
+
+WorkHeader RayPasses::header(const char* what) const {
     WorkHeader header;
-    std::memcpy(&header, headers_.mapped().data() + number * sizeof(WorkHeader),
-                sizeof(WorkHeader));
+    std::memcpy(&header, header_.mapped().data(), sizeof(WorkHeader));
     if ((header.status & kStatusStackOverflow) != 0) {
         throw Error(ErrorKind::kInternal, "Vulkan: a traversal stack overflowed while trying to " +
                                               std::string(what) + "; the tree is not sound");
@@ -118,6 +102,7 @@ double RayPasses::resume(Kernels& kernels, const SceneBuffers& scene, bool any_h
     // mean that the tree has a cycle.
     const std::uint64_t max_rounds =
         2 + kStepsOfVisit * (scene.node_count() + scene.leaf_count()) / step_budget_;
+    if (count == 0) return 0;
     kernels.prepare({&kernels.resume});
     double device_ms = 0;
     for (std::uint32_t first = 0; first < count; first += size_.resume_slots) {
@@ -138,10 +123,8 @@ double RayPasses::resume(Kernels& kernels, const SceneBuffers& scene, bool any_h
             const Record round = [&](VkCommandBuffer commands) {
                 kernels.resume.dispatch(commands, arguments, groups);
             };
-            device_ms += context_.submit(what, [&](VkCommandBuffer commands) {
-                record_part(commands, Reset::kUnfinished, round, 0);
-            });
-            unfinished = header(what, 0).unfinished_count != 0;
+            submit_part(what, Reset::kUnfinished, round, device_ms);
+            unfinished = header(what).unfinished_count != 0;
         }
     }
     return device_ms;
@@ -149,9 +132,9 @@ double RayPasses::resume(Kernels& kernels, const SceneBuffers& scene, bool any_h
 
 std::uint32_t RayPasses::ask(const char* what, const SceneBuffers& scene,
                              QuestionArguments& arguments, const Record& dispatch) {
-    context_.submit(
-        what, [&](VkCommandBuffer commands) { record_part(commands, Reset::kAll, dispatch, 0); });
-    const std::uint32_t count = header(what, 0).suspended_count;
+    double device_ms = 0;
+    submit_part(what, Reset::kAll, dispatch, device_ms);
+    const std::uint32_t count = header(what).suspended_count;
     // A question visits each node and each triangle at most once, and a round takes a step.
     const std::uint64_t max_rounds =
         2 + 64 * (scene.node_count() + kLeafTriangles * std::uint64_t{scene.leaf_count()});
@@ -165,13 +148,11 @@ std::uint32_t RayPasses::ask(const char* what, const SceneBuffers& scene,
                 throw Error(ErrorKind::kInternal,
                             "Vulkan: a traversal does not end; the tree is not sound");
             }
-            context_.submit(what, [&](VkCommandBuffer commands) {
-                record_part(commands, Reset::kUnfinished, dispatch, 0);
-            });
-            unfinished = header(what, 0).unfinished_count != 0;
+            submit_part(what, Reset::kUnfinished, dispatch, device_ms);
+            unfinished = header(what).unfinished_count != 0;
         }
     }
-    return header(what, 0).visible_count;
+    return header(what).visible_count;
 }
 
 }  // namespace mray::gpu

@@ -17,10 +17,6 @@ struct RayPass {
     /// Whether the rays need any hit instead of the closest.
     bool any_hit;
     Record dispatch;
-    /// Dispatches the rays that `dispatch` marked as unfinished; empty if it marks none.
-    Record rest;
-    /// The kernel of `rest`.
-    Kernel* rest_kernel = nullptr;
 };
 
 /// Buffers for the rays of one dispatch, and the loop that brings each ray to an answer.
@@ -36,16 +32,17 @@ public:
     const Buffer& visible_pixels() const { return visible_pixels_.buffer; }
     void add_to(Bindings& bindings) const;
 
-    /// Records a pass. The first pass of a submission is number 0.
-    void record(VkCommandBuffer commands, const RayPass& pass, std::uint32_t number) const;
-    /// Whether pass `number` of the last submission has left rays without an answer.
-    bool is_incomplete(const RayPass& pass, std::uint32_t number) const;
-    /// Brings the rays that the last pass of that submission left to an answer, with `rest` and
-    /// rounds of `resume`. Returns milliseconds on the device. Throws Error(kInternal) if a tree is
-    /// broken.
-    double complete(const RayPass& pass, std::uint32_t number, Kernels& kernels,
-                    const SceneBuffers& scene);
-    /// Submits a pass by itself and completes it. Returns milliseconds on the device.
+    /// Records what comes before the first pass of a submission, which sets the counters to 0.
+    void begin(VkCommandBuffer commands) const { reset(commands, Reset::kAll); }
+    /// Records what comes after the last pass of a submission, so that header() has its counters.
+    void end(VkCommandBuffer commands) const;
+    /// The counters of the last submission. Throws Error(kInternal) if a tree is broken.
+    WorkHeader header(const char* what) const;
+    /// Brings the first `count` suspended rays to an answer, in rounds of `resume`. Returns
+    /// milliseconds on the device. Throws Error(kInternal) if a tree is broken.
+    double resume(Kernels& kernels, const SceneBuffers& scene, bool any_hit, std::uint32_t count);
+    /// Submits a pass by itself, over the visible pixels that are listed if there are any, and
+    /// brings all of its rays to an answer. Returns milliseconds on the device.
     double run(const RayPass& pass, Kernels& kernels, const SceneBuffers& scene);
 
     /// Submits `dispatch`, which asks as `arguments` say, and again, with arguments of its own,
@@ -54,20 +51,11 @@ public:
     std::uint32_t ask(const char* what, const SceneBuffers& scene, QuestionArguments& arguments,
                       const Record& dispatch);
 
-    /// Submits a dispatch of `compact`. Returns milliseconds on the device, and the number of
-    /// visible pixels in `visible_count`.
-    double compact(const Record& dispatch, std::uint32_t& visible_count);
-
-    /// Most passes of one submission.
-    static constexpr std::uint32_t kMostPasses = 2;
-
 private:
-    /// The counters that a dispatch begins with at 0.
-    enum class Reset { kAll, kUnfinished };
-    void record_part(VkCommandBuffer commands, Reset reset, const Record& dispatch,
-                     std::uint32_t number) const;
-    WorkHeader header(const char* what, std::uint32_t number) const;
-    double resume(Kernels& kernels, const SceneBuffers& scene, bool any_hit, std::uint32_t count);
+    /// The counters that a dispatch begins with at 0. Those of rays are all but visible_count.
+    enum class Reset { kAll, kRays, kUnfinished };
+    void reset(VkCommandBuffer commands, Reset what) const;
+    void submit_part(const char* what, Reset reset, const Record& dispatch, double& device_ms);
 
     Context& context_;
     PassSize size_;
@@ -79,8 +67,8 @@ private:
     Buffer pixels_;
     Buffer work_;
     Buffer states_;
-    /// A WorkHeader of each pass of a submission, for the host.
-    Buffer headers_;
+    /// The WorkHeader of the last submission, for the host.
+    Buffer header_;
 };
 
 }  // namespace mray::gpu

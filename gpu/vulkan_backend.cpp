@@ -52,7 +52,7 @@ public:
           context_(*own_context_),
           transfer_(context_),
           kernels_(context_, tuning),
-          passes_(context_, pass_size(context_.limits(), tuning), tuning.step_budget),
+          passes_(context_, pass_size(context_.physical(), tuning), tuning.step_budget),
           scene_(context_, transfer_, Topology{}, {}, empty_tree()),
           images_(context_, transfer_, kernels_, passes_, scene_),
           questions_(transfer_, kernels_, passes_, scene_, [this] { finish_refit(); }) {
@@ -279,7 +279,7 @@ void VulkanBackend::trace_rays(std::span<const Ray> rays, std::span<Hit> hits) {
         const Record dispatch = [&](VkCommandBuffer commands) {
             kernels_.rays.dispatch(commands, arguments, groups_of(arguments.ray_count));
         };
-        times_.trace_ms += passes_.run({"trace rays", false, dispatch, {}}, kernels_, scene_);
+        times_.trace_ms += passes_.run({"trace rays", false, dispatch}, kernels_, scene_);
         transfer_.download(passes_.hits(), std::as_writable_bytes(hits.subspan(first, count)));
     }
 }

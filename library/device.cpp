@@ -51,7 +51,6 @@ std::unique_ptr<mray::Backend> DeviceImpl::make_vulkan_backend() {
         host->device = host_.device;
         host->queue = host_.queue;
         host->queue_family = host_.queue_family;
-        host->has_full_subgroups = host_.full_subgroups;
         host->get_instance_proc_addr = host_.get_instance_proc_addr;
         host->lock_queue = [this] {
             std::unique_lock lock(queue_mutex_);

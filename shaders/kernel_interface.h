@@ -76,30 +76,8 @@ SHARED_CONST uint kStepBudget = 3500u;
 SHARED_CONST uint kQuestionStepBudget = 3000u;
 SHARED_CONST uint kRepeatsSteps = 70u;
 
-// Lanes of the cluster that traces a packet (specialisation constant 1): 4, 8 or 16. The clusters
-// of a subgroup share the budget. A cluster does not count the loops over its vectors of rays,
-// fewer than 400 iterations a packet.
-SHARED_CONST uint kConstantPacketLanes = 1u;
-SHARED_CONST uint kPacketStepBudget = 40000u;
-// Packets that a cluster traces one after the other (specialisation constant 2).
-SHARED_CONST uint kConstantPacketRun = 2u;
-SHARED_CONST uint kPacketWidth = 16u;
-// Height of camera packets. With 4 lanes it is 8, since a word has a bit for each vector of rays.
-SHARED_CONST uint kCameraPacketHeight = 16u;
-// Height of light packets (specialisation constant 3): the first for small triangles and for 4
-// lanes, the second for larger triangles.
-SHARED_CONST uint kConstantPacketHeight = 3u;
-SHARED_CONST uint kLightPacketHeight = 8u;
-SHARED_CONST uint kTallLightPacketHeight = 16u;
-
-// Rays of a packet of `occlusion_packet`.
-SHARED_CONST uint kPacketRays = 32u;
-
 // Bits of WorkHeader.status.
 SHARED_CONST uint kStatusStackOverflow = 1u;
-// Some packets ran out of steps; the hits of their rays are kUnfinishedPrim.
-SHARED_CONST uint kStatusUnfinished = 2u;
-SHARED_CONST uint kUnfinishedPrim = 0xFFFFFFFEu;
 
 /// The start of the work buffer. The host sets it to 0 before a pass over rays.
 struct WorkHeader {
@@ -131,8 +109,7 @@ SHARED_CONST uint kStateBestV = 5u;
 SHARED_CONST uint kStateStack = 6u;
 SHARED_CONST uint kStateUints = 488u;  // kStateStack + 2 * kMaxStack
 
-/// Push constants of the kernels over a region of an image: `primary`, `light_packet`, `compact`,
-/// `shade`. Answers are stored row by row within the region.
+/// Push constants of the kernels over a region of an image: `primary`, `compact`, `shade`. Answers are stored row by row within the region.
 struct RegionArguments {
     ImageParams params;
     uint x;
@@ -141,14 +118,12 @@ struct RegionArguments {
     uint height;
     uint tile_columns;
     uint tile_count;
-    /// 1: only rays that packets left unfinished.
-    uint unfinished_only;
     /// For `shade`: tiles are 2^tile_bits pixels wide.
     uint tile_bits;
 };
 
-/// Push constants of `occlusion` and `occlusion_packet`. Rays are numbered in the order of the list
-/// of visible pixels that `compact` made of a region.
+/// Push constants of `occlusion`. Rays are numbered in the order of the list of visible pixels that
+/// `compact` made of a region; those beyond the list's end are left out.
 struct OcclusionArguments {
     ImageParams params;
     uint x;
@@ -156,22 +131,6 @@ struct OcclusionArguments {
     uint width;
     uint ray_first;
     uint ray_end;
-};
-
-/// Push constants of `camera_packet`. The rows are those of the rounded inverse of the matrix with
-/// columns du, dv and corner: with the products of a direction d with the rows, (row_x d / row_z d,
-/// row_y d / row_z d) is its pixel.
-struct PacketArguments {
-    Camera camera;
-    uint x;
-    uint y;
-    uint width;
-    uint height;
-    uint tile_columns;
-    uint tile_count;
-    float row_x[3];
-    float row_y[3];
-    float row_z[3];
 };
 
 /// Push constants of `rays`.
@@ -230,7 +189,6 @@ namespace mray {
 static_assert(sizeof(WorkHeader) == 16 && sizeof(Suspended) == 48);
 static_assert(kStateUints == kStateStack + 2 * kMaxStack);
 static_assert(sizeof(RegionArguments) <= 128, "the push constants that every device has");
-static_assert(sizeof(PacketArguments) <= 128, "the push constants that every device has");
 }  // namespace mray
 #endif
 

@@ -34,17 +34,9 @@ VkDevice create_device(const PhysicalDevice& physical, const DeviceExtras& extra
     std::vector<const char*> extensions(extras.extensions.begin(), extras.extensions.end());
     if (physical.float_controls_is_extension)
         extensions.push_back(VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME);
-    const VkPhysicalDeviceSubgroupSizeControlFeatures full_subgroups = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_SIZE_CONTROL_FEATURES,
-        .pNext = const_cast<void*>(extras.features),
-        .subgroupSizeControl = VK_TRUE,
-        .computeFullSubgroups = VK_TRUE,
-    };
-    if (physical.has_full_subgroups)
-        extensions.push_back(VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME);
     const VkDeviceCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-        .pNext = physical.has_full_subgroups ? &full_subgroups : extras.features,
+        .pNext = extras.features,
         .queueCreateInfoCount = 1,
         .pQueueCreateInfos = &queue,
         .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),

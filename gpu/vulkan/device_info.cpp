@@ -83,25 +83,6 @@ bool has_unsound_width(const VkPhysicalDeviceDriverProperties& driver,
            std::sscanf(driver.driverInfo, "Mesa %u", &mesa) == 1 && mesa > 22;
 }
 
-/// Whether the device, which has VK_EXT_subgroup_size_control, runs workgroups of kGroupSize in
-/// full subgroups of `size` lanes if a kernel asks for them.
-bool runs_full_subgroups(VkPhysicalDevice device, std::uint32_t size) {
-    VkPhysicalDeviceSubgroupSizeControlFeatures control = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_SIZE_CONTROL_FEATURES};
-    VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
-                                          .pNext = &control};
-    vkGetPhysicalDeviceFeatures2(device, &features);
-    VkPhysicalDeviceSubgroupSizeControlProperties sizes = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_SIZE_CONTROL_PROPERTIES};
-    VkPhysicalDeviceProperties2 properties = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &sizes};
-    vkGetPhysicalDeviceProperties2(device, &properties);
-    return control.subgroupSizeControl != VK_FALSE && control.computeFullSubgroups != VK_FALSE &&
-           (sizes.requiredSubgroupSizeStages & VK_SHADER_STAGE_COMPUTE_BIT) != 0 &&
-           size >= sizes.minSubgroupSize && size <= sizes.maxSubgroupSize &&
-           kGroupSize % size == 0 && kGroupSize / size <= sizes.maxComputeWorkgroupSubgroups;
-}
-
 /// Reads the properties of Vulkan 1.1. Returns the reason why the device is unusable, or nothing.
 std::string describe_1_1(PhysicalDevice& device) {
     const std::vector<std::string> extensions = device_extensions(device.handle);
@@ -133,10 +114,6 @@ std::string describe_1_1(PhysicalDevice& device) {
     device.max_allocation = maintenance.maxMemoryAllocationSize;
     device.info.uuid = hex(id.deviceUUID);
     device.info.subgroup_size = subgroup.subgroupSize;
-    device.has_shuffle = (subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT) != 0 &&
-                         (subgroup.supportedOperations & VK_SUBGROUP_FEATURE_SHUFFLE_BIT) != 0;
-    device.has_full_subgroups = has(VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME) &&
-                                runs_full_subgroups(device.handle, subgroup.subgroupSize);
     if (has_driver) {
         device.info.driver = fmt::format("{} {}", driver.driverName, driver.driverInfo);
     }
@@ -318,7 +295,6 @@ PhysicalDevice host_device(const Instance& instance, const HostDevice& host) {
         }
         device.queue_family = host.queue_family;
         device.timestamp_bits = families[host.queue_family].timestampValidBits;
-        device.has_full_subgroups = device.has_full_subgroups && host.has_full_subgroups;
         return device;
     }
     throw Error(ErrorKind::kUnavailable,

@@ -18,12 +18,6 @@ struct PhysicalDevice {
     VkPhysicalDeviceMemoryProperties memory = {};
     VkDeviceSize max_allocation = 0;
     std::uint32_t queue_family = 0;
-    /// Whether kernels have shuffles within a subgroup.
-    bool has_shuffle = false;
-    /// Whether kernels can have full subgroups of info.subgroup_size lanes, by
-    /// VK_EXT_subgroup_size_control. Otherwise subgroups may be smaller than the device says, or
-    /// begin with lanes that are off.
-    bool has_full_subgroups = false;
     /// 0: no timestamps.
     std::uint32_t timestamp_bits = 0;
     /// Vulkan 1.1 has the rounding modes as an extension.

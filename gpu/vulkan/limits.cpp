@@ -56,6 +56,11 @@ SceneBytes bytes_of(const SceneSize& scene) {
             nodes + leaves + vertices + triangles + rest};
 }
 
+std::uint32_t default_tiles(const PhysicalDevice& device) {
+    constexpr std::uint64_t kRoomy = std::uint64_t{4} << 30;
+    return device.info.type != "cpu" && device.info.memory_bytes >= kRoomy ? 32768 : 4096;
+}
+
 }  // namespace
 
 void check_scene(const PhysicalDevice& device, const SceneSize& scene) {
@@ -82,7 +87,8 @@ bool fits(const PhysicalDevice& device, const SceneSize& scene) {
     }
 }
 
-PassSize pass_size(const VkPhysicalDeviceLimits& limits, const Tuning& tuning) {
+PassSize pass_size(const PhysicalDevice& device, const Tuning& tuning) {
+    const VkPhysicalDeviceLimits& limits = device.limits;
     if (limits.maxComputeWorkGroupInvocations < kGroupSize ||
         limits.maxComputeWorkGroupSize[0] < kGroupSize) {
         over(fmt::format(
@@ -96,7 +102,7 @@ PassSize pass_size(const VkPhysicalDeviceLimits& limits, const Tuning& tuning) {
     const std::uint64_t range = limits.maxStorageBufferRange;
     const std::uint64_t room = range - std::min<std::uint64_t>(range, sizeof(WorkHeader));
     const std::uint64_t tiles = std::min<std::uint64_t>({
-        tuning.tiles_per_dispatch,
+        tuning.tiles_per_dispatch != 0 ? tuning.tiles_per_dispatch : default_tiles(device),
         room / (kGroupSize * sizeof(Suspended)),
         (limits.maxTexelBufferElements - kPadding) / (kGroupSize * 2),
         limits.maxComputeWorkGroupCount[0],

@@ -57,8 +57,7 @@ UniqueShaderModule create_module(VkDevice device, std::span<const std::uint32_t>
 
 UniquePipeline create_pipeline(VkDevice device, VkPipelineLayout layout,
                                std::span<const std::uint32_t> spirv,
-                               std::span<const std::uint32_t> specialisation,
-                               std::uint32_t subgroup_size) {
+                               std::span<const std::uint32_t> specialisation) {
     const UniqueShaderModule module = create_module(device, spirv);
     std::vector<VkSpecializationMapEntry> entries;
     for (std::uint32_t i = 0; i < specialisation.size(); ++i) {
@@ -70,24 +69,13 @@ UniquePipeline create_pipeline(VkDevice device, VkPipelineLayout layout,
         .dataSize = specialisation.size_bytes(),
         .pData = specialisation.data(),
     };
-    VkPipelineShaderStageRequiredSubgroupSizeCreateInfo full_subgroups = {
-        .sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_REQUIRED_SUBGROUP_SIZE_CREATE_INFO,
-        .requiredSubgroupSize = subgroup_size,
-    };
-    const bool are_full = subgroup_size != 0;
     const VkComputePipelineCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-        .stage =
-            {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-             .pNext = are_full ? &full_subgroups : nullptr,
-             .flags =
-                 are_full
-                     ? VkPipelineShaderStageCreateFlags{VK_PIPELINE_SHADER_STAGE_CREATE_REQUIRE_FULL_SUBGROUPS_BIT}
-                     : 0,
-             .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-             .module = module.get(),
-             .pName = "main",
-             .pSpecializationInfo = &constants},
+        .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                  .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                  .module = module.get(),
+                  .pName = "main",
+                  .pSpecializationInfo = &constants},
         .layout = layout,
     };
     VkPipeline pipeline = VK_NULL_HANDLE;
@@ -125,12 +113,12 @@ VkDescriptorSet allocate_set(VkDevice device, VkDescriptorPool pool, VkDescripto
 }  // namespace
 
 Pipeline::Pipeline(Context& context, const char* name, std::span<const std::uint32_t> spirv,
-                   std::span<const std::uint32_t> specialisation, std::uint32_t subgroup_size)
+                   std::span<const std::uint32_t> specialisation)
     : device_(context.device()),
       interface_(shader_interface(spirv)),
       set_layout_(create_set_layout(device_, interface_.bindings)),
       layout_(create_layout(device_, set_layout_.get(), interface_.argument_bytes)),
-      pipeline_(create_pipeline(device_, layout_.get(), spirv, specialisation, subgroup_size)),
+      pipeline_(create_pipeline(device_, layout_.get(), spirv, specialisation)),
       pool_(create_descriptor_pool(device_, interface_.bindings)),
       set_(allocate_set(device_, pool_.get(), set_layout_.get())) {
     context.name(VK_OBJECT_TYPE_PIPELINE, pipeline_.get(), name);

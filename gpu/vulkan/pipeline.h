@@ -22,11 +22,9 @@ struct Bindings {
 class Pipeline {
 public:
     /// Bindings and size of the arguments come from the SPIR-V. `specialisation` has values of the
-    /// 32-bit constants 0, 1, ...; those that the kernel does not have are ignored. Workgroups run
-    /// in full subgroups of `subgroup_size` lanes, which needs PhysicalDevice::has_full_subgroups,
-    /// or if it is 0 in any.
+    /// 32-bit constants 0, 1, ...; those that the kernel does not have are ignored.
     Pipeline(Context& context, const char* name, std::span<const std::uint32_t> spirv,
-             std::span<const std::uint32_t> specialisation = {}, std::uint32_t subgroup_size = 0);
+             std::span<const std::uint32_t> specialisation = {});
 
     /// Binds the resources that the kernel uses; all of them must be there.
     void bind(const Bindings& bindings);

@@ -12,13 +12,8 @@ namespace mray::gpu {
 struct Tuning {
     /// Loop iterations after which a lane suspends its ray, 1 to kStepBudget.
     std::uint32_t step_budget = kStepBudget;
-    /// Trace shared-origin rays in packets, if the device can.
-    bool use_packets = true;
-    /// Most lanes of a packet: 4, 8 or 16. A larger subgroup traces several packets.
-    std::uint32_t most_packet_lanes = 16;
-    /// Tiles of 8x8 pixels, or 64 rays, of one dispatch. 2^18 rays limit the memory of the answers,
-    /// and the time of a dispatch to far below the 2 s that drivers allow.
-    std::uint32_t tiles_per_dispatch = 4096;
+    /// Tiles of 8x8 pixels, or 64 rays, of one dispatch at most; 0: by the device (pass_size()).
+    std::uint32_t tiles_per_dispatch = 0;
     /// Suspended rays that one dispatch continues; each takes 2 KB.
     std::uint32_t resume_slots = 4096;
     /// Copy through a staging buffer even if the host sees the device's memory.

@@ -15,8 +15,6 @@ struct HostDevice {
     void* device = nullptr;
     void* queue = nullptr;
     std::uint32_t queue_family = 0;
-    /// Whether the caller has enabled subgroupSizeControl and computeFullSubgroups.
-    bool has_full_subgroups = false;
     /// vkGetInstanceProcAddr of the loader that made the instance; null: libvulkan's.
     void* get_instance_proc_addr = nullptr;
     /// Called around each use of the queue.

@@ -41,9 +41,6 @@ struct VulkanHost {
     void* device = nullptr;           ///< VkDevice
     void* queue = nullptr;            ///< VkQueue with compute, of this family:
     std::uint32_t queue_family = 0;
-    /// Whether the device has the features subgroupSizeControl and computeFullSubgroups enabled.
-    /// Without them images take longer: they are not traced in packets.
-    bool full_subgroups = false;
     /// PFN_vkGetInstanceProcAddr of the loader in use; null: that of libvulkan.
     void* get_instance_proc_addr = nullptr;
     /// Called around each submission to the queue, by any thread, if the caller submits to it while

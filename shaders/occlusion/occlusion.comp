@@ -20,9 +20,9 @@ void main() {
     uint i = args.ray_first +
              spread_group(gl_WorkGroupID.x, gl_NumWorkGroups.x) * kGroupSize +
              gl_LocalInvocationID.x;
-    if (i >= args.ray_end) return;
     bool is_shadow = args.params.rays == kRaysShadow;
     uint samples = is_shadow ? 1u : args.params.ao_count;
+    if (i >= min(args.ray_end, work.header.visible_count * samples)) return;
     uint index = texelFetch(visible_pixels, int(i / samples)).x;
     uint x = args.x + index % args.width;
     uint y = args.y + index / args.width;

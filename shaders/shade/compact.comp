@@ -19,6 +19,8 @@ shared uint tile_pixels[kGroupSize / 32u];
 shared uint tile_begin;
 
 void main() {
+    // The camera rays are not all done, and the host will ask again.
+    if (work.header.suspended_count != 0u) return;
     uint lane = gl_LocalInvocationID.x;
     if (lane < kGroupSize / 32u) tile_pixels[lane] = 0u;
     barrier();

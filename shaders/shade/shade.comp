@@ -46,7 +46,7 @@ void main() {
         index[i] = is_within[i] ? pixel.y * size.x + pixel.x : 0u;
         at[i] = origin + pixel;
         hits[i] = found_hit(index[i]);
-        is_hit[i] = is_within[i] && hits[i].prim_id < kUnfinishedPrim;
+        is_hit[i] = is_within[i] && hits[i].prim_id != kNoPrim;
     }
     [[unroll]] for (uint i = 0u; i < 4u; ++i) {
         triangle[i] = scene_triangle(is_hit[i] ? hits[i].prim_id : 0u);

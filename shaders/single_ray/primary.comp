@@ -8,12 +8,11 @@
 #include "shaders/single_ray/traverse.glsl"
 #include "shaders/single_ray/work.glsl"
 
-layout(std430, binding = kBindHits) buffer Hits { Hit hits[]; };
+layout(std430, binding = kBindHits) writeonly buffer Hits { Hit hits[]; };
 
 void main() {
     uvec2 pixel = region_pixel();
     if (!within_region(pixel)) return;
-    if (args.unfinished_only != 0u && hits[answer_index(pixel)].prim_id != kUnfinishedPrim) return;
     Ray ray = camera_ray(args.params.camera, args.x + pixel.x, args.y + pixel.y);
     Traversal t = begin_traversal(ray);
     traverse(t, ray, false);

@@ -18,13 +18,11 @@
 namespace mray::test {
 namespace {
 
-/// A session that uses everything but packets once, in dispatches of one tile. (Some drivers
-/// compile packets for a third of a second each time; another test has packets.)
+/// A session that uses everything once, in dispatches of one tile.
 void run_session(const FaultyLoader& loader, bool force_staging) {
     gpu::Tuning tuning;
     tuning.loader = loader.get();
     tuning.force_staging = force_staging;
-    tuning.use_packets = false;
     tuning.step_budget = 20;
     tuning.tiles_per_dispatch = 16;
     const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
@@ -184,7 +182,7 @@ TEST(FaultInjection, ASceneThatDidNotFitLeavesNoneAndAnotherCanBeSet) {
     });
 }
 
-/// Fails each call of an update and an image by packets in turn. The next image must be right.
+/// Fails each call of an update and an image in turn. The next image must be right.
 void fail_each_call_of_a_frame(bool force_staging) {
     FaultyDevice device(force_staging);
     Backend& backend = *device.backend;
@@ -206,11 +204,9 @@ void fail_each_call_of_a_frame(bool force_staging) {
     EXPECT_GT(failures, 10u);
 }
 
-TEST(FaultInjection, AFrameOfPacketsMayFailAtAnyCallAndBeMadeAgain) {
-    fail_each_call_of_a_frame(false);
-}
+TEST(FaultInjection, AFrameMayFailAtAnyCallAndBeMadeAgain) { fail_each_call_of_a_frame(false); }
 
-TEST(FaultInjection, AFrameOfPacketsThroughStagingMayFailAtAnyCallAndBeMadeAgain) {
+TEST(FaultInjection, AFrameThroughStagingMayFailAtAnyCallAndBeMadeAgain) {
     fail_each_call_of_a_frame(true);
 }
 

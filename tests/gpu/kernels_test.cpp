@@ -18,11 +18,10 @@ namespace {
 /// A backend over a scene, and the number of pipelines that it makes.
 class CountedDevice {
 public:
-    explicit CountedDevice(bool use_packets = false, std::uint32_t step_budget = kStepBudget) {
+    explicit CountedDevice(std::uint32_t step_budget = kStepBudget) {
         faults_.counts = [](std::string_view name) { return name == "vkCreateComputePipelines"; };
         gpu::Tuning tuning;
         tuning.loader = loader_.get();
-        tuning.use_packets = use_packets;
         tuning.step_budget = step_budget;
         backend_ = gpu::make_vulkan_backend({}, tuning);
         backend_->set_scene(scene_.topology, scene_.positions, plain_tree(scene_));
@@ -68,14 +67,8 @@ TEST(Kernels, AreCompiledWhenACallFirstNeedsThem) {
     EXPECT_EQ(device.compiled(), 7u) << "and rays";
 }
 
-TEST(Kernels, OfPacketsAreTwoForCameraRays) {
-    CountedDevice device(true);
-    device.trace_image(kRaysPrimary);
-    EXPECT_EQ(device.compiled(), 2u);
-}
-
 TEST(Kernels, ThatContinueRaysAreCompiledForRaysThatNeedThem) {
-    CountedDevice device(false, 20);
+    CountedDevice device(20);
     device.trace_rays();
     EXPECT_EQ(device.compiled(), 2u);
 }
@@ -108,9 +101,7 @@ TEST(Kernels, OfSeveralBackendsAreCompiledAtTheSameTime) {
     constexpr std::size_t kBackends = 4;
     std::vector<std::unique_ptr<Backend>> backends;
     for (std::size_t i = 0; i < kBackends; ++i) {
-        gpu::Tuning tuning;
-        tuning.use_packets = false;
-        backends.push_back(gpu::make_vulkan_backend({}, tuning));
+        backends.push_back(gpu::make_vulkan_backend());
         backends[i]->set_scene(scene.topology, scene.positions, bvh);
     }
     std::vector<ImageHashes> hashes(kBackends);

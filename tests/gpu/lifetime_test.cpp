@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "gpu/vulkan_backend_internal.h"
+#include "gpu/vulkan_backend.h"
 #include "tests/gpu/test_scenes.h"
 
 namespace mray::test {
@@ -20,10 +20,7 @@ std::size_t resident_bytes() {
 }
 
 void use_a_backend_once() {
-    // Packets are left out for the time that some drivers take to compile them.
-    gpu::Tuning tuning;
-    tuning.use_packets = false;
-    const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
+    const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend();
     const DeviceScene scene = torus(24, 12);
     backend->set_scene(scene.topology, scene.positions, plain_tree(scene));
     Frame frame;

@@ -4,7 +4,6 @@
 #include <functional>
 
 #include "common/base/errors.h"
-#include "gpu/packet_arguments.h"
 #include "gpu/vulkan/buffer.h"
 #include "gpu/vulkan/limits.h"
 #include "gpu/vulkan_backend_internal.h"
@@ -115,9 +114,11 @@ TEST(SceneLimits, DoNotOverflowOnAbsurdSizes) {
 
 TEST(PassSize, ShrinksToSmallStorageBuffers) {
     gpu::PhysicalDevice device = roomy();
-    EXPECT_EQ(gpu::pass_size(device.limits, {}).tiles, gpu::Tuning{}.tiles_per_dispatch);
+    EXPECT_EQ(gpu::pass_size(device, {}).tiles, 32768u);
+    device.info.type = "cpu";
+    EXPECT_EQ(gpu::pass_size(device, {}).tiles, 4096u);
     device.limits.maxStorageBufferRange = 1u << 20;
-    const gpu::PassSize small = gpu::pass_size(device.limits, {});
+    const gpu::PassSize small = gpu::pass_size(device, {});
     EXPECT_EQ(small.tiles, ((1u << 20) - 16) / (64 * sizeof(Suspended)));
     EXPECT_LE(small.resume_slots * 4 * kStateUints, 1u << 20);
     EXPECT_EQ(small.resume_slots % 64, 0u);
@@ -127,36 +128,20 @@ TEST(PassSize, LeavesRoomForPaddingInSmallTexelBuffers) {
     gpu::PhysicalDevice device = roomy();
     device.limits.maxTexelBufferElements = 65536;
     // Two texels a ray.
-    const std::uint32_t tiles = gpu::pass_size(device.limits, {}).tiles;
+    const std::uint32_t tiles = gpu::pass_size(device, {}).tiles;
     EXPECT_EQ(tiles, 65536 / (64 * 2) - 1);
-}
-
-TEST(PacketLanes, NeedShufflesInFullSubgroupsOfACpu) {
-    gpu::PhysicalDevice device = roomy();
-    device.info.subgroup_size = 32;
-    device.info.type = "cpu";
-    EXPECT_EQ(gpu::packet_lanes(device, {}), 0u);
-    device.has_shuffle = true;
-    EXPECT_EQ(gpu::packet_lanes(device, {}), 0u);
-    device.has_full_subgroups = true;
-    EXPECT_EQ(gpu::packet_lanes(device, {}), 16u);
-    device.info.type = "discrete";
-    EXPECT_EQ(gpu::packet_lanes(device, {}), 0u);
-    device.info.type = "cpu";
-    device.info.subgroup_size = 2;
-    EXPECT_EQ(gpu::packet_lanes(device, {}), 0u);
 }
 
 TEST(PassSize, IsRefusedWhereNotOneTileFits) {
     gpu::PhysicalDevice device = roomy();
     device.limits.maxStorageBufferRange = 1u << 10;
-    EXPECT_NE(refusal([&] { gpu::pass_size(device.limits, {}); }), "accepted");
+    EXPECT_NE(refusal([&] { gpu::pass_size(device, {}); }), "accepted");
     device = roomy();
     device.limits.maxPushConstantsSize = 64;
-    EXPECT_NE(refusal([&] { gpu::pass_size(device.limits, {}); }), "accepted");
+    EXPECT_NE(refusal([&] { gpu::pass_size(device, {}); }), "accepted");
     device = roomy();
     device.limits.maxComputeWorkGroupInvocations = 32;
-    EXPECT_NE(refusal([&] { gpu::pass_size(device.limits, {}); }), "accepted");
+    EXPECT_NE(refusal([&] { gpu::pass_size(device, {}); }), "accepted");
 }
 
 TEST(SmallDevice, RefusesASceneAndGoesOnWithASmallerOne) {

@@ -43,36 +43,7 @@ void expect_same_images(Backend& actual, std::uint32_t width, std::uint32_t heig
 
 TEST(OnePicture, ImagesEqualBruteForce) { expect_same_images(*validated_device(), 77, 53); }
 
-TEST(OnePicture, ImagesWithoutPacketsEqualBruteForce) {
-    gpu::Tuning tuning;
-    tuning.use_packets = false;
-    expect_same_images(*validated_device(tuning), 61, 43);
-}
-
-// Several packets side by side and above each other, runs of packets that end within the image, and
-// rays whose surface few rays of their packet share. Light packets are tall in the large image, and
-// low in the small one, which has fewer pixels than triangles.
-TEST(OnePicture, ImagesOfManyPacketsEqualTheCpu) {
-    const std::unique_ptr<Backend> vulkan = validated_device();
-    const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
-    for (const DeviceScene& scene : {torus(128, 64), debris(4000, 5), layers(3000, 2)}) {
-        const Bvh bvh = build_bvh(scene.topology, scene.positions);
-        for (Backend* backend : {vulkan.get(), cpu.get()}) {
-            backend->set_scene(scene.topology, scene.positions, bvh);
-        }
-        const ImageParams views[] = {view(333, 217, kRaysPrimary), view(333, 217, kRaysShadow),
-                                     view(61, 43, kRaysShadow)};
-        for (const ImageParams& params : views) {
-            Frame expected, traced;
-            cpu->trace_image(params, expected);
-            vulkan->trace_image(params, traced);
-            EXPECT_EQ(differing(expected, traced), 0u)
-                << scene.name << ", " << params.width << " wide, rays " << params.rays;
-        }
-    }
-}
-
-// Edges exclude groups of rays from triangles that have no orientation.
+// Triangles that have no orientation as the eye and the light see them.
 TEST(OnePicture, ImagesOfTrianglesThatPassLightAndEyeEqualTheCpu) {
     const std::unique_ptr<Backend> vulkan = validated_device();
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
@@ -89,23 +60,13 @@ TEST(OnePicture, ImagesOfTrianglesThatPassLightAndEyeEqualTheCpu) {
     }
 }
 
-// Several packets in a subgroup take their own control flow.
-TEST(OnePicture, ImagesOfSeveralPacketsASubgroupEqualBruteForce) {
-    for (const std::uint32_t lanes : {4u, 8u}) {
-        gpu::Tuning tuning;
-        tuning.most_packet_lanes = lanes;
-        expect_same_images(*validated_device(tuning), 61, 43);
-    }
-}
-
-// Packets of one pixel's rays and of many pixels' rays, on surfaces that hide each other, with
-// every number of lanes; and dispatches that end between the rays of a pixel.
+// Surfaces that hide each other, in one submission and in batches that end between the rays of a
+// pixel.
 TEST(OnePicture, AnyNumberOfOcclusionRaysGivesTheImageOfBruteForce) {
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
-    for (const std::uint32_t lanes : {4u, 8u, 16u}) {
+    for (const std::uint32_t tiles : {30u, 4096u}) {
         gpu::Tuning tuning;
-        tuning.most_packet_lanes = lanes;
-        tuning.tiles_per_dispatch = 30;
+        tuning.tiles_per_dispatch = tiles;
         const std::unique_ptr<Backend> vulkan = validated_device(tuning);
         for (const DeviceScene& scene : {torus(32, 16), debris(700, 9)}) {
             const Bvh bvh = build_bvh(scene.topology, scene.positions);
@@ -117,13 +78,13 @@ TEST(OnePicture, AnyNumberOfOcclusionRaysGivesTheImageOfBruteForce) {
                 brute->trace_image(view(40, 30, kRaysAo, count), expected);
                 vulkan->trace_image(view(40, 30, kRaysAo, count), traced);
                 EXPECT_EQ(differing(expected, traced), 0u)
-                    << scene.name << ", " << count << " rays, " << lanes << " lanes";
+                    << scene.name << ", " << count << " rays, " << tiles << " tiles";
             }
         }
     }
 }
 
-// Rays so close to edges that all of these cases fail without the bounds of occlusion packets.
+// Rays so close to edges that most of them need the exact rule.
 TEST(OnePicture, OcclusionRaysThatMeetEdgesEqualTheCpu) {
     const std::unique_ptr<Backend> vulkan = validated_device();
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
@@ -184,7 +145,6 @@ TEST(OnePicture, ImagesOfTreesThatCannotBeCulledEqualBruteForce) {
 // rounds that continue a ray are limited by their number.
 TEST(OnePicture, ImagesOfFullLeavesThatCannotBeCulledEqualBruteForce) {
     gpu::Tuning tuning;
-    tuning.use_packets = false;
     tuning.step_budget = 100;
     const std::unique_ptr<Backend> vulkan = validated_device(tuning);
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
@@ -228,30 +188,18 @@ TEST(OnePicture, BatchesOfRaysEqualBruteForce) {
 
 // Rays go on into boxes that begin within the depth margin behind the closest hit so far.
 TEST(OnePicture, LateBoxesAreEntered) {
-    gpu::Tuning single_rays;
-    single_rays.use_packets = false;
-    for (const gpu::Tuning& tuning : {gpu::Tuning(), single_rays}) {
-        const std::unique_ptr<Backend> vulkan = validated_device(tuning);
-        const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
-        const Late late = tuning.use_packets ? Late::kOnMainAxis : Late::kOnAnotherAxis;
-        const LateBoxes scene = late_boxes(late, 63);
-        for (Backend* backend : {vulkan.get(), brute.get()})
-            backend->set_scene(scene.topology, scene.positions, scene.bvh);
-        if (tuning.use_packets) {
-            Frame expected, traced;
-            brute->trace_image(view(61, 43, kRaysPrimary), expected);
-            vulkan->trace_image(view(61, 43, kRaysPrimary), traced);
-            EXPECT_EQ(differing(expected, traced), 0u);
-            continue;
-        }
-        const std::vector<Ray> rays = rays_at_late_boxes(late, 1000);
-        std::vector<Hit> hits(rays.size()), expected_hits(rays.size());
-        vulkan->trace_rays(rays, hits);
-        brute->trace_rays(rays, expected_hits);
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            EXPECT_EQ(expected_hits[i].prim_id, 0u);
-            EXPECT_TRUE(same_bits(hits[i], expected_hits[i])) << i;
-        }
+    const std::unique_ptr<Backend> vulkan = validated_device();
+    const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
+    const LateBoxes scene = late_boxes(Late::kOnAnotherAxis, 63);
+    for (Backend* backend : {vulkan.get(), brute.get()})
+        backend->set_scene(scene.topology, scene.positions, scene.bvh);
+    const std::vector<Ray> rays = rays_at_late_boxes(Late::kOnAnotherAxis, 1000);
+    std::vector<Hit> hits(rays.size()), expected_hits(rays.size());
+    vulkan->trace_rays(rays, hits);
+    brute->trace_rays(rays, expected_hits);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        EXPECT_EQ(expected_hits[i].prim_id, 0u);
+        EXPECT_TRUE(same_bits(hits[i], expected_hits[i])) << i;
     }
 }
 

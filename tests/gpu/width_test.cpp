@@ -9,7 +9,7 @@
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/cpu_backend.h"
-#include "gpu/vulkan_backend_internal.h"
+#include "gpu/vulkan_backend.h"
 #include "tests/gpu/test_scenes.h"
 
 namespace mray::test {
@@ -29,32 +29,25 @@ bool is_refused() {
 
 TEST(VectorWidth, DoesNotChangeTheImage) {
     if (is_refused()) return;
-    // Several packets share a wider subgroup.
-    gpu::Tuning narrow;
-    narrow.most_packet_lanes = 4;
     const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend();
-    const std::unique_ptr<Backend> shared = gpu::make_vulkan_backend({}, narrow);
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
     std::printf("%s\n", vulkan->info().description.c_str());
     for (const DeviceScene& scene : {torus(96, 48), debris(5000, 3)}) {
         const Bvh bvh = build_bvh(scene.topology, scene.positions);
         const std::vector<vec3> positions = swayed(scene, 2);
-        for (Backend* backend : {vulkan.get(), shared.get(), cpu.get()}) {
+        for (Backend* backend : {vulkan.get(), cpu.get()}) {
             backend->set_scene(scene.topology, scene.positions, bvh);
             backend->refit(positions);
         }
         for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
-            Frame expected, actual, from_shared;
+            Frame expected, actual;
             cpu->trace_image(view(160, 120, rays), expected);
             vulkan->trace_image(view(160, 120, rays), actual);
-            shared->trace_image(view(160, 120, rays), from_shared);
             std::printf("%s, rays %u: hits %016llx image %016llx\n", scene.name, rays,
                         static_cast<unsigned long long>(hits_hash(actual)),
                         static_cast<unsigned long long>(image_hash(actual)));
             EXPECT_EQ(hits_hash(actual), hits_hash(expected));
             EXPECT_EQ(image_hash(actual), image_hash(expected));
-            EXPECT_EQ(hits_hash(from_shared), hits_hash(expected));
-            EXPECT_EQ(image_hash(from_shared), image_hash(expected));
         }
     }
 }

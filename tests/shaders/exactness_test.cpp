@@ -3,8 +3,7 @@
 
 #include <cstdint>
 #include <iterator>
-#include <set>
-#include <string_view>
+#include <string>
 #include <vector>
 
 #include "common/base/errors.h"
@@ -19,9 +18,7 @@ namespace {
 /// The kernels whose bits are those of the CPU.
 std::vector<Kernel> exact_kernels() {
     std::vector<Kernel> kernels = {{"evaluate", k_evaluate_spirv, 0}};
-    for (const Kernel& kernel : kKernels) {
-        if (!kernel.has_bounds) kernels.push_back(kernel);
-    }
+    kernels.insert(kernels.end(), std::begin(kKernels), std::end(kKernels));
     return kernels;
 }
 
@@ -50,28 +47,24 @@ TEST_P(ExactKernel, ComputesWithExactOperationsOnly) {
     EXPECT_TRUE(found.empty()) << found.size() << ", the first: " << found.front();
 }
 
-/// Whether the kernel has arithmetic outside the hit rule, and went through spirv-opt.
-bool is_optimised_packet(const Kernel& kernel) {
-    return kernel.has_bounds && std::string_view(kernel.name).ends_with("_8");
+/// Whether a capability lets lanes of a subgroup see each other: those of Vulkan 1.1
+/// (GroupNonUniform to GroupNonUniformQuad), of the extensions before it, and partitions and
+/// rotations.
+bool is_of_subgroups(std::uint32_t capability) {
+    const bool is_core = capability >= 61 && capability <= 68;
+    const bool is_extension = capability == 4423 || capability == 4431 || capability == 5297;
+    return is_core || is_extension || capability == 6026;
 }
 
-TEST(OptimisedPackets, KeepTheirExactOperations) {
-    constexpr std::uint32_t kFma = 50;
-    std::size_t packets = 0;
+// Lanes of a subgroup may part where control flow is not uniform, so no kernel relies on them.
+TEST(Kernels, HaveNoSubgroupCapability) {
     for (const Kernel& kernel : kKernels) {
-        if (!is_optimised_packet(kernel)) continue;
-        SCOPED_TRACE(kernel.name);
-        ++packets;
         const SpirvModule module(kernel.words);
-        const std::set<std::uint32_t> uncontracted = module.decorated(kNoContraction);
         for (const gpu::SpirvInstruction& i : module.instructions()) {
-            EXPECT_FALSE(i.opcode == kOpExtInst && i.operands[3] == kFma);
-            if (i.opcode == kOpFAdd || i.opcode == kOpFSub || i.opcode == kOpFMul) {
-                EXPECT_EQ(uncontracted.count(i.operands[1]), 1u);
-            }
+            EXPECT_FALSE(i.opcode == kOpCapability && is_of_subgroups(i.operands[0]))
+                << kernel.name << ", capability " << i.operands[0];
         }
     }
-    EXPECT_EQ(packets, 3u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shaders, ExactKernel, testing::ValuesIn(exact_kernels()),

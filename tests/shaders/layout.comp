@@ -9,7 +9,6 @@ layout(std430, binding = kBindHits) readonly buffer Shared {
     Node node;
     Leaf leaf;
     RegionArguments region;
-    PacketArguments packet;
     OcclusionArguments occlusion;
     RaysArguments rays;
     ResumeArguments resume;
@@ -21,6 +20,6 @@ layout(std430, binding = kBindHits) readonly buffer Shared {
 layout(std430, binding = kBindPixels) writeonly buffer Result { uint result; };
 
 void main() {
-    result = node.child[0] + leaf.prim_id[0] + region.x + packet.x + occlusion.x + rays.ray_count + resume.first +
+    result = node.child[0] + leaf.prim_id[0] + region.x + occlusion.x + rays.ray_count + resume.first +
              refit.first + header.status + suspended.answer_index + hit.prim_id;
 }

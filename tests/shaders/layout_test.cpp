@@ -52,19 +52,11 @@ TEST(SharedLayout, ArgumentsAgree) {
                        OFFSET(ImageParams, ao_tfar), OFFSET(ImageParams, width),
                        OFFSET(ImageParams, height), OFFSET(ImageParams, rays),
                        OFFSET(ImageParams, ao_count)}));
-    EXPECT_EQ(
-        in_kernel("RegionArguments"),
-        (Offsets{OFFSET(RegionArguments, params), OFFSET(RegionArguments, x),
-                 OFFSET(RegionArguments, y), OFFSET(RegionArguments, width),
-                 OFFSET(RegionArguments, height), OFFSET(RegionArguments, tile_columns),
-                 OFFSET(RegionArguments, tile_count), OFFSET(RegionArguments, unfinished_only),
-                 OFFSET(RegionArguments, tile_bits)}));
-    EXPECT_EQ(in_kernel("PacketArguments"),
-              (Offsets{OFFSET(PacketArguments, camera), OFFSET(PacketArguments, x),
-                       OFFSET(PacketArguments, y), OFFSET(PacketArguments, width),
-                       OFFSET(PacketArguments, height), OFFSET(PacketArguments, tile_columns),
-                       OFFSET(PacketArguments, tile_count), OFFSET(PacketArguments, row_x),
-                       OFFSET(PacketArguments, row_y), OFFSET(PacketArguments, row_z)}));
+    EXPECT_EQ(in_kernel("RegionArguments"),
+              (Offsets{OFFSET(RegionArguments, params), OFFSET(RegionArguments, x),
+                       OFFSET(RegionArguments, y), OFFSET(RegionArguments, width),
+                       OFFSET(RegionArguments, height), OFFSET(RegionArguments, tile_columns),
+                       OFFSET(RegionArguments, tile_count), OFFSET(RegionArguments, tile_bits)}));
     EXPECT_EQ(
         in_kernel("OcclusionArguments"),
         (Offsets{OFFSET(OcclusionArguments, params), OFFSET(OcclusionArguments, x),

@@ -18,6 +18,7 @@ enum SpirvOp : std::uint32_t {
     kOpMemberName = 6,
     kOpExtInst = 12,
     kOpExecutionMode = 16,
+    kOpCapability = 17,
     kOpTypeStruct = 30,
     kOpDecorate = 71,
     kOpMemberDecorate = 72,
