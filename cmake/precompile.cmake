@@ -13,11 +13,10 @@ endfunction()
 
 # morphray_compile_together(TARGET): compiles the sources of each folder of the target as one, at most 8 at
 # a time, which takes a third of the time where headers cost most. So names without linkage are unique
-# among the sources of a folder, which the test `names` checks: another file's function that fits better
-# would be called without a word. Sources with options of their own, and those that Highway compiles once
-# an instruction set, are compiled one by one; so are all where nothing is compiled in advance. The global
-# property MORPHRAY_TOGETHER lists the others, each with its target. To be called when the target has its
-# sources.
+# among the sources of a folder: another file's function that fits better would be called without a word.
+# Sources with options of their own, and those that Highway compiles once
+# an instruction set, are compiled one by one; so are all where nothing is compiled in advance. To be
+# called when the target has its sources.
 function(morphray_compile_together target)
     if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
         set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
@@ -43,6 +42,5 @@ function(morphray_compile_together target)
         math(EXPR part "${count_${key}} / 8")
         math(EXPR count_${key} "${count_${key}} + 1")
         set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${key}_${part})
-        set_property(GLOBAL APPEND PROPERTY MORPHRAY_TOGETHER "${target}\t${path}")
     endforeach()
 endfunction()
