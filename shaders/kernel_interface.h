@@ -44,11 +44,7 @@ SHARED_CONST uint kBindStates = 19u;
 SHARED_CONST uint kBindVisiblePixelsOut = 20u;
 // A uniform texel buffer: Bvh::repeated, two words a triangle.
 SHARED_CONST uint kBindRepeated = 21u;  // R32UI
-// The kernels of shaders/ray_query/: an acceleration structure of the driver, and storage buffers.
-SHARED_CONST uint kBindStructure = 22u;
-SHARED_CONST uint kBindStoredRays = 23u;
-SHARED_CONST uint kBindHitCounts = 24u;
-SHARED_CONST uint kBindingCount = 25u;
+SHARED_CONST uint kBindingCount = 22u;
 
 // Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels.
 SHARED_CONST uint kGroupSize = 64u;
@@ -146,16 +142,6 @@ SHARED_CONST uint kAskAnew = 2u;   // listed questions, from the root on
 // Bits of QuestionArguments.flags.
 SHARED_CONST uint kAskOwner = 1u;  // by cross_triangle()
 SHARED_CONST uint kAskCount = 2u;  // the number of hits
-
-/// The prim_id of a hit whose geometry or instance is not that of the one mesh.
-SHARED_CONST uint kForeignPrim = 0xFFFFFFFDu;
-
-/// Push constants of the kernels of shaders/ray_query/.
-struct RayQueryArguments {
-    uint ray_count;
-    /// For `candidates`: hits that there is room for, a ray.
-    uint most;
-};
 
 /// Push constants of the kernels of questions: `winding`, `closest`, `hits`.
 struct QuestionArguments {

@@ -111,8 +111,7 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
     const Effort& effort = context.effort;
     const ChartScene scene = make_chart_scene(input.name, input.topology, input.positions, {},
                                               effort.side, effort.aimed_rays);
-    const std::vector<Method> methods =
-        all_methods(scene, context.make_vulkan_backend, context.make_driver_rays);
+    const std::vector<Method> methods = all_methods(scene, context.make_vulkan_backend);
     context.step();
     const Judge in_scene_space(scene, scene.scene_space);
     const Judge in_world_space(scene, scene.world_space);

@@ -54,7 +54,6 @@ struct ChartContext {
     /// Makes the Vulkan backend; throws Error(kUnavailable) if there is none.
     MakeBackend make_vulkan_backend;
     /// Makes the driver's own rays; throws Error(kUnavailable) if there are none.
-    MakeDriverRays make_driver_rays = {};
     /// The text below every image: machine and command.
     std::string footer;
     /// Called after each step.

@@ -9,7 +9,6 @@
 
 #include "accuracy/chart_scene.h"
 #include "common/backend.h"
-#include "common/driver_rays.h"
 
 namespace mray::accuracy {
 
@@ -21,9 +20,6 @@ using TraceBatch = std::function<void(std::span<const Ray>, std::span<Hit>)>;
 
 /// Makes a backend; throws Error(kUnavailable) if there is none.
 using MakeBackend = std::function<std::unique_ptr<Backend>()>;
-
-/// Makes the rays of a driver; throws Error(kUnavailable) if there are none.
-using MakeDriverRays = std::function<std::unique_ptr<DriverRays>()>;
 
 /// A method under test over one scene, which outlives it.
 struct Method {
@@ -62,11 +58,7 @@ Method single_method(const ChartScene& scene);
 /// Embree, fast and robust, if the program was built with it.
 std::vector<Method> embree_methods(const ChartScene& scene);
 
-/// VK_KHR_ray_query of the device's driver, if it has it; none if `make` is empty.
-std::vector<Method> driver_methods(const ChartScene& scene, const MakeDriverRays& make);
-
 /// All methods of the functions above.
-std::vector<Method> all_methods(const ChartScene& scene, const MakeBackend& make_vulkan,
-                                const MakeDriverRays& make_driver_rays);
+std::vector<Method> all_methods(const ChartScene& scene, const MakeBackend& make_vulkan);
 
 }  // namespace mray::accuracy

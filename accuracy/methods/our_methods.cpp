@@ -81,34 +81,9 @@ std::vector<Method> our_methods(const ChartScene& scene, const MakeBackend& make
     return methods;
 }
 
-std::vector<Method> driver_methods(const ChartScene& scene, const MakeDriverRays& make) {
-    std::shared_ptr<DriverRays> driver;
-    try {
-        if (make) driver = make();
-    } catch (const Error& error) {
-        if (error.kind() != ErrorKind::kUnavailable) throw;
-    }
-    if (!driver) return {};
-    driver->set_scene(scene.topology, scene.scene_space.positions);
-    Method method;
-    method.name = "ray query";
-    method.family = Family::kPeer;
-    method.in_scene_space = true;
-    method.alone = true;
-    method.trace = [driver, triangles = scene.topology.triangles.size()](std::span<const Ray> rays,
-                                                                         std::span<Hit> hits) {
-        driver->intersect(rays, hits);
-        for (Hit& hit : hits)
-            if (hit.prim_id >= triangles) hit = no_hit();
-    };
-    return {method};
-}
-
-std::vector<Method> all_methods(const ChartScene& scene, const MakeBackend& make_vulkan,
-                                const MakeDriverRays& make_driver_rays) {
+std::vector<Method> all_methods(const ChartScene& scene, const MakeBackend& make_vulkan) {
     std::vector<Method> all = our_methods(scene, make_vulkan);
-    for (std::vector<Method> more :
-         {rule_methods(scene), embree_methods(scene), driver_methods(scene, make_driver_rays)})
+    for (std::vector<Method> more : {rule_methods(scene), embree_methods(scene)})
         std::move(more.begin(), more.end(), std::back_inserter(all));
     return all;
 }

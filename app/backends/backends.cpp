@@ -9,7 +9,6 @@
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
-#include "gpu/ray_query/ray_query.h"
 #include "gpu/vulkan_backend.h"
 
 namespace mray::app {
@@ -44,9 +43,8 @@ bool is_lack_of_vulkan(const Error& error) {
 }
 
 std::uint64_t named_devices(const Options& options) {
-    const bool is_named = options.backend.choice == BackendChoice::kVulkan ||
-                          options.backend.choice == BackendChoice::kRayQuery ||
-                          asks_for_vulkan(options.backend);
+    const bool is_named =
+        options.backend.choice == BackendChoice::kVulkan || asks_for_vulkan(options.backend);
     return is_named || options.tree.refit_on == RefitOn::kVulkan ? 1 : 0;
 }
 
@@ -107,16 +105,6 @@ std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions
                                       const Messages& messages) {
     return make_chosen(choice, options, messages,
                        [&](BackendChoice chosen) { return make_concrete(chosen, options); });
-}
-
-std::unique_ptr<DriverRays> make_driver_rays([[maybe_unused]] const std::string& device,
-                                             [[maybe_unused]] const BackendOptions& options) {
-    check_vulkan();
-#ifdef MORPHRAY_HAS_VULKAN
-    return gpu::make_ray_query({.device = device, .validate = options.validate});
-#else
-    return nullptr;
-#endif
 }
 
 std::unique_ptr<Backend> make_refitter(const Options& options, const Backend& tracer,

@@ -12,7 +12,6 @@
 #include "clips/scene_frames.h"
 #include "common/backend.h"
 #include "common/base/errors.h"
-#include "common/driver_rays.h"
 #include "morphray/device.hpp"
 #include "tools/measure/policy_runs.h"
 
@@ -66,11 +65,6 @@ std::unique_ptr<Backend> make_backend(const BackendOptions& options, const Messa
 /// As above, with `choice` in place of options.choice.
 std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions& options,
                                       const Messages& messages);
-
-/// The rays of a device's own driver, of the device that is named or, if the name is empty, the
-/// first usable one. Throws Error(kUnavailable).
-std::unique_ptr<DriverRays> make_driver_rays(const std::string& device,
-                                             const BackendOptions& options);
 
 /// The backend that refits for this tracer; null if the tracer does.
 std::unique_ptr<Backend> make_refitter(const Options& options, const Backend& tracer,

@@ -59,12 +59,10 @@ inline constexpr Choice<BackendChoice> kBackends[] = {{"auto", BackendChoice::kA
                                                       {"cpu", BackendChoice::kCpu},
                                                       {"vulkan", BackendChoice::kVulkan},
                                                       {"brute", BackendChoice::kBrute}};
-inline constexpr Choice<BackendChoice> kProfiledBackends[] = {
-    {"auto", BackendChoice::kAuto},
-    {"cpu", BackendChoice::kCpu},
-    {"vulkan", BackendChoice::kVulkan},
-    {"brute", BackendChoice::kBrute},
-    {"ray-query", BackendChoice::kRayQuery}};
+inline constexpr Choice<BackendChoice> kProfiledBackends[] = {{"auto", BackendChoice::kAuto},
+                                                              {"cpu", BackendChoice::kCpu},
+                                                              {"vulkan", BackendChoice::kVulkan},
+                                                              {"brute", BackendChoice::kBrute}};
 inline constexpr Choice<BackendChoice> kCheckedBackends[] = {{"all", BackendChoice::kAuto},
                                                              {"cpu", BackendChoice::kCpu},
                                                              {"vulkan", BackendChoice::kVulkan}};

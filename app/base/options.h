@@ -36,8 +36,7 @@ enum class Command {
     kMerge
 };
 
-/// kRayQuery, the driver's own rays, is a choice of profile alone.
-enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute, kRayQuery };
+enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
 
 /// Which backend refits: kOwn is the one that traces.
 enum class RefitOn { kOwn, kCpu, kVulkan };
@@ -158,8 +157,6 @@ struct Options {
     std::string bless;
     std::string expect;
     bool strict = false;
-    /// The device whose driver is judged, "" for the first usable one; none: backends are compared.
-    std::optional<std::string> suspect;
     /// The number of rays and of points a frame that the backends are asked about.
     std::uint32_t query_count = 0;
 

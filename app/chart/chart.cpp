@@ -129,19 +129,17 @@ ExitCode draw_charts(const Options& options, const Messages& messages) {
     const auto backend_maker = [&options](BackendChoice choice) {
         return [&options, choice] { return make_backend(choice, options.backend, Messages()); };
     };
-    const ChartContext context{
-        .effort = effort,
-        .threads = options.backend.threads,
-        .make_cpu_backend = backend_maker(BackendChoice::kCpu),
-        .make_vulkan_backend = backend_maker(BackendChoice::kVulkan),
-        .make_driver_rays = [&options] { return make_driver_rays("", options.backend); },
-        .footer = fmt::format("{}; {}", machine, command),
-        .step =
-            [&] {
-                throw_if_interrupted();
-                progress.update(++done);
-            },
-        .check = throw_if_interrupted};
+    const ChartContext context{.effort = effort,
+                               .threads = options.backend.threads,
+                               .make_cpu_backend = backend_maker(BackendChoice::kCpu),
+                               .make_vulkan_backend = backend_maker(BackendChoice::kVulkan),
+                               .footer = fmt::format("{}; {}", machine, command),
+                               .step =
+                                   [&] {
+                                       throw_if_interrupted();
+                                       progress.update(++done);
+                                   },
+                               .check = throw_if_interrupted};
     const std::vector<Chart> charts = make_charts(options, scenes, context, progress);
     progress.finish();
     std::vector<PagedChart> paged;

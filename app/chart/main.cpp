@@ -1,7 +1,6 @@
-// morphray-chart: what `morphray chart` and `morphray crosscheck --suspect` start
-// (app/commands/start_chart.cpp), with all their arguments.
+// morphray-chart: what `morphray chart` starts (app/commands/start_chart.cpp), with all its
+// arguments.
 #include "app/chart/chart.h"
-#include "app/chart/suspect.h"
 #include "app/process.h"
 #include "common/base/errors.h"
 
@@ -10,8 +9,6 @@ namespace {
 
 ExitCode run_command(const Options& options, const Messages& messages) {
     if (options.command == Command::kChart) return draw_charts(options, messages);
-    if (options.command == Command::kCrosscheck && options.suspect)
-        return judge_driver(options, messages);
     throw Error(ErrorKind::kBadArgument, "this program draws charts alone; start morphray");
 }
 

@@ -24,8 +24,7 @@ bool has_normals(const Options& o) { return is_lit(o) || o.shading.shading == Sh
 
 /// Whether some image of the command traces such rays.
 bool traces(const Options& o, std::uint32_t rays) {
-    const bool takes_all = (o.command == Command::kCrosscheck && !o.rays_given) ||
-                           o.backend.choice == BackendChoice::kRayQuery;
+    const bool takes_all = o.command == Command::kCrosscheck && !o.rays_given;
     return takes_all || is_lit(o) || o.view.rays == rays;
 }
 
@@ -34,13 +33,11 @@ bool has_light(const Options& o) { return traces(o, kRaysShadow); }
 
 bool may_use_vulkan(const Options& o) {
     return o.backend.choice == BackendChoice::kAuto || o.backend.choice == BackendChoice::kVulkan ||
-           o.backend.choice == BackendChoice::kRayQuery || o.tree.refit_on == RefitOn::kVulkan;
+           o.tree.refit_on == RefitOn::kVulkan;
 }
 
 bool may_use_cpu(const Options& o) {
-    return (o.backend.choice != BackendChoice::kVulkan &&
-            o.backend.choice != BackendChoice::kRayQuery) ||
-           o.tree.refit_on == RefitOn::kCpu;
+    return o.backend.choice != BackendChoice::kVulkan || o.tree.refit_on == RefitOn::kCpu;
 }
 
 bool compares_policies(const Options& o) {
@@ -56,9 +53,6 @@ bool has_scene(const Options& o) { return !o.scene.empty(); }
 bool has_no_bounds(const Options& o) { return !o.bounds; }
 bool has_no_scene(const Options& o) { return o.scene.empty(); }
 bool takes_fps(const Options& o) { return !o.time.empty() || has_seconds(o); }
-bool compares_backends(const Options& o) { return !o.suspect; }
-bool measures_backends(const Options& o) { return o.backend.choice != BackendChoice::kRayQuery; }
-bool judges_a_driver(const Options& o) { return o.suspect.has_value(); }
 bool describes_trees(const Options& o) { return o.tree_facts; }
 bool takes_all_hits(const Options& o) { return o.all_hits; }
 bool asks(const Options& o, Question question) {
@@ -113,16 +107,6 @@ const Rule kRules[] = {
       "--refit-on",   "--build",       "--build-at"},
      is_no_bundle,
      "the scene is a bundle, which has its own ray and tree"},
-    {{kCrosscheck},
-     {"--backend", "--simd", "--device", "--devices", "--refit-on", "--build", "--build-at",
-      "--rays", "--light", "--ao-samples", "--ao-distance", "--reference", "--queries", "--junit",
-      "--bless", "--expect", "--strict"},
-     compares_backends,
-     "is about our backends, and --suspect judges a driver; leave out one of them"},
-    {{kCrosscheck},
-     {"--hits"},
-     judges_a_driver,
-     "only --suspect has hits of a driver; give it, too"},
     {{kRender, kView},
      {"--flat"},
      has_normals,
@@ -156,10 +140,6 @@ const Rule kRules[] = {
      "is about all hits of a ray; give --all, too"},
     {{kQuery}, {"--rule"}, asks_inside, "only --ask inside and distance tell inside from outside"},
     {{kQuery}, {"--max-distance"}, asks_distance, "only --ask distance and closest have one"},
-    {{kProfile},
-     {"--policies", "--update", "--baseline", "--refit-on", "--build-at", "--rays"},
-     measures_backends,
-     "ray-query is measured stage by stage beside ours; leave one of them out"},
     {{kProfile},
      {"--trace-events", "--plot"},
      compares_policies,

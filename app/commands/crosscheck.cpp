@@ -183,7 +183,6 @@ private:
 }  // namespace
 
 ExitCode run_crosscheck(const Options& given, const Messages& messages) {
-    if (given.suspect) return run_suspect(given, messages);
     const Options options = with_defaults(given);
     check_reports({options.json, options.junit, options.html, options.bless});
     Crosscheck crosscheck(options, messages);

@@ -1,4 +1,4 @@
-// morphray chart and crosscheck --suspect in a build without the charts.
+// morphray chart in a build without the charts.
 #include "app/commands/commands.h"
 #include "common/base/errors.h"
 
@@ -8,12 +8,6 @@ ExitCode run_chart(const Options&, const Messages&) {
     throw Error(
         ErrorKind::kUnavailable,
         "chart: not built in, because GMP was not found; install libgmp-dev and build again");
-}
-
-ExitCode run_suspect(const Options&, const Messages&) {
-    throw Error(ErrorKind::kUnavailable,
-                "--suspect: not built in, because GMP was not found; install libgmp-dev and build "
-                "again");
 }
 
 }  // namespace mray::app

@@ -6,7 +6,6 @@
 #include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/commands/profile/baseline.h"
-#include "app/commands/profile/profile_driver.h"
 #include "app/commands/profile/profile_head.h"
 #include "app/commands/profile/profile_policies.h"
 #include "app/commands/profile/shown_rows.h"
@@ -102,7 +101,6 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
     constexpr int kOtherRuns = 5;
     Options other = options;
     if (!options.is_given("--repeat")) other.repeat = kOtherRuns;
-    if (options.backend.choice == BackendChoice::kRayQuery) return profile_driver(other, messages);
     if (!options.policies.empty() || options.tree.update) return profile_policies(other, messages);
     check_reports({options.json, options.csv});
     SceneFrames scene = open_frames(options, messages);

@@ -1,4 +1,4 @@
-// morphray chart, and crosscheck --suspect: become the program morphray-chart.
+// morphray chart: becomes the program morphray-chart.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -31,22 +31,22 @@ void become(const std::filesystem::path& program, std::vector<std::string> argum
 }
 
 // The other program parses the same arguments with the same code; nothing was written before.
-[[noreturn]] void become_chart_program(const char* command, const Options& options) {
+[[noreturn]] void become_chart_program(const Options& options) {
     std::error_code error;
     const std::filesystem::path folder =
         std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
     if (error) {
         throw Error(ErrorKind::kUnavailable,
-                    fmt::format("{}: {} cannot be found: /proc/self/exe: {}; mount /proc", command,
-                                kName, error.message()));
+                    fmt::format("chart: {} cannot be found: /proc/self/exe: {}; mount /proc", kName,
+                                error.message()));
     }
     // In the build folder, and where it is installed.
     for (const char* place : {".", MORPHRAY_CHART_FOLDER})
         become((folder / place / kName).lexically_normal(), options.arguments);
     throw Error(ErrorKind::kUnavailable,
-                fmt::format("{}: {} is missing, which belongs beside {}; build the target "
+                fmt::format("chart: {} is missing, which belongs beside {}; build the target "
                             "morphray_programs, or install morphray again",
-                            command, kName, (folder / "morphray").string()));
+                            kName, (folder / "morphray").string()));
 }
 
 }  // namespace
@@ -54,12 +54,7 @@ void become(const std::filesystem::path& program, std::vector<std::string> argum
 ExitCode run_chart(const Options& options, const Messages&) {
     tell_results("no chart is kept", "");
     throw_if_interrupted();
-    become_chart_program("chart", options);
-}
-
-ExitCode run_suspect(const Options& options, const Messages&) {
-    if (interrupted()) throw Error(ErrorKind::kCancelled, "crosscheck: interrupted");
-    become_chart_program("crosscheck", options);
+    become_chart_program(options);
 }
 
 }  // namespace mray::app

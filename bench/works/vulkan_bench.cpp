@@ -9,7 +9,6 @@
 #include "bench/works/works.h"
 #include "common/base/errors.h"
 #include "common/base/thread_arena.h"
-#include "gpu/ray_query/ray_query.h"
 #include "gpu/vulkan_backend.h"
 
 namespace mray::bench {
@@ -21,59 +20,6 @@ struct DeviceClock {
 
     void add(double ms) { samples.push_back(ms); }
     Samples without_warm_up() const { return {samples.begin() + 1, samples.end()}; }
-};
-
-/// The driver's own rays on the device that vulkan runs on; null if it has none.
-std::unique_ptr<DriverRays> make_driver_rays() {
-    try {
-        return gpu::make_ray_query();
-    } catch (const Error& error) {
-        if (error.kind() != ErrorKind::kUnavailable) throw;
-        return nullptr;
-    }
-}
-
-/// The active rays of a work, asked of a driver, which reads them from memory.
-class DriverWork {
-public:
-    DriverWork(DriverRays& driver, const TraceWork& work)
-        : driver_(driver), work_(work), answers_(work) {
-        for (std::size_t i = 0; i < work.rays.size(); ++i)
-            if (work.active[i] != 0) active_.push_back(i);
-        for (const std::size_t i : active_) rays_.push_back(work.rays[i]);
-        hits_.resize(work.any_hit() ? 0 : rays_.size());
-        occluded_.resize(work.any_hit() ? rays_.size() : 0);
-    }
-
-    void trace() {
-        if (work_.any_hit()) {
-            driver_.occluded(rays_, occluded_);
-        } else {
-            driver_.intersect(rays_, hits_);
-        }
-        clock_.add(driver_.times().trace_ms);
-    }
-    const TraceAnswers& answers() {
-        for (std::size_t k = 0; k < active_.size(); ++k) {
-            if (work_.any_hit()) {
-                answers_.occluded[active_[k]] = occluded_[k];
-            } else {
-                answers_.hits[active_[k]] = hits_[k];
-            }
-        }
-        return answers_;
-    }
-    Samples samples() const { return clock_.without_warm_up(); }
-
-private:
-    DriverRays& driver_;
-    const TraceWork& work_;
-    std::vector<std::size_t> active_;
-    std::vector<Ray> rays_;
-    std::vector<Hit> hits_;
-    std::vector<std::uint8_t> occluded_;
-    TraceAnswers answers_;
-    DeviceClock clock_;
 };
 
 /// Pixels are the rays of `primary`, and as many of a shadow work.
@@ -132,8 +78,7 @@ Mismatches compare_frames(const TraceWork& work, const Frame& a, const Frame& b)
     return mismatches;
 }
 
-void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, DriverRays* driver,
-                const TraceWork& work) {
+void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const TraceWork& work) {
     ThreadArena arena(rig.threads);
     const SimdTarget scalar[] = {find_simd_target("scalar")};
     const std::vector<OurTracer> tracers = our_tracers(scene.bvh, scalar);
@@ -169,12 +114,6 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, Driver
                  arena.execute([&] { trace_pixels(medium, work, scene.mesh(), shader, pixels); });
              }});
     }
-    const std::size_t peers = methods.size();
-    std::optional<DriverWork> driver_work;
-    if (driver != nullptr) {
-        driver_work.emplace(*driver, work);
-        methods.push_back({"ray-query", {}, [&] { driver_work->trace(); }});
-    }
     const std::vector<Samples> samples = time_interleaved(methods, rig.repeat);
 
     if (reference.in_image_order && !work.any_hit()) {
@@ -184,7 +123,7 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, Driver
     const auto report = [&](const std::string& peer, const Mismatches& mismatches,
                             const Samples& peer_samples) {
         Row row = row_of(rig, scene, work, theirs);
-        row.tracer = "packets";
+        row.tracer = "single rays";
         row.target = "vulkan";
         row.peer = peer;
         row.mismatches = mismatches;
@@ -192,15 +131,11 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, Driver
                   Unit::kMrayPerSecond, work.active_count);
         rig.report(row);
     };
-    for (std::size_t peer = 1; peer < peers; ++peer) {
+    for (std::size_t peer = 1; peer < methods.size(); ++peer) {
         const Mismatches mismatches = peer == 1   ? compare_frame(work, frame, reference_answers)
                                       : peer == 2 ? compare_frame(work, frame, theirs)
                                                   : compare_frames(work, frame, pixels);
         report(methods[peer].name, mismatches, samples[peer]);
-    }
-    if (driver_work) {
-        const Mismatches mismatches = compare_frame(work, frame, driver_work->answers());
-        report("ray-query", mismatches, driver_work->samples());
     }
 }
 
@@ -236,23 +171,14 @@ void bench_device_refit(const Rig& rig, const BenchScene& scene, Backend& vulkan
     });
 }
 
-void bench_driver_update(const Rig& rig, const BenchScene& scene, Backend& vulkan,
-                         DriverRays& driver) {
-    bench_refit_beside(rig, scene, vulkan, "ray-query-update",
-                       [&](std::span<const vec3> positions) { driver.update(positions); });
-}
-
 }  // namespace
 
 void bench_vulkan(const Rig& rig, const BenchScene& scene,
                   std::span<const TraceWork* const> works) {
     const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend();
     vulkan->set_scene(scene.topology(), scene.positions, scene.bvh);
-    const std::unique_ptr<DriverRays> driver = make_driver_rays();
-    if (driver) driver->set_scene(scene.topology(), scene.positions);
-    for (const TraceWork* work : works) bench_rays(rig, scene, *vulkan, driver.get(), *work);
+    for (const TraceWork* work : works) bench_rays(rig, scene, *vulkan, *work);
     bench_device_refit(rig, scene, *vulkan);
-    if (driver) bench_driver_update(rig, scene, *vulkan, *driver);
 }
 
 }  // namespace mray::bench

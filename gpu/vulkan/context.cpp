@@ -22,8 +22,7 @@ PhysicalDevice pick(const Instance& instance, const std::string& wanted) {
     return devices[choose_device(infos, wanted)];
 }
 
-VkDevice create_device(const PhysicalDevice& physical, const DeviceExtras& extras) {
-    require_extras(physical, extras);
+VkDevice create_device(const PhysicalDevice& physical) {
     const float priority = 1.0f;
     const VkDeviceQueueCreateInfo queue = {
         .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
@@ -31,12 +30,11 @@ VkDevice create_device(const PhysicalDevice& physical, const DeviceExtras& extra
         .queueCount = 1,
         .pQueuePriorities = &priority,
     };
-    std::vector<const char*> extensions(extras.extensions.begin(), extras.extensions.end());
+    std::vector<const char*> extensions;
     if (physical.float_controls_is_extension)
         extensions.push_back(VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME);
     const VkDeviceCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-        .pNext = extras.features,
         .queueCreateInfoCount = 1,
         .pQueueCreateInfos = &queue,
         .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
@@ -118,14 +116,13 @@ Instance make_instance(const VulkanConfig& config, const Tuning& tuning, Validat
 
 }  // namespace
 
-Context::Context(const VulkanConfig& config, const Tuning& tuning, const DeviceExtras& extras)
+Context::Context(const VulkanConfig& config, const Tuning& tuning)
     : tuning_(tuning),
       host_(config.host),
       log_(tuning.log != nullptr ? *tuning.log : own_log_),
       instance_(make_instance(config, tuning, log_)),
       physical_(host_ != nullptr ? host_device(instance_, *host_) : pick(instance_, config.device)),
-      device_(host_ != nullptr ? static_cast<VkDevice>(host_->device)
-                               : create_device(physical_, extras),
+      device_(host_ != nullptr ? static_cast<VkDevice>(host_->device) : create_device(physical_),
               host_ == nullptr),
       pool_(create_pool(device(), physical_.queue_family)),
       commands_(allocate_commands(device(), pool_.get())),

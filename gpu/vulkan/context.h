@@ -23,7 +23,7 @@ class Context {
 public:
     /// Throws Error as make_vulkan_backend, and if the device lacks one of the extras, which a
     /// host's device is not asked for.
-    Context(const VulkanConfig& config, const Tuning& tuning, const DeviceExtras& extras = {});
+    Context(const VulkanConfig& config, const Tuning& tuning);
 
     VkDevice device() const { return device_.get(); }
     const PhysicalDevice& physical() const { return physical_; }

@@ -217,22 +217,6 @@ std::vector<std::size_t> matches(std::span<const DeviceInfo> devices, const std:
 
 }  // namespace
 
-void require_extras(const PhysicalDevice& device, const DeviceExtras& extras) {
-    const auto refuse = [&](const std::string& lack) {
-        throw Error(ErrorKind::kUnavailable,
-                    fmt::format("{}: device {} ({}, {}) cannot be used: {}", extras.user,
-                                device.info.index, device.info.name, device.info.driver, lack));
-    };
-    if (extras.extensions.empty()) return;
-    if (device.info.api_major == 1 && device.info.api_minor < 2)
-        refuse("it has only Vulkan 1.1; 1.2 is needed");
-    const std::vector<std::string> has = device_extensions(device.handle);
-    for (const char* const extension : extras.extensions) {
-        if (std::find(has.begin(), has.end(), extension) == has.end())
-            refuse(fmt::format("its driver lacks {}", extension));
-    }
-}
-
 std::vector<PhysicalDevice> physical_devices(const Instance& instance) {
     std::uint32_t count = 0;
     std::unique_lock lock(loader_mutex());

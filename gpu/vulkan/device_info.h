@@ -24,19 +24,6 @@ struct PhysicalDevice {
     bool float_controls_is_extension = false;
 };
 
-/// Extensions and features of a device besides those that kernels of ours need. Devices with extras
-/// have Vulkan 1.2.
-struct DeviceExtras {
-    /// Who needs them, for the message that a device lacks one.
-    const char* user = "";
-    std::span<const char* const> extensions;
-    /// A chain of features to enable; null: none. Devices with the extensions have them.
-    const void* features = nullptr;
-};
-
-/// Throws Error(kUnavailable), with the name of the device, if it lacks one of the extras.
-void require_extras(const PhysicalDevice& device, const DeviceExtras& extras);
-
 /// All devices in the loader's order. Throws Error(kUnavailable) if there is none.
 std::vector<PhysicalDevice> physical_devices(const Instance& instance);
 

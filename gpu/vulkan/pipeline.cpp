@@ -130,20 +130,12 @@ Pipeline::Pipeline(Context& context, const char* name, std::span<const std::uint
 void Pipeline::bind(const Bindings& bindings) {
     std::array<VkDescriptorBufferInfo, kBindingCount> buffers = {};
     std::vector<VkWriteDescriptorSet> writes;
-    const VkWriteDescriptorSetAccelerationStructureKHR structure = {
-        .sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR,
-        .accelerationStructureCount = 1,
-        .pAccelerationStructures = &bindings.structure,
-    };
     for (const auto& [b, type] : interface_.bindings) {
         assert(b < kBindingCount);
-        const bool is_structure = type == VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
-        assert(bindings.views[b] != VK_NULL_HANDLE || bindings.buffers[b] != VK_NULL_HANDLE ||
-               (is_structure && bindings.structure != VK_NULL_HANDLE));
+        assert(bindings.views[b] != VK_NULL_HANDLE || bindings.buffers[b] != VK_NULL_HANDLE);
         buffers[b] = {.buffer = bindings.buffers[b], .offset = 0, .range = VK_WHOLE_SIZE};
         writes.push_back({
             .sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-            .pNext = is_structure ? &structure : nullptr,
             .dstSet = set_,
             .dstBinding = b,
             .descriptorCount = 1,

@@ -11,12 +11,10 @@
 
 namespace mray::gpu {
 
-/// The resource of each binding number, a view, a buffer or a structure; null if there is none.
+/// The resource of each binding number, a view or a buffer; null if there is none.
 struct Bindings {
     std::array<VkBufferView, kBindingCount> views = {};
     std::array<VkBuffer, kBindingCount> buffers = {};
-    /// That of kBindStructure.
-    VkAccelerationStructureKHR structure = VK_NULL_HANDLE;
 };
 
 class Pipeline {

@@ -23,7 +23,6 @@ enum Op : std::uint32_t {
     kVariable = 59,
     kDecorate = 71,
     kMemberDecorate = 72,
-    kTypeAccelerationStructure = 5341,
 };
 enum Decoration : std::uint32_t {
     kArrayStride = 6,
@@ -49,7 +48,7 @@ public:
         for (const SpirvInstruction& i : instructions) {
             const auto& o = i.operands;
             const bool is_type = i.opcode >= kTypeInt && i.opcode <= kTypePointer;
-            if (is_type || i.opcode == kTypeAccelerationStructure) types_[o[0]] = i;
+            if (is_type) types_[o[0]] = i;
             if (i.opcode == kConstant) constants_[o[1]] = o[2];
             if (i.opcode == kDecorate && o.size() == 3) decorations_[{o[0], o[1]}] = o[2];
             if (i.opcode == kMemberDecorate && o[2] == kOffset) offsets_[{o[0], o[1]}] = o[3];
@@ -103,12 +102,10 @@ private:
     std::map<Pair, std::uint32_t> offsets_;
 };
 
-/// `usamplerBuffer`, `uimageBuffer` and `accelerationStructureEXT` of GLSL.
+/// `usamplerBuffer` and `uimageBuffer` of GLSL.
 VkDescriptorType opaque_type(const Types& types, std::uint32_t id) {
     constexpr std::uint32_t kBuffer = 5;
     constexpr std::uint32_t kSampled = 1;
-    if (types[id].opcode == kTypeAccelerationStructure)
-        return VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
     const bool is_sampler = types[id].opcode == kTypeSampledImage;
     const SpirvInstruction& image = types[is_sampler ? types[id].operands[1] : id];
     if (image.opcode != kTypeImage || image.operands[2] != kBuffer)

@@ -32,8 +32,7 @@ struct ShaderInterface {
     std::uint32_t argument_bytes = 0;
 };
 
-/// The interface of a kernel that uses texel buffers, storage buffers, acceleration
-/// structures and push constants. Throws
+/// The interface of a kernel that uses texel buffers, storage buffers and push constants. Throws
 /// Error(kInternal) on any other resource.
 ShaderInterface shader_interface(std::span<const std::uint32_t> words);
 

@@ -36,8 +36,6 @@ private:
 template <class Handle, auto* destroy>
 using DeviceHandle = UniqueHandle<Handle, VkDevice, destroy>;
 
-using UniqueAccelerationStructure =
-    DeviceHandle<VkAccelerationStructureKHR, &vkDestroyAccelerationStructureKHR>;
 using UniqueBuffer = DeviceHandle<VkBuffer, &vkDestroyBuffer>;
 using UniqueBufferView = DeviceHandle<VkBufferView, &vkDestroyBufferView>;
 using UniqueCommandPool = DeviceHandle<VkCommandPool, &vkDestroyCommandPool>;

@@ -159,18 +159,6 @@ CommandSpec define_view(Options& options) {
     return command;
 }
 
-/// The device of "ray-query" or "ray-query:DEVICE".
-std::string parse_ray_query(const std::string& option, const std::string& value) {
-    constexpr std::string_view kName = "ray-query";
-    if (value == kName) return "";
-    const std::string_view rest =
-        std::string_view(value).substr(std::min(kName.size(), value.size()));
-    if (value.starts_with(kName) && rest.starts_with(':') && rest.size() > 1)
-        return std::string(rest.substr(1));
-    throw Error(ErrorKind::kBadArgument,
-                fmt::format("{}: '{}' is neither ray-query nor ray-query:DEVICE", option, value));
-}
-
 CommandSpec define_crosscheck(Options& options) {
     CommandSpec command{"crosscheck",
                         "Compares every backend and tree with a reference, bit by bit",
@@ -192,17 +180,7 @@ CommandSpec define_crosscheck(Options& options) {
                   options.query_count =
                       static_cast<std::uint32_t>(parse_count(option, value, 1, 1'000'000));
               });
-    adder.add("--suspect", "ray-query[:DEVICE]",
-              "judge the rays that the device's own driver traces, instead of our backends",
-              [&options](const std::string& option, const std::string& value) {
-                  options.suspect = parse_ray_query(option, value);
-              });
-    adder.add_text("--hits", "FILE", "with --suspect, file of the driver's hits for `diff`",
-                   options.hits);
-    adder.add_text("-o,--out", "DIR",
-                   "folder of difference images (out/crosscheck), or of what --suspect shrinks "
-                   "(out/suspect)",
-                   options.out);
+    adder.add_text("-o,--out", "DIR", "folder of difference images (out/crosscheck)", options.out);
     adder.add_text("--junit", "FILE|-", "a JUnit report; - is stdout", options.junit);
     adder.add_text("--html", "FILE|-", "a page that needs no network; - is stdout", options.html);
     adder.add_text("--bless", "FILE", "file of the images' hashes to write, for --expect",
@@ -259,8 +237,7 @@ CommandSpec define_profile(Options& options) {
     add_backend_options(adder, kProfiledBackends,
                         "auto: the CPU, and Vulkan where there is a device");
     add_tree_options(adder, std::nullopt);
-    adder.add("--repeat", "N",
-              "runs whose median is reported (10; with --policies, --update or ray-query 5)",
+    adder.add("--repeat", "N", "runs whose median is reported (10; with --policies or --update 5)",
               [&options](const std::string& option, const std::string& value) {
                   options.repeat = static_cast<int>(parse_count(option, value, 1, 10000));
               });
