@@ -65,7 +65,7 @@ if(TARGET morphray)
         install(TARGETS morphray_chart
             RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/morphray COMPONENT program)
     endif()
-    install(DIRECTORY share/slurm share/openjd share/scenes
+    install(DIRECTORY share/scenes
         DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/morphray COMPONENT program)
     include(cmake/manual/manual.cmake)
     add_dependencies(morphray_install_files morphray_programs morphray_manual)

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "app/base/numbers.h"
-#include "app/base/shard.h"
 #include "clips/source/open_scene.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
@@ -32,8 +31,7 @@ enum class Command {
     kInfo,
     kIndex,
     kDevices,
-    kView,
-    kMerge
+    kView
 };
 
 enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
@@ -83,18 +81,6 @@ struct ShadingOptions {
     bool ground = false;
 };
 
-/// How render shares its frames with other machines.
-struct FarmOptions {
-    /// The share of the frames that is rendered; none: all, and no part is written.
-    std::optional<Shard> shard;
-    bool skip_existing = false;
-    /// Each frame of that number is rendered by other shards, too; 0: none.
-    std::uint32_t verify_every = 0;
-
-    /// Whether outputs are a file each frame, which another run may complete.
-    bool is_resumable() const { return shard.has_value() || skip_existing; }
-};
-
 struct TreeOptions {
     /// None: none is given, and the command has no default.
     std::optional<PolicySpec> update;
@@ -140,7 +126,8 @@ struct Options {
 
     BackendOptions backend;
     TreeOptions tree;
-    FarmOptions farm;
+    /// render: images of an earlier run that are right are kept.
+    bool skip_existing = false;
 
     std::string out;
     std::string json;
@@ -162,12 +149,6 @@ struct Options {
 
     // diff: the file that is expected, and the other one
     std::vector<std::string> compared_files;
-
-    // merge: the folders of the parts; a contact sheet, a video, and its images a second
-    std::vector<std::string> part_folders;
-    std::string sheet;
-    std::string video;
-    std::uint32_t video_rate = 24;
 
     // probe
     double frame = 0;

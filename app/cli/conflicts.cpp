@@ -57,40 +57,22 @@ void check_shading(const Options& options) {
             "--hits, --samples: a file of hits has one camera ray a pixel; leave one of them out");
 }
 
-/// Shards and runs that go on render the same images as one run: with a tree that depends on the
-/// frames before, colours by the tree would differ.
-void check_farm(const Options& options) {
+/// Runs that go on render the same images as one run: with a tree that depends on the frames
+/// before, colours by the tree would differ.
+void check_skipping(const Options& options) {
     using morphray::Shading;
-    const FarmOptions& farm = options.farm;
-    if (farm.verify_every > 0 && (!farm.shard || farm.shard->count < 2))
-        refuse("--verify-every: other shards render frames again; give --shard I/N, N at least 2");
-    if (!farm.is_resumable()) return;
-    const char* const name = farm.shard ? "--shard" : "--skip-existing";
-    if (farm.shard && options.out.ends_with(".png"))
-        refuse("--shard, --out: a shard writes a part beside its images; give a folder");
+    if (!options.skip_existing) return;
     if (!options.hits.empty() && !options.hits.ends_with('/'))
         refuse(
-            fmt::format("{}, --hits: one file has the hits of all frames; give a folder, such "
-                        "as hits/, for a file each frame",
-                        name));
-    if (farm.shard && utf8_text(options.hits) != options.hits)
-        refuse(
-            fmt::format("--shard, --hits: {} is not UTF-8, in which a part names its files; "
-                        "rename the folder",
-                        in_quotes(options.hits)));
+            "--skip-existing, --hits: one file has the hits of all frames; give a folder, such as "
+            "hits/, for a file each frame");
     const Shading shading = options.shading.shading.value_or(Shading::plain);
     if (shows_tree(shading) && !options.tree.has_policy(PolicyKind::kRefit) &&
         !options.tree.has_policy(PolicyKind::kRebuild))
         refuse(
-            fmt::format("{}, --shading {}: these colours depend on the frames before; choose "
-                        "--update refit or rebuild",
-                        name, name_of(shading)));
-}
-
-void check_merge(const Options& options) {
-    if (!options.sheet.empty() && !options.sheet.ends_with(".png")) refuse("--sheet: a .png file");
-    if (options.is_given("--rate") && options.video.empty())
-        refuse("--rate: how fast a video is; give --video, too");
+            fmt::format("--skip-existing, --shading {}: these colours depend on the frames before; "
+                        "choose --update refit or rebuild",
+                        name_of(shading)));
 }
 
 void check_view(const Options& options) {
@@ -135,9 +117,8 @@ void check_conflicts(const Options& options) {
         refuse("--time, --frames: both choose frames; leave one of them out");
     if (options.command == Command::kRender) {
         check_shading(options);
-        check_farm(options);
+        check_skipping(options);
     }
-    if (options.command == Command::kMerge) check_merge(options);
     if (options.command == Command::kView) check_view(options);
     if (options.command == Command::kProbe) check_probe(options);
     if (options.tree.has_policy(PolicyKind::kRebuild) && options.tree.refit_on != RefitOn::kOwn) {

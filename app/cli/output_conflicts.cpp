@@ -56,8 +56,7 @@ std::vector<NamedFile> outputs_of(const Options& options) {
           std::pair("--html", &options.html), std::pair("--csv", &options.csv),
           std::pair("--hits", &options.hits), std::pair("--bless", &options.bless),
           std::pair("--trace-events", &options.trace_events), std::pair("--plot", &options.plot),
-          std::pair("--bundle", &options.bundle), std::pair("--screenshot", &options.screenshot),
-          std::pair("--sheet", &options.sheet), std::pair("--video", &options.video)})
+          std::pair("--bundle", &options.bundle), std::pair("--screenshot", &options.screenshot)})
         add_file(files, option, *file);
     return files;
 }
@@ -81,14 +80,13 @@ bool is_name_of_images(const fs::path& file, const Options& options) {
     const auto is_like = [&name](std::string_view begin, std::string_view end) {
         return name.starts_with(begin) && name.ends_with(end);
     };
-    const bool has_parts = options.command == Command::kMerge || options.farm.shard;
     return is_like("frame_", ".png") || is_like("frame_", ".exr") || is_like("frame_", ".hits") ||
-           (has_parts ? is_like("part-", ".json") : name == "sheet.png");
+           name == "sheet.png";
 }
 
 /// The folders with such files.
 std::vector<std::string> image_folders(const Options& options) {
-    std::vector<std::string> folders = options.part_folders;
+    std::vector<std::string> folders;
     if (options.command != Command::kRender) return folders;
     if (!renders_one_image(options)) folders.push_back(options.out.empty() ? "out" : options.out);
     if (options.hits.ends_with('/')) folders.push_back(options.hits);

@@ -12,8 +12,6 @@ ExitCode run_command(const Options& options, const Messages& messages) {
             return run_view(options, messages);
         case Command::kCrosscheck:
             return run_crosscheck(options, messages);
-        case Command::kMerge:
-            return run_merge(options, messages);
         case Command::kDiff:
             return run_diff(options, messages);
         case Command::kProbe:

@@ -12,7 +12,6 @@ namespace mray::app {
 ExitCode run_render(const Options& options, const Messages& messages);
 ExitCode run_view(const Options& options, const Messages& messages);
 ExitCode run_crosscheck(const Options& options, const Messages& messages);
-ExitCode run_merge(const Options& options, const Messages& messages);
 ExitCode run_diff(const Options& options, const Messages& messages);
 ExitCode run_probe(const Options& options, const Messages& messages);
 ExitCode run_profile(const Options& options, const Messages& messages);

@@ -17,11 +17,10 @@
 #include "app/clip/frames.h"
 #include "app/clip/render_command.h"
 #include "app/commands/commands.h"
+#include "app/commands/render/existing_image.h"
+#include "app/commands/render/frame_tasks.h"
 #include "app/commands/render/output_queue.h"
-#include "app/farm/existing_image.h"
-#include "app/farm/frame_tasks.h"
-#include "app/farm/part_log.h"
-#include "app/farm/scene_hash.h"
+#include "app/commands/render/scene_hash.h"
 #include "app/files/exr_writer.h"
 #include "app/report/render_report.h"
 #include "app/terminal/interrupt.h"
@@ -95,13 +94,12 @@ std::size_t images_behind(const Options& options, std::size_t frames) {
 class Renderer {
 public:
     Renderer(const Options& options, const Clip& clip, const std::vector<FrameTask>& tasks,
-             const std::filesystem::path& folder, PartLog& log, const Messages& messages)
+             const std::filesystem::path& folder, const Messages& messages)
         : options_(options),
           messages_(messages),
           folder_(folder),
           clip_(clip),
           tasks_(tasks),
-          log_(log),
           thumbnails_(tasks.size()),
           behind_(images_behind(options, tasks.size())),
           queue_(behind_) {
@@ -128,8 +126,6 @@ public:
         tell_finished();
     }
 
-    std::uint64_t hash_of_clip() const { return clip_hash_; }
-
     /// Takes the image of an earlier run, if there is one that counts.
     bool keep(std::size_t i) {
         const FrameTask& task = tasks_[i];
@@ -137,15 +133,14 @@ public:
         if (!clip_.usable(task.frame)) return false;
         clip_.positions(task.frame, positions);
         std::string reason;
-        std::optional<ExistingImage> existing = read_existing(
-            options_, folder_, task, frame_hash(clip_hash_, positions), log_.earlier(task), reason);
+        const std::optional<Image> existing =
+            read_existing(options_, folder_, task, frame_hash(clip_hash_, positions), reason);
         if (!existing) {
             if (!reason.empty())
                 messages_.note(fmt::format("{} is rendered again: {}", task.file, reason));
             return false;
         }
-        add_thumbnail(i, existing->image);
-        log_.keep(task, std::move(existing->part));
+        add_thumbnail(i, *existing);
         report_.kept.push_back(task.frame);
         finished_.push_back(task.frame);
         tell_finished();
@@ -157,13 +152,11 @@ public:
         scene_.emplace(options_, clip_, first_frame, messages_);
         report_.backend = scene_->scene().device().name();
         report_.device = scene_->scene().device().description();
-        log_.set_device(report_.backend, report_.device);
     }
 
     /// `next` is the frame of the next call, if there is one.
     void render(std::size_t i, std::optional<double> next, Progress& progress) {
         const double frame = tasks_[i].frame;
-        const Stopwatch whole;
         progress.prepare(fmt::format("tree of frame {}", frame));
         scene_->advance(frame);
         progress.begin(fmt::format("frame {}", frame));
@@ -179,10 +172,9 @@ public:
             report_frame(*scene_, frame, traced, !options_.json.empty()));
         report.file = tasks_[i].file;
         report.read_wait_ms = scene_->read_wait_ms();
-        const double trace_ms = whole.ms();
         const Stopwatch watch;
-        queue_.add([this, i, scene_hash, trace_ms, &traced, row = row_of(report)] {
-            write(i, scene_hash, trace_ms, traced);
+        queue_.add([this, i, scene_hash, &traced, row = row_of(report)] {
+            write(i, scene_hash, traced);
             show(i, row);
         });
         report_.frames.back().write_wait_ms = watch.ms();
@@ -214,44 +206,35 @@ public:
     }
 
 private:
-    /// For the sheet, which a shard does not have.
+    /// For the sheet.
     void add_thumbnail(std::size_t i, const Image& image) {
-        if (options_.farm.shard || i % sheet_step(tasks_.size()) != 0) return;
+        if (i % sheet_step(tasks_.size()) != 0) return;
         thumbnails_[i] = contact_sheet({&image, 1}, thumbnail_width(tasks_.size()));
     }
 
-    /// Writes the outputs of a task. Runs in the queue's thread. before_ms: what its image took.
-    void write(std::size_t i, std::uint64_t scene_hash, double before_ms, morphray::Image& traced) {
+    /// Writes the outputs of a task. Runs in the queue's thread.
+    void write(std::size_t i, std::uint64_t scene_hash, morphray::Image& traced) {
         const FrameTask& task = tasks_[i];
         const Stopwatch watch;
-        PartImage part;
-        part.scene_hash = scene_hash;
-        part.hits_hash = traced.hits_hash;
-        part.image_hash = traced.image_hash;
         if (hits_) call_library([&] { hits_->add(traced); });
-        std::vector<PngText> texts = image_texts(options_, task.frame, scene_hash, traced);
+        const std::vector<PngText> texts = image_texts(options_, task.frame, scene_hash, traced);
         if (const auto file = hits_file_of(options_, task); !file.empty()) {
             morphray::HitsWriter hits(options_.view.width, options_.view.height);
             call_library([&] {
                 hits.add(traced);
                 hits.write(file);
             });
-            part.outputs.push_back(output_of(folder_, file));
-            texts.push_back({kHitsFileHash, hash_text(part.outputs.back().hash)});
         }
         if (const auto file = exr_file_of(options_, folder_, task); !file.empty()) {
             const ExrColours colours =
                 options_.shading.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;
             write_file(file, encode_exr(traced, colours, texts));
-            part.outputs.push_back(output_of(folder_, file));
         }
         Image image{traced.width, traced.height, std::move(traced.pixels)};
         write_file(folder_ / task.file, encode_png(image, texts));
         add_thumbnail(i, image);
         traced.pixels = std::move(image.pixels);
         write_ms_.push_back(watch.ms());
-        part.total_ms = before_ms + write_ms_.back();
-        log_.add(task, std::move(part));
     }
 
     std::string row_of(const FrameReport& frame) const {
@@ -296,7 +279,6 @@ private:
     std::optional<ClipScene> scene_;
     RenderReport report_;
     // While the queue has tasks, its thread alone uses these.
-    PartLog& log_;
     std::optional<morphray::HitsWriter> hits_;
     /// One for each task, empty until it is done.
     std::vector<Image> thumbnails_;
@@ -372,27 +354,25 @@ std::vector<std::size_t> tasks_left(const Options& options, std::size_t tasks, R
     std::vector<std::size_t> left;
     for (std::size_t i = 0; i < tasks; ++i) {
         throw_if_interrupted();
-        if (!options.farm.skip_existing || !renderer.keep(i)) left.push_back(i);
+        if (!options.skip_existing || !renderer.keep(i)) left.push_back(i);
     }
     return left;
 }
 
-ExitCode render_frames(Options options, const std::filesystem::path& folder, PartLog& log,
+ExitCode render_frames(Options options, const std::filesystem::path& folder,
                        const Messages& messages) {
     const std::unique_ptr<Clip> clip = open_clip(options, messages);
     const std::vector<double> frames = select_frames(options, *clip, DefaultFrames::kAll);
     warn_of_damage(options, *clip, frames, messages);
     const FrameDigits digits = digits_of(frames, *clip);
     require_distinct_names(options, frames, digits);
-    // One tree for all shards and runs.
+    // One tree for all runs.
     if (!options.tree.build_at) options.tree.build_at = frames.front();
     const std::vector<FrameTask> tasks = frame_tasks(options, frames, digits);
     require_memory_for(options, *clip, tasks.size());
-    Renderer renderer(options, *clip, tasks, folder, log, messages);
-    log.set_scene(*clip, renderer.hash_of_clip(), frames, tasks);
-    make_folders(options, folder, tasks);
+    Renderer renderer(options, *clip, tasks, folder, messages);
+    if (has_hits_folder(options)) make_output_folder(options.hits);
     const std::vector<std::size_t> left = tasks_left(options, tasks.size(), renderer);
-    log.begin();
     ExitCode code = ExitCode::kOk;
     Progress progress("rendering", "frame", left.size(), progress_mode(options));
     progress.prepare("tree");
@@ -409,7 +389,6 @@ ExitCode render_frames(Options options, const std::filesystem::path& folder, Par
             if (error.kind() != ErrorKind::kBadInput || renderer.finished() == 0) throw;
             renderer.wait();
             messages.error(error);
-            log.set_reason(message_of(error));
             code = ExitCode::kPartial;
             break;
         }
@@ -428,8 +407,7 @@ ExitCode run_render(const Options& given, const Messages& messages) {
     // Before the reports, which may be in it.
     const OutputFolder folder(output_folder_of(options));
     check_reports({options.json, has_hits_folder(options) ? std::string() : options.hits});
-    PartLog log(options, folder.path());
-    return log.record([&] { return render_frames(options, folder.path(), log, messages); });
+    return render_frames(options, folder.path(), messages);
 }
 
 }  // namespace mray::app

@@ -44,13 +44,11 @@ void write_line(const char* prefix, std::string_view message) {
 Messages::Messages(const Options& options) : quiet_(options.quiet), verbose_(options.verbose) {
     std::vector<std::string> names = options.scenes;
     names.insert(names.end(), options.compared_files.begin(), options.compared_files.end());
-    names.insert(names.end(), options.part_folders.begin(), options.part_folders.end());
     names.insert(names.end(),
-                 {options.sheet,      options.video,      options.scene,        options.out,
-                  options.json,       options.csv,        options.junit,        options.hits,
-                  options.ray_file,   options.point_file, options.trace_events, options.plot,
-                  options.html,       options.bless,      options.expect,       options.bundle,
-                  options.screenshot, options.baseline,   options.cache,        options.index});
+                 {options.scene, options.out, options.json, options.csv, options.junit,
+                  options.hits, options.ray_file, options.point_file, options.trace_events,
+                  options.plot, options.html, options.bless, options.expect, options.bundle,
+                  options.screenshot, options.baseline, options.cache, options.index});
     if (!options.scene.empty())
         names.push_back(default_index_path(options.scene, options.cache).native());
     for (const std::string& name : names) {

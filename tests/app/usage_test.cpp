@@ -30,7 +30,7 @@ std::vector<std::string> small_render(std::vector<std::string> more) {
 TEST(Usage, NoCommandListsTheCommands) {
     expect_refused(
         {}, 2,
-        "choose one of render, view, crosscheck, merge, diff, probe, profile, trace, query, chart, "
+        "choose one of render, view, crosscheck, diff, probe, profile, trace, query, chart, "
         "info, index, devices");
 }
 
@@ -250,29 +250,18 @@ TEST(Usage, NoOutputIsAnInputOrAnotherOutput) {
     folder.write("d/frame_0000.png", "image");
     std::filesystem::create_symlink("a.obj", folder.path() / "link");
     const std::vector<std::string> before = folder.names();
-    for (const char* line : {"render a.obj -o o/a.png --json o/a.png",
-                             "render a.obj --hits x --json ./x",
-                             "render a.obj -o o --json o/frame_0000.png",
-                             "render a.obj --json out/sheet.png",
-                             "render a.obj --shard 1/1 -o o --json o/part-1-of-1.json",
-                             "render a.obj -o o/ --hits h/ --json h/frame_0000.hits",
-                             "render a.obj -o o/a.png --exr half --json o/a.exr",
-                             "render a.obj --json a.obj",
-                             "render a.obj --json link",
-                             "crosscheck a.obj --json x --html x",
-                             "crosscheck a.obj --json x --bless x",
-                             "crosscheck a.obj --json a.obj",
-                             "crosscheck a.obj --expect x --json x",
-                             "profile a.obj --csv x --json x",
-                             "profile a.obj --baseline r.txt --csv r.txt",
-                             "merge d --sheet y.png --json y.png",
-                             "merge d --sheet d/frame_0000.png",
-                             "merge d --json d/part-1-of-2.json",
-                             "probe a.obj --frame 0 --pixel 0,0 --bundle b.json --json b.json",
-                             "trace a.obj --rays r.txt --out a.obj",
-                             "trace a.obj --rays r.txt --out r.txt",
-                             "query a.obj --ask inside --points r.txt --out r.txt",
-                             "diff a.obj r.txt --json r.txt"}) {
+    for (const char* line :
+         {"render a.obj -o o/a.png --json o/a.png", "render a.obj --hits x --json ./x",
+          "render a.obj -o o --json o/frame_0000.png", "render a.obj --json out/sheet.png",
+          "render a.obj -o o/ --hits h/ --json h/frame_0000.hits",
+          "render a.obj -o o/a.png --exr half --json o/a.exr", "render a.obj --json a.obj",
+          "render a.obj --json link", "crosscheck a.obj --json x --html x",
+          "crosscheck a.obj --json x --bless x", "crosscheck a.obj --json a.obj",
+          "crosscheck a.obj --expect x --json x", "profile a.obj --csv x --json x",
+          "profile a.obj --baseline r.txt --csv r.txt",
+          "probe a.obj --frame 0 --pixel 0,0 --bundle b.json --json b.json",
+          "trace a.obj --rays r.txt --out a.obj", "trace a.obj --rays r.txt --out r.txt",
+          "query a.obj --ask inside --points r.txt --out r.txt", "diff a.obj r.txt --json r.txt"}) {
         std::istringstream words(line);
         const Outcome outcome =
             run({std::istream_iterator<std::string>(words), {}}, {.folder = folder.path()});
@@ -304,8 +293,6 @@ TEST(Usage, AMisspeltOptionIsNamedWhereArgumentsAreSeveral) {
                    "unknown option '--framse'; did you mean --frames?");
     expect_refused({"chart", "builtin:cloth:500", "--outt", "charts"}, 2,
                    "unknown option '--outt'; did you mean --out?");
-    expect_refused({"merge", "shards", "--shet", "sheet.png"}, 2,
-                   "unknown option '--shet'; did you mean --sheet?");
     expect_refused({"diff", "a.hits", "b.hits", "--jsn", "x.json"}, 2,
                    "unknown option '--jsn'; did you mean --json?");
     expect_refused({"render", "builtin:cloth:500", "--threds", "2"}, 2,

@@ -69,5 +69,4 @@ expect "morphray info m" mesh.obj
 expect "morphray info fr" frames
 expect "morphray render --out ''" frames
 expect "morphray render --hits n" notes.txt
-expect "morphray merge ''" frames
 expect "morphray render --size ''" ""

@@ -23,8 +23,6 @@ constexpr Example kRenderExamples[] = {
     {"Every eighth frame into the folder cloth, and a contact sheet",
      "morphray render builtin:cloth --frames 0..24:8 --out cloth"},
     {"One image, quickly", "morphray render builtin:twist --frame 12 --samples 1 --out twist.png"},
-    {"The first half of the frames; another machine renders --shard 2/2",
-     "morphray render builtin:cloth --frames 0..24:6 --shard 1/2 --out shards"},
     {"Four images of a second of an animation in a glTF file",
      "morphray render share/scenes/robot.gltf --time 0..0.75:0.25 --out walk"},
 };
@@ -40,12 +38,6 @@ constexpr Example kCrosscheckExamples[] = {
      "morphray crosscheck builtin:herd --backend cpu --bless hashes.json"},
     {"Also the answers to questions about all triangles",
      "morphray crosscheck builtin:spikes --backend cpu --queries 100"},
-};
-constexpr Example kMergeExamples[] = {
-    {"The frames of two shards, with a contact sheet",
-     "morphray render builtin:cloth --frames 0..24:6 --shard 1/2 --out shards\n"
-     "morphray render builtin:cloth --frames 0..24:6 --shard 2/2 --out shards\n"
-     "morphray merge shards --sheet sheet.png --json merged.json"},
 };
 constexpr Example kDiffExamples[] = {
     {"The hits of two devices or machines, with images of the pixels that differ",
@@ -97,31 +89,12 @@ CommandSpec define_render(Options& options) {
     add_shading_options(adder);
     add_backend_options(adder, kBackends, kVulkanOrCpu);
     add_tree_options(adder, PolicySpec{PolicyKind::kAuto});
-    add_farm_options(adder);
+    add_skip_existing(adder);
     adder.add_text("-o,--out", "DIR", "folder of the images (out)", options.out);
     adder.add_text("--hits", "FILE|DIR/",
                    "file of the raw hits of all frames, or a folder of a file each frame",
                    options.hits);
     add_report_options(adder, true);
-    return command;
-}
-
-CommandSpec define_merge(Options& options) {
-    CommandSpec command{"merge", "Checks and puts together what the shards of a render wrote",
-                        Command::kMerge, kMergeExamples};
-    const OptionAdder adder(command, options);
-    adder.add_arguments("folders", "DIR", "the --out folders of all shards",
-                        {&options.part_folders});
-    adder.add_text("--sheet", "FILE.png", "file of a contact sheet, as render makes it",
-                   options.sheet);
-    adder.add_text("--video", "FILE", "video of all frames (needs ffmpeg)", options.video);
-    adder.add("--rate", "N", "images of the video a second, 1 to 1000 (24)",
-              [&options](const std::string& option, const std::string& value) {
-                  options.video_rate =
-                      static_cast<std::uint32_t>(parse_count(option, value, 1, 1000));
-              });
-    adder.add_text("--json", "FILE|-", "a report for programs; - is stdout", options.json);
-    adder.add_flag("-q,--quiet", "no result, only the exit code", options.quiet);
     return command;
 }
 
@@ -324,9 +297,9 @@ CommandSpec define_devices(Options& options) {
 
 std::vector<CommandSpec> command_specs(Options& options) {
     std::vector<CommandSpec> commands;
-    for (const auto define : {define_render, define_view, define_crosscheck, define_merge,
-                              define_diff, define_probe, define_profile, define_trace, define_query,
-                              define_chart, define_info, define_index, define_devices})
+    for (const auto define :
+         {define_render, define_view, define_crosscheck, define_diff, define_probe, define_profile,
+          define_trace, define_query, define_chart, define_info, define_index, define_devices})
         commands.push_back(define(options));
     return commands;
 }

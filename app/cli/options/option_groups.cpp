@@ -260,15 +260,10 @@ void add_update_limits(const OptionAdder& adder) {
                    config.deterministic);
 }
 
-void add_farm_options(const OptionAdder& adder) {
-    FarmOptions& farm = adder.options().farm;
-    adder.add("--shard", "I/N", "the I-th of N parts of the frames, for a farm of machines",
-              parsed(farm.shard, parse_shard));
+void add_skip_existing(const OptionAdder& adder) {
     adder.add_flag("--skip-existing",
                    "keep images that are whole, of this scene, these options and this version",
-                   farm.skip_existing);
-    adder.add("--verify-every", "K", "with --shard, each K-th frame is rendered by others, too",
-              counted(farm.verify_every, 1, 1'000'000));
+                   adder.options().skip_existing);
 }
 
 void add_answer_form(const OptionAdder& adder) {

@@ -60,8 +60,8 @@ void add_update_limits(const OptionAdder& adder);
 /// --format, of the answers of trace and query.
 void add_answer_form(const OptionAdder& adder);
 
-/// How render shares its frames with other machines.
-void add_farm_options(const OptionAdder& adder);
+/// --skip-existing of render.
+void add_skip_existing(const OptionAdder& adder);
 
 /// --progress, of commands that take long.
 void add_progress(const OptionAdder& adder);

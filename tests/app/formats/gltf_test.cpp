@@ -174,17 +174,13 @@ TEST(GltfProgram, CommandsOfOtherScenesChooseFramesWithoutFps) {
     folder.write("s/f_0.obj", square_at(0));
     folder.write("s/f_1.obj", square_at(10));
     const std::string scene = folder.file("s");
-    EXPECT_EQ(render(scene, folder, {"--time", "0.25", "--fps", "2", "--shard", "1/1"}).code, 0);
+    EXPECT_EQ(render(scene, folder, {"--time", "0.25", "--fps", "2"}).code, 0);
     const std::filesystem::path image = folder.path() / "out/frame_0000.5.png";
     Names command = source_of(image);
     command.insert(command.end(), {"--out", folder.file("again")});
     const Outcome again = run(command);
     EXPECT_EQ(again.code, 0) << again.err;
     EXPECT_EQ(read_file(image), read_file(folder.path() / "again/frame_0000.5.png"));
-    // A part has the seconds of all shards.
-    EXPECT_NE(read_file(folder.path() / "out/part-1-of-1.json")
-                  .find("render " + scene + " --time 0.25 --fps 2 --size 8x8"),
-              std::string::npos);
 }
 
 TEST(GltfProgram, BadFilesAreBadInputWithTheirPlace) {
@@ -220,11 +216,6 @@ TEST(GltfProgram, TheCommandInAnImageRendersItAgain) {
     EXPECT_EQ(image, read_file(other.path() / "out/frame_0005.5.png"));
     EXPECT_NE(image.find("--frames 5.5"), std::string::npos);
     EXPECT_NE(image.find("--animation slide --fps 10"), std::string::npos);
-    by_time.insert(by_time.end(), {"--shard", "1/1", "--hits", folder.file("all") + '/'});
-    EXPECT_EQ(render(scene, folder, by_time).code, 0);
-    const std::string part = read_file(folder.path() / "out/part-1-of-1.json");
-    EXPECT_NE(part.find("--time 0.55 --size 8x8 --animation slide --fps 10"), std::string::npos);
-    EXPECT_NE(part.find(" --hits hits/\""), std::string::npos) << part;
 }
 
 }  // namespace

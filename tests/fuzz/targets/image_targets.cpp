@@ -1,4 +1,4 @@
-// Images that are read: PNG and OpenEXR files of `diff` and `merge`, textures.
+// Images that are read: PNG and OpenEXR files of `diff`, textures.
 #include <cstdint>
 #include <string>
 

@@ -6,9 +6,7 @@
 #include <vector>
 
 #include "app/base/options.h"
-#include "app/commands/merge/merge_parts.h"
 #include "app/commands/profile/baseline.h"
-#include "app/farm/part.h"
 #include "app/files/ray_bundle.h"
 #include "app/report/crosscheck/golden_images.h"
 #include "app/report/profile_report.h"
@@ -85,23 +83,6 @@ std::string bundle_failure(std::string_view bytes) {
         return app::bundle_text(app::read_bundle(file.path())) == text
                    ? ""
                    : "another bundle is read from its text";
-    });
-}
-
-std::string part_failure(std::string_view bytes) {
-    static CaseFile file("part-1-of-2.json");
-    file.write(bytes);
-    return failure_of(file.path(), [&]() -> std::string {
-        const app::Part part = app::read_part(file.path());
-        const std::string text = app::to_json(part);
-        file.write(text);
-        if (app::to_json(app::read_part(file.path())) != text)
-            return "another part is read from its text";
-        constexpr std::uint32_t kMostShards = 16;
-        if (part.shard.count > kMostShards) return {};
-        const app::MergeReport report = app::check_parts({part, part});
-        app::to_json(report);
-        return app::to_text(report).empty() ? "no text" : "";
     });
 }
 

@@ -14,7 +14,7 @@ std::span<const Target> targets() {
         Target{"png", png_failure},         Target{"exr", exr_failure},
         Target{"jpeg", jpeg_failure},       Target{"baseline", baseline_failure},
         Target{"golden", golden_failure},   Target{"bundle", bundle_failure},
-        Target{"part", part_failure},       Target{"points", points_failure},
+        Target{"points", points_failure},
     };
     return kTargets;
 }

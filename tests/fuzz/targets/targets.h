@@ -36,11 +36,10 @@ std::string hits_failure(std::string_view bytes);
 std::string png_failure(std::string_view bytes);
 std::string exr_failure(std::string_view bytes);
 std::string jpeg_failure(std::string_view bytes);
-/// The files of `profile --baseline`, `crosscheck --expect`, `probe` and `merge`.
+/// The files of `profile --baseline`, `crosscheck --expect` and `probe`.
 std::string baseline_failure(std::string_view bytes);
 std::string golden_failure(std::string_view bytes);
 std::string bundle_failure(std::string_view bytes);
-std::string part_failure(std::string_view bytes);
 
 struct Target {
     /// The name of the folder with its corpus, too.

@@ -1,4 +1,4 @@
-#include "app/farm/scene_hash.h"
+#include "app/commands/render/scene_hash.h"
 
 #include "app/files/texture_reader.h"
 #include "common/base/errors.h"

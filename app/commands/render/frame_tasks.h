@@ -16,8 +16,6 @@ struct FrameTask {
     double frame = 0;
     /// The name of its PNG file in the output folder.
     std::string file;
-    /// Whether another shard renders the frame, too, and this image is compared with its.
-    bool is_check = false;
 };
 
 /// The folder that --out means; of one image its folder.
@@ -27,16 +25,12 @@ std::filesystem::path output_folder_of(const Options& options);
 void require_distinct_names(const Options& options, const std::vector<double>& frames,
                             const FrameDigits& digits);
 
-/// All frames; of a shard its own, and then those of other shards that it checks.
+/// The images of these frames.
 std::vector<FrameTask> frame_tasks(const Options& options, const std::vector<double>& frames,
                                    const FrameDigits& digits);
 
 /// Whether --hits names a folder, in which each frame has a file.
 bool has_hits_folder(const Options& options);
-
-/// Creates the folders of the tasks' files, but for the output folder. Throws Error(kOutput).
-void make_folders(const Options& options, const std::filesystem::path& folder,
-                  const std::vector<FrameTask>& tasks);
 
 /// Return the OpenEXR file of a task, and its file of hits if --hits names a folder. Empty: none.
 std::filesystem::path exr_file_of(const Options& options, const std::filesystem::path& folder,

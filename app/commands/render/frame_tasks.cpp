@@ -1,11 +1,10 @@
-#include "app/farm/frame_tasks.h"
+#include "app/commands/render/frame_tasks.h"
 
 #include <fmt/format.h>
 
 #include <set>
 
 #include "app/clip/frames.h"
-#include "app/farm/part.h"
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
 
@@ -47,37 +46,21 @@ void require_distinct_names(const Options& options, const std::vector<double>& f
 
 std::vector<FrameTask> frame_tasks(const Options& options, const std::vector<double>& frames,
                                    const FrameDigits& digits) {
-    const FarmOptions& farm = options.farm;
-    const Shard shard = farm.shard.value_or(Shard{});
     std::vector<FrameTask> tasks;
-    const Block block = block_of(frames.size(), shard);
-    for (std::size_t i = block.begin; i < block.end; ++i)
-        tasks.push_back({frames[i], image_name(options, frames[i], digits), false});
-    for (const std::size_t i : checked_frames(frames.size(), shard, farm.verify_every))
-        tasks.push_back({frames[i],
-                         check_folder_name(shard) + '/' + image_name(options, frames[i], digits),
-                         true});
+    for (const double frame : frames) tasks.push_back({frame, image_name(options, frame, digits)});
     return tasks;
 }
 
 bool has_hits_folder(const Options& options) { return options.hits.ends_with('/'); }
 
-void make_folders(const Options& options, const std::filesystem::path& folder,
-                  const std::vector<FrameTask>& tasks) {
-    if (has_hits_folder(options)) make_output_folder(options.hits);
-    // Checks come last.
-    if (!tasks.empty() && tasks.back().is_check)
-        make_output_folder((folder / tasks.back().file).parent_path());
-}
-
 std::filesystem::path exr_file_of(const Options& options, const std::filesystem::path& folder,
                                   const FrameTask& task) {
-    if (options.shading.exr.empty() || task.is_check) return {};
+    if (options.shading.exr.empty()) return {};
     return (folder / task.file).replace_extension(".exr");
 }
 
 std::filesystem::path hits_file_of(const Options& options, const FrameTask& task) {
-    if (!has_hits_folder(options) || task.is_check) return {};
+    if (!has_hits_folder(options)) return {};
     return (std::filesystem::path(options.hits) / task.file).replace_extension(".hits");
 }
 
