@@ -9,9 +9,7 @@
 #include "app/base/library_calls.h"
 #include "app/base/output_folder.h"
 #include "app/commands/commands.h"
-#include "app/commands/diff/exr_diff.h"
 #include "app/commands/diff/png_diff.h"
-#include "app/files/exr_reader.h"
 #include "app/files/png_reader.h"
 #include "app/report/diff_report.h"
 #include "app/terminal/interrupt.h"
@@ -67,16 +65,14 @@ void require_same_shape(const std::vector<std::string>& names, const morphray::H
 }
 
 /// The kind of a file, by its name.
-enum class FileKind { kHits, kPng, kExr };
+enum class FileKind { kHits, kPng };
 
 FileKind kind_of(const std::string& name) {
-    if (is_png_name(name)) return FileKind::kPng;
-    return is_exr_name(name) ? FileKind::kExr : FileKind::kHits;
+    return is_png_name(name) ? FileKind::kPng : FileKind::kHits;
 }
 
 const char* kind_text(FileKind kind) {
-    if (kind == FileKind::kHits) return "a file of hits";
-    return kind == FileKind::kPng ? "a PNG file" : "an OpenEXR file";
+    return kind == FileKind::kPng ? "a PNG file" : "a file of hits";
 }
 
 void require_same_kind(const std::vector<std::string>& names) {
@@ -85,8 +81,8 @@ void require_same_kind(const std::vector<std::string>& names) {
     if (expected == actual) return;
     throw Error(
         ErrorKind::kBadInput,
-        fmt::format("{}: is {} by its name, but {} is {}; give two files of hits, two PNG "
-                    "files or two OpenEXR files",
+        fmt::format("{}: is {} by its name, but {} is {}; give two files of hits or two "
+                    "PNG files",
                     shown(names[1]), kind_text(actual), shown(names[0]), kind_text(expected)));
 }
 
@@ -130,7 +126,6 @@ ExitCode run_diff(const Options& options, const Messages& messages) {
     const std::vector<std::string>& names = options.compared_files;
     require_same_kind(names);
     if (kind_of(names[0]) == FileKind::kPng) return run_png_diff(options, messages);
-    if (kind_of(names[0]) == FileKind::kExr) return run_exr_diff(options, messages);
     const auto read = [](const std::string& name) {
         return call_library([&] { return morphray::read_hits(name); });
     };

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include "app/report/diff_report.h"
-#include "app/report/exr_diff_report.h"
 #include "app/report/json_parts.h"
 #include "common/text/number_text.h"
 
@@ -27,45 +26,15 @@ Json part_of(const PixelDifference& pixel) {
             {"actual", part_of(pixel.actual, pixel.actual_occlusion)}};
 }
 
-/// The members that all kinds of reports begin with.
-Json head_of_diff(const std::string& expected, const std::string& actual, std::uint32_t width,
-                  std::uint32_t height, bool equal) {
-    Json json = head_of("diff");
-    json["expected"] = expected;
-    json["actual"] = actual;
-    json["width"] = width;
-    json["height"] = height;
-    json["equal"] = equal;
-    return json;
-}
-
+/// The members that both kinds of reports begin with.
 template <class Report>
 Json head_of_diff(const Report& report) {
-    return head_of_diff(report.expected, report.actual, report.width, report.height,
-                        report.equal());
-}
-
-Json type_of(const std::optional<ExrType>& type) {
-    return type ? Json(name_of(*type)) : Json(nullptr);
-}
-
-Json part_of(const ExrChannelDifference& channel) {
-    return {{"kind", info_of(channel.kind).name},
-            {"expected_type", type_of(channel.expected_type)},
-            {"actual_type", type_of(channel.actual_type)},
-            {"differing_pixels", channel.pixels},
-            {"not_finite", channel.not_finite},
-            {"difference", channel.by},
-            {"pixel", {channel.x, channel.y}}};
-}
-
-Json part_of(const ExrPixelDifference& pixel, const ExrComparison& comparison) {
-    Json json = {{"pixel", {pixel.x, pixel.y}}};
-    for (const ExrPixelDifference::Value& value : pixel.values) {
-        const ExrChannelDifference& channel = comparison.channels[value.channel];
-        json["expected"][channel.name] = value_text(*channel.actual_type, value.expected);
-        json["actual"][channel.name] = value_text(*channel.actual_type, value.actual);
-    }
+    Json json = head_of("diff");
+    json["expected"] = report.expected;
+    json["actual"] = report.actual;
+    json["width"] = report.width;
+    json["height"] = report.height;
+    json["equal"] = report.equal();
     return json;
 }
 
@@ -95,21 +64,6 @@ std::string to_json(const ImageDiffReport& report) {
         json["first"].push_back({{"pixel", {pixel.x, pixel.y}},
                                  {"expected", colour_text(pixel.expected_pixel)},
                                  {"actual", colour_text(pixel.actual_pixel)}});
-    return json_text(json);
-}
-
-std::string to_json(const ExrDiffReport& report) {
-    const ExrComparison& comparison = report.comparison;
-    Json json = head_of_diff(report.expected, report.actual, comparison.width, comparison.height,
-                             comparison.equal());
-    json["differing_pixels"] = comparison.pixels();
-    for (std::size_t k = 0; k < kExrKindCount; ++k)
-        json["differences"][info_of(static_cast<ExrKind>(k)).name] = comparison.kinds[k];
-    for (const ExrChannelDifference& channel : comparison.channels)
-        json["channels"][channel.name] = part_of(channel);
-    json["first"] = Json::array();
-    for (const ExrPixelDifference& pixel : comparison.first)
-        json["first"].push_back(part_of(pixel, comparison));
     return json_text(json);
 }
 

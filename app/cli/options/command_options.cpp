@@ -44,10 +44,6 @@ constexpr Example kDiffExamples[] = {
      "morphray render builtin:cloth --frame 8 --hits a.hits -o a.png\n"
      "morphray render builtin:cloth --frame 8 --backend cpu --hits b.hits -o b.png\n"
      "morphray diff a.hits b.hits --out differences"},
-    {"Two images with all their channels",
-     "morphray render builtin:cloth --frame 8 --exr half -o c.png\n"
-     "morphray render builtin:cloth --frame 8 --exr half --threads 1 -o d.png\n"
-     "morphray diff c.exr d.exr"},
 };
 constexpr Example kProbeExamples[] = {
     {"A pixel, with a file of what decides it",
@@ -166,8 +162,8 @@ CommandSpec define_crosscheck(Options& options) {
 }
 
 CommandSpec define_diff(Options& options) {
-    CommandSpec command{"diff", "Compares two files bit by bit: hits, PNG or OpenEXR",
-                        Command::kDiff, kDiffExamples};
+    CommandSpec command{"diff", "Compares two files bit by bit: hits or PNG", Command::kDiff,
+                        kDiffExamples};
     const OptionAdder adder(command, options);
     adder.add_arguments("files", "FILE FILE", "the expected hits or image, and the other",
                         {&options.compared_files, 2});

@@ -23,7 +23,7 @@ constexpr FileFormat kOthers[] = {
     {"hits", "text", "", false, true, "trace --out: a hit a line"},
     {"hits", "raw", "", true, true, "render --hits; diff reads them"},
     {"image", "PNG", ".png", true, true, "render, view, chart; diff reads them"},
-    {"image", "OpenEXR", ".exr", true, true, "render --exr; diff reads them"},
+    {"image", "OpenEXR", ".exr", false, true, "render --exr"},
     {"report", "JSON", ".json", true, true, "--json; profile --baseline and crosscheck --expect"},
     {"report", "JUnit", ".xml", false, true, "crosscheck --junit"},
     {"report", "HTML", ".html", false, true, "crosscheck --html, chart"},

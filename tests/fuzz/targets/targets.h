@@ -34,7 +34,6 @@ std::string options_failure(std::string_view bytes);
 std::string hits_failure(std::string_view bytes);
 /// Images of `diff`, and textures.
 std::string png_failure(std::string_view bytes);
-std::string exr_failure(std::string_view bytes);
 std::string jpeg_failure(std::string_view bytes);
 /// The files of `profile --baseline`, `crosscheck --expect` and `probe`.
 std::string baseline_failure(std::string_view bytes);
