@@ -1,6 +1,5 @@
 #include "app/program.h"
 
-#include "app/base/memory_budget.h"
 #include "app/cli/command_line.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/interrupt.h"
@@ -24,8 +23,6 @@ int run_program(std::span<const std::string> arguments, CommandRunner run_comman
             return static_cast<int>(ExitCode::kOk);
         }
         messages = Messages(*parsed.options);
-        if (const auto limit = parsed.options->memory_limit)
-            set_memory_limit(*limit, parsed.options->backend.threads);
         return static_cast<int>(run_command(*parsed.options, messages));
     } catch (...) {
         return static_cast<int>(explain_failure(std::current_exception(), messages));

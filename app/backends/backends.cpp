@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "app/base/library_calls.h"
-#include "app/base/memory_budget.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
@@ -42,16 +41,9 @@ bool is_lack_of_vulkan(const Error& error) {
     return error.kind() == ErrorKind::kUnavailable || error.kind() == ErrorKind::kLimit;
 }
 
-std::uint64_t named_devices(const Options& options) {
-    const bool is_named =
-        options.backend.choice == BackendChoice::kVulkan || asks_for_vulkan(options.backend);
-    return is_named || options.tree.refit_on == RefitOn::kVulkan ? 1 : 0;
-}
-
 bool has_only_software_devices() {
     bool any = false;
     try {
-        require_driver_memory();
         for (const morphray::VulkanDeviceInfo& device : vulkan_devices()) {
             if (!device.unusable.empty()) continue;
             if (device.type != "cpu") return false;
@@ -65,9 +57,7 @@ bool has_only_software_devices() {
 }
 
 void check_vulkan() {
-#ifdef MORPHRAY_HAS_VULKAN
-    require_driver_memory();
-#else
+#ifndef MORPHRAY_HAS_VULKAN
     throw Error(ErrorKind::kUnavailable,
                 "Vulkan: not built in; use --backend cpu, or build with -DMORPHRAY_VULKAN=ON");
 #endif

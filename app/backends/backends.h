@@ -24,9 +24,6 @@ std::vector<morphray::VulkanDeviceInfo> vulkan_devices();
 /// set, otherwise the one that the options choose. Throws Error(kUnavailable) if there is none.
 std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options);
 
-/// How many Vulkan devices the options name, for estimates of memory.
-std::uint64_t named_devices(const Options& options);
-
 /// Whether an option requires Vulkan.
 bool asks_for_vulkan(const BackendOptions& options);
 /// Whether the error means that this machine or build has no usable Vulkan.

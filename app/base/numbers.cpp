@@ -42,19 +42,6 @@ std::uint64_t parse_count(std::string_view option, std::string_view text, std::u
     return *value;
 }
 
-std::uint64_t parse_bytes(std::string_view option, std::string_view text) {
-    constexpr std::string_view kUnits = "KMGT";
-    const std::size_t unit = text.empty() ? kUnits.npos : kUnits.find(text.back());
-    const std::size_t shift = unit == kUnits.npos ? 0 : 10 * (unit + 1);
-    const std::optional<std::uint64_t> value =
-        parse_unsigned(text.substr(0, text.size() - (shift == 0 ? 0 : 1)));
-    // A number that is too large is read as the largest.
-    constexpr std::uint64_t kLargest = std::numeric_limits<std::uint64_t>::max();
-    if (!value || *value == 0 || *value == kLargest || *value > kLargest >> shift)
-        usage(option, text, "a size of memory in bytes, such as 512M or 2G");
-    return *value << shift;
-}
-
 double parse_finite(std::string_view option, std::string_view text, double lower) {
     const std::optional<double> value = parse_double(text);
     if (!value || !std::isfinite(*value) || *value < lower) {

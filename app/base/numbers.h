@@ -15,10 +15,6 @@ namespace mray::app {
 std::uint64_t parse_count(std::string_view option, std::string_view text, std::uint64_t lower,
                           std::uint64_t upper);
 
-/// A number of bytes, at least 1 and below 2^64 - 1: a whole number, or one of KiB, MiB, GiB or TiB
-/// with a final K, M, G or T.
-std::uint64_t parse_bytes(std::string_view option, std::string_view text);
-
 /// A finite number of at least `lower`.
 double parse_finite(std::string_view option, std::string_view text, double lower);
 

@@ -114,8 +114,6 @@ struct Options {
     std::optional<WorldBounds> bounds;
     bool allow_empty = false;
     bool lenient = false;
-    /// The most bytes that the process is to hold.
-    std::optional<std::uint64_t> memory_limit;
 
     ViewSpec view;
     bool size_given = false;

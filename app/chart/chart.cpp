@@ -10,7 +10,6 @@
 #include "accuracy/charts/chart_page.h"
 #include "accuracy/charts/charts.h"
 #include "app/backends/backends.h"
-#include "app/base/memory_budget.h"
 #include "app/base/output_folder.h"
 #include "app/clip/frames.h"
 #include "app/terminal/interrupt.h"
@@ -55,12 +54,6 @@ SceneFrames open_scene_of(const Options& options, const std::string& scene,
 ChartInput middle_frame(const Options& options, const SceneFrames& frames) {
     const Clip& clip = frames.clip();
     const Topology& topology = clip.topology();
-    const Effort& effort = options.quick ? quick_effort() : full_effort();
-    require_memory({.triangles = topology.triangles.size(),
-                    .vertices = topology.vertex_count,
-                    .copies = 5,
-                    .pixels = std::uint64_t{effort.side} * effort.side},
-                   clip.name());
     std::vector<vec3> positions(topology.vertex_count);
     clip.positions(std::floor((clip.first_frame() + clip.last_frame()) / 2), positions);
     return {std::filesystem::path(clip.name()).filename().string(), topology, std::move(positions)};

@@ -75,7 +75,7 @@ std::vector<NamedFile> inputs_of(const Options& options) {
 }
 
 /// Whether render gives files in its folder such names.
-bool is_name_of_images(const fs::path& file, const Options& options) {
+bool is_name_of_images(const fs::path& file) {
     const std::string name = file.filename();
     const auto is_like = [&name](std::string_view begin, std::string_view end) {
         return name.starts_with(begin) && name.ends_with(end);
@@ -120,7 +120,7 @@ void check_output_conflicts(const Options& options) {
         for (const std::string& folder : image_folders(options)) {
             // With a name behind it, a folder is the same with and without a slash at its end.
             if (real_path(fs::path(folder) / output.file.filename()) == output.file &&
-                is_name_of_images(output.file, options))
+                is_name_of_images(output.file))
                 refuse_output(fmt::format("{}: {} is a name of images and parts; give another name",
                                           output.option, shown(output.given)));
         }

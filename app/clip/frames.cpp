@@ -6,7 +6,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "app/base/memory_budget.h"
 #include "app/files/formats/optional_formats.h"
 #include "app/terminal/progress.h"
 #include "clips/frame_range.h"
@@ -19,27 +18,6 @@
 
 namespace mray::app {
 namespace {
-
-// Estimates the size of a scene from its name or its file. While a file is read, its text and
-// arrays of about the same size are in memory.
-void require_memory_to_open(const std::string& spec, bool has_tree) {
-    constexpr std::string_view kBuiltin = "builtin:";
-    if (spec.starts_with(kBuiltin)) {
-        const std::size_t colon = spec.find(':', kBuiltin.size());
-        if (colon == std::string::npos) return;
-        // The scene itself refuses other texts and larger numbers.
-        const std::uint64_t triangles =
-            std::min(parse_unsigned(spec.substr(colon + 1)).value_or(0), kMaxTriangles);
-        require_memory({.triangles = triangles, .vertices = triangles / 2, .has_tree = has_tree},
-                       spec);
-        return;
-    }
-    std::error_code error;
-    const std::uint64_t bytes = std::filesystem::file_size(spec, error);
-    if (!error && std::filesystem::is_regular_file(spec, error)) {
-        require_memory({.kept_bytes = 2 * bytes}, spec);
-    }
-}
 
 std::vector<double> whole_frames(const Clip& clip) {
     std::vector<double> frames;
@@ -99,9 +77,6 @@ std::size_t fraction_digits(double frame) {
 
 std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages,
                                 const std::atomic<bool>& cancel) {
-    const bool has_tree = options.command != Command::kIndex &&
-                          (options.command != Command::kInfo || options.tree_facts);
-    require_memory_to_open(options.scene, has_tree);
     ClipOptions scene_options;
     scene_options.lenient = options.lenient;
     scene_options.allow_empty = options.allow_empty;
@@ -114,11 +89,6 @@ std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages
     scene_options.animation = options.animation;
     scene_options.list_animations = options.command == Command::kInfo;
     scene_options.fps = options.fps;
-    scene_options.check_size = [&options, has_tree](std::uint64_t triangles,
-                                                    std::uint64_t vertices) {
-        require_memory({.triangles = triangles, .vertices = vertices, .has_tree = has_tree},
-                       options.scene);
-    };
     scene_options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
     scene_options.watch = Watch(&cancel, &step_done());
     const Progress progress("reading " + shown(std::filesystem::path(options.scene).filename()), "",

@@ -4,7 +4,6 @@
 
 #include "app/backends/backends.h"
 #include "app/base/library_calls.h"
-#include "app/base/memory_budget.h"
 #include "app/clip/clip_scene.h"
 #include "app/clip/frames.h"
 #include "app/terminal/interrupt.h"
@@ -24,16 +23,10 @@ BackendOptions backend_of(const Options& options) {
 
 }  // namespace
 
-PosedScene::PosedScene(const Options& options, std::uint64_t kept_bytes, const Messages& messages)
-    : frames_(open_frames(options, messages)), scene_(pose(options, kept_bytes, messages)) {}
+PosedScene::PosedScene(const Options& options, const Messages& messages)
+    : frames_(open_frames(options, messages)), scene_(pose(options, messages)) {}
 
-morphray::Scene PosedScene::pose(const Options& options, std::uint64_t kept_bytes,
-                                 const Messages& messages) {
-    require_memory({.triangles = topology().triangles.size(),
-                    .vertices = topology().vertex_count,
-                    .devices = named_devices(options),
-                    .kept_bytes = kept_bytes},
-                   options.scene);
+morphray::Scene PosedScene::pose(const Options& options, const Messages& messages) {
     const Clip& clip = frames_.clip();
     frame_ = select_frames(options, clip, DefaultFrames::kFirst).front();
     warn_of_damage(options, clip, {&frame_, 1}, messages);

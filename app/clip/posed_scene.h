@@ -15,9 +15,9 @@ class PosedScene {
 public:
     /// Opens options.scene at options.frames on the device of options.backend, which is the CPU
     /// unless --backend, --device or --validate asks for another one: questions from a file come in
-    /// any order, for which it is fast. Warns of triangles that are not finite. `kept_bytes` are
-    /// those of Workload. Throws Error.
-    PosedScene(const Options& options, std::uint64_t kept_bytes, const Messages& messages);
+    /// any order, for which it is fast. Warns of triangles that are not finite. Throws
+    /// Error.
+    PosedScene(const Options& options, const Messages& messages);
     PosedScene(const PosedScene&) = delete;
 
     const SceneSpace& space() const { return frames_.space(); }
@@ -28,8 +28,7 @@ public:
 
 private:
     /// Sets frame_ and positions_, too.
-    morphray::Scene pose(const Options& options, std::uint64_t kept_bytes,
-                         const Messages& messages);
+    morphray::Scene pose(const Options& options, const Messages& messages);
 
     SceneFrames frames_;
     double frame_ = 0;

@@ -5,7 +5,6 @@
 #include <filesystem>
 
 #include "app/backends/backends.h"
-#include "app/base/memory_budget.h"
 #include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/files/formats/format_table.h"
@@ -82,10 +81,6 @@ SceneReport::Tree describe_tree(SplitMethod split, const Topology& topology,
 SceneReport describe_scene(const Options& options, const Messages& messages) {
     SceneFrames scene = open_frames(options, messages);
     const Topology& topology = scene.clip().topology();
-    require_memory({.triangles = topology.triangles.size(),
-                    .vertices = topology.vertex_count,
-                    .has_tree = options.tree_facts},
-                   options.scene);
     const double frame = select_frames(options, scene.clip(), DefaultFrames::kFirst).front();
     warn_of_damage(options, scene.clip(), {&frame, 1}, messages);
     const std::span<const vec3> positions = scene.positions(frame);

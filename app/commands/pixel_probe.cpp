@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "app/backends/backends.h"
-#include "app/base/memory_budget.h"
 #include "app/commands/candidates.h"
 #include "app/commands/probe/replay.h"
 #include "app/files/ray_bundle.h"
@@ -88,13 +87,6 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
     SceneFrames scene = open_frames(options, messages);
     const double frame_number = select_frame(options, scene.clip());
     const Topology& topology = scene.clip().topology();
-    const std::uint64_t pixels = std::uint64_t{options.view.width} * options.view.height;
-    require_memory({.triangles = topology.triangles.size(),
-                    .vertices = topology.vertex_count,
-                    .copies = options.tree.refit_on == RefitOn::kOwn ? 0u : 1u,
-                    .pixels = pixels,
-                    .devices = named_devices(options)},
-                   options.scene);
     const ImageParams params = image_params(options, scene);
     const std::unique_ptr<Backend> tracer = make_backend(options.backend, messages);
     const std::unique_ptr<Backend> refitter = make_refitter(options, *tracer, messages);

@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include "app/backends/backends.h"
-#include "app/base/memory_budget.h"
+#include "app/base/process_memory.h"
 #include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/commands/profile/baseline.h"

@@ -10,7 +10,6 @@
 
 #include "app/backends/backends.h"
 #include "app/base/library_calls.h"
-#include "app/base/memory_budget.h"
 #include "app/base/output_folder.h"
 #include "app/base/remedy_text.h"
 #include "app/clip/clip_scene.h"
@@ -296,17 +295,6 @@ private:
     OutputQueue queue_;
 };
 
-// Bytes of a file of hits for each pixel of an image: a hit, and a count of occluded rays.
-constexpr std::uint64_t kHitsFileBytesPerPixel = 20;
-// An image and its encoded form.
-constexpr std::uint64_t kEncodedBytesPerPixel = 26;
-// Smooth normals, and what the ground and colours of triangles take.
-constexpr std::uint64_t kLitBytesPerTriangle = 8;
-constexpr std::uint64_t kLitBytesPerVertex = 36;
-// Texture coordinates and the number of a texture, of the clip, of a scene and while it is made.
-// What texels take is checked as the textures are read.
-constexpr std::uint64_t kTextureBytesPerTriangle = 3 * 28;
-
 /// Refuses images whose samples are beyond what an image may have, though its pixels are not.
 void require_samples_fit(const Options& options) {
     const std::uint32_t samples = *options.shading.samples;
@@ -320,33 +308,6 @@ void require_samples_fit(const Options& options) {
         fmt::format("{}x{} pixels of {} samples are too many; at most {} a side and {} in "
                     "all are possible, give a smaller --size or --samples",
                     options.view.width, options.view.height, samples, kMaxImageSide, kMaxPixels));
-}
-
-void require_memory_for(const Options& options, const Clip& clip, std::size_t frames) {
-    const std::uint64_t pixels = pixel_count(options);
-    // The hits of all frames, twice, because a growing array is copied.
-    const std::uint64_t kept =
-        (options.hits.empty()
-             ? 0
-             : 2 * (has_hits_folder(options) ? 1 : frames) * pixels * kHitsFileBytesPerPixel) +
-        pixels * kEncodedBytesPerPixel +
-        images_behind(options, frames) * pixels * kTracedBytesPerPixel +
-        (*options.shading.shading == morphray::Shading::plain
-             ? 0
-             : clip.topology().triangles.size() * kLitBytesPerTriangle +
-                   clip.topology().vertex_count * kLitBytesPerVertex) +
-        (clip.textures() == nullptr ? 0
-                                    : clip.topology().triangles.size() * kTextureBytesPerTriangle);
-    // A tree is built while the one before is held.
-    const std::uint64_t rebuilt =
-        !options.tree.has_policy(PolicyKind::kRefit) && frames > 1 ? 1 : 0;
-    require_memory({.triangles = clip.topology().triangles.size(),
-                    .vertices = clip.topology().vertex_count,
-                    .copies = (options.tree.refit_on == RefitOn::kOwn ? 0u : 1u) + rebuilt,
-                    .pixels = pixels,
-                    .devices = named_devices(options),
-                    .kept_bytes = kept},
-                   options.scene);
 }
 
 /// The tasks without an image of an earlier run.
@@ -369,7 +330,6 @@ ExitCode render_frames(Options options, const std::filesystem::path& folder,
     // One tree for all runs.
     if (!options.tree.build_at) options.tree.build_at = frames.front();
     const std::vector<FrameTask> tasks = frame_tasks(options, frames, digits);
-    require_memory_for(options, *clip, tasks.size());
     Renderer renderer(options, *clip, tasks, folder, messages);
     if (has_hits_folder(options)) make_output_folder(options.hits);
     const std::vector<std::size_t> left = tasks_left(options, tasks.size(), renderer);

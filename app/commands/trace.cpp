@@ -107,7 +107,7 @@ ExitCode run_trace(const Options& given, const Messages& messages) {
     check_reports({options.out});
     tell_results("nothing is written", {});
     const std::string rays = read_input(options.ray_file, "rays");
-    const PosedScene scene(options, 2 * rays.size() + kRaysOfBatch * 128, messages);
+    const PosedScene scene(options, messages);
     const std::string name = input_name(options.ray_file);
     RayTracer tracer(options, scene);
     Progress progress("tracing", "ray", count_rays(options, rays), progress_mode(options));

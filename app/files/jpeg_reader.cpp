@@ -19,8 +19,6 @@
 namespace mray::app {
 namespace {
 
-// The most bytes that libjpeg takes for a pixel: coefficients of three channels, 2 bytes each.
-constexpr std::uint64_t kDecoderBytesPerPixel = 6;
 // A progressive file may repeat scans without end, each of which takes time for the whole image.
 constexpr int kMostScans = 200;
 // Pixels that a byte stands for at most: a Huffman code has a bit at least, for a block of 8x8
@@ -129,7 +127,7 @@ Image decode_jpeg(const std::string& bytes, const std::filesystem::path& path,
     if (!reader.is_rgb_or_grey())
         refuse(path, "its colours are not grey, RGB or YCbCr; save as RGB");
     Image image{reader.width(), reader.height(), {}};
-    limits.require(path, image.width, image.height, kDecoderBytesPerPixel);
+    limits.require(path, image.width, image.height);
     const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
     if (!reader.is_arithmetic() && pixels / kMostPixelsPerByte > bytes.size())
         refuse(path, "it ends too early");

@@ -21,8 +21,6 @@ constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
 
 constexpr ImageLimits kLimits = {
     .side = morphray::kMaxTextureSide,
-    // The pixels, and what the library makes of them: a copy, its smaller levels, its alpha.
-    .bytes_per_pixel = 11,
     .reduce_16_bits = true,
 };
 

@@ -246,18 +246,6 @@ TEST(ChartCommand, InterruptKeepsNoChart) {
     }
 }
 
-// The limit leaves the leak sanitizer no memory for its search.
-#ifndef MORPHRAY_SANITIZED
-TEST(ChartCommand, ShowsProgressAndTakesItsLimitOfMemory) {
-    const TemporaryFolder folder;
-    const Outcome outcome = run({"chart", "builtin:cloth:500", "--quick", "--memory-limit", "1M",
-                                 "--progress", "plain", "--out", folder.file("a/b/charts/")});
-    EXPECT_EQ(outcome.code, 6) << outcome.err;
-    EXPECT_NE(outcome.err.find("--memory-limit leaves 1 MiB"), std::string::npos) << outcome.err;
-    EXPECT_TRUE(folder.names().empty());
-}
-#endif
-
 TEST(ChartCommand, NeedsAFolderAndAScene) {
     EXPECT_EQ(run({"chart", "builtin:cloth:500"}).code, 2);
     EXPECT_EQ(run({"chart", "--out", "x"}).code, 2);

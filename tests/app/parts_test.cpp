@@ -6,8 +6,8 @@
 #include <cmath>
 #include <memory>
 
-#include "app/base/memory_budget.h"
 #include "app/base/numbers.h"
+#include "app/base/process_memory.h"
 #include "app/base/remedy_text.h"
 #include "app/cli/command_line.h"
 #include "app/clip/frames.h"
@@ -293,32 +293,8 @@ TEST(FrameLabel, SortsLikeItsNumber) {
     EXPECT_TRUE(std::is_sorted(names.begin(), names.end())) << names.front();
 }
 
-TEST(MemoryBudget, EstimateGrowsAndNeverWraps) {
-    const std::uint64_t small = estimate_bytes({.triangles = 1000, .vertices = 500});
-    EXPECT_GT(estimate_bytes({.triangles = 1000000, .vertices = 500}), small + (100u << 20));
-    EXPECT_GE(estimate_bytes({.triangles = 1000, .vertices = 500, .pixels = 1 << 20}),
-              small + (24u << 20));
-    EXPECT_EQ(estimate_bytes({.triangles = ~std::uint64_t{0}, .pixels = ~std::uint64_t{0}}),
-              ~std::uint64_t{0});
-}
-
-TEST(MemoryBudget, MoreThanThereIsIsALimitWithNumbers) {
-    EXPECT_NO_THROW(require_memory(1 << 20, {1 << 20, "the machine"}));
-    try {
-        require_memory(300 << 20, {200 << 20, "the machine"}, "cloth.obj");
-        FAIL();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.kind(), ErrorKind::kLimit);
-        const std::string text = error.what();
-        EXPECT_NE(text.find("300 MiB"), std::string::npos) << text;
-        EXPECT_NE(text.find("the machine leaves 200 MiB"), std::string::npos) << text;
-        EXPECT_TRUE(text.starts_with("cloth.obj: ")) << text;
-    }
-}
-
-TEST(MemoryBudget, ThisMachineHasSomeMemory) {
-    EXPECT_GT(memory_limit().available_bytes, 1u << 20);
-    EXPECT_NE(memory_limit().source, "nothing");
+TEST(ProcessMemory, IsToldOfThisMachine) {
+    EXPECT_GT(free_memory_bytes(), 1u << 20);
     const std::uint64_t before = peak_memory_bytes();
     EXPECT_GT(before, 1u << 20);
     const std::vector<char> more(std::size_t{64} << 20, 1);

@@ -250,7 +250,6 @@ CommandSpec define_chart(Options& options) {
         .required = true;
     adder.add_flag("--quick", "fewer rays and runs: a minute instead of ten", options.quick);
     add_lenient(adder);
-    add_memory_limit(adder);
     add_progress(adder);
     adder.add_flag("-q,--quiet", "neither result nor progress", options.quiet);
     return command;

@@ -100,7 +100,6 @@ void add_file_options(const OptionAdder& adder) {
                    finite(options.fps, kLeastFps));
     adder.add_flag("--allow-empty", "accept a scene without triangles", options.allow_empty);
     add_lenient(adder);
-    add_memory_limit(adder);
 }
 
 void add_lenient(const OptionAdder& adder) {
@@ -214,12 +213,6 @@ void add_backend_options(const OptionAdder& adder, std::span<const Choice<Backen
             backend.simd = value;
         });
     adder.add_flag("--validate", "run under the Vulkan validation layer", backend.validate);
-}
-
-void add_memory_limit(const OptionAdder& adder) {
-    adder.add("--memory-limit", "SIZE",
-              "refuse work that needs more, such as 512M or 2G (what the machine has)",
-              parsed(adder.options().memory_limit, parse_bytes));
 }
 
 void add_threads(const OptionAdder& adder) {

@@ -49,7 +49,6 @@ void add_shading_options(const OptionAdder& adder, const ShadingHelp& help = {})
 /// default to show.
 void add_backend_options(const OptionAdder& adder, std::span<const Choice<BackendChoice>> choices,
                          const char* otherwise, const char* simd = "the best one");
-void add_memory_limit(const OptionAdder& adder);
 void add_threads(const OptionAdder& adder);
 
 /// How the tree is built and updated. `update` is the default of --update; none leaves out the

@@ -7,7 +7,6 @@
 #include <span>
 #include <utility>
 
-#include "app/base/memory_budget.h"
 #include "app/base/output_folder.h"
 #include "app/base/remedy_text.h"
 #include "app/clip/frames.h"
@@ -34,18 +33,6 @@ std::string image_name(const CheckRow& row, const FrameDigits& digits) {
 std::vector<std::uint32_t> rays_of(const Options& options) {
     if (options.rays_given) return {options.view.rays};
     return {kRaysPrimary, kRaysShadow, kRaysAo};
-}
-
-void require_memory_for(const Options& options, const Topology& topology, std::size_t devices) {
-    const std::uint64_t pixels = std::uint64_t{options.view.width} * options.view.height;
-    // The reference frames and the one that is compared.
-    require_memory({.triangles = topology.triangles.size(),
-                    .vertices = topology.vertex_count,
-                    .copies = 3 + 3 * devices,
-                    .pixels = pixels,
-                    .devices = devices,
-                    .kept_bytes = rays_of(options).size() * pixels * (sizeof(Hit) + 8)},
-                   options.scene);
 }
 
 /// Runs the frames and gathers what the reports need.
@@ -150,7 +137,6 @@ ExitCode check_scene(const Options& options, const std::filesystem::path& folder
     report.frames = select_frames(options, clip, DefaultFrames::kFew);
     report.build_at = options.tree.build_at.value_or(report.frames.front());
     warn_of_damage(options, clip, report.frames, context.messages);
-    require_memory_for(options, topology, context.devices.size());
     if (!context.backends)
         context.backends =
             make_checked_backends(options.backend, context.devices, context.messages);

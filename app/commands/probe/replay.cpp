@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "app/backends/backends.h"
-#include "app/base/memory_budget.h"
 #include "app/commands/crosscheck/cross_checker.h"
 #include "app/report/probe_report.h"
 #include "common/bvh/box.h"
@@ -183,10 +182,6 @@ RayBundle make_bundle(const ProbeReport& report, const ImageParams& params,
 
 ExitCode run_replay(const Options& options, const Messages& messages) {
     const RayBundle bundle = read_bundle(options.scene);
-    require_memory({.triangles = bundle.topology.triangles.size(),
-                    .vertices = bundle.positions.size(),
-                    .pixels = std::uint64_t{bundle.image.width} * bundle.image.height},
-                   options.scene);
     const std::vector<Answer> answers = trace_all(options, bundle, messages);
     if (!options.json.empty()) write_report(options.json, json_of(bundle, answers));
     if (!takes_stdout({options.json})) messages.print(text_of(bundle, answers));

@@ -8,7 +8,7 @@
 
 #include "app/base/options.h"
 #include "app/commands/render/frame_tasks.h"
-#include "common/image/image.h"
+#include "common/image/png.h"
 
 namespace mray::app {
 

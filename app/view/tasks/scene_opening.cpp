@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "app/backends/backends.h"
-#include "app/base/memory_budget.h"
 #include "app/base/numbers.h"
 #include "app/clip/clip_scene.h"
 #include "app/clip/frames.h"
@@ -42,12 +41,6 @@ std::unique_ptr<ViewedScene> open_viewed_scene(const Options& options, const Mes
     std::unique_ptr<Clip> clip = open_clip(options, messages, cancel);
     const double frame = select_frame(options, *clip);
     warn_of_damage(options, *clip, {&frame, 1}, messages);
-    require_memory({.triangles = clip->topology().triangles.size(),
-                    .vertices = clip->topology().vertex_count,
-                    .copies = options.comparison == Comparison::kOff ? 1u : 2u,
-                    .pixels = std::uint64_t{options.view.width} * options.view.height,
-                    .devices = named_devices(options)},
-                   options.scene);
     const ViewState state = initial_state(options, *clip, chosen_backend(options, messages), frame);
     return std::make_unique<ViewedScene>(options, std::move(clip), state, messages,
                                          std::move(on_result));

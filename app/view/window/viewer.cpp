@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "app/base/memory_budget.h"
+#include "app/base/process_memory.h"
 #include "app/clip/render_command.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/interrupt.h"
@@ -171,8 +171,7 @@ void Viewer::post(double now) {
 
 /// The most samples a pixel that memory suffices for.
 std::uint32_t Viewer::most_samples() const {
-    const std::uint64_t bytes = memory_limit().available_bytes / 2;
-    return affordable_samples(posted_.view.width, posted_.view.height, bytes);
+    return affordable_samples(posted_.view.width, posted_.view.height, free_memory_bytes() / 2);
 }
 
 bool Viewer::take_image() {
