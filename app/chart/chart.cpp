@@ -51,7 +51,7 @@ SceneFrames open_scene_of(const Options& options, const std::string& scene,
 }
 
 /// The middle frame of a scene.
-ChartInput middle_frame(const Options& options, const SceneFrames& frames) {
+ChartInput middle_frame(const SceneFrames& frames) {
     const Clip& clip = frames.clip();
     const Topology& topology = clip.topology();
     std::vector<vec3> positions(topology.vertex_count);
@@ -62,7 +62,7 @@ ChartInput middle_frame(const Options& options, const SceneFrames& frames) {
 std::vector<Chart> make_charts(const Options& options, std::vector<SceneFrames>& scenes,
                                const ChartContext& context, Progress& progress) {
     std::vector<ChartInput> inputs;
-    for (SceneFrames& scene : scenes) inputs.push_back(middle_frame(options, scene));
+    for (SceneFrames& scene : scenes) inputs.push_back(middle_frame(scene));
     std::vector<Chart> charts;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
         const std::string suffix = inputs.size() == 1 ? "" : fmt::format("_{}", i + 1);
