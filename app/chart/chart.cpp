@@ -59,8 +59,8 @@ ChartInput middle_frame(const SceneFrames& frames) {
     return {std::filesystem::path(clip.name()).filename().string(), topology, std::move(positions)};
 }
 
-std::vector<Chart> make_charts(const Options& options, std::vector<SceneFrames>& scenes,
-                               const ChartContext& context, Progress& progress) {
+std::vector<Chart> make_charts(std::vector<SceneFrames>& scenes, const ChartContext& context,
+                               Progress& progress) {
     std::vector<ChartInput> inputs;
     for (SceneFrames& scene : scenes) inputs.push_back(middle_frame(scene));
     std::vector<Chart> charts;
@@ -133,7 +133,7 @@ ExitCode draw_charts(const Options& options, const Messages& messages) {
                                        progress.update(++done);
                                    },
                                .check = throw_if_interrupted};
-    const std::vector<Chart> charts = make_charts(options, scenes, context, progress);
+    const std::vector<Chart> charts = make_charts(scenes, context, progress);
     progress.finish();
     std::vector<PagedChart> paged;
     for (const Chart& chart : charts) {

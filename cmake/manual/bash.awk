@@ -3,7 +3,6 @@ $1 == "command" { names_of[++count] = $3; commands = commands " " $3 }
 $1 == "scene" { scenes = scenes (scenes == "" ? "" : " ") $3 }
 $1 == "positional" && takes($4) == "scene" { takes_scene = takes_scene (takes_scene == "" ? "" : " | ") $2 }
 $1 == "positional" && takes($4) == "file" { takes_file = takes_file (takes_file == "" ? "" : " | ") $2 }
-$1 == "positional" && takes($4) == "folder" { takes_folder = takes_folder (takes_folder == "" ? "" : " | ") $2 }
 $1 == "option" {
     names = $3
     gsub(/,/, " ", names)
@@ -78,7 +77,7 @@ END {
     }
     print "                esac"
     print "            else"
-    print "                case $command in " takes_scene ") _morphray_scenes ;; " takes_file ") _morphray_files -f ;; " takes_folder ") _morphray_files -d ;; esac"
+    print "                case $command in " takes_scene ") _morphray_scenes ;; " takes_file ") _morphray_files -f ;; esac"
     print "            fi"
     print "            ;;"
     print "    esac"

@@ -108,7 +108,8 @@ TEST_F(DoorFallback, TheTwinReadsTheBuffersAndMasksOfTheCaller) {
     rtcUpdateGeometryBuffer(rtcGetGeometry(scene, 0), RTC_BUFFER_TYPE_VERTEX, 0);
     rtcCommitGeometry(rtcGetGeometry(scene, 0));
     rtcCommitScene(scene);
-    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).ray.tfar, 4);
+    // Embree's own answer, whose last bits differ from processor to processor.
+    EXPECT_NEAR(trace(scene, down(0.25f, 0.25f)).ray.tfar, 4, 1e-5);
     EXPECT_EQ(door.error(), RTC_ERROR_NONE);
     rtcReleaseScene(scene);
 }
