@@ -107,7 +107,7 @@ TEST(PngDiff, RefusesWhatCannotBeCompared) {
     expect_refused(folder.write("empty.png", ""), "not a PNG file");
     expect_refused(folder.write("cut.png", bytes.substr(0, bytes.size() / 2)), "too early");
     expect_refused(folder.write("damaged.png", damaged), "not a PNG file");
-    expect_refused(folder.write("hits", "hello"), "two files of hits, two PNG");
+    expect_refused(folder.write("hits", "hello"), "two files of hits or two PNG");
 }
 
 }  // namespace
