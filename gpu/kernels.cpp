@@ -3,21 +3,32 @@
 #include <algorithm>
 #include <cstdint>
 #include <future>
-#include <iterator>
 #include <span>
+#include <vector>
 
 // Generated from shaders/*.comp; they use std::uint32_t without including it.
 #include "shaders/occlusion/occlusion_spirv.h"
+#include "shaders/occlusion/occlusion_storage_spirv.h"
 #include "shaders/queries/closest_spirv.h"
+#include "shaders/queries/closest_storage_spirv.h"
 #include "shaders/queries/hits_spirv.h"
+#include "shaders/queries/hits_storage_spirv.h"
 #include "shaders/queries/winding_spirv.h"
+#include "shaders/queries/winding_storage_spirv.h"
 #include "shaders/refit/refit_leaves_spirv.h"
+#include "shaders/refit/refit_leaves_storage_spirv.h"
 #include "shaders/refit/refit_nodes_spirv.h"
+#include "shaders/refit/refit_nodes_storage_spirv.h"
 #include "shaders/shade/compact_spirv.h"
+#include "shaders/shade/compact_storage_spirv.h"
 #include "shaders/shade/shade_spirv.h"
+#include "shaders/shade/shade_storage_spirv.h"
 #include "shaders/single_ray/primary_spirv.h"
+#include "shaders/single_ray/primary_storage_spirv.h"
 #include "shaders/single_ray/rays_spirv.h"
+#include "shaders/single_ray/rays_storage_spirv.h"
 #include "shaders/single_ray/resume_spirv.h"
+#include "shaders/single_ray/resume_storage_spirv.h"
 
 namespace mray::gpu {
 namespace {
@@ -32,46 +43,58 @@ RegionArguments no_region() {
     return nothing;
 }
 
-Constants single_ray_constants(const Tuning& tuning) {
+Constants ray_steps(std::uint32_t steps) {
     static_assert(kConstantStepBudget == 0);
-    return {tuning.step_budget};
+    return {steps};
 }
 
-Constants question_constants(const Tuning& tuning) {
-    return {std::min(tuning.step_budget, kQuestionStepBudget)};
+Constants query_steps(std::uint32_t steps) {
+    return {steps <= kStepBudget ? std::min(steps, kQuestionStepBudget) : steps};
 }
 
 }  // namespace
 
-Kernels::Kernels(Context& context, const Tuning& tuning)
-    : context_(context),
-      primary("primary", k_primary_spirv, single_ray_constants(tuning), no_region()),
-      rays("rays", k_rays_spirv, single_ray_constants(tuning), RaysArguments{}),
-      compact("compact", k_compact_spirv, {}, no_region()),
-      occlusion("occlusion", k_occlusion_spirv, single_ray_constants(tuning), OcclusionArguments{}),
-      resume("resume", k_resume_spirv, single_ray_constants(tuning), ResumeArguments{}),
-      hits("hits", k_hits_spirv, question_constants(tuning), QuestionArguments{}),
-      winding("winding", k_winding_spirv, question_constants(tuning), QuestionArguments{}),
-      closest("closest", k_closest_spirv, question_constants(tuning), QuestionArguments{}),
-      shade("shade", k_shade_spirv, {}, no_region()),
-      refit_leaves("refit leaves", k_refit_leaves_spirv, {}, RefitArguments{}),
-      refit_nodes("refit nodes", k_refit_nodes_spirv, {}, RefitArguments{}) {}
+/// The words of kernel `name`.
+#define WORDS(name) \
+    { k_##name##_spirv, k_##name##_storage_spirv }
 
-std::array<Kernel*, 11> Kernels::all() {
-    return {&primary, &rays,    &compact, &occlusion,    &resume,     &hits,
-            &winding, &closest, &shade,   &refit_leaves, &refit_nodes};
-}
+Kernels::Kernels(SharedDevice& device, Context& context, const Tuning& tuning)
+    : Kernels(device, context, buffer_kind(device.device.physical(), tuning),
+              ray_steps(step_budget(device.device.physical(), tuning)),
+              query_steps(step_budget(device.device.physical(), tuning))) {}
 
-void Kernels::bind(const Bindings& bindings) {
+Kernels::Kernels(SharedDevice& device, Context& context, BufferKind kind,
+                 const Constants& ray_steps, const Constants& query_steps)
+    : device_(device),
+      context_(context),
+      primary("primary", WORDS(primary), kind, ray_steps, no_region()),
+      rays("rays", WORDS(rays), kind, ray_steps, RaysArguments{}),
+      compact("compact", WORDS(compact), kind, {}, no_region()),
+      occlusion("occlusion", WORDS(occlusion), kind, ray_steps, OcclusionArguments{}),
+      resume("resume", WORDS(resume), kind, ray_steps, ResumeArguments{}),
+      hits("hits", WORDS(hits), kind, query_steps, QuestionArguments{}),
+      winding("winding", WORDS(winding), kind, query_steps, QuestionArguments{}),
+      closest("closest", WORDS(closest), kind, query_steps, QuestionArguments{}),
+      shade("shade", WORDS(shade), kind, {}, no_region()),
+      refit_leaves("refit leaves", WORDS(refit_leaves), kind, {}, RefitArguments{}),
+      refit_nodes("refit nodes", WORDS(refit_nodes), kind, {}, RefitArguments{}) {}
+
+#undef WORDS
+
+void Kernels::set_bindings(const Bindings& bindings) {
     bindings_ = bindings;
-    for (Kernel* kernel : all()) kernel->bind(bindings);
+    ++version_;
 }
 
 void Kernels::prepare(std::span<Kernel* const> needed, const Watch& watch) {
     std::vector<Kernel*> missing;
-    std::ranges::copy_if(needed, std::back_inserter(missing), [this](const Kernel* kernel) {
-        return std::ranges::find(ready_, kernel) == ready_.end();
-    });
+    for (Kernel* const kernel : needed) {
+        if (kernel->is_ready()) {
+            kernel->bind(bindings_, version_);
+        } else {
+            missing.push_back(kernel);
+        }
+    }
     if (missing.empty()) return;
     // One thread besides this one takes the slower half. More would gain little, and memory that is
     // freed by many short threads stays with the process.
@@ -81,7 +104,7 @@ void Kernels::prepare(std::span<Kernel* const> needed, const Watch& watch) {
     const auto compile_rest = [this, rest, watch] {
         for (Kernel* const kernel : rest) {
             watch.throw_if_cancelled();
-            kernel->compile(context_);
+            kernel->compile(device_);
         }
     };
     // Waits for its thread at its end, also after an exception. Without a thread it runs in get().
@@ -90,7 +113,7 @@ void Kernels::prepare(std::span<Kernel* const> needed, const Watch& watch) {
         std::async(rest.empty() ? std::launch::deferred : in_thread, compile_rest);
     for (Kernel* const kernel : all_missing.first(half)) {
         watch.throw_if_cancelled();
-        kernel->compile(context_);
+        kernel->compile(device_);
         make_ready(*kernel);
     }
     others.get();
@@ -101,10 +124,11 @@ void Kernels::prepare(std::span<Kernel* const> needed, const Watch& watch) {
 }
 
 void Kernels::make_ready(Kernel& kernel) {
-    kernel.bind(bindings_);
+    kernel.bind(bindings_, version_);
+    if (kernel.is_ready()) return;
     context_.submit("compile a kernel",
                     [&](VkCommandBuffer commands) { kernel.dispatch_nothing(commands); });
-    ready_.push_back(&kernel);
+    kernel.set_ready();
 }
 
 }  // namespace mray::gpu

@@ -1,13 +1,14 @@
 // All kernels of the backend.
 #pragma once
 
-#include <array>
+#include <cstdint>
 #include <initializer_list>
 #include <span>
 #include <vector>
 
 #include "common/base/watch.h"
 #include "gpu/kernel.h"
+#include "gpu/vulkan/context.h"
 
 namespace mray::gpu {
 
@@ -18,25 +19,32 @@ inline std::uint32_t groups_of(std::uint32_t lanes) {
 
 class Kernels {
 public:
-    Kernels(Context& context, const Tuning& tuning);
+    Kernels(SharedDevice& device, Context& context, const Tuning& tuning);
     Kernels(const Kernels&) = delete;
 
-    /// Binds all kernels, those that are compiled later, too.
-    void bind(const Bindings& bindings);
+    /// Sets the resources that prepare() binds.
+    void set_bindings(const Bindings& bindings);
 
-    /// Gets kernels of this object ready to be dispatched. Those that are not yet, the fastest to
-    /// compile first, are compiled in two threads, and dispatched once over nothing, since some
-    /// drivers, such as lavapipe, finish compiling a kernel at its first dispatch. So compiling is
-    /// no part of the device's times. Deferred work runs in the meantime. Throws Error, and can
-    /// then be called again: Error(kCancelled) between two kernels if the watch asks for it.
+    /// Gets kernels of this object ready to be dispatched, until the resources change. Those that
+    /// the device has not compiled yet, the fastest to compile first, are compiled in two threads,
+    /// and dispatched once over nothing, since some drivers, such as lavapipe, finish compiling a
+    /// kernel at its first dispatch. So compiling is no part of the device's times. Deferred work
+    /// runs in the meantime. Throws Error, and can then be called again: Error(kCancelled) between
+    /// two kernels if the watch asks for it.
     void prepare(std::span<Kernel* const> needed, const Watch& watch = {});
     void prepare(std::initializer_list<Kernel*> needed) {
         prepare(std::span(needed.begin(), needed.size()));
     }
 
 private:
+    using Constants = std::vector<std::uint32_t>;
+    Kernels(SharedDevice& device, Context& context, BufferKind kind, const Constants& ray_steps,
+            const Constants& query_steps);
+
+    SharedDevice& device_;
     Context& context_;
     Bindings bindings_;
+    std::uint64_t version_ = 0;
 
 public:
     Kernel primary;
@@ -52,11 +60,7 @@ public:
     Kernel refit_nodes;
 
 private:
-    std::array<Kernel*, 11> all();
     void make_ready(Kernel& kernel);
-
-    /// Kernels that have been dispatched.
-    std::vector<const Kernel*> ready_;
 };
 
 }  // namespace mray::gpu

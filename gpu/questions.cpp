@@ -62,7 +62,7 @@ std::uint32_t Questions::ask(const char* what, Kernel& kernel, std::uint32_t fla
 
 void Questions::count(std::span<const Ray> rays, Crossing crossing,
                       std::span<std::uint64_t> counts) const {
-    start_();
+    const RayPasses::Use use = start_();
     std::vector<uvec4> answers;
     for_parts(rays.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
         transfer_.upload(std::as_bytes(rays.subspan(first, size)), passes_.rays());
@@ -74,7 +74,7 @@ void Questions::count(std::span<const Ray> rays, Crossing crossing,
 
 void Questions::intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
                                 Crossing crossing, std::span<Hit> hits) const {
-    start_();
+    const RayPasses::Use use = start_();
     std::vector<Ray> rest;
     std::vector<std::uint32_t> first_prims;
     std::vector<uvec4> answers;
@@ -133,7 +133,7 @@ void Questions::list(std::span<const Ray> rays, Crossing crossing, std::uint32_t
 /// One part of the points. If there is no room for all uncertain crossings, it is divided.
 void Questions::wind(std::span<const vec3> points, std::span<FloatWinding> windings,
                      std::vector<UncertainCrossing>& uncertain) const {
-    start_();
+    const RayPasses::Use use = start_();
     for_parts(points.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
         wind_part(points, first, size, windings, uncertain);
     });
@@ -180,7 +180,7 @@ void Questions::wind_part(std::span<const vec3> points, std::size_t first, std::
 
 void Questions::closest(std::span<const vec3> points, float most_d2,
                         std::span<ClosestTriangle> closest) const {
-    start_();
+    const RayPasses::Use use = start_();
     std::vector<uvec4> asked;
     std::vector<uvec4> answers;
     for_parts(points.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {

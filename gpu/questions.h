@@ -14,11 +14,11 @@
 namespace mray::gpu {
 
 /// Answers one call at a time. All arguments of the constructor must outlive it; `start` is called
-/// before each question and brings the tree to its pose.
+/// before each question, brings the tree to its pose, and takes ray buffers.
 class Questions final : public SceneQueries {
 public:
     Questions(Transfer& transfer, Kernels& kernels, RayPasses& passes, const SceneBuffers& scene,
-              std::function<void()> start)
+              std::function<RayPasses::Use()> start)
         : transfer_(transfer),
           kernels_(kernels),
           passes_(passes),
@@ -49,7 +49,7 @@ private:
     Kernels& kernels_;
     RayPasses& passes_;
     const SceneBuffers& scene_;
-    std::function<void()> start_;
+    std::function<RayPasses::Use()> start_;
 };
 
 }  // namespace mray::gpu

@@ -9,8 +9,6 @@
 namespace mray::gpu {
 namespace {
 
-constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
-
 // The most steps that traverse() counts for a node or leaf that is visited once
 // (shaders/single_ray/traverse.glsl). A leaf of 16 triangles: 2, 16, and one each for those that
 // are certain, but at least 1; the queue of uncertain ones, whose number together with the certain
@@ -20,34 +18,13 @@ constexpr std::uint64_t kStepsOfVisit = 41;
 
 }  // namespace
 
-RayPasses::RayPasses(Context& context, const PassSize& size, std::uint32_t step_budget)
-    : context_(context),
-      size_(size),
-      step_budget_(step_budget),
-      rays_(context, "rays", sizeof(Ray) * size.rays(), VK_FORMAT_R32G32B32A32_UINT),
-      hits_(context, "hits", sizeof(Hit) * size.rays(), VK_FORMAT_R32G32B32A32_UINT,
-            VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kStorage),
-      visible_pixels_(context, "visible pixels", 4 * size.rays(), VK_FORMAT_R32_UINT,
-                      VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kStorage),
-      occlusion_(context, "occlusion", 4 * size.rays(), VK_FORMAT_R32_UINT,
-                 VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kStorage),
-      pixels_(context, "pixels", 4 * size.rays(), kStorage, Memory::kDevice),
-      work_(context, "work", sizeof(WorkHeader) + sizeof(Suspended) * size.rays(), kStorage,
-            Memory::kDevice),
-      states_(context, "states", 4 * kStateUints * size.resume_slots, kStorage, Memory::kDevice),
-      header_(context, "work header", sizeof(WorkHeader), 0, Memory::kHost) {}
+RayPasses::RayPasses(SharedDevice& device, Context& context, const PassSize& size, BufferKind kind,
+                     std::uint32_t step_budget)
+    : device_(device), context_(context), size_(size), kind_(kind), step_budget_(step_budget) {}
 
-void RayPasses::add_to(Bindings& bindings) const {
-    bindings.views[kBindRays] = rays_.view.get();
-    bindings.views[kBindVisiblePixels] = visible_pixels_.view.get();
-    bindings.buffers[kBindVisiblePixelsOut] = visible_pixels_.buffer.get();
-    bindings.views[kBindFoundHits] = hits_.view.get();
-    bindings.buffers[kBindHits] = hits_.buffer.get();
-    bindings.views[kBindFoundOcclusion] = occlusion_.view.get();
-    bindings.buffers[kBindOcclusion] = occlusion_.buffer.get();
-    bindings.buffers[kBindPixels] = pixels_.get();
-    bindings.buffers[kBindWork] = work_.get();
-    bindings.buffers[kBindStates] = states_.get();
+RayPasses::Use RayPasses::use() {
+    buffers_ = device_.ray_buffers.take(device_.device, size_, kind_);
+    return Use(*this);
 }
 
 double RayPasses::run(const RayPass& pass, Kernels& kernels, const SceneBuffers& scene) {
@@ -62,7 +39,7 @@ void RayPasses::reset(VkCommandBuffer commands, Reset what) const {
         what == Reset::kUnfinished ? offsetof(WorkHeader, unfinished_count) : 0;
     const VkDeviceSize end =
         what == Reset::kAll ? sizeof(WorkHeader) : offsetof(WorkHeader, visible_count);
-    vkCmdFillBuffer(commands, work_.get(), begin, end - begin, 0);
+    vkCmdFillBuffer(commands, buffers_->work.get(), begin, end - begin, 0);
     // Writer: the fill; reader and writer: the kernel's counters.
     barrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
             VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
@@ -74,7 +51,7 @@ void RayPasses::end(VkCommandBuffer commands) const {
     barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
             VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
     const VkBufferCopy region = {.srcOffset = 0, .dstOffset = 0, .size = sizeof(WorkHeader)};
-    vkCmdCopyBuffer(commands, work_.get(), header_.get(), 1, &region);
+    vkCmdCopyBuffer(commands, buffers_->work.get(), buffers_->header.get(), 1, &region);
 }
 
 void RayPasses::submit_part(const char* what, Reset reset_what, const Record& dispatch,
@@ -88,7 +65,7 @@ void RayPasses::submit_part(const char* what, Reset reset_what, const Record& di
 
 WorkHeader RayPasses::header(const char* what) const {
     WorkHeader header;
-    std::memcpy(&header, header_.mapped().data(), sizeof(WorkHeader));
+    std::memcpy(&header, buffers_->header.mapped().data(), sizeof(WorkHeader));
     if ((header.status & kStatusStackOverflow) != 0) {
         throw Error(ErrorKind::kInternal, "Vulkan: a traversal stack overflowed while trying to " +
                                               std::string(what) + "; the tree is not sound");

@@ -2,7 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
+#include <memory>
+#include <utility>
 
 #include "gpu/kernels.h"
 #include "gpu/scene_buffers.h"
@@ -19,18 +20,37 @@ struct RayPass {
     Record dispatch;
 };
 
-/// Buffers for the rays of one dispatch, and the loop that brings each ray to an answer.
+/// The loop that brings each ray of a dispatch to an answer, and the buffers that it needs, which
+/// belong to a call only.
 class RayPasses {
 public:
-    RayPasses(Context& context, const PassSize& size, std::uint32_t step_budget);
+    RayPasses(SharedDevice& device, Context& context, const PassSize& size, BufferKind kind,
+              std::uint32_t step_budget);
+
+    /// Buffers that are taken from the device until this ends.
+    class Use {
+    public:
+        explicit Use(RayPasses& passes) : passes_(&passes) {}
+        Use(Use&& other) noexcept : passes_(std::exchange(other.passes_, nullptr)) {}
+        ~Use() {
+            if (passes_ == nullptr) return;
+            passes_->device_.ray_buffers.give_back(std::move(passes_->buffers_));
+        }
+
+    private:
+        RayPasses* passes_;
+    };
+    /// Takes buffers; all other calls need them. Throws Error(kLimit) if memory runs out.
+    [[nodiscard]] Use use();
 
     const PassSize& size() const { return size_; }
-    const Buffer& hits() const { return hits_.buffer; }
-    const Buffer& occlusion() const { return occlusion_.buffer; }
-    const Buffer& pixels() const { return pixels_; }
-    const Buffer& rays() const { return rays_.buffer; }
-    const Buffer& visible_pixels() const { return visible_pixels_.buffer; }
-    void add_to(Bindings& bindings) const;
+    const Buffer& hits() const { return buffers_->hits.buffer; }
+    const Buffer& occlusion() const { return buffers_->occlusion.buffer; }
+    const Buffer& pixels() const { return buffers_->pixels; }
+    const Buffer& rays() const { return buffers_->rays.buffer; }
+    const Buffer& visible_pixels() const { return buffers_->visible_pixels.buffer; }
+    /// The buffers in use, or null.
+    const RayBuffers* buffers() const { return buffers_.get(); }
 
     /// Records what comes before the first pass of a submission, which sets the counters to 0.
     void begin(VkCommandBuffer commands) const { reset(commands, Reset::kAll); }
@@ -57,18 +77,12 @@ private:
     void reset(VkCommandBuffer commands, Reset what) const;
     void submit_part(const char* what, Reset reset, const Record& dispatch, double& device_ms);
 
+    SharedDevice& device_;
     Context& context_;
     PassSize size_;
+    BufferKind kind_;
     std::uint32_t step_budget_;
-    TexelBuffer rays_;
-    TexelBuffer hits_;
-    TexelBuffer visible_pixels_;
-    TexelBuffer occlusion_;
-    Buffer pixels_;
-    Buffer work_;
-    Buffer states_;
-    /// The WorkHeader of the last submission, for the host.
-    Buffer header_;
+    std::unique_ptr<RayBuffers> buffers_;
 };
 
 }  // namespace mray::gpu

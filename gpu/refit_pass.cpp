@@ -6,8 +6,8 @@
 namespace mray::gpu {
 namespace {
 
-// Far below what any device allows; refit dispatches of 2^22 leaves or nodes stay short.
-constexpr std::uint32_t kMaxGroups = 1u << 16;
+// Dispatches of 2^22 leaves or nodes stay short.
+constexpr std::uint32_t kMaxGroups = 1u << 20;
 
 // A dispatch takes 10 to 65 us on lavapipe, as long as the refit of some thousand leaves, and so
 // does a copy. So ranges are few, and gaps between them are filled.
@@ -21,9 +21,11 @@ public:
           max_groups_(std::min(context.limits().maxComputeWorkGroupCount[0], kMaxGroups)) {}
 
     void add(const Kernel& kernel, IndexRange range) {
+        constexpr std::uint32_t kItemsOfGroup = kGroupSize / kRefitLanes;
         while (range.begin < range.end) {
-            const std::uint32_t groups = std::min(groups_of(range.end - range.begin), max_groups_);
-            const std::uint32_t count = std::min(range.end - range.begin, groups * kGroupSize);
+            const std::uint32_t groups = std::min(
+                (range.end - range.begin + kItemsOfGroup - 1) / kItemsOfGroup, max_groups_);
+            const std::uint32_t count = std::min(range.end - range.begin, groups * kItemsOfGroup);
             // Writer: the level below, or leaves of another range, which validation cannot tell
             // from those of this one; reader: this dispatch.
             if (!std::exchange(first_, false)) {
@@ -84,7 +86,7 @@ Dispatches dispatches_of(const SceneBuffers& scene, const RefitPlan& plan) {
 
 Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
                    const PoseMemory& pose, const RefitPlan& plan) {
-    Record upload = scene.set_positions(context, pose.positions(), moved_vertices(pose, plan));
+    Record upload = scene.set_positions(pose.positions(), moved_vertices(pose, plan));
     Dispatches dispatches = dispatches_of(scene, plan);
     if (!upload && dispatches.leaves.empty()) return {};
     return [&context, &kernels, upload = std::move(upload),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstring>
 #include <utility>
 
 namespace mray::gpu {
@@ -9,9 +10,8 @@ namespace {
 
 constexpr VkFormat kWord = VK_FORMAT_R32_UINT;
 constexpr VkFormat kFourWords = VK_FORMAT_R32G32B32A32_UINT;
-constexpr VkBufferUsageFlags kRead = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
-constexpr VkBufferUsageFlags kReadInPlace = VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT;
-constexpr VkBufferUsageFlags kRefitted = kRead | kReadInPlace;
+constexpr VkBufferUsageFlags kSampled = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+constexpr VkBufferUsageFlags kInPlace = VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT;
 
 /// The bytes of a contiguous container.
 template <class Values>
@@ -19,15 +19,41 @@ std::span<const std::byte> bytes_of(const Values& values) {
     return std::as_bytes(std::span(values));
 }
 
-/// A texel buffer with these values, and with room for the part `room` of their size more.
-template <class Values>
-TexelBuffer filled(Context& context, Transfer& transfer, const char* name, const Values& values,
-                   VkFormat format = kWord, VkBufferUsageFlags usage = kRead, double room = 0) {
-    const std::size_t size = bytes_of(values).size();
-    const auto more = static_cast<std::size_t>(static_cast<double>(size) * room) / 16 * 16;
-    TexelBuffer texels(context, name, size + more, format, usage);
-    transfer.upload(bytes_of(values), texels.buffer);
-    return texels;
+/// Makes buffers with values in them.
+struct Filler {
+    Device& device;
+    BufferKind kind;
+    Transfer& transfer;
+    /// Room to grow, as a part of the size.
+    double room = 0;
+
+    template <class Values>
+    ReadBuffer operator()(const char* name, const Values& values, VkFormat format = kWord,
+                          VkBufferUsageFlags texels = kSampled) const {
+        const std::size_t size = bytes_of(values).size();
+        const auto more = static_cast<std::size_t>(static_cast<double>(size) * room) / 16 * 16;
+        ReadBuffer buffer(device, kind, name, size + more, format, 0, texels);
+        transfer.upload(bytes_of(values), buffer.buffer);
+        return buffer;
+    }
+};
+
+/// Texels hold a vertex each; storage buffers have no gaps.
+std::size_t bytes_of_vertex(BufferKind kind) {
+    return kind == BufferKind::kTexels ? kPaddedBytes : sizeof(vec3);
+}
+
+void write_positions(BufferKind kind, std::span<const vec3> positions, std::span<std::byte> out) {
+    if (kind == BufferKind::kTexels) {
+        write_padded(positions, out);
+    } else {
+        std::memcpy(out.data(), positions.data(), positions.size_bytes());
+    }
+}
+
+UniqueBufferView words_of(Device& device, BufferKind kind, const char* name, const Buffer& buffer) {
+    if (kind == BufferKind::kStorage) return {};
+    return texel_view(device, name, buffer, kWord);
 }
 
 /// Three vertices and the albedo of each triangle; a single triangle of vertex 0 if there are none,
@@ -61,54 +87,64 @@ Bvh empty_tree() {
     return bvh;
 }
 
-SceneBuffers::SceneBuffers(Context& context, Transfer& transfer, const Topology& topology,
-                           std::span<const vec3> positions, const Bvh& bvh)
-    : vertex_count_(topology.vertex_count),
+SceneBuffers::SceneBuffers(Device& device, BufferKind kind, Transfer& transfer,
+                           const Topology& topology, std::span<const vec3> positions,
+                           const Bvh& bvh)
+    : device_(&device),
+      kind_(kind),
+      vertex_count_(topology.vertex_count),
       triangle_count_(static_cast<std::uint32_t>(topology.triangles.size())),
-      positions_(context, "positions", kPaddedBytes * positions.size(), kFourWords, kRefitted),
+      positions_(device, kind, "positions", bytes_of_vertex(kind) * positions.size(), kFourWords, 0,
+                 kInPlace),
       triangles_(
-          filled(context, transfer, "triangles", with_albedo(topology), kFourWords, kReadInPlace)),
-      tree_(context, transfer, bvh, 0) {
+          Filler{device, kind, transfer}("triangles", with_albedo(topology), kFourWords, kInPlace)),
+      tree_(device, kind, transfer, bvh, 0) {
     set_positions(transfer, positions);
 }
 
-SceneBuffers::Tree::Tree(Context& context, Transfer& transfer, const Bvh& bvh, double room)
-    : leaf_count(static_cast<std::uint32_t>(bvh.leaves.size())),
-      level_begin(bvh.level_begin),
-      nodes(filled(context, transfer, "nodes", bvh.nodes, kFourWords, kRefitted, room)),
-      leaves(filled(context, transfer, "leaves", leaves_of(bvh), kFourWords, kReadInPlace, room)),
-      leaf_vertices(
-          filled(context, transfer, "leaf vertices", bvh.leaf_vertices, kFourWords, kRead, room)),
-      leaf_parents(filled(context, transfer, "leaf parents", bvh.leaf_parents, kWord, kRead, room)),
-      node_parents(filled(context, transfer, "node parents", bvh.node_parents, kWord, kRead, room)),
-      repeated(bvh.repeated),
-      repeated_texels(filled(context, transfer, "repeated triangles", bvh.repeated)),
-      nodes_out(texel_view(context, "nodes, written", nodes.buffer, kWord)),
-      leaves_out(texel_view(context, "leaves, written", leaves.buffer, kWord)) {
+SceneBuffers::Tree::Tree(Device& device, BufferKind kind, Transfer& transfer, const Bvh& bvh,
+                         double room)
+    : leaf_count(static_cast<std::uint32_t>(bvh.leaves.size())), level_begin(bvh.level_begin) {
     assert(level_begin.back() == bvh.nodes.size());
+    const Filler filled{device, kind, transfer, room};
+    nodes = filled("nodes", bvh.nodes, kFourWords, kInPlace);
+    leaves = filled("leaves", leaves_of(bvh), kFourWords, kInPlace);
+    leaf_vertices = filled("leaf vertices", bvh.leaf_vertices);
+    leaf_parents = filled("leaf parents", bvh.leaf_parents);
+    node_parents = filled("node parents", bvh.node_parents);
+    repeated = bvh.repeated;
+    repeated_texels = Filler{device, kind, transfer}("repeated triangles", bvh.repeated);
+    node_words = words_of(device, kind, "words of nodes", nodes.buffer);
+    leaf_words = words_of(device, kind, "words of leaves", leaves.buffer);
 }
 
 void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> positions) {
     assert(positions.size() == vertex_count_);
-    transfer.upload_padded(positions, positions_.buffer);
+    if (kind_ == BufferKind::kTexels) {
+        transfer.upload_padded(positions, positions_.buffer);
+    } else {
+        transfer.upload(std::as_bytes(positions), positions_.buffer);
+    }
 }
 
-Record SceneBuffers::set_positions(Context& context, std::span<const vec3> positions,
+Record SceneBuffers::set_positions(std::span<const vec3> positions,
                                    std::span<const IndexRange> ranges) {
     assert(positions.size() == vertex_count_);
     if (ranges.empty()) return {};
+    const std::size_t vertex_bytes = bytes_of_vertex(kind_);
     const bool is_staged = positions_.buffer.mapped().empty();
     if (is_staged && staged_positions_.get() == VK_NULL_HANDLE) {
         staged_positions_ =
-            Buffer(context, "staged positions", kPaddedBytes * vertex_count_, 0, Memory::kHost);
+            Buffer(*device_, "staged positions", vertex_bytes * vertex_count_, 0, Memory::kHost);
     }
     const Buffer& written = is_staged ? staged_positions_ : positions_.buffer;
     std::vector<VkBufferCopy> copies;
     for (const IndexRange range : ranges) {
         const std::size_t count = range.end - range.begin;
-        const VkDeviceSize begin = kPaddedBytes * range.begin;
-        const VkDeviceSize size = kPaddedBytes * count;
-        write_padded(positions.subspan(range.begin, count), written.mapped().subspan(begin, size));
+        const VkDeviceSize begin = vertex_bytes * range.begin;
+        const VkDeviceSize size = vertex_bytes * count;
+        write_positions(kind_, positions.subspan(range.begin, count),
+                        written.mapped().subspan(begin, size));
         copies.push_back({.srcOffset = begin, .dstOffset = begin, .size = size});
     }
     if (!is_staged) return {};
@@ -122,9 +158,9 @@ Record SceneBuffers::set_positions(Context& context, std::span<const vec3> posit
     };
 }
 
-void SceneBuffers::set_tree(Context& context, Transfer& transfer, const Bvh& bvh, double room) {
+void SceneBuffers::set_tree(Transfer& transfer, const Bvh& bvh, double room) {
     assert(bvh.triangle_count == triangle_count_);
-    tree_ = Tree(context, transfer, bvh, room);
+    tree_ = Tree(*device_, kind_, transfer, bvh, room);
 }
 
 std::optional<std::uint64_t> SceneBuffers::change_tree(Transfer& transfer, const Bvh& before,
@@ -139,11 +175,11 @@ std::optional<std::uint64_t> SceneBuffers::change_tree(Transfer& transfer, const
         use(before.leaf_parents, after.leaf_parents, tree_.leaf_parents);
         use(before.node_parents, after.node_parents, tree_.node_parents);
     };
-    for_each_part([&](const auto&, const auto& values, const TexelBuffer& texels) {
+    for_each_part([&](const auto&, const auto& values, const ReadBuffer& texels) {
         has_room = has_room && bytes_of(values).size() <= texels.buffer.size();
     });
     if (!has_room || after.repeated != tree_.repeated) return std::nullopt;
-    for_each_part([&](const auto& old_values, const auto& values, const TexelBuffer& texels) {
+    for_each_part([&](const auto& old_values, const auto& values, const ReadBuffer& texels) {
         written += transfer.upload_changes(bytes_of(old_values), bytes_of(values), texels.buffer);
     });
     tree_.level_begin = after.level_begin;
@@ -171,18 +207,18 @@ std::span<const Node> SceneBuffers::nodes(Transfer& transfer, AlignedVector<Node
 }
 
 void SceneBuffers::add_to(Bindings& bindings) const {
-    bindings.views[kBindPositions] = positions_.view.get();
-    bindings.views[kBindTriangles] = triangles_.view.get();
-    bindings.views[kBindNodes] = tree_.nodes.view.get();
-    bindings.views[kBindRefittedNodes] = tree_.nodes.view.get();
-    bindings.views[kBindPose] = positions_.view.get();
-    bindings.views[kBindLeaves] = tree_.leaves.view.get();
-    bindings.views[kBindLeafVertices] = tree_.leaf_vertices.view.get();
-    bindings.views[kBindLeafParents] = tree_.leaf_parents.view.get();
-    bindings.views[kBindNodeParents] = tree_.node_parents.view.get();
-    bindings.views[kBindRepeated] = tree_.repeated_texels.view.get();
-    bindings.views[kBindNodesOut] = tree_.nodes_out.get();
-    bindings.views[kBindLeavesOut] = tree_.leaves_out.get();
+    positions_.bind(bindings, kBindPositions);
+    triangles_.bind(bindings, kBindTriangles);
+    tree_.nodes.bind(bindings, kBindNodes);
+    tree_.leaves.bind(bindings, kBindLeaves);
+    tree_.leaf_vertices.bind(bindings, kBindLeafVertices);
+    tree_.leaf_parents.bind(bindings, kBindLeafParents);
+    tree_.node_parents.bind(bindings, kBindNodeParents);
+    tree_.repeated_texels.bind(bindings, kBindRepeated);
+    tree_.nodes.bind(bindings, kBindNodeWords);
+    bindings.views[kBindNodeWords] = tree_.node_words.get();
+    tree_.leaves.bind(bindings, kBindLeafWords);
+    bindings.views[kBindLeafWords] = tree_.leaf_words.get();
 }
 
 }  // namespace mray::gpu

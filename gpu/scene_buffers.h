@@ -9,7 +9,7 @@
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 #include "common/update/refit_plan.h"
-#include "gpu/texel_buffer.h"
+#include "gpu/read_buffer.h"
 #include "gpu/vulkan/pipeline.h"
 #include "gpu/vulkan/transfer.h"
 
@@ -21,7 +21,7 @@ Bvh empty_tree();
 /// Topology, positions and tree. Sizes must have passed check_scene().
 class SceneBuffers {
 public:
-    SceneBuffers(Context& context, Transfer& transfer, const Topology& topology,
+    SceneBuffers(Device& device, BufferKind kind, Transfer& transfer, const Topology& topology,
                  std::span<const vec3> positions, const Bvh& bvh);
 
     std::uint32_t vertex_count() const { return vertex_count_; }
@@ -43,11 +43,10 @@ public:
     /// Sets ranges of the positions. Returns commands that must be recorded before kernels read
     /// them, or nothing if the host writes the device's memory. Call it again only after these
     /// commands have run or have been dropped.
-    Record set_positions(Context& context, std::span<const vec3> positions,
-                         std::span<const IndexRange> ranges);
+    Record set_positions(std::span<const vec3> positions, std::span<const IndexRange> ranges);
     /// Replaces the tree by one over the same triangles, with room to grow by the part `room` of
     /// its size. Kernels must be bound again. After an exception the old tree is still there.
-    void set_tree(Context& context, Transfer& transfer, const Bvh& bvh, double room = 0);
+    void set_tree(Transfer& transfer, const Bvh& bvh, double room = 0);
     /// Replaces the tree `before`, which must be the current one: writes the blocks that differ, in
     /// place, and returns the number of bytes. Does nothing and returns nothing if there is no room
     /// for `after`. After an exception the tree is broken.
@@ -64,27 +63,30 @@ public:
 
 private:
     struct Tree {
-        Tree(Context& context, Transfer& transfer, const Bvh& bvh, double room);
+        Tree(Device& device, BufferKind kind, Transfer& transfer, const Bvh& bvh, double room);
 
         std::uint32_t leaf_count;
         std::vector<std::uint32_t> level_begin;
-        TexelBuffer nodes;
-        TexelBuffer leaves;
-        TexelBuffer leaf_vertices;
-        TexelBuffer leaf_parents;
-        TexelBuffer node_parents;
+        ReadBuffer nodes;
+        ReadBuffer leaves;
+        ReadBuffer leaf_vertices;
+        ReadBuffer leaf_parents;
+        ReadBuffer node_parents;
         std::vector<RepeatedTriangle> repeated;
-        TexelBuffer repeated_texels;
-        UniqueBufferView nodes_out;
-        UniqueBufferView leaves_out;
+        ReadBuffer repeated_texels;
+        /// Views of single words, for the refit; null for storage buffers.
+        UniqueBufferView node_words;
+        UniqueBufferView leaf_words;
     };
 
+    Device* device_;
+    BufferKind kind_;
     std::uint32_t vertex_count_ = 0;
     std::uint32_t triangle_count_ = 0;
-    TexelBuffer positions_;
+    ReadBuffer positions_;
     /// Positions on their way to the device, if the host does not see its memory.
     Buffer staged_positions_;
-    TexelBuffer triangles_;
+    ReadBuffer triangles_;
     Tree tree_;
 };
 

@@ -46,17 +46,21 @@ BackendInfo info_of(const DeviceInfo& device) {
 
 class VulkanBackend final : public Backend {
 public:
-    VulkanBackend(std::unique_ptr<Context> context, const Tuning& tuning)
-        : Backend(info_of(context->physical().info)),
-          own_context_(std::move(context)),
-          context_(*own_context_),
+    VulkanBackend(std::shared_ptr<SharedDevice> device, const Tuning& tuning)
+        : Backend(info_of(device->device.physical().info)),
+          shared_(std::move(device)),
+          kind_(buffer_kind(physical(), tuning)),
+          context_(shared_->device, tuning.submit_timeout_ms),
           transfer_(context_),
-          kernels_(context_, tuning),
-          passes_(context_, pass_size(context_.physical(), tuning), tuning.step_budget),
-          scene_(context_, transfer_, Topology{}, {}, empty_tree()),
+          kernels_(*shared_, context_, tuning),
+          passes_(*shared_, context_, pass_size(physical(), tuning), kind_,
+                  step_budget(physical(), tuning)),
+          scene_(shared_->device, kind_, transfer_, Topology{}, {}, empty_tree()),
           images_(context_, transfer_, kernels_, passes_, scene_),
-          questions_(transfer_, kernels_, passes_, scene_, [this] { finish_refit(); }) {
-        assert(tuning.step_budget >= 1 && tuning.step_budget <= kStepBudget);
+          questions_(transfer_, kernels_, passes_, scene_, [this] {
+              finish_refit();
+              return use_ray_buffers();
+          }) {
         bind();
         // A device that is lost or does not answer fails here instead of at the first image.
         context_.submit("start", [](VkCommandBuffer) {});
@@ -76,7 +80,9 @@ public:
     const SceneQueries& scene_queries() const override { return questions_; }
 
 private:
+    const PhysicalDevice& physical() const { return shared_->device.physical(); }
     void bind();
+    RayPasses::Use use_ray_buffers();
     void keep_links(const Bvh& bvh);
     void require_scene_of(std::span<const vec3> positions) const;
     std::optional<std::uint64_t> change_tree(const Bvh& before, const Bvh& after);
@@ -86,11 +92,14 @@ private:
     void catch_up();
     void finish_refit();
 
-    std::unique_ptr<Context> own_context_;
-    Context& context_;
+    std::shared_ptr<SharedDevice> shared_;
+    BufferKind kind_;
+    Context context_;
     Transfer transfer_;
     Kernels kernels_;
     RayPasses passes_;
+    /// The ray buffers that are bound.
+    const RayBuffers* bound_ = nullptr;
     SceneBuffers scene_;
     /// The scene of nothing while scene_ is another, so that dropping that one cannot fail.
     std::optional<SceneBuffers> no_scene_;
@@ -109,8 +118,16 @@ private:
 void VulkanBackend::bind() {
     Bindings bindings;
     scene_.add_to(bindings);
-    passes_.add_to(bindings);
-    kernels_.bind(bindings);
+    bound_ = passes_.buffers();
+    if (bound_ != nullptr) bound_->add_to(bindings);
+    kernels_.set_bindings(bindings);
+}
+
+/// Takes ray buffers until the end of a call.
+RayPasses::Use VulkanBackend::use_ray_buffers() {
+    RayPasses::Use use = passes_.use();
+    if (bound_ != passes_.buffers()) bind();
+    return use;
 }
 
 void VulkanBackend::keep_links(const Bvh& bvh) {
@@ -135,16 +152,16 @@ void VulkanBackend::require_scene_of(std::span<const vec3> positions) const {
 void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> positions,
                               const Bvh& bvh) {
     const Stopwatch watch;
-    check_scene(context_.physical(), size_of(positions.size(), topology.triangles.size(), bvh));
+    check_scene(physical(), kind_, size_of(positions.size(), topology.triangles.size(), bvh));
     // The scene before goes first: there may not be room for both.
     clear();
-    SceneBuffers next(context_, transfer_, topology, positions, bvh);
+    SceneBuffers next(shared_->device, kind_, transfer_, topology, positions, bvh);
     no_scene_.emplace(std::move(scene_));
     scene_ = std::move(next);
     bind();
     planner_ = RefitPlanner(positions);
     keep_links(bvh);
-    context_.throw_on_validation_errors();
+    shared_->device.throw_on_validation_errors();
     times_ = {.update = {.upload_ms = watch.ms()}, .tree_bytes = scene_.tree_bytes()};
 }
 
@@ -152,15 +169,15 @@ void VulkanBackend::set_frame(std::span<const vec3> positions, const Bvh& bvh) {
     require_scene_of(positions);
     finish_refit();
     const Stopwatch watch;
-    check_scene(context_.physical(), size_of(positions.size(), scene_.triangle_count(), bvh));
+    check_scene(physical(), kind_, size_of(positions.size(), scene_.triangle_count(), bvh));
     is_behind_ = true;
     scene_.set_positions(transfer_, positions);
-    scene_.set_tree(context_, transfer_, bvh);
+    scene_.set_tree(transfer_, bvh);
     bind();
     planner_.set_frame(positions);
     is_behind_ = false;
     keep_links(bvh);
-    context_.throw_on_validation_errors();
+    shared_->device.throw_on_validation_errors();
     times_.tree_bytes = scene_.tree_bytes();
     times_.update.upload_ms = watch.ms();
 }
@@ -225,12 +242,12 @@ void VulkanBackend::edit_tree(const TreeEdit& edit) {
     times_.tree_bytes = 0;
     if (!edit(tree)) return;
     const SceneSize size = size_of(scene_.vertex_count(), scene_.triangle_count(), tree);
-    check_scene(context_.physical(), size);
+    check_scene(physical(), kind_, size);
     if (const auto written = change_tree(before, tree)) {
         times_.tree_bytes = *written;
     } else {
-        const bool has_room = fits(context_.physical(), with_room(size));
-        scene_.set_tree(context_, transfer_, tree, has_room ? kRoom : 0);
+        const bool has_room = fits(physical(), kind_, with_room(size));
+        scene_.set_tree(transfer_, tree, has_room ? kRoom : 0);
         bind();
         times_.tree_bytes = scene_.tree_bytes();
     }
@@ -263,12 +280,14 @@ void VulkanBackend::clear() {
 
 void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
     catch_up();
+    const RayPasses::Use use = use_ray_buffers();
     images_.trace(params, frame, times_, image_watch());
 }
 
 void VulkanBackend::trace_rays(std::span<const Ray> rays, std::span<Hit> hits) {
     assert(rays.size() == hits.size());
     finish_refit();
+    const RayPasses::Use use = use_ray_buffers();
     kernels_.prepare({&kernels_.rays});
     times_.trace_ms = 0;
     times_.rays = rays.size();
@@ -292,10 +311,8 @@ const BackendTimes& VulkanBackend::finish() {
 }  // namespace
 
 std::vector<DeviceInfo> list_devices(PFN_vkGetInstanceProcAddr loader) {
-    ValidationLog log;
-    const Instance instance(false, loader, log);
     std::vector<DeviceInfo> infos;
-    for (const PhysicalDevice& d : physical_devices(instance)) infos.push_back(d.info);
+    for (const PhysicalDevice& d : physical_devices(loader)) infos.push_back(d.info);
     return infos;
 }
 
@@ -306,12 +323,31 @@ DeviceInfo find_device(const std::string& device) {
     return devices[choose_device(devices, device)];
 }
 
+std::unique_ptr<Backend> make_tuned_backend(std::shared_ptr<SharedDevice> device,
+                                            const Tuning& tuning) {
+    return std::make_unique<VulkanBackend>(std::move(device), tuning);
+}
+
 std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config, const Tuning& tuning) {
-    return std::make_unique<VulkanBackend>(std::make_unique<Context>(config, tuning), tuning);
+    return make_tuned_backend(open_device(config, tuning), tuning);
+}
+
+std::unique_ptr<Backend> make_vulkan_backend(std::shared_ptr<SharedDevice> device) {
+    return make_tuned_backend(std::move(device), Tuning{});
 }
 
 std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config) {
     return make_vulkan_backend(config, Tuning{});
+}
+
+std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config) {
+    return open_device(config, Tuning{});
+}
+
+bool is_lost(const SharedDevice& device) { return device.device.is_lost(); }
+
+std::string describe(const SharedDevice& device) {
+    return info_of(device.device.physical().info).description;
 }
 
 }  // namespace mray::gpu

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "common/bvh/builder/bvh_builder.h"
 #include "common/simd/simd_target.h"
 #include "library/device_impl.h"
 #include "library/scene/errors.h"
@@ -12,18 +11,7 @@
 #endif
 
 namespace morphray {
-namespace {
-
-#ifdef MORPHRAY_HAS_VULKAN
-/// Making an instance fills function pointers that all instances share, so it happens in one thread
-/// at a time.
-std::mutex& instance_mutex() {
-    static std::mutex mutex;
-    return mutex;
-}
-#endif
-
-}  // namespace
+namespace {}  // namespace
 
 namespace detail {
 
@@ -38,67 +26,35 @@ DeviceImpl::DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vu
     std::unique_ptr<mray::Backend> backend = make_backend();
     name_ = backend->info().name;
     description_ = backend->info().description;
-    if (kind_ == Kind::vulkan) idle_.push_back(std::move(backend));
 }
 
-std::unique_ptr<mray::Backend> DeviceImpl::make_vulkan_backend() {
 #ifdef MORPHRAY_HAS_VULKAN
+std::shared_ptr<mray::gpu::SharedDevice> DeviceImpl::open_vulkan_device() {
+    const std::scoped_lock lock(mutex_);
+    // A host's device stays what it is.
+    const bool is_current =
+        shared_ != nullptr && (host_.device != nullptr || !mray::gpu::is_lost(*shared_));
+    if (is_current) return shared_;
     mray::gpu::VulkanConfig config{.device = vulkan_.device, .validate = vulkan_.validate};
     if (host_.device != nullptr) {
-        auto host = std::make_shared<mray::gpu::HostDevice>();
-        host->instance = host_.instance;
-        host->physical_device = host_.physical_device;
-        host->device = host_.device;
-        host->queue = host_.queue;
-        host->queue_family = host_.queue_family;
-        host->get_instance_proc_addr = host_.get_instance_proc_addr;
-        host->lock_queue = [this] {
-            std::unique_lock lock(queue_mutex_);
-            if (host_.lock_queue) host_.lock_queue();
-            lock.release();
-        };
-        host->unlock_queue = [this] {
-            if (host_.unlock_queue) host_.unlock_queue();
-            queue_mutex_.unlock();
-        };
-        config.host = std::move(host);
+        config.host = std::make_shared<mray::gpu::HostDevice>(mray::gpu::HostDevice{
+            host_.instance, host_.physical_device, host_.device, host_.queue, host_.queue_family,
+            host_.get_instance_proc_addr, host_.lock_queue, host_.unlock_queue});
     }
-    const std::scoped_lock lock(instance_mutex());
-    return mray::gpu::make_vulkan_backend(config);
-#else
-    throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
-#endif
+    shared_ = mray::gpu::open_device(config);
+    return shared_;
 }
+#endif
 
 std::unique_ptr<mray::Backend> DeviceImpl::make_backend() {
     const mray::cpu::CpuConfig config{.threads = cpu_.threads, .simd = cpu_.simd};
     if (kind_ == Kind::cpu) return mray::cpu::make_cpu_backend(config);
     if (kind_ == Kind::brute) return mray::cpu::make_brute_backend(config);
-    return make_vulkan_backend();
-}
-
-std::unique_ptr<mray::Backend> DeviceImpl::take_backend() {
-    {
-        const std::scoped_lock lock(mutex_);
-        if (!idle_.empty()) {
-            std::unique_ptr<mray::Backend> backend = std::move(idle_.back());
-            idle_.pop_back();
-            return backend;
-        }
-    }
-    return make_backend();
-}
-
-void DeviceImpl::give_back(std::unique_ptr<mray::Backend> backend) noexcept {
-    if (kind_ != Kind::vulkan) return;
-    try {
-        // Frees the scene's memory, and fails for a device that is lost.
-        backend->set_scene({}, {}, mray::build_bvh({}, {}));
-        const std::scoped_lock lock(mutex_);
-        idle_.push_back(std::move(backend));
-    } catch (...) {
-        // The backend is destroyed; the next scene gets a new one.
-    }
+#ifdef MORPHRAY_HAS_VULKAN
+    return mray::gpu::make_vulkan_backend(open_vulkan_device());
+#else
+    throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
+#endif
 }
 
 Device DeviceImpl::make(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan,
@@ -107,11 +63,6 @@ Device DeviceImpl::make(Kind kind, const CpuOptions& cpu, const VulkanOptions& v
         if (cpu.threads < 0) throw_bad_argument("threads: must not be negative");
         return Device(std::make_shared<DeviceImpl>(kind, cpu, vulkan, host));
     });
-}
-
-DeviceBackend take_backend(const Device& device) {
-    DeviceImpl& impl = DeviceImpl::of(device);
-    return {impl.take_backend().release(), GiveBack{&impl}};
 }
 
 }  // namespace detail
@@ -157,7 +108,6 @@ std::vector<std::string> simd_targets() {
 std::vector<VulkanDeviceInfo> vulkan_devices() {
     return detail::with_public_errors([]() -> std::vector<VulkanDeviceInfo> {
 #ifdef MORPHRAY_HAS_VULKAN
-        const std::scoped_lock lock(instance_mutex());
         std::vector<VulkanDeviceInfo> infos;
         for (const mray::gpu::DeviceInfo& info : mray::gpu::list_devices()) {
             infos.push_back({info.index, info.name, info.type, info.driver, info.uuid,

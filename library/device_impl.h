@@ -12,6 +12,10 @@
 #include "cpu/cpu_backend.h"
 #include "morphray/device.hpp"
 
+namespace mray::gpu {
+struct SharedDevice;
+}
+
 namespace morphray::detail {
 
 /// A backend holds one scene, so each scene has one of its own. Threads may share a DeviceImpl.
@@ -34,38 +38,24 @@ public:
     /// Where the host's work for scenes runs: reading positions, converting and tracing rays.
     mray::ThreadArena& arena() { return arena_; }
 
-    /// Takes a backend that no scene uses, or makes one. Throws mray::Error.
-    std::unique_ptr<mray::Backend> take_backend();
-    /// Keeps a device's backend for another scene: its kernels take seconds to compile.
-    void give_back(std::unique_ptr<mray::Backend> backend) noexcept;
+    /// A backend for a scene. Those of a Vulkan device share what is compiled. Throws mray::Error.
+    std::unique_ptr<mray::Backend> make_backend();
 
 private:
-    std::unique_ptr<mray::Backend> make_backend();
-    std::unique_ptr<mray::Backend> make_vulkan_backend();
+    std::shared_ptr<mray::gpu::SharedDevice> open_vulkan_device();
 
     Kind kind_;
     CpuOptions cpu_;
     VulkanOptions vulkan_;
     /// The device is null, or the caller's.
     VulkanHost host_;
-    /// Guards the host's queue, which all scenes share.
-    std::mutex queue_mutex_;
     mray::ThreadArena arena_;
     mray::SimdTarget simd_target_;
     std::string name_;
     std::string description_;
+    /// Guards the device of Vulkan, which is null until the first backend.
     std::mutex mutex_;
-    std::vector<std::unique_ptr<mray::Backend>> idle_;
+    std::shared_ptr<mray::gpu::SharedDevice> shared_;
 };
-
-/// A backend of a device, which gets it back. The Device must outlive it.
-struct GiveBack {
-    DeviceImpl* device = nullptr;
-    void operator()(mray::Backend* backend) const noexcept {
-        device->give_back(std::unique_ptr<mray::Backend>(backend));
-    }
-};
-using DeviceBackend = std::unique_ptr<mray::Backend, GiveBack>;
-DeviceBackend take_backend(const Device& device);
 
 }  // namespace morphray::detail

@@ -129,10 +129,11 @@ SceneImpl::SceneImpl(const SceneImpl& other, const Device& device, const std::at
 void SceneImpl::start(const mray::Bvh* tree, const MeshList* before) {
     updater_.reset();
     if (tracer_ == nullptr) {
-        tracer_ = take_backend(device_);
+        tracer_ = DeviceImpl::of(device_).make_backend();
         queries_ = make_queries();
     }
-    if (options_.refit_on && refitter_ == nullptr) refitter_ = take_backend(*options_.refit_on);
+    if (options_.refit_on && refitter_ == nullptr)
+        refitter_ = DeviceImpl::of(*options_.refit_on).make_backend();
     const mray::Stopwatch watch;
     if (tree == nullptr) pose_.read_list(meshes_, before, arena());
     read_ms_ = watch.ms();

@@ -73,8 +73,8 @@ private:
     MeshList meshes_;
     PoseReader pose_;
     RaySpace rays_;
-    DeviceBackend tracer_;
-    DeviceBackend refitter_;
+    std::unique_ptr<mray::Backend> tracer_;
+    std::unique_ptr<mray::Backend> refitter_;
     /// Those of tracer_.
     std::unique_ptr<const Queries> queries_;
     std::unique_ptr<mray::TreeUpdater> updater_;

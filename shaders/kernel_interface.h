@@ -7,70 +7,55 @@
 #include "common/interop/bvh_layout.h"
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
+#include "shaders/base/lavapipe.h"
 
 SHARED_BEGIN
 
 // Binding numbers; a kernel's SPIR-V tells the host which of them it uses, and as what. Floats
 // travel as integers, so that no device may change their bits.
 //
-// Storage texel buffers that are only read. A kernel uses at most the four that every device has:
-// lavapipe reads these in place, and uniform ones by a call.
-SHARED_CONST uint kBindNodes = 0u;      // RGBA32UI
-SHARED_CONST uint kBindLeaves = 1u;     // RGBA32UI
-SHARED_CONST uint kBindPositions = 2u;  // RGBA32UI, the last word 0
-SHARED_CONST uint kBindTriangles = 3u;  // RGBA32UI, three vertices and the albedo
-// Uniform texel buffers.
-SHARED_CONST uint kBindLeafVertices = 4u;   // RGBA32UI, four a leaf
-SHARED_CONST uint kBindLeafParents = 5u;    // R32UI
-SHARED_CONST uint kBindNodeParents = 6u;    // R32UI
-SHARED_CONST uint kBindRays = 7u;           // RGBA32UI, two a ray
-SHARED_CONST uint kBindVisiblePixels = 8u;  // R32UI, indices of pixels whose camera ray hit
-// Uniform texel buffers over the memory of kBindHits and kBindOcclusion: answers of earlier passes.
-SHARED_CONST uint kBindFoundHits = 9u;        // RGBA32UI
-SHARED_CONST uint kBindFoundOcclusion = 10u;  // R32UI
-// Uniform texel buffers over the memory of kBindNodes and kBindPositions, for the refit, which is
-// slower if it reads these in place (docs/lab/vulkan_tracer.md).
-SHARED_CONST uint kBindRefittedNodes = 11u;  // RGBA32UI
-SHARED_CONST uint kBindPose = 12u;           // RGBA32UI
-// Storage texel buffers over the memory of kBindNodes and kBindLeaves.
-SHARED_CONST uint kBindNodesOut = 13u;   // R32UI
-SHARED_CONST uint kBindLeavesOut = 14u;  // R32UI
-// Storage buffers. A kernel uses at most the four that every device has.
-SHARED_CONST uint kBindHits = 15u;
-SHARED_CONST uint kBindOcclusion = 16u;
-SHARED_CONST uint kBindPixels = 17u;
-SHARED_CONST uint kBindWork = 18u;
-SHARED_CONST uint kBindStates = 19u;
-SHARED_CONST uint kBindVisiblePixelsOut = 20u;
-// A uniform texel buffer: Bvh::repeated, two words a triangle.
-SHARED_CONST uint kBindRepeated = 21u;  // R32UI
-SHARED_CONST uint kBindingCount = 22u;
+// What is only read is there as texels or as a storage buffer (base/buffers.glsl). Where it is
+// texels, those that are read in place are at most the four storage texel buffers that every device
+// has, and so are the storage buffers. A kernel of storage buffers binds at most 10.
+SHARED_CONST uint kBindNodes = 0u;      // uvec4, in place
+SHARED_CONST uint kBindLeaves = 1u;     // uvec4, in place
+SHARED_CONST uint kBindPositions = 2u;  // uvec4 in place, the last word 0; or three words each
+SHARED_CONST uint kBindTriangles = 3u;  // uvec4 in place, three vertices and the albedo
+SHARED_CONST uint kBindLeafVertices = 4u;     // uint, 16 a leaf
+SHARED_CONST uint kBindLeafParents = 5u;      // uint
+SHARED_CONST uint kBindNodeParents = 6u;      // uint
+SHARED_CONST uint kBindRays = 7u;             // uvec4, two a ray
+SHARED_CONST uint kBindVisiblePixels = 8u;    // uint, indices of pixels whose camera ray hit
+SHARED_CONST uint kBindFoundHits = 9u;        // uvec4, the memory of kBindHits
+SHARED_CONST uint kBindFoundOcclusion = 10u;  // uint, the memory of kBindOcclusion
+SHARED_CONST uint kBindRepeated = 11u;        // uint, two a triangle of Bvh::repeated
+// The words of nodes and leaves, which the refit reads and writes: storage texels or a storage
+// buffer.
+SHARED_CONST uint kBindNodeWords = 12u;  // uint
+SHARED_CONST uint kBindLeafWords = 13u;  // uint
+// Storage buffers.
+SHARED_CONST uint kBindHits = 14u;
+SHARED_CONST uint kBindOcclusion = 15u;
+SHARED_CONST uint kBindPixels = 16u;
+SHARED_CONST uint kBindWork = 17u;
+SHARED_CONST uint kBindStates = 18u;
+SHARED_CONST uint kBindVisiblePixelsOut = 19u;
+SHARED_CONST uint kBindingCount = 20u;
 
 // Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels.
 SHARED_CONST uint kGroupSize = 64u;
 SHARED_CONST uint kTileSize = 8u;
+// The refit takes this many lanes for a leaf or a node.
+SHARED_CONST uint kRefitLanes = 16u;
 // Tiles of shading have four pixels a lane and are as wide as the region allows, so that memory is
 // read in sequence.
 SHARED_CONST uint kShadedTilePixels = 256u;
 SHARED_CONST uint kLeastShadedTileBits = 5u;
 SHARED_CONST uint kMostShadedTileBits = 8u;
 
-// Specialisation constant 0: the loop iterations that a lane counts before it suspends its ray.
-//
-// 1. Lavapipe silently ends the loops of an invocation after 65,535 iterations together. Its
-//    invocation is a vector of at most 16 lanes, and at least one lane counts each iteration.
-// 2. A lane exceeds its budget by less than 400: a leaf, a stack of pops, all triangles uncertain.
-// 3. Saving and loading a suspended ray and drawing a direction take fewer than 1000 iterations for
-//    all lanes together.
-// 4. 16 * (3500 + 400) + 1000 < 65,535.
+// Specialisation constant 0: the loop iterations that a lane counts before it suspends its ray
+// (base/lavapipe.h).
 SHARED_CONST uint kConstantStepBudget = 0u;
-SHARED_CONST uint kStepBudget = 3500u;
-
-// The same for questions about all triangles. A search among repeated triangles takes fewer than
-// kRepeatsSteps iterations, loading and saving a state some 490, and a lane exceeds its budget by
-// less than 350: 16 * (3000 + 350 + 70 + 490) + 300 < 65,535.
-SHARED_CONST uint kQuestionStepBudget = 3000u;
-SHARED_CONST uint kRepeatsSteps = 70u;
 
 // Bits of WorkHeader.status.
 SHARED_CONST uint kStatusStackOverflow = 1u;
@@ -175,6 +160,7 @@ SHARED_END
 namespace mray {
 static_assert(sizeof(WorkHeader) == 16 && sizeof(Suspended) == 48);
 static_assert(kStateUints == kStateStack + 2 * kMaxStack);
+static_assert(kRefitLanes == kWidth && kRefitLanes == kLeafVertices);
 static_assert(sizeof(RegionArguments) <= 128, "the push constants that every device has");
 }  // namespace mray
 #endif

@@ -1,10 +1,7 @@
 #include "gpu/vulkan/buffer.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
-#include <optional>
 #include <vector>
 
 #include "gpu/vulkan/result.h"
@@ -45,8 +42,8 @@ MemoryChoice choose_memory(const VkPhysicalDeviceMemoryProperties& properties,
     throw Error(ErrorKind::kUnavailable, "Vulkan: the device has no memory for buffers");
 }
 
-Buffer::Buffer(Context& context, const std::string& name, VkDeviceSize size,
-               VkBufferUsageFlags usage, Memory memory)
+Buffer::Buffer(Device& device, const std::string& name, VkDeviceSize size, VkBufferUsageFlags usage,
+               Memory memory)
     : size_(padded(size)) {
     const VkBufferCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
@@ -55,42 +52,24 @@ Buffer::Buffer(Context& context, const std::string& name, VkDeviceSize size,
         .sharingMode = VK_SHARING_MODE_EXCLUSIVE,
     };
     VkBuffer buffer = VK_NULL_HANDLE;
-    check(vkCreateBuffer(context.device(), &info, nullptr, &buffer), "create a buffer");
-    buffer_ = UniqueBuffer(context.device(), buffer);
-    context.name(VK_OBJECT_TYPE_BUFFER, buffer, name);
+    check(vkCreateBuffer(device.get(), &info, nullptr, &buffer), "create a buffer");
+    buffer_ = UniqueBuffer(device.get(), buffer);
+    device.name(VK_OBJECT_TYPE_BUFFER, buffer, name);
 
     VkMemoryRequirements needs = {};
-    vkGetBufferMemoryRequirements(context.device(), buffer, &needs);
+    vkGetBufferMemoryRequirements(device.get(), buffer, &needs);
     const MemoryChoice choice =
-        choose_memory(context.physical().memory, needs.memoryTypeBits, memory);
-    const VkMemoryAllocateFlagsInfo has_address = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
-    };
-    const VkMemoryAllocateInfo allocation = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-        .pNext = (usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) != 0 ? &has_address : nullptr,
-        .allocationSize = needs.size,
-        .memoryTypeIndex = choice.type,
-    };
-    VkDeviceMemory device_memory = VK_NULL_HANDLE;
-    const VkResult result =
-        vkAllocateMemory(context.device(), &allocation, nullptr, &device_memory);
-    if (result != VK_SUCCESS) {
-        throw_result(
-            result, fmt::format("allocate {} bytes for the buffer '{}'", needs.size, name).c_str());
-    }
-    memory_ = UniqueMemory(context.device(), device_memory);
-    check(vkBindBufferMemory(context.device(), buffer, device_memory, 0), "bind a buffer");
-
-    const bool is_staged = memory == Memory::kDevice && context.force_staging();
-    if (!choice.is_mapped || is_staged) return;
-    void* data = nullptr;
-    check(vkMapMemory(context.device(), device_memory, 0, VK_WHOLE_SIZE, 0, &data), "map a buffer");
-    mapped_ = {static_cast<std::byte*>(data), static_cast<std::size_t>(size_)};
+        choose_memory(device.physical().memory, needs.memoryTypeBits, memory);
+    const bool is_staged = memory == Memory::kDevice && device.force_staging();
+    const bool is_mapped = choice.is_mapped && !is_staged;
+    memory_ = device.memory().take(device.get(), name, needs, choice.type, is_mapped);
+    const MemoryBlock& block = *memory_.block;
+    check(vkBindBufferMemory(device.get(), buffer, block.memory.get(), memory_.offset),
+          "bind a buffer");
+    if (is_mapped) mapped_ = block.mapped.subspan(memory_.offset, size_);
 }
 
-UniqueBufferView texel_view(Context& context, const std::string& name, const Buffer& buffer,
+UniqueBufferView texel_view(Device& device, const std::string& name, const Buffer& buffer,
                             VkFormat format) {
     const VkBufferViewCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
@@ -100,9 +79,9 @@ UniqueBufferView texel_view(Context& context, const std::string& name, const Buf
         .range = buffer.size(),
     };
     VkBufferView view = VK_NULL_HANDLE;
-    check(vkCreateBufferView(context.device(), &info, nullptr, &view), "create a buffer view");
-    UniqueBufferView owner(context.device(), view);
-    context.name(VK_OBJECT_TYPE_BUFFER_VIEW, view, name);
+    check(vkCreateBufferView(device.get(), &info, nullptr, &view), "create a buffer view");
+    UniqueBufferView owner(device.get(), view);
+    device.name(VK_OBJECT_TYPE_BUFFER_VIEW, view, name);
     return owner;
 }
 

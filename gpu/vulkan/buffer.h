@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "gpu/vulkan/context.h"
+#include "gpu/vulkan/device.h"
 
 namespace mray::gpu {
 
@@ -26,13 +26,12 @@ struct MemoryChoice {
 MemoryChoice choose_memory(const VkPhysicalDeviceMemoryProperties& properties,
                            std::uint32_t allowed_bits, Memory memory);
 
-/// A buffer with memory of its own. There are fewer than 40 of them.
 class Buffer {
 public:
     Buffer() = default;
     /// Makes a buffer that may be some bytes larger than `size` and is never empty. Throws
     /// Error(kLimit) if there is not enough memory.
-    Buffer(Context& context, const std::string& name, VkDeviceSize size, VkBufferUsageFlags usage,
+    Buffer(Device& device, const std::string& name, VkDeviceSize size, VkBufferUsageFlags usage,
            Memory memory);
 
     VkBuffer get() const { return buffer_.get(); }
@@ -41,14 +40,14 @@ public:
     std::span<std::byte> mapped() const { return mapped_; }
 
 private:
-    UniqueMemory memory_;
+    MemoryPart memory_;
     UniqueBuffer buffer_;
     VkDeviceSize size_ = 0;
     std::span<std::byte> mapped_;
 };
 
 /// Views all of a buffer as a texel buffer.
-UniqueBufferView texel_view(Context& context, const std::string& name, const Buffer& buffer,
+UniqueBufferView texel_view(Device& device, const std::string& name, const Buffer& buffer,
                             VkFormat format);
 
 }  // namespace mray::gpu

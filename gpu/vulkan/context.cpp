@@ -14,38 +14,6 @@ namespace {
 // The start, the deferred work, and the stages.
 constexpr std::uint32_t kStampCount = Context::kMostStages + 2;
 
-PhysicalDevice pick(const Instance& instance, const std::string& wanted) {
-    std::vector<PhysicalDevice> devices = physical_devices(instance);
-    std::vector<DeviceInfo> infos;
-    infos.reserve(devices.size());
-    for (const PhysicalDevice& d : devices) infos.push_back(d.info);
-    return devices[choose_device(infos, wanted)];
-}
-
-VkDevice create_device(const PhysicalDevice& physical) {
-    const float priority = 1.0f;
-    const VkDeviceQueueCreateInfo queue = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-        .queueFamilyIndex = physical.queue_family,
-        .queueCount = 1,
-        .pQueuePriorities = &priority,
-    };
-    std::vector<const char*> extensions;
-    if (physical.float_controls_is_extension)
-        extensions.push_back(VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME);
-    const VkDeviceCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-        .queueCreateInfoCount = 1,
-        .pQueueCreateInfos = &queue,
-        .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
-        .ppEnabledExtensionNames = extensions.data(),
-    };
-    VkDevice device = VK_NULL_HANDLE;
-    const std::scoped_lock lock(loader_mutex());
-    check(vkCreateDevice(physical.handle, &info, nullptr, &device), "create the device");
-    return device;
-}
-
 UniqueCommandPool create_pool(VkDevice device, std::uint32_t family) {
     const VkCommandPoolCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
@@ -88,58 +56,21 @@ UniqueQueryPool create_queries(VkDevice device, std::uint32_t timestamp_bits) {
     return {device, pool};
 }
 
-/// Keeps a host's queue locked.
-class QueueLock {
-public:
-    explicit QueueLock(const HostDevice* host) : host_(host) {
-        if (host_ != nullptr && host_->lock_queue) host_->lock_queue();
-    }
-    ~QueueLock() {
-        if (host_ != nullptr && host_->unlock_queue) host_->unlock_queue();
-    }
-    QueueLock(const QueueLock&) = delete;
-
-private:
-    const HostDevice* host_;
-};
-
-PFN_vkGetInstanceProcAddr loader_of(const Tuning& tuning, const HostDevice* host) {
-    if (host == nullptr || host->get_instance_proc_addr == nullptr) return tuning.loader;
-    return reinterpret_cast<PFN_vkGetInstanceProcAddr>(host->get_instance_proc_addr);
-}
-
-Instance make_instance(const VulkanConfig& config, const Tuning& tuning, ValidationLog& log) {
-    const PFN_vkGetInstanceProcAddr loader = loader_of(tuning, config.host.get());
-    if (config.host == nullptr) return Instance(config.validate, loader, log);
-    return Instance(static_cast<VkInstance>(config.host->instance), loader);
-}
-
 }  // namespace
 
-Context::Context(const VulkanConfig& config, const Tuning& tuning)
-    : tuning_(tuning),
-      host_(config.host),
-      log_(tuning.log != nullptr ? *tuning.log : own_log_),
-      instance_(make_instance(config, tuning, log_)),
-      physical_(host_ != nullptr ? host_device(instance_, *host_) : pick(instance_, config.device)),
-      device_(host_ != nullptr ? static_cast<VkDevice>(host_->device) : create_device(physical_),
-              host_ == nullptr),
-      pool_(create_pool(device(), physical_.queue_family)),
-      commands_(allocate_commands(device(), pool_.get())),
-      fence_(create_fence(device())),
-      queries_(create_queries(device(), physical_.timestamp_bits)) {
-    if (host_ != nullptr) {
-        queue_ = static_cast<VkQueue>(host_->queue);
-    } else {
-        vkGetDeviceQueue(device(), physical_.queue_family, 0, &queue_);
-        name(VK_OBJECT_TYPE_QUEUE, queue_, "compute");
-    }
-    name(VK_OBJECT_TYPE_COMMAND_BUFFER, commands_, "commands");
-    throw_on_validation_errors();
+Context::Context(Device& device, std::uint64_t timeout_ms)
+    : device_(device),
+      timeout_ms_(timeout_ms),
+      pool_(create_pool(device.get(), physical().queue_family)),
+      commands_(allocate_commands(device.get(), pool_.get())),
+      fence_(create_fence(device.get())),
+      queries_(create_queries(device.get(), physical().timestamp_bits)) {
+    device_.name(VK_OBJECT_TYPE_COMMAND_BUFFER, commands_, "commands");
+    device_.throw_on_validation_errors();
 }
 
 void Context::record_all(const Record& record, const DeferredWork* deferred) {
-    check(vkResetCommandPool(device(), pool_.get(), 0), "reset the command pool");
+    check(vkResetCommandPool(device_.get(), pool_.get(), 0), "reset the command pool");
     const VkCommandBufferBeginInfo info = {
         .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
         .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT,
@@ -181,14 +112,13 @@ void Context::stamp(VkCommandBuffer commands) {
 
 void Context::submit_commands() {
     const VkFence fence = fence_.get();
-    check(vkResetFences(device(), 1, &fence), "reset a fence");
+    check(vkResetFences(device_.get(), 1, &fence), "reset a fence");
     const VkSubmitInfo submission = {
         .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
         .commandBufferCount = 1,
         .pCommandBuffers = &commands_,
     };
-    const QueueLock lock(host_.get());
-    check(vkQueueSubmit(queue_, 1, &submission, fence), "submit work");
+    device_.submit(submission, fence);
 }
 
 std::vector<double> Context::submit_stages(const char* what, const Record& record) {
@@ -198,7 +128,7 @@ std::vector<double> Context::submit_stages(const char* what, const Record& recor
     submit_commands();
     wait(what);
     std::vector<double> stages = stage_ms(watch.ms());
-    throw_on_validation_errors();
+    device_.throw_on_validation_errors();
     if (deferred) {
         deferred->done(stages.front());
         stages.erase(stages.begin());
@@ -219,32 +149,25 @@ void Context::defer(Record record, std::function<void(double)> done) {
 void Context::wait(const char* what) {
     constexpr std::uint64_t kSliceMs = 1000;
     const VkFence fence = fence_.get();
-    std::uint64_t left_ms = tuning_.submit_timeout_ms;
+    std::uint64_t left_ms = timeout_ms_;
     VkResult result = VK_TIMEOUT;
     do {
         const std::uint64_t slice_ms = std::min(left_ms, kSliceMs);
-        result = vkWaitForFences(device(), 1, &fence, VK_TRUE, slice_ms * 1'000'000);
+        result = vkWaitForFences(device_.get(), 1, &fence, VK_TRUE, slice_ms * 1'000'000);
         left_ms -= slice_ms;
     } while (result == VK_TIMEOUT && left_ms > 0);
     if (result == VK_SUCCESS) return;
-    // Handling the error may destroy memory that the device still writes, so wait for the device:
-    // its driver resets one that hangs within seconds.
-    wait_until_idle();
-    if (result == VK_TIMEOUT) {
-        throw Error(ErrorKind::kDeviceLost, "Vulkan: the device did not finish to " +
-                                                std::string(what) + " within " +
-                                                std::to_string(tuning_.submit_timeout_ms) + " ms");
+    if (result != VK_TIMEOUT) {
+        if (result == VK_ERROR_DEVICE_LOST) device_.set_lost();
+        // The caller frees what the work uses.
+        device_.finish();
+        throw_result(result, what);
     }
-    throw_result(result, what);
-}
-
-void Context::wait_until_idle() {
-    if (host_ == nullptr) {
-        vkDeviceWaitIdle(device());
-        return;
-    }
-    const QueueLock lock(host_.get());
-    vkQueueWaitIdle(queue_);
+    // The work may go on, so nothing that it uses may be destroyed.
+    device_.give_up();
+    throw Error(ErrorKind::kDeviceLost, "Vulkan: the device did not finish to " +
+                                            std::string(what) + " within " +
+                                            std::to_string(timeout_ms_) + " ms");
 }
 
 std::vector<double> Context::stage_ms(double wall_ms) const {
@@ -254,10 +177,10 @@ std::vector<double> Context::stage_ms(double wall_ms) const {
         return stages;
     }
     std::uint64_t ticks[kStampCount] = {};
-    check(vkGetQueryPoolResults(device(), queries_.get(), 0, stamp_count_, sizeof(ticks), ticks,
-                                sizeof(ticks[0]), VK_QUERY_RESULT_64_BIT),
+    check(vkGetQueryPoolResults(device_.get(), queries_.get(), 0, stamp_count_, sizeof(ticks),
+                                ticks, sizeof(ticks[0]), VK_QUERY_RESULT_64_BIT),
           "read timestamps");
-    const std::uint32_t bits = physical_.timestamp_bits;
+    const std::uint32_t bits = physical().timestamp_bits;
     const std::uint64_t mask = bits >= 64 ? ~0ull : (1ull << bits) - 1;
     for (std::size_t i = 0; i < stages.size(); ++i) {
         const std::uint64_t elapsed = (ticks[i + 1] - ticks[i]) & mask;
@@ -265,18 +188,6 @@ std::vector<double> Context::stage_ms(double wall_ms) const {
             static_cast<double>(elapsed) * static_cast<double>(limits().timestampPeriod) * 1e-6;
     }
     return stages;
-}
-
-void Context::name_object(VkObjectType type, std::uint64_t handle, const std::string& text) {
-    if (!instance_.has_debug_utils()) return;
-    const VkDebugUtilsObjectNameInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-        .objectType = type,
-        .objectHandle = handle,
-        .pObjectName = text.c_str(),
-    };
-    const std::scoped_lock lock(loader_mutex());
-    check(vkSetDebugUtilsObjectNameEXT(device(), &info), "name an object");
 }
 
 void barrier(VkCommandBuffer commands, VkPipelineStageFlags from_stage, VkAccessFlags from,

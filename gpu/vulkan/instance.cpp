@@ -114,7 +114,8 @@ std::mutex& loader_mutex() {
     return mutex;
 }
 
-Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog& log) {
+Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog* log)
+    : log_(log != nullptr ? *log : own_log_) {
     load_library(loader);
     std::vector<const char*> extensions;
     has_debug_utils_ = has_extension(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
@@ -129,7 +130,7 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
         .pApplicationName = "morphray",
         .apiVersion = VK_API_VERSION_1_2,
     };
-    VkDebugUtilsMessengerCreateInfoEXT messenger = log.messenger_info();
+    VkDebugUtilsMessengerCreateInfoEXT messenger = log_.messenger_info();
     // The messenger in the chain receives messages from creation and destruction of the instance.
     const VkValidationFeatureEnableEXT enabled[] = {
         VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT,
@@ -179,7 +180,7 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
 }
 
 Instance::Instance(VkInstance host, PFN_vkGetInstanceProcAddr loader)
-    : handle_(host), is_own_(false) {
+    : log_(own_log_), handle_(host), is_own_(false) {
     load_library(loader);
     load_functions(handle_, false);
 }

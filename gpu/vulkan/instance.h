@@ -13,14 +13,15 @@ namespace mray::gpu {
 /// issue 2018).
 std::mutex& loader_mutex();
 
-/// Owns a VkInstance and, with validation, the messenger that fills `log`. The first constructor
-/// fills volk's global function pointers, so two threads must not run one at the same time; through
+/// Owns a VkInstance and, with validation, the messenger that fills its log. The constructors
+/// fill volk's global function pointers, so two threads must not run one at the same time; through
 /// the pointers they may call meanwhile.
 class Instance {
 public:
     /// Throws Error(kUnavailable), with a text for each cause: no Vulkan library, a library older
     /// than 1.1, no driver, a broken driver, no validation layer although `validate` is set.
-    Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog& log);
+    /// Messages of validation go to `log`, if there is one; it must outlive this.
+    Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog* log = nullptr);
     /// Uses an instance that it does not own. Throws Error(kUnavailable).
     Instance(VkInstance host, PFN_vkGetInstanceProcAddr loader);
     ~Instance();
@@ -30,8 +31,11 @@ public:
     VkInstance get() const { return handle_; }
     /// Whether objects can have names.
     bool has_debug_utils() const { return has_debug_utils_; }
+    ValidationLog& log() { return log_; }
 
 private:
+    ValidationLog own_log_;
+    ValidationLog& log_;
     VkInstance handle_ = VK_NULL_HANDLE;
     bool is_own_ = true;
     bool has_debug_utils_ = false;

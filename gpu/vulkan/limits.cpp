@@ -18,14 +18,24 @@ namespace {
 /// Buffers have at least 48 bytes and up to 31 more than needed: in words of 4.
 constexpr std::uint64_t kPadding = 12;
 
-void check_elements(const PhysicalDevice& device, const char* what, std::uint64_t elements) {
+struct Part {
+    const char* name;
+    /// Texels, of as many bytes each.
+    std::uint64_t elements;
+    std::uint64_t element_bytes;
+};
+
+void check_part(const PhysicalDevice& device, BufferKind kind, const Part& part) {
     // Kernels index texels with signed integers.
     constexpr std::uint64_t kMaxIndex = 0x7FFFFFFF;
-    const std::uint64_t limit =
-        std::min<std::uint64_t>(device.limits.maxTexelBufferElements, kMaxIndex);
-    if (elements + kPadding > limit) {
-        over(fmt::format("the scene's {} take {} elements, the device's texel buffers hold {}",
-                         what, elements, limit));
+    const bool is_texels = kind == BufferKind::kTexels;
+    const std::uint64_t limit = std::min<std::uint64_t>(
+        is_texels ? device.limits.maxTexelBufferElements
+                  : device.limits.maxStorageBufferRange / part.element_bytes,
+        kMaxIndex);
+    if (part.elements + kPadding > limit) {
+        over(fmt::format("the scene's {} take {} elements, the device's {} hold {}", part.name,
+                         part.elements, is_texels ? "texel buffers" : "storage buffers", limit));
     }
 }
 
@@ -56,31 +66,50 @@ SceneBytes bytes_of(const SceneSize& scene) {
             nodes + leaves + vertices + triangles + rest};
 }
 
-std::uint32_t default_tiles(const PhysicalDevice& device) {
+/// The sizes of the tuning, or by the device: a GPU is filled, if it has memory for that.
+PassSize wanted_size(const PhysicalDevice& device, const Tuning& tuning) {
     constexpr std::uint64_t kRoomy = std::uint64_t{4} << 30;
-    return device.info.type != "cpu" && device.info.memory_bytes >= kRoomy ? 32768 : 4096;
+    const bool is_large = device.info.type != "cpu" && device.info.memory_bytes >= kRoomy;
+    PassSize size = {tuning.tiles_per_dispatch, tuning.resume_slots};
+    if (size.tiles == 0) size.tiles = is_large ? 32768 : 4096;
+    if (size.resume_slots == 0) size.resume_slots = is_large ? 32768 : 4096;
+    return size;
 }
 
 }  // namespace
 
-void check_scene(const PhysicalDevice& device, const SceneSize& scene) {
+BufferKind buffer_kind(const PhysicalDevice& device, const Tuning& tuning) {
+    if (tuning.buffer_kind) return *tuning.buffer_kind;
+    const VkPhysicalDeviceLimits& limits = device.limits;
+    const bool has_room = std::min(limits.maxPerStageDescriptorStorageBuffers,
+                                   limits.maxDescriptorSetStorageBuffers) >= kMostStorageBuffers;
+    return device.info.type == "cpu" || !has_room ? BufferKind::kTexels : BufferKind::kStorage;
+}
+
+std::uint32_t step_budget(const PhysicalDevice& device, const Tuning& tuning) {
+    if (tuning.step_budget != 0) return tuning.step_budget;
+    return device.info.type == "cpu" ? kStepBudget : 1u << 14;
+}
+
+void check_scene(const PhysicalDevice& device, BufferKind kind, const SceneSize& scene) {
     if (scene.depth > kMaxDepth) {
         over(fmt::format("the tree has {} levels, kernels have stacks for {}", scene.depth,
                          kMaxDepth));
     }
-    check_elements(device, "vertices", scene.vertices);
-    check_elements(device, "triangles", scene.triangles);
     // The refit writes planes and coordinates one by one.
-    check_elements(device, "repeated triangles", 2 * scene.repeated);
-    check_elements(device, "nodes", 4 * kNodeVec4s * scene.nodes);
-    check_elements(device, "leaves", 4 * kLeafVec4s * scene.leaves);
+    const Part parts[] = {{"vertices", scene.vertices, 16},
+                          {"triangles", scene.triangles, 16},
+                          {"repeated triangles", 2 * scene.repeated, 4},
+                          {"nodes", 4 * kNodeVec4s * scene.nodes, 4},
+                          {"leaves", 4 * kLeafVec4s * scene.leaves, 4}};
+    for (const Part& part : parts) check_part(device, kind, part);
     const SceneBytes bytes = bytes_of(scene);
     check_bytes(device, bytes.largest, bytes.total);
 }
 
-bool fits(const PhysicalDevice& device, const SceneSize& scene) {
+bool fits(const PhysicalDevice& device, BufferKind kind, const SceneSize& scene) {
     try {
-        check_scene(device, scene);
+        check_scene(device, kind, scene);
         return true;
     } catch (const Error&) {
         return false;
@@ -101,14 +130,15 @@ PassSize pass_size(const PhysicalDevice& device, const Tuning& tuning) {
     }
     const std::uint64_t range = limits.maxStorageBufferRange;
     const std::uint64_t room = range - std::min<std::uint64_t>(range, sizeof(WorkHeader));
+    const PassSize wanted = wanted_size(device, tuning);
     const std::uint64_t tiles = std::min<std::uint64_t>({
-        tuning.tiles_per_dispatch != 0 ? tuning.tiles_per_dispatch : default_tiles(device),
+        wanted.tiles,
         room / (kGroupSize * sizeof(Suspended)),
         (limits.maxTexelBufferElements - kPadding) / (kGroupSize * 2),
         limits.maxComputeWorkGroupCount[0],
     });
     const std::uint64_t slots =
-        std::min<std::uint64_t>(tuning.resume_slots, range / (4 * kStateUints)) / kGroupSize *
+        std::min<std::uint64_t>(wanted.resume_slots, range / (4 * kStateUints)) / kGroupSize *
         kGroupSize;
     if (tiles == 0 || slots == 0) {
         over(fmt::format("storage buffers of {} bytes are too small for {} rays at a time", range,

@@ -9,6 +9,16 @@
 
 namespace mray::gpu {
 
+/// The kind for a device: what the tuning says, else texels for a CPU and for devices that bind
+/// fewer than kMostStorageBuffers at a time.
+BufferKind buffer_kind(const PhysicalDevice& device, const Tuning& tuning);
+/// Storage buffers that a kernel binds at most.
+inline constexpr std::uint32_t kMostStorageBuffers = 10;
+
+/// The steps of a lane before it suspends its ray: the tuning's, else those of lavapipe on a CPU,
+/// and on a GPU so many that its longest dispatch stays below a second.
+std::uint32_t step_budget(const PhysicalDevice& device, const Tuning& tuning);
+
 struct SceneSize {
     std::uint64_t vertices = 0;
     std::uint64_t triangles = 0;
@@ -20,10 +30,10 @@ struct SceneSize {
 };
 
 /// Throws Error(kLimit), with the numbers, if the device cannot hold such a scene.
-void check_scene(const PhysicalDevice& device, const SceneSize& scene);
+void check_scene(const PhysicalDevice& device, BufferKind kind, const SceneSize& scene);
 
 /// Whether check_scene() accepts the scene.
-bool fits(const PhysicalDevice& device, const SceneSize& scene);
+bool fits(const PhysicalDevice& device, BufferKind kind, const SceneSize& scene);
 
 /// The part of an image or batch that goes into one dispatch.
 struct PassSize {
@@ -33,6 +43,7 @@ struct PassSize {
     std::uint32_t resume_slots = 0;
 
     std::uint32_t rays() const { return tiles * kGroupSize; }
+    bool operator==(const PassSize&) const = default;
 };
 
 /// The tuning's sizes, reduced to the device's limits. By default a CPU gets 2^18 rays a dispatch;

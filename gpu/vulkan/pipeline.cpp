@@ -112,25 +112,28 @@ VkDescriptorSet allocate_set(VkDevice device, VkDescriptorPool pool, VkDescripto
 
 }  // namespace
 
-Pipeline::Pipeline(Context& context, const char* name, std::span<const std::uint32_t> spirv,
+Pipeline::Pipeline(Device& device, const char* name, std::span<const std::uint32_t> spirv,
                    std::span<const std::uint32_t> specialisation)
-    : device_(context.device()),
-      interface_(shader_interface(spirv)),
-      set_layout_(create_set_layout(device_, interface_.bindings)),
-      layout_(create_layout(device_, set_layout_.get(), interface_.argument_bytes)),
-      pipeline_(create_pipeline(device_, layout_.get(), spirv, specialisation)),
-      pool_(create_descriptor_pool(device_, interface_.bindings)),
-      set_(allocate_set(device_, pool_.get(), set_layout_.get())) {
-    context.name(VK_OBJECT_TYPE_PIPELINE, pipeline_.get(), name);
-    context.name(VK_OBJECT_TYPE_PIPELINE_LAYOUT, layout_.get(), name);
-    context.name(VK_OBJECT_TYPE_DESCRIPTOR_SET_LAYOUT, set_layout_.get(), name);
-    // The set has no name: lavapipe 22.3 leaks the names of sets that go with their pool.
+    : interface_(shader_interface(spirv)),
+      set_layout_(create_set_layout(device.get(), interface_.bindings)),
+      layout_(create_layout(device.get(), set_layout_.get(), interface_.argument_bytes)),
+      pipeline_(create_pipeline(device.get(), layout_.get(), spirv, specialisation)) {
+    device.name(VK_OBJECT_TYPE_PIPELINE, pipeline_.get(), name);
+    device.name(VK_OBJECT_TYPE_PIPELINE_LAYOUT, layout_.get(), name);
+    device.name(VK_OBJECT_TYPE_DESCRIPTOR_SET_LAYOUT, set_layout_.get(), name);
 }
 
-void Pipeline::bind(const Bindings& bindings) {
+// The set has no name: lavapipe 22.3 leaks the names of sets that go with their pool.
+BoundPipeline::BoundPipeline(Device& device, Pipeline& pipeline)
+    : device_(device.get()),
+      pipeline_(&pipeline),
+      pool_(create_descriptor_pool(device_, pipeline.interface().bindings)),
+      set_(allocate_set(device_, pool_.get(), pipeline.set_layout())) {}
+
+void BoundPipeline::bind(const Bindings& bindings) {
     std::array<VkDescriptorBufferInfo, kBindingCount> buffers = {};
     std::vector<VkWriteDescriptorSet> writes;
-    for (const auto& [b, type] : interface_.bindings) {
+    for (const auto& [b, type] : pipeline_->interface().bindings) {
         assert(b < kBindingCount);
         assert(bindings.views[b] != VK_NULL_HANDLE || bindings.buffers[b] != VK_NULL_HANDLE);
         buffers[b] = {.buffer = bindings.buffers[b], .offset = 0, .range = VK_WHOLE_SIZE};
@@ -148,15 +151,27 @@ void Pipeline::bind(const Bindings& bindings) {
                            nullptr);
 }
 
-void Pipeline::dispatch_bytes(VkCommandBuffer commands, std::span<const std::byte> arguments,
-                              std::uint32_t group_count) const {
-    assert(arguments.size() == interface_.argument_bytes);
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());
-    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1, &set_, 0,
-                            nullptr);
-    vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_COMPUTE_BIT, 0,
+void BoundPipeline::dispatch_bytes(VkCommandBuffer commands, std::span<const std::byte> arguments,
+                                   std::uint32_t group_count) const {
+    assert(arguments.size() == pipeline_->interface().argument_bytes);
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->get());
+    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->layout(), 0, 1,
+                            &set_, 0, nullptr);
+    vkCmdPushConstants(commands, pipeline_->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0,
                        static_cast<std::uint32_t>(arguments.size()), arguments.data());
     vkCmdDispatch(commands, group_count, 1, 1);
+}
+
+Pipeline& Pipelines::get(Device& device, const char* name, std::span<const std::uint32_t> spirv,
+                         const std::vector<std::uint32_t>& specialisation) {
+    std::unique_lock lock(mutex_);
+    Entry& entry = entries_[{spirv.data(), specialisation}];
+    lock.unlock();
+    // Different kernels are compiled at the same time.
+    const std::scoped_lock entry_lock(entry.mutex);
+    if (entry.pipeline == nullptr)
+        entry.pipeline = std::make_unique<Pipeline>(device, name, spirv, specialisation);
+    return *entry.pipeline;
 }
 
 }  // namespace mray::gpu

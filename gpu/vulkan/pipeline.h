@@ -1,11 +1,17 @@
-// A kernel, ready to be dispatched.
+// A compiled kernel, and the resources of one of its users.
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstddef>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <span>
+#include <utility>
+#include <vector>
 
-#include "gpu/vulkan/context.h"
+#include "gpu/vulkan/device.h"
 #include "gpu/vulkan/spirv.h"
 #include "shaders/kernel_interface.h"
 
@@ -17,14 +23,39 @@ struct Bindings {
     std::array<VkBuffer, kBindingCount> buffers = {};
 };
 
+/// Threads may share it.
 class Pipeline {
 public:
     /// Bindings and size of the arguments come from the SPIR-V. `specialisation` has values of the
     /// 32-bit constants 0, 1, ...; those that the kernel does not have are ignored.
-    Pipeline(Context& context, const char* name, std::span<const std::uint32_t> spirv,
+    Pipeline(Device& device, const char* name, std::span<const std::uint32_t> spirv,
              std::span<const std::uint32_t> specialisation = {});
 
-    /// Binds the resources that the kernel uses; all of them must be there.
+    const ShaderInterface& interface() const { return interface_; }
+    VkDescriptorSetLayout set_layout() const { return set_layout_.get(); }
+    VkPipelineLayout layout() const { return layout_.get(); }
+    VkPipeline get() const { return pipeline_.get(); }
+
+    /// Whether it has been dispatched, which some drivers need to finish compiling it.
+    bool is_warm() const { return is_warm_; }
+    void set_warm() { is_warm_ = true; }
+
+private:
+    ShaderInterface interface_;
+    UniqueDescriptorSetLayout set_layout_;
+    UniquePipelineLayout layout_;
+    UniquePipeline pipeline_;
+    std::atomic<bool> is_warm_ = false;
+};
+
+/// A pipeline with resources of its own.
+class BoundPipeline {
+public:
+    BoundPipeline(Device& device, Pipeline& pipeline);
+
+    Pipeline& pipeline() const { return *pipeline_; }
+    /// Binds the resources that the kernel uses; all of them must be there. Not while work that
+    /// uses it is recorded or under way.
     void bind(const Bindings& bindings);
 
     /// Records `group_count` workgroups with these arguments, the push constants of the kernel.
@@ -38,12 +69,27 @@ public:
 
 private:
     VkDevice device_;
-    ShaderInterface interface_;
-    UniqueDescriptorSetLayout set_layout_;
-    UniquePipelineLayout layout_;
-    UniquePipeline pipeline_;
+    Pipeline* pipeline_;
     UniqueDescriptorPool pool_;
     VkDescriptorSet set_;
+};
+
+/// The pipelines of a device, each compiled once, when it is first asked for. Threads may share it.
+class Pipelines {
+public:
+    /// The words must outlive this. Throws Error, and can then be called again.
+    Pipeline& get(Device& device, const char* name, std::span<const std::uint32_t> spirv,
+                  const std::vector<std::uint32_t>& specialisation);
+
+private:
+    struct Entry {
+        std::mutex mutex;
+        std::unique_ptr<Pipeline> pipeline;
+    };
+    using Key = std::pair<const std::uint32_t*, std::vector<std::uint32_t>>;
+
+    std::mutex mutex_;
+    std::map<Key, Entry> entries_;
 };
 
 }  // namespace mray::gpu

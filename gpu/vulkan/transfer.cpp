@@ -32,8 +32,11 @@ void write_padded(std::span<const vec3> points, std::span<std::byte> out) {
     }
 }
 
-Transfer::Transfer(Context& context)
-    : context_(context), staging_(context, "staging", kStagingBytes, 0, Memory::kHost) {}
+const Buffer& Transfer::staging() {
+    if (staging_.get() == VK_NULL_HANDLE)
+        staging_ = Buffer(context_.device(), "staging", kStagingBytes, 0, Memory::kHost);
+    return staging_;
+}
 
 template <class Fill>
 void Transfer::write(std::size_t size, const Buffer& to, Fill fill) {
@@ -44,8 +47,8 @@ void Transfer::write(std::size_t size, const Buffer& to, Fill fill) {
     }
     for (std::size_t at = 0; at < size; at += kStagingBytes) {
         const std::size_t piece = std::min<std::size_t>(size - at, kStagingBytes);
-        fill(staging_.mapped().first(piece), at);
-        copy(context_, staging_, 0, to, at, piece);
+        fill(staging().mapped().first(piece), at);
+        copy(context_, staging(), 0, to, at, piece);
     }
 }
 
@@ -82,7 +85,7 @@ std::uint64_t Transfer::upload_changes(std::span<const std::byte> before,
             copies.clear();
             staged = 0;
         }
-        std::memcpy(&staging_.mapped()[staged], &after[at], size);
+        std::memcpy(&staging().mapped()[staged], &after[at], size);
         copies.push_back({.srcOffset = staged, .dstOffset = at, .size = size});
         staged += size;
     }
@@ -92,7 +95,7 @@ std::uint64_t Transfer::upload_changes(std::span<const std::byte> before,
 
 void Transfer::copy_to(const Buffer& to, std::span<const VkBufferCopy> copies) {
     context_.submit("copy", [&](VkCommandBuffer commands) {
-        vkCmdCopyBuffer(commands, staging_.get(), to.get(),
+        vkCmdCopyBuffer(commands, staging().get(), to.get(),
                         static_cast<std::uint32_t>(copies.size()), copies.data());
     });
 }
@@ -106,8 +109,8 @@ void Transfer::download(const Buffer& from, std::span<std::byte> bytes) {
     }
     for (std::size_t at = 0; at < bytes.size(); at += kStagingBytes) {
         const std::size_t size = std::min<std::size_t>(bytes.size() - at, kStagingBytes);
-        copy(context_, from, at, staging_, 0, size);
-        std::memcpy(bytes.data() + at, staging_.mapped().data(), size);
+        copy(context_, from, at, staging(), 0, size);
+        std::memcpy(bytes.data() + at, staging().mapped().data(), size);
     }
 }
 

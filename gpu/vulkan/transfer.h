@@ -3,6 +3,7 @@
 
 #include "common/interop/platform.h"
 #include "gpu/vulkan/buffer.h"
+#include "gpu/vulkan/context.h"
 
 namespace mray::gpu {
 
@@ -11,10 +12,11 @@ inline constexpr std::size_t kPaddedBytes = 16;
 /// Writes points, each followed by a word of 0; `out` has kPaddedBytes a point.
 void write_padded(std::span<const vec3> points, std::span<std::byte> out);
 
-/// Copies directly if a buffer is mapped, otherwise in pieces through a staging buffer.
+/// Copies directly if a buffer is mapped, otherwise in pieces through a staging buffer, which is
+/// made when it is first needed.
 class Transfer {
 public:
-    explicit Transfer(Context& context);
+    explicit Transfer(Context& context) : context_(context) {}
 
     /// Writes bytes to the start of `to`.
     void upload(std::span<const std::byte> bytes, const Buffer& to);
@@ -35,6 +37,7 @@ private:
     void write(std::size_t size, const Buffer& to, Fill fill);
 
     void copy_to(const Buffer& to, std::span<const VkBufferCopy> copies);
+    const Buffer& staging();
 
     Context& context_;
     Buffer staging_;

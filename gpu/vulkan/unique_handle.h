@@ -7,9 +7,15 @@
 
 namespace mray::gpu {
 
+/// From now on nothing of this device is destroyed: it hangs, and may still use its objects.
+void give_up(VkDevice device);
+bool is_given_up(VkDevice device);
+inline bool is_given_up(VkInstance) { return false; }
+
 /// Owns a child of a device (or, with Parent = VkInstance, of an instance), and destroys it by
 /// `destroy(parent, handle, nullptr)`. `destroy` points at volk's function pointer, so the call
-/// uses the function that the pointer holds at that time.
+/// uses the function that the pointer holds at that time. Objects of a device that was given up
+/// stay.
 template <class Handle, class Parent, auto* destroy>
 class UniqueHandle {
 public:
@@ -23,7 +29,8 @@ public:
         return *this;
     }
     ~UniqueHandle() {
-        if (handle_ != VK_NULL_HANDLE) (*destroy)(parent_, handle_, nullptr);
+        if (handle_ != VK_NULL_HANDLE && !is_given_up(parent_))
+            (*destroy)(parent_, handle_, nullptr);
     }
 
     Handle get() const { return handle_; }

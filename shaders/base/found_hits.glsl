@@ -1,14 +1,14 @@
-// The hits of an earlier pass, as texels: some devices load structures from storage buffers lane by
-// lane, but texels at once.
+// The hits of an earlier pass.
 #ifndef SHADERS_BASE_FOUND_HITS_GLSL
 #define SHADERS_BASE_FOUND_HITS_GLSL
 
+#include "shaders/base/buffers.glsl"
 #include "shaders/kernel_interface.h"
 
-layout(binding = kBindFoundHits) uniform usamplerBuffer found_hits;
+READ4(FoundHits, found_hits, kBindFoundHits);
 
 Hit found_hit(uint index) {
-    uvec4 words = texelFetch(found_hits, int(index));
+    uvec4 words = AT4(found_hits, index);
     Hit hit;
     hit.t = uintBitsToFloat(words.x);
     hit.u = uintBitsToFloat(words.y);

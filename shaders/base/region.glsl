@@ -4,7 +4,7 @@
 #define SHADERS_BASE_REGION_GLSL
 
 #include "shaders/kernel_interface.h"
-#include "shaders/base/spread.glsl"
+#include "shaders/base/lavapipe.h"
 
 layout(local_size_x = kGroupSize) in;
 

@@ -2,14 +2,14 @@
 #ifndef SHADERS_BASE_SCENE_GLSL
 #define SHADERS_BASE_SCENE_GLSL
 
-#include "shaders/kernel_interface.h"
+#include "shaders/base/buffers.glsl"
+#include "shaders/base/positions.glsl"
 
-layout(binding = kBindPositions, rgba32ui) uniform readonly uimageBuffer positions;
-layout(binding = kBindTriangles, rgba32ui) uniform readonly uimageBuffer triangles;
+READ4_IN_PLACE(Triangles, triangles, kBindTriangles);
 
 /// Three vertices and the albedo.
-uvec4 scene_triangle(uint prim_id) { return imageLoad(triangles, int(prim_id)); }
+uvec4 scene_triangle(uint prim_id) { return AT4_IN_PLACE(triangles, prim_id); }
 
-vec3 scene_vertex(uint v) { return uintBitsToFloat(imageLoad(positions, int(v)).xyz); }
+vec3 scene_vertex(uint v) { return uintBitsToFloat(position_bits(v)); }
 
 #endif  // SHADERS_BASE_SCENE_GLSL

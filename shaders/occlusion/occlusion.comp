@@ -6,14 +6,14 @@
 
 #include "shaders/base/found_hits.glsl"
 #include "shaders/shade/pixel_surface.glsl"
-#include "shaders/base/spread.glsl"
+#include "shaders/base/lavapipe.h"
 #include "shaders/single_ray/traverse.glsl"
 #include "shaders/single_ray/work.glsl"
 
 layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { OcclusionArguments args; };
-layout(binding = kBindVisiblePixels) uniform usamplerBuffer visible_pixels;
+READ1(VisiblePixels, visible_pixels, kBindVisiblePixels);
 layout(std430, binding = kBindOcclusion) buffer Occlusion { uint occlusion[]; };
 
 void main() {
@@ -23,7 +23,7 @@ void main() {
     bool is_shadow = args.params.rays == kRaysShadow;
     uint samples = is_shadow ? 1u : args.params.ao_count;
     if (i >= min(args.ray_end, work.header.visible_count * samples)) return;
-    uint index = texelFetch(visible_pixels, int(i / samples)).x;
+    uint index = AT1(visible_pixels, i / samples);
     uint x = args.x + index % args.width;
     uint y = args.y + index / args.width;
     Hit hit = found_hit(index);

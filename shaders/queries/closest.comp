@@ -7,9 +7,10 @@
 
 #include "common/interop/closest_rule.h"
 #include "common/interop/hit_rule.h"
+#include "shaders/base/buffers.glsl"
 #include "shaders/kernel_interface.h"
 
-layout(binding = kBindRays) uniform usamplerBuffer points;
+READ4(Points, points, kBindRays);
 
 uvec4 answer;
 vec3 point;
@@ -38,7 +39,7 @@ uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
 void main() {
     uint question;
     if (!find_question(question)) return;
-    uvec4 words = texelFetch(points, int(question));
+    uvec4 words = AT4(points, question);
     point = uintBitsToFloat(words.xyz);
     answer = uvec4(words.w, kNoPrim, 0u, 0u);
     ask(question);

@@ -10,8 +10,8 @@
 #include "shaders/kernel_interface.h"
 #include "shaders/queries/question.glsl"
 
-layout(binding = kBindRays) uniform usamplerBuffer rays;
-layout(binding = kBindVisiblePixels) uniform usamplerBuffer first_prims;
+READ4(Rays, rays, kBindRays);
+READ1(FirstPrims, first_prims, kBindVisiblePixels);
 
 uvec4 answer;
 Ray ray;
@@ -58,13 +58,13 @@ uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
 void main() {
     uint question;
     if (!find_question(question)) return;
-    vec4 first = uintBitsToFloat(texelFetch(rays, int(2u * question)));
-    vec4 second = uintBitsToFloat(texelFetch(rays, int(2u * question + 1u)));
+    vec4 first = uintBitsToFloat(AT4(rays, 2u * question));
+    vec4 second = uintBitsToFloat(AT4(rays, 2u * question + 1u));
     ray.org = first.xyz;
     ray.tnear = first.w;
     ray.dir = second.xyz;
     ray.tfar = second.w;
-    first_prim = texelFetch(first_prims, int(question)).x;
+    first_prim = AT1(first_prims, question);
     slab = slab_ray(ray.org, ray.dir);
     sheared = shear_ray(ray.org, ray.dir);
     answer = uvec4(0u);

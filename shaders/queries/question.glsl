@@ -4,10 +4,11 @@
 
 #extension GL_EXT_control_flow_attributes : require
 
+#include "shaders/base/buffers.glsl"
 #include "shaders/kernel_interface.h"
 
 layout(push_constant) uniform Arguments { QuestionArguments args; };
-layout(binding = kBindRepeated) uniform usamplerBuffer repeated;
+READ1(Repeated, repeated, kBindRepeated);
 
 /// The first place of (first, prim_id) or what is greater: at most 28 iterations.
 uint place_of_repeat(uint first, uint prim_id) {
@@ -15,8 +16,8 @@ uint place_of_repeat(uint first, uint prim_id) {
     uint high = args.repeated_count;
     [[dont_unroll]] while (low < high) {
         uint middle = (low + high) / 2u;
-        uint at = texelFetch(repeated, int(2u * middle)).x;
-        uint repeat = texelFetch(repeated, int(2u * middle + 1u)).x;
+        uint at = AT1(repeated, 2u * middle);
+        uint repeat = AT1(repeated, 2u * middle + 1u);
         bool is_below = at < first || (at == first && repeat < prim_id);
         low = is_below ? middle + 1u : low;
         high = is_below ? high : middle;
@@ -34,9 +35,9 @@ uint count_repeats(uint first) {
 /// kNoPrim.
 uint first_repeat(uint first, uint prim_id) {
     uint place = place_of_repeat(first, prim_id);
-    if (place == args.repeated_count || texelFetch(repeated, int(2u * place)).x != first)
+    if (place == args.repeated_count || AT1(repeated, 2u * place) != first)
         return kNoPrim;
-    return texelFetch(repeated, int(2u * place + 1u)).x;
+    return AT1(repeated, 2u * place + 1u);
 }
 
 #endif  // SHADERS_QUERIES_QUESTION_GLSL

@@ -20,7 +20,7 @@ layout(local_size_x = kGroupSize) in;
 
 layout(constant_id = kConstantStepBudget) const uint kSteps = kQuestionStepBudget;
 
-layout(binding = kBindNodes, rgba32ui) uniform readonly uimageBuffer nodes;
+READ4_IN_PLACE(Nodes, nodes, kBindNodes);
 layout(std430, binding = kBindHits) buffer Answers { uvec4 answers[]; };
 layout(std430, binding = kBindStates) buffer States { uint states[]; };
 layout(std430, binding = kBindWork) buffer Work {
@@ -58,13 +58,13 @@ uint visit_node() {
     uint nearest = 0xFFFFFFFFu;
     uint next = kEmptyChild;
     for (uint group = 0u; group < 4u; ++group) {
-        vec4 lower_x = uintBitsToFloat(imageLoad(nodes, int(at + kNodeLowerX + group)));
-        vec4 upper_x = uintBitsToFloat(imageLoad(nodes, int(at + kNodeUpperX + group)));
-        vec4 lower_y = uintBitsToFloat(imageLoad(nodes, int(at + kNodeLowerY + group)));
-        vec4 upper_y = uintBitsToFloat(imageLoad(nodes, int(at + kNodeUpperY + group)));
-        vec4 lower_z = uintBitsToFloat(imageLoad(nodes, int(at + kNodeLowerZ + group)));
-        vec4 upper_z = uintBitsToFloat(imageLoad(nodes, int(at + kNodeUpperZ + group)));
-        uvec4 child = imageLoad(nodes, int(at + kNodeChild + group));
+        vec4 lower_x = uintBitsToFloat(AT4_IN_PLACE(nodes, at + kNodeLowerX + group));
+        vec4 upper_x = uintBitsToFloat(AT4_IN_PLACE(nodes, at + kNodeUpperX + group));
+        vec4 lower_y = uintBitsToFloat(AT4_IN_PLACE(nodes, at + kNodeLowerY + group));
+        vec4 upper_y = uintBitsToFloat(AT4_IN_PLACE(nodes, at + kNodeUpperY + group));
+        vec4 lower_z = uintBitsToFloat(AT4_IN_PLACE(nodes, at + kNodeLowerZ + group));
+        vec4 upper_z = uintBitsToFloat(AT4_IN_PLACE(nodes, at + kNodeUpperZ + group));
+        uvec4 child = AT4_IN_PLACE(nodes, at + kNodeChild + group);
         for (uint i = 0u; i < 4u; ++i) {
             uint key;
             bool is_met = meets(vec3(lower_x[i], lower_y[i], lower_z[i]),
@@ -96,7 +96,7 @@ uint visit_node() {
 /// One triangle of the leaf.
 uint visit_triangle() {
     uint at = (current & ~kLeafBit) * kLeafVec4s;
-    uint count = corner_triangle_count(imageLoad(leaves, int(at)).w);
+    uint count = corner_triangle_count(AT4_IN_PLACE(leaves, at).w);
     uint steps = 1u;
     if (triangle < count) {
         vec3 a;

@@ -6,10 +6,11 @@
 #include "shaders/base/exact.glsl"
 
 #include "common/interop/winding_rule.h"
+#include "shaders/base/buffers.glsl"
 #include "shaders/kernel_interface.h"
 #include "shaders/queries/question.glsl"
 
-layout(binding = kBindRays) uniform usamplerBuffer points;
+READ4(Points, points, kBindRays);
 layout(std430, binding = kBindPixels) writeonly buffer Pairs { uvec2 pairs[]; };
 
 uvec4 answer;
@@ -46,7 +47,7 @@ void list_uncertain(uint prim_id) {
 
 void main() {
     if (!find_question(point_index)) return;
-    point = uintBitsToFloat(texelFetch(points, int(point_index)).xyz);
+    point = uintBitsToFloat(AT4(points, point_index).xyz);
     answer = uvec4(0u);
     ask(point_index);
 }

@@ -2,40 +2,42 @@
 // parents.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#extension GL_EXT_control_flow_attributes : require
 #include "shaders/base/exact.glsl"
 
 #include "common/interop/slab.h"
+#include "shaders/base/positions.glsl"
 #include "shaders/refit/refit.glsl"
 
-layout(binding = kBindPose) uniform usamplerBuffer positions;
-layout(binding = kBindLeafVertices) uniform usamplerBuffer leaf_vertices;
-layout(binding = kBindLeafParents) uniform usamplerBuffer leaf_parents;
-layout(binding = kBindLeavesOut, r32ui) writeonly uniform uimageBuffer leaves_out;
+READ1(LeafVertices, leaf_vertices, kBindLeafVertices);
+READ1(LeafParents, leaf_parents, kBindLeafParents);
+
+#ifdef STORAGE_BUFFERS
+// Whole vectors, of which the last word stays, so that 16 lanes write 256 bytes in sequence.
+layout(std430, binding = kBindLeafWords) buffer LeafWords { uvec4 leaf_vectors[]; };
+void store_vertex(uint at, uvec3 bits) { leaf_vectors[at] = uvec4(bits, leaf_vectors[at].w); }
+#else
+layout(binding = kBindLeafWords, r32ui) writeonly uniform uimageBuffer leaf_words;
+void store_vertex(uint at, uvec3 bits) {
+    imageStore(leaf_words, int(4u * at), uvec4(bits.x));
+    imageStore(leaf_words, int(4u * at + 1u), uvec4(bits.y));
+    imageStore(leaf_words, int(4u * at + 2u), uvec4(bits.z));
+}
+#endif
 
 void main() {
-    if (gl_GlobalInvocationID.x >= args.count) return;
-    uint leaf = args.first + gl_GlobalInvocationID.x;
-    // All are fetched before the first is used, since each may be far away in memory.
-    uvec3 bits[kLeafVertices];
-    [[unroll]] for (uint quarter = 0u; quarter < kLeafVertices / 4u; ++quarter) {
-        uvec4 vertices = texelFetch(leaf_vertices, int(leaf * kLeafVertices / 4u + quarter));
-        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
-            bits[4u * quarter + i] = texelFetch(positions, int(vertices[i])).xyz;
-        }
-    }
+    uint leaf = refit_item();
     vec3 lower = vec3(kEmptyPlane);
     vec3 upper = vec3(-kEmptyPlane);
-    [[unroll]] for (uint i = 0u; i < kLeafVertices; ++i) {
-        int at = int(4u * (leaf * kLeafVec4s + i));
-        imageStore(leaves_out, at, uvec4(bits[i].x));
-        imageStore(leaves_out, at + 1, uvec4(bits[i].y));
-        imageStore(leaves_out, at + 2, uvec4(bits[i].z));
-        vec3 p = uintBitsToFloat(bits[i]);
+    if (is_within()) {
+        uvec3 bits = position_bits(AT1(leaf_vertices, leaf * kLeafVertices + refit_lane()));
+        store_vertex(leaf * kLeafVec4s + refit_lane(), bits);
+        vec3 p = uintBitsToFloat(bits);
         bool is_finite = p.x <= kSceneExtent;
-        lower = is_finite ? min(lower, p) : lower;
-        upper = is_finite ? max(upper, p) : upper;
+        lower = is_finite ? p : lower;
+        upper = is_finite ? p : upper;
     }
+    unite(lower, upper);
+    if (!is_within()) return;
     // No pad for an empty box, which stays the neutral element of a union.
     if (lower.x <= upper.x) {
         float extent = largest_extent(lower, upper);
@@ -46,5 +48,5 @@ void main() {
         lower = below;
         upper = above;
     }
-    store_box(texelFetch(leaf_parents, int(leaf)).x, lower, upper);
+    store_box(AT1(leaf_parents, leaf), lower, upper);
 }

@@ -6,31 +6,18 @@
 
 #include "shaders/refit/refit.glsl"
 
-layout(binding = kBindRefittedNodes) uniform usamplerBuffer nodes;
-layout(binding = kBindNodeParents) uniform usamplerBuffer node_parents;
-
-float lowest(uint at) {
-    vec4 v = min(min(uintBitsToFloat(texelFetch(nodes, int(at))),
-                     uintBitsToFloat(texelFetch(nodes, int(at + 1u)))),
-                 min(uintBitsToFloat(texelFetch(nodes, int(at + 2u))),
-                     uintBitsToFloat(texelFetch(nodes, int(at + 3u)))));
-    return min(min(v.x, v.y), min(v.z, v.w));
-}
-
-float highest(uint at) {
-    vec4 v = max(max(uintBitsToFloat(texelFetch(nodes, int(at))),
-                     uintBitsToFloat(texelFetch(nodes, int(at + 1u)))),
-                 max(uintBitsToFloat(texelFetch(nodes, int(at + 2u))),
-                     uintBitsToFloat(texelFetch(nodes, int(at + 3u)))));
-    return max(max(v.x, v.y), max(v.z, v.w));
-}
+READ1(NodeParents, node_parents, kBindNodeParents);
 
 void main() {
-    if (gl_GlobalInvocationID.x >= args.count) return;
-    uint node = args.first + gl_GlobalInvocationID.x;
-    uint at = node * kNodeVec4s;
-    vec3 lower = vec3(lowest(at + kNodeLowerX), lowest(at + kNodeLowerY), lowest(at + kNodeLowerZ));
-    vec3 upper =
-        vec3(highest(at + kNodeUpperX), highest(at + kNodeUpperY), highest(at + kNodeUpperZ));
-    store_box(texelFetch(node_parents, int(node)).x, lower, upper);
+    uint node = refit_item();
+    vec3 lower = vec3(kEmptyPlane);
+    vec3 upper = vec3(-kEmptyPlane);
+    if (is_within()) {
+        float planes[6];
+        for (uint p = 0u; p < 6u; ++p) planes[p] = load_plane(plane_at(node, p) + refit_lane());
+        lower = vec3(planes[0], planes[2], planes[4]);
+        upper = vec3(planes[1], planes[3], planes[5]);
+    }
+    unite(lower, upper);
+    if (is_within()) store_box(AT1(node_parents, node), lower, upper);
 }

@@ -9,7 +9,7 @@
 #include "shaders/shade/pixel_surface.glsl"
 #include "shaders/base/region.glsl"
 
-layout(binding = kBindFoundOcclusion) uniform usamplerBuffer found_occlusion;
+READ1(FoundOcclusion, found_occlusion, kBindFoundOcclusion);
 layout(std430, binding = kBindPixels) writeonly buffer Pixels { uint pixels[]; };
 
 /// Shades four pixels a lane, in stages: a single pixel is one long chain of dependent
@@ -52,7 +52,7 @@ void main() {
         triangle[i] = scene_triangle(is_hit[i] ? hits[i].prim_id : 0u);
         // Without secondary rays it reads the same word for all, which stays in the cache.
         uint from = params.rays == kRaysPrimary ? 0u : index[i];
-        occluded[i] = texelFetch(found_occlusion, int(from)).x;
+        occluded[i] = AT1(found_occlusion, from);
     }
     [[unroll]] for (uint i = 0u; i < 4u; ++i) {
         a[i] = scene_vertex(triangle[i].x);

@@ -9,14 +9,14 @@
 layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { RaysArguments args; };
-layout(binding = kBindRays) uniform usamplerBuffer rays;
+READ4(Rays, rays, kBindRays);
 layout(std430, binding = kBindHits) writeonly buffer Hits { Hit hits[]; };
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= args.ray_count) return;
-    vec4 first = uintBitsToFloat(texelFetch(rays, int(2u * i)));
-    vec4 second = uintBitsToFloat(texelFetch(rays, int(2u * i + 1u)));
+    vec4 first = uintBitsToFloat(AT4(rays, 2u * i));
+    vec4 second = uintBitsToFloat(AT4(rays, 2u * i + 1u));
     Ray ray;
     ray.org = first.xyz;
     ray.tnear = first.w;

@@ -1,10 +1,6 @@
 // The traversal of one ray a lane over the shared layout, depth first, nearest child next. The
 // answer is that of the hit rule (common/interop/hit_rule.h) and does not depend on the order of
 // visits.
-//
-// Some devices mask branches instead of jumping over them. They run the body of a loop at least
-// once, and that of a `while` once more. So loops here are `do` loops, nested such that most bodies
-// have work.
 #ifndef SHADERS_SINGLE_RAY_TRAVERSE_GLSL
 #define SHADERS_SINGLE_RAY_TRAVERSE_GLSL
 
@@ -17,7 +13,7 @@
 
 layout(constant_id = kConstantStepBudget) const uint kSteps = kStepBudget;
 
-layout(binding = kBindNodes, rgba32ui) uniform readonly uimageBuffer nodes;
+READ4_IN_PLACE(Nodes, nodes, kBindNodes);
 
 /// Entries (child, bits of the least depth of hits in it). consider() writes the entry above the top
 /// even if it pushes nothing, which saves a branch; so there is one more entry than the stack needs.
@@ -84,7 +80,7 @@ NodeRay node_ray(SlabRay s) {
 
 /// The distances at which the ray meets four planes.
 vec4 distances(uint at, float org, float rdir) {
-    precise vec4 relative = uintBitsToFloat(imageLoad(nodes, int(at))) - vec4(org);
+    precise vec4 relative = uintBitsToFloat(AT4_IN_PLACE(nodes, at)) - vec4(org);
     precise vec4 t = relative * vec4(rdir);
     return t;
 }
@@ -114,7 +110,7 @@ void visit_quarter(inout Traversal t, inout float nearest, NodeRay ray, uint nod
     precise vec4 leave = min(min(far_x, far_y), far_z) * vec4(kSlabRounding);
     precise vec4 early = enter - vec4(ray.depth_margin);
     vec4 least = max(max(near_z, early), vec4(0.0f));
-    uvec4 child = imageLoad(nodes, int(at + kNodeChild));
+    uvec4 child = AT4_IN_PLACE(nodes, at + kNodeChild);
     float last = last_depth(t.best.t);
     consider(t, nearest, child.x, least.x, enter.x <= leave.x && least.x <= last);
     consider(t, nearest, child.y, least.y, enter.y <= leave.y && least.y <= last);
@@ -155,36 +151,10 @@ uint visit_node(inout Traversal t, NodeRay ray) {
     return t.current == kEmptyChild ? 1u + pop(t) : 1u;
 }
 
-/// Deferred triangles, which are uncertain for the fast filter: leaves and their triangles (bits),
-/// a queue in registers whose last entry is 0 as long as there is room. Applying the rule at once
-/// would cost all lanes its full price for the few that need it, on devices that mask branches.
-const uint kMaxDeferred = 4u;
-uint deferred_leaves[kMaxDeferred];
-uint deferred_triangles[kMaxDeferred];
-
-bool has_room() { return deferred_triangles[kMaxDeferred - 1u] == 0u; }
-
-void clear_deferred() {
-    [[unroll]] for (uint i = 0u; i < kMaxDeferred; ++i) deferred_triangles[i] = 0u;
-}
-
-void note_uncertain(uint leaf, uint triangles) {
-    bool is_any = triangles != 0u;
-    [[unroll]] for (uint i = 1u; i < kMaxDeferred; ++i) {
-        uint to = kMaxDeferred - i;
-        deferred_leaves[to] = is_any ? deferred_leaves[to - 1u] : deferred_leaves[to];
-        deferred_triangles[to] = is_any ? deferred_triangles[to - 1u] : deferred_triangles[to];
-    }
-    deferred_leaves[0] = is_any ? leaf : deferred_leaves[0];
-    deferred_triangles[0] = is_any ? triangles : deferred_triangles[0];
-}
-
-void take_hit(inout Traversal t, TriangleHit hit, uint prim_id, bool is_hit) {
-    bool is_better = is_hit && is_closer(hit.t, prim_id, t.best.t, t.best_prim);
-    t.best.t = is_better ? hit.t : t.best.t;
-    t.best.u = is_better ? hit.u : t.best.u;
-    t.best.v = is_better ? hit.v : t.best.v;
-    t.best_prim = is_better ? prim_id : t.best_prim;
+void take_hit(inout Traversal t, TriangleHit hit, uint prim_id) {
+    if (!is_closer(hit.t, prim_id, t.best.t, t.best_prim)) return;
+    t.best = hit;
+    t.best_prim = prim_id;
 }
 
 /// The rule's fast path, for a triangle that is surely_inside and whose z have one sign.
@@ -196,67 +166,26 @@ bool fast_hit(Ray ray, ShearedRay sheared, vec3 a, vec3 b, vec3 c, out TriangleH
     return is_in_range(hit.t, ray.tnear, ray.tfar) && finite_vertices(a, b, c);
 }
 
-/// Takes the hits of triangles that the ray surely goes through, and defers the uncertain ones.
 /// Returns the number of steps.
 uint visit_leaf(inout Traversal t, Ray ray, ShearedRay sheared, bool any_hit) {
-    uint leaf = t.current & ~kLeafBit;
-    uint at = leaf * kLeafVec4s;
-    uint count = corner_triangle_count(imageLoad(leaves, int(at)).w);
-    uint inside = 0u;
-    uint uncertain = 0u;
-    vec3 a, b, c;
-    uint i = 0u;
-    do {
+    uint at = (t.current & ~kLeafBit) * kLeafVec4s;
+    uint count = corner_triangle_count(AT4_IN_PLACE(leaves, at).w);
+    for (uint i = 0u; i < count; ++i) {
+        vec3 a, b, c;
         leaf_triangle(at, i, a, b, c);
         Edges e = fast_edges(project_fast(sheared, a), project_fast(sheared, b),
                              project_fast(sheared, c));
+        if (!may_be_inside(e)) continue;
         // A triangle that reaches behind the origin is uncertain, since the rule may not take its
         // fast path for it.
         bool is_sure = surely_inside(sheared, e) && e.depth_range < e.depth_size;
-        inside |= is_sure ? 1u << i : 0u;
-        uncertain |= may_be_inside(e) && !is_sure ? 1u << i : 0u;
-        ++i;
-    } while (i < count);
-    uint steps = 2u + count;
-    do {
-        i = uint(findLSB(inside)) & 15u;
-        leaf_triangle(at, i, a, b, c);
         TriangleHit hit;
-        bool is_hit = fast_hit(ray, sheared, a, b, c, hit);
-        take_hit(t, hit, leaf_prim(at, i), is_hit && inside != 0u);
-        inside &= inside - 1u;
-        ++steps;
-    } while (inside != 0u);
-    note_uncertain(leaf, uncertain);
+        bool is_hit = is_sure ? fast_hit(ray, sheared, a, b, c, hit)
+                              : intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
+        if (is_hit) take_hit(t, hit, leaf_prim(at, i));
+    }
     if (any_hit && t.best_prim != kNoPrim) t.stack_size = 0u;
-    return steps + pop(t);
-}
-
-/// Applies the rule to the deferred triangles. Returns the number of steps.
-uint resolve_deferred(inout Traversal t, Ray ray, ShearedRay sheared) {
-    uint steps = 0u;
-    do {
-        uint triangles = deferred_triangles[0];
-        bool is_any = triangles != 0u;
-        uint i = uint(findLSB(triangles)) & 15u;
-        uint at = is_any ? deferred_leaves[0] * kLeafVec4s : 0u;
-        deferred_triangles[0] = triangles & (triangles - 1u);
-        bool is_next = deferred_triangles[0] == 0u;
-        [[unroll]] for (uint k = 1u; k < kMaxDeferred; ++k) {
-            deferred_leaves[k - 1u] = is_next ? deferred_leaves[k] : deferred_leaves[k - 1u];
-            deferred_triangles[k - 1u] =
-                is_next ? deferred_triangles[k] : deferred_triangles[k - 1u];
-        }
-        const uint last = kMaxDeferred - 1u;
-        deferred_triangles[last] = is_next ? 0u : deferred_triangles[last];
-        vec3 a, b, c;
-        leaf_triangle(at, i, a, b, c);
-        TriangleHit hit;
-        bool is_hit = intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
-        take_hit(t, hit, leaf_prim(at, i), is_hit && is_any);
-        ++steps;
-    } while (deferred_triangles[0] != 0u);
-    return steps;
+    return 2u + count + pop(t);
 }
 
 /// Continues until the answer is known (finished()) or the lane's steps are used up. An any-hit
@@ -264,27 +193,12 @@ uint resolve_deferred(inout Traversal t, Ray ray, ShearedRay sheared) {
 void traverse(inout Traversal t, Ray ray, bool any_hit) {
     NodeRay boxes = node_ray(slab_ray(ray.org, ray.dir));
     ShearedRay sheared = shear_ray(ray.org, ray.dir);
-    clear_deferred();
     uint steps = 0u;
     do {
-        do {
-            // kEmptyChild has kLeafBit set.
-            do {
-                if ((t.current & kLeafBit) == 0u) steps += visit_node(t, boxes);
-            } while ((t.current & kLeafBit) == 0u && steps < kSteps);
-            do {
-                if ((t.current & kLeafBit) != 0u && t.current != kEmptyChild) {
-                    steps += visit_leaf(t, ray, sheared, any_hit);
-                }
-            } while ((t.current & kLeafBit) != 0u && t.current != kEmptyChild && has_room() &&
-                     steps < kSteps);
-            steps += 3u;
-        } while (t.current != kEmptyChild && has_room() && steps < kSteps);
-        steps += 1u + resolve_deferred(t, ray, sheared);
-        if (any_hit && t.best_prim != kNoPrim) {
-            t.current = kEmptyChild;
-            t.stack_size = 0u;
-        }
+        // kEmptyChild has kLeafBit set.
+        while ((t.current & kLeafBit) == 0u && steps < kSteps) steps += visit_node(t, boxes);
+        if ((t.current & kLeafBit) != 0u && t.current != kEmptyChild)
+            steps += visit_leaf(t, ray, sheared, any_hit);
     } while (t.current != kEmptyChild && steps < kSteps);
 }
 

@@ -24,6 +24,7 @@ void run_session(const FaultyLoader& loader, bool force_staging) {
     tuning.loader = loader.get();
     tuning.force_staging = force_staging;
     tuning.step_budget = 20;
+    if (force_staging) tuning.buffer_kind = gpu::BufferKind::kStorage;
     tuning.tiles_per_dispatch = 16;
     const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
     const DeviceScene scene = torus(12, 8);

@@ -27,6 +27,8 @@ bool fails(const char* name) {
     // A backend compiles kernels in several threads.
     static std::mutex mutex;
     const std::scoped_lock lock(mutex);
+    // Volk's pointers stay after the loader has ended.
+    if (active() == nullptr) return false;
     Faults& f = *active();
     const bool is_counted = f.counts(name);
     const std::size_t index = f.call_count;
@@ -106,7 +108,7 @@ using ListDevices = Hook<"vkEnumeratePhysicalDevices", PFN_vkEnumeratePhysicalDe
 
 VKAPI_ATTR VkResult VKAPI_CALL list_devices(VkInstance instance, std::uint32_t* count,
                                             VkPhysicalDevice* devices) {
-    if (active()->hide_devices) {
+    if (active() != nullptr && active()->hide_devices) {
         *count = 0;
         return VK_SUCCESS;
     }
@@ -120,11 +122,12 @@ struct Real {
 
 VKAPI_ATTR void VKAPI_CALL properties(VkPhysicalDevice device, VkPhysicalDeviceProperties* out) {
     Real<PFN_vkGetPhysicalDeviceProperties>::call(device, out);
-    if (active()->edit_properties) active()->edit_properties(*out);
+    if (active() != nullptr && active()->edit_properties) active()->edit_properties(*out);
 }
 
 VKAPI_ATTR void VKAPI_CALL properties2(VkPhysicalDevice device, VkPhysicalDeviceProperties2* out) {
     Real<PFN_vkGetPhysicalDeviceProperties2>::call(device, out);
+    if (active() == nullptr) return;
     if (active()->edit_properties) active()->edit_properties(out->properties);
     for (auto* p = static_cast<VkBaseOutStructure*>(out->pNext); p != nullptr; p = p->pNext) {
         if (p->sType != VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FLOAT_CONTROLS_PROPERTIES) continue;
@@ -137,7 +140,7 @@ VKAPI_ATTR void VKAPI_CALL properties2(VkPhysicalDevice device, VkPhysicalDevice
 VKAPI_ATTR void VKAPI_CALL queue_families(VkPhysicalDevice device, std::uint32_t* count,
                                           VkQueueFamilyProperties* out) {
     Real<PFN_vkGetPhysicalDeviceQueueFamilyProperties>::call(device, count, out);
-    if (out == nullptr || !active()->edit_queue_family) return;
+    if (out == nullptr || active() == nullptr || !active()->edit_queue_family) return;
     for (std::uint32_t i = 0; i < *count; ++i) active()->edit_queue_family(out[i]);
 }
 

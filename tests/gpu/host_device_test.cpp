@@ -177,7 +177,7 @@ TEST(HostDevice, AChangeWithoutMemoryLeavesOtherScenesAlone) {
     const morphray::Scene other = rig.scene();
     const std::vector<morphray::Hit> hits = hits_of(other, rig.rays);
     scene.attach(rig.mesh.view());
-    rig.faults.fail_name = "vkAllocateMemory";
+    rig.faults.fail_name = "vkCreateBuffer";
     EXPECT_EQ(error_of([&] { scene.update(); }), "limit");
     rig.faults.fail_name.clear();
     EXPECT_EQ(error_of([&] { scene.update(); }), "limit");

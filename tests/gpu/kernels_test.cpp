@@ -1,11 +1,16 @@
 // Kernels are compiled when a call first needs them, each once.
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <thread>
 #include <vector>
 
 #include "common/base/errors.h"
+#include "gpu/shared_device.h"
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
@@ -93,6 +98,46 @@ TEST(Kernels, ThatFailToCompileAreCompiledByTheNextCall) {
             EXPECT_EQ(image_hashes(device.backend(), params), expected);
         }
     }
+}
+
+TEST(SharedDevice, ServesManyScenesThatCostTheirBuffersOnly) {
+    std::map<std::string, int, std::less<>> calls;
+    Faults faults;
+    faults.counts = [&](std::string_view name) {
+        ++calls[std::string(name)];
+        return false;
+    };
+    const FaultyLoader loader(faults);
+    gpu::Tuning tuning;
+    tuning.loader = loader.get();
+    const std::shared_ptr<gpu::SharedDevice> shared = gpu::open_device({}, tuning);
+    const DeviceScene scene = torus(12, 8);
+    const Bvh bvh = plain_tree(scene);
+    constexpr int kBackends = 200;
+    std::vector<std::unique_ptr<Backend>> backends;
+    std::optional<ImageHashes> expected;
+    for (int i = 0; i < kBackends; ++i) {
+        Backend& backend = *backends.emplace_back(gpu::make_tuned_backend(shared, tuning));
+        backend.set_scene(scene.topology, scene.positions, bvh);
+        const ImageHashes hashes = image_hashes(backend, view(16, 16, kRaysShadow));
+        if (!expected) expected = hashes;
+        EXPECT_EQ(hashes, *expected);
+    }
+    EXPECT_EQ(calls["vkCreateInstance"], 1);
+    EXPECT_EQ(calls["vkCreateDevice"], 1);
+    EXPECT_EQ(calls["vkCreateComputePipelines"], 4);
+    EXPECT_LT(calls["vkAllocateMemory"], 20);
+}
+
+TEST(SharedDevice, IsMadeAnewAfterItWasLost) {
+    const std::shared_ptr<gpu::SharedDevice> first = gpu::open_device({});
+    EXPECT_EQ(gpu::open_device({}), first);
+    first->device.set_lost();
+    const std::shared_ptr<gpu::SharedDevice> second = gpu::open_device({});
+    EXPECT_NE(second, first);
+    EXPECT_EQ(gpu::open_device({}), second);
+    // A validated one is the caller's alone.
+    EXPECT_NE(gpu::open_device({.device = "", .validate = true}), second);
 }
 
 TEST(Kernels, OfSeveralBackendsAreCompiledAtTheSameTime) {

@@ -85,11 +85,14 @@ std::string refusal(const std::function<void()>& action) {
 
 void expect_refusal(const gpu::PhysicalDevice& device, const gpu::SceneSize& scene,
                     const char* part) {
-    const std::string text = refusal([&] { gpu::check_scene(device, scene); });
+    const std::string text =
+        refusal([&] { gpu::check_scene(device, gpu::BufferKind::kTexels, scene); });
     EXPECT_NE(text.find(part), std::string::npos) << text;
 }
 
-TEST(SceneLimits, AcceptASceneOfOrdinarySize) { gpu::check_scene(roomy(), kDragon); }
+TEST(SceneLimits, AcceptASceneOfOrdinarySize) {
+    gpu::check_scene(roomy(), gpu::BufferKind::kTexels, kDragon);
+}
 
 TEST(SceneLimits, AreCheckedForEachOfThem) {
     gpu::PhysicalDevice device = roomy();
@@ -104,6 +107,30 @@ TEST(SceneLimits, AreCheckedForEachOfThem) {
     gpu::SceneSize deep = kDragon;
     deep.depth = kMaxDepth + 1;
     expect_refusal(roomy(), deep, "17 levels");
+}
+
+TEST(SceneLimits, AreThoseOfStorageBuffersWhereTheseAreRead) {
+    gpu::PhysicalDevice device = roomy();
+    device.limits.maxTexelBufferElements = 65536;
+    gpu::check_scene(device, gpu::BufferKind::kStorage, kDragon);
+    device.limits.maxStorageBufferRange = 1u << 20;
+    EXPECT_NE(refusal([&] {
+                  gpu::check_scene(device, gpu::BufferKind::kStorage, kDragon);
+              }).find("storage buffers hold"),
+              std::string::npos);
+}
+
+TEST(BufferKind, IsStorageForAGpuThatBindsEnough) {
+    gpu::PhysicalDevice device = roomy();
+    device.limits.maxPerStageDescriptorStorageBuffers = gpu::kMostStorageBuffers;
+    device.limits.maxDescriptorSetStorageBuffers = gpu::kMostStorageBuffers;
+    device.info.type = "discrete";
+    EXPECT_EQ(gpu::buffer_kind(device, {}), gpu::BufferKind::kStorage);
+    device.info.type = "cpu";
+    EXPECT_EQ(gpu::buffer_kind(device, {}), gpu::BufferKind::kTexels);
+    device.info.type = "discrete";
+    device.limits.maxPerStageDescriptorStorageBuffers = 4;
+    EXPECT_EQ(gpu::buffer_kind(device, {}), gpu::BufferKind::kTexels);
 }
 
 TEST(SceneLimits, DoNotOverflowOnAbsurdSizes) {

@@ -41,7 +41,10 @@ void expect_same_images(Backend& actual, std::uint32_t width, std::uint32_t heig
     }
 }
 
-TEST(OnePicture, ImagesEqualBruteForce) { expect_same_images(*validated_device(), 77, 53); }
+TEST(OnePicture, ImagesEqualBruteForce) {
+    for (const gpu::BufferKind kind : {gpu::BufferKind::kTexels, gpu::BufferKind::kStorage})
+        expect_same_images(*validated_device({.buffer_kind = kind}), 77, 53);
+}
 
 // Triangles that have no orientation as the eye and the light see them.
 TEST(OnePicture, ImagesOfTrianglesThatPassLightAndEyeEqualTheCpu) {
@@ -119,7 +122,10 @@ TEST(OnePicture, ImagesWithASuspensionAtEveryStepEqualBruteForce) {
 TEST(OnePicture, ImagesWithSomeRaysSuspendedEqualBruteForce) {
     gpu::Tuning tuning;
     tuning.step_budget = 60;
-    expect_same_images(*validated_device(tuning), 61, 43);
+    for (const gpu::BufferKind kind : {gpu::BufferKind::kTexels, gpu::BufferKind::kStorage}) {
+        tuning.buffer_kind = kind;
+        expect_same_images(*validated_device(tuning), 61, 43);
+    }
 }
 
 // The worst trees after deformation, with the default budget: each ray meets every triangle, which

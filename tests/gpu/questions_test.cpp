@@ -40,7 +40,10 @@ void compare_with_brute_force(gpu::Tuning tuning, std::size_t size, const std::s
     }
 }
 
-TEST(Questions, HaveTheBitsOfBruteForce) { compare_with_brute_force({}, 150); }
+TEST(Questions, HaveTheBitsOfBruteForce) {
+    compare_with_brute_force({}, 150);
+    compare_with_brute_force({.buffer_kind = gpu::BufferKind::kStorage}, 50);
+}
 
 TEST(Questions, HaveThemWhenTheyAreSuspendedAllTheTime) {
     compare_with_brute_force({.step_budget = 150}, 8);

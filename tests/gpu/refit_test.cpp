@@ -110,6 +110,7 @@ std::vector<vec3> parted(const DeviceScene& scene, std::uint32_t sides, float di
 void expect_same_restructurings(bool force_staging) {
     gpu::Tuning tuning;
     tuning.force_staging = force_staging;
+    tuning.buffer_kind = force_staging ? gpu::BufferKind::kStorage : gpu::BufferKind::kTexels;
     const auto vulkan = validated_device(tuning);
     const auto cpu = cpu::make_scalar_backend();
     constexpr std::uint32_t kSides = 32;

@@ -29,9 +29,11 @@ std::vector<vec3> pose(const DeviceScene& scene, int number) {
     return positions;
 }
 
+/// With staging buffers are read as on a GPU, too.
 std::unique_ptr<Backend> tuned_device(bool force_staging, std::uint32_t step_budget = kStepBudget) {
     gpu::Tuning tuning;
     tuning.force_staging = force_staging;
+    tuning.buffer_kind = force_staging ? gpu::BufferKind::kStorage : gpu::BufferKind::kTexels;
     tuning.step_budget = step_budget;
     return validated_device(tuning);
 }

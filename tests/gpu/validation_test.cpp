@@ -4,7 +4,7 @@
 
 #include "common/base/errors.h"
 #include "common/update/restructure.h"
-#include "gpu/vulkan/pipeline.h"
+#include "gpu/shared_device.h"
 #include "gpu/vulkan/transfer.h"
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/test_scenes.h"
@@ -19,7 +19,8 @@ const gpu::VulkanConfig kValidated = {.device = "", .validate = true};
 class Chain {
 public:
     Chain()
-        : context_(kValidated, gpu::Tuning{}),
+        : shared_(gpu::open_device(kValidated, gpu::Tuning{})),
+          context_(shared_->device, 60'000),
           words_{word("first"), word("second"), word("third")},
           copies_{copy(0, 1), copy(1, 2)} {}
 
@@ -44,10 +45,12 @@ public:
 
 private:
     gpu::Buffer word(const char* name) {
-        return {context_, name, 4, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::kDevice};
+        return {shared_->device, name, 4, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::kDevice};
     }
-    gpu::Pipeline copy(std::size_t from, std::size_t to) {
-        gpu::Pipeline pipeline(context_, "copy", k_hazard_spirv);
+    gpu::BoundPipeline copy(std::size_t from, std::size_t to) {
+        gpu::Pipeline& compiled =
+            shared_->pipelines.get(shared_->device, "copy", k_hazard_spirv, {});
+        gpu::BoundPipeline pipeline(shared_->device, compiled);
         gpu::Bindings bindings;
         bindings.buffers[kBindHits] = words_[from].get();
         bindings.buffers[kBindOcclusion] = words_[to].get();
@@ -55,9 +58,10 @@ private:
         return pipeline;
     }
 
+    std::shared_ptr<gpu::SharedDevice> shared_;
     gpu::Context context_;
     gpu::Buffer words_[3];
-    gpu::Pipeline copies_[2];
+    gpu::BoundPipeline copies_[2];
 };
 
 void expect_internal_error(const std::function<void()>& action, const char* part) {
@@ -87,12 +91,13 @@ TEST(Validation, HasNothingToSayAboutCopiesOfSeveralPieces) {
     gpu::Tuning tuning;
     tuning.log = &log;
     tuning.force_staging = true;
-    gpu::Context context(kValidated, tuning);
+    const std::shared_ptr<gpu::SharedDevice> shared = gpu::open_device(kValidated, tuning);
+    gpu::Context context(shared->device, 60'000);
     gpu::Transfer transfer(context);
     // More than two pieces, and no multiple of one.
     constexpr std::size_t kPoints = (std::size_t{2} << 20) / 3 * 2 + 12345;
     constexpr std::size_t kBytes = kPoints * gpu::kPaddedBytes;
-    gpu::Buffer buffer(context, "points", kBytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+    gpu::Buffer buffer(shared->device, "points", kBytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
                        gpu::Memory::kDevice);
     ASSERT_TRUE(buffer.mapped().empty());
     std::vector<vec3> points(kPoints);
@@ -126,6 +131,7 @@ TEST(Validation, HasNothingToSayAboutAWholeSessionAndItsEnd) {
         gpu::Tuning tuning;
         tuning.log = &log;
         tuning.force_staging = force_staging;
+        if (force_staging) tuning.buffer_kind = gpu::BufferKind::kStorage;
         tuning.step_budget = 40;
         const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend(kValidated, tuning);
         const DeviceScene scene = torus(24, 12);

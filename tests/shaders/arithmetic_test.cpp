@@ -5,7 +5,7 @@
 
 #include <cstring>
 
-#include "gpu/vulkan/pipeline.h"
+#include "gpu/shared_device.h"
 #include "gpu/vulkan/transfer.h"
 #include "tests/shaders/cases.h"
 #include "tests/shaders/evaluate_changed_spirv.h"
@@ -21,13 +21,15 @@ constexpr std::uint32_t kBatch = 1u << 16;
 class Evaluator {
 public:
     Evaluator(std::span<const std::uint32_t> spirv, std::uint32_t function)
-        : context_({.device = "", .validate = true}, gpu::Tuning{}),
+        : shared_(gpu::open_device({.device = "", .validate = true}, gpu::Tuning{})),
+          context_(shared_->device, 60'000),
           transfer_(context_),
-          inputs_(context_, "inputs", sizeof(Inputs) * kBatch, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                  gpu::Memory::kDevice),
-          outputs_(context_, "outputs", sizeof(Outputs) * kBatch,
+          inputs_(shared_->device, "inputs", sizeof(Inputs) * kBatch,
+                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::kDevice),
+          outputs_(shared_->device, "outputs", sizeof(Outputs) * kBatch,
                    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::kDevice),
-          pipeline_(context_, "evaluate", spirv, std::span(&function, 1)) {
+          pipeline_(shared_->device,
+                    shared_->pipelines.get(shared_->device, "evaluate", spirv, {function})) {
         gpu::Bindings bindings;
         bindings.buffers[kBindHits] = inputs_.get();
         bindings.buffers[kBindOcclusion] = outputs_.get();
@@ -50,11 +52,12 @@ public:
     }
 
 private:
+    std::shared_ptr<gpu::SharedDevice> shared_;
     gpu::Context context_;
     gpu::Transfer transfer_;
     gpu::Buffer inputs_;
     gpu::Buffer outputs_;
-    gpu::Pipeline pipeline_;
+    gpu::BoundPipeline pipeline_;
 };
 
 bool same(const Outputs& a, const Outputs& b) { return std::memcmp(&a, &b, sizeof(Outputs)) == 0; }

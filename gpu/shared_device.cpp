@@ -1,0 +1,91 @@
+#include "gpu/shared_device.h"
+
+#include <algorithm>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+namespace mray::gpu {
+namespace {
+
+struct Registry {
+    std::mutex mutex;
+    std::shared_ptr<Instance> instance;
+    std::vector<PhysicalDevice> physical;
+    std::vector<std::shared_ptr<SharedDevice>> devices;
+
+    /// Makes the instance and lists its devices, once. Call it with the mutex locked.
+    void start() {
+        if (instance != nullptr) return;
+        auto made = std::make_shared<Instance>(false, nullptr);
+        physical = physical_devices(*made);
+        instance = std::move(made);
+    }
+};
+
+/// Never destroyed: at the end of a process its driver may be gone first.
+Registry& registry() {
+    static Registry& all = *new Registry;
+    return all;
+}
+
+PhysicalDevice choose(const std::vector<PhysicalDevice>& devices, const std::string& wanted) {
+    std::vector<DeviceInfo> infos;
+    infos.reserve(devices.size());
+    for (const PhysicalDevice& d : devices) infos.push_back(d.info);
+    return devices[choose_device(infos, wanted)];
+}
+
+std::shared_ptr<SharedDevice> adopt(const VulkanConfig& config, const Tuning& tuning) {
+    const HostDevice& host = *config.host;
+    const PFN_vkGetInstanceProcAddr loader =
+        host.get_instance_proc_addr != nullptr
+            ? reinterpret_cast<PFN_vkGetInstanceProcAddr>(host.get_instance_proc_addr)
+            : tuning.loader;
+    auto instance = std::make_shared<Instance>(static_cast<VkInstance>(host.instance), loader);
+    PhysicalDevice physical = host_device(*instance, host);
+    return std::make_shared<SharedDevice>(std::move(instance), std::move(physical), config.host,
+                                          tuning.force_staging);
+}
+
+std::shared_ptr<SharedDevice> make_alone(const VulkanConfig& config, const Tuning& tuning) {
+    auto instance = std::make_shared<Instance>(config.validate, tuning.loader, tuning.log);
+    PhysicalDevice physical = choose(physical_devices(*instance), config.device);
+    return std::make_shared<SharedDevice>(std::move(instance), std::move(physical), nullptr,
+                                          tuning.force_staging);
+}
+
+}  // namespace
+
+std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config, const Tuning& tuning) {
+    Registry& all = registry();
+    const std::scoped_lock lock(all.mutex);
+    if (config.host != nullptr) return adopt(config, tuning);
+    if (config.validate || tuning.loader != nullptr || tuning.log != nullptr ||
+        tuning.force_staging) {
+        return make_alone(config, tuning);
+    }
+    all.start();
+    PhysicalDevice physical = choose(all.physical, config.device);
+    const auto place = std::ranges::find_if(all.devices, [&](const auto& device) {
+        return device->device.physical().handle == physical.handle;
+    });
+    if (place != all.devices.end() && !(*place)->device.is_lost()) return *place;
+    auto made = std::make_shared<SharedDevice>(all.instance, std::move(physical), nullptr, false);
+    if (place == all.devices.end()) {
+        all.devices.push_back(made);
+    } else {
+        *place = made;
+    }
+    return made;
+}
+
+std::vector<PhysicalDevice> physical_devices(PFN_vkGetInstanceProcAddr loader) {
+    Registry& all = registry();
+    const std::scoped_lock lock(all.mutex);
+    if (loader != nullptr) return physical_devices(Instance(false, loader));
+    all.start();
+    return all.physical;
+}
+
+}  // namespace mray::gpu

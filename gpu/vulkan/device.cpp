@@ -1,0 +1,104 @@
+#include "gpu/vulkan/device.h"
+
+#include <utility>
+#include <vector>
+
+#include "gpu/vulkan/result.h"
+
+namespace mray::gpu {
+namespace {
+
+VkDevice create_device(const PhysicalDevice& physical) {
+    const float priority = 1.0f;
+    const VkDeviceQueueCreateInfo queue = {
+        .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+        .queueFamilyIndex = physical.queue_family,
+        .queueCount = 1,
+        .pQueuePriorities = &priority,
+    };
+    std::vector<const char*> extensions;
+    if (physical.float_controls_is_extension)
+        extensions.push_back(VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME);
+    const VkDeviceCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+        .queueCreateInfoCount = 1,
+        .pQueueCreateInfos = &queue,
+        .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
+        .ppEnabledExtensionNames = extensions.data(),
+    };
+    VkDevice device = VK_NULL_HANDLE;
+    const std::scoped_lock lock(loader_mutex());
+    check(vkCreateDevice(physical.handle, &info, nullptr, &device), "create the device");
+    return device;
+}
+
+/// Keeps the queue of an application locked by its own means.
+class HostLock {
+public:
+    explicit HostLock(const HostDevice* host) : host_(host) {
+        if (host_ != nullptr && host_->lock_queue) host_->lock_queue();
+    }
+    ~HostLock() {
+        if (host_ != nullptr && host_->unlock_queue) host_->unlock_queue();
+    }
+    HostLock(const HostLock&) = delete;
+
+private:
+    const HostDevice* host_;
+};
+
+}  // namespace
+
+Device::Device(std::shared_ptr<Instance> instance, PhysicalDevice physical,
+               std::shared_ptr<const HostDevice> host, bool force_staging)
+    : instance_(std::move(instance)),
+      physical_(std::move(physical)),
+      host_(std::move(host)),
+      force_staging_(force_staging) {
+    if (host_ != nullptr) {
+        handle_ = static_cast<VkDevice>(host_->device);
+        queue_ = static_cast<VkQueue>(host_->queue);
+        return;
+    }
+    handle_ = create_device(physical_);
+    vkGetDeviceQueue(handle_, physical_.queue_family, 0, &queue_);
+}
+
+Device::~Device() {
+    if (host_ != nullptr || is_given_up(handle_)) return;
+    const std::scoped_lock lock(loader_mutex());
+    vkDestroyDevice(handle_, nullptr);
+}
+
+void Device::submit(const VkSubmitInfo& submission, VkFence fence) {
+    const std::scoped_lock lock(queue_mutex_);
+    const HostLock host_lock(host_.get());
+    const VkResult result = vkQueueSubmit(queue_, 1, &submission, fence);
+    if (result == VK_ERROR_DEVICE_LOST) set_lost();
+    check(result, "submit work");
+}
+
+void Device::finish() noexcept {
+    const std::scoped_lock lock(queue_mutex_);
+    const HostLock host_lock(host_.get());
+    vkQueueWaitIdle(queue_);
+}
+
+void Device::give_up() {
+    set_lost();
+    mray::gpu::give_up(handle_);
+}
+
+void Device::name_object(VkObjectType type, std::uint64_t handle, const std::string& text) {
+    if (!instance_->has_debug_utils()) return;
+    const VkDebugUtilsObjectNameInfoEXT info = {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+        .objectType = type,
+        .objectHandle = handle,
+        .pObjectName = text.c_str(),
+    };
+    const std::scoped_lock lock(loader_mutex());
+    check(vkSetDebugUtilsObjectNameEXT(handle_, &info), "name an object");
+}
+
+}  // namespace mray::gpu

@@ -1,0 +1,77 @@
+// A device with its queue and its memory, which all backends on it share.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <type_traits>
+
+#include "gpu/vulkan/device_info.h"
+#include "gpu/vulkan/instance.h"
+#include "gpu/vulkan/memory.h"
+#include "gpu/vulkan/unique_handle.h"
+
+namespace mray::gpu {
+
+/// Threads may share it. Objects made of it must not outlive it.
+class Device {
+public:
+    /// Makes a device, or adopts that of `host`. Throws Error as make_vulkan_backend().
+    Device(std::shared_ptr<Instance> instance, PhysicalDevice physical,
+           std::shared_ptr<const HostDevice> host, bool force_staging);
+    ~Device();
+    Device(const Device&) = delete;
+    Device& operator=(const Device&) = delete;
+
+    VkDevice get() const { return handle_; }
+    const PhysicalDevice& physical() const { return physical_; }
+    const VkPhysicalDeviceLimits& limits() const { return physical_.limits; }
+
+    /// Submits commands, one thread at a time. Throws Error.
+    void submit(const VkSubmitInfo& submission, VkFence fence);
+
+    /// Waits for all that was submitted.
+    void finish() noexcept;
+
+    /// Whether work on it failed for good. It is not used for new scenes.
+    bool is_lost() const { return is_lost_; }
+    void set_lost() { is_lost_ = true; }
+    /// set_lost() for a device that does not answer: nothing of it is ever destroyed, since it may
+    /// still write to its memory.
+    void give_up();
+
+    MemoryBlocks& memory() { return memory_; }
+    /// Whether copies go through a staging buffer even if the host sees the device's memory.
+    bool force_staging() const { return force_staging_; }
+
+    /// Names an object for debuggers and validation messages.
+    template <class Handle>
+    void name(VkObjectType type, Handle handle, const std::string& text) {
+        // Non-dispatchable handles are pointers on 64-bit machines and integers on others.
+        if constexpr (std::is_pointer_v<Handle>) {
+            name_object(type, reinterpret_cast<std::uintptr_t>(handle), text);
+        } else {
+            name_object(type, handle, text);
+        }
+    }
+
+    /// Throws Error(kInternal) if the validation layer reported an error since the last call.
+    void throw_on_validation_errors() { instance_->log().throw_if_new(); }
+
+private:
+    void name_object(VkObjectType type, std::uint64_t handle, const std::string& text);
+
+    std::shared_ptr<Instance> instance_;
+    PhysicalDevice physical_;
+    std::shared_ptr<const HostDevice> host_;
+    bool force_staging_;
+    VkDevice handle_ = VK_NULL_HANDLE;
+    VkQueue queue_ = VK_NULL_HANDLE;
+    std::mutex queue_mutex_;
+    std::atomic<bool> is_lost_ = false;
+    MemoryBlocks memory_;
+};
+
+}  // namespace mray::gpu
