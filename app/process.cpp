@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/backends/device_check.h"
 #include "app/base/exit_code.h"
 
 namespace mray::app {
@@ -66,6 +67,7 @@ std::terminate_handler default_terminate = nullptr;
 
 void run_process(int argc, char** argv, CommandRunner run_command) {
     hold_standard_descriptors();
+    allow_check_in_child();
     const std::vector<std::string> arguments(argv + (argc > 0 ? 1 : 0), argv + argc);
     end_process(run_program(arguments, run_command));
 }

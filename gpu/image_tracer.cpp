@@ -62,18 +62,10 @@ private:
     std::uint32_t rows_ = 1;
 };
 
-/// Copies the rows of a region from a buffer with one T a pixel to the image.
+/// Copies the rows of a region to the image.
 template <class T, class Allocator>
-void copy_rows(Transfer& transfer, const Buffer& from, const RegionArguments& region,
-               std::uint32_t image_width, std::vector<T, Allocator>& to) {
-    const std::size_t count = std::size_t{region.width} * region.height;
-    std::vector<T> copy;
-    const T* rows = reinterpret_cast<const T*>(from.mapped().data());
-    if (from.mapped().empty()) {
-        copy.resize(count);
-        transfer.download(from, std::as_writable_bytes(std::span(copy)));
-        rows = copy.data();
-    }
+void copy_rows(const T* rows, const RegionArguments& region, std::uint32_t image_width,
+               std::vector<T, Allocator>& to) {
     for (std::uint32_t y = 0; y < region.height; ++y) {
         std::copy_n(rows + std::size_t{y} * region.width, region.width,
                     to.data() + std::size_t{region.y + y} * image_width + region.x);
@@ -85,14 +77,16 @@ void copy_rows(Transfer& transfer, const Buffer& from, const RegionArguments& re
 void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& times,
                         const Watch& watch) {
     with_pixels_ = frame.with_pixels;
+    with_hits_ = frame.with_hits;
     prepare(params, watch);
     const std::size_t pixel_count = std::size_t{params.width} * params.height;
     frame.width = params.width;
     frame.height = params.height;
-    resize_watched(frame.hits, pixel_count, watch);
+    resize_watched(frame.hits, with_hits_ ? pixel_count : 0, watch);
     frame.occlusion.clear();
-    resize_watched(frame.occlusion, pixel_count, watch);
+    resize_watched(frame.occlusion, with_hits_ ? pixel_count : 0, watch);
     resize_watched(frame.pixels, with_pixels_ ? pixel_count : 0, watch);
+    times.rays = pixel_count;
     times.trace_ms = times.secondary_ms = times.shade_ms = 0;
     std::size_t done = 0;
     for (Regions regions(params); regions.has_next();) {
@@ -108,7 +102,6 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
         watch.set_done(done, pixel_count);
     }
     times.trace_ms += times.secondary_ms + times.shade_ms;
-    times.rays = count_rays(params, frame);
 }
 
 /// Prepares the kernels that every image of this kind needs, the fastest to compile first.
@@ -142,6 +135,7 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
                 separate(commands);
                 shade(commands, region);
             }
+            copy_results(commands, region);
             passes_.end(commands);
         });
     times.trace_ms += stages.front();
@@ -150,7 +144,7 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
 
     // A stage that left rays without an answer is completed, and all after it is done again.
     WorkHeader header = passes_.header("trace camera rays");
-    bool is_current = is_shaded;
+    bool is_current = is_shaded || !with_pixels_;
     if (header.suspended_count != 0 && header.visible_count == 0) {
         is_current = false;
         times.trace_ms += passes_.resume(kernels_, scene_, false, header.suspended_count);
@@ -167,13 +161,15 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
     if (samples != 0) {
         const std::uint32_t ray_count = header.visible_count * samples;
         is_current = is_current && header.suspended_count == 0 && ray_count <= batch;
+        times.rays += ray_count;
         times.secondary_ms += passes_.resume(kernels_, scene_, true, header.suspended_count);
         if (ray_count > batch) times.secondary_ms += trace_rest(region, batch, ray_count, watch);
     }
-    if (with_pixels_ && !is_current) {
-        times.shade_ms +=
-            context_.submit("shade", [&](VkCommandBuffer commands) { shade(commands, region); });
-    }
+    if (is_current) return;
+    times.shade_ms += context_.submit("shade", [&](VkCommandBuffer commands) {
+        if (with_pixels_) shade(commands, region);
+        copy_results(commands, region);
+    });
 }
 
 /// Records the list of visible pixels, and their first secondary rays, at most `batch`. Records
@@ -243,12 +239,19 @@ void ImageTracer::separate(VkCommandBuffer commands) {
             VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
 }
 
-void ImageTracer::copy_region(const RegionArguments& region, Frame& frame) {
-    copy_rows(transfer_, passes_.hits(), region, frame.width, frame.hits);
-    if (with_pixels_) copy_rows(transfer_, passes_.pixels(), region, frame.width, frame.pixels);
-    if (rays_per_hit(region.params.rays, region.params.ao_count) != 0) {
-        copy_rows(transfer_, passes_.occlusion(), region, frame.width, frame.occlusion);
-    }
+/// Records the copy of what was asked for.
+void ImageTracer::copy_results(VkCommandBuffer commands, const RegionArguments& region) const {
+    const bool has_occlusion = rays_per_hit(region.params.rays, region.params.ao_count) != 0;
+    passes_.copy_results(commands, region.width * region.height, with_hits_,
+                         with_hits_ && has_occlusion, with_pixels_);
+}
+
+void ImageTracer::copy_region(const RegionArguments& region, Frame& frame) const {
+    if (with_pixels_) copy_rows(passes_.host_pixels(), region, frame.width, frame.pixels);
+    if (!with_hits_) return;
+    copy_rows(passes_.host_hits(), region, frame.width, frame.hits);
+    if (rays_per_hit(region.params.rays, region.params.ao_count) != 0)
+        copy_rows(passes_.host_occlusion(), region, frame.width, frame.occlusion);
 }
 
 }  // namespace mray::gpu

@@ -6,7 +6,6 @@
 #include "gpu/pace.h"
 #include "gpu/ray_passes.h"
 #include "gpu/scene_buffers.h"
-#include "gpu/vulkan/transfer.h"
 
 namespace mray::gpu {
 
@@ -16,13 +15,8 @@ namespace mray::gpu {
 /// prepared when an image first needs them.
 class ImageTracer {
 public:
-    ImageTracer(Context& context, Transfer& transfer, Kernels& kernels, RayPasses& passes,
-                const SceneBuffers& scene)
-        : context_(context),
-          transfer_(transfer),
-          kernels_(kernels),
-          passes_(passes),
-          scene_(scene) {}
+    ImageTracer(Context& context, Kernels& kernels, RayPasses& passes, const SceneBuffers& scene)
+        : context_(context), kernels_(kernels), passes_(passes), scene_(scene) {}
 
     /// Traces an image, and writes the times of tracing to `times`. Throws Error(kCancelled)
     /// between submissions if the watch asks for it. If it may, submissions are made so small that
@@ -41,15 +35,16 @@ private:
     OcclusionArguments secondary(const RegionArguments& region, std::uint32_t first,
                                  std::uint32_t end) const;
     void shade(VkCommandBuffer commands, const RegionArguments& region) const;
-    void copy_region(const RegionArguments& region, Frame& frame);
+    void copy_results(VkCommandBuffer commands, const RegionArguments& region) const;
+    void copy_region(const RegionArguments& region, Frame& frame) const;
 
     Context& context_;
-    Transfer& transfer_;
     Kernels& kernels_;
     RayPasses& passes_;
     const SceneBuffers& scene_;
-    /// Frame::with_pixels of the image that is traced.
+    /// What was asked for of the image that is traced.
     bool with_pixels_ = true;
+    bool with_hits_ = true;
     /// Tiles of a region, and secondary rays of a submission.
     Pace tiles_pace_{16};
     Pace rays_pace_{1u << 14};

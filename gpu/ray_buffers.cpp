@@ -21,7 +21,14 @@ RayBuffers::RayBuffers(Device& device, const PassSize& pass_size, BufferKind buf
       work(device, "work", sizeof(WorkHeader) + sizeof(Suspended) * size.rays(), kWritten,
            Memory::kDevice),
       states(device, "states", 4 * kStateUints * size.resume_slots, kWritten, Memory::kDevice),
-      header(device, "work header", sizeof(WorkHeader), 0, Memory::kHost) {}
+      header(device, "work header", sizeof(WorkHeader), 0, Memory::kHost) {
+    const auto add_copy = [&](Buffer& copy, const char* name, const Buffer& buffer) {
+        if (buffer.mapped().empty()) copy = Buffer(device, name, buffer.size(), 0, Memory::kHost);
+    };
+    add_copy(hits_copy, "copy of hits", hits.buffer);
+    add_copy(occlusion_copy, "copy of occlusion", occlusion.buffer);
+    add_copy(pixels_copy, "copy of pixels", pixels);
+}
 
 void RayBuffers::add_to(Bindings& bindings) const {
     rays.bind(bindings, kBindRays);

@@ -27,6 +27,10 @@ struct RayBuffers {
     Buffer states;
     /// The WorkHeader of the last submission, for the host.
     Buffer header;
+    /// Copies of results for the host, empty where it sees the device's memory.
+    Buffer hits_copy;
+    Buffer occlusion_copy;
+    Buffer pixels_copy;
 };
 
 /// Keeps buffers that no backend uses. Threads may share it.

@@ -54,6 +54,22 @@ void RayPasses::end(VkCommandBuffer commands) const {
     vkCmdCopyBuffer(commands, buffers_->work.get(), buffers_->header.get(), 1, &region);
 }
 
+void RayPasses::copy_results(VkCommandBuffer commands, std::uint32_t count, bool with_hits,
+                             bool with_occlusion, bool with_pixels) const {
+    if (!buffers_->pixels.mapped().empty()) return;
+    // Writer: the kernels; reader: the copies.
+    barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+            VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
+    const auto copy = [&](const Buffer& from, const Buffer& to, VkDeviceSize size) {
+        const VkBufferCopy region = {.srcOffset = 0, .dstOffset = 0, .size = size};
+        vkCmdCopyBuffer(commands, from.get(), to.get(), 1, &region);
+    };
+    if (with_hits) copy(buffers_->hits.buffer, buffers_->hits_copy, sizeof(Hit) * count);
+    if (with_occlusion)
+        copy(buffers_->occlusion.buffer, buffers_->occlusion_copy, VkDeviceSize{4} * count);
+    if (with_pixels) copy(buffers_->pixels, buffers_->pixels_copy, VkDeviceSize{4} * count);
+}
+
 void RayPasses::submit_part(const char* what, Reset reset_what, const Record& dispatch,
                             double& device_ms) {
     device_ms += context_.submit(what, [&](VkCommandBuffer commands) {

@@ -45,7 +45,6 @@ public:
 
     const PassSize& size() const { return size_; }
     const Buffer& hits() const { return buffers_->hits.buffer; }
-    const Buffer& occlusion() const { return buffers_->occlusion.buffer; }
     const Buffer& pixels() const { return buffers_->pixels; }
     const Buffer& rays() const { return buffers_->rays.buffer; }
     const Buffer& visible_pixels() const { return buffers_->visible_pixels.buffer; }
@@ -56,6 +55,16 @@ public:
     void begin(VkCommandBuffer commands) const { reset(commands, Reset::kAll); }
     /// Records what comes after the last pass of a submission, so that header() has its counters.
     void end(VkCommandBuffer commands) const;
+    /// Records the copy of the first results, for host_hits() and so on.
+    void copy_results(VkCommandBuffer commands, std::uint32_t count, bool with_hits,
+                      bool with_occlusion, bool with_pixels) const;
+    const Hit* host_hits() const { return host<Hit>(buffers_->hits.buffer, buffers_->hits_copy); }
+    const std::uint32_t* host_occlusion() const {
+        return host<std::uint32_t>(buffers_->occlusion.buffer, buffers_->occlusion_copy);
+    }
+    const std::uint32_t* host_pixels() const {
+        return host<std::uint32_t>(buffers_->pixels, buffers_->pixels_copy);
+    }
     /// The counters of the last submission. Throws Error(kInternal) if a tree is broken.
     WorkHeader header(const char* what) const;
     /// Brings the first `count` suspended rays to an answer, in rounds of `resume`. Returns
@@ -72,6 +81,11 @@ public:
                       const Record& dispatch);
 
 private:
+    template <class T>
+    static const T* host(const Buffer& buffer, const Buffer& copy) {
+        const Buffer& seen = buffer.mapped().empty() ? copy : buffer;
+        return reinterpret_cast<const T*>(seen.mapped().data());
+    }
     /// The counters that a dispatch begins with at 0. Those of rays are all but visible_count.
     enum class Reset { kAll, kRays, kUnfinished };
     void reset(VkCommandBuffer commands, Reset what) const;

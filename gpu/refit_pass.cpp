@@ -79,6 +79,8 @@ Dispatches dispatches_of(const SceneBuffers& scene, const RefitPlan& plan) {
         }
         d.nodes.push_back(range);
     }
+    // The root has no parent, but quarters.
+    d.nodes.push_back({0, 1});
     return d;
 }
 

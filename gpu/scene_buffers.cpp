@@ -94,10 +94,8 @@ SceneBuffers::SceneBuffers(Device& device, BufferKind kind, Transfer& transfer,
       kind_(kind),
       vertex_count_(topology.vertex_count),
       triangle_count_(static_cast<std::uint32_t>(topology.triangles.size())),
-      positions_(device, kind, "positions", bytes_of_vertex(kind) * positions.size(), kFourWords, 0,
-                 kInPlace),
-      triangles_(
-          Filler{device, kind, transfer}("triangles", with_albedo(topology), kFourWords, kInPlace)),
+      positions_(device, kind, "positions", bytes_of_vertex(kind) * positions.size(), kFourWords),
+      triangles_(Filler{device, kind, transfer}("triangles", with_albedo(topology), kFourWords)),
       tree_(device, kind, transfer, bvh, 0) {
     set_positions(transfer, positions);
 }
@@ -109,6 +107,12 @@ SceneBuffers::Tree::Tree(Device& device, BufferKind kind, Transfer& transfer, co
     const Filler filled{device, kind, transfer, room};
     nodes = filled("nodes", bvh.nodes, kFourWords, kInPlace);
     leaves = filled("leaves", leaves_of(bvh), kFourWords, kInPlace);
+    const auto boxes_of = [&](const char* name, std::uint64_t size, std::uint64_t part) {
+        return ReadBuffer(device, kind, name, size / part * 16 * kQuarterVec4s, kFourWords, 0,
+                          kInPlace);
+    };
+    quarters = boxes_of("quarters of nodes", nodes.buffer.size(), sizeof(Node));
+    groups = boxes_of("groups of triangles", leaves.buffer.size(), sizeof(Leaf));
     leaf_vertices = filled("leaf vertices", bvh.leaf_vertices);
     leaf_parents = filled("leaf parents", bvh.leaf_parents);
     node_parents = filled("node parents", bvh.node_parents);
@@ -116,6 +120,8 @@ SceneBuffers::Tree::Tree(Device& device, BufferKind kind, Transfer& transfer, co
     repeated_texels = Filler{device, kind, transfer}("repeated triangles", bvh.repeated);
     node_words = words_of(device, kind, "words of nodes", nodes.buffer);
     leaf_words = words_of(device, kind, "words of leaves", leaves.buffer);
+    quarter_words = words_of(device, kind, "words of quarters", quarters.buffer);
+    group_words = words_of(device, kind, "words of groups", groups.buffer);
 }
 
 void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> positions) {
@@ -219,6 +225,12 @@ void SceneBuffers::add_to(Bindings& bindings) const {
     bindings.views[kBindNodeWords] = tree_.node_words.get();
     tree_.leaves.bind(bindings, kBindLeafWords);
     bindings.views[kBindLeafWords] = tree_.leaf_words.get();
+    tree_.quarters.bind(bindings, kBindQuarters);
+    tree_.groups.bind(bindings, kBindGroups);
+    tree_.quarters.bind(bindings, kBindQuarterWords);
+    bindings.views[kBindQuarterWords] = tree_.quarter_words.get();
+    tree_.groups.bind(bindings, kBindGroupWords);
+    bindings.views[kBindGroupWords] = tree_.group_words.get();
 }
 
 }  // namespace mray::gpu

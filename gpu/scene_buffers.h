@@ -45,11 +45,12 @@ public:
     /// commands have run or have been dropped.
     Record set_positions(std::span<const vec3> positions, std::span<const IndexRange> ranges);
     /// Replaces the tree by one over the same triangles, with room to grow by the part `room` of
-    /// its size. Kernels must be bound again. After an exception the old tree is still there.
+    /// its size. A refit of all must follow, which makes the boxes of quarters and groups. Kernels
+    /// must be bound again. After an exception the old tree is still there.
     void set_tree(Transfer& transfer, const Bvh& bvh, double room = 0);
     /// Replaces the tree `before`, which must be the current one: writes the blocks that differ, in
-    /// place, and returns the number of bytes. Does nothing and returns nothing if there is no room
-    /// for `after`. After an exception the tree is broken.
+    /// place, and returns the number of bytes. A refit of all must follow. Does nothing and returns
+    /// nothing if there is no room for `after`. After an exception the tree is broken.
     std::optional<std::uint64_t> change_tree(Transfer& transfer, const Bvh& before,
                                              const Bvh& after);
     /// Size of nodes, leaves, and their tables.
@@ -69,6 +70,9 @@ private:
         std::vector<std::uint32_t> level_begin;
         ReadBuffer nodes;
         ReadBuffer leaves;
+        /// The boxes of quarters of nodes and of groups of triangles (kernel_interface.h).
+        ReadBuffer quarters;
+        ReadBuffer groups;
         ReadBuffer leaf_vertices;
         ReadBuffer leaf_parents;
         ReadBuffer node_parents;
@@ -77,6 +81,8 @@ private:
         /// Views of single words, for the refit; null for storage buffers.
         UniqueBufferView node_words;
         UniqueBufferView leaf_words;
+        UniqueBufferView quarter_words;
+        UniqueBufferView group_words;
     };
 
     Device* device_;

@@ -56,7 +56,7 @@ public:
           passes_(*shared_, context_, pass_size(physical(), tuning), kind_,
                   step_budget(physical(), tuning)),
           scene_(shared_->device, kind_, transfer_, Topology{}, {}, empty_tree()),
-          images_(context_, transfer_, kernels_, passes_, scene_),
+          images_(context_, kernels_, passes_, scene_),
           questions_(transfer_, kernels_, passes_, scene_, [this] {
               finish_refit();
               return use_ray_buffers();
@@ -90,6 +90,7 @@ private:
     void prepare_refit() { kernels_.prepare({&kernels_.refit_leaves, &kernels_.refit_nodes}); }
     void defer_refit(const RefitPlan& plan);
     void catch_up();
+    void prepare_rays();
     void finish_refit();
 
     std::shared_ptr<SharedDevice> shared_;
@@ -108,6 +109,9 @@ private:
     RefitPlanner planner_;
     /// Whether the device's tree is not, or not yet, that of the planner's pose.
     bool is_behind_ = false;
+    /// Whether the boxes of quarters and groups, which rays need, are not those of the device's
+    /// tree.
+    bool lacks_boxes_ = false;
     /// The tree without its nodes and leaves, which are on the device.
     Bvh links_;
     /// The nodes for nodes(), if the host does not see the device's.
@@ -161,6 +165,7 @@ void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> po
     bind();
     planner_ = RefitPlanner(positions);
     keep_links(bvh);
+    lacks_boxes_ = true;
     shared_->device.throw_on_validation_errors();
     times_ = {.update = {.upload_ms = watch.ms()}, .tree_bytes = scene_.tree_bytes()};
 }
@@ -176,6 +181,7 @@ void VulkanBackend::set_frame(std::span<const vec3> positions, const Bvh& bvh) {
     bind();
     planner_.set_frame(positions);
     is_behind_ = false;
+    lacks_boxes_ = true;
     keep_links(bvh);
     shared_->device.throw_on_validation_errors();
     times_.tree_bytes = scene_.tree_bytes();
@@ -191,7 +197,7 @@ std::uint64_t VulkanBackend::refit(std::span<const vec3> positions, RefitExtent 
     planner_.advance(positions, changed);
     const RefitPlan plan = planner_.plan(links_, extent);
     times_.update.refit_ms = 0;
-    defer_refit(plan);
+    defer_refit(lacks_boxes_ ? planner_.plan(links_, RefitExtent::kAll) : plan);
     times_.update.upload_ms = watch.ms();
     return plan.leaf_count;
 }
@@ -204,9 +210,10 @@ void VulkanBackend::defer_refit(const RefitPlan& plan) {
         is_behind_ = was_behind;
         return;
     }
-    context_.defer(std::move(record), [this](double device_ms) {
+    context_.defer(std::move(record), [this, is_all = plan.all](double device_ms) {
         times_.update.refit_ms = device_ms;
         is_behind_ = false;
+        if (is_all) lacks_boxes_ = false;
     });
 }
 
@@ -215,6 +222,12 @@ void VulkanBackend::catch_up() {
     if (!is_behind_ || context_.has_deferred()) return;
     prepare_refit();
     defer_refit(planner_.plan(links_, RefitExtent::kAll));
+}
+
+/// catch_up(), and for a tree that was set: a refit writes the boxes that rays need.
+void VulkanBackend::prepare_rays() {
+    is_behind_ = is_behind_ || (lacks_boxes_ && !links_.leaf_parents.empty());
+    catch_up();
 }
 
 void VulkanBackend::finish_refit() {
@@ -253,6 +266,7 @@ void VulkanBackend::edit_tree(const TreeEdit& edit) {
     }
     planner_.set_tree();
     keep_links(tree);
+    lacks_boxes_ = true;
 }
 
 /// Drops the scene if the tree could not be written as a whole.
@@ -270,6 +284,7 @@ std::optional<std::uint64_t> VulkanBackend::change_tree(const Bvh& before, const
 void VulkanBackend::clear() {
     context_.drop_deferred();
     is_behind_ = false;
+    lacks_boxes_ = false;
     planner_ = RefitPlanner();
     keep_links(empty_tree());
     if (!no_scene_) return;
@@ -279,13 +294,14 @@ void VulkanBackend::clear() {
 }
 
 void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
-    catch_up();
+    prepare_rays();
     const RayPasses::Use use = use_ray_buffers();
     images_.trace(params, frame, times_, image_watch());
 }
 
 void VulkanBackend::trace_rays(std::span<const Ray> rays, std::span<Hit> hits) {
     assert(rays.size() == hits.size());
+    prepare_rays();
     finish_refit();
     const RayPasses::Use use = use_ray_buffers();
     kernels_.prepare({&kernels_.rays});
@@ -332,8 +348,11 @@ std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config, const T
     return make_tuned_backend(open_device(config, tuning), tuning);
 }
 
-std::unique_ptr<Backend> make_vulkan_backend(std::shared_ptr<SharedDevice> device) {
-    return make_tuned_backend(std::move(device), Tuning{});
+std::unique_ptr<Backend> make_vulkan_backend(std::shared_ptr<SharedDevice> device,
+                                             std::uint64_t time_limit_ms) {
+    Tuning tuning;
+    tuning.submit_timeout_ms = time_limit_ms;
+    return make_tuned_backend(std::move(device), tuning);
 }
 
 std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config) {

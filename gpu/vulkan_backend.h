@@ -30,8 +30,10 @@ bool is_lost(const SharedDevice& device);
 /// What BackendInfo::description says.
 std::string describe(const SharedDevice& device);
 
-/// Throws Error(kDeviceLost) if the device does not answer, Error(kLimit) without memory.
-std::unique_ptr<Backend> make_vulkan_backend(std::shared_ptr<SharedDevice> device);
+/// A submission that takes longer than the time limit counts as a lost device. Throws
+/// Error(kDeviceLost) if the device does not answer, Error(kLimit) without memory.
+std::unique_ptr<Backend> make_vulkan_backend(std::shared_ptr<SharedDevice> device,
+                                             std::uint64_t time_limit_ms = 60'000);
 /// Opens the device, too.
 std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config = {});
 

@@ -4,6 +4,7 @@
 
 #include "common/base/errors.h"
 #include "common/simd/simd_target.h"
+#include "library/device_check.h"
 #include "library/device_impl.h"
 #include "library/scene/errors.h"
 #ifdef MORPHRAY_HAS_VULKAN
@@ -23,6 +24,9 @@ DeviceImpl::DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vu
       host_(host),
       arena_(cpu.threads),
       simd_target_(mray::find_simd_target(cpu.simd == mray::kSimdOff ? "scalar" : cpu.simd)) {
+#ifdef MORPHRAY_HAS_VULKAN
+    if (kind_ == Kind::vulkan && host_.device == nullptr) require_sound_device(vulkan_);
+#endif
     std::unique_ptr<mray::Backend> backend = make_backend();
     name_ = backend->info().name;
     description_ = backend->info().description;

@@ -59,6 +59,7 @@ void SceneImpl::render_plain(const View& view, TracedImage& traced, Image& image
     traced.params = mray::make_image_params(to_spec(view), pose_.bounds(), pose_.space());
     traced.has_sky = false;
     traced.samples.with_pixels = true;
+    traced.samples.with_hits = view.hits;
     tracer_->trace_image(traced.params, traced.samples);
     image.ray_count = tracer_->finish().rays;
     image.trace_ms = tracer_->finish().trace_ms;

@@ -15,12 +15,12 @@ SHARED_BEGIN
 // travel as integers, so that no device may change their bits.
 //
 // What is only read is there as texels or as a storage buffer (base/buffers.glsl). Where it is
-// texels, those that are read in place are at most the four storage texel buffers that every device
-// has, and so are the storage buffers. A kernel of storage buffers binds at most 10.
+// texels, those that are read or written in place are at most the four storage texel buffers that
+// every device has, and so are the storage buffers. A kernel of storage buffers binds at most 10.
 SHARED_CONST uint kBindNodes = 0u;      // uvec4, in place
 SHARED_CONST uint kBindLeaves = 1u;     // uvec4, in place
-SHARED_CONST uint kBindPositions = 2u;  // uvec4 in place, the last word 0; or three words each
-SHARED_CONST uint kBindTriangles = 3u;  // uvec4 in place, three vertices and the albedo
+SHARED_CONST uint kBindPositions = 2u;  // uvec4, the last word 0; or three words each
+SHARED_CONST uint kBindTriangles = 3u;  // uvec4, three vertices and the albedo
 SHARED_CONST uint kBindLeafVertices = 4u;     // uint, 16 a leaf
 SHARED_CONST uint kBindLeafParents = 5u;      // uint
 SHARED_CONST uint kBindNodeParents = 6u;      // uint
@@ -33,6 +33,11 @@ SHARED_CONST uint kBindRepeated = 11u;        // uint, two a triangle of Bvh::re
 // buffer.
 SHARED_CONST uint kBindNodeWords = 12u;  // uint
 SHARED_CONST uint kBindLeafWords = 13u;  // uint
+// Boxes that a device has beside the shared layout, and their words, which the refit writes.
+SHARED_CONST uint kBindQuarters = 20u;      // uvec4 in place, kQuarterVec4s a node
+SHARED_CONST uint kBindGroups = 21u;        // uvec4 in place, kQuarterVec4s a leaf
+SHARED_CONST uint kBindQuarterWords = 22u;  // uint
+SHARED_CONST uint kBindGroupWords = 23u;    // uint
 // Storage buffers.
 SHARED_CONST uint kBindHits = 14u;
 SHARED_CONST uint kBindOcclusion = 15u;
@@ -40,11 +45,20 @@ SHARED_CONST uint kBindPixels = 16u;
 SHARED_CONST uint kBindWork = 17u;
 SHARED_CONST uint kBindStates = 18u;
 SHARED_CONST uint kBindVisiblePixelsOut = 19u;
-SHARED_CONST uint kBindingCount = 20u;
+SHARED_CONST uint kBindingCount = 24u;
 
 // Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels.
 SHARED_CONST uint kGroupSize = 64u;
 SHARED_CONST uint kTileSize = 8u;
+// The boxes of the four quarters of a node (slots 0 to 3, ...), and of the four groups of a leaf's
+// triangles: lower x of the four, upper x, lower y, ... The refit makes them, each so that it contains
+// the padded boxes of what is in it. A ray tests them first, and then only what is in those that it
+// meets: 16 boxes and triangles together cost it as much as two levels of a binary tree.
+SHARED_CONST uint kQuarterVec4s = 6u;
+
+// The parent of the root: kNoParent.
+SHARED_CONST uint kNoNodeParent = 0xFFFFFFFFu;
+
 // The refit takes this many lanes for a leaf or a node.
 SHARED_CONST uint kRefitLanes = 16u;
 // Tiles of shading have four pixels a lane and are as wide as the region allows, so that memory is

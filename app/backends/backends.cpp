@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "app/backends/device_check.h"
 #include "app/base/library_calls.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
@@ -19,6 +20,7 @@ std::unique_ptr<Backend> make_unwatched(BackendChoice choice, const BackendOptio
     if (choice == BackendChoice::kBrute) return cpu::make_brute_backend(config);
     check_vulkan();
 #ifdef MORPHRAY_HAS_VULKAN
+    require_sound_device(options.device);
     return gpu::make_vulkan_backend({.device = options.device, .validate = options.validate});
 #else
     return nullptr;
@@ -38,7 +40,8 @@ bool asks_for_vulkan(const BackendOptions& options) {
 }
 
 bool is_lack_of_vulkan(const Error& error) {
-    return error.kind() == ErrorKind::kUnavailable || error.kind() == ErrorKind::kLimit;
+    return error.kind() == ErrorKind::kUnavailable || error.kind() == ErrorKind::kLimit ||
+           error.kind() == ErrorKind::kDeviceLost;
 }
 
 bool has_only_software_devices() {

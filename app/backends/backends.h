@@ -26,7 +26,7 @@ std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& o
 
 /// Whether an option requires Vulkan.
 bool asks_for_vulkan(const BackendOptions& options);
-/// Whether the error means that this machine or build has no usable Vulkan.
+/// Whether the error of making a backend means that this machine or build has no usable Vulkan.
 bool is_lack_of_vulkan(const Error& error);
 /// Whether the only usable Vulkan devices run on the CPU, where the CPU backend is faster.
 bool has_only_software_devices();

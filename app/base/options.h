@@ -202,6 +202,8 @@ struct Options {
 
     // index
     bool verifies = false;
+    /// Whether `devices` tests them.
+    bool checks_devices = false;
 
     /// The given arguments that decide which image is traced, pairs of a name and a value.
     std::vector<std::string> view_arguments;

@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "app/backends/backends.h"
+#include "app/backends/device_check.h"
 #include "app/base/library_calls.h"
 #include "app/files/texture_reader.h"
 #include "app/terminal/progress.h"
@@ -22,6 +23,7 @@ morphray::CpuOptions cpu_options(const BackendOptions& options) {
 
 morphray::Device open_vulkan(const BackendOptions& options) {
     check_vulkan();
+    require_sound_device(options.device);
     return morphray::Device::vulkan({.device = options.device, .validate = options.validate});
 }
 

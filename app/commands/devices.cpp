@@ -1,7 +1,10 @@
-// morphray devices: lists the Vulkan devices.
+// morphray devices: lists the Vulkan devices, and tests them.
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "app/backends/backends.h"
+#include "app/backends/device_check.h"
 #include "app/cli/help/help_formatter.h"
 #include "app/commands/commands.h"
 #include "app/report/scene_report.h"
@@ -12,13 +15,47 @@ namespace {
 
 constexpr std::size_t kColumns = 100;
 
+/// The result of each device that can be used.
+std::vector<std::optional<morphray::DeviceCheck>> check_all(
+    const std::vector<morphray::VulkanDeviceInfo>& devices) {
+    std::vector<std::optional<morphray::DeviceCheck>> checks(devices.size());
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+        if (devices[i].unusable.empty()) checks[i] = check_device(std::to_string(devices[i].index));
+    }
+    return checks;
+}
+
+ExitCode exit_code_of(const std::vector<std::optional<morphray::DeviceCheck>>& checks) {
+    ExitCode code = ExitCode::kOk;
+    for (const std::optional<morphray::DeviceCheck>& check : checks) {
+        if (!check || check->passed) continue;
+        if (check->code == morphray::ErrorCode::device_lost) return ExitCode::kDeviceLost;
+        code = ExitCode::kUnavailable;
+    }
+    return code;
+}
+
+std::string details_of(const morphray::VulkanDeviceInfo& device,
+                       const std::optional<morphray::DeviceCheck>& check) {
+    std::string text = fmt::format("\ndevice {}\n  driver  {}\n  uuid    {}\n", device.index,
+                                   device.driver, device.uuid);
+    if (!device.unusable.empty())
+        text += wrapped("  not usable: " + device.unusable, 4, kColumns) + '\n';
+    if (!check) return text;
+    if (check->passed) return text + "  check   passed: all bits are those of the CPU\n";
+    return text + wrapped("  check   failed: " + check->problem, 4, kColumns) + '\n';
+}
+
 }  // namespace
 
 ExitCode run_devices(const Options& options, const Messages& messages) {
+    if (options.checks_devices && is_check_child()) return exit_code_of({check_device({})});
     check_reports({options.json});
     const std::vector<morphray::VulkanDeviceInfo> devices = vulkan_devices();
-    if (!options.json.empty()) write_report(options.json, to_json(devices));
-    if (takes_stdout({options.json})) return ExitCode::kOk;
+    std::vector<std::optional<morphray::DeviceCheck>> checks(devices.size());
+    if (options.checks_devices) checks = check_all(devices);
+    if (!options.json.empty()) write_report(options.json, to_json(devices, checks));
+    if (takes_stdout({options.json})) return exit_code_of(checks);
     Table table({"index", "name", "type", "vulkan", "MiB", "subgroup", "usable"});
     for (const morphray::VulkanDeviceInfo& device : devices) {
         table.add({fmt::format("{}", device.index), device.name, device.type,
@@ -28,14 +65,9 @@ ExitCode run_devices(const Options& options, const Messages& messages) {
                    device.unusable.empty() ? "yes" : "no"});
     }
     std::string text = table.text();
-    for (const morphray::VulkanDeviceInfo& device : devices) {
-        text += fmt::format("\ndevice {}\n  driver  {}\n  uuid    {}\n", device.index,
-                            device.driver, device.uuid);
-        if (!device.unusable.empty())
-            text += wrapped("  not usable: " + device.unusable, 4, kColumns) + '\n';
-    }
+    for (std::size_t i = 0; i < devices.size(); ++i) text += details_of(devices[i], checks[i]);
     messages.print(text);
-    return ExitCode::kOk;
+    return exit_code_of(checks);
 }
 
 }  // namespace mray::app

@@ -81,10 +81,12 @@ std::string to_json(const ProgramReport& report) {
     return json_text(json);
 }
 
-std::string to_json(const std::vector<morphray::VulkanDeviceInfo>& devices) {
+std::string to_json(const std::vector<morphray::VulkanDeviceInfo>& devices,
+                    const std::vector<std::optional<morphray::DeviceCheck>>& checks) {
     Json json = head_of("devices");
     json["devices"] = Json::array();
-    for (const morphray::VulkanDeviceInfo& device : devices) {
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+        const morphray::VulkanDeviceInfo& device = devices[i];
         json["devices"].push_back(
             {{"index", device.index},
              {"name", device.name},
@@ -96,6 +98,9 @@ std::string to_json(const std::vector<morphray::VulkanDeviceInfo>& devices) {
              {"subgroup_size", device.subgroup_size},
              {"usable", device.unusable.empty()},
              {"unusable", device.unusable}});
+        if (!checks[i]) continue;
+        json["devices"].back()["check"] = {{"passed", checks[i]->passed},
+                                           {"problem", checks[i]->problem}};
     }
     return json_text(json);
 }

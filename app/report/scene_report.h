@@ -56,6 +56,8 @@ struct ProgramReport {
 std::string to_json(const SceneReport& report);
 std::string to_json(const ProgramReport& report);
 std::string to_json(const std::vector<FileFormat>& formats);
-std::string to_json(const std::vector<morphray::VulkanDeviceInfo>& devices);
+/// `checks` has the result of each device that was tested.
+std::string to_json(const std::vector<morphray::VulkanDeviceInfo>& devices,
+                    const std::vector<std::optional<morphray::DeviceCheck>>& checks);
 
 }  // namespace mray::app

@@ -90,7 +90,8 @@ void Device::give_up() {
 }
 
 void Device::name_object(VkObjectType type, std::uint64_t handle, const std::string& text) {
-    if (!instance_->has_debug_utils()) return;
+    const PFN_vkSetDebugUtilsObjectNameEXT set_name = instance_->set_name();
+    if (set_name == nullptr) return;
     const VkDebugUtilsObjectNameInfoEXT info = {
         .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
         .objectType = type,
@@ -98,7 +99,7 @@ void Device::name_object(VkObjectType type, std::uint64_t handle, const std::str
         .pObjectName = text.c_str(),
     };
     const std::scoped_lock lock(loader_mutex());
-    check(vkSetDebugUtilsObjectNameEXT(handle_, &info), "name an object");
+    check(set_name(handle_, &info), "name an object");
 }
 
 }  // namespace mray::gpu

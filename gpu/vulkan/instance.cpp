@@ -57,8 +57,6 @@ void load_functions(VkInstance instance, bool has_debug_utils) {
     if (!has_debug_utils || vkCreateDebugUtilsMessengerEXT != nullptr) return;
     vkDestroyDebugUtilsMessengerEXT =
         find("vkDestroyDebugUtilsMessengerEXT", vkDestroyDebugUtilsMessengerEXT);
-    vkSetDebugUtilsObjectNameEXT =
-        find("vkSetDebugUtilsObjectNameEXT", vkSetDebugUtilsObjectNameEXT);
     vkCreateDebugUtilsMessengerEXT =
         find("vkCreateDebugUtilsMessengerEXT", vkCreateDebugUtilsMessengerEXT);
 }
@@ -118,9 +116,9 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
     : log_(log != nullptr ? *log : own_log_) {
     load_library(loader);
     std::vector<const char*> extensions;
-    has_debug_utils_ = has_extension(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
-    if (has_debug_utils_) extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
-    if (validate && !(has_layer(kValidationLayer) && has_debug_utils_)) {
+    const bool has_debug_utils = has_extension(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    if (has_debug_utils) extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    if (validate && !(has_layer(kValidationLayer) && has_debug_utils)) {
         unavailable("validation was asked for, but " + std::string(kValidationLayer) +
                     " is not installed; install vulkan-validationlayers");
     }
@@ -168,7 +166,11 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
         .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
         .ppEnabledExtensionNames = extensions.data(),
     });
-    load_functions(handle_, has_debug_utils_);
+    load_functions(handle_, has_debug_utils);
+    if (has_debug_utils) {
+        set_name_ = reinterpret_cast<PFN_vkSetDebugUtilsObjectNameEXT>(
+            vkGetInstanceProcAddr(handle_, "vkSetDebugUtilsObjectNameEXT"));
+    }
     if (!validate) return;
     VkDebugUtilsMessengerEXT created = VK_NULL_HANDLE;
     const VkResult result = vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &created);

@@ -29,8 +29,9 @@ public:
     Instance& operator=(const Instance&) = delete;
 
     VkInstance get() const { return handle_; }
-    /// Whether objects can have names.
-    bool has_debug_utils() const { return has_debug_utils_; }
+    /// Names objects; null where they cannot have names. Of this instance: an application that
+    /// shares volk's pointers may have loaded those of another.
+    PFN_vkSetDebugUtilsObjectNameEXT set_name() const { return set_name_; }
     ValidationLog& log() { return log_; }
 
 private:
@@ -38,7 +39,7 @@ private:
     ValidationLog& log_;
     VkInstance handle_ = VK_NULL_HANDLE;
     bool is_own_ = true;
-    bool has_debug_utils_ = false;
+    PFN_vkSetDebugUtilsObjectNameEXT set_name_ = nullptr;
     UniqueMessenger messenger_;
 };
 

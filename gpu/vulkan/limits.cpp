@@ -60,7 +60,8 @@ SceneBytes bytes_of(const SceneSize& scene) {
     const std::uint64_t leaves = sizeof(Leaf) * scene.leaves;
     const std::uint64_t vertices = 16 * scene.vertices;
     const std::uint64_t triangles = 16 * scene.triangles;
-    const std::uint64_t rest = 4 * scene.nodes + (4 * kLeafVertices + 4) * scene.leaves +
+    const std::uint64_t rest = (4 + 16 * kQuarterVec4s) * scene.nodes +
+                               (4 * kLeafVertices + 4 + 16 * kQuarterVec4s) * scene.leaves +
                                sizeof(RepeatedTriangle) * scene.repeated;
     return {std::max({nodes, leaves, vertices, triangles, rest}),
             nodes + leaves + vertices + triangles + rest};

@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "morphray/error.hpp"
 #include "morphray/export.hpp"
 
 namespace morphray {
@@ -62,7 +64,9 @@ public:
     static Device cpu(const CpuOptions& options = {});
     /// A Vulkan 1.1 device. Each kind of query and update compiles its kernels when a scene first
     /// needs them, from 0.1 s to some seconds. Throws unavailable: not built in, no Vulkan library,
-    /// no driver, no such device, an ambiguous name, a device that lacks a feature.
+    /// no driver, no such device, an ambiguous name, a device that lacks a feature, or one that
+    /// gives wrong results in its self-test (DeviceCheck), which is made when a device and driver
+    /// are first used; device_lost: one that did not answer in it.
     static Device vulkan(const VulkanOptions& options = {});
     /// A device of the caller's. Scenes on it use its queue and make buffers and pipelines of their
     /// own. Throws bad_argument if a handle is null, and unavailable for a device that lacks a
@@ -104,5 +108,28 @@ struct VulkanDeviceInfo {
 
 /// Throws unavailable: not built in, no Vulkan library, no driver, a broken driver.
 MORPHRAY_API std::vector<VulkanDeviceInfo> vulkan_devices();
+
+/// The result of a device's self-test: closest hits, any hits, shading and refit of a small scene,
+/// compared with the CPU's bits.
+struct DeviceCheck {
+    bool passed = false;
+    /// One line: device, driver, what is wrong, and what to do. Empty if the test was passed.
+    std::string problem = {};
+    /// What Device::vulkan() throws: unavailable for wrong results, device_lost for a device that
+    /// is lost or does not answer.
+    ErrorCode code = ErrorCode::unavailable;
+};
+
+/// Tests the device that VulkanOptions::device names, in this process. A dispatch that takes longer
+/// than 20 s is a device that does not answer: it is given up, and never destroyed. Keeps the
+/// result in $XDG_CACHE_HOME/morphray or ~/.cache/morphray, for this device, driver and version of
+/// the library. Device::vulkan() does so for a device without a result. Throws as Device::vulkan(),
+/// and limit.
+MORPHRAY_API DeviceCheck check_vulkan_device(const std::string& device = {});
+/// The result that is kept for a device, if there is one. Throws as Device::vulkan().
+MORPHRAY_API std::optional<DeviceCheck> kept_device_check(const std::string& device = {});
+/// Keeps the failure of a device whose test a caller had to end; `what` says how it ended. Returns
+/// it. Throws as Device::vulkan().
+MORPHRAY_API DeviceCheck keep_lost_device(const std::string& device, const std::string& what);
 
 }  // namespace morphray

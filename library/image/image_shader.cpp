@@ -139,6 +139,7 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
     traced.params = mray::make_image_params(spec, pose.bounds(), pose.space());
     traced.has_sky = is_lit && view.ao_count > 0;
     traced.samples.with_pixels = view.shading == Shading::plain;
+    traced.samples.with_hits = true;
     traced.sky.with_pixels = false;
     // Parts of the image, by their rays; shading takes as long as one ray or two.
     const float rays = is_lit ? 2 : 1;

@@ -11,8 +11,8 @@ uvec3 position_bits(uint v) {
     return uvec3(positions[3u * v], positions[3u * v + 1u], positions[3u * v + 2u]);
 }
 #else
-READ4_IN_PLACE(Positions, positions, kBindPositions);
-uvec3 position_bits(uint v) { return AT4_IN_PLACE(positions, v).xyz; }
+READ4(Positions, positions, kBindPositions);
+uvec3 position_bits(uint v) { return AT4(positions, v).xyz; }
 #endif
 
 #endif  // SHADERS_BASE_POSITIONS_GLSL

@@ -16,12 +16,12 @@ layout(push_constant) uniform Arguments { RefitArguments args; };
 
 #ifdef STORAGE_BUFFERS
 layout(std430, binding = kBindNodeWords) buffer NodeWords { uint node_words[]; };
-float load_plane(uint at) { return uintBitsToFloat(node_words[at]); }
-void store_plane(uint at, float value) { node_words[at] = floatBitsToUint(value); }
+float load_word(uint at) { return uintBitsToFloat(node_words[at]); }
+void store_word(uint at, float value) { node_words[at] = floatBitsToUint(value); }
 #else
 layout(binding = kBindNodeWords, r32ui) uniform uimageBuffer node_words;
-float load_plane(uint at) { return uintBitsToFloat(imageLoad(node_words, int(at)).x); }
-void store_plane(uint at, float value) {
+float load_word(uint at) { return uintBitsToFloat(imageLoad(node_words, int(at)).x); }
+void store_word(uint at, float value) {
     imageStore(node_words, int(at), uvec4(floatBitsToUint(value), 0u, 0u, 0u));
 }
 #endif
@@ -40,38 +40,45 @@ uint plane_at(uint node, uint p) { return node * kNodeWords + 4u * (kNodeUpperX 
 
 /// The boxes of all lanes, plane by plane. One more word a plane spreads them over banks of memory.
 shared float lane_planes[6u * (kGroupSize + 1u)];
-/// The boxes of leaves or nodes.
-shared float item_planes[6u * kGroupSize / kRefitLanes];
+/// The boxes of the four quarters of each leaf's or node's lanes, as words in the order of
+/// kBindQuarters.
+const uint kQuarterWords = 4u * kQuarterVec4s;
+shared float quarter_planes[kQuarterWords * kGroupSize / kRefitLanes];
 
-/// The union of the boxes of 16 lanes, for each of these. All lanes of a workgroup call it at once.
-void unite(inout vec3 lower, inout vec3 upper) {
-    uint lane = gl_LocalInvocationID.x;
+uint lane_plane_at(uint p, uint lane) { return p * (kGroupSize + 1u) + lane; }
+uint first_quarter_plane() { return gl_LocalInvocationID.x / kRefitLanes * kQuarterWords; }
+
+/// Whether plane p is an upper one.
+bool is_upper(uint p) { return (p & 1u) != 0u; }
+float unite_planes(uint p, float a, float b) { return is_upper(p) ? max(a, b) : min(a, b); }
+
+/// Unites the boxes of each four lanes. All lanes of a workgroup call it at once.
+void unite_quarters(vec3 lower, vec3 upper) {
     float planes[6] = float[](lower.x, upper.x, lower.y, upper.y, lower.z, upper.z);
-    for (uint p = 0u; p < 6u; ++p) lane_planes[p * (kGroupSize + 1u) + lane] = planes[p];
+    for (uint p = 0u; p < 6u; ++p)
+        lane_planes[lane_plane_at(p, gl_LocalInvocationID.x)] = planes[p];
     barrier();
-    uint p = refit_lane();
-    uint item = lane / kRefitLanes;
-    if (p < 6u) {
-        uint at = p * (kGroupSize + 1u) + item * kRefitLanes;
-        // Upper planes are turned round, so that one loop serves both.
-        float turn = (p & 1u) == 0u ? 1.0f : -1.0f;
-        float least = turn * lane_planes[at];
-        for (uint i = 1u; i < kRefitLanes; ++i) least = min(least, turn * lane_planes[at + i]);
-        item_planes[item * 6u + p] = turn * least;
+    uint first_lane = gl_LocalInvocationID.x / kRefitLanes * kRefitLanes;
+    for (uint word = refit_lane(); word < kQuarterWords; word += kRefitLanes) {
+        uint p = word / 4u;
+        uint at = lane_plane_at(p, first_lane + 4u * (word % 4u));
+        float plane = lane_planes[at];
+        for (uint i = 1u; i < 4u; ++i) plane = unite_planes(p, plane, lane_planes[at + i]);
+        quarter_planes[first_quarter_plane() + word] = plane;
     }
     barrier();
-    uint at = item * 6u;
-    lower = vec3(item_planes[at], item_planes[at + 2u], item_planes[at + 4u]);
-    upper = vec3(item_planes[at + 1u], item_planes[at + 3u], item_planes[at + 5u]);
 }
 
-/// Writes a box, which all lanes of an item have, to its parent's slot; `parent` is
-/// node * kWidth + slot.
-void store_box(uint parent, vec3 lower, vec3 upper) {
-    uint p = refit_lane();
-    if (p >= 6u) return;
-    float planes[6] = float[](lower.x, upper.x, lower.y, upper.y, lower.z, upper.z);
-    store_plane(plane_at(parent / kWidth, p) + parent % kWidth, planes[p]);
+/// After unite_quarters(): plane p of the union of the four.
+float united_plane(uint p) {
+    uint at = first_quarter_plane() + 4u * p;
+    return unite_planes(p, unite_planes(p, quarter_planes[at], quarter_planes[at + 1u]),
+                        unite_planes(p, quarter_planes[at + 2u], quarter_planes[at + 3u]));
+}
+
+/// Writes plane p of a box to its parent's slot; `parent` is node * kWidth + slot.
+void store_plane(uint parent, uint p, float value) {
+    store_word(plane_at(parent / kWidth, p) + parent % kWidth, value);
 }
 
 #endif  // SHADERS_REFIT_REFIT_GLSL

@@ -1,5 +1,5 @@
-// Writes the new positions of vertices to leaves, and their padded boxes to the slots of their
-// parents.
+// Writes the new positions of vertices to leaves, their padded boxes to the slots of their parents,
+// and the padded boxes of groups of four triangles.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"
@@ -14,39 +14,84 @@ READ1(LeafParents, leaf_parents, kBindLeafParents);
 #ifdef STORAGE_BUFFERS
 // Whole vectors, of which the last word stays, so that 16 lanes write 256 bytes in sequence.
 layout(std430, binding = kBindLeafWords) buffer LeafWords { uvec4 leaf_vectors[]; };
-void store_vertex(uint at, uvec3 bits) { leaf_vectors[at] = uvec4(bits, leaf_vectors[at].w); }
+layout(std430, binding = kBindGroupWords) writeonly buffer GroupWords { uint group_words[]; };
+uint load_corners(uint at) { return leaf_vectors[at].w; }
+void store_vertex(uint at, uvec3 bits, uint corners) { leaf_vectors[at] = uvec4(bits, corners); }
+void store_group(uint at, float value) { group_words[at] = floatBitsToUint(value); }
 #else
-layout(binding = kBindLeafWords, r32ui) writeonly uniform uimageBuffer leaf_words;
-void store_vertex(uint at, uvec3 bits) {
+layout(binding = kBindLeafWords, r32ui) uniform uimageBuffer leaf_words;
+layout(binding = kBindGroupWords, r32ui) writeonly uniform uimageBuffer group_words;
+uint load_corners(uint at) { return imageLoad(leaf_words, int(4u * at + 3u)).x; }
+void store_vertex(uint at, uvec3 bits, uint corners) {
     imageStore(leaf_words, int(4u * at), uvec4(bits.x));
     imageStore(leaf_words, int(4u * at + 1u), uvec4(bits.y));
     imageStore(leaf_words, int(4u * at + 2u), uvec4(bits.z));
 }
+void store_group(uint at, float value) {
+    imageStore(group_words, int(at), uvec4(floatBitsToUint(value)));
+}
 #endif
+
+/// Plane p of a box as it is stored, moved outwards; an empty box, the neutral element of a union,
+/// stays.
+float padded_plane(uint p, float planes[6]) {
+    vec3 lower = vec3(planes[0], planes[2], planes[4]);
+    vec3 upper = vec3(planes[1], planes[3], planes[5]);
+    float plane = planes[p];
+    if (lower.x > upper.x) return plane;
+    float pad = plane_pad(plane, largest_extent(lower, upper));
+    precise float moved = is_upper(p) ? plane + pad : plane - pad;
+    return moved;
+}
+
+/// The box of the lane's triangle: the union of the lanes of its vertices.
+void triangle_box(uint corners, out vec3 lower, out vec3 upper) {
+    float planes[6];
+    uint first_lane = gl_LocalInvocationID.x / kRefitLanes * kRefitLanes;
+    for (uint p = 0u; p < 6u; ++p) {
+        planes[p] = lane_planes[lane_plane_at(p, first_lane + corner(corners, 0u))];
+        for (uint k = 1u; k < 3u; ++k) {
+            uint at = lane_plane_at(p, first_lane + corner(corners, k));
+            planes[p] = unite_planes(p, planes[p], lane_planes[at]);
+        }
+    }
+    lower = vec3(planes[0], planes[2], planes[4]);
+    upper = vec3(planes[1], planes[3], planes[5]);
+}
 
 void main() {
     uint leaf = refit_item();
+    uint lane = refit_lane();
     vec3 lower = vec3(kEmptyPlane);
     vec3 upper = vec3(-kEmptyPlane);
+    uint corners = 0u;
     if (is_within()) {
-        uvec3 bits = position_bits(AT1(leaf_vertices, leaf * kLeafVertices + refit_lane()));
-        store_vertex(leaf * kLeafVec4s + refit_lane(), bits);
+        uint at = leaf * kLeafVec4s + lane;
+        uvec3 bits = position_bits(AT1(leaf_vertices, leaf * kLeafVertices + lane));
+        corners = load_corners(at);
+        store_vertex(at, bits, corners);
         vec3 p = uintBitsToFloat(bits);
         bool is_finite = p.x <= kSceneExtent;
         lower = is_finite ? p : lower;
         upper = is_finite ? p : upper;
     }
-    unite(lower, upper);
-    if (!is_within()) return;
-    // No pad for an empty box, which stays the neutral element of a union.
-    if (lower.x <= upper.x) {
-        float extent = largest_extent(lower, upper);
-        precise vec3 below = lower - vec3(plane_pad(lower.x, extent), plane_pad(lower.y, extent),
-                                          plane_pad(lower.z, extent));
-        precise vec3 above = upper + vec3(plane_pad(upper.x, extent), plane_pad(upper.y, extent),
-                                          plane_pad(upper.z, extent));
-        lower = below;
-        upper = above;
+    unite_quarters(lower, upper);
+    if (is_within() && lane < 6u) {
+        float planes[6];
+        for (uint p = 0u; p < 6u; ++p) planes[p] = united_plane(p);
+        store_plane(AT1(leaf_parents, leaf), lane, padded_plane(lane, planes));
     }
-    store_box(AT1(leaf_parents, leaf), lower, upper);
+    bool has_triangle = lane < corner_triangle_count(corners);
+    lower = vec3(kEmptyPlane);
+    upper = vec3(-kEmptyPlane);
+    if (has_triangle) triangle_box(corners, lower, upper);
+    barrier();
+    unite_quarters(lower, upper);
+    if (!is_within()) return;
+    for (uint word = lane; word < kQuarterWords; word += kRefitLanes) {
+        float planes[6];
+        for (uint p = 0u; p < 6u; ++p)
+            planes[p] = quarter_planes[first_quarter_plane() + 4u * p + word % 4u];
+        store_group(leaf * kQuarterWords + word, padded_plane(word / 4u, planes));
+    }
 }

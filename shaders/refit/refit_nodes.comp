@@ -1,5 +1,5 @@
-// Writes the boxes of one level of nodes to the slots of their parents. Empty slots hold inverted
-// boxes, which are neutral in a union.
+// Writes the boxes of the quarters of one level of nodes, and the boxes of these nodes to the slots of
+// their parents. Empty slots hold inverted boxes, which are neutral in a union.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"
@@ -8,16 +8,31 @@
 
 READ1(NodeParents, node_parents, kBindNodeParents);
 
+#ifdef STORAGE_BUFFERS
+layout(std430, binding = kBindQuarterWords) writeonly buffer QuarterWords { uint quarter_words[]; };
+void store_quarter(uint at, float value) { quarter_words[at] = floatBitsToUint(value); }
+#else
+layout(binding = kBindQuarterWords, r32ui) writeonly uniform uimageBuffer quarter_words;
+void store_quarter(uint at, float value) {
+    imageStore(quarter_words, int(at), uvec4(floatBitsToUint(value)));
+}
+#endif
+
 void main() {
     uint node = refit_item();
     vec3 lower = vec3(kEmptyPlane);
     vec3 upper = vec3(-kEmptyPlane);
     if (is_within()) {
         float planes[6];
-        for (uint p = 0u; p < 6u; ++p) planes[p] = load_plane(plane_at(node, p) + refit_lane());
+        for (uint p = 0u; p < 6u; ++p) planes[p] = load_word(plane_at(node, p) + refit_lane());
         lower = vec3(planes[0], planes[2], planes[4]);
         upper = vec3(planes[1], planes[3], planes[5]);
     }
-    unite(lower, upper);
-    if (is_within()) store_box(AT1(node_parents, node), lower, upper);
+    unite_quarters(lower, upper);
+    if (!is_within()) return;
+    for (uint word = refit_lane(); word < kQuarterWords; word += kRefitLanes)
+        store_quarter(node * kQuarterWords + word, quarter_planes[first_quarter_plane() + word]);
+    uint parent = AT1(node_parents, node);
+    if (parent != kNoNodeParent && refit_lane() < 6u)
+        store_plane(parent, refit_lane(), united_plane(refit_lane()));
 }

@@ -14,10 +14,11 @@
 layout(constant_id = kConstantStepBudget) const uint kSteps = kStepBudget;
 
 READ4_IN_PLACE(Nodes, nodes, kBindNodes);
+READ4_IN_PLACE(Quarters, quarters, kBindQuarters);
+READ4_IN_PLACE(Groups, groups, kBindGroups);
 
-/// Entries (child, bits of the least depth of hits in it). consider() writes the entry above the top
-/// even if it pushes nothing, which saves a branch; so there is one more entry than the stack needs.
-uvec2 stack[kMaxStack + 1u];
+/// Entries (child, bits of the least depth of hits in it).
+uvec2 stack[kMaxStack];
 
 /// The state of a traversal.
 struct Traversal {
@@ -79,43 +80,75 @@ NodeRay node_ray(SlabRay s) {
 }
 
 /// The distances at which the ray meets four planes.
-vec4 distances(uint at, float org, float rdir) {
-    precise vec4 relative = uintBitsToFloat(AT4_IN_PLACE(nodes, at)) - vec4(org);
+vec4 distances(uvec4 planes, float org, float rdir) {
+    precise vec4 relative = uintBitsToFloat(planes) - vec4(org);
     precise vec4 t = relative * vec4(rdir);
     return t;
 }
 
-/// Makes a child that is hit the next to visit if it is the nearest so far, and pushes the other
-/// one.
-void consider(inout Traversal t, inout float nearest, uint child, float t_least, bool is_hit) {
-    bool nearer = is_hit && t_least < nearest;
-    stack[t.stack_size] = nearer ? uvec2(t.current, floatBitsToUint(nearest))
-                                 : uvec2(child, floatBitsToUint(t_least));
-    t.stack_size += is_hit && t.current != kEmptyChild ? 1u : 0u;
-    t.current = nearer ? child : t.current;
-    nearest = nearer ? t_least : nearest;
+/// What a ray meets of four boxes.
+struct FourBoxes {
+    bvec4 is_hit;
+    /// The least depth of hits in each.
+    vec4 least;
+};
+
+/// Applies hits_box to four boxes, whose planes are given as the ray meets them. (max and min get no
+/// NaN, and the sign of a zero does not change a comparison.)
+FourBoxes meet(NodeRay ray, float last, uvec4 near_x, uvec4 near_y, uvec4 near_z, uvec4 far_x,
+               uvec4 far_y, uvec4 far_z) {
+    vec4 enter_z = distances(near_z, ray.near_org.z, ray.rdir.z);
+    vec4 enter = max(max(distances(near_x, ray.near_org.x, ray.rdir.x),
+                         distances(near_y, ray.near_org.y, ray.rdir.y)),
+                     max(enter_z, vec4(0.0f)));
+    precise vec4 leave = min(min(distances(far_x, ray.far_org.x, ray.rdir.x),
+                                 distances(far_y, ray.far_org.y, ray.rdir.y)),
+                             distances(far_z, ray.far_org.z, ray.rdir.z)) *
+                         vec4(kSlabRounding);
+    precise vec4 early = enter - vec4(ray.depth_margin);
+    FourBoxes boxes;
+    boxes.least = max(max(enter_z, early), vec4(0.0f));
+    bvec4 is_near = lessThanEqual(boxes.least, vec4(last));
+    bvec4 is_met = lessThanEqual(enter, leave);
+    boxes.is_hit = bvec4(uvec4(is_near) & uvec4(is_met));
+    return boxes;
 }
 
-/// Applies hits_box to slots 4 * quarter to 4 * quarter + 3 of a node. (max and min get no NaN, and
-/// the sign of a zero does not change a comparison.)
-void visit_quarter(inout Traversal t, inout float nearest, NodeRay ray, uint node, uint quarter) {
-    uint at = node * kNodeVec4s + quarter;
-    vec4 near_x = distances(at + ray.near_planes.x, ray.near_org.x, ray.rdir.x);
-    vec4 near_y = distances(at + ray.near_planes.y, ray.near_org.y, ray.rdir.y);
-    vec4 near_z = distances(at + ray.near_planes.z, ray.near_org.z, ray.rdir.z);
-    vec4 far_x = distances(at + ray.far_planes.x, ray.far_org.x, ray.rdir.x);
-    vec4 far_y = distances(at + ray.far_planes.y, ray.far_org.y, ray.rdir.y);
-    vec4 far_z = distances(at + ray.far_planes.z, ray.far_org.z, ray.rdir.z);
-    vec4 enter = max(max(near_x, near_y), max(near_z, vec4(0.0f)));
-    precise vec4 leave = min(min(far_x, far_y), far_z) * vec4(kSlabRounding);
-    precise vec4 early = enter - vec4(ray.depth_margin);
-    vec4 least = max(max(near_z, early), vec4(0.0f));
+uint bits_of(bvec4 b) {
+    return uint(b.x) | uint(b.y) << 1u | uint(b.z) << 2u | uint(b.w) << 3u;
+}
+
+/// Four times the planes of a buffer whose planes are `stride` vectors apart in a node's order.
+#define MEET_FOUR(buffer, ray, last, at, stride)                       \
+    meet(ray, last, AT4_IN_PLACE(buffer, at + ray.near_planes.x stride), \
+         AT4_IN_PLACE(buffer, at + ray.near_planes.y stride),           \
+         AT4_IN_PLACE(buffer, at + ray.near_planes.z stride),           \
+         AT4_IN_PLACE(buffer, at + ray.far_planes.x stride),            \
+         AT4_IN_PLACE(buffer, at + ray.far_planes.y stride),            \
+         AT4_IN_PLACE(buffer, at + ray.far_planes.z stride))
+
+/// Makes a child the next to visit if it is the nearest so far, and pushes the other one.
+void consider(inout Traversal t, inout float nearest, uint child, float least) {
+    bool is_nearer = least < nearest;
+    if (t.current != kEmptyChild) {
+        stack[t.stack_size] = is_nearer ? uvec2(t.current, floatBitsToUint(nearest))
+                                        : uvec2(child, floatBitsToUint(least));
+        t.stack_size += 1u;
+    }
+    if (!is_nearer) return;
+    t.current = child;
+    nearest = least;
+}
+
+/// Tests slots 4 * quarter to 4 * quarter + 3 of a node.
+void visit_quarter(inout Traversal t, inout float nearest, NodeRay ray, float last, uint at) {
+    FourBoxes boxes = MEET_FOUR(nodes, ray, last, at, );
+    if (bits_of(boxes.is_hit) == 0u) return;
     uvec4 child = AT4_IN_PLACE(nodes, at + kNodeChild);
-    float last = last_depth(t.best.t);
-    consider(t, nearest, child.x, least.x, enter.x <= leave.x && least.x <= last);
-    consider(t, nearest, child.y, least.y, enter.y <= leave.y && least.y <= last);
-    consider(t, nearest, child.z, least.z, enter.z <= leave.z && least.z <= last);
-    consider(t, nearest, child.w, least.w, enter.w <= leave.w && least.w <= last);
+    if (boxes.is_hit.x) consider(t, nearest, child.x, boxes.least.x);
+    if (boxes.is_hit.y) consider(t, nearest, child.y, boxes.least.y);
+    if (boxes.is_hit.z) consider(t, nearest, child.z, boxes.least.z);
+    if (boxes.is_hit.w) consider(t, nearest, child.w, boxes.least.w);
 }
 
 /// Takes the topmost entry that may hold a closer hit. Returns the number of iterations.
@@ -143,12 +176,15 @@ uint visit_node(inout Traversal t, NodeRay ray) {
     }
     uint node = t.current;
     float nearest = 3.0e38f;
+    float last = last_depth(t.best.t);
     t.current = kEmptyChild;
-    visit_quarter(t, nearest, ray, node, 0u);
-    visit_quarter(t, nearest, ray, node, 1u);
-    visit_quarter(t, nearest, ray, node, 2u);
-    visit_quarter(t, nearest, ray, node, 3u);
-    return t.current == kEmptyChild ? 1u + pop(t) : 1u;
+    uint met = bits_of(MEET_FOUR(quarters, ray, last, node * kQuarterVec4s, / 4u).is_hit);
+    while (met != 0u) {
+        uint quarter = uint(findLSB(met));
+        met &= met - 1u;
+        visit_quarter(t, nearest, ray, last, node * kNodeVec4s + quarter);
+    }
+    return t.current == kEmptyChild ? 6u + pop(t) : 6u;
 }
 
 void take_hit(inout Traversal t, TriangleHit hit, uint prim_id) {
@@ -167,25 +203,36 @@ bool fast_hit(Ray ray, ShearedRay sheared, vec3 a, vec3 b, vec3 c, out TriangleH
 }
 
 /// Returns the number of steps.
-uint visit_leaf(inout Traversal t, Ray ray, ShearedRay sheared, bool any_hit) {
-    uint at = (t.current & ~kLeafBit) * kLeafVec4s;
+uint visit_leaf(inout Traversal t, Ray ray, NodeRay boxes, ShearedRay sheared, bool any_hit) {
+    uint leaf = t.current & ~kLeafBit;
+    uint at = leaf * kLeafVec4s;
     uint count = corner_triangle_count(AT4_IN_PLACE(leaves, at).w);
-    for (uint i = 0u; i < count; ++i) {
-        vec3 a, b, c;
-        leaf_triangle(at, i, a, b, c);
-        Edges e = fast_edges(project_fast(sheared, a), project_fast(sheared, b),
-                             project_fast(sheared, c));
-        if (!may_be_inside(e)) continue;
-        // A triangle that reaches behind the origin is uncertain, since the rule may not take its
-        // fast path for it.
-        bool is_sure = surely_inside(sheared, e) && e.depth_range < e.depth_size;
-        TriangleHit hit;
-        bool is_hit = is_sure ? fast_hit(ray, sheared, a, b, c, hit)
-                              : intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
-        if (is_hit) take_hit(t, hit, leaf_prim(at, i));
+    // A single group has the box by which the leaf was found.
+    uint met = 1u;
+    if (count > 4u) {
+        float last = last_depth(t.best.t);
+        met = bits_of(MEET_FOUR(groups, boxes, last, leaf * kQuarterVec4s, / 4u).is_hit);
+    }
+    while (met != 0u) {
+        uint first = 4u * uint(findLSB(met));
+        met &= met - 1u;
+        for (uint i = first; i < min(first + 4u, count); ++i) {
+            vec3 a, b, c;
+            leaf_triangle(at, i, a, b, c);
+            Edges e = fast_edges(project_fast(sheared, a), project_fast(sheared, b),
+                                 project_fast(sheared, c));
+            if (!may_be_inside(e)) continue;
+            // A triangle that reaches behind the origin is uncertain, since the rule may not take
+            // its fast path for it.
+            bool is_sure = surely_inside(sheared, e) && e.depth_range < e.depth_size;
+            TriangleHit hit;
+            bool is_hit = is_sure ? fast_hit(ray, sheared, a, b, c, hit)
+                                  : intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
+            if (is_hit) take_hit(t, hit, leaf_prim(at, i));
+        }
     }
     if (any_hit && t.best_prim != kNoPrim) t.stack_size = 0u;
-    return 2u + count + pop(t);
+    return 6u + count + pop(t);
 }
 
 /// Continues until the answer is known (finished()) or the lane's steps are used up. An any-hit
@@ -198,7 +245,7 @@ void traverse(inout Traversal t, Ray ray, bool any_hit) {
         // kEmptyChild has kLeafBit set.
         while ((t.current & kLeafBit) == 0u && steps < kSteps) steps += visit_node(t, boxes);
         if ((t.current & kLeafBit) != 0u && t.current != kEmptyChild)
-            steps += visit_leaf(t, ray, sheared, any_hit);
+            steps += visit_leaf(t, ray, boxes, sheared, any_hit);
     } while (t.current != kEmptyChild && steps < kSteps);
 }
 

@@ -2,6 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -147,6 +150,32 @@ TEST(WithVulkan, DevicesAreListed) {
     ASSERT_FALSE(json["devices"].empty());
     EXPECT_EQ(json["devices"][0]["index"], 0);
     EXPECT_EQ(json["devices"][0]["uuid"].get<std::string>().size(), 32u);
+}
+
+TEST(WithVulkan, ADeviceThatFailedItsTestIsRefusedUntilItPassesOne) {
+    TemporaryFolder folder;
+    const Surroundings surroundings = {.environment = {"XDG_CACHE_HOME=" + folder.file("cache")}};
+    const std::vector<std::string> render = {
+        "render", "builtin:cloth:400", "--size",    "8x8",   "--frames", "0",
+        "--out",  folder.file("out"),  "--backend", "vulkan"};
+    ASSERT_EQ(run(render, surroundings).code, 0);
+    // The first use has kept a result, which is now made a failure.
+    std::vector<std::filesystem::path> kept;
+    for (const auto& entry : std::filesystem::directory_iterator(folder.file("cache/morphray")))
+        kept.push_back(entry.path());
+    ASSERT_EQ(kept.size(), 1u);
+    std::ifstream file(kept[0]);
+    std::string text{std::istreambuf_iterator<char>(file), {}};
+    ASSERT_NE(text.find("passed"), std::string::npos) << text;
+    text.replace(text.find("passed"), std::string::npos, "lost\nit did not answer\n");
+    std::ofstream(kept[0]) << text;
+    const Outcome refused = run(render, surroundings);
+    EXPECT_EQ(refused.code, 7);
+    EXPECT_NE(refused.err.find("it did not answer"), std::string::npos) << refused.err;
+    const Outcome checked = run({"devices", "--check", "--json", "-"}, surroundings);
+    EXPECT_EQ(checked.code, 0) << checked.err;
+    EXPECT_EQ(Json::parse(checked.out)["devices"][0]["check"]["passed"], true);
+    EXPECT_EQ(run(render, surroundings).code, 0);
 }
 
 TEST(WithVulkan, AutomaticBackendIsTheCpuWithoutAGpu) {

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <stdexcept>
 #include <string_view>
+#include <vector>
 
 namespace mray::test {
 namespace {
@@ -87,7 +88,6 @@ const Entry kFailing[] = {
     HOOK(vkCreateInstance),
     HOOK(vkCreatePipelineLayout),
     HOOK(vkCreateQueryPool),
-    HOOK(vkCreateShaderModule),
     HOOK(vkEndCommandBuffer),
     HOOK(vkEnumerateDeviceExtensionProperties),
     HOOK(vkEnumerateInstanceExtensionProperties),
@@ -144,6 +144,20 @@ VKAPI_ATTR void VKAPI_CALL queue_families(VkPhysicalDevice device, std::uint32_t
     for (std::uint32_t i = 0; i < *count; ++i) active()->edit_queue_family(out[i]);
 }
 
+using CreateModule = Hook<"vkCreateShaderModule", PFN_vkCreateShaderModule>;
+
+VKAPI_ATTR VkResult VKAPI_CALL create_module(VkDevice device, const VkShaderModuleCreateInfo* info,
+                                             const VkAllocationCallbacks* allocator,
+                                             VkShaderModule* module) {
+    if (active() == nullptr || !active()->edit_kernel)
+        return CreateModule::call(device, info, allocator, module);
+    std::vector<std::uint32_t> words(info->pCode, info->pCode + info->codeSize / 4);
+    active()->edit_kernel(words);
+    VkShaderModuleCreateInfo edited = *info;
+    edited.pCode = words.data();
+    return CreateModule::call(device, &edited, allocator, module);
+}
+
 template <class Function>
 PFN_vkVoidFunction replace(PFN_vkVoidFunction real, Function by) {
     Real<Function>::call = reinterpret_cast<Function>(real);
@@ -160,6 +174,10 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL get_function(VkInstance instance, const
     if (wanted == "vkEnumeratePhysicalDevices") {
         ListDevices::wrap(real);
         return reinterpret_cast<PFN_vkVoidFunction>(&list_devices);
+    }
+    if (wanted == "vkCreateShaderModule") {
+        CreateModule::wrap(real);
+        return reinterpret_cast<PFN_vkVoidFunction>(&create_module);
     }
     if (wanted == "vkGetPhysicalDeviceProperties") {
         return replace<PFN_vkGetPhysicalDeviceProperties>(real, &properties);

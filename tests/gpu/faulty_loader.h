@@ -1,7 +1,9 @@
 // A Vulkan loader whose calls fail on demand, and whose devices report other properties.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -26,6 +28,8 @@ struct Faults {
     std::function<void(VkPhysicalDeviceFloatControlsProperties&)> edit_float_controls;
     std::function<void(VkQueueFamilyProperties&)> edit_queue_family;
     bool hide_devices = false;
+    /// Changes the words of kernels.
+    std::function<void(std::span<std::uint32_t>)> edit_kernel;
 
     /// Out: the number of calls, and the name of the one that failed.
     std::size_t call_count = 0;

@@ -175,7 +175,7 @@ TEST(Lifetime, TwentyBackendsCanComeAndGo) {
 
 TEST(Lifetime, TwoBackendsCanLiveSideBySide) {
     const std::unique_ptr<Backend> a = gpu::make_vulkan_backend(kValidated);
-    std::unique_ptr<Backend> b = gpu::make_vulkan_backend({});
+    std::unique_ptr<Backend> b = gpu::make_vulkan_backend();
     const DeviceScene scene = torus(12, 8);
     const Bvh bvh = plain_tree(scene);
     Frame from_a, from_b;

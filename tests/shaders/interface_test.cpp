@@ -20,16 +20,20 @@ constexpr auto kStorage = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
 TEST(ShaderInterface, HasTheBindingsOfTheSourceWithTheirTypes) {
     using Bindings = std::vector<gpu::ShaderBinding>;
     EXPECT_EQ(gpu::shader_interface(k_refit_leaves_spirv).bindings,
-              (Bindings{{kBindPositions, kStorageTexels},
+              (Bindings{{kBindPositions, kUniformTexels},
                         {kBindLeafVertices, kUniformTexels},
                         {kBindLeafParents, kUniformTexels},
                         {kBindNodeWords, kStorageTexels},
-                        {kBindLeafWords, kStorageTexels}}));
-    EXPECT_EQ(gpu::shader_interface(k_rays_spirv).bindings, (Bindings{{kBindNodes, kStorageTexels},
-                                                                      {kBindLeaves, kStorageTexels},
-                                                                      {kBindRays, kUniformTexels},
-                                                                      {kBindHits, kStorage},
-                                                                      {kBindWork, kStorage}}));
+                        {kBindLeafWords, kStorageTexels},
+                        {kBindGroupWords, kStorageTexels}}));
+    EXPECT_EQ(gpu::shader_interface(k_rays_spirv).bindings,
+              (Bindings{{kBindNodes, kStorageTexels},
+                        {kBindLeaves, kStorageTexels},
+                        {kBindRays, kUniformTexels},
+                        {kBindHits, kStorage},
+                        {kBindWork, kStorage},
+                        {kBindQuarters, kStorageTexels},
+                        {kBindGroups, kStorageTexels}}));
     for (const gpu::ShaderBinding& binding : gpu::shader_interface(k_rays_storage_spirv).bindings)
         EXPECT_EQ(binding.type, kStorage);
 }

@@ -71,6 +71,7 @@ constexpr Example kIndexExamples[] = {
      "morphray index share/scenes/flag -o flag.mrindex --verify"},
 };
 constexpr Example kDevicesExamples[] = {
+    {"Whether each device works", "morphray devices --check"},
     {"All devices, for programs", "morphray devices --json -"},
 };
 
@@ -283,8 +284,12 @@ CommandSpec define_index(Options& options) {
 }
 
 CommandSpec define_devices(Options& options) {
-    CommandSpec command{"devices", "Lists the Vulkan devices", Command::kDevices, kDevicesExamples};
-    add_report_options({command, options}, false);
+    CommandSpec command{"devices", "Lists the Vulkan devices, and tests them", Command::kDevices,
+                        kDevicesExamples};
+    const OptionAdder adder(command, options);
+    adder.add_flag("--check", "compare rays, shading and refit of each device with the CPU's",
+                   options.checks_devices);
+    add_report_options(adder, false);
     return command;
 }
 

@@ -1,0 +1,131 @@
+// A device proves itself before it is used: wrong and lost ones are found, and results are kept.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+
+#include "common/base/errors.h"
+#include "cpu/cpu_backend.h"
+#include "gpu/vulkan/spirv.h"
+#include "gpu/vulkan_backend_internal.h"
+#include "library/device_check.h"
+#include "morphray/error.hpp"
+#include "tests/gpu/faulty_loader.h"
+
+namespace mray::test {
+namespace {
+
+constexpr std::uint32_t kAdd = 129;
+constexpr std::uint32_t kSubtract = 131;
+
+/// Turns the subtractions of a kernel into sums.
+void break_kernel(std::span<std::uint32_t> words) {
+    for (const gpu::SpirvInstruction& i : gpu::read_spirv(words)) {
+        if (i.opcode != kSubtract) continue;
+        std::uint32_t& head = words[static_cast<std::size_t>(i.operands.data() - words.data()) - 1];
+        head = (head & 0xFFFF0000u) | kAdd;
+    }
+}
+
+/// What the self-test says of a device with faults; the text of an error where there is one.
+std::string difference(Faults& faults, gpu::BufferKind kind) {
+    const FaultyLoader loader(faults);
+    gpu::Tuning tuning;
+    tuning.loader = loader.get();
+    tuning.buffer_kind = kind;
+    const std::unique_ptr<Backend> tested = gpu::make_vulkan_backend({}, tuning);
+    const std::unique_ptr<Backend> reference = cpu::make_scalar_backend();
+    return morphray::detail::find_difference(*tested, *reference);
+}
+
+TEST(DeviceCheck, PassesADeviceWithTheBitsOfTheCpu) {
+    for (const gpu::BufferKind kind : {gpu::BufferKind::kTexels, gpu::BufferKind::kStorage}) {
+        Faults none;
+        EXPECT_EQ(difference(none, kind), "");
+    }
+}
+
+TEST(DeviceCheck, FindsEachWrongKernel) {
+    struct Case {
+        std::size_t kernel;
+        const char* found;
+    };
+    // In the order in which the test needs them; `compact` subtracts nothing.
+    std::size_t count = 0;
+    Faults counting;
+    counting.edit_kernel = [&](std::span<std::uint32_t>) { ++count; };
+    EXPECT_EQ(difference(counting, gpu::BufferKind::kTexels), "");
+    std::size_t found = 0;
+    for (std::size_t broken = 0; broken < count; ++broken) {
+        Faults faults;
+        std::size_t made = 0;
+        std::size_t changed = 0;
+        faults.edit_kernel = [&](std::span<std::uint32_t> words) {
+            if (made++ != broken) return;
+            const std::vector<std::uint32_t> before(words.begin(), words.end());
+            break_kernel(words);
+            changed = !std::equal(words.begin(), words.end(), before.begin());
+        };
+        const std::string text = difference(faults, gpu::BufferKind::kTexels);
+        EXPECT_EQ(!text.empty(), changed != 0) << broken;
+        found += changed;
+    }
+    EXPECT_GE(found, 4u) << "camera rays, occlusion, shading, refit of leaves";
+}
+
+TEST(DeviceCheck, FindsALostDevice) {
+    Faults faults;
+    faults.counts = [](std::string_view name) { return name == "vkQueueSubmit"; };
+    faults.result = VK_ERROR_DEVICE_LOST;
+    faults.fail_at = 6;
+    faults.keep_failing = true;
+    try {
+        difference(faults, gpu::BufferKind::kTexels);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kDeviceLost);
+    }
+}
+
+/// Keeps results in a folder of its own.
+class KeptCheck : public testing::Test {
+protected:
+    KeptCheck() {
+        std::filesystem::remove_all(folder_);
+        setenv("XDG_CACHE_HOME", folder_.c_str(), 1);
+    }
+    ~KeptCheck() override {
+        unsetenv("XDG_CACHE_HOME");
+        std::filesystem::remove_all(folder_);
+    }
+
+    const std::string folder_ = testing::TempDir() + "device_checks";
+};
+
+TEST_F(KeptCheck, IsMadeByTheFirstDeviceAndCanBeMadeAgain) {
+    EXPECT_FALSE(morphray::kept_device_check().has_value());
+    EXPECT_NO_THROW(morphray::Device::vulkan());
+    ASSERT_TRUE(morphray::kept_device_check().has_value());
+    EXPECT_TRUE(morphray::kept_device_check()->passed);
+
+    morphray::keep_lost_device("", "it did not answer within 60 s");
+    const std::optional<morphray::DeviceCheck> lost = morphray::kept_device_check();
+    ASSERT_TRUE(lost.has_value());
+    EXPECT_FALSE(lost->passed);
+    EXPECT_EQ(lost->code, morphray::ErrorCode::device_lost);
+    EXPECT_NE(lost->problem.find("did not answer"), std::string::npos);
+    EXPECT_NE(lost->problem.find("devices --check"), std::string::npos);
+    try {
+        morphray::Device::vulkan();
+        FAIL();
+    } catch (const morphray::Error& error) {
+        EXPECT_EQ(error.code(), morphray::ErrorCode::device_lost);
+        EXPECT_EQ(error.what(), lost->problem);
+    }
+    EXPECT_TRUE(morphray::check_vulkan_device().passed);
+    EXPECT_NO_THROW(morphray::Device::vulkan());
+}
+
+}  // namespace
+}  // namespace mray::test
