@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "bench/gpu/vulkan_work.h"
 #include "bench/machine.h"
 #include "bench/options.h"
 #include "bench/report.h"
@@ -26,7 +27,7 @@ std::size_t most_rays(const BenchScene& scene) {
 /// The rays of a scene, made before anything is timed. Kinds that no chosen work needs are missing.
 struct SceneWorks {
     TraceWork primary;
-    /// For the works "packet" and "vulkan": shadow rays, and ambient occlusion of a whole image.
+    /// For the work "packet": shadow rays, and ambient occlusion of a whole image.
     std::optional<TraceWork> shadow;
     std::optional<TraceWork> ao;
     /// All others that are compared with Embree.
@@ -35,7 +36,7 @@ struct SceneWorks {
 
 SceneWorks make_works(const BenchScene& scene, const BenchOptions& options) {
     SceneWorks works{make_primary_work(scene.params), {}, {}, {}};
-    const bool whole = options.wants("packet") || options.wants("vulkan");
+    const bool whole = options.wants("packet");
     const bool shadow = options.wants("shadow") || whole;
     if (options.wants("one-ray")) works.traced.push_back(make_row_work(scene.params));
     if (!shadow && !options.wants("diffuse") && !options.wants("ao")) return works;
@@ -79,8 +80,8 @@ void run_works(const Rig& rig, const BenchScene& scene, const SceneWorks& works,
         }
     }
     if (options.wants("vulkan")) {
-        const TraceWork* const traced[] = {&works.primary, &*works.shadow, &*works.ao};
-        bench_vulkan(rig, scene, traced);
+        bench_vulkan(scene, rig.repeat, rig.report);
+        fmt::print("{}", count_table(scene));
     }
     if (options.wants("library")) bench_library(rig, scene);
     if (options.wants("queries")) bench_queries(rig, scene);

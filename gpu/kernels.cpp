@@ -43,12 +43,13 @@ RegionArguments no_region() {
     return nothing;
 }
 
-Constants ray_steps(std::uint32_t steps) {
-    static_assert(kConstantStepBudget == 0);
-    return {steps};
+Constants ray_constants(const PhysicalDevice& device, const Tuning& tuning) {
+    static_assert(kConstantStepBudget == 0 && kConstantBoxes == 1);
+    return {step_budget(device, tuning), tuning.boxes};
 }
 
-Constants query_steps(std::uint32_t steps) {
+Constants query_constants(const PhysicalDevice& device, const Tuning& tuning) {
+    const std::uint32_t steps = step_budget(device, tuning);
     return {steps <= kStepBudget ? std::min(steps, kQuestionStepBudget) : steps};
 }
 
@@ -60,21 +61,21 @@ Constants query_steps(std::uint32_t steps) {
 
 Kernels::Kernels(SharedDevice& device, Context& context, const Tuning& tuning)
     : Kernels(device, context, buffer_kind(device.device.physical(), tuning),
-              ray_steps(step_budget(device.device.physical(), tuning)),
-              query_steps(step_budget(device.device.physical(), tuning))) {}
+              ray_constants(device.device.physical(), tuning),
+              query_constants(device.device.physical(), tuning)) {}
 
-Kernels::Kernels(SharedDevice& device, Context& context, BufferKind kind,
-                 const Constants& ray_steps, const Constants& query_steps)
+Kernels::Kernels(SharedDevice& device, Context& context, BufferKind kind, const Constants& of_rays,
+                 const Constants& of_queries)
     : device_(device),
       context_(context),
-      primary("primary", WORDS(primary), kind, ray_steps, no_region()),
-      rays("rays", WORDS(rays), kind, ray_steps, RaysArguments{}),
+      primary("primary", WORDS(primary), kind, of_rays, no_region()),
+      rays("rays", WORDS(rays), kind, of_rays, RaysArguments{}),
       compact("compact", WORDS(compact), kind, {}, no_region()),
-      occlusion("occlusion", WORDS(occlusion), kind, ray_steps, OcclusionArguments{}),
-      resume("resume", WORDS(resume), kind, ray_steps, ResumeArguments{}),
-      hits("hits", WORDS(hits), kind, query_steps, QuestionArguments{}),
-      winding("winding", WORDS(winding), kind, query_steps, QuestionArguments{}),
-      closest("closest", WORDS(closest), kind, query_steps, QuestionArguments{}),
+      occlusion("occlusion", WORDS(occlusion), kind, of_rays, OcclusionArguments{}),
+      resume("resume", WORDS(resume), kind, of_rays, ResumeArguments{}),
+      hits("hits", WORDS(hits), kind, of_queries, QuestionArguments{}),
+      winding("winding", WORDS(winding), kind, of_queries, QuestionArguments{}),
+      closest("closest", WORDS(closest), kind, of_queries, QuestionArguments{}),
       shade("shade", WORDS(shade), kind, {}, no_region()),
       refit_leaves("refit leaves", WORDS(refit_leaves), kind, {}, RefitArguments{}),
       refit_nodes("refit nodes", WORDS(refit_nodes), kind, {}, RefitArguments{}) {}

@@ -38,8 +38,8 @@ public:
 
 private:
     using Constants = std::vector<std::uint32_t>;
-    Kernels(SharedDevice& device, Context& context, BufferKind kind, const Constants& ray_steps,
-            const Constants& query_steps);
+    Kernels(SharedDevice& device, Context& context, BufferKind kind, const Constants& of_rays,
+            const Constants& of_queries);
 
     SharedDevice& device_;
     Context& context_;

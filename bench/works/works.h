@@ -51,11 +51,6 @@ void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& prima
 /// nothing for a clip of one frame.
 void bench_frame(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
 
-/// Traces the works on the Vulkan device, timed by its clock, against morphray's scalar tracer and
-/// Embree's single rays; then refits there, upload included, against the CPU on one thread. Throws
-/// Error(kUnavailable) without a device.
-void bench_vulkan(const Rig& rig, const BenchScene& scene, std::span<const TraceWork* const> works);
-
 /// Traces a work with packets (ambient occlusion: batches) of every size, against single rays over
 /// the same tree.
 void bench_packet(const Rig& rig, const BenchScene& scene, const TraceWork& work);

@@ -63,10 +63,9 @@ Buffer::Buffer(Device& device, const std::string& name, VkDeviceSize size, VkBuf
     const bool is_staged = memory == Memory::kDevice && device.force_staging();
     const bool is_mapped = choice.is_mapped && !is_staged;
     memory_ = device.memory().take(device.get(), name, needs, choice.type, is_mapped);
-    const MemoryBlock& block = *memory_.block;
-    check(vkBindBufferMemory(device.get(), buffer, block.memory.get(), memory_.offset),
+    check(vkBindBufferMemory(device.get(), buffer, memory_.block().get(), memory_.offset()),
           "bind a buffer");
-    if (is_mapped) mapped_ = block.mapped.subspan(memory_.offset, size_);
+    if (is_mapped) mapped_ = memory_.block().mapped().subspan(memory_.offset(), size_);
 }
 
 UniqueBufferView texel_view(Device& device, const std::string& name, const Buffer& buffer,

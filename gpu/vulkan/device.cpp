@@ -65,7 +65,16 @@ Device::Device(std::shared_ptr<Instance> instance, PhysicalDevice physical,
 }
 
 Device::~Device() {
-    if (host_ != nullptr || is_given_up(handle_)) return;
+    if (is_given_up(handle_)) {
+        // The instance of a device that may still run must stay, and its driver with it.
+        static std::vector<std::shared_ptr<Instance>>& kept =
+            *new std::vector<std::shared_ptr<Instance>>;
+        static std::mutex& mutex = *new std::mutex;
+        const std::scoped_lock lock(mutex);
+        kept.push_back(std::move(instance_));
+        return;
+    }
+    if (host_ != nullptr) return;
     const std::scoped_lock lock(loader_mutex());
     vkDestroyDevice(handle_, nullptr);
 }

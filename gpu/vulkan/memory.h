@@ -14,21 +14,65 @@
 
 namespace mray::gpu {
 
-/// An allocation, mapped for as long as it lives if the host sees it.
-struct MemoryBlock {
-    UniqueMemory memory;
-    std::uint32_t type = 0;
-    VkDeviceSize size = 0;
-    /// Bytes that have been given out.
-    VkDeviceSize used = 0;
+/// An allocation, mapped for as long as it lives if the host sees it. Threads may share it.
+class MemoryBlock {
+public:
+    /// Throws Error(kLimit) if there is not enough memory.
+    MemoryBlock(VkDevice device, const std::string& name, VkDeviceSize size, std::uint32_t type,
+                bool is_mapped);
+
+    VkDeviceMemory get() const { return memory_.get(); }
+    std::uint32_t type() const { return type_; }
     /// Empty if it is not mapped.
-    std::span<std::byte> mapped;
+    std::span<std::byte> mapped() const { return mapped_; }
+
+    /// Takes bytes at a multiple of `alignment`; returns their offset, or kNoRoom.
+    VkDeviceSize take(VkDeviceSize size, VkDeviceSize alignment);
+    void give_back(VkDeviceSize offset, VkDeviceSize size);
+    static constexpr VkDeviceSize kNoRoom = ~VkDeviceSize{0};
+
+private:
+    struct Range {
+        VkDeviceSize begin, end;
+    };
+
+    UniqueMemory memory_;
+    std::uint32_t type_;
+    std::span<std::byte> mapped_;
+    std::mutex mutex_;
+    /// In ascending order, no two of which touch.
+    std::vector<Range> free_;
+    std::size_t part_count_ = 0;
 };
 
-/// A part of a block, which lives as long as one of its parts.
-struct MemoryPart {
-    std::shared_ptr<const MemoryBlock> block;
-    VkDeviceSize offset = 0;
+/// A part of a block, which goes back to it at its end.
+class MemoryPart {
+public:
+    MemoryPart() = default;
+    MemoryPart(std::shared_ptr<MemoryBlock> block, VkDeviceSize offset, VkDeviceSize size)
+        : block_(std::move(block)), offset_(offset), size_(size) {}
+    MemoryPart(MemoryPart&& other) noexcept { swap(other); }
+    MemoryPart& operator=(MemoryPart&& other) noexcept {
+        swap(other);
+        return *this;
+    }
+    ~MemoryPart() {
+        if (block_ != nullptr) block_->give_back(offset_, size_);
+    }
+
+    const MemoryBlock& block() const { return *block_; }
+    VkDeviceSize offset() const { return offset_; }
+
+private:
+    void swap(MemoryPart& other) {
+        std::swap(block_, other.block_);
+        std::swap(offset_, other.offset_);
+        std::swap(size_, other.size_);
+    }
+
+    std::shared_ptr<MemoryBlock> block_;
+    VkDeviceSize offset_ = 0;
+    VkDeviceSize size_ = 0;
 };
 
 /// Threads may share it.
@@ -40,8 +84,7 @@ public:
 
 private:
     std::mutex mutex_;
-    /// The block of each type of memory, mapped or not, that still has room.
-    std::vector<std::weak_ptr<MemoryBlock>> open_;
+    std::vector<std::weak_ptr<MemoryBlock>> blocks_;
 };
 
 }  // namespace mray::gpu

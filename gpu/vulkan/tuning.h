@@ -26,6 +26,8 @@ struct Tuning {
     std::uint32_t resume_slots = 0;
     /// How kernels read buffers; unset: by the device (buffer_kind()).
     std::optional<BufferKind> buffer_kind = std::nullopt;
+    /// The boxes that rays test beside those of nodes: kTestQuarters, kTestGroups.
+    std::uint32_t boxes = kTestQuarters | kTestGroups;
     /// Copy through a staging buffer even if the host sees the device's memory.
     bool force_staging = false;
     /// A submission that takes longer counts as a lost device.
