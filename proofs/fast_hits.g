@@ -3,14 +3,11 @@
 #   bounds       where they agree, bound as fast_edges computes it is no larger than theirs, and
 #                fl(zmax - zmin) < size or z is beyond the error of weighted_hit, so that the rule
 #                takes its fast path with the same weights
-#   code         FastHits (cpu/simd/fast_hit_rule-inl.h, margin 2^-18 on r and on error), finish_hit
-#                (shaders/packet/finish_hit.glsl, margin 2^-16 on bound and on error)
+#   code         FastHits (cpu/simd/fast_hit_rule-inl.h, margin 2^-18 on r and on error)
 #   inputs       points of project_fast; exact edge functions whose signs are known to be equal
 #   operations   rule: r = fl(fl(c fl((m + m) + Z)) + f), bound = fl(r fl(m + fl(r + r))),
 #                c, f = kFastProjectionError, kFastProjectionFloor. FastHits: the same m; each sum
-#                and product rounded or fused. finish_hit: any order, at most 5 roundings of a term
-#                of m, 3 more of r, 1 more of m + 2 r, and 3 of the products, with range's
-#                rule's error = fl(fl(fl(2 fl(bound scale) + kWeightRounding) fl(range))
+#                and product rounded or fused. The rule's error = fl(fl(fl(2 fl(bound scale) + kWeightRounding) fl(range))
 #                + fl(kMeanRounding size)), scale = rcp(sum); theirs = fl(k size + 2 slack), k =
 #                2 kWeightRounding + kMeanRounding and a margin on both terms
 #   by hand      All terms are positive, and results grow with operands. With a larger bound,
@@ -39,7 +36,7 @@ f = @kFastProjectionFloor@ * (1 + 0x1p-18);
 ## lemma: nearest > 2^-20 farthest > 0: the range as rounded is less than the size
 { (1 - 0x1p-20) * (1 + @kRounding@) <= 0x0.ffffffp0 }
 
-## lemma: FastHits::is_hit_ahead, finish_hit: their error is at least that of weighted_hit
+## lemma: FastHits::is_hit_ahead: its error is at least that of weighted_hit
 rho = @kRcpUlp@ * 0x1p-23;
 up = 1 + @kRounding@;
 down = 1 - @kRounding@;
@@ -48,10 +45,3 @@ slack = flat * (1 + rho) * (up * up * up * up);    # of 2 slack
 size = 2 * @kWeightRounding@ * (up * up * up) + @kMeanRounding@ * (up * up);
 margin = (1 + 0x1p-18) * (down * down * down);
 { margin - slack >= 0 /\ (2 * @kWeightRounding@ + @kMeanRounding@) * margin - size >= 0 }
-
-## lemma: finish_hit: likewise, with m of another order
-up = 1 + @kRounding@;
-down = 1 - @kRounding@;
-up7 = up * up * up * up * up * up * up;
-down10 = down * down * down * down * down * down * down * down * down * down;
-{ (1 + 0x1p-16) * (down10 * down10) - up7 * up7 * up >= 0 }

@@ -1,32 +1,21 @@
 # Rays without a packet that are sorted out before the rule.
 #
-#   bounds       near_leaf: an edge function is within kNearEdgeError l (l + S), a plane's distance
-#                times |N| within kNearSideError S |e| |f|; boxes of near_rays within 3/5 of the
-#                dilation, of node_lanes within theirs (boxes.g says what for); rays_leaving: n.w and n.d within kLeavingError of their terms, (r +
-#                extent) m included; project_shared: vertices within those of project_fast;
+#   bounds       boxes of node_lanes within theirs (boxes.g says what for); rays_leaving: n.w and n.d
+#                within kLeavingError of their terms, (r + extent) m included; project_shared: vertices within those of project_fast;
 #                may_be_ahead: sum(E z) <= sum(|e| z) + Z (kBehindError S + 4 bound); depthless_bound
 #                above edge_bound for |z| up to most_depth
-#   code         facing_of, sort_hit (shaders/occlusion/near_leaf.glsl), set_ray, visit_node
-#                (shaders/occlusion/near_rays.glsl), rays_leaving, project_shared (cpu/single_ray/shared_leaf-inl.h),
+#   code         rays_leaving, project_shared (cpu/single_ray/shared_leaf-inl.h),
 #                may_be_ahead (cpu/single_ray/certain_occluders-inl.h), depthless_bound
 #                (cpu/single_ray/ray_stream-inl.h), met_slots (cpu/single_ray/node_lanes-inl.h),
 #                rays_meeting (cpu/single_ray/ray_bundle-inl.h)
 #   inputs       in units of u: s, w the largest |x| + |y| + |z| of a triangle's vertices and of origins
 #                about the centre, S = s + w, l = |e| + |f| <= 4 s; |d| < 2 on each axis
 #   used by      nothing
-#   by hand      near_leaf: b x c of 1-norm s l off by four roundings, times d by three more; org x d of
-#                oo-norm 2 w by three, times e and f by four; |c - b| <= l. Vertices are off by u s and
-#                displaced by kProjection times 2 l, an edge function by 4 times that times 2 l. A hit at
-#                t has N.(a - org) = t N.d + (N.(a - H) <= |e| |f| times what vertices are off) + t (N'
-#                - N).d, so where the side is wrong N.d, the sum of the three, is less than 4 l times
-#                what vertices are off. 2^47 for 1 / 0 moves a ray by 2^-46 E.
-#                The rule's hit lies at tau > -u r, since it rounds z: n.d of that is 2 u r m.
+#   by hand      The rule's hit lies at tau > -u r, since it rounds z: n.d of that is 2 u r m.
 #                depthless_bound: (m + 2 r) r with r = 2 c m + q; both bounds are sums and products of
 #                numbers that are not negative, so that their roundings multiply.
 #                may_be_ahead: a hit has sum(E z) > 0 (depth.g); where weights are dropped, by 2^-58.
 #
-# step: kNearEdgeError 0.5
-# step: kNearSideError 0.5
 # step: kLeavingError 0.5
 # step: kBehindError 0.5
 # step: kDepthlessBound 0.99999
@@ -34,31 +23,6 @@
 # step: kUnfusedDilation 0.5
 # step: kFusedSlabRounding 0.9999998
 # step: kRcpUlp 2
-
-## lemma: near_leaf: edge functions, by l S and l l
-e = @kRounding@;
-once = 1 + 64 * e;
-first = 2 * (2 + 1 + 1) + 2 * 3;              # by s: edges, b x c, product with d
-moment = 6 + 2 * 3 + 2 + 2;                   # by w: org and org x d, products, edges, difference
-one = moment + 2;                             # the larger of both, and the sum
-by_s = one + one + 2 * 2;                     # of two, and two subtractions
-by_l = 2 * (4 + 3) / 4 + 2 / 2;
-vertex_s = 4 * 2 * 2;                         # u s, seen off the ray twice, times 2 l
-vertex_l = 4 * 2 * 2 * @kProjection@ / e;
-{ moment - first >= 0
-  /\ @kNearEdgeError@ - (by_s + 2 * vertex_s) * e * once >= 0
-  /\ @kNearEdgeError@ - (by_l + 2 * vertex_l) * e * once - 0x1p-40 >= 0 }
-
-## lemma: near_leaf: the side: cross product, product with a point, difference; vertices, displacement
-e = @kRounding@;
-off = 4 + 3 + 1 + 1 + 1 + 2 * @kProjection@ / e * 4;
-{ @kNearSideError@ - off * e * (1 + 64 * e) >= 0 }
-
-## lemma: near_rays: planes and products by E; the reciprocals, tfar's and their product by 2.001 E
-e = @kRounding@;
-rcp = @kRcpUlp@ * 0x1p-23;
-slope = (1 + rcp) * (1 + rcp) * (1 + e) - 1;
-{ 0.6 * @kBoxDilation@ - (2.001 * slope + (1 + 1.001 + 1.001 + 2.001) * e * 1.001 + 0x1p-46) >= 0 }
 
 ## lemma: node_lanes: the dilation covers the roundings of k and of products by o, 2^-42 E, and 2^-41 E
 e = @kRounding@;

@@ -3,14 +3,11 @@
 #   bounds       for a ray of the triangle's rectangle or of a block that it meets, the computed edge
 #                function is at most bound = 2 error (reach + error) + kEdgeRounding size
 #                (reach + kShearRounding R z_size) + 1.01 ray_error slope from that of the vertices
-#                displaced by the rule; on a device 2 error (reach + error) + size (frame.rounding
-#                z_size + kEdgeRounding size) + ray_error slope, met_groups included
+#                displaced by the rule
 #   code         find_edges, store_edges (cpu/packet/triangle_setup-inl.h), Planes (cpu/packet/packet_triangles-inl.h),
 #                Position (cpu/packet/light/light_packet_items-inl.h), BlockPlanes, WindowPlanes, RowPlanes
-#                (cpu/packet/camera/camera_packet_items-inl.h);
-#                set_up_triangle, met_groups (shaders/packet/triangle_setup.glsl), trace_triangle
-#                (shaders/packet/camera_packet.comp, light_packet.comp)
-#   constants    kEdgeRounding, kShearRounding; frame.rounding is kCameraRounding, kShadowRounding
+#                (cpu/packet/camera/camera_packet_items-inl.h)
+#   constants    kEdgeRounding, kShearRounding
 #   inputs       vertices as the ray in the middle m sees them, |x| + |y| <= size, |z| <= z_size; a ray
 #                (X, Y) with |X|, |Y|, |m| <= R; X' = (X, Y) - m, and size + |X'| z_size <= reach
 #   operations   a = A1 - A2, b, c likewise, six products of floats; c - b m_y - a m_x; a X + (b Y + c);
@@ -21,14 +18,10 @@
 #                at most 2 size z_size times the largest error of a factor of an A or B, and size^2
 #                times that of a C. The former are linear in X' and m: proved for each of them as 1.
 #                Orders of summation other than that of the CPU give no more. |u x v| <= |u|_1 |v|_oo.
-#                A device's packet is 16 wide: |X'| <= 17, |m| <= 8.5 of a camera with ray_error <= 1,
-#                18 and 17 of a light. Beyond, nothing is proved of frame.rounding. What the bound
-#                itself rounds has room in packet_vertices.g.
+#                What the bound itself rounds has room in packet_vertices.g.
 #
 # step: kEdgeRounding 0.5
 # step: kShearRounding 0.5
-# step: kCameraRounding 0.5
-# step: kShadowRounding 0.5
 # step: kRayError 0.5
 
 ## lemma: errors d and e of both points make l x e + d x m + d x e of their cross product
@@ -70,17 +63,6 @@ e = @kRounding@;
 left = 1 - 16 * e;
 { @kEdgeRounding@ * left - 2 * @kEdgeLateral@ >= 0 /\ @kEdgeRounding@ * left - @kEdgeConstant@ >= 0
   /\ @kEdgeRounding@ * @kShearRounding@ * left - (2 * @kEdgeMiddle@ + 4 * e * (1 + 2 * e)) >= 0 }
-
-## lemma: devices: four more roundings of the whole, and four of c by met_groups
-e = @kRounding@;
-left = 1 - 16 * e;
-lateral = @kEdgeLateral@ + 4 * e * (1 + 16 * e);
-middle = @kEdgeMiddle@ + 4 * e * (1 + 16 * e);
-constant = @kEdgeConstant@ + 4 * e * (1 + 16 * e);
-own = 4 * e;                                # of `moved`, for ray_error <= 1
-{ @kEdgeRounding@ * left - constant >= 0
-  /\ @kCameraRounding@ * left - (2 * (lateral * 17 + middle * 8.5) + own) >= 0
-  /\ @kShadowRounding@ * left - (2 * (lateral * 18 + middle * 17) + own) >= 0 }
 
 ## lemma: the normal is the sum of the edge functions: n_x of the a, n_y of the b, n_z of the c
 { (y1 - y0) * (z2 - z0) - (z1 - z0) * (y2 - y0)

@@ -1,32 +1,28 @@
 # Rays against those that a packet takes them for.
 #
 #   bounds       a camera's ray from the middle of its pixel: pixel_error, find_ray_error; a point's in
-#                the plane: (28 + 20 s) s u (NearDirections), point_error(most) on a device; 1 / (tfar
-#                z): kEndError of itself; a stored ray from its place: place_error_of; 1 / (t z) of a
+#                the plane: (28 + 20 s) s u (NearDirections); 1 / (tfar z): kEndError of itself; a stored ray from its place: place_error_of; 1 / (t z) of a
 #                hit: hit_depth_error
-#   code         pixel_error (cpu/packet/camera/camera_packet_maker-inl.h), find_ray_error (shaders/packet/camera_packet.comp),
+#   code         pixel_error (cpu/packet/camera/camera_packet_maker-inl.h),
 #                NearDirections (cpu/packet/light/light_packet_directions-inl.h), make_light_block
 #                (cpu/packet/light/light_packet_maker-inl.h), place_error
-#                (cpu/packet/light/light_packet_plane-inl.h), point_error, sheared_point (shaders/packet/light_packet_axes.glsl),
-#                set_frame (shaders/packet/light_packet.comp), place_error_of
+#                (cpu/packet/light/light_packet_plane-inl.h), place_error_of
 #                (cpu/packet/camera/stored_packet_maker-inl.h), hit_depth_error
 #                (cpu/packet/camera/camera_packet_deferred-inl.h)
-#   constants    kDirectionRounding (1.03 u, device), kPointError, kPointErrorOfPlace, kEndError,
+#   constants    kDirectionRounding, kEndError,
 #                kStoredPlaceRounding, kHitDepthRounding, kHitDotRounding
 #   inputs       camera: e = (e0, e1, e2) the error of a direction in the frame's rows, |X| <= 7.5 on a
 #                device. Points: |d| components below 2, |x / z|, |y / z| <= s <= 2, z > 1/4; shears
 #                up to 1, axes of length 1
 #   operations   fl(fl(corner + fl(du x)) + fl(dv y)), scaled by a power of two and put on a grid;
 #                l = fl(d_k / c_k), rows (d - l c) + l (rows c), fused; (d.xy - shear d.z) / z
-#   used by      packet_edges.g, packet_depth.g, packet_rectangles.g as ray_error
+#   used by      packet_edges.g, packet_rectangles.g as ray_error
 #   by hand      Magnitudes over a tile are largest in its corners. c differs from axes[2] by u, which
 #                makes 24 u^2 of |d - l c| and the sums: within 2^-40 row_size of place_error,
 #                that of double included. Without fused operations: u |l c| <= 3.5 u and rows twice,
 #                over z > 1/4, within 2^-19 row_size.
 #
 # step: kDirectionRounding 0.95
-# step: kPointError 0.5
-# step: kPointErrorOfPlace 0.5
 # step: kEndError 0.5
 # step: kStoredPlaceRounding 0.5
 # step: kHitDepthRounding 0.5
@@ -70,19 +66,11 @@ seven = (1 + a) * (1 + b) * (1 + c) * (1 + d) * (1 + e) * (1 + f) * (1 + g) - 1;
 u = @kRounding@;
 { s in [0, 2] -> (28 + 20 * s) - (0x1b + 0x13.9p0 * s) * (1 + 64 * u) >= 0 }
 
-## lemma: point_error: product; difference, division and product; axes, two products and a sum
-point = (1 + a) * (1 + b) * (1 + c) - 1;
-moved = (1 + a) * (1 + b) * (1 + c) * (1 + d) * (1 + e) - 1;
-{ |a| <= @kRounding@ /\ |b| <= 0x5p-24 /\ |c| <= @kRounding@ /\ |d| <= @kRounding@ /\ |e| <= @kRounding@
-  -> |(sqrt(2) * moved + 0x1p-26) / @kPointErrorOfPlace@| <= 1
-  /\ |sqrt(2) * @kRounding@ * (1 + moved) / @kPointError@| <= 1 }
-
-## lemma: kEndError: a device's two divisions; z of NearDirections for s <= 2, two divisions, product
-device = (1 + a) * (1 + b) - 1;
+## lemma: kEndError: z of NearDirections for s <= 2, two divisions, product
 z = (5 + 19.6 * s) * 0x1.001p-24;
 host = (1 + c) * (1 + d) * (1 + e) * (1 + z) - 1;
-{ |a| <= 0x5p-24 /\ |b| <= 0x5p-24 /\ |c| <= @kRounding@ /\ |d| <= @kRounding@ /\ |e| <= @kRounding@
-  /\ s in [0, 2] -> |device / @kEndError@| <= 1 /\ |host / @kEndError@| <= 1 }
+{ |c| <= @kRounding@ /\ |d| <= @kRounding@ /\ |e| <= @kRounding@
+  /\ s in [0, 2] -> |host / @kEndError@| <= 1 }
 
 ## lemma: a stored ray: rows[0] d has three roundings in double and one of the difference, X (rows[2] d) five
 four = (1 + a) * (1 + b) * (1 + c) * (1 + d) - 1;

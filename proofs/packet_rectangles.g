@@ -7,11 +7,10 @@
 #                -kWedgeMargin size in all its points has no point of a ray
 #   code         find_places (cpu/packet/triangle_setup-inl.h), PixelRange, to_grid (cpu/packet/camera/camera_packet_blocks-inl.h),
 #                project_boxes, rectangle_of_box (cpu/packet/packet_node-inl.h); set_wedges, may_have_wedges,
-#                outside_wedges (cpu/packet/packet_wedge-inl.h); concerned_groups
-#                (shaders/packet/packet_leaf.glsl), set_planes, visit_node (shaders/packet/packet.glsl)
+#                outside_wedges (cpu/packet/packet_wedge-inl.h)
 #   inputs       z_least > 2^-10 z_size + 16 leaf_error, so that all displaced z are positive and a ray
 #                is a mean of the x'_k / z'_k; vertices as in packet_vertices.g; |X| <= R = 33
-#   operations   x fl(1 / z), of 2.5 ulp on a device; low - kQuotientError |low| - margin; sums with
+#   operations   x fl(1 / z); low - kQuotientError |low| - margin; sums with
 #                places up to 64; six sums of a box's planes times rows
 #   used by      packet_edges.g, packet_volume.g (rays of the rectangle)
 #   by hand      Of a vertex with |x' / z'| > R, R z' in place of x' shows that it stays beyond. Its
@@ -28,19 +27,15 @@
 #                floats, which are at most (2 / 33 + 2 / 33 + 1 / 2) 64 |d| (kMostPixelError,
 #                kMostDepthError). In all n.d >= -2^-17 |d| with n in double. A hit is off its ray by
 #                kProjection and kProjectionOfRange of twice its largest coordinate, and a snap of 2^-22 of
-#                it. On a device n.c_k >= -kCornerSlack size and n.d >= -kWedgeRounding size, for d with
-#                row_z d = 1; a hit is at most reach / least times such a d.
+#                it.
 #
 # step: kRectangleError 0.85
 # step: kQuotientError 0.5
-# step: kDeviceQuotientError 0.5
 # step: kRectangleRounding 0.5
 # step: kBoxError 0.5
 # step: kWedgeMargin 0.001
 # step: kLeastWedgeSpan 0.1
 # step: kMostWedgeDepths 100
-# step: kWedgeRounding 0.5
-# step: kCornerSlack 4
 # step: kNearestByDepth 0.99999
 
 ## lemma: x^ / z^ - X' = (X' e_z - e_x) / z^ where x^ + e_x = X' (z^ + e_z)
@@ -52,11 +47,6 @@ c = (1 + x) * (1 + d) * (1 + m) * (1 + s) * (1 + t) - 1;
 { |x| <= @kVertexOfPlace@ /\ |m| <= @kRounding@ /\ |s| <= @kRounding@ /\ |t| <= @kRounding@
   /\ |d| <= @kRounding@ -> |c / @kQuotientError@| <= 1 }
 
-## lemma: on a device
-c = (1 + x) * (1 + d) * (1 + m) * (1 + s) * (1 + t) - 1;
-{ |x| <= @kVertexOfPlace@ /\ |m| <= @kRounding@ /\ |s| <= @kRounding@ /\ |t| <= @kRounding@
-  /\ |d| <= 0x5p-24 -> |c / @kDeviceQuotientError@| <= 1 }
-
 ## lemma: kRectangleError: 1 / z and the margin itself (of 2.5 ulp); kRectangleRounding: X z, the place
 # of a pixel added, and the margin's sum
 e = @kRounding@;
@@ -67,13 +57,6 @@ e = @kRounding@;
 e = @kRounding@;
 five = (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) - 1;
 off = five + 2 * @kProjection@ + @kProjectionOfRange@ + 0x1p-62;
-{ @kBoxError@ * (1 - 4 * e) - off >= 0 }
-
-## lemma: on a device: difference; row (1.5 u), its product and difference; product, three sums; the
-# difference to the error
-e = @kRounding@;
-nine = (1 + e) * (1 + 1.5 * e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) - 1;
-off = nine + 2 * @kProjection@ + @kProjectionOfRange@ + 0x1p-62;
 { @kBoxError@ * (1 - 4 * e) - off >= 0 }
 
 ## lemma: quotients of boxes: 1.00001 and 0.99999, division and two products
@@ -90,19 +73,3 @@ v = 0x1p-53;
 e = @kRounding@;
 three = (1 + e) * (1 + e) * (1 + e) - 1;
 { @kWedgeMargin@ * (1 - 2 * e) - (three * (1 + e) + e + 2 * @kProjection@ + 2 * @kProjectionOfRange@ + 0x1p-22 + 0x1p-17) >= 0 }
-
-## lemma: wedges on a device: a corner (product, four sums), a direction's own four roundings and the
-# grid, the unit; the slack and the test of a corner; the normal (a sum, a quotient of 2.5 ulp, a
-# product); a hit's snap, and the range once more (size is at least `least`)
-e = @kRounding@;
-corner = (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) - 1;
-own = 3 * @kDirectionRounding@ + 0x1p-45;
-test = (1 + e) * (1 + e) - 1;
-normal = (1 + 5 * e) * (1 + e) * (1 + 2 * e) - 1;
-{ @kWedgeRounding@ * (1 - 16 * e) * 0.999 - (corner + own + e + @kCornerSlack@ + test + normal
-    + 0x1p-22 + @kProjectionOfRange@) >= 0 }
-
-## lemma: boxes against wedges on a device: difference, product, two sums; |n| in sum; displacement
-e = @kRounding@;
-four = (1 + e) * (1 + e) * (1 + e) * (1 + e) - 1;
-{ @kBoxError@ * (1 - 4 * e) - (four * (1 + 16 * e) + 2 * @kProjection@ + @kProjectionOfRange@ + 0x1p-62) >= 0 }

@@ -4,15 +4,14 @@
 #                error = kLateralError size + kShearError R z_size
 #                      + row_sizes (kExtentError extent + kDistanceError distance + kGridError),
 #                z by kDepthError z_size + s_z (the same bracket)
-#   code         project_vertices (cpu/packet/packet_triangles-inl.h), find_laterals (cpu/packet/triangle_setup-inl.h);
-#                project_vertices, accurate_dot, centre_triangle (shaders/packet/packet_leaf.glsl, packet.glsl)
+#   code         project_vertices (cpu/packet/packet_triangles-inl.h), find_laterals (cpu/packet/triangle_setup-inl.h)
 #   inputs       rows M, taken for exact; s_x, s_y, s_z the sums of their magnitudes; extent the
 #                largest coordinate of a vertex less the leaf's first one; distance the largest of the
 #                first one; |X|, |Y|, the middle's too, at most R; a ray through the triangle, or
 #                through that of the displaced vertices
-#   operations   d = fl(v - v0); E = sum of fl(row) d, fused or not; H from double, or from
-#                accurate_dot on a device; x = fl(E + fl(H)); x - middle z, fused or not
-#   used by      packet_edges.g, packet_volume.g, packet_depth.g, packet_rectangles.g
+#   operations   d = fl(v - v0); E = sum of fl(row) d, fused or not; H from double;
+#                x = fl(E + fl(H)); x - middle z, fused or not
+#   used by      packet_edges.g, packet_volume.g, packet_slant.g, packet_rectangles.g
 #   by hand      Of the three rows in E one has five factors. A device's row leaves out rho u of
 #                itself: 1.5 for sheared_axis; for move_row 1 + middle s_z / s_x, for which there is
 #                room up to 6.5. A vertex is the mean of its edges to the others, up to 2 extent on

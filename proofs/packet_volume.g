@@ -3,17 +3,14 @@
 #   bounds       let e'_k >= 0 or <= 0 be the edge functions of a hit, z'_k the packet's z of the
 #                displaced vertices, tau = sum(e'_k z'_k) / sum(e'_k): |det^ - tau sum(e'_k)| +
 #                what is needed for tau to be as positive as the rule sees it <= det_error =
-#                L (L (kVolumeRounding z + kVolumeExtentError s_z extent) + kVolumeError error z);
-#                on a device L (kVolumeError error z + 3 L z_error) + kDeviceVolumeRounding edge
-#                (2 z_range size + edge z). Where |det^| <= det_error and all vertices are well in
+#                L (L (kVolumeRounding z + kVolumeExtentError s_z extent) + kVolumeError error z). Where |det^| <= det_error and all vertices are well in
 #                front of the origin, |e'_k| <= kEitherSign det_error / z_least.
-#   code         find_volume, orient (cpu/packet/triangle_setup-inl.h), centre_triangle, set_up_triangle
-#                (shaders/packet/triangle_setup.glsl)
+#   code         find_volume, orient (cpu/packet/triangle_setup-inl.h)
 #   inputs       L = hit_reach >= size, |l| + error for rays in the rectangle; error and z as in
 #                packet_vertices.g; D the direction at z = 1, r the rule's axis
 #   operations   edges, cross product, its product with a vertex: seven factors, with fused operations
 #                (Kahan's difference of products is 2 u of itself off) or without
-#   used by      packet_depth.g
+#   used by      packet_slant.g
 #   by hand      The displaced vertices' mean under the e'_k is tau D, and the rule displaces nothing
 #                along its axis, so that tau D_r is the mean of their exact coordinates there. The
 #                rule's z > 0 is that of the rounded ones: tau > -u Z,
@@ -25,7 +22,6 @@
 # step: kVolumeError 0.9
 # step: kVolumeRounding 0.5
 # step: kVolumeExtentError 0.5
-# step: kDeviceVolumeRounding 0.5
 # step: kDepthError 0.5
 # step: kExtentError 0.75
 # step: kEitherSign 0.9
@@ -55,13 +51,12 @@ z = 12 * 0x7.001p-24 + 3 * (@kVertexOfPlace@ + least + far * 0x1p18);
 extent = 3 * (@kVertexOfExtent@ + 2 * least + 3 * far);
 { @kVolumeRounding@ * (1 - 16 * e) - z >= 0 /\ @kVolumeExtentError@ * (1 - 16 * e) - extent >= 0 }
 
-## lemma: on a device
+## lemma: the error of z
 e = @kRounding@;
 least = (1 + 0x1p-16) * e;
 far = @kVertexOfRange@;
 { @kDepthError@ * (1 - 16 * e) - (@kVertexOfPlace@ + least + far * 0x1p18) >= 0
-  /\ @kExtentError@ * (1 - 16 * e) - (@kVertexOfExtent@ + 2 * least + 3 * far) >= 0
-  /\ @kDeviceVolumeRounding@ * (1 - 16 * e) - 2 * 0x7.001p-24 >= 0 }
+  /\ @kExtentError@ * (1 - 16 * e) - (@kVertexOfExtent@ + 2 * least + 3 * far) >= 0 }
 
 ## lemma: kEitherSign, where z_least > 2^-10 z_size + 16 leaf_error; z has less than 1/34 of that
 e = @kRounding@;

@@ -1,6 +1,6 @@
-// The constants of the bounds that let a packet decide about a triangle without the hit rule, for
-// both backends: docs/design/arithmetic.md, "Packets", derives each by the name that it has here,
-// and proofs/ checks it. u stands for 2^-24.
+// The constants of the bounds that let a packet of the CPU decide about a triangle without the hit
+// rule: docs/design/arithmetic.md, "Packets", derives each by the name that it has here, and proofs/
+// checks it. u stands for 2^-24.
 #ifndef COMMON_INTEROP_PACKET_BOUNDS_H
 #define COMMON_INTEROP_PACKET_BOUNDS_H
 
@@ -28,13 +28,10 @@ SHARED_CONST float kDepthError = 2.384185791015625e-07f;
 
 // ---- Rays.
 
-// A bound of each rounding of a camera's direction on a device: 1.03 u.
+// A bound of each rounding of a camera's direction: 1.03 u.
 SHARED_CONST float kDirectionRounding = 6.139279e-08f;
 // Times how far a ray may be from where it is taken for, and the slope of what is evaluated there.
 SHARED_CONST float kRayError = 1.01f;
-// The error of a point in the plane of a device's shadow rays: 2^-23, and 2^-20 of its coordinates.
-SHARED_CONST float kPointError = 1.1920928955078125e-07f;
-SHARED_CONST float kPointErrorOfPlace = 9.5367431640625e-07f;
 // The error of 1 / z at a ray's end, by itself: 2^-18.
 SHARED_CONST float kEndError = 3.814697265625e-06f;
 // The error of a stored ray's place, by the magnitudes of its sums in double: 2^-50.
@@ -48,10 +45,8 @@ SHARED_CONST float kHitDotRounding = 4.76837158203125e-07f;
 
 // Times the errors of vertices and of rays.
 SHARED_CONST float kRectangleError = 1.0625f;
-// By the quotients themselves: 8 u, and 16 u where a division is off by up to 2.5 ulp. By sums with
-// places in the packet: 2^-16.
+// By the quotients themselves: 8 u. By sums with places in the packet: 2^-16.
 SHARED_CONST float kQuotientError = 4.76837158203125e-07f;
-SHARED_CONST float kDeviceQuotientError = 9.5367431640625e-07f;
 SHARED_CONST float kRectangleRounding = 1.52587890625e-05f;
 
 // The error of a box's planes in a row, by the row's size times the largest coordinate: 16 u.
@@ -63,20 +58,12 @@ SHARED_CONST float kWedgeMargin = 0.000244140625f;
 // another's.
 SHARED_CONST float kLeastWedgeSpan = 3.725290298461914e-9f;
 SHARED_CONST float kMostWedgeDepths = 64.0f;
-// On a device: how far a ray may be outside a wedge, by the size of the corners: 32 u.
-SHARED_CONST float kWedgeRounding = 1.9073486328125e-06f;
-// A corner counts as inside a wedge down to minus this part, 4 u, of the size of the corners.
-SHARED_CONST float kCornerSlack = 2.384185791015625e-07f;
 
 // ---- Edge functions of vertices up to `size` from the ray in the middle, and up to `reach` from
 // any: their rounding is kEdgeRounding size (reach + kShearRounding z), 14 u.
 SHARED_CONST float kEdgeRounding = 8.344650268554688e-07f;
 // Times the largest |X| or |Y|.
 SHARED_CONST float kShearRounding = 1.5f;
-// On a device, where the packet is 16 wide and z counts for more than reach: 2^-15 for a camera,
-// 2^-14 for a light.
-SHARED_CONST float kCameraRounding = 3.0517578125e-05f;
-SHARED_CONST float kShadowRounding = 6.103515625e-05f;
 
 // ---- The volume of triangle and origin.
 
@@ -85,12 +72,7 @@ SHARED_CONST float kVolumeError = 6.5f;
 // By the reach of a hit squared times z: 128 u; and times the part of z in the extent: 64 u.
 SHARED_CONST float kVolumeRounding = 7.62939453125e-06f;
 SHARED_CONST float kVolumeExtentError = 3.814697265625e-06f;
-// The rounding of the volume by edges that are no difference of exact products: 16 u times
-// edge (2 z_range size + edge z).
-SHARED_CONST float kDeviceVolumeRounding = 9.5367431640625e-07f;
-// 1 / z is known, on a device where the volume is more than this many times its error, and between
-// these two, where its reciprocal neither overflows nor underflows.
-SHARED_CONST float kKnownVolume = 4.0f;
+// 1 / z is known between these two, where its reciprocal neither overflows nor underflows.
 SHARED_CONST float kLeastVolume = 1e-30f;
 SHARED_CONST float kMostVolume = 1e34f;
 // Times the volume's error by the nearest z, a bound of the sum of a hit's edge functions where the
@@ -106,23 +88,15 @@ SHARED_CONST float kSteepError = 2.25f;
 // Roundings by the gradient, in a packet of 64 rays across: 2^-14; and by 1 / z itself: 32 u.
 SHARED_CONST float kGradientRounding = 6.103515625e-05f;
 SHARED_CONST float kReciprocalRounding = 1.9073486328125e-06f;
-// On a device, whose packets are 16 wide: by the gradient, 2^-15; and of a normal without fused
-// operations, by edge (2 z_range size + edge z) and the volume's reciprocal: 32 u.
-SHARED_CONST float kDeviceSlopeRounding = 3.0517578125e-05f;
-SHARED_CONST float kDeviceRounding = 1.9073486328125e-06f;
 // By the largest z on the rule's axis: kMeanRounding, the rounding of t, and what the packet rounds
 // z itself: 16 u.
 SHARED_CONST float kRuleDepthError = 9.5367431640625e-07f;
 // Times how much nearer the rule may place a hit, for all that is left out of that.
 SHARED_CONST float kRuleDepthFactor = 1.5f;
-// The part of z that a triangle's own bound may be.
-SHARED_CONST float kNarrowDepth = 0.0625f;
-// Times the rule's error by the sum of its edge functions, as found from the packet's volume.
-SHARED_CONST float kNarrowWeights = 1.75f;
 // Beyond this part of z, times kRuleDepthFactor, nothing is known of 1 / z: how much nearer the
 // rule may place a hit has a second order.
 SHARED_CONST float kFarDepth = 0.1875f;
-// On the CPU, where the plane in scene space bounds 1 / z (proofs/packet_slant.g): the error of a
+// Where the plane in scene space bounds 1 / z (proofs/packet_slant.g): the error of a
 // vertex by its rows in the projection, times the extent: 10 u; by the plane's normal, times the
 // extent and the distance: 12 u and 4.5 u; and in z, by the depth margin: 21 * 2^-12.
 SHARED_CONST float kVertexError = 5.9604644775390625e-07f;
@@ -151,10 +125,6 @@ SHARED_CONST float kBlockGradient = 6.103515625e-05f;
 
 // ---- Rays without a packet.
 
-// The error of edge functions of a ray's direction and moment: 2^-17; that of the distance from a
-// plane: 2^-18.
-SHARED_CONST float kNearEdgeError = 7.62939453125e-06f;
-SHARED_CONST float kNearSideError = 3.814697265625e-06f;
 // The error of a plane's distance, by the magnitudes of all that is added up: 16 u.
 SHARED_CONST float kLeavingError = 9.5367431640625e-07f;
 // The error of the mean of depths under fast edge functions, by the sum of their magnitudes: 2^-22.
