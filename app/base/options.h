@@ -153,7 +153,6 @@ struct Options {
     bool frame_given = false;
     Pixel pixel;
     bool pixel_given = false;
-    std::string bundle;
 
     // view; `frame` is the first one that is shown
     std::string screenshot;

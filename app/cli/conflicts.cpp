@@ -8,7 +8,6 @@
 #include <string_view>
 #include <system_error>
 
-#include "app/files/ray_bundle.h"
 #include "app/terminal/messages.h"
 #include "common/base/errors.h"
 #include "common/text/message_text.h"
@@ -90,24 +89,15 @@ void check_view(const Options& options) {
             "--compare, --backend: a comparison shows the CPU and Vulkan; leave one of them out");
 }
 
-/// probe needs frame and pixel of a scene; a bundle has both.
+/// probe needs frame and pixel.
 void check_probe(const Options& options) {
-    const bool is_bundle = is_bundle_name(options.scene);
     for (const auto& [name, given] :
          {std::pair("--frame", options.frame_given || !options.time.empty()),
           std::pair("--pixel", options.pixel_given)}) {
-        if (given != is_bundle) continue;
+        if (given) continue;
         throw Error(ErrorKind::kBadArgument,
-                    is_bundle ? fmt::format("{}: {} is a bundle, which has its own", name,
-                                            shown(options.scene))
-                              : fmt::format("{} is required; see `morphray probe --help`", name));
+                    fmt::format("{} is required; see `morphray probe --help`", name));
     }
-    if (options.bundle.empty()) return;
-    if (is_bundle) refuse("--bundle: the scene is a bundle already; copy the file");
-    if (!is_bundle_name(options.bundle))
-        throw Error(ErrorKind::kBadArgument,
-                    fmt::format("--bundle: {} must end in .json, by which probe knows a bundle",
-                                in_quotes(options.bundle)));
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ std::vector<NamedFile> outputs_of(const Options& options) {
           std::pair("--html", &options.html), std::pair("--csv", &options.csv),
           std::pair("--hits", &options.hits), std::pair("--bless", &options.bless),
           std::pair("--trace-events", &options.trace_events), std::pair("--plot", &options.plot),
-          std::pair("--bundle", &options.bundle), std::pair("--screenshot", &options.screenshot)})
+          std::pair("--screenshot", &options.screenshot)})
         add_file(files, option, *file);
     return files;
 }

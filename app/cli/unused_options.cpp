@@ -6,7 +6,6 @@
 #include <initializer_list>
 #include <string_view>
 
-#include "app/files/ray_bundle.h"
 #include "common/base/errors.h"
 #include "common/text/message_text.h"
 
@@ -64,7 +63,6 @@ bool asks_inside(const Options& o) {
 bool asks_distance(const Options& o) {
     return asks(o, Question::kClosest) || asks(o, Question::kDistance);
 }
-bool is_no_bundle(const Options& o) { return !is_bundle_name(o.scene); }
 
 /// Options that have an effect only if `has_effect`, and why not otherwise.
 struct Rule {
@@ -99,14 +97,6 @@ const Rule kRules[] = {
      "only glTF files have seconds; choose frames of other scenes by --time, or leave it out"},
     {{kInfo}, {"--formats"}, has_no_scene, "is about the program; leave the scene out"},
     {{kInfo}, {"--threads"}, describes_trees, "only --bvh builds trees"},
-    {{kProbe},
-     {"--missing",    "--cache",       "--index",   "--bounds",        "--fps",
-      "--animation",  "--allow-empty", "--lenient", "--size",          "--eye",
-      "--target",     "--up",          "--fov",     "--light",         "--rays",
-      "--ao-samples", "--ao-distance", "--update",  "--update-budget", "--deterministic-updates",
-      "--refit-on",   "--build",       "--build-at"},
-     is_no_bundle,
-     "the scene is a bundle, which has its own ray and tree"},
     {{kRender, kView},
      {"--flat"},
      has_normals,

@@ -9,8 +9,6 @@
 
 #include "app/backends/backends.h"
 #include "app/commands/candidates.h"
-#include "app/commands/probe/replay.h"
-#include "app/files/ray_bundle.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
 #include "common/interop/camera.h"
@@ -125,8 +123,6 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
     trace_secondary(params, topology, positions, *tracer, report);
     const std::uint32_t wanted[] = {report.image.prim_id, report.alone.prim_id};
     report.candidates = find_candidates(report.ray, topology, positions, kCandidates, wanted);
-    if (!options.bundle.empty())
-        write_report(options.bundle, bundle_text(make_bundle(report, params, topology, positions)));
     return report;
 }
 

@@ -7,8 +7,8 @@
 
 namespace mray::app {
 
-/// Traces the image of options.frame and describes options.pixel, and writes options.bundle. Throws
-/// Error(kBadArgument) for a pixel outside the image.
+/// Traces the image of options.frame and describes options.pixel. Throws Error(kBadArgument) for a
+/// pixel outside the image.
 ProbeReport probe_pixel(const Options& options, const Messages& messages);
 
 }  // namespace mray::app

@@ -4,8 +4,6 @@
 #include "app/commands/commands.h"
 #include "app/commands/pixel_probe.h"
 #include "app/commands/probe/probe_sentence.h"
-#include "app/commands/probe/replay.h"
-#include "app/files/ray_bundle.h"
 #include "app/report/probe_report.h"
 #include "app/terminal/interrupt.h"
 #include "common/text/number_text.h"
@@ -104,9 +102,8 @@ std::string probe_text(const ProbeReport& report) {
 }  // namespace
 
 ExitCode run_probe(const Options& options, const Messages& messages) {
-    check_reports({options.json, options.bundle});
+    check_reports({options.json});
     tell_results("nothing is written", {});
-    if (is_bundle_name(options.scene)) return run_replay(options, messages);
     const ProbeReport report = probe_pixel(options, messages);
     if (!options.json.empty()) write_report(options.json, to_json(report));
     if (!takes_stdout({options.json})) messages.print(probe_text(report));

@@ -76,16 +76,4 @@ std::string to_json(const ProbeReport& report) {
     return json_text(json);
 }
 
-std::string to_json(const ReplayReport& report) {
-    Json json = head_of("probe");
-    json["scene"] = report.scene;
-    json["frame"] = report.frame;
-    json["expected"] = exact_of(report.expected);
-    json["answers"] = Json::array();
-    for (const ReplayReport::Answer& answer : report.answers)
-        json["answers"].push_back(
-            {{"tracer", answer.tracer}, {"equal", answer.equal}, {"hit", exact_of(answer.hit)}});
-    return json_text(json);
-}
-
 }  // namespace mray::app

@@ -75,21 +75,6 @@ struct ProbeReport {
     std::vector<Candidate> candidates;
 };
 
-/// A bundled ray traced again.
-struct ReplayReport {
-    std::string scene;
-    double frame = 0;
-    /// By brute force when it was bundled.
-    Hit expected = no_hit();
-    struct Answer {
-        std::string tracer;
-        Hit hit = no_hit();
-        bool equal = false;
-    };
-    std::vector<Answer> answers;
-};
-
 std::string to_json(const ProbeReport& report);
-std::string to_json(const ReplayReport& report);
 
 }  // namespace mray::app

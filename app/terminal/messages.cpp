@@ -47,8 +47,8 @@ Messages::Messages(const Options& options) : quiet_(options.quiet), verbose_(opt
     names.insert(names.end(),
                  {options.scene, options.out, options.json, options.csv, options.junit,
                   options.hits, options.ray_file, options.point_file, options.trace_events,
-                  options.plot, options.html, options.bless, options.expect, options.bundle,
-                  options.screenshot, options.baseline, options.cache, options.index});
+                  options.plot, options.html, options.bless, options.expect, options.screenshot,
+                  options.baseline, options.cache, options.index});
     if (!options.scene.empty())
         names.push_back(default_index_path(options.scene, options.cache).native());
     for (const std::string& name : names) {

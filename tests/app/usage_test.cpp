@@ -258,9 +258,8 @@ TEST(Usage, NoOutputIsAnInputOrAnotherOutput) {
           "render a.obj --json link", "crosscheck a.obj --json x --html x",
           "crosscheck a.obj --json x --bless x", "crosscheck a.obj --json a.obj",
           "crosscheck a.obj --expect x --json x", "profile a.obj --csv x --json x",
-          "profile a.obj --baseline r.txt --csv r.txt",
-          "probe a.obj --frame 0 --pixel 0,0 --bundle b.json --json b.json",
-          "trace a.obj --rays r.txt --out a.obj", "trace a.obj --rays r.txt --out r.txt",
+          "profile a.obj --baseline r.txt --csv r.txt", "trace a.obj --rays r.txt --out a.obj",
+          "trace a.obj --rays r.txt --out r.txt",
           "query a.obj --ask inside --points r.txt --out r.txt", "diff a.obj r.txt --json r.txt"}) {
         std::istringstream words(line);
         const Outcome outcome =
@@ -573,10 +572,6 @@ TEST(Usage, OptionsWithoutEffectAreRefusedByEveryCommand) {
     expect_refused({"info", "--bvh"}, 2, "--bvh: is about a scene; give one");
     expect_refused({"info", "--frame", "0"}, 2, "--frame: is about a scene");
     expect_refused(with("info", {"--threads", "2"}), 2, "--threads: only --bvh builds trees");
-    expect_refused({"probe", "pixel.json", "--size", "8x8"}, 2, "--size: the scene is a bundle");
-    expect_refused({"probe", "pixel.json", "--cache", "x"}, 2, "--cache: the scene is a bundle");
-    expect_refused({"probe", "pixel.json", "--update", "auto"}, 2,
-                   "--update: the scene is a bundle");
 }
 
 }  // namespace

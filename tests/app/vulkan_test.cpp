@@ -130,19 +130,6 @@ TEST(WithVulkan, TraceAnswersLikeTheCpu) {
     EXPECT_EQ(answers("auto"), expected);
 }
 
-TEST(WithVulkan, BundleIsTracedAgain) {
-    TemporaryFolder folder;
-    const std::string file = folder.file("ray.json");
-    ASSERT_EQ(run({"probe", "builtin:cloth:500", "--frame", "3", "--pixel", "20,16", "--size",
-                   "32x32", "--backend", "vulkan", "--bundle", file})
-                  .code,
-              0);
-    const Outcome outcome = run({"probe", file, "--validate"});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_NE(outcome.out.find("vulkan, in the image"), std::string::npos) << outcome.out;
-    EXPECT_NE(outcome.out.find("recorded on vulkan, "), std::string::npos) << outcome.out;
-}
-
 TEST(WithVulkan, DevicesAreListed) {
     const Outcome outcome = run({"devices", "--json", "-"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;

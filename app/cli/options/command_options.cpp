@@ -46,9 +46,7 @@ constexpr Example kDiffExamples[] = {
      "morphray diff a.hits b.hits --out differences"},
 };
 constexpr Example kProbeExamples[] = {
-    {"A pixel, with a file of what decides it",
-     "morphray probe builtin:cloth --frame 8 --pixel 512,600 --bundle pixel.json"},
-    {"The same ray on this machine, by every backend", "morphray probe pixel.json"},
+    {"A pixel", "morphray probe builtin:cloth --frame 8 --pixel 512,600"},
 };
 constexpr Example kProfileExamples[] = {
     {"What a frame costs on the CPU",
@@ -179,17 +177,13 @@ CommandSpec define_probe(Options& options) {
                         "Describes one pixel: its ray, its hit, the triangles that it could hit",
                         Command::kProbe, kProbeExamples};
     const OptionAdder adder(command, options);
-    add_scene(adder, true, "what to trace, or a file of --bundle");
-    add_frame(adder, "the frame; not for a bundle");
-    adder.add("--pixel", "X,Y", "the pixel, from the upper left corner; not for a bundle",
+    add_scene(adder, true);
+    add_frame(adder, "the frame");
+    adder.add("--pixel", "X,Y", "the pixel, from the upper left corner",
               [&options](const std::string& option, const std::string& value) {
                   options.pixel = parse_pixel(option, value);
                   options.pixel_given = true;
               });
-    adder.add_text(
-        "--bundle", "FILE.json",
-        "file of the ray and its triangles to write, which `probe FILE.json` traces again",
-        options.bundle);
     add_view_options(adder, kWholeImage, "primary");
     add_backend_options(adder, kBackends, kVulkanOrCpu);
     add_tree_options(adder, PolicySpec{PolicyKind::kRefit});

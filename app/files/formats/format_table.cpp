@@ -19,7 +19,6 @@ constexpr FileFormat kOthers[] = {
     {"texture", "JPEG", ".jpg .jpeg", true, false, "map_Kd of materials"},
     {"rays", "text", "", true, false, "trace --rays: a ray a line"},
     {"rays", "binary", "", true, false, "trace --rays --binary: 8 floats a ray"},
-    {"rays", "bundle", ".json", true, true, "probe --bundle: a ray with its triangles"},
     {"hits", "text", "", false, true, "trace --out: a hit a line"},
     {"hits", "raw", "", true, true, "render --hits; diff reads them"},
     {"image", "PNG", ".png", true, true, "render, view, chart; diff reads them"},

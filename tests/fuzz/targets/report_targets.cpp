@@ -7,7 +7,6 @@
 
 #include "app/base/options.h"
 #include "app/commands/profile/baseline.h"
-#include "app/files/ray_bundle.h"
 #include "app/report/crosscheck/golden_images.h"
 #include "app/report/profile_report.h"
 #include "tests/fuzz/targets/case_file.h"
@@ -71,18 +70,6 @@ std::string golden_failure(std::string_view bytes) {
         const app::ExpectedRow row =
             golden.compare(options, {.frame = 0, .rays = "primary", .reference = {}});
         return row.problem.empty() ? "" : message_failure(row.problem, {});
-    });
-}
-
-std::string bundle_failure(std::string_view bytes) {
-    static CaseFile file("bundle.json");
-    file.write(bytes);
-    return failure_of(file.path(), [&]() -> std::string {
-        const std::string text = app::bundle_text(app::read_bundle(file.path()));
-        file.write(text);
-        return app::bundle_text(app::read_bundle(file.path())) == text
-                   ? ""
-                   : "another bundle is read from its text";
     });
 }
 

@@ -38,7 +38,6 @@ std::string jpeg_failure(std::string_view bytes);
 /// The files of `profile --baseline`, `crosscheck --expect` and `probe`.
 std::string baseline_failure(std::string_view bytes);
 std::string golden_failure(std::string_view bytes);
-std::string bundle_failure(std::string_view bytes);
 
 struct Target {
     /// The name of the folder with its corpus, too.
