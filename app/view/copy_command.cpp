@@ -80,7 +80,7 @@ std::string probe_command(const Options& given, const ImageRequest& request, Pix
 }
 
 bool is_reproducible(const ImageRequest& request, const TreeOrigin& tree) {
-    return request.edit.empty() && (tree.is_refitted || !shows_tree(request.shading));
+    return tree.is_refitted || !shows_tree(request.shading);
 }
 
 }  // namespace mray::app

@@ -19,8 +19,6 @@ namespace mray::app {
 struct ProbeRequest {
     ImageRequest image;
     Pixel pixel;
-    /// Whether its nearest vertex is to be pulled.
-    bool grabs = false;
 };
 
 /// The hits of a pixel, one for each backend of the image.

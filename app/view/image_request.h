@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "app/base/options.h"
-#include "app/view/mesh_edit.h"
 #include "morphray/scene.hpp"
 
 namespace mray::app {
@@ -26,7 +25,6 @@ struct ImageRequest {
     std::uint32_t samples = 1;
     bool flat = false;
     SceneSettings scene;
-    MeshEdit edit;
     /// One backend, or two to compare: kCpu, kVulkan or kBrute.
     std::vector<BackendChoice> backends;
     /// The depth of the boxes that are wanted from the first backend's tree; below 0 for none.

@@ -64,13 +64,4 @@ std::string pixel_note(const PixelProbe& probe) {
     return note + (probe.hits[0].hit == probe.hits[1].hit ? "\nequal bit by bit" : "\nDIFFERENT");
 }
 
-std::uint32_t nearest_vertex(const TracedScene::PixelHit& hit) {
-    const vec3 p = position_of(hit);
-    int best = 0;
-    for (int i = 1; i < 3; ++i) {
-        if (glm::distance(hit.corners[i], p) < glm::distance(hit.corners[best], p)) best = i;
-    }
-    return hit.vertices[best];
-}
-
 }  // namespace mray::app

@@ -15,10 +15,6 @@ std::string pixel_text(const PixelProbe& probe);
 /// whether they are equal.
 std::string pixel_note(const PixelProbe& probe);
 
-/// The vertex of the first backend's triangle that is nearest to the hit. The hit is one of the
-/// clip's mesh.
-std::uint32_t nearest_vertex(const TracedScene::PixelHit& hit);
-
 /// Whether a pixel's hit is one of the clip's mesh, and not of the ground.
 inline bool is_on_mesh(const TracedScene::PixelHit& hit) { return hit.hit && hit.hit.geom_id == 0; }
 

@@ -44,8 +44,7 @@ TracedScene::TracedScene(const Options& options, const Clip& clip, BackendChoice
 /// Brings the scene to the request's frame. Returns whether an update ran.
 bool TracedScene::follow(const ImageRequest& request) {
     const bool is_same = scene_ && settings_ == request.scene;
-    if (is_same && frame_ == request.frame && edit_ == request.edit) return false;
-    clip_.set(request.edit);
+    if (is_same && frame_ == request.frame) return false;
     if (!is_same) {
         const bool is_first = !scene_;
         options_.tree.update = request.scene.update;
@@ -59,7 +58,6 @@ bool TracedScene::follow(const ImageRequest& request) {
     scene_->advance(request.frame);
     settings_ = request.scene;
     frame_ = request.frame;
-    edit_ = request.edit;
     note_tree(request.frame);
     return true;
 }

@@ -39,7 +39,7 @@ private:
     void note_tree(double frame);
 
     Options options_;
-    EditedClip clip_;
+    const Clip& clip_;
     BackendChoice backend_;
     const Messages& messages_;
     const std::atomic<bool>& stops_;
@@ -47,7 +47,6 @@ private:
     std::optional<ClipScene> scene_;
     SceneSettings settings_;
     double frame_ = 0;
-    MeshEdit edit_;
     TreeOrigin tree_;
     /// The image of the request before, whose memory the next one uses.
     morphray::Image image_;

@@ -79,7 +79,6 @@ ImageRequest request_of(const ViewState& state, int step) {
     request.samples = kSamples[std::min(level, std::size(kSamples) - 1)];
     request.flat = state.flat;
     request.scene = state.scene;
-    request.edit = state.edit;
     request.backends = {state.backend};
     if (state.comparison != Comparison::kOff)
         request.backends = {BackendChoice::kCpu, BackendChoice::kVulkan};

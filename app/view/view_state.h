@@ -8,7 +8,6 @@
 #include "app/base/options.h"
 #include "app/view/camera.h"
 #include "app/view/image_request.h"
-#include "app/view/mesh_edit.h"
 #include "app/view/playback.h"
 #include "clips/clip.h"
 
@@ -35,8 +34,6 @@ struct ViewState {
     /// The part of the width that shows the CPU's image.
     float wipe = 0.5f;
     int box_depth = -1;
-    MeshEdit edit = {};
-    bool shakes = false;
 
     std::uint32_t width = 1280;
     std::uint32_t height = 720;

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "app/base/choices.h"
 
@@ -46,11 +45,9 @@ InputActions Input::apply(const ScreenRect& canvas, float pixel_scale,
         static_cast<std::uint32_t>(std::max(0.0f, (io.MousePos.y - canvas.y) * pixel_scale))};
     if (drag_ == Drag::kNone && is_over && is_held) {
         begin_drag(canvas, state);
-        if (drag_ == Drag::kPull) actions.grabbed = pixel;
     } else if (drag_ != Drag::kNone && !is_held) {
         if (drag_ == Drag::kOrbit && !has_moved_ && is_over) actions.clicked = pixel;
         drag_ = Drag::kNone;
-        grabbed_.reset();
     }
     if (drag_ != Drag::kNone) drag(canvas, state);
     if (is_over && io.MouseWheel != 0) state.camera.zoom(std::pow(kZoomFactor, io.MouseWheel));
@@ -68,13 +65,9 @@ InputActions Input::apply(const ScreenRect& canvas, float pixel_scale,
 void Input::begin_drag(const ScreenRect& canvas, ViewState& state) {
     const ImGuiIO& io = ImGui::GetIO();
     has_moved_ = false;
-    waiting_right_ = 0;
-    waiting_down_ = 0;
     const float part = (io.MousePos.x - canvas.x) / canvas.width;
     if (state.comparison == Comparison::kWipe && std::abs(part - state.wipe) < kWipeReach) {
         drag_ = Drag::kWipe;
-    } else if (io.MouseDown[0] && io.KeyCtrl) {
-        drag_ = Drag::kPull;
     } else if (io.MouseDown[0] && !io.KeyShift) {
         drag_ = Drag::kOrbit;
     } else {
@@ -98,29 +91,9 @@ void Input::drag(const ScreenRect& canvas, ViewState& state) {
         case Drag::kWipe:
             state.wipe = std::clamp((io.MousePos.x - canvas.x) / canvas.width, 0.0f, 1.0f);
             break;
-        case Drag::kPull:
-            pull(right, down, state);
-            break;
         case Drag::kNone:
             break;
     }
-}
-
-void Input::grab(std::uint32_t vertex, double depth, float radius, ViewState& state) {
-    if (drag_ != Drag::kPull) return;
-    grabbed_ = Grabbed{depth, state.edit.pulls.size()};
-    state.edit.pulls.push_back({vertex, {0, 0, 0}, radius});
-    pull(0, 0, state);
-}
-
-void Input::pull(double right, double down, ViewState& state) {
-    waiting_right_ += right;
-    waiting_down_ += down;
-    // The edits may have been undone meanwhile.
-    if (!grabbed_ || grabbed_->pull >= state.edit.pulls.size()) return;
-    const Point moved = state.camera.drag_at(grabbed_->depth, std::exchange(waiting_right_, 0),
-                                             std::exchange(waiting_down_, 0));
-    state.edit.pulls[grabbed_->pull].offset += vec3(moved[0], moved[1], moved[2]);
 }
 
 void Input::fly(ViewState& state) {
@@ -154,8 +127,6 @@ void Input::press(int key, ViewState& state, InputActions& actions) {
     if (key == GLFW_KEY_P) actions.screenshot = true;
     if (key == GLFW_KEY_C) actions.copy_command = true;
     if (key == GLFW_KEY_H || key == GLFW_KEY_F1) actions.switch_keys = !actions.switch_keys;
-    if (key == GLFW_KEY_O) actions.opens = true;
-    if (key == GLFW_KEY_T) actions.records = true;
     if (key == GLFW_KEY_R) actions.reset_camera = true;
 }
 

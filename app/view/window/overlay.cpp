@@ -26,7 +26,6 @@ constexpr std::pair<const char*, const char*> kInputs[] = {
     {"wheel", "zoom"},
     {"W A S D, Q E", "fly; down and up"},
     {"click", "show the pixel"},
-    {"ctrl-drag", "pull a vertex"},
     {"space", "play, pause"},
     {"left, right", "a frame back, on"},
     {"Home, End", "the first, last frame"},
@@ -37,8 +36,6 @@ constexpr std::pair<const char*, const char*> kInputs[] = {
     {"R", "the first camera"},
     {"P", "save a screenshot"},
     {"C", "copy the command"},
-    {"O", "open a scene; or drop a file"},
-    {"T", "record a turn; T, Esc: end"},
     {"H, F1", "these keys"},
     {"ctrl-Q", "quit"},
 };
@@ -110,51 +107,6 @@ void draw_note(const ScreenRect& canvas, float x, float y, const std::string& no
     begin_overlay("pixel note", kOverlayText);
     ImGui::TextUnformatted(note.c_str());
     end_overlay();
-}
-
-bool draw_notice(const ScreenRect& canvas, const Notice& notice) {
-    const float line = ImGui::GetFrameHeightWithSpacing();
-    ImGui::SetNextWindowPos({canvas.x, canvas.y + line});
-    ImGui::SetNextWindowSize({std::min(30 * ImGui::GetFontSize(), canvas.width), 0});
-    begin_overlay("notice", kOverlay | ImGuiWindowFlags_AlwaysAutoResize);
-    ImGui::PushStyleColor(ImGuiCol_Text, notice.is_error ? kBadColour : kGoodColour);
-    ImGui::PushTextWrapPos();
-    ImGui::TextUnformatted(notice.text.c_str());
-    ImGui::PopTextWrapPos();
-    ImGui::PopStyleColor();
-    const bool closes = ImGui::Button("close");
-    end_overlay();
-    return closes;
-}
-
-void SceneField::show() {
-    is_shown_ = true;
-    wants_focus_ = true;
-}
-
-std::optional<std::string> SceneField::draw(const ScreenRect& canvas) {
-    const float width = std::min(36 * ImGui::GetFontSize(), canvas.width);
-    ImGui::SetNextWindowPos({canvas.x + canvas.width / 2, canvas.y + canvas.height / 2}, 0,
-                            {0.5f, 0.5f});
-    ImGui::SetNextWindowSize({width, 0});
-    // Dear ImGui 1.90 gives the keyboard to a field of a window that has the focus alone.
-    if (wants_focus_) ImGui::SetNextWindowFocus();
-    begin_overlay("open", kOverlay | ImGuiWindowFlags_AlwaysAutoResize);
-    ImGui::TextUnformatted("a file, a folder, a pattern, builtin:NAME");
-    if (wants_focus_) ImGui::SetKeyboardFocusHere();
-    ImGui::SetNextItemWidth(-1);
-    bool opens =
-        ImGui::InputText("##scene", name_.data(), name_.size(),
-                         ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
-    if (ImGui::IsItemActive()) wants_focus_ = false;
-    opens |= ImGui::Button("open");
-    ImGui::SameLine();
-    if (ImGui::Button("cancel")) hide();
-    end_overlay();
-    std::string name = name_.data();
-    if (!opens || name.empty()) return std::nullopt;
-    hide();
-    return name;
 }
 
 bool draw_keys(const ScreenRect& canvas) {

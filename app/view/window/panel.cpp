@@ -133,17 +133,6 @@ void draw_tree(ViewState& state) {
     }
     label("boxes");
     ImGui::SliderInt("##boxes", &state.box_depth, -1, 5, state.box_depth < 0 ? "off" : "depth %d");
-    label("shake");
-    // In thousandths of the scene's size.
-    float shake = state.edit.shake * 1000;
-    if (ImGui::SliderFloat("##shake", &shake, 0, 50, "%.1f permille"))
-        state.edit.shake = std::clamp(shake, 0.0f, 1000.0f) / 1000;
-    ImGui::Checkbox("keep shaking", &state.shakes);
-    ImGui::SameLine();
-    if (ImGui::Button("undo edits")) {
-        state.edit = {};
-        state.shakes = false;
-    }
 }
 
 void draw_pixel(const PanelFacts& facts, PanelActions& actions) {
@@ -175,12 +164,9 @@ PanelActions draw_panel(const ScreenRect& rect, ViewState& state, const PanelFac
     actions.switch_vsync = ImGui::Checkbox("wait for the screen (vsync)", &vsync);
     heading("IMAGE");
     draw_image(state);
-    heading("TREE AND MESH");
+    heading("TREE");
     draw_tree(state);
-    heading("SCENE, CAMERA AND LIGHT");
-    actions.opens = ImGui::Button("open");
-    ImGui::SameLine();
-    actions.records = ImGui::Button("record a turn");
+    heading("CAMERA AND LIGHT");
     actions.reset_camera = ImGui::Button("reset camera");
     ImGui::SameLine();
     actions.light_here = ImGui::Button("light from here");
@@ -188,7 +174,7 @@ PanelActions draw_panel(const ScreenRect& rect, ViewState& state, const PanelFac
     ImGui::SameLine();
     actions.copy_command = ImGui::Button("copy command");
     if (!facts.is_reproducible)
-        coloured(kFaintColour, "the command leaves out edits of the mesh, and of its tree");
+        coloured(kFaintColour, "the command leaves out what became of the tree");
     if (!facts.message.empty()) coloured(kGoodColour, facts.message);
     if (facts.image != nullptr && !facts.image->error.empty())
         coloured(kBadColour, facts.image->error);

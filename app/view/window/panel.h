@@ -39,8 +39,6 @@ struct PanelActions {
     bool reset_camera = false;
     bool light_here = false;
     bool switch_vsync = false;
-    bool opens = false;
-    bool records = false;
 };
 
 PanelActions draw_panel(const ScreenRect& rect, ViewState& state, const PanelFacts& facts);

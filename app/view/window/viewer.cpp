@@ -9,7 +9,6 @@
 
 #include "app/base/process_memory.h"
 #include "app/clip/render_command.h"
-#include "app/terminal/failure.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "app/view/copy_command.h"
@@ -34,10 +33,6 @@ constexpr double kActiveSeconds = 0.002;
 constexpr double kIdleSeconds = 0.1;
 /// Dear ImGui needs some frames after input until all of it shows.
 constexpr int kRedraws = 3;
-/// Radius in which vertices follow a pulled one, as a part of the scene's diagonal.
-constexpr double kPullReach = 0.08;
-/// First value of MeshEdit::shake, the distance of the noise as a part of the scene's diagonal.
-constexpr float kFirstShake = 0.01f;
 /// The image by which everything has been allocated that stays.
 constexpr std::uint64_t kEarlyImage = 100;
 
@@ -83,14 +78,8 @@ bool Viewer::step() {
     window_.wait(is_active ? kActiveSeconds : kIdleSeconds);
     if (window_.closes()) return false;
     if (window_.take_input()) redraws_ = kRedraws;
-    if (scene_field_.wants_focus()) redraws_ = std::max(redraws_, 1);
     const double now = Window::seconds();
-    for (const std::string& file : window_.take_dropped()) {
-        open(file);
-        break;
-    }
     const bool is_new = take_image();
-    follow_recording();
     const std::string doing = activity();
     if (doing != shown_activity_) redraws_ = std::max(redraws_, 1);
     shown_activity_ = doing;
@@ -131,22 +120,10 @@ void Viewer::follow_input(const Layout& places, double now) {
 }
 
 /// Lets time pass.
-void Viewer::move_on(double now) {
-    state_.playback.advance(now - std::exchange(last_, now));
-    // Each image is shaken by other noise.
-    if (!state_.shakes || !is_answered_) return;
-    if (state_.edit.shake == 0) state_.edit.shake = kFirstShake;
-    ++state_.edit.shake_seed;
-}
+void Viewer::move_on(double now) { state_.playback.advance(now - std::exchange(last_, now)); }
 
 /// Asks for the first image of a state that has changed, and for a better one when it is still.
 void Viewer::post(double now) {
-    if (recording_ && recording_->wanted() != nullptr) {
-        if (posted_ == *recording_->wanted()) return;
-        posted_ = *recording_->wanted();
-        scene_->engine.post(posted_);
-        return;
-    }
     // With --exit only the complete image is wanted.
     const int first = options().exits ? last_step(state_) : 0;
     const ImageRequest fresh = request_of(state_, first);
@@ -175,11 +152,10 @@ std::uint32_t Viewer::most_samples() const {
 }
 
 bool Viewer::take_image() {
-    std::unique_ptr<TracedImage> image = newest_image();
+    std::unique_ptr<TracedImage> image = scene_->engine.take();
     if (!image) return false;
     if (image->request == posted_) is_answered_ = true;
     image_ = std::move(image);
-    record(*image_);
     if (!image_->error.empty()) return true;
     strips_.add(*image_);
     const TracedPane& pane = image_->panes.front();
@@ -198,130 +174,11 @@ bool Viewer::take_image() {
     return true;
 }
 
-/// The newest image since the last call, or the first one of a scene that was opened, or null.
-std::unique_ptr<TracedImage> Viewer::newest_image() {
-    if (!opening_) return scene_->engine.take();
-    try {
-        if (std::unique_ptr<ViewedScene> opened = opening_->take()) {
-            std::unique_ptr<TracedImage> image = opening_->first_image();
-            opening_.reset();
-            replace_scene(std::move(opened));
-            return image;
-        }
-    } catch (...) {
-        tell_failure();
-        opening_.reset();
-    }
-    return scene_->engine.take();
-}
-
-/// Shows another scene as the one before is shown.
-void Viewer::replace_scene(std::unique_ptr<ViewedScene> scene) {
-    if (recording_) end_recording("another scene was opened: ");
-    state_ = continued_state(scene->first_state, state_);
-    first_camera_ = state_.camera;
-    scene_ = std::move(scene);
-    window_.set_title(title_of(clip()));
-    input_ = {};
-    strips_ = {};
-    pixel_.reset();
-    message_.clear();
-    step_ = -1;
-    redraws_ = kRedraws;
-}
-
-void Viewer::open(const std::string& name) {
-    notice_.reset();
-    redraws_ = kRedraws;
-    opening_.reset();
-    opening_.emplace(name, options(), state_, messages_, [] { Window::wake(); });
-}
-
-void Viewer::switch_recording() {
-    redraws_ = kRedraws;
-    if (recording_) {
-        end_recording("ended: ");
-        return;
-    }
-    notice_.reset();
-    state_.playback.playing = false;
-    state_.shakes = false;
-    try {
-        recording_.emplace(state_, clip(), options(), most_samples());
-        // Its first image may be the one that is shown, and is asked for again.
-        posted_ = {};
-    } catch (...) {
-        tell_failure();
-    }
-}
-
-/// Keeps an image that is recorded.
-void Viewer::record(const TracedImage& image) {
-    if (!recording_ || recording_->wanted() == nullptr) return;
-    if (image.request != *recording_->wanted()) return;
-    try {
-        recording_->add(image);
-        // Now the image of the state is shown again.
-        if (recording_->wanted() == nullptr) step_ = -1;
-    } catch (...) {
-        tell_failure();
-        recording_.reset();
-        step_ = -1;
-    }
-}
-
-/// Says that a recording is complete, or why it is not.
-void Viewer::follow_recording() {
-    if (!recording_) return;
-    try {
-        if (recording_->is_done()) end_recording();
-    } catch (...) {
-        tell_failure();
-        notice_->text += "; " + recording_->summary();
-        recording_.reset();
-    }
-}
-
-void Viewer::end_recording(const std::string& before) {
-    notice_ = Notice{before + recording_->summary()};
-    recording_.reset();
-    step_ = -1;
-    redraws_ = kRedraws;
-}
-
-/// Shows the exception in flight over the image; a signal ends the viewer.
-void Viewer::tell_failure() {
-    throw_if_interrupted();
-    notice_ = Notice{describe_failure(std::current_exception()).message, true};
-    redraws_ = kRedraws;
-}
-
-/// Closes what is over the image, or else ends what is in progress.
-void Viewer::escape() {
-    if (scene_field_.is_shown() || shows_keys_ || notice_) {
-        scene_field_.hide();
-        shows_keys_ = false;
-        notice_.reset();
-    } else if (opening_) {
-        notice_ = Notice{"not opened: " + shown(opening_->name())};
-        opening_.reset();
-    } else if (recording_) {
-        switch_recording();
-    }
-}
-
 void Viewer::take_pixel() {
     std::optional<PixelProbe> probe = scene_->engine.take_probe();
     if (!probe) return;
     redraws_ = kRedraws;
-    if (!probe->request.grabs) {
-        pixel_ = std::move(probe);
-        return;
-    }
-    if (probe->hits.empty() || !is_on_mesh(probe->hits.front())) return;
-    const TracedScene::PixelHit& hit = probe->hits.front();
-    const auto radius = static_cast<float>(kPullReach * diagonal_of(clip().bounds()));
-    input_.grab(nearest_vertex(hit), hit.hit.t, radius, state_);
+    pixel_ = std::move(probe);
 }
 
 /// Makes the image the one that is drawn.
@@ -356,9 +213,6 @@ void Viewer::draw_over(ScreenRect canvas) {
     } else {
         draw_notes(canvas);
     }
-    if (notice_ && !shows_keys_ && draw_notice(canvas, *notice_)) notice_.reset();
-    if (!scene_field_.is_shown()) return;
-    if (const std::optional<std::string> name = scene_field_.draw(canvas)) open(*name);
 }
 
 /// Says what colours mean; marks the pixel that was clicked on, and says what it shows, until the
@@ -416,15 +270,10 @@ void Viewer::draw_image(const Layout& places) const {
 
 /// The work that is to be waited for; empty if there is none.
 std::string Viewer::activity() const {
-    if (recording_) return recording_->activity();
     const bool builds = scene_->engine.builds();
-    if (image_ && !builds && !opening_) return {};
-    std::string text = "tracing the first image";
-    if (opening_) text = opening_->activity();
-    if (builds) text = building_text(clip());
-    // Images of the scene that is shown meanwhile say how far they are in the same place.
-    const bool is_told = !opening_ || (opening_->builds() && is_answered_);
-    const float part = is_told ? step_done().load() : 0;
+    if (image_ && !builds) return {};
+    const std::string text = builds ? building_text(clip()) : "tracing the first image";
+    const float part = step_done().load();
     return part > 0 ? fmt::format("{}: {:.0f} %", text, 100 * std::min(part, 1.0f)) : text;
 }
 
@@ -449,8 +298,6 @@ PanelFacts Viewer::facts(double now) const {
 void Viewer::act(const PanelActions& actions) {
     if (actions.screenshot) save_next();
     if (actions.copy_command) copy();
-    if (actions.opens) scene_field_.show();
-    if (actions.records) switch_recording();
     if (actions.copy_probe && pixel_) {
         const ProbeRequest& request = pixel_->request;
         window_.copy_to_clipboard(probe_command(options(), request.image, request.pixel));
@@ -466,23 +313,20 @@ void Viewer::act(const PanelActions& actions) {
 }
 
 void Viewer::act(const InputActions& actions) {
-    if (actions.clicked) ask_pixel(*actions.clicked, false);
-    if (actions.grabbed) ask_pixel(*actions.grabbed, true);
+    if (actions.clicked) ask_pixel(*actions.clicked);
     if (actions.screenshot) save_next();
     if (actions.copy_command) copy();
     if (actions.reset_camera) state_.camera = first_camera_;
     if (actions.switch_keys) shows_keys_ = !shows_keys_;
-    if (actions.opens) scene_field_.show();
-    if (actions.records) switch_recording();
-    if (actions.escapes) escape();
+    if (actions.escapes) shows_keys_ = false;
     if (actions.quits) is_done_ = true;
 }
 
-void Viewer::ask_pixel(Pixel pixel, bool grabs) {
+void Viewer::ask_pixel(Pixel pixel) {
     const ImageRequest request = request_of(state_, 0);
     pixel.x %= request.view.width;
     pixel.y = std::min(pixel.y, request.view.height - 1);
-    scene_->engine.probe({request, pixel, grabs});
+    scene_->engine.probe({request, pixel});
 }
 
 /// Writes the first backend's image, or the difference, as it is shown.

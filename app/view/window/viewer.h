@@ -7,9 +7,8 @@
 #include "app/terminal/interrupt.h"
 #include "app/view/difference_image.h"
 #include "app/view/strips.h"
-#include "app/view/tasks/recording.h"
-#include "app/view/tasks/scene_opening.h"
 #include "app/view/view_state.h"
+#include "app/view/viewed_scene.h"
 #include "app/view/window/canvas.h"
 #include "app/view/window/input.h"
 #include "app/view/window/overlay.h"
@@ -45,16 +44,6 @@ private:
     void post(double now);
     std::uint32_t most_samples() const;
     bool take_image();
-    std::unique_ptr<TracedImage> newest_image();
-    std::unique_ptr<TracedImage> take_opened();
-    void replace_scene(std::unique_ptr<ViewedScene> scene);
-    void open(const std::string& name);
-    void switch_recording();
-    void record(const TracedImage& image);
-    void follow_recording();
-    void end_recording(const std::string& before = {});
-    void tell_failure();
-    void escape();
     void take_pixel();
     void show(const TracedImage& image);
     void draw(const Layout& layout);
@@ -63,12 +52,12 @@ private:
     void draw_over(ScreenRect canvas);
     void act(const PanelActions& actions);
     void act(const InputActions& actions);
-    void ask_pixel(Pixel pixel, bool grabs);
+    void ask_pixel(Pixel pixel);
     PanelFacts facts(double now) const;
     bool difference_is_shown() const {
         return difference_ && state_.comparison == Comparison::kDifference;
     }
-    bool moves() const { return state_.playback.playing || state_.shakes; }
+    bool moves() const { return state_.playback.playing; }
     std::string activity() const;
     void save(const std::string& file);
     void save_next();
@@ -90,8 +79,6 @@ private:
     Input input_;
     Strips strips_;
     std::string message_;
-    std::optional<Notice> notice_;
-    SceneField scene_field_;
     std::optional<PixelProbe> pixel_;
     bool shows_keys_ = false;
     bool vsync_ = true;
@@ -130,9 +117,6 @@ private:
         std::uint64_t early_bytes = 0;
     };
     Totals totals_;
-    std::optional<Recording> recording_;
-    /// The scene that is to replace the one that is shown.
-    std::optional<SceneOpening> opening_;
 };
 
 }  // namespace mray::app

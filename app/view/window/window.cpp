@@ -45,10 +45,6 @@ void Window::watch_input(GLFWwindow* window) {
     glfwSetFramebufferSizeCallback(window,
                                    [](GLFWwindow* w, int, int) { log_of(w).has_any = true; });
     glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) { log_of(w).has_any = true; });
-    glfwSetDropCallback(window, [](GLFWwindow* w, int count, const char** paths) {
-        log_of(w).has_any = true;
-        log_of(w).dropped.assign(paths, paths + count);
-    });
     glfwSetWindowFocusCallback(window, [](GLFWwindow* w, int) { log_of(w).has_any = true; });
 }
 
@@ -111,8 +107,6 @@ void Window::wake() { glfwPostEmptyEvent(); }
 bool Window::take_input() { return std::exchange(input_.has_any, false); }
 
 std::vector<KeyPress> Window::take_keys() { return std::exchange(input_.keys, {}); }
-
-std::vector<std::string> Window::take_dropped() { return std::exchange(input_.dropped, {}); }
 
 double Window::seconds() { return glfwGetTime(); }
 

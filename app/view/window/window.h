@@ -47,8 +47,6 @@ public:
     bool take_input();
     /// The keys that went down since the last call, in order: also those that are up again.
     std::vector<KeyPress> take_keys();
-    /// The files that were dropped onto the window since the last call.
-    std::vector<std::string> take_dropped();
     static double seconds();
 
     float width() const;
@@ -67,7 +65,6 @@ private:
     struct InputLog {
         bool has_any = true;
         std::vector<KeyPress> keys;
-        std::vector<std::string> dropped;
     };
     struct Library {
         Library();

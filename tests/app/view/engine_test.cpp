@@ -88,7 +88,7 @@ TEST_F(EngineTest, TheNewestRequestIsAnswered) {
 TEST_F(EngineTest, APixelIsProbedAfterTheImageInProgress) {
     Engine engine(options_, *clip_, messages_, signal());
     const ImageRequest request = request_of(state_, 0);
-    engine.probe({request, {32, 24}, false});
+    engine.probe({request, {32, 24}});
     engine.post(request);
     wait_for(engine, request);
     const std::optional<PixelProbe> probe = engine.take_probe();
@@ -103,7 +103,7 @@ TEST_F(EngineTest, AProbeInterruptsARefinementThatGoesOnAfterwards) {
     state_.height = 400;
     const ImageRequest request = request_of(state_, last_step(state_));
     engine.post(request);
-    engine.probe({request, {300, 200}, false});
+    engine.probe({request, {300, 200}});
     EXPECT_EQ(wait_for(engine, request)->error, "");
     EXPECT_TRUE(engine.take_probe().has_value());
 }
@@ -191,20 +191,6 @@ TEST_F(EngineTest, BoxesAreThoseOfTheTree) {
             EXPECT_LE(box.upper[k], root->boxes[0].upper[k]);
         }
     }
-}
-
-TEST_F(EngineTest, EditsDegradeTheTreeAndUndoingMendsIt) {
-    Engine engine(options_, *clip_, messages_, signal());
-    state_.scene.update = {PolicyKind::kRefit};
-    const ImageRequest still = request_of(state_, 0);
-    engine.post(still);
-    EXPECT_EQ(wait_for(engine, still)->panes[0].update.cost_ratio, 1);
-    state_.edit.shake = 0.05f;
-    const ImageRequest shaken = request_of(state_, 0);
-    engine.post(shaken);
-    EXPECT_GT(wait_for(engine, shaken)->panes[0].update.cost_ratio, 1.05);
-    engine.post(still);
-    EXPECT_NEAR(wait_for(engine, still)->panes[0].update.cost_ratio, 1, 1e-6);
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 #include "app/view/copy_command.h"
 #include "app/view/difference_image.h"
 #include "app/view/legend.h"
-#include "app/view/mesh_edit.h"
 #include "app/view/pixel_text.h"
 #include "app/view/playback.h"
 #include "app/view/strips.h"
@@ -226,8 +225,6 @@ TEST(CopyCommand, NamesTheTreeWhereColoursShowIt) {
     EXPECT_NE(command().find("--build-at 2 --update refit"), std::string::npos) << command();
     EXPECT_TRUE(is_reproducible(request_of(state, 0), {2, true}));
     EXPECT_FALSE(is_reproducible(request_of(state, 0), {2, false}));
-    state.edit.shake = 0.1f;
-    EXPECT_FALSE(is_reproducible(request_of(state, 0), {2, true}));
 }
 
 TracedPane pane_of(std::uint32_t width, std::vector<std::uint32_t> pixels) {
@@ -337,32 +334,6 @@ TEST(RateMeter, SaysStillOnlyWhereNothingMoves) {
     EXPECT_EQ(rate_text(0, true, "images/s"), "...");
     EXPECT_EQ(rate_text(0.254, true, "images/s"), "0.25 images/s");
     EXPECT_EQ(rate_text(59.96, true, "images/s"), "60.0 images/s");
-}
-
-TEST(MeshEdit, APullMovesTheVertexAndItsNeighbours) {
-    std::vector<vec3> points = {{0, 0, 0}, {0.5f, 0, 0}, {2, 0, 0}};
-    apply({.pulls = {{0, {0, 1, 0}, 1}}}, 10, points);
-    EXPECT_EQ(points[0], vec3(0, 1, 0));
-    EXPECT_GT(points[1].y, 0.5f);
-    EXPECT_LT(points[1].y, 1.0f);
-    EXPECT_EQ(points[2], vec3(2, 0, 0));
-}
-
-TEST(MeshEdit, ShakesWithinItsReachAndAlikeForASeed) {
-    std::vector<vec3> first;
-    for (int i = 0; i < 1000; ++i) first.emplace_back(0.01f * static_cast<float>(i), 0, 1);
-    const std::vector<vec3> before = first;
-    std::vector<vec3> second = first;
-    std::vector<vec3> other = first;
-    apply({.pulls = {}, .shake = 0.01f, .shake_seed = 3}, 10, first);
-    apply({.pulls = {}, .shake = 0.01f, .shake_seed = 3}, 10, second);
-    apply({.pulls = {}, .shake = 0.01f, .shake_seed = 4}, 10, other);
-    EXPECT_EQ(first, second);
-    EXPECT_NE(first, other);
-    for (std::size_t i = 0; i < first.size(); ++i) {
-        EXPECT_LE(std::abs(first[i].x - before[i].x), 0.1001f);
-        EXPECT_LE(std::abs(first[i].y - before[i].y), 0.1001f);
-    }
 }
 
 TEST(BoxLines, AreTheEdgesOfWhatIsBeforeTheEye) {
