@@ -2,16 +2,12 @@
 #
 #   library   the shared library
 #   dev       headers, the static library, the packages for CMake and pkg-config, examples
-#   program   the program and those that it starts, its man pages and completions
+#   program   the program and those that it starts, its man page
 #   embree    the libraries in place of Embree's, and the program that starts others with them, if they
 #             are built (embree/CMakeLists.txt)
 #   python    the Python package, if it is built (python/CMakeLists.txt); otherwise an error
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
-
-# Debian has a folder of its own for the completions of packages.
-set(MORPHRAY_ZSH_DIR ${CMAKE_INSTALL_DATAROOTDIR}/zsh/site-functions CACHE STRING
-    "Where the completions for zsh are installed")
 
 # All that is installed, and no test.
 add_custom_target(morphray_install_files)
@@ -67,6 +63,17 @@ if(TARGET morphray)
     endif()
     install(DIRECTORY share/scenes
         DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/morphray COMPONENT program)
-    include(cmake/manual/manual.cmake)
-    add_dependencies(morphray_install_files morphray_programs morphray_manual)
+    add_dependencies(morphray_install_files morphray_programs)
+    # The man page is the program's help (Debian: help2man).
+    find_program(MORPHRAY_HELP2MAN help2man)
+    if(MORPHRAY_HELP2MAN)
+        set(page ${PROJECT_BINARY_DIR}/morphray.1)
+        add_custom_command(OUTPUT ${page}
+            COMMAND ${MORPHRAY_HELP2MAN} --no-info --name "ray tracer for deforming triangle scenes"
+                    --output ${page} $<TARGET_FILE:morphray>
+            DEPENDS morphray COMMENT "Writing the man page" VERBATIM)
+        add_custom_target(morphray_manual ALL DEPENDS ${page})
+        add_dependencies(morphray_install_files morphray_manual)
+        install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
+    endif()
 endif()

@@ -56,5 +56,5 @@ unpack_aarch64_libraries() {
     wanted+=("libstdc++-$(aarch64-linux-gnu-g++ -dumpversion)-dev")
     has_packages "$folder" "${wanted[@]}" && return
     unpack_packages arm64 "$folder" "${wanted[@]}"
-    rm -rf "$root/build/aarch64" "$root/build/wheel/aarch64/build"
+    rm -rf "$root/build/aarch64"
 }

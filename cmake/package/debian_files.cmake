@@ -45,11 +45,6 @@ License: Expat
 
  -- ${CPACK_PACKAGE_CONTACT}  ${date}
 ")
-    execute_process(COMMAND python3 -B ${source}/cmake/package/sbom.py --package ${package}
-        --package-version ${CPACK_PACKAGE_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE}
-        --vendor "${CPACK_PACKAGE_VENDOR}" --copyright "Copyright ${holder}" "--commit=${commit}" --date "${date}"
-        --out ${documents}/${package}.spdx.json --built-with ${CPACK_MORPHRAY_BUILD_PACKAGES}
-        COMMAND_ERROR_IS_FATAL ANY)
     configure_file(${source}/CHANGELOG.md ${documents}/changelog COPYONLY)
     file(GLOB manuals ${staged}/share/man/man1/*.1)
     # -n: no times, so that equal inputs make equal packages.

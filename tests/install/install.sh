@@ -30,9 +30,7 @@ check_paths() {
 }
 check_paths
 for file in bin/morphray include/morphray/morphray.hpp include/morphray/version.hpp \
-    share/man/man1/morphray.1 share/man/man1/morphray-render.1 share/doc/morphray/LICENSE \
-    share/morphray/scenes/robot.gltf share/morphray/scenes/flag/flag_3.obj \
-    share/bash-completion/completions/morphray share/fish/vendor_completions.d/morphray.fish; do
+    share/doc/morphray/LICENSE share/morphray/scenes/robot.gltf share/morphray/scenes/flag/flag_3.obj; do
     [ -e "$prefix/$file" ] || fail "$file is not installed"
 done
 # The build has no libraries in place of Embree's without its headers.

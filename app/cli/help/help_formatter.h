@@ -23,8 +23,6 @@ std::string wrapped(std::string_view text, std::size_t indent, std::size_t colum
 ///   Arguments:, Options:, Commands:   an entry a line, its text from column 31 on
 ///   Examples:                              what each does, and below it the lines
 ///   notes                                  paragraphs: what SCENE is, exit codes
-///
-/// `cmake/manual/parse_help.awk` reads this form for man pages and completions.
 std::string help_of(const ProgramSpec& program);
 std::string help_of(const ProgramSpec& program, const CommandSpec& command);
 
