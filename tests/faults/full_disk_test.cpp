@@ -6,10 +6,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <filesystem>
 #include <string>
 
-#include "tests/faults/works.h"
+#include "tests/faults/whole_files.h"
 
 namespace mray::test {
 namespace {
@@ -34,29 +33,22 @@ bool may_mount() {
     return ::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0;
 }
 
-/// Runs a work on disks of one page, two, ..., until it has room. Returns false where this process
-/// may not mount.
-bool try_disks(const Work& work) {
-    const TemporaryFolder undisturbed;
-    write_inputs(undisturbed);
-    const Outcome whole = run(work.arguments, {.folder = undisturbed.path()});
-    EXPECT_EQ(whole.code, 0) << whole.err;
-    const Outputs complete = outputs_of(undisturbed);
-
+/// Runs the program on disks of one page, two, ..., until it has room. Returns false where this
+/// process may not mount.
+bool try_disks() {
+    const Outputs complete = outputs_of_a_run();
     const TemporaryFolder place;
     if (!may_mount()) return false;
     constexpr int kPage = 4096;
     for (int pages = 1, code = -1; code != 0 && pages < 100; ++pages) {
-        SCOPED_TRACE(std::string(work.name) + ", " + std::to_string(pages) + " pages");
+        SCOPED_TRACE(std::to_string(pages) + " pages");
         const std::string size = "size=" + std::to_string(pages * kPage);
         if (::mount("tmpfs", place.path().c_str(), "tmpfs", 0, size.c_str()) != 0) return false;
         struct Unmount {
             const char* path;
             ~Unmount() { ::umount2(path, MNT_DETACH); }
         } const unmount{place.path().c_str()};
-        // The inputs take no room.
-        std::filesystem::create_directory_symlink(undisturbed.path() / "in", place.path() / "in");
-        const Outcome outcome = run(work.arguments, {.folder = place.path()});
+        const Outcome outcome = run(kWork, {.folder = place.path()});
         code = outcome.code;
         EXPECT_TRUE(code == 0 || code == 5) << code << ": " << outcome.err;
         if (code != 0) {
@@ -71,16 +63,12 @@ bool try_disks(const Work& work) {
     return true;
 }
 
-class FullDisk : public ::testing::TestWithParam<Work> {};
-INSTANTIATE_TEST_SUITE_P(All, FullDisk, ::testing::ValuesIn(works("cpu")),
-                         [](const auto& work) { return std::string(work.param.name); });
-
-TEST_P(FullDisk, LeavesNoTornFile) {
+TEST(FullDisk, LeavesNoTornFile) {
     // In a process of its own, which ends with its mounts.
     const ::pid_t child = ::fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
-        const bool mounted = try_disks(GetParam());
+        const bool mounted = try_disks();
         ::_exit(!mounted ? 2 : HasFailure() ? 1 : 0);
     }
     int status = 0;

@@ -21,7 +21,7 @@ set(may_see_accuracy tools clips cpu common common/interop)
 set(may_see_app include tools clips cpu gpu common common/interop)
 # The program morphray-chart.
 set(may_see_app/chart app include accuracy tools clips common common/interop)
-set(may_see_bench include tools clips cpu gpu common common/interop)
+set(may_see_bench include tools clips cpu gpu shaders common common/interop)
 set(may_see_embree include)
 set(may_see_tests library include tools clips cpu gpu common common/interop)
 set(may_see_proofs cpu common common/interop)
