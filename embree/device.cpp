@@ -10,7 +10,6 @@
 #include <string_view>
 #include <vector>
 
-#include "embree/scene/committed.h"
 #include "embree/thread_owned.h"
 #include "morphray/error.hpp"
 
@@ -136,11 +135,6 @@ constexpr ssize_t kProperties[][2] = {
     {RTC_DEVICE_PROPERTY_PARALLEL_COMMIT_SUPPORTED, 1},
 };
 
-/// An error of the fallback library is one of ours.
-void report_of_twin(void* device, RTCError code, const char* message) {
-    report(static_cast<Device*>(device), {code, message == nullptr ? "" : message});
-}
-
 }  // namespace
 
 void fail_argument(std::string message) {
@@ -155,32 +149,14 @@ void fail_unsupported(const std::string& what) {
     throw Unsupported{{RTC_ERROR_INVALID_OPERATION, what + " not supported by morphray"}};
 }
 
-Device::Device(const char* config) : Device(read_settings(config)) { make_twin(config); }
+Device::Device(const char* config) : Device(read_settings(config)) {}
 
 Device::Device(const Settings& settings)
     : number_(next_number()),
       is_verbose_(settings.is_verbose),
-      tracer_(morphray::Device::cpu(settings.options)),
-      spare_trees_(std::make_unique<SpareTrees>()) {
+      tracer_(morphray::Device::cpu(settings.options)) {
     if (is_verbose_)
         std::fprintf(stderr, "morphray: in place of Embree, %s\n", tracer_.description().c_str());
-}
-
-Device::~Device() {
-    if (twin_ != nullptr) fallback_->rtcReleaseDevice(twin_);
-}
-
-void Device::make_twin(const char* config) {
-    fallback_ = load_fallback();
-    if (fallback_ == nullptr) return;
-    twin_ = fallback_->rtcNewDevice(config);
-    if (twin_ == nullptr)
-        throw Failure{fallback_->rtcGetDeviceError(nullptr), fallback_->path + " makes no device"};
-    // Records of rays and hits differ between minor versions.
-    const ssize_t version = fallback_->rtcGetDeviceProperty(twin_, RTC_DEVICE_PROPERTY_VERSION);
-    if (version / 100 != RTC_VERSION / 100)
-        fail_argument(fallback_->path + " is not the library of Embree " RTC_VERSION_STRING);
-    fallback_->rtcSetDeviceErrorFunction(twin_, report_of_twin, this);
 }
 
 void Device::set_error_function(RTCErrorFunction function, void* user) {
@@ -191,7 +167,6 @@ void Device::set_error_function(RTCErrorFunction function, void* user) {
 void Device::set_memory_function(RTCMemoryMonitorFunction function, void* user) {
     memory_function_ = function;
     memory_user_ = user;
-    if (twin_ != nullptr) fallback_->rtcSetDeviceMemoryMonitorFunction(twin_, function, user);
 }
 
 void Device::take_memory(std::size_t bytes) {
@@ -252,15 +227,8 @@ void report_current(Device* device, const char* call) noexcept {
 using namespace mray::embree;
 
 RTCDevice rtcNewDevice(const char* config) {
-    return guarded("rtcNewDevice", nullptr, [&] {
-        try {
-            return reinterpret_cast<RTCDevice>(new Device(config));
-        } catch (const Failure& failure) {
-            // No device has a function that could tell it.
-            std::fprintf(stderr, "morphray: %s\n", failure.message.c_str());
-            throw;
-        }
-    });
+    return guarded("rtcNewDevice", nullptr,
+                   [&] { return reinterpret_cast<RTCDevice>(new Device(config)); });
 }
 
 void rtcRetainDevice(RTCDevice device) {
@@ -272,15 +240,11 @@ void rtcReleaseDevice(RTCDevice device) {
 }
 
 ssize_t rtcGetDeviceProperty(RTCDevice device, enum RTCDeviceProperty property) {
-    return with<Device>("rtcGetDeviceProperty", device, [&](Device& d) -> ssize_t {
+    return with<Device>("rtcGetDeviceProperty", device, [&](Device&) -> ssize_t {
         for (const auto& [name, value] : kProperties)
             if (name == property) return value;
         for (const auto& [name, value] : kCommonProperties)
             if (name == property) return value;
-        // Higher numbers are tests of Embree's inner parts.
-        const bool is_known = property <= RTC_DEVICE_PROPERTY_PARALLEL_COMMIT_SUPPORTED;
-        if (is_known && d.twin() != nullptr)
-            return d.fallback()->rtcGetDeviceProperty(d.twin(), property);
         return 0;
     });
 }

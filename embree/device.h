@@ -1,24 +1,19 @@
 // Devices, and the errors of calls.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
-#include <memory>
 #include <new>
 #include <string>
 #include <type_traits>
 #include <utility>
 
-#include "embree/fallback.h"
 #include "embree/object.h"
 #include "embree/rtcore.h"
 #include "morphray/device.hpp"
 
 namespace mray::embree {
-
-class SpareTrees;
 
 /// Why a call does nothing. The message is one line.
 struct Failure {
@@ -46,15 +41,7 @@ public:
     /// Reads Embree's text of settings: isa=, max_isa=, threads= and verbose= count, the others are
     /// known and have no meaning here. Null: none.
     explicit Device(const char* config);
-    ~Device() override;
 
-    /// Embree's own library, if the user wishes it, and its device; null: none.
-    const Fallback* fallback() const { return fallback_; }
-    RTCDevice twin() const { return twin_; }
-    /// Whether a user geometry was made, which may send rays on into any scene. From then on the
-    /// twins of all scenes are committed.
-    bool has_user_geometry() const { return has_user_geometry_; }
-    void note_user_geometry() { has_user_geometry_ = true; }
     const morphray::Device& tracer() const { return tracer_; }
 
     void set_error_function(RTCErrorFunction function, void* user);
@@ -63,7 +50,6 @@ public:
     /// refuses.
     void take_memory(std::size_t bytes);
     void give_memory(std::size_t bytes) noexcept;
-    SpareTrees& spare_trees() { return *spare_trees_; }
 
     /// Names the device in slots of errors; no other device has the number.
     std::uint64_t number() const { return number_; }
@@ -73,7 +59,6 @@ public:
 
 private:
     explicit Device(const Settings& settings);
-    void make_twin(const char* config);
 
     std::uint64_t number_;
     bool is_verbose_ = false;
@@ -82,10 +67,6 @@ private:
     void* error_user_ = nullptr;
     RTCMemoryMonitorFunction memory_function_ = nullptr;
     void* memory_user_ = nullptr;
-    std::unique_ptr<SpareTrees> spare_trees_;
-    const Fallback* fallback_ = nullptr;
-    RTCDevice twin_ = nullptr;
-    std::atomic<bool> has_user_geometry_ = false;
 };
 
 /// Notes an error in this thread's slot of the device, or that of no device, unless the slot has an

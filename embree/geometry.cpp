@@ -1,7 +1,6 @@
 #include "embree/geometry.h"
 
 #include <cstring>
-#include <mutex>
 #include <utility>
 
 #include "embree/scene/scene.h"
@@ -28,33 +27,12 @@ bool holds_floats(RTCFormat format) {
     return format >= RTC_FORMAT_FLOAT && format <= RTC_FORMAT_FLOAT16;
 }
 
-/// The geometries whose twins call functions of displacement, which get a handle.
-struct Displaced {
-    Geometry* geometry;
-    RTCDisplacementFunctionN function;
-};
-std::mutex displaced_mutex;
-std::map<RTCGeometry, Displaced> displaced;
-
-void displace(const RTCDisplacementFunctionNArguments* twin_arguments) {
-    Displaced found;
-    {
-        const std::scoped_lock lock(displaced_mutex);
-        found = displaced.at(twin_arguments->geometry);
-    }
-    RTCDisplacementFunctionNArguments arguments = *twin_arguments;
-    arguments.geometry = reinterpret_cast<RTCGeometry>(found.geometry);
-    found.function(&arguments);
-}
-
 }  // namespace
 
 Geometry::Geometry(Device& device, RTCGeometryType type) : device_(&device), type_(type) {
     const bool is_mesh = type == RTC_GEOMETRY_TYPE_TRIANGLE || type == RTC_GEOMETRY_TYPE_QUAD;
     if (!is_mesh && !is_instance() && unsupported() == nullptr)
         fail_argument("the type of geometry is unknown");
-    if (type == RTC_GEOMETRY_TYPE_USER) device.note_user_geometry();
-    if (device.twin() != nullptr) twin_ = device.fallback()->rtcNewGeometry(device.twin(), type);
 }
 
 bool Geometry::is_instance_array() const {
@@ -67,13 +45,7 @@ bool Geometry::is_instance_array() const {
 
 const char* Geometry::unsupported() const { return name_of_unsupported(type_); }
 
-Geometry::~Geometry() {
-    on_twin(*this, &Fallback::rtcReleaseGeometry);
-    for (SceneObject* const scene : instanced_) scene->release();
-    if (twin_ == nullptr) return;
-    const std::scoped_lock lock(displaced_mutex);
-    displaced.erase(twin_);
-}
+Geometry::~Geometry() = default;
 
 void Geometry::enable(bool is_enabled) {
     if (is_enabled_ == is_enabled) return;
@@ -134,7 +106,6 @@ BufferView& Geometry::buffer(RTCBufferType type, unsigned int slot) {
 void Geometry::set_buffer(RTCBufferType type, unsigned int slot, BufferView view) {
     if (unsupported() != nullptr) {
         others_[{type, slot}] = std::move(view);
-        share_with_twin(type, slot);
         return;
     }
     BufferView& place = buffer(type, slot);
@@ -149,18 +120,10 @@ void Geometry::set_buffer(RTCBufferType type, unsigned int slot, BufferView view
         fail_operation("vertex attributes have the formats FLOAT to FLOAT16");
     }
     place = std::move(view);
-    share_with_twin(type, slot);
     if (type != RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE) ++version_.shape;
 }
 
-void Geometry::share_with_twin(RTCBufferType type, unsigned int slot) const {
-    const BufferView& view = *find_buffer(type, slot);
-    on_twin(*this, &Fallback::rtcSetSharedGeometryBuffer, type, slot, view.format, view.data,
-            std::size_t{0}, view.stride, view.count);
-}
-
 void Geometry::touch_buffer(RTCBufferType type, unsigned int slot) {
-    // The rules of other types are those of their twins.
     if (unsupported() != nullptr) return;
     buffer(type, slot);
     if (type == RTC_BUFFER_TYPE_INDEX) ++version_.shape;
@@ -189,24 +152,11 @@ void Geometry::require_static() const {
     }
 }
 
-void Geometry::set_instanced_scenes(std::span<SceneObject* const> scenes) {
-    if (!is_instance() && !is_instance_array()) fail_operation("the geometry is no instance");
-    for (const SceneObject* const scene : scenes)
-        if (scene == nullptr) fail_argument("the scene is null");
-    for (SceneObject* const scene : scenes) scene->retain();
-    for (SceneObject* const scene : instanced_) scene->release();
-    instanced_.assign(scenes.begin(), scenes.end());
+void Geometry::set_instanced_scene(SceneObject* scene) {
+    if (!is_instance()) fail_operation("the geometry is no instance");
+    if (scene == nullptr) fail_argument("the scene is null");
+    instanced_ = Ref<SceneObject>(scene);
     ++version_.shape;
-}
-
-void Geometry::set_displacement(RTCDisplacementFunctionN function) {
-    if (twin_ == nullptr) return;
-    {
-        const std::scoped_lock lock(displaced_mutex);
-        displaced[twin_] = {this, function};
-    }
-    on_twin(*this, &Fallback::rtcSetGeometryDisplacementFunction,
-            function == nullptr ? nullptr : displace);
 }
 
 void Geometry::set_transform(unsigned int step, const Transform& transform) {

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <map>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -42,8 +41,6 @@ public:
     bool is_quads() const { return type_ == RTC_GEOMETRY_TYPE_QUAD; }
     /// The type as the subject of a sentence, "curves are", if it is not supported; otherwise null.
     const char* unsupported() const;
-    /// That of the fallback library; null: none.
-    RTCGeometry twin() const { return twin_; }
     const GeometryVersion& version() const { return version_; }
 
     bool is_enabled() const { return is_enabled_; }
@@ -67,14 +64,10 @@ public:
     std::uint32_t prim_count() const { return static_cast<std::uint32_t>(indices_.count); }
     /// Throws Unsupported if time steps differ, which is motion blur.
     void require_static() const;
-    /// Whether there is more than one time step.
-    bool is_blurred() const { return vertices_.size() > 1 || transforms_.size() > 1; }
 
-    void set_instanced_scenes(std::span<SceneObject* const> scenes);
-    /// One, or none yet, unless it is an instance array.
-    std::span<SceneObject* const> instanced_scenes() const { return instanced_; }
-    /// For the twin. The function gets the handle of this geometry.
-    void set_displacement(RTCDisplacementFunctionN function);
+    void set_instanced_scene(SceneObject* scene);
+    /// Null if there is none.
+    const SceneObject* instanced_scene() const { return instanced_.get(); }
     void set_transform(unsigned int step, const Transform& transform);
     const Transform& transform() const { return transforms_.front(); }
 
@@ -93,12 +86,9 @@ public:
 
 private:
     BufferView& buffer(RTCBufferType type, unsigned int slot);
-    /// The twin reads the same memory.
-    void share_with_twin(RTCBufferType type, unsigned int slot) const;
 
     Ref<Device> device_;
     RTCGeometryType type_;
-    RTCGeometry twin_ = nullptr;
     GeometryVersion version_ = {1, 1, 1};
     /// At the last commit().
     GeometryVersion committed_version_;
@@ -112,7 +102,7 @@ private:
     std::vector<BufferView> attributes_;
     /// The buffers of types that are not supported, by type and slot.
     std::map<std::pair<RTCBufferType, unsigned int>, BufferView> others_;
-    std::vector<SceneObject*> instanced_;
+    Ref<SceneObject> instanced_;
     std::vector<Transform> transforms_ = std::vector<Transform>(1);
 };
 

@@ -1,7 +1,6 @@
 // The functions of Embree about geometries and their buffers.
 #include <cstdint>
 #include <utility>
-#include <vector>
 
 #include "embree/device.h"
 #include "embree/geometry.h"
@@ -15,34 +14,17 @@ auto with_geometry(const char* call, RTCGeometry geometry, Work work) {
     return with<Geometry>(call, geometry, work);
 }
 
-/// For calls about what no supported geometry has: calls `work` for a geometry that has it. Without
-/// a twin such a geometry was refused when it was made.
-template <class Work>
-auto with_unsupported(const char* call, RTCGeometry geometry, const char* what, Work work) {
-    return with_geometry(call, geometry, [&](Geometry& g) {
+/// Refuses a call about what no supported geometry has. A geometry that has it was refused when it
+/// was made.
+void refuse(const char* call, RTCGeometry geometry, const char* what) {
+    with_geometry(call, geometry, [&](const Geometry& g) {
         if (g.unsupported() == nullptr) fail_unsupported(what);
-        return work(g);
     });
 }
 
-/// The same for a function that the twin alone has.
-template <class Function, class... Arguments>
-void tell_twin(const char* call, RTCGeometry geometry, const char* what,
-               Function Fallback::*function, Arguments... arguments) {
-    with_unsupported(call, geometry, what,
-                     [&](Geometry& g) { on_twin(g, function, arguments...); });
-}
-
-/// The same for a question about the half edges of a subdivision surface.
-template <class Function, class... Arguments>
-unsigned int ask_twin(const char* call, RTCGeometry geometry, Function Fallback::*function,
-                      Arguments... arguments) {
-    unsigned int answer = kInvalid;
-    with_unsupported(call, geometry, "subdivision surfaces are", [&](Geometry& g) {
-        if (g.twin() != nullptr)
-            answer = (g.device().fallback()->*function)(g.twin(), arguments...);
-    });
-    return answer;
+unsigned int refuse_half_edge(const char* call, RTCGeometry geometry) {
+    refuse(call, geometry, "subdivision surfaces are");
+    return kInvalid;
 }
 
 /// Flags of curves are bytes, so the buffers of other types may lie anywhere.
@@ -68,14 +50,12 @@ BufferView make_view(const Geometry& geometry, Ref<Buffer> buffer, RTCFormat for
 
 using namespace mray::embree;
 
-/// Geometries that are not supported, and have no twin, are errors here and at the commit of a
-/// scene with them.
+/// Geometries that are not supported are errors here and at the commit of a scene with them.
 RTCGeometry rtcNewGeometry(RTCDevice device, enum RTCGeometryType type) {
     return with<Device>("rtcNewGeometry", device, [&](Device& d) {
         auto* const made = new Geometry(d, type);
         with<Geometry>("rtcNewGeometry", reinterpret_cast<RTCGeometry>(made), [](Geometry& g) {
-            if (g.unsupported() != nullptr && g.twin() == nullptr)
-                fail_unsupported(g.unsupported());
+            if (const char* const name = g.unsupported()) fail_unsupported(name);
         });
         return reinterpret_cast<RTCGeometry>(made);
     });
@@ -89,68 +69,47 @@ void rtcReleaseGeometry(RTCGeometry geometry) {
     with_geometry("rtcReleaseGeometry", geometry, [](Geometry& g) { g.release(); });
 }
 
-/// Changes count at the commit of a scene, whether they were committed here or not; for a twin they
-/// count if they were.
+/// Changes count at the commit of a scene, whether they were committed here or not.
 void rtcCommitGeometry(RTCGeometry geometry) {
-    with_geometry("rtcCommitGeometry", geometry, [](Geometry& g) {
-        g.commit();
-        on_twin(g, &Fallback::rtcCommitGeometry);
-    });
+    with_geometry("rtcCommitGeometry", geometry, [](Geometry& g) { g.commit(); });
 }
 
 void rtcEnableGeometry(RTCGeometry geometry) {
-    with_geometry("rtcEnableGeometry", geometry, [](Geometry& g) {
-        g.enable(true);
-        on_twin(g, &Fallback::rtcEnableGeometry);
-    });
+    with_geometry("rtcEnableGeometry", geometry, [](Geometry& g) { g.enable(true); });
 }
 
 void rtcDisableGeometry(RTCGeometry geometry) {
-    with_geometry("rtcDisableGeometry", geometry, [](Geometry& g) {
-        g.enable(false);
-        on_twin(g, &Fallback::rtcDisableGeometry);
-    });
+    with_geometry("rtcDisableGeometry", geometry, [](Geometry& g) { g.enable(false); });
 }
 
 void rtcSetGeometryTimeStepCount(RTCGeometry geometry, unsigned int count) {
-    with_geometry("rtcSetGeometryTimeStepCount", geometry, [&](Geometry& g) {
-        g.set_time_steps(count);
-        on_twin(g, &Fallback::rtcSetGeometryTimeStepCount, count);
-    });
+    with_geometry("rtcSetGeometryTimeStepCount", geometry,
+                  [&](Geometry& g) { g.set_time_steps(count); });
 }
 
 /// Without motion blur a range of times says nothing.
 void rtcSetGeometryTimeRange(RTCGeometry geometry, float begin, float end) {
-    with_geometry("rtcSetGeometryTimeRange", geometry, [&](Geometry& g) {
+    with_geometry("rtcSetGeometryTimeRange", geometry, [&](Geometry&) {
         if (begin > end) fail_argument("the range of times ends before it begins");
-        on_twin(g, &Fallback::rtcSetGeometryTimeRange, begin, end);
     });
 }
 
 void rtcSetGeometryVertexAttributeCount(RTCGeometry geometry, unsigned int count) {
-    with_geometry("rtcSetGeometryVertexAttributeCount", geometry, [&](Geometry& g) {
-        g.set_attribute_count(count);
-        on_twin(g, &Fallback::rtcSetGeometryVertexAttributeCount, count);
-    });
+    with_geometry("rtcSetGeometryVertexAttributeCount", geometry,
+                  [&](Geometry& g) { g.set_attribute_count(count); });
 }
 
 void rtcSetGeometryMask(RTCGeometry geometry, unsigned int mask) {
-    with_geometry("rtcSetGeometryMask", geometry, [&](Geometry& g) {
-        g.set_mask(mask);
-        on_twin(g, &Fallback::rtcSetGeometryMask, mask);
-    });
+    with_geometry("rtcSetGeometryMask", geometry, [&](Geometry& g) { g.set_mask(mask); });
 }
 
 void rtcSetGeometryBuildQuality(RTCGeometry geometry, enum RTCBuildQuality quality) {
-    with_geometry("rtcSetGeometryBuildQuality", geometry, [&](Geometry& g) {
-        g.set_build_quality(quality);
-        on_twin(g, &Fallback::rtcSetGeometryBuildQuality, quality);
-    });
+    with_geometry("rtcSetGeometryBuildQuality", geometry,
+                  [&](Geometry& g) { g.set_build_quality(quality); });
 }
 
-void rtcSetGeometryMaxRadiusScale(RTCGeometry geometry, float scale) {
-    tell_twin("rtcSetGeometryMaxRadiusScale", geometry, "curves and points are",
-              &Fallback::rtcSetGeometryMaxRadiusScale, scale);
+void rtcSetGeometryMaxRadiusScale(RTCGeometry geometry, float) {
+    refuse("rtcSetGeometryMaxRadiusScale", geometry, "curves and points are");
 }
 
 void rtcSetGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, unsigned int slot,
@@ -200,10 +159,8 @@ void* rtcGetGeometryBufferData(RTCGeometry geometry, enum RTCBufferType type, un
 }
 
 void rtcUpdateGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, unsigned int slot) {
-    with_geometry("rtcUpdateGeometryBuffer", geometry, [&](Geometry& g) {
-        g.touch_buffer(type, slot);
-        on_twin(g, &Fallback::rtcUpdateGeometryBuffer, type, slot);
-    });
+    with_geometry("rtcUpdateGeometryBuffer", geometry,
+                  [&](Geometry& g) { g.touch_buffer(type, slot); });
 }
 
 void rtcSetGeometryIntersectFilterFunction(RTCGeometry geometry, RTCFilterFunctionN filter) {
@@ -211,7 +168,6 @@ void rtcSetGeometryIntersectFilterFunction(RTCGeometry geometry, RTCFilterFuncti
         require_filters(g);
         g.intersect_filter = filter;
         g.settings_changed();
-        on_twin(g, &Fallback::rtcSetGeometryIntersectFilterFunction, filter);
     });
 }
 
@@ -220,15 +176,11 @@ void rtcSetGeometryOccludedFilterFunction(RTCGeometry geometry, RTCFilterFunctio
         require_filters(g);
         g.occluded_filter = filter;
         g.settings_changed();
-        on_twin(g, &Fallback::rtcSetGeometryOccludedFilterFunction, filter);
     });
 }
 
 void rtcSetGeometryUserData(RTCGeometry geometry, void* user) {
-    with_geometry("rtcSetGeometryUserData", geometry, [&](Geometry& g) {
-        g.user = user;
-        on_twin(g, &Fallback::rtcSetGeometryUserData, user);
-    });
+    with_geometry("rtcSetGeometryUserData", geometry, [&](Geometry& g) { g.user = user; });
 }
 
 void* rtcGetGeometryUserData(RTCGeometry geometry) {
@@ -236,26 +188,20 @@ void* rtcGetGeometryUserData(RTCGeometry geometry) {
 }
 
 void rtcSetGeometryPointQueryFunction(RTCGeometry geometry, RTCPointQueryFunction function) {
-    with_geometry("rtcSetGeometryPointQueryFunction", geometry, [&](Geometry& g) {
-        g.point_query = function;
-        on_twin(g, &Fallback::rtcSetGeometryPointQueryFunction, function);
-    });
+    with_geometry("rtcSetGeometryPointQueryFunction", geometry,
+                  [&](Geometry& g) { g.point_query = function; });
 }
 
 void rtcSetGeometryInstancedScene(RTCGeometry geometry, RTCScene scene) {
     with_geometry("rtcSetGeometryInstancedScene", geometry, [&](Geometry& g) {
-        auto* const object = reinterpret_cast<SceneObject*>(scene);
-        g.set_instanced_scenes({&object, 1});
-        on_twin(g, &Fallback::rtcSetGeometryInstancedScene, object->twin());
+        g.set_instanced_scene(reinterpret_cast<SceneObject*>(scene));
     });
 }
 
 void rtcSetGeometryTransform(RTCGeometry geometry, unsigned int step, enum RTCFormat format,
                              const void* floats) {
-    with_geometry("rtcSetGeometryTransform", geometry, [&](Geometry& g) {
-        g.set_transform(step, read_transform(format, floats));
-        on_twin(g, &Fallback::rtcSetGeometryTransform, step, format, floats);
-    });
+    with_geometry("rtcSetGeometryTransform", geometry,
+                  [&](Geometry& g) { g.set_transform(step, read_transform(format, floats)); });
 }
 
 void rtcSetGeometryTransformQuaternion(RTCGeometry geometry, unsigned int step,
@@ -263,77 +209,57 @@ void rtcSetGeometryTransformQuaternion(RTCGeometry geometry, unsigned int step,
     with_geometry("rtcSetGeometryTransformQuaternion", geometry, [&](Geometry& g) {
         if (parts == nullptr) fail_argument("the transformation is null");
         g.set_transform(step, to_transform(*parts));
-        on_twin(g, &Fallback::rtcSetGeometryTransformQuaternion, step, parts);
     });
 }
 
-void rtcGetGeometryTransform(RTCGeometry geometry, float time, enum RTCFormat format,
-                             void* floats) {
+void rtcGetGeometryTransform(RTCGeometry geometry, float, enum RTCFormat format, void* floats) {
     with_geometry("rtcGetGeometryTransform", geometry, [&](Geometry& g) {
-        if (g.twin() != nullptr && g.is_blurred())
-            return on_twin(g, &Fallback::rtcGetGeometryTransform, time, format, floats);
         if (!g.is_instance()) fail_operation("the geometry is no instance");
         write_transform(g.transform(), format, floats);
     });
 }
 
-void rtcSetGeometryUserPrimitiveCount(RTCGeometry geometry, unsigned int count) {
-    tell_twin("rtcSetGeometryUserPrimitiveCount", geometry, "user geometries are",
-              &Fallback::rtcSetGeometryUserPrimitiveCount, count);
+void rtcSetGeometryUserPrimitiveCount(RTCGeometry geometry, unsigned int) {
+    refuse("rtcSetGeometryUserPrimitiveCount", geometry, "user geometries are");
 }
-void rtcSetGeometryBoundsFunction(RTCGeometry geometry, RTCBoundsFunction function, void* user) {
-    tell_twin("rtcSetGeometryBoundsFunction", geometry, "user geometries are",
-              &Fallback::rtcSetGeometryBoundsFunction, function, user);
+void rtcSetGeometryBoundsFunction(RTCGeometry geometry, RTCBoundsFunction, void*) {
+    refuse("rtcSetGeometryBoundsFunction", geometry, "user geometries are");
 }
-void rtcSetGeometryIntersectFunction(RTCGeometry geometry, RTCIntersectFunctionN function) {
-    tell_twin("rtcSetGeometryIntersectFunction", geometry, "user geometries are",
-              &Fallback::rtcSetGeometryIntersectFunction, function);
+void rtcSetGeometryIntersectFunction(RTCGeometry geometry, RTCIntersectFunctionN) {
+    refuse("rtcSetGeometryIntersectFunction", geometry, "user geometries are");
 }
-void rtcSetGeometryOccludedFunction(RTCGeometry geometry, RTCOccludedFunctionN function) {
-    tell_twin("rtcSetGeometryOccludedFunction", geometry, "user geometries are",
-              &Fallback::rtcSetGeometryOccludedFunction, function);
+void rtcSetGeometryOccludedFunction(RTCGeometry geometry, RTCOccludedFunctionN) {
+    refuse("rtcSetGeometryOccludedFunction", geometry, "user geometries are");
 }
-void rtcSetGeometryTessellationRate(RTCGeometry geometry, float rate) {
-    tell_twin("rtcSetGeometryTessellationRate", geometry, "curves and subdivision surfaces are",
-              &Fallback::rtcSetGeometryTessellationRate, rate);
+void rtcSetGeometryTessellationRate(RTCGeometry geometry, float) {
+    refuse("rtcSetGeometryTessellationRate", geometry, "curves and subdivision surfaces are");
 }
-void rtcSetGeometryTopologyCount(RTCGeometry geometry, unsigned int count) {
-    tell_twin("rtcSetGeometryTopologyCount", geometry, "subdivision surfaces are",
-              &Fallback::rtcSetGeometryTopologyCount, count);
+void rtcSetGeometryTopologyCount(RTCGeometry geometry, unsigned int) {
+    refuse("rtcSetGeometryTopologyCount", geometry, "subdivision surfaces are");
 }
-void rtcSetGeometrySubdivisionMode(RTCGeometry geometry, unsigned int topology,
-                                   enum RTCSubdivisionMode mode) {
-    tell_twin("rtcSetGeometrySubdivisionMode", geometry, "subdivision surfaces are",
-              &Fallback::rtcSetGeometrySubdivisionMode, topology, mode);
+void rtcSetGeometrySubdivisionMode(RTCGeometry geometry, unsigned int, enum RTCSubdivisionMode) {
+    refuse("rtcSetGeometrySubdivisionMode", geometry, "subdivision surfaces are");
 }
-void rtcSetGeometryVertexAttributeTopology(RTCGeometry geometry, unsigned int attribute,
-                                           unsigned int topology) {
-    tell_twin("rtcSetGeometryVertexAttributeTopology", geometry, "subdivision surfaces are",
-              &Fallback::rtcSetGeometryVertexAttributeTopology, attribute, topology);
+void rtcSetGeometryVertexAttributeTopology(RTCGeometry geometry, unsigned int, unsigned int) {
+    refuse("rtcSetGeometryVertexAttributeTopology", geometry, "subdivision surfaces are");
 }
-void rtcSetGeometryDisplacementFunction(RTCGeometry geometry, RTCDisplacementFunctionN function) {
-    with_unsupported("rtcSetGeometryDisplacementFunction", geometry, "subdivision surfaces are",
-                     [&](Geometry& g) { g.set_displacement(function); });
+void rtcSetGeometryDisplacementFunction(RTCGeometry geometry, RTCDisplacementFunctionN) {
+    refuse("rtcSetGeometryDisplacementFunction", geometry, "subdivision surfaces are");
 }
-unsigned int rtcGetGeometryFirstHalfEdge(RTCGeometry geometry, unsigned int face) {
-    return ask_twin("rtcGetGeometryFirstHalfEdge", geometry, &Fallback::rtcGetGeometryFirstHalfEdge,
-                    face);
+unsigned int rtcGetGeometryFirstHalfEdge(RTCGeometry geometry, unsigned int) {
+    return refuse_half_edge("rtcGetGeometryFirstHalfEdge", geometry);
 }
-unsigned int rtcGetGeometryFace(RTCGeometry geometry, unsigned int edge) {
-    return ask_twin("rtcGetGeometryFace", geometry, &Fallback::rtcGetGeometryFace, edge);
+unsigned int rtcGetGeometryFace(RTCGeometry geometry, unsigned int) {
+    return refuse_half_edge("rtcGetGeometryFace", geometry);
 }
-unsigned int rtcGetGeometryNextHalfEdge(RTCGeometry geometry, unsigned int edge) {
-    return ask_twin("rtcGetGeometryNextHalfEdge", geometry, &Fallback::rtcGetGeometryNextHalfEdge,
-                    edge);
+unsigned int rtcGetGeometryNextHalfEdge(RTCGeometry geometry, unsigned int) {
+    return refuse_half_edge("rtcGetGeometryNextHalfEdge", geometry);
 }
-unsigned int rtcGetGeometryPreviousHalfEdge(RTCGeometry geometry, unsigned int edge) {
-    return ask_twin("rtcGetGeometryPreviousHalfEdge", geometry,
-                    &Fallback::rtcGetGeometryPreviousHalfEdge, edge);
+unsigned int rtcGetGeometryPreviousHalfEdge(RTCGeometry geometry, unsigned int) {
+    return refuse_half_edge("rtcGetGeometryPreviousHalfEdge", geometry);
 }
-unsigned int rtcGetGeometryOppositeHalfEdge(RTCGeometry geometry, unsigned int topology,
-                                            unsigned int edge) {
-    return ask_twin("rtcGetGeometryOppositeHalfEdge", geometry,
-                    &Fallback::rtcGetGeometryOppositeHalfEdge, topology, edge);
+unsigned int rtcGetGeometryOppositeHalfEdge(RTCGeometry geometry, unsigned int, unsigned int) {
+    return refuse_half_edge("rtcGetGeometryOppositeHalfEdge", geometry);
 }
 
 #if MORPHRAY_EMBREE == 4
@@ -342,30 +268,19 @@ void rtcSetGeometryEnableFilterFunctionFromArguments(RTCGeometry geometry, bool 
     with_geometry("rtcSetGeometryEnableFilterFunctionFromArguments", geometry, [&](Geometry& g) {
         g.takes_argument_filter = is_enabled;
         g.settings_changed();
-        on_twin(g, &Fallback::rtcSetGeometryEnableFilterFunctionFromArguments, is_enabled);
     });
 }
 
-void rtcGetGeometryTransformEx(RTCGeometry geometry, unsigned int instance, float time,
+void rtcGetGeometryTransformEx(RTCGeometry geometry, unsigned int, float time,
                                enum RTCFormat format, void* floats) {
     const auto* const object = reinterpret_cast<Geometry*>(geometry);
     if (object == nullptr || !object->is_instance_array())
         return rtcGetGeometryTransform(geometry, time, format, floats);
-    tell_twin("rtcGetGeometryTransformEx", geometry, "instance arrays are",
-              &Fallback::rtcGetGeometryTransformEx, instance, time, format, floats);
+    refuse("rtcGetGeometryTransformEx", geometry, "instance arrays are");
 }
 
-void rtcSetGeometryInstancedScenes(RTCGeometry geometry, RTCScene* scenes, size_t count) {
-    with_unsupported("rtcSetGeometryInstancedScenes", geometry, "instance arrays are",
-                     [&](Geometry& g) {
-                         if (g.twin() == nullptr) return;
-                         if (scenes == nullptr) fail_argument("the scenes are null");
-                         g.set_instanced_scenes({reinterpret_cast<SceneObject**>(scenes), count});
-                         std::vector<RTCScene> twins;
-                         for (const SceneObject* const scene : g.instanced_scenes())
-                             twins.push_back(scene->twin());
-                         on_twin(g, &Fallback::rtcSetGeometryInstancedScenes, twins.data(), count);
-                     });
+void rtcSetGeometryInstancedScenes(RTCGeometry geometry, RTCScene*, size_t) {
+    refuse("rtcSetGeometryInstancedScenes", geometry, "instance arrays are");
 }
 
 void* rtcGetGeometryUserDataFromScene(RTCScene scene, unsigned int id) {

@@ -44,6 +44,7 @@ Place find_place(const Geometry& geometry, const BufferView& values, unsigned in
 
 void interpolate(const RTCInterpolateArguments& asked) {
     const auto& geometry = *reinterpret_cast<const Geometry*>(asked.geometry);
+    if (const char* const type = geometry.unsupported()) fail_unsupported(type);
     const BufferView* const values = geometry.find_buffer(asked.bufferType, asked.bufferSlot);
     if (values == nullptr || values->data == nullptr)
         fail_argument("the geometry has no such buffer");
@@ -59,16 +60,6 @@ void interpolate(const RTCInterpolateArguments& asked) {
     }
 }
 
-/// Whether the geometry is not supported and its twin has answered.
-template <class Function, class Arguments>
-bool ask_twin(const Geometry& geometry, Function Fallback::*function, Arguments asked) {
-    if (geometry.unsupported() == nullptr) return false;
-    if (geometry.twin() == nullptr) fail_unsupported(geometry.unsupported());
-    asked.geometry = geometry.twin();
-    (geometry.device().fallback()->*function)(&asked);
-    return true;
-}
-
 }  // namespace
 }  // namespace mray::embree
 
@@ -76,34 +67,29 @@ using namespace mray::embree;
 
 void rtcInterpolate(const struct RTCInterpolateArguments* asked) {
     with<Geometry>("rtcInterpolate", asked == nullptr ? nullptr : asked->geometry,
-                   [&](Geometry& g) {
-                       if (ask_twin(g, &Fallback::rtcInterpolate, *asked)) return;
-                       interpolate(*asked);
-                   });
+                   [&](Geometry&) { interpolate(*asked); });
 }
 
 /// The results of value k of query i are at [k * N + i].
 void rtcInterpolateN(const struct RTCInterpolateNArguments* asked) {
-    with<Geometry>(
-        "rtcInterpolateN", asked == nullptr ? nullptr : asked->geometry, [&](Geometry& g) {
-            if (ask_twin(g, &Fallback::rtcInterpolateN, *asked)) return;
-            float* const outs[] = {asked->P,       asked->dPdu,    asked->dPdv,
-                                   asked->ddPdudu, asked->ddPdvdv, asked->ddPdudv};
-            const std::size_t count = asked->valueCount;
-            std::vector<float> found(6 * count);
-            const auto values_of = [&](std::size_t out) { return found.data() + out * count; };
-            for (unsigned int i = 0; i < asked->N; ++i) {
-                const auto* const valid = static_cast<const int*>(asked->valid);
-                if (valid != nullptr && valid[i] != -1) continue;
-                interpolate({asked->geometry, asked->primIDs[i], asked->u[i], asked->v[i],
-                             asked->bufferType, asked->bufferSlot, values_of(0), values_of(1),
-                             values_of(2), values_of(3), values_of(4), values_of(5),
-                             asked->valueCount});
-                for (std::size_t out = 0; out < 6; ++out) {
-                    if (outs[out] == nullptr) continue;
-                    for (std::size_t k = 0; k < count; ++k)
-                        outs[out][k * asked->N + i] = values_of(out)[k];
-                }
+    with<Geometry>("rtcInterpolateN", asked == nullptr ? nullptr : asked->geometry, [&](Geometry&) {
+        float* const outs[] = {asked->P,       asked->dPdu,    asked->dPdv,
+                               asked->ddPdudu, asked->ddPdvdv, asked->ddPdudv};
+        const std::size_t count = asked->valueCount;
+        std::vector<float> found(6 * count);
+        const auto values_of = [&](std::size_t out) { return found.data() + out * count; };
+        for (unsigned int i = 0; i < asked->N; ++i) {
+            const auto* const valid = static_cast<const int*>(asked->valid);
+            if (valid != nullptr && valid[i] != -1) continue;
+            interpolate({asked->geometry, asked->primIDs[i], asked->u[i], asked->v[i],
+                         asked->bufferType, asked->bufferSlot, values_of(0), values_of(1),
+                         values_of(2), values_of(3), values_of(4), values_of(5),
+                         asked->valueCount});
+            for (std::size_t out = 0; out < 6; ++out) {
+                if (outs[out] == nullptr) continue;
+                for (std::size_t k = 0; k < count; ++k)
+                    outs[out][k * asked->N + i] = values_of(out)[k];
             }
-        });
+        }
+    });
 }

@@ -3,17 +3,11 @@
 
 namespace mray::embree {
 
-template <class Type>
-struct OnHeap {
-    static Type* make() { return new Type; }
-    static void drop(Type* object) { delete object; }
-};
-
 /// This thread's object: the first call of get() makes it, and the thread's end drops it. Static
 /// objects may call get() in their destructors, which the main thread runs after its own end: this
 /// makes another object, which is not dropped. get() takes one load, since the pointer lies in the
 /// static block of thread-local storage (the model initial-exec).
-template <class Type, class Memory = OnHeap<Type>>
+template <class Type>
 class ThreadOwned {
 public:
     static Type& get() {
@@ -24,12 +18,12 @@ public:
 private:
     struct AtEnd {
         ~AtEnd() {
-            Memory::drop(mine_);
+            delete mine_;
             mine_ = nullptr;
         }
     };
     [[gnu::noinline]] static void make() {
-        mine_ = Memory::make();
+        mine_ = new Type;
         static thread_local AtEnd at_end;
         static_cast<void>(at_end);
     }

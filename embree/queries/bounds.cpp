@@ -1,6 +1,5 @@
 // rtcGetSceneBounds.
 #include "embree/device.h"
-#include "embree/scene/reading.h"
 #include "embree/scene/scene.h"
 
 namespace mray::embree {
@@ -9,8 +8,7 @@ namespace {
 /// Encloses the triangles that can be hit, and no vertex that none of them has.
 RTCBounds bounds_of(const SceneObject& scene) {
     Bounds bounds;
-    const Reading reading(scene);
-    for (const Part& part : reading.committed().parts) bounds.add(part.bounds);
+    for (const Part& part : scene.committed().parts) bounds.add(part.bounds);
     RTCBounds result = {};
     result.lower_x = bounds.lower[0];
     result.lower_y = bounds.lower[1];
@@ -27,7 +25,6 @@ RTCBounds bounds_of(const SceneObject& scene) {
 using namespace mray::embree;
 
 void rtcGetSceneBounds(RTCScene scene, struct RTCBounds* bounds) {
-    if (const Forward to = forward(scene)) return to->rtcGetSceneBounds(to.scene, bounds);
     with<SceneObject>("rtcGetSceneBounds", scene, [&](SceneObject& s) {
         if (bounds == nullptr) fail_argument("the bounds are null");
         *bounds = bounds_of(s);
@@ -35,7 +32,6 @@ void rtcGetSceneBounds(RTCScene scene, struct RTCBounds* bounds) {
 }
 
 void rtcGetSceneLinearBounds(RTCScene scene, struct RTCLinearBounds* bounds) {
-    if (const Forward to = forward(scene)) return to->rtcGetSceneLinearBounds(to.scene, bounds);
     with<SceneObject>("rtcGetSceneLinearBounds", scene, [&](SceneObject& s) {
         if (bounds == nullptr) fail_argument("the bounds are null");
         bounds->bounds0 = bounds_of(s);

@@ -10,7 +10,6 @@
 
 #include "embree/device.h"
 #include "embree/scene/box_tree.h"
-#include "embree/scene/reading.h"
 #include "embree/scene/scene.h"
 
 namespace mray::embree {
@@ -157,8 +156,7 @@ bool query_point(RTCScene scene, RTCPointQuery* query, RTCPointQueryContext* con
     return with<SceneObject>("rtcPointQuery", scene, [&](SceneObject& s) {
         if (query == nullptr || context == nullptr) fail_argument("query or context is null");
         s.note_point_query();
-        const Reading reading(s);
-        return visit_near(reading.committed(), *query, *context, function, user);
+        return visit_near(s.committed(), *query, *context, function, user);
     });
 }
 
@@ -170,14 +168,13 @@ bool query_points(const int* valid, RTCScene scene, Packet* queries, RTCPointQue
         if (valid == nullptr || queries == nullptr || context == nullptr)
             fail_argument("valid, queries or context is null");
         s.note_point_query();
-        const Reading reading(s);
         bool has_changed = false;
         for (std::size_t i = 0; i < n; ++i) {
             if (valid[i] != -1) continue;
             RTCPointQuery query = {queries->x[i], queries->y[i], queries->z[i], queries->time[i],
                                    queries->radius[i]};
             void* const user = users == nullptr ? nullptr : users[i];
-            has_changed |= visit_near(reading.committed(), query, *context, function, user);
+            has_changed |= visit_near(s.committed(), query, *context, function, user);
             queries->radius[i] = query.radius;
         }
         return has_changed;
@@ -217,31 +214,23 @@ using namespace mray::embree;
 bool rtcPointQuery(RTCScene scene, struct RTCPointQuery* query,
                    struct RTCPointQueryContext* context, RTCPointQueryFunction function,
                    void* user) {
-    if (const Forward to = forward(scene))
-        return to->rtcPointQuery(to.scene, query, context, function, user);
     return query_point(scene, query, context, function, user);
 }
 
 bool rtcPointQuery4(const int* valid, RTCScene scene, struct RTCPointQuery4* queries,
                     struct RTCPointQueryContext* context, RTCPointQueryFunction function,
                     void** users) {
-    if (const Forward to = forward(scene))
-        return to->rtcPointQuery4(valid, to.scene, queries, context, function, users);
     return query_points<4>(valid, scene, queries, context, function, users);
 }
 
 bool rtcPointQuery8(const int* valid, RTCScene scene, struct RTCPointQuery8* queries,
                     struct RTCPointQueryContext* context, RTCPointQueryFunction function,
                     void** users) {
-    if (const Forward to = forward(scene))
-        return to->rtcPointQuery8(valid, to.scene, queries, context, function, users);
     return query_points<8>(valid, scene, queries, context, function, users);
 }
 
 bool rtcPointQuery16(const int* valid, RTCScene scene, struct RTCPointQuery16* queries,
                      struct RTCPointQueryContext* context, RTCPointQueryFunction function,
                      void** users) {
-    if (const Forward to = forward(scene))
-        return to->rtcPointQuery16(valid, to.scene, queries, context, function, users);
     return query_points<16>(valid, scene, queries, context, function, users);
 }

@@ -12,7 +12,6 @@
 #include "embree/device.h"
 #include "embree/queries/layouts.h"
 #include "embree/queries/query.h"
-#include "embree/scene/reading.h"
 #include "embree/scene/scene.h"
 #include "embree/thread_owned.h"
 
@@ -25,12 +24,12 @@ constexpr std::size_t kFewRays = 4;
 // Rays of a stream that are traced together: an image of 256 x 256.
 constexpr std::size_t kBatch = std::size_t{1} << 16;
 
-/// The scene of a handle. Throws Failure.
-const SceneObject& scene_of(RTCScene handle, const void* rays) {
+/// Throws Failure if there is none.
+const Committed& committed_of(RTCScene handle, const void* rays) {
     const auto* const scene = reinterpret_cast<const SceneObject*>(handle);
     if (scene == nullptr) fail_argument("the scene is null");
     if (rays == nullptr) fail_argument("the rays are null");
-    return *scene;
+    return scene->committed();
 }
 
 Device* device_of(RTCScene handle) {
@@ -178,8 +177,7 @@ template <Query::Kind kind, class Layout>
 void trace(const char* call, RTCScene scene, const QueryOptions& options, const void* first,
            const Layout& rays, std::size_t count, const int* valid) noexcept {
     guarded(call, device_of(scene), [&] {
-        const Reading reading(scene_of(scene, first));
-        const Query query(reading.committed(), options, kind);
+        const Query query(committed_of(scene, first), options, kind);
         if (!query.committed().scene) return;
         Batch& batch = ThreadOwned<Batch>::get();
         for (std::size_t begin = 0; begin < count; begin += kBatch) {
@@ -209,16 +207,14 @@ void trace_packet(const char* call, RTCScene scene, const QueryOptions& options,
 
 void intersect1(RTCScene scene, const QueryOptions& options, RTCRayHit* rayhit) noexcept {
     guarded("rtcIntersect1", device_of(scene), [&] {
-        const Reading reading(scene_of(scene, rayhit));
-        const Query query(reading.committed(), options, Query::Kind::closest);
+        const Query query(committed_of(scene, rayhit), options, Query::Kind::closest);
         if (query.committed().scene) intersect_one(query, *rayhit);
     });
 }
 
 void occluded1(RTCScene scene, const QueryOptions& options, RTCRay* ray) noexcept {
     guarded("rtcOccluded1", device_of(scene), [&] {
-        const Reading reading(scene_of(scene, ray));
-        const Query query(reading.committed(), options, Query::Kind::occlusion);
+        const Query query(committed_of(scene, ray), options, Query::Kind::occlusion);
         if (query.committed().scene) occlude_one(query, *ray);
     });
 }
@@ -234,92 +230,71 @@ using namespace mray::embree;
 #if MORPHRAY_EMBREE == 3
 
 void rtcIntersect1(RTCScene scene, RTCIntersectContext* context, RTCRayHit* rayhit) {
-    if (const Forward to = forward(scene)) return to->rtcIntersect1(to.scene, context, rayhit);
     intersect1(scene, options_of(context), rayhit);
 }
 void rtcOccluded1(RTCScene scene, RTCIntersectContext* context, RTCRay* ray) {
-    if (const Forward to = forward(scene)) return to->rtcOccluded1(to.scene, context, ray);
     occluded1(scene, options_of(context), ray);
 }
 void rtcIntersect4(const int* valid, RTCScene scene, RTCIntersectContext* context,
                    RTCRayHit4* rays) {
-    if (const Forward to = forward(scene)) return to->rtcIntersect4(valid, to.scene, context, rays);
     trace_packet<kClosest>("rtcIntersect4", scene, options_of(context), rays, 4, valid);
 }
 void rtcIntersect8(const int* valid, RTCScene scene, RTCIntersectContext* context,
                    RTCRayHit8* rays) {
-    if (const Forward to = forward(scene)) return to->rtcIntersect8(valid, to.scene, context, rays);
     trace_packet<kClosest>("rtcIntersect8", scene, options_of(context), rays, 8, valid);
 }
 void rtcIntersect16(const int* valid, RTCScene scene, RTCIntersectContext* context,
                     RTCRayHit16* rays) {
-    if (const Forward to = forward(scene))
-        return to->rtcIntersect16(valid, to.scene, context, rays);
     trace_packet<kClosest>("rtcIntersect16", scene, options_of(context), rays, 16, valid);
 }
 void rtcOccluded4(const int* valid, RTCScene scene, RTCIntersectContext* context, RTCRay4* rays) {
-    if (const Forward to = forward(scene)) return to->rtcOccluded4(valid, to.scene, context, rays);
     trace_packet<kOcclusion>("rtcOccluded4", scene, options_of(context), rays, 4, valid);
 }
 void rtcOccluded8(const int* valid, RTCScene scene, RTCIntersectContext* context, RTCRay8* rays) {
-    if (const Forward to = forward(scene)) return to->rtcOccluded8(valid, to.scene, context, rays);
     trace_packet<kOcclusion>("rtcOccluded8", scene, options_of(context), rays, 8, valid);
 }
 void rtcOccluded16(const int* valid, RTCScene scene, RTCIntersectContext* context, RTCRay16* rays) {
-    if (const Forward to = forward(scene)) return to->rtcOccluded16(valid, to.scene, context, rays);
     trace_packet<kOcclusion>("rtcOccluded16", scene, options_of(context), rays, 16, valid);
 }
 
 void rtcIntersect1M(RTCScene scene, RTCIntersectContext* context, RTCRayHit* rays, unsigned int m,
                     size_t stride) {
-    if (const Forward to = forward(scene))
-        return to->rtcIntersect1M(to.scene, context, rays, m, stride);
     trace<kClosest>("rtcIntersect1M", scene, options_of(context), rays,
                     Stream{reinterpret_cast<char*>(rays), stride}, m, nullptr);
 }
 void rtcOccluded1M(RTCScene scene, RTCIntersectContext* context, RTCRay* rays, unsigned int m,
                    size_t stride) {
-    if (const Forward to = forward(scene))
-        return to->rtcOccluded1M(to.scene, context, rays, m, stride);
     trace<kOcclusion>("rtcOccluded1M", scene, options_of(context), rays,
                       Stream{reinterpret_cast<char*>(rays), stride}, m, nullptr);
 }
 void rtcIntersect1Mp(RTCScene scene, RTCIntersectContext* context, RTCRayHit** rays,
                      unsigned int m) {
-    if (const Forward to = forward(scene)) return to->rtcIntersect1Mp(to.scene, context, rays, m);
     trace<kClosest>("rtcIntersect1Mp", scene, options_of(context), rays,
                     Pointers{reinterpret_cast<void**>(rays)}, m, nullptr);
 }
 void rtcOccluded1Mp(RTCScene scene, RTCIntersectContext* context, RTCRay** rays, unsigned int m) {
-    if (const Forward to = forward(scene)) return to->rtcOccluded1Mp(to.scene, context, rays, m);
     trace<kOcclusion>("rtcOccluded1Mp", scene, options_of(context), rays,
                       Pointers{reinterpret_cast<void**>(rays)}, m, nullptr);
 }
 void rtcIntersectNM(RTCScene scene, RTCIntersectContext* context, RTCRayHitN* rays, unsigned int n,
                     unsigned int m, size_t stride) {
-    if (const Forward to = forward(scene))
-        return to->rtcIntersectNM(to.scene, context, rays, n, m, stride);
     trace<kClosest>("rtcIntersectNM", scene, options_of(context), rays,
                     PacketStream{reinterpret_cast<char*>(rays), n, stride}, std::size_t{n} * m,
                     nullptr);
 }
 void rtcOccludedNM(RTCScene scene, RTCIntersectContext* context, RTCRayN* rays, unsigned int n,
                    unsigned int m, size_t stride) {
-    if (const Forward to = forward(scene))
-        return to->rtcOccludedNM(to.scene, context, rays, n, m, stride);
     trace<kOcclusion>("rtcOccludedNM", scene, options_of(context), rays,
                       PacketStream{reinterpret_cast<char*>(rays), n, stride}, std::size_t{n} * m,
                       nullptr);
 }
 void rtcIntersectNp(RTCScene scene, RTCIntersectContext* context, const RTCRayHitNp* rays,
                     unsigned int n) {
-    if (const Forward to = forward(scene)) return to->rtcIntersectNp(to.scene, context, rays, n);
     trace<kClosest>("rtcIntersectNp", scene, options_of(context), rays,
                     Arrays{&rays->ray, &rays->hit}, n, nullptr);
 }
 void rtcOccludedNp(RTCScene scene, RTCIntersectContext* context, const RTCRayNp* rays,
                    unsigned int n) {
-    if (const Forward to = forward(scene)) return to->rtcOccludedNp(to.scene, context, rays, n);
     trace<kOcclusion>("rtcOccludedNp", scene, options_of(context), rays, Arrays{rays, nullptr}, n,
                       nullptr);
 }
@@ -327,47 +302,33 @@ void rtcOccludedNp(RTCScene scene, RTCIntersectContext* context, const RTCRayNp*
 #else
 
 void rtcIntersect1(RTCScene scene, RTCRayHit* rayhit, RTCIntersectArguments* arguments) {
-    if (const Forward to = forward(scene)) return to->rtcIntersect1(to.scene, rayhit, arguments);
     intersect1(scene, options_of(arguments), rayhit);
 }
 void rtcOccluded1(RTCScene scene, RTCRay* ray, RTCOccludedArguments* arguments) {
-    if (const Forward to = forward(scene)) return to->rtcOccluded1(to.scene, ray, arguments);
     occluded1(scene, options_of(arguments), ray);
 }
 void rtcIntersect4(const int* valid, RTCScene scene, RTCRayHit4* rays,
                    RTCIntersectArguments* arguments) {
-    if (const Forward to = forward(scene))
-        return to->rtcIntersect4(valid, to.scene, rays, arguments);
     trace_packet<kClosest>("rtcIntersect4", scene, options_of(arguments), rays, 4, valid);
 }
 void rtcIntersect8(const int* valid, RTCScene scene, RTCRayHit8* rays,
                    RTCIntersectArguments* arguments) {
-    if (const Forward to = forward(scene))
-        return to->rtcIntersect8(valid, to.scene, rays, arguments);
     trace_packet<kClosest>("rtcIntersect8", scene, options_of(arguments), rays, 8, valid);
 }
 void rtcIntersect16(const int* valid, RTCScene scene, RTCRayHit16* rays,
                     RTCIntersectArguments* arguments) {
-    if (const Forward to = forward(scene))
-        return to->rtcIntersect16(valid, to.scene, rays, arguments);
     trace_packet<kClosest>("rtcIntersect16", scene, options_of(arguments), rays, 16, valid);
 }
 void rtcOccluded4(const int* valid, RTCScene scene, RTCRay4* rays,
                   RTCOccludedArguments* arguments) {
-    if (const Forward to = forward(scene))
-        return to->rtcOccluded4(valid, to.scene, rays, arguments);
     trace_packet<kOcclusion>("rtcOccluded4", scene, options_of(arguments), rays, 4, valid);
 }
 void rtcOccluded8(const int* valid, RTCScene scene, RTCRay8* rays,
                   RTCOccludedArguments* arguments) {
-    if (const Forward to = forward(scene))
-        return to->rtcOccluded8(valid, to.scene, rays, arguments);
     trace_packet<kOcclusion>("rtcOccluded8", scene, options_of(arguments), rays, 8, valid);
 }
 void rtcOccluded16(const int* valid, RTCScene scene, RTCRay16* rays,
                    RTCOccludedArguments* arguments) {
-    if (const Forward to = forward(scene))
-        return to->rtcOccluded16(valid, to.scene, rays, arguments);
     trace_packet<kOcclusion>("rtcOccluded16", scene, options_of(arguments), rays, 16, valid);
 }
 

@@ -1,25 +1,12 @@
 #include "embree/scene/committed.h"
 
-#include <algorithm>
 #include <array>
-#include <new>
 #include <set>
-#include <utility>
 
 #include "embree/thread_owned.h"
 
 namespace mray::embree {
 namespace {
-
-bool fits(const Committed& spare, const BuildWay& way, const std::vector<Part>& parts,
-          const std::vector<std::vector<std::uint32_t>>& triangles) {
-    return spare.way == way && spare.triangles == triangles &&
-           std::equal(parts.begin(), parts.end(), spare.parts.begin(), spare.parts.end(),
-                      [](const Part& part, const Part& old) {
-                          return part.vertices.count == old.own_positions.size() &&
-                                 part.used_vertices == old.used_vertices;
-                      });
-}
 
 /// Answers of Committed::visible() in the thread: rays of a few kinds, each with a mask, come in
 /// turn.
@@ -66,43 +53,6 @@ std::span<const std::uint8_t> Committed::visible(unsigned int ray_mask) const {
     made.settings_number = settings_number;
     made.ray_mask = ray_mask;
     return made.is_visible;
-}
-
-void SpareTrees::keep(std::unique_ptr<Committed> spare) noexcept {
-    spare->forget_boxes();
-    for (Part& part : spare->parts) {
-        Part rest;
-        rest.own_positions = std::move(part.own_positions);
-        rest.used_vertices = part.used_vertices;
-        part = std::move(rest);
-    }
-    const std::scoped_lock lock(mutex_);
-    try {
-        spares_.push_back(std::move(spare));
-    } catch (const std::bad_alloc&) {
-        // A later scene builds its tree.
-    }
-}
-
-std::unique_ptr<Committed> SpareTrees::take(
-    const BuildWay& way, const std::vector<Part>& parts,
-    const std::vector<std::vector<std::uint32_t>>& triangles) {
-    // Destroyed without the lock.
-    std::unique_ptr<Committed> dropped;
-    const std::scoped_lock lock(mutex_);
-    const auto found = std::find_if(spares_.begin(), spares_.end(), [&](const auto& spare) {
-        return fits(*spare, way, parts, triangles);
-    });
-    if (found != spares_.end()) {
-        std::unique_ptr<Committed> spare = std::move(*found);
-        spares_.erase(found);
-        return spare;
-    }
-    if (!spares_.empty()) {
-        dropped = std::move(spares_.front());
-        spares_.pop_front();
-    }
-    return nullptr;
 }
 
 }  // namespace mray::embree

@@ -1,10 +1,9 @@
-// A scene as it was committed, and the trees of scenes that are no more.
+// A scene as it was committed.
 #pragma once
 
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -32,9 +31,6 @@ struct Committed {
     /// Nothing if the scene has no triangles.
     std::optional<morphray::Scene> scene;
     BuildWay way;
-    /// The triangles of each part, three numbers of vertices each, in a scene whose tree a later
-    /// one may take.
-    std::vector<std::vector<std::uint32_t>> triangles;
     bool is_robust = false;
     /// Whether rays are compared with masks: only where the caller has set one.
     bool uses_masks = false;
@@ -71,24 +67,6 @@ private:
     mutable std::atomic<const BoxTree*> boxes_ = nullptr;
     mutable std::unique_ptr<const BoxTree> made_boxes_;
     mutable std::optional<std::vector<PrimBox>> noted_boxes_;
-};
-
-/// The trees of released dynamic scenes. A new scene with the same triangles updates such a tree
-/// instead of building one: Blender's viewport creates its scenes again at each change. Threads may
-/// use it at the same time.
-class SpareTrees {
-public:
-    /// Takes a scene that has `triangles`, and lets go of what its caller gave.
-    void keep(std::unique_ptr<Committed> spare) noexcept;
-    /// Returns a scene that was built over these triangles in this way, and whose parts have as
-    /// many vertices, and as many used ones. Returns null if there is none, and drops the oldest
-    /// one: so at most one is kept for each scene that was released and not replaced.
-    std::unique_ptr<Committed> take(const BuildWay& way, const std::vector<Part>& parts,
-                                    const std::vector<std::vector<std::uint32_t>>& triangles);
-
-private:
-    std::mutex mutex_;
-    std::deque<std::unique_ptr<Committed>> spares_;
 };
 
 }  // namespace mray::embree

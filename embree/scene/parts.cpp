@@ -21,7 +21,7 @@ public:
             if (!geometry->is_instance()) {
                 append(id, *geometry);
             }
-            for (const SceneObject* const scene : geometry->instanced_scenes()) {
+            if (const SceneObject* const scene = geometry->instanced_scene()) {
                 if (chain_.size() == kMostLevels)
                     fail_argument("instances are nested more than 32 levels deep");
                 collect(scene->attachments());
@@ -159,8 +159,7 @@ morphray::MeshView Part::view(std::vector<std::uint32_t>& triangles) const {
     } else {
         view.positions = {vertices.data, used_vertices, vertices.stride};
     }
-    bool are_in_place =
-        triangles.empty() && !is_quads && indices.stride == 3 * sizeof(std::uint32_t);
+    bool are_in_place = !is_quads && indices.stride == 3 * sizeof(std::uint32_t);
     const std::size_t count = triangle_count();
     std::array<std::uint32_t, 3> corners;
     for (std::size_t i = 0; are_in_place && i < count; ++i)
@@ -169,19 +168,14 @@ morphray::MeshView Part::view(std::vector<std::uint32_t>& triangles) const {
         view.triangles = {indices.at<std::uint32_t>(0), 3 * count};
         return view;
     }
-    if (triangles.empty()) list_triangles(triangles);
-    view.triangles = triangles;
-    return view;
-}
-
-void Part::list_triangles(std::vector<std::uint32_t>& triangles) const {
-    triangles.reserve(3 * triangle_count());
-    std::array<std::uint32_t, 3> corners;
-    for (std::size_t i = 0; i < triangle_count(); ++i) {
+    triangles.reserve(3 * count);
+    for (std::size_t i = 0; i < count; ++i) {
         // A triangle without an area is never hit.
         if (!find_traced_corners(i, corners)) corners = {0, 0, 0};
         triangles.insert(triangles.end(), corners.begin(), corners.end());
     }
+    view.triangles = triangles;
+    return view;
 }
 
 std::vector<Part> collect_parts(const Attachments& attachments) {

@@ -36,8 +36,8 @@ struct Part {
     std::vector<unsigned int> masks = {};
     Transform to_world = {};
     Transform to_object = {};
-    /// Whether the tracer reads own_positions and not the caller's: those of instances, of meshes
-    /// with vertices too far away, and of all meshes of a scene whose tree a later one may take.
+    /// Whether the tracer reads own_positions and not the caller's: those of instances and of
+    /// meshes with vertices too far away.
     bool has_own_positions = false;
     /// In the space of the scene; no numbers for vertices that are out of range.
     std::vector<morphray::Vec3> own_positions = {};
@@ -109,10 +109,7 @@ struct Part {
     void measure();
     /// Reads masks again. Returns whether any was set by the caller.
     bool read_masks();
-    /// Appends the vertices of all triangles.
-    void list_triangles(std::vector<std::uint32_t>& triangles) const;
-    /// For Scene::build(). `triangles` has those of list_triangles(), or is empty: memory that it
-    /// may use for them.
+    /// For Scene::build(). `triangles` is memory that it may use for the vertices of triangles.
     morphray::MeshView view(std::vector<std::uint32_t>& triangles) const;
 };
 

@@ -1,14 +1,13 @@
 #include "embree/scene/scene.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <map>
 #include <optional>
 #include <span>
 #include <string>
 #include <utility>
-
-#include "embree/scene/reading.h"
 
 namespace mray::embree {
 namespace {
@@ -66,11 +65,10 @@ void prepare(std::vector<Part>& parts) {
     }
 }
 
-/// Builds the tree of parts that are prepared, which is none without triangles. `triangles` are
-/// those of Part::view().
+/// Builds the tree of parts that are prepared, which is none without triangles.
 std::optional<morphray::Scene> build_tree(const std::vector<Part>& parts, const BuildWay& way,
-                                          std::vector<std::vector<std::uint32_t>>& triangles,
                                           const morphray::Device& tracer) {
+    std::vector<std::vector<std::uint32_t>> triangles(parts.size());
     std::vector<morphray::MeshView> views;
     for (std::size_t i = 0; i < parts.size(); ++i) views.push_back(parts[i].view(triangles[i]));
     if (triangle_count(parts) == 0) return std::nullopt;
@@ -80,16 +78,18 @@ std::optional<morphray::Scene> build_tree(const std::vector<Part>& parts, const 
     return morphray::Scene::build(std::span<const morphray::MeshView>(views), tracer, options);
 }
 
+/// Prints on stderr, once, why a scene is not answered: some programs do not show errors.
+void announce_unsupported(const std::string& reason) {
+    static std::atomic<bool> is_said = false;
+    if (is_said.exchange(true)) return;
+    std::fprintf(stderr, "morphray: %s: no ray of such scenes hits\n", reason.c_str());
+}
+
 }  // namespace
 
-SceneObject::SceneObject(Device& device) : device_(&device) {
-    if (device.twin() != nullptr) twin_ = device.fallback()->rtcNewScene(device.twin());
-}
+SceneObject::SceneObject(Device& device) : device_(&device) {}
 
-SceneObject::~SceneObject() {
-    on_twin(*this, &Fallback::rtcReleaseScene);
-    give_away();
-}
+SceneObject::~SceneObject() { forget(); }
 
 unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
     if (&geometry.device() != device_.get()) fail_argument("the geometry is of another device");
@@ -109,7 +109,6 @@ unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
         by_id_[id] = &geometry;
     }
     attachments_.emplace(id, Ref<Geometry>(&geometry));
-    on_twin(*this, &Fallback::rtcAttachGeometryByID, geometry.twin(), id);
     return id;
 }
 
@@ -117,7 +116,6 @@ void SceneObject::detach(unsigned int id) {
     const std::scoped_lock lock(mutex_);
     const auto found = attachments_.find(id);
     if (found == attachments_.end()) fail_operation("no geometry has the ID " + std::to_string(id));
-    on_twin(*this, &Fallback::rtcDetachGeometry, id);
     attachments_.erase(found);
     if (id < by_id_.size()) by_id_[id] = nullptr;
     lowest_free_ = std::min(lowest_free_, id);
@@ -134,21 +132,16 @@ Geometry* SceneObject::find_locked(unsigned int id) const {
     return find(id);
 }
 
-void SceneObject::set_flags(RTCSceneFlags flags) {
-    flags_ = flags;
-    on_twin(*this, &Fallback::rtcSetSceneFlags, flags);
-}
+void SceneObject::set_flags(RTCSceneFlags flags) { flags_ = flags; }
 
 void SceneObject::set_build_quality(RTCBuildQuality quality) {
     if (quality > RTC_BUILD_QUALITY_HIGH) fail_argument("the build quality is unknown");
     quality_ = quality;
-    on_twin(*this, &Fallback::rtcSetSceneBuildQuality, quality);
 }
 
 void SceneObject::set_progress_function(RTCProgressMonitorFunction function, void* user) {
     progress_function_ = function;
     progress_user_ = user;
-    on_twin(*this, &Fallback::rtcSetSceneProgressMonitorFunction, function, user);
 }
 
 void SceneObject::report_progress(double part) const {
@@ -156,32 +149,18 @@ void SceneObject::report_progress(double part) const {
         throw Failure{RTC_ERROR_CANCELLED, "the progress monitor ended the commit"};
 }
 
-void SceneObject::take_from_queries() {
-    const Committed* const before = current_.exchange(nullptr, std::memory_order_acq_rel);
-    if (before == nullptr || wait_for_queries(*before)) return;
-    current_.store(before, std::memory_order_release);
-    fail_operation("queries of the scene are under way");
-}
-
 void SceneObject::commit() {
     const std::scoped_lock lock(commit_mutex_);
-    std::vector<Part> parts;
     try {
-        parts = collect_parts(attachments());
+        commit_parts(collect_parts(attachments()));
     } catch (const Unsupported& what) {
-        take_from_queries();
-        announce_unsupported(what.message, device_->fallback());
-        if (twin_ == nullptr) throw;
+        announce_unsupported(what.message);
         forget();
-        commit_twin();
-        return;
+        throw;
     } catch (...) {
-        take_from_queries();
+        forget();
         throw;
     }
-    is_twin_committed_.store(false, std::memory_order_release);
-    commit_parts(std::move(parts));
-    if (twin_ != nullptr && device_->has_user_geometry()) commit_twin();
 }
 
 void SceneObject::commit_parts(std::vector<Part> parts) {
@@ -190,17 +169,14 @@ void SceneObject::commit_parts(std::vector<Part> parts) {
     const bool is_robust = (flags_ & RTC_SCENE_FLAG_ROBUST) != 0;
     if (is_kept && committed_->is_robust == is_robust &&
         have_same_versions(committed_->parts, parts)) {
-        current_.store(committed_.get(), std::memory_order_release);
         return;
     }
-    take_from_queries();
     report_progress(0);
     if (!is_kept || !update(parts)) build(std::move(parts));
     committed_->is_robust = is_robust;
     committed_->read_settings();
     if (has_point_queries_.load(std::memory_order_relaxed)) committed_->note_boxes();
     report_progress(1);
-    current_.store(committed_.get(), std::memory_order_release);
 }
 
 void SceneObject::forget() {
@@ -208,74 +184,21 @@ void SceneObject::forget() {
     committed_ = nullptr;
 }
 
-void SceneObject::give_away() {
-    if (committed_ == nullptr || committed_->triangles.empty()) return forget();
-    device_->give_memory(committed_->bytes);
-    device_->spare_trees().keep(std::move(committed_));
-}
-
-/// Queries during it are those of the program to avoid, as they are with Embree: the twin cannot
-/// say whether it has anything to do.
-void SceneObject::commit_twin() {
-    const Fallback& fallback = *device_->fallback();
-    fallback.rtcGetDeviceError(device_->twin());
-    commit_twins(0);
-    const RTCError error = fallback.rtcGetDeviceError(device_->twin());
-    is_twin_committed_.store(error == RTC_ERROR_NONE, std::memory_order_release);
-}
-
-void SceneObject::commit_twins(std::size_t level) {
-    if (level == kMostLevels) fail_argument("instances are nested more than 32 levels deep");
-    for (const auto& [id, geometry] : attachments())
-        for (SceneObject* const scene : geometry->instanced_scenes())
-            scene->commit_twins(level + 1);
-    on_twin(*this, &Fallback::rtcJoinCommitScene);
-}
-
 void SceneObject::build(std::vector<Part> parts) {
-    give_away();
-    const BuildWay way{quality_, is_any_refitted(parts)};
-    const bool is_reusable = (flags_ & RTC_SCENE_FLAG_DYNAMIC) != 0;
-    std::vector<std::vector<std::uint32_t>> triangles(parts.size());
-    std::unique_ptr<Committed> made;
-    for (Part& part : parts) part.find_used_vertices();
-    if (is_reusable) {
-        for (std::size_t i = 0; i < parts.size(); ++i) {
-            parts[i].has_own_positions = true;
-            parts[i].list_triangles(triangles[i]);
-        }
-        made = device_->spare_trees().take(way, parts, triangles);
-    }
-    const bool is_new = made == nullptr;
-    if (is_new) {
-        made = std::make_unique<Committed>();
-        made->way = way;
-    } else {
-        // The tree reads positions where they are.
-        for (std::size_t i = 0; i < parts.size(); ++i)
-            parts[i].own_positions = std::move(made->parts[i].own_positions);
-    }
+    forget();
+    auto made = std::make_unique<Committed>();
+    made->way = {quality_, is_any_refitted(parts)};
     made->parts = std::move(parts);
+    for (Part& part : made->parts) part.find_used_vertices();
     prepare(made->parts);
     made->bytes = bytes_of(made->parts);
     device_->take_memory(made->bytes);
-    try {
-        if (is_new) {
-            made->scene = build_tree(made->parts, way, triangles, device_->tracer());
-        } else if (made->scene) {
-            made->scene->update_with_new_bounds();
-        }
-    } catch (...) {
-        device_->give_memory(made->bytes);
-        throw;
-    }
-    if (device_->is_verbose()) {
-        std::fprintf(stderr, "morphray: %s %zu triangles\n",
-                     is_new ? "built a tree of" : "updated an earlier scene's tree of",
-                     triangle_count(made->parts));
-    }
-    if (is_new && is_reusable) made->triangles = std::move(triangles);
     committed_ = std::move(made);
+    committed_->scene = build_tree(committed_->parts, committed_->way, device_->tracer());
+    if (device_->is_verbose()) {
+        std::fprintf(stderr, "morphray: built a tree of %zu triangles\n",
+                     triangle_count(committed_->parts));
+    }
 }
 
 /// Follows positions and transformations: `parts` have those of the caller.
@@ -296,18 +219,12 @@ bool SceneObject::update(const std::vector<Part>& parts) {
     }
     if (!moved.empty()) committed_->forget_boxes();
     if (moved.empty() || !committed_->scene) return true;
-    try {
-        if (moved.size() == 1) {
-            const Part& part = committed_->parts[moved.front()];
-            if (part.used_vertices == 0) return true;
-            committed_->scene->update(static_cast<std::uint32_t>(moved.front()), 0,
-                                      part.used_vertices);
-        } else {
-            committed_->scene->update();
-        }
-    } catch (...) {
-        forget();
-        throw;
+    if (moved.size() == 1) {
+        const Part& part = committed_->parts[moved.front()];
+        if (part.used_vertices == 0) return true;
+        committed_->scene->update(static_cast<std::uint32_t>(moved.front()), 0, part.used_vertices);
+    } else {
+        committed_->scene->update();
     }
     return true;
 }

@@ -11,26 +11,14 @@
 
 namespace mray::embree {
 
-/// Queries may be asked by many threads at the same time, but not during a commit: those that begin
-/// during one are refused, and a commit is if one stays under way. Geometries may be attached by
-/// several threads at the same time.
+/// Queries may be asked by many threads at the same time. A commit that changes a scene during its
+/// queries is undefined. Geometries may be attached by several threads at the same time.
 class SceneObject final : public Object {
 public:
     explicit SceneObject(Device& device);
     ~SceneObject() override;
 
     Device& device() const { return *device_; }
-    /// That of the fallback library; null: none.
-    RTCScene twin() const { return twin_; }
-    /// The twin, if it answers the queries.
-    RTCScene twin_in_use() const {
-        return current() == nullptr && is_twin_committed_.load(std::memory_order_acquire) ? twin_
-                                                                                          : nullptr;
-    }
-    /// The twin, if it may be asked at all: rays of user geometries go from twin to twin.
-    RTCScene committed_twin() const {
-        return is_twin_committed_.load(std::memory_order_acquire) ? twin_ : nullptr;
-    }
 
     /// The lowest ID that is free, or `id` if it is given. Throws Failure if that is taken.
     unsigned int attach(Geometry& geometry, unsigned int id = kInvalid);
@@ -51,10 +39,13 @@ public:
 
     /// Brings queries to the geometries. Several threads may call it: the first one works, the
     /// others wait. Throws Failure or morphray::Error; then queries are refused until a later
-    /// commit succeeds. A scene with what is not supported is committed as its twin, if it has one.
+    /// commit succeeds.
     void commit();
-    /// Null before the first commit, during one, and if the twin is in use.
-    const Committed* current() const { return current_.load(std::memory_order_acquire); }
+    /// Throws Failure if there was no commit, or the last one failed.
+    const Committed& committed() const {
+        if (committed_ == nullptr) fail_operation("the scene is not committed");
+        return *committed_;
+    }
     /// To be called by each point query: from the first one on, commits make ready for others.
     void note_point_query() {
         if (!has_point_queries_.load(std::memory_order_relaxed))
@@ -63,14 +54,7 @@ public:
 
 private:
     void commit_parts(std::vector<Part> parts);
-    void commit_twin();
-    /// Commits the twins of instanced scenes, then that of this one.
-    void commit_twins(std::size_t level);
-    /// Takes committed_ from queries. Throws Failure, and leaves it, if one stays under way.
-    void take_from_queries();
     void forget();
-    /// As forget(), but leaves the tree to a later scene if it may have it.
-    void give_away();
     void build(std::vector<Part> parts);
     /// Returns false if the tree has other triangles than it must have at these positions.
     bool update(const std::vector<Part>& parts);
@@ -90,25 +74,7 @@ private:
 
     std::mutex commit_mutex_;
     std::unique_ptr<Committed> committed_;
-    std::atomic<const Committed*> current_ = nullptr;
     std::atomic<bool> has_point_queries_ = false;
-
-    RTCScene twin_ = nullptr;
-    std::atomic<bool> is_twin_committed_ = false;
 };
-
-/// The fallback library and the twin that answers a scene there; false: the scene is ours.
-struct Forward {
-    const Fallback* library = nullptr;
-    RTCScene scene = nullptr;
-
-    explicit operator bool() const { return scene != nullptr; }
-    const Fallback* operator->() const { return library; }
-};
-inline Forward forward(RTCScene handle) {
-    const auto* const scene = reinterpret_cast<const SceneObject*>(handle);
-    if (scene == nullptr || scene->twin_in_use() == nullptr) return {};
-    return {scene->device().fallback(), scene->twin_in_use()};
-}
 
 }  // namespace mray::embree

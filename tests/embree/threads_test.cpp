@@ -156,38 +156,6 @@ TEST(DoorThreads, CommitScenesOfTheirOwnAtTheSameTime) {
     rtcReleaseScene(child);
 }
 
-TEST(DoorThreads, CommitsWhileOthersTraceEndInErrors) {
-    const Door door;
-    Waves waves(30);
-    RTCGeometry mesh = door.triangles(waves.vertices, waves.indices);
-    RTCScene scene = door.committed({mesh});
-    std::atomic<bool> is_done = false;
-    std::atomic<int> wrong = 0;
-    int done = 0;
-    run_together(4, [&](std::size_t thread) {
-        while (thread > 0 && !is_done) {
-            const RTCRayHit hit = trace(scene, down(0.4f, 0.5f));
-            const RTCError error = door.error();
-            if (hit.hit.geomID != (error == RTC_ERROR_NONE ? 0 : kInvalid)) ++wrong;
-            if (error != RTC_ERROR_NONE && error != RTC_ERROR_INVALID_OPERATION) ++wrong;
-        }
-        if (thread > 0) return;
-        for (int i = 0; done < 40 && i < 1000000; ++i) {
-            rtcUpdateGeometryBuffer(mesh,
-                                    i % 2 == 0 ? RTC_BUFFER_TYPE_INDEX : RTC_BUFFER_TYPE_VERTEX, 0);
-            rtcCommitScene(scene);
-            const RTCError error = door.error();
-            if (error == RTC_ERROR_NONE) ++done;
-            if (error != RTC_ERROR_NONE && error != RTC_ERROR_INVALID_OPERATION) ++wrong;
-            std::this_thread::yield();
-        }
-        is_done = true;
-    });
-    EXPECT_EQ(wrong, 0);
-    EXPECT_EQ(done, 40);
-    rtcReleaseScene(scene);
-}
-
 /// Packets of 16 are traced in memory that each thread keeps.
 TEST(DoorThreads, TracePacketsInMemoryOfTheirOwn) {
     const Door door;
