@@ -8,8 +8,8 @@
 namespace mray::gpu {
 
 /// Whether lavapipe was told to use vectors of another width than most machines have. Mesa 25.0.7,
-/// unlike 22.3.6, then crashes (4 lanes: it stores vectors of 8 to places that are aligned for 4) or
-/// gives wrong results (16 lanes: right ones without LLVM's optimisations, GALLIVM_PERF=nopt).
+/// unlike 22.3.6, then crashes (4 lanes: it stores vectors of 8 to places that are aligned for 4)
+/// or gives wrong results (16 lanes: right ones without LLVM's optimisations, GALLIVM_PERF=nopt).
 bool has_unsound_width(const VkPhysicalDeviceDriverProperties& driver, std::uint32_t subgroup_size);
 
 /// Rounds up to a multiple of 16 that is not a power of two. Lavapipe compiles a kernel again when
