@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "accuracy/charts/chart_page.h"
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
 #include "accuracy/methods/median_tree.h"
@@ -60,6 +61,21 @@ struct Counted {
                                    .footer = "machine; command",
                                    .step = [this] { ++steps; }};
 };
+
+TEST(ChartPage, NamesTheNumbersOfPointsBelowTheImageForPhones) {
+    const Counted counted;
+    const accuracy::Chart chart = accuracy::accuracy_chart(counted.context, cloth(), "");
+    const accuracy::PagedChart paged = accuracy::page_chart(chart);
+    std::string list = "<ol class=\"phone\">";
+    for (const plot::PointName& name : chart.figure.panels[0].point_names) {
+        const std::string shown = ">" + name.text + "<";
+        EXPECT_NE(paged.svg.find(shown), std::string::npos) << name.text;
+        EXPECT_EQ(paged.phone_svg.find(shown), std::string::npos) << name.text;
+        list += "<li>" + name.text + "</li>";
+    }
+    const std::string page = accuracy::chart_page({paged}, "machine", "command");
+    EXPECT_NE(page.find("</div>\n" + list + "</ol>"), std::string::npos);
+}
 
 TEST(Chart, TakesAsManyStepsAsAnnounced) {
     Counted accuracy;

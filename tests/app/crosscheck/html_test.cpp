@@ -7,6 +7,9 @@
 #include "app/report/crosscheck/crosscheck_html.h"
 #include "common/text/utf8.h"
 #include "tests/app/crosscheck/planted_checks.h"
+#include "tests/support/temporary_folder.h"
+#include "tools/process/shell_command.h"
+#include "tools/process/shell_text.h"
 
 namespace mray::test {
 namespace {
@@ -206,6 +209,20 @@ TEST(CrosscheckPage, HasEachSceneOfSeveral) {
     EXPECT_EQ(page.find("morphray probe builtin:one "), std::string::npos);
     ASSERT_EQ(embedded(page)["scenes"].size(), 2u);
     EXPECT_EQ(embedded(page)["scenes"][1]["scene"], "builtin:two");
+}
+
+TEST(CrosscheckPage, IsShownByABrowser) {
+    if (run_shell("command -v chromium").status != 0)
+        GTEST_SKIP() << "chromium is not installed: sudo apt-get install chromium";
+    const TemporaryFolder folder;
+    folder.write("page.html", page_of(planted_run(2, 1, 16)));
+    const std::string dom =
+        run_shell("cd " + shell_quoted(folder.path().string()) +
+                  " && HOME=$PWD timeout 120 chromium --headless --no-sandbox --disable-gpu "
+                  "--disable-dev-shm-usage --dump-dom page.html 2>/dev/null")
+            .text;
+    EXPECT_NE(dom.find("3 of 12 images differ"), std::string::npos) << dom;
+    EXPECT_EQ(count(dom, "<img "), 9u);
 }
 
 }  // namespace
