@@ -76,12 +76,6 @@ TEST(Compare, EveryPlantedDifferenceIsFound) {
 CheckRun run_of(const CheckReport& report) {
     CheckRun run;
     run.environment.simd = {"avx2", "scalar"};
-    morphray::VulkanDeviceInfo device;
-    device.name = "A <GPU>";
-    device.driver = "driver 1.2";
-    device.api_major = 1;
-    device.api_minor = 3;
-    run.environment.devices = {device};
     run.scenes = {report};
     return run;
 }
@@ -184,14 +178,13 @@ TEST(Junit, DifferencesAreFailures) {
 }
 
 TEST(Junit, HasTheEnvironmentAsProperties) {
-    const std::string xml = to_junit(run_of(planted_report()));
+    CheckReport report = planted_report();
+    report.device = "A <GPU>";
+    const std::string xml = to_junit(run_of(report));
     for (const char* property :
-         {"name=\"device\" value=\"A &lt;GPU&gt;\"", "name=\"driver\" value=\"driver 1.2\"",
-          "name=\"api_version\" value=\"Vulkan 1.3\"",
-          "name=\"instruction_sets\" value=\"avx2, scalar\"",
-          "name=\"program_version\" value=\""}) {
+         {"name=\"device\" value=\"A &lt;GPU&gt;\"",
+          "name=\"instruction_sets\" value=\"avx2, scalar\"", "name=\"program_version\" value=\""})
         EXPECT_NE(xml.find(property), std::string::npos) << property << xml;
-    }
     EXPECT_LT(xml.find("</properties>"), xml.find("<testcase"));
 }
 

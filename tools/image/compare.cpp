@@ -11,6 +11,13 @@
 namespace mray {
 namespace {
 
+struct DifferenceKind {
+    std::uint64_t FrameDifference::*count;
+    const char* one;
+    const char* several;
+    std::uint32_t colour;
+};
+
 enum class Kind { kFalseMiss, kFalseHit, kPrimId, kT, kUv, kOcclusion, kColour };
 constexpr std::size_t kKindCount = 7;
 /// In the order of Kind.
@@ -74,8 +81,6 @@ void paint_around(Image& image, std::uint32_t x, std::uint32_t y, std::uint32_t 
 }
 
 }  // namespace
-
-std::span<const DifferenceKind> difference_kinds() { return kKinds; }
 
 FrameDifference compare_frames(const Frame& expected, const Frame& actual, std::size_t keep) {
     assert_comparable(expected, actual);

@@ -41,17 +41,6 @@ struct FrameDifference {
     }
 };
 
-/// Counter, name in singular and plural, and colour in difference images of a kind of difference.
-struct DifferenceKind {
-    std::uint64_t FrameDifference::*count;
-    const char* one;
-    const char* several;
-    std::uint32_t colour;
-};
-
-/// All kinds, in the order in which a pixel is counted.
-std::span<const DifferenceKind> difference_kinds();
-
 /// Compares floats as bits. Both frames have the same size (asserted).
 FrameDifference compare_frames(const Frame& expected, const Frame& actual, std::size_t keep = 10);
 

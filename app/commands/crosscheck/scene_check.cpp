@@ -58,7 +58,7 @@ public:
         const auto on_row = [&](const CheckRow& row, const Frame& expected, const Frame& actual) {
             throw_if_interrupted();
             report_.rows.push_back(row);
-            if (!row.equal()) keep_images(row, expected, actual);
+            if (!row.equal()) keep_image(row, expected, actual);
             progress.update(report_.rows.size());
         };
         const CheckedFrame checked = checker_.check(frame, rays_, on_image, on_row);
@@ -87,12 +87,12 @@ public:
     }
 
 private:
-    void keep_images(const CheckRow& row, const Frame& expected, const Frame& actual) {
+    void keep_image(const CheckRow& row, const Frame& expected, const Frame& actual) {
         make_output_folder(folder_);
-        write_file(folder_ / image_name(row, digits_),
-                   encode_png(difference_image(expected, actual)));
-        if (options_.html.empty() || report_.images.size() >= kRowsWithImages) return;
-        report_.images.push_back(images_of(report_.rows.size() - 1, row, expected, actual));
+        std::vector<std::byte> png = encode_png(difference_image(expected, actual));
+        write_file(folder_ / image_name(row, digits_), png);
+        if (!options_.html.empty() && report_.images.size() < kRowsWithImages)
+            report_.images.push_back({report_.rows.size() - 1, std::move(png)});
     }
 
     const Options& options_;

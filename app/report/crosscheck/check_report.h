@@ -12,9 +12,6 @@
 
 namespace mray::app {
 
-/// Pixels of a comparison that tables and pages describe.
-inline constexpr std::size_t kShownPixels = 3;
-
 /// The comparison of one variant of one frame with the reference.
 struct CheckRow {
     double frame = 0;
@@ -102,24 +99,11 @@ struct ExpectedRow {
     bool equal() const { return problem.empty(); }
 };
 
-/// Both images of a row around its first differing pixel, as PNG files.
-struct RowImages {
-    /// The index of the row.
+/// A page shows this PNG file, the difference image of a row.
+struct RowImage {
     std::size_t row = 0;
-    std::uint32_t left = 0;
-    std::uint32_t top = 0;
-    std::uint32_t width = 0;
-    std::uint32_t height = 0;
-    std::vector<std::byte> expected;
-    std::vector<std::byte> actual;
-    std::vector<std::byte> difference;
-
-    std::size_t bytes() const { return expected.size() + actual.size() + difference.size(); }
+    std::vector<std::byte> png;
 };
-
-/// The images of a row for a page, cut to at most 256 x 256 pixels. The frames differ.
-RowImages images_of(std::size_t row_index, const CheckRow& row, const Frame& expected,
-                    const Frame& actual);
 
 /// One scene.
 struct CheckReport {
@@ -141,8 +125,8 @@ struct CheckReport {
     std::vector<ReferenceImage> references;
     /// For --expect.
     std::vector<ExpectedRow> expected;
-    /// Images of the first rows that differ, for a page.
-    std::vector<RowImages> images;
+    /// The first rows that differ have images here if there is a page.
+    std::vector<RowImage> images;
 
     std::size_t comparisons() const {
         return rows.size() + trees.size() + queries.size() + expected.size();

@@ -8,9 +8,8 @@
 
 namespace mray::app {
 
-/// HTML that needs no other file and no network: the verdict, for each scene a matrix of its
-/// variants and images, the images that differ with both images and the commands that trace a
-/// pixel, the environment, and the object of --json. A page of 500 comparisons has at most 5 MB.
+/// HTML that needs no other file and no network. It holds the object of --json with one more
+/// member, "details": the pixels, commands and difference images of rows that differ.
 std::string to_html(const Options& options, const CheckRun& run);
 
 }  // namespace mray::app

@@ -12,8 +12,9 @@
 namespace mray::app {
 namespace {
 
-// Comparisons that are described in detail.
+// The text describes so many comparisons, and so many pixels of each.
 constexpr std::size_t kShownRows = 8;
+constexpr std::size_t kShownPixels = 3;
 
 std::string describe_hit(const Hit& hit, std::uint32_t occlusion, std::uint32_t pixel) {
     const std::string shading =

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "app/commands/crosscheck/query_check.h"
-#include "app/report/crosscheck/crosscheck_html.h"
 #include "app/report/crosscheck/crosscheck_text.h"
 #include "app/report/crosscheck/junit.h"
 #include "common/bvh/builder/bvh_builder.h"
@@ -99,11 +98,6 @@ TEST(QueryCheck, ReportsNameTheAnswersThatDiffer) {
         << app::table_text(report);
     EXPECT_NE(app::to_json(run).find("\"all_hits\": 3"), std::string::npos);
     EXPECT_NE(app::to_junit(run).find("<failure message=\"3 rays differ"), std::string::npos);
-    app::Options options;
-    options.view.width = options.view.height = 8;
-    const std::string page = app::to_html(options, run);
-    EXPECT_NE(page.find("1 of 2 sets of answers to queries differs."), std::string::npos);
-    EXPECT_NE(page.find(line), std::string::npos);
 }
 
 }  // namespace
