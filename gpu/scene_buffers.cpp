@@ -1,5 +1,8 @@
 #include "gpu/scene_buffers.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cstring>
@@ -46,9 +49,16 @@ std::size_t bytes_of_vertex(BufferKind kind) {
 void write_positions(BufferKind kind, std::span<const vec3> positions, std::span<std::byte> out) {
     if (kind == BufferKind::kTexels) {
         write_padded(positions, out);
-    } else {
-        std::memcpy(out.data(), positions.data(), positions.size_bytes());
+        return;
     }
+    // One thread would take longer than the bus.
+    constexpr std::size_t kGrain = std::size_t{1} << 18;
+    const std::span<const std::byte> bytes = std::as_bytes(positions);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, bytes.size(), kGrain),
+                      [&](const tbb::blocked_range<std::size_t>& part) {
+                          std::memcpy(out.data() + part.begin(), bytes.data() + part.begin(),
+                                      part.size());
+                      });
 }
 
 UniqueBufferView words_of(Device& device, BufferKind kind, const char* name, const Buffer& buffer) {
