@@ -10,13 +10,11 @@
 #include "app/commands/profile/profile_policies.h"
 #include "app/commands/profile/shown_rows.h"
 #include "app/commands/profile/stage_profiler.h"
-#include "app/commands/profile/yardstick.h"
 #include "app/report/profile_report.h"
 #include "app/report/profile_table.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/version.h"
-#include "tools/measure/machine_load.h"
 #include "tools/process/shell_text.h"
 
 namespace mray::app {
@@ -43,33 +41,18 @@ ProfileReport empty_report(const Options& options, const Clip& clip) {
     report.rays = name_of_rays(options.view.rays);
     report.repeat = options.repeat;
     report.version = kVersion;
-    report.yardstick = Yardstick::kName;
     report.options = measured_options(options);
     return report;
-}
-
-/// Throws Error(kBadInput) unless the baseline has just these frames on these backends.
-void require_same_rows(const Options& options, const ProfileReport& baseline,
-                       const std::vector<BackendChoice>& choices, const std::vector<double>& frames,
-                       const Messages& messages) {
-    std::vector<std::string> backends;
-    for (const BackendChoice choice : choices) {
-        backends.push_back(make_backend(choice, options.backend, messages)->info().name);
-        require_frames(options.baseline, baseline, backends.back(), frames);
-    }
-    require_backends(options.baseline, baseline, backends);
 }
 
 /// Measures all frames on each backend, one backend after the other.
 void measure(const Options& options, SceneFrames& scene, const std::vector<double>& frames,
              const std::vector<BackendChoice>& choices, const Messages& messages,
              const ProfileLines& lines, ShownRows& shown, ProfileReport& report) {
-    const MachineLoad load;
-    Yardstick yardstick(options.backend.threads);
     Progress progress("measuring", "frame", frames.size() * choices.size(), progress_mode(options));
     for (const BackendChoice choice : choices) {
         progress.prepare("tree");
-        StageProfiler profiler(options, scene, frames.front(), choice, yardstick, messages);
+        StageProfiler profiler(options, scene, frames.front(), choice, messages);
         for (const double frame : frames) {
             throw_if_interrupted();
             progress.begin(fmt::format("frame {} on {}", frame, profiler.backend()),
@@ -80,24 +63,19 @@ void measure(const Options& options, SceneFrames& scene, const std::vector<doubl
         }
     }
     progress.finish();
-    report.waited = yardstick.waited();
-    report.others = load.others();
     report.peak_memory_bytes = peak_memory_bytes();
 }
 
-void publish_profile(const ProfileReport& report, const Options& options, const ShownRows& shown,
-                     const Messages& messages) {
+void publish_profile(const ProfileReport& report, const Options& options, const ShownRows& shown) {
     if (!options.json.empty()) write_report(options.json, to_json(report));
     if (!options.csv.empty()) write_report(options.csv, profile_table(report).csv());
     shown.finish();
-    if (report.baseline && !takes_stdout({options.json, options.csv}))
-        messages.print(baseline_text(*report.baseline));
 }
 
 }  // namespace
 
 ExitCode run_profile(const Options& options, const Messages& messages) {
-    // No verdict hangs on the runs of these, and a clip under several policies takes long.
+    // A clip under several policies takes long.
     constexpr int kOtherRuns = 5;
     Options other = options;
     if (!options.is_given("--repeat")) other.repeat = kOtherRuns;
@@ -110,8 +88,10 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
     std::optional<ProfileReport> baseline;
     const std::vector<BackendChoice> choices = profiled_backends(options, messages);
     if (!options.baseline.empty()) {
-        baseline = read_baseline(options.baseline, report);
-        require_same_rows(options, *baseline, choices, frames, messages);
+        std::vector<std::string> backends;
+        for (const BackendChoice choice : choices)
+            backends.push_back(make_backend(choice, options.backend, messages)->info().name);
+        baseline = read_baseline(options.baseline, report, backends, frames);
     }
     const ProfileLines lines(options.repeat, frames);
     ShownRows shown(lines.header(), !takes_stdout({options.json, options.csv}), messages);
@@ -125,13 +105,12 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
         }
         throw;
     }
-    if (baseline) {
-        report.baseline =
-            compare_with_baseline(options.baseline, *baseline, report, options.tolerance_percent);
-    }
-    publish_profile(report, options, shown, messages);
-    const bool is_slower = report.baseline && report.baseline->count(StageVerdict::kSlower) > 0;
-    return is_slower ? ExitCode::kCheckFailed : ExitCode::kOk;
+    publish_profile(report, options, shown);
+    if (!baseline) return ExitCode::kOk;
+    const BaselineComparison comparison =
+        compare_with_baseline(options.baseline, *baseline, report, options.tolerance_percent);
+    if (!takes_stdout({options.json, options.csv})) messages.print(comparison.text);
+    return comparison.is_slower ? ExitCode::kCheckFailed : ExitCode::kOk;
 }
 
 }  // namespace mray::app

@@ -2,7 +2,6 @@
 #include "app/report/profile_report.h"
 
 #include "app/report/json_parts.h"
-#include "app/report/profile_table.h"
 #include "common/text/number_text.h"
 #include "tools/measure/spread.h"
 
@@ -24,34 +23,7 @@ Json of(const ProfileRow& row) {
         json["least_ms"][kind.name] = spread.least;
         json["spread_percent"][kind.name] = spread.percent;
     }
-    json["yardstick_ms"] = spread_of(row.samples.yardstick).least;
     return json;
-}
-
-Json of(const BaselineReport& report) {
-    Json stages = Json::array();
-    for (const StageChange& stage : report.stages) {
-        stages.push_back({{"backend", stage.backend},
-                          {"stage", stage.stage},
-                          {"expected_ms", stage.expected_ms},
-                          {"measured_ms", stage.measured_ms},
-                          {"percent", stage.percent()},
-                          {"least_percent", 100 * (stage.ratio.least - 1)},
-                          {"most_percent", 100 * (stage.ratio.most - 1)},
-                          {"chance", stage.chance},
-                          {"worst_frame", stage.worst_frame},
-                          {"worst_percent", stage.worst_percent},
-                          {"verdict", name_of(stage.verdict)}});
-    }
-    return {{"file", report.file},
-            {"version", report.version},
-            {"tolerance_percent", report.tolerance_percent},
-            {"has_samples", report.has_samples},
-            {"confidence", report.confidence},
-            {"load_factor", report.load_factor},
-            {"slower", report.count(StageVerdict::kSlower)},
-            {"unsure", report.count(StageVerdict::kUnsure)},
-            {"stages", stages}};
 }
 
 /// Least, median and spread of the rounds.
@@ -102,12 +74,8 @@ std::string to_json(const ProfileReport& report) {
     json["complete"] = report.complete;
     json["peak_memory_bytes"] = report.peak_memory_bytes;
     json["options"] = report.options;
-    json["yardstick"] = report.yardstick;
-    json["waited"] = report.waited;
-    json["others"] = report.others;
     json["frames"] = Json::array();
     for (const ProfileRow& row : report.rows) json["frames"].push_back(of(row));
-    if (report.baseline) json["baseline"] = of(*report.baseline);
     return json_text(json);
 }
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "common/text/message_text.h"
 #include "tools/measure/spread.h"
 
 namespace mray::app {
@@ -36,39 +35,13 @@ double mrays(const ProfileRow& row, double ms) {
     return static_cast<double>(row.times.rays) / (ms * 1e3 + 1e-9);
 }
 
-std::string signed_percent(double percent) {
-    if (percent > 9999) return ">+9999";
-    return fmt::format("{:+.{}f}", percent, percent < 999.95 ? 1 : 0);
-}
-
-std::string chance_text(double chance) {
-    return chance < 1e-4 ? "<0.01" : fmt::format("{:.2f}", 100 * chance);
-}
-
-std::string too_few_text(const BaselineReport& report) {
-    if (report.runs >= report.least_runs) {
-        return fmt::format(
-            "--repeat {} of the baseline is too few to call a stage slower; {} or more are "
-            "needed\n",
-            report.baseline_runs, report.least_runs);
-    }
-    return fmt::format(
-        "--repeat {} is too few to call a stage slower; {} or more are needed, here and in the "
-        "baseline\n",
-        report.runs, report.least_runs);
-}
-
 }  // namespace
-
-std::size_t BaselineReport::count(StageVerdict verdict) const {
-    return static_cast<std::size_t>(std::ranges::count(stages, verdict, &StageChange::verdict));
-}
 
 Table profile_table(const ProfileReport& report) {
     std::vector<std::string> header = {
-        "frame",        "backend",          "deform ms",      "upload ms",        "refit ms",
-        "refit ns/tri", "rebuild ms",       "rebuild ns/tri", "trace ms",         "Mray/s",
-        "SAH cost",     "rebuilt trace ms", "rebuilt Mray/s", "rebuilt SAH cost", "yardstick ms"};
+        "frame",        "backend",          "deform ms",      "upload ms",       "refit ms",
+        "refit ns/tri", "rebuild ms",       "rebuild ns/tri", "trace ms",        "Mray/s",
+        "SAH cost",     "rebuilt trace ms", "rebuilt Mray/s", "rebuilt SAH cost"};
     for (const ShownStage& stage : kShownStages) {
         header.push_back(fmt::format("least {} ms", stage.csv_name));
         header.push_back(fmt::format("{} spread %", stage.csv_name));
@@ -90,8 +63,7 @@ Table profile_table(const ProfileReport& report) {
                                           fixed(row.sah_cost),
                                           fixed(row.trace_rebuilt_ms),
                                           fixed(mrays(row, row.trace_rebuilt_ms)),
-                                          fixed(row.rebuilt_sah_cost),
-                                          fixed(spread_of(row.samples.yardstick).least)};
+                                          fixed(row.rebuilt_sah_cost)};
         for (const ShownStage& stage : kShownStages) {
             const Spread spread = spread_of(row.samples.*stage.samples);
             cells.push_back(fixed(spread.least));
@@ -133,59 +105,6 @@ std::string ProfileLines::rows(const ProfileRow& row) const {
                          : is_new_trace ? brief(row.rebuilt_sah_cost)
                                         : ""});
     }
-    return text;
-}
-
-const char* name_of(StageVerdict verdict) {
-    switch (verdict) {
-        case StageVerdict::kTooShort:
-            return "too short";
-        case StageVerdict::kUnsure:
-            return "unsure";
-        case StageVerdict::kSame:
-            return "ok";
-        case StageVerdict::kSlower:
-            return "slower";
-        case StageVerdict::kFaster:
-            return "faster";
-    }
-    return "";
-}
-
-std::string baseline_text(const BaselineReport& report) {
-    Table table({"stage", "backend", "expected", "measured", "change", "from", "to", "chance",
-                 "worst frame", "verdict"});
-    const auto percent = [](double ratio) { return signed_percent(100 * (ratio - 1)); };
-    for (const StageChange& stage : report.stages) {
-        table.add({stage.stage, stage.backend, brief(stage.expected_ms), brief(stage.measured_ms),
-                   percent(stage.ratio.ratio), percent(stage.ratio.least),
-                   percent(stage.ratio.most), chance_text(stage.chance),
-                   fmt::format("{}: {}", stage.worst_frame, signed_percent(stage.worst_percent)),
-                   name_of(stage.verdict)});
-    }
-    std::string text = fmt::format(
-        "medians in ms; expected: as in the baseline, by the yardstick of both runs; changes in %\n"
-        "from, to: {:g} % sure for all stages together; chance: % that noise alone does it\n{}",
-        100 * report.confidence, table.text());
-    const std::size_t slower = report.count(StageVerdict::kSlower);
-    text += fmt::format("{} of {} stages more than {}% slower than in {} (morphray {})\n",
-                        slower == 0 ? "none" : fmt::format("{}", slower), report.stages.size(),
-                        report.tolerance_percent, shown(report.file), report.version);
-    if (!report.has_samples)
-        text += "the baseline has no samples: their noise is taken for that of this run\n";
-    if (report.has_too_few_runs) text += too_few_text(report);
-    const std::size_t unsure = report.count(StageVerdict::kUnsure);
-    if (unsure == 0) return text;
-    text += fmt::format("unsure: {} of {} stages; the noise of the runs hides changes of {}%\n",
-                        unsure, report.stages.size(), report.tolerance_percent);
-    if (report.load_factor > 1) {
-        text += fmt::format(
-            "the machine was busy, which may change times by a factor of {:.1f}: repeat on an idle "
-            "one\n",
-            report.load_factor);
-    }
-    if (!report.has_too_few_runs && report.load_factor == 1)
-        text += "more runs tell more: give a larger --repeat\n";
     return text;
 }
 

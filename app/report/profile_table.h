@@ -28,11 +28,4 @@ private:
     std::vector<Column> columns_;
 };
 
-/// A row for each backend and stage, and lines that say how many became slower and why some have no
-/// verdict. At most 100 columns, apart from the name of the file.
-std::string baseline_text(const BaselineReport& report);
-
-/// "too short", "unsure", "ok", "slower" or "faster".
-const char* name_of(StageVerdict verdict);
-
 }  // namespace mray::app

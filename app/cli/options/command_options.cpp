@@ -220,8 +220,7 @@ CommandSpec define_profile(Options& options) {
     adder.add_text("--plot", "FILE.svg|.png", "with --policies, charts (needs gnuplot)",
                    options.plot);
     adder.add_text("--baseline", "FILE.json",
-                   "an earlier --json report; exit code 1 if a stage became slower (on an idle "
-                   "machine, --repeat 10 in both runs finds 10 %)",
+                   "an earlier --json report; exit code 1 if a stage became slower",
                    options.baseline);
     adder.add("--tolerance", "PERCENT", "by how much a stage may be slower than in --baseline (5)",
               [&options](const std::string& option, const std::string& value) {

@@ -1,7 +1,5 @@
 #include "app/commands/profile/stage_profiler.h"
 
-#include <algorithm>
-
 #include "app/clip/frames.h"
 #include "common/base/stopwatch.h"
 #include "common/bvh/bvh_stats.h"
@@ -10,18 +8,15 @@
 namespace mray::app {
 namespace {
 
-/// Runs of the yardstick before all runs of a stage.
-constexpr int kLeastYardsticks = 3;
 /// The caches are a small part of the time of a stage that takes longer.
 constexpr double kLongMs = 50;
 
 }  // namespace
 
 StageProfiler::StageProfiler(const Options& options, SceneFrames& scene, double first_frame,
-                             BackendChoice choice, Yardstick& yardstick, const Messages& messages)
+                             BackendChoice choice, const Messages& messages)
     : options_(options),
       scene_(scene),
-      yardstick_(yardstick),
       params_(image_params(options, scene)),
       refits_(make_backend(choice, options.backend, messages)),
       given_(make_backend(choice, options.backend, messages)) {
@@ -41,7 +36,7 @@ ProfileRow StageProfiler::measure(double frame) {
     Bvh rebuilt;
     for (int round = 0; round < options_.repeat; ++round) {
         const auto add = [&](std::vector<double>& times, const std::function<double()>& stage_ms) {
-            times.push_back(run(stage_ms, round == 0, samples.yardstick));
+            times.push_back(run(stage_ms, round == 0));
         };
         add(samples.deform, [&] {
             positions = scene_.positions(frame);
@@ -82,13 +77,9 @@ Bvh StageProfiler::build(std::span<const vec3> positions) const {
                      {.split = options_.tree.split, .threads = options_.backend.threads});
 }
 
-/// Returns the time of a run of a stage, after the yardstick. A run to warm up comes before it in
-/// the first round, and in all rounds of a short stage, because it also brings back what other
-/// stages took from the caches.
-double StageProfiler::run(const std::function<double()>& stage_ms, bool is_first_round,
-                          std::vector<double>& yardsticks_ms) {
-    const int yardsticks = std::max(1, kLeastYardsticks / options_.repeat);
-    for (int i = 0; i < yardsticks; ++i) yardsticks_ms.push_back(yardstick_.run_ms());
+/// Returns the time of a run of a stage. A run to warm up comes before it in the first round. Short
+/// stages have one in all rounds, because other stages have emptied the caches.
+double StageProfiler::run(const std::function<double()>& stage_ms, bool is_first_round) {
     const double first = stage_ms();
     return is_first_round || first < kLongMs ? stage_ms() : first;
 }

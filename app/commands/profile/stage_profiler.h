@@ -6,7 +6,6 @@
 #include <string>
 
 #include "app/backends/backends.h"
-#include "app/commands/profile/yardstick.h"
 #include "app/report/profile_report.h"
 #include "clips/scene_frames.h"
 
@@ -14,13 +13,12 @@ namespace mray::app {
 
 /// One instance of the backend refits a tree from the first frame on; a second one traces the tree
 /// that is built for each frame. All stages of a frame are run in turn, as often as
-/// Options::repeat says, so that what disturbs the machine for a while disturbs all of them; the
-/// yardstick is measured before each.
+/// Options::repeat says, so that what disturbs the machine for a while disturbs all of them.
 class StageProfiler {
 public:
-    /// Builds the first tree. Options, scene and yardstick must outlive it. Throws as make_backend.
+    /// Builds the first tree. Options and scene must outlive it. Throws as make_backend.
     StageProfiler(const Options& options, SceneFrames& scene, double first_frame,
-                  BackendChoice choice, Yardstick& yardstick, const Messages& messages);
+                  BackendChoice choice, const Messages& messages);
 
     std::string backend() const { return refits_->info().name; }
 
@@ -29,13 +27,11 @@ public:
 
 private:
     Bvh build(std::span<const vec3> positions) const;
-    double run(const std::function<double()>& stage_ms, bool is_first_round,
-               std::vector<double>& yardsticks_ms);
+    double run(const std::function<double()>& stage_ms, bool is_first_round);
     double trace(Backend& backend);
 
     const Options& options_;
     SceneFrames& scene_;
-    Yardstick& yardstick_;
     ImageParams params_;
     std::unique_ptr<Backend> refits_;
     std::unique_ptr<Backend> given_;

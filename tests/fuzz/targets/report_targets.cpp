@@ -1,7 +1,5 @@
 // JSON files that the program writes and reads back. Where it can write what it has read, reading
 // that must give the same text again.
-#include <algorithm>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -19,7 +17,6 @@ namespace {
 /// The run that a baseline is compared with (corpus/baseline/).
 app::ProfileReport measured_run() {
     app::ProfileReport report;
-    report.yardstick = "camera rays";
     report.head = {.command = "profile",
                    .scene = "s",
                    .triangles = 12,
@@ -27,6 +24,7 @@ app::ProfileReport measured_run() {
                    .width = 32,
                    .height = 16};
     report.rays = "primary";
+    report.repeat = 3;
     for (const double frame : {0.0, 1.0}) {
         app::ProfileRow row;
         row.frame = frame;
@@ -45,16 +43,11 @@ std::string baseline_failure(std::string_view bytes) {
     static const app::ProfileReport run = measured_run();
     file.write(bytes);
     return failure_of(file.path(), [&]() -> std::string {
-        const app::ProfileReport baseline = app::read_baseline(file.path(), run);
-        std::vector<double> frames;
-        std::ranges::transform(run.rows, std::back_inserter(frames), &app::ProfileRow::frame);
-        app::require_frames(file.path(), baseline, "cpu", frames);
-        app::require_backends(file.path(), baseline, {"cpu"});
-        const app::BaselineReport result =
-            app::compare_with_baseline(file.path(), baseline, run, 10);
-        for (const app::StageChange& stage : result.stages)
-            if (!(stage.expected_ms >= 0)) return "an expected time that is none";
-        return {};
+        const std::vector<std::string> backends = {"cpu"};
+        const std::vector<double> frames = {0, 1};
+        const app::ProfileReport baseline = app::read_baseline(file.path(), run, backends, frames);
+        return app::compare_with_baseline(file.path(), baseline, run, 10).text.empty() ? "no text"
+                                                                                       : "";
     });
 }
 
