@@ -14,7 +14,7 @@ ExitCode explain_failure(const std::exception_ptr& failure, const Messages& mess
 }
 
 int run_program(std::span<const std::string> arguments, CommandRunner run_command) {
-    const InterruptGuard guard;
+    handle_signals();
     Messages messages;
     try {
         const ParsedCommandLine parsed = parse_command_line(arguments);

@@ -76,19 +76,4 @@ std::vector<double> parse_frame_range(const std::string& text, double default_st
     }
 }
 
-std::string frame_range_text(std::span<const double> frames) {
-    std::string text;
-    for (std::size_t begin = 0; begin < frames.size();) {
-        std::size_t last = begin;
-        // As parse_frame_range() makes them.
-        while (last + 1 < frames.size() &&
-               frames[last + 1] == frames[begin] + static_cast<double>(last + 1 - begin))
-            ++last;
-        text += fmt::format("{}{}", text.empty() ? "" : ",", frames[begin]);
-        if (last > begin) text += fmt::format("..{}", frames[last]);
-        begin = last + 1;
-    }
-    return text;
-}
-
 }  // namespace mray

@@ -17,8 +17,4 @@ inline constexpr std::size_t kMaxFrames = 1'000'000;
 std::vector<double> parse_frame_range(const std::string& text, double step = 1,
                                       const char* what = "frames");
 
-/// Returns a text that parse_frame_range() reads as these frames, which increase: frames with a
-/// step of 1 are written as `A..B`, others one by one. Empty for no frames.
-std::string frame_range_text(std::span<const double> frames);
-
 }  // namespace mray

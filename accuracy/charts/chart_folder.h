@@ -18,9 +18,6 @@ public:
     ChartFolder(const ChartFolder&) = delete;
     ChartFolder& operator=(const ChartFolder&) = delete;
 
-    /// The temporary folder.
-    const std::filesystem::path& temporary() const { return temporary_; }
-
     void write(const std::string& name, std::string_view text) const;
     /// Runs gnuplot in the folder. Throws Error(kInternal) with gnuplot's message.
     void plot(const std::string& script) const;

@@ -106,10 +106,8 @@ std::size_t steps_of(std::size_t scenes, const Effort& effort) {
 
 ExitCode draw_charts(const Options& options, const Messages& messages) {
     require_gnuplot();
-    tell_results("no chart is kept", "");
     const OutputFolder parent(parent_of(options.out));
     ChartFolder folder(options.out);
-    const RemovedAtEnd removed(folder.temporary());
     std::vector<SceneFrames> scenes;
     for (const std::string& scene : options.scenes)
         scenes.push_back(open_scene_of(options, scene, messages));

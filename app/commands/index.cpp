@@ -6,7 +6,6 @@
 
 #include "app/clip/frames.h"
 #include "app/commands/commands.h"
-#include "app/terminal/interrupt.h"
 #include "clips/index/index_file.h"
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
@@ -95,7 +94,6 @@ ExitCode verify(const Options& options, const Messages& messages) {
 }  // namespace
 
 ExitCode run_index(const Options& options, const Messages& messages) {
-    tell_results("nothing is written", {});
     if (options.verifies) return verify(options, messages);
     const std::filesystem::path path = index_path(options);
     check_writable(path);

@@ -5,7 +5,6 @@
 #include "app/commands/pixel_probe.h"
 #include "app/commands/probe/probe_sentence.h"
 #include "app/report/probe_report.h"
-#include "app/terminal/interrupt.h"
 #include "common/text/number_text.h"
 #include "tools/text/table.h"
 
@@ -103,7 +102,6 @@ std::string probe_text(const ProbeReport& report) {
 
 ExitCode run_probe(const Options& options, const Messages& messages) {
     check_reports({options.json});
-    tell_results("nothing is written", {});
     const ProbeReport report = probe_pixel(options, messages);
     if (!options.json.empty()) write_report(options.json, to_json(report));
     if (!takes_stdout({options.json})) messages.print(probe_text(report));

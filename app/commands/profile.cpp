@@ -95,16 +95,7 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
     }
     const ProfileLines lines(options.repeat, frames);
     ShownRows shown(lines.header(), !takes_stdout({options.json, options.csv}), messages);
-    try {
-        measure(options, scene, frames, choices, messages, lines, shown, report);
-    } catch (const Error& error) {
-        if (error.kind() == ErrorKind::kCancelled) {
-            tell_results(fmt::format("{} of {} rows are measured, and no report is written",
-                                     report.rows.size(), frames.size() * choices.size()),
-                         {});
-        }
-        throw;
-    }
+    measure(options, scene, frames, choices, messages, lines, shown, report);
     publish_profile(report, options, shown);
     if (!baseline) return ExitCode::kOk;
     const BaselineComparison comparison =

@@ -84,7 +84,6 @@ private:
 
 ExitCode run_query(const Options& options, const Messages& messages) {
     check_reports({options.out});
-    tell_results("nothing is written", {});
     const std::string text = read_input(options.point_file, "points");
     const PosedScene scene(options, messages);
     const std::string name = input_name(options.point_file);

@@ -122,7 +122,6 @@ public:
             {"update ms"},          {"trace ms", 9},
             {"Mray/s", 7},          {"hits", fmt::format("{}", pixel_count(options)).size()},
             {"file", 0, false}};
-        tell_finished();
     }
 
     /// Takes the image of an earlier run, if there is one that counts.
@@ -141,8 +140,6 @@ public:
         }
         add_thumbnail(i, *existing);
         report_.kept.push_back(task.frame);
-        finished_.push_back(task.frame);
-        tell_finished();
         return true;
     }
 
@@ -174,7 +171,7 @@ public:
         const Stopwatch watch;
         queue_.add([this, i, scene_hash, &traced, row = row_of(report)] {
             write(i, scene_hash, traced);
-            show(i, row);
+            show(row);
         });
         report_.frames.back().write_wait_ms = watch.ms();
     }
@@ -250,9 +247,7 @@ private:
 
     /// Shows that the files of a task are written. Runs in the queue's thread. What cannot be
     /// printed ends no render before finish().
-    void show(std::size_t i, const std::string& row) {
-        finished_.push_back(tasks_[i].frame);
-        tell_finished();
+    void show(const std::string& row) {
         if (!prints_rows_ || print_failure_) return;
         try {
             messages_.print(has_header_ ? row : header_text(columns_) + row);
@@ -260,13 +255,6 @@ private:
         } catch (...) {
             print_failure_ = std::current_exception();
         }
-    }
-
-    /// Says what is finished, for an interruption.
-    void tell_finished() {
-        std::ranges::sort(finished_);
-        tell_results(finished_text("frame", finished_, tasks_.size()),
-                     finished_.empty() ? std::string() : folder_.string());
     }
 
     const Options& options_;
@@ -282,8 +270,6 @@ private:
     /// One for each task, empty until it is done.
     std::vector<Image> thumbnails_;
     std::vector<double> write_ms_;
-    /// Frames whose files are written, ascending.
-    std::vector<double> finished_;
     std::vector<Column> columns_;
     bool prints_rows_ = true;
     bool has_header_ = false;

@@ -52,7 +52,6 @@ void become(const std::filesystem::path& program, std::vector<std::string> argum
 }  // namespace
 
 ExitCode run_chart(const Options& options, const Messages&) {
-    tell_results("no chart is kept", "");
     throw_if_interrupted();
     become_chart_program(options);
 }

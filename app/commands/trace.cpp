@@ -105,7 +105,6 @@ ExitCode run_trace(const Options& given, const Messages& messages) {
     options.lenient = options.allow_empty = true;
     options.hit_lists.cancel = &interrupt_flag();
     check_reports({options.out});
-    tell_results("nothing is written", {});
     const std::string rays = read_input(options.ray_file, "rays");
     const PosedScene scene(options, messages);
     const std::string name = input_name(options.ray_file);

@@ -327,6 +327,4 @@ void Progress::finish() {
 
 ProgressPause::ProgressPause() : lock_(terminal_mutex) { clear_line(); }
 
-void clear_progress_in_handler() { clear_line(); }
-
 }  // namespace mray::app

@@ -125,8 +125,4 @@ private:
     std::unique_lock<std::mutex> lock_;
 };
 
-/// Clears the line that is on the terminal, for the last words of a process. Only calls that a
-/// signal handler may make.
-void clear_progress_in_handler();
-
 }  // namespace mray::app

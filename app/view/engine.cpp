@@ -2,8 +2,6 @@
 
 #include <utility>
 
-#include "app/terminal/interrupt.h"
-
 namespace mray::app {
 
 Engine::Engine(const Options& options, const Clip& clip, const Messages& messages,
@@ -15,7 +13,6 @@ Engine::Engine(const Options& options, const Clip& clip, const Messages& message
       thread_([this] { run(); }) {}
 
 Engine::~Engine() {
-    const EndOfGrace end;
     {
         const std::scoped_lock lock(mutex_);
         stops_ = true;

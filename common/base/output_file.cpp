@@ -30,7 +30,6 @@ namespace fs = std::filesystem;
 [[noreturn]] void fail_with_errno(const fs::path& path, int error) {
     const char* remedy = "choose another place for the output";
     if (error == ENOSPC || error == EDQUOT) remedy = "free some space or choose another place";
-    if (error == EFBIG) remedy = "raise the file size limit (ulimit -f) or choose a smaller output";
     if (error == ENOENT) remedy = "create the folder first";
     if (error == ENAMETOOLONG) remedy = "choose a shorter name";
     if (error == EPIPE) remedy = "the reader of the output has ended";

@@ -6,8 +6,7 @@
 
 namespace mray {
 
-/// Writes all bytes. Returns 0, or the errno of the write that failed; a write past the file size
-/// limit or into a closed pipe is such a failure, and no signal.
+/// Writes all bytes. Returns 0, or the errno of the write that failed.
 int write_all(int fd, std::span<const std::byte> bytes);
 
 }  // namespace mray

@@ -78,7 +78,7 @@ TEST(LiveLine, IsAbsentUnderQuietAndOnADumbTerminal) {
     EXPECT_EQ(error_of({}, "TERM=dumb"), "");
 }
 
-TEST(Rows, AreWrittenAsFramesAreMadeAndToldAfterAnInterruption) {
+TEST(Rows, AreWrittenAsFramesAreMade) {
     const TemporaryFolder folder;
     const std::string out = folder.file("out");
     // A fraction of a second a frame, and many frames.
@@ -99,10 +99,7 @@ TEST(Rows, AreWrittenAsFramesAreMadeAndToldAfterAnInterruption) {
     EXPECT_EQ(files, rows.size() - 1);
     for (std::size_t i = 1; i < rows.size(); ++i)
         EXPECT_TRUE(std::filesystem::exists(rows[i].substr(rows[i].find(out)))) << rows[i];
-    const std::string frames = files == 2 ? "0,3" : "0,3.." + std::to_string(files + 1);
-    EXPECT_EQ(outcome.err, "morphray: interrupted; " + std::to_string(files) +
-                               " of 23 frames are done (" + frames + "); finished results are in " +
-                               out + "\n");
+    EXPECT_EQ(outcome.err, "morphray: interrupted; finished results are kept\n");
 }
 
 TEST(Rows, OfProfileAreWrittenWhenAFrameIsMeasured) {
@@ -120,8 +117,6 @@ TEST(Rows, OfProfileAreWrittenWhenAFrameIsMeasured) {
     const std::size_t frames = (rows.size() - 3) / 6;
     EXPECT_EQ(rows.size(), 3 + 6 * frames) << outcome.out;
     EXPECT_TRUE(rows[3].starts_with("    0  cpu      deform ")) << rows[3];
-    EXPECT_EQ(outcome.err, "morphray: interrupted; " + std::to_string(frames) +
-                               " of 25 rows are measured, and no report is written\n");
 }
 
 TEST(Rows, OfPoliciesAreWrittenWhenARoundIsPlayed) {
@@ -137,8 +132,6 @@ TEST(Rows, OfPoliciesAreWrittenWhenARoundIsPlayed) {
     EXPECT_TRUE(rows[0].starts_with("times in ms of one round each")) << rows[0];
     EXPECT_TRUE(rows[1].starts_with("round  policy   backend  ")) << rows[1];
     EXPECT_TRUE(rows[2].starts_with("    1  refit    cpu  ")) << rows[2];
-    EXPECT_EQ(outcome.err, "morphray: interrupted; " + std::to_string(rows.size() - 2) +
-                               " of 40 rows are measured, and no report is written\n");
 }
 
 TEST(Rows, OfProfileEndNoReportIfTheyCannotBePrinted) {

@@ -125,13 +125,6 @@ TEST(Output, QuietNeedsNoStdout) {
     EXPECT_EQ(outcome.code, 0) << outcome.err;
 }
 
-TEST(Output, FileSizeLimitLeavesNoCutFile) {
-    TemporaryFolder folder;
-    const Outcome outcome = run(render(folder), {.file_size = 100});
-    EXPECT_EQ(outcome.code, 5) << outcome.err;
-    EXPECT_TRUE(folder.names().empty()) << folder.names().front();
-}
-
 TEST(Output, FailureLeavesNoFolder) {
     TemporaryFolder folder;
     const std::string nested = folder.file("a/b/c");

@@ -47,7 +47,6 @@ void apply(const Surroundings& s) {
     if (!s.stdout_to.empty()) redirect(::open(s.stdout_to.c_str(), O_WRONLY), STDOUT_FILENO);
     if (s.stdout_closed) ::close(STDOUT_FILENO);
     limit(RLIMIT_AS, s.address_space);
-    limit(RLIMIT_FSIZE, s.file_size);
 }
 
 int input_of(const std::string& text) {

@@ -35,7 +35,6 @@ struct Surroundings {
     /// Whether stderr is a terminal of 100 columns, whose lines end in "\r\n".
     bool on_terminal = false;
     std::optional<rlim_t> address_space = {};
-    std::optional<rlim_t> file_size = {};
 };
 
 /// Runs to the end; a run of more than 300 s is killed and fails the test.

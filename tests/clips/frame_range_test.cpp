@@ -33,17 +33,6 @@ TEST(FrameRange, ReadsListsOfThem) {
     EXPECT_EQ(parse_frame_range("0,1..2", 0.5), (Frames{0, 1, 1.5, 2}));
 }
 
-TEST(FrameRange, WritesAShortTextThatItReads) {
-    EXPECT_EQ(frame_range_text({}), "");
-    EXPECT_EQ(frame_range_text(Frames{7}), "7");
-    EXPECT_EQ(frame_range_text(Frames{0, 1, 2, 5, 7, 8}), "0..2,5,7..8");
-    EXPECT_EQ(frame_range_text(Frames{-1.5, -0.5, 0, 4}), "-1.5..-0.5,0,4");
-    for (const char* text : {"0..5:2", "0..1:0.1,7..9", "-3..-1,0.1..5.1", "1e6..1000003"}) {
-        const Frames frames = parse_frame_range(text);
-        EXPECT_EQ(parse_frame_range(frame_range_text(frames)), frames) << text;
-    }
-}
-
 TEST(FrameRange, RefusesListsThatDoNotIncrease) {
     for (const char* text : {"7,0", "0,0", "0..8:4,8", "0..8,3..12", "1,2,1", "0..0.3:0.1,0.3"}) {
         EXPECT_EQ(kind_of([&] { parse_frame_range(text); }), ErrorKind::kBadArgument) << text;

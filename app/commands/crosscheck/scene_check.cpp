@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <optional>
 #include <span>
 #include <utility>
@@ -72,13 +71,6 @@ public:
         }
     }
 
-    /// The folder of images that differ; empty if there are none.
-    std::string place() const {
-        const bool any =
-            std::ranges::any_of(report_.rows, [](const CheckRow& row) { return !row.equal(); });
-        return any ? folder_.string() : std::string();
-    }
-
     /// The number of comparisons of a frame.
     std::size_t comparisons() const {
         std::size_t count = 0;
@@ -109,8 +101,6 @@ ExitCode check_frames(FrameChecks& checks, const Options& options, const Message
     Progress progress("comparing", "image", report.frames.size() * checks.comparisons(),
                       progress_mode(options));
     for (std::size_t i = 0; i < report.frames.size(); ++i) {
-        const std::span checked = std::span(report.frames).first(i);
-        tell_results(finished_text("frame", checked, report.frames.size()), checks.place());
         try {
             checks.check(report.frames[i], progress);
         } catch (const Error& error) {

@@ -80,18 +80,7 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
     const RoundLines lines(policies, options.repeat);
     ShownRows shown(lines.header(),
                     !takes_stdout({options.json, options.csv, options.trace_events}), messages);
-    const std::size_t rows =
-        choices.size() * policies.size() * static_cast<std::size_t>(options.repeat);
-    const auto tell = [&](std::size_t done) {
-        tell_results(
-            fmt::format("{} of {} rows are measured, and no report is written", done, rows), {});
-    };
-    tell(0);
-    std::size_t rows_done = 0;
-    const auto add_row = [&](int round, const PolicyRun& run) {
-        shown.add(lines.row(round, run));
-        tell(++rows_done);
-    };
+    const auto add_row = [&](int round, const PolicyRun& run) { shown.add(lines.row(round, run)); };
     std::optional<Progress> progress;
     std::uint64_t done = 0;
     for (const BackendChoice choice : choices) {

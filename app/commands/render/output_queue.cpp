@@ -9,7 +9,6 @@ namespace mray::app {
 OutputQueue::OutputQueue(std::size_t most) : most_(most), thread_([this] { run(); }) {}
 
 OutputQueue::~OutputQueue() {
-    const EndOfGrace end;
     {
         const std::scoped_lock lock(mutex_);
         ends_ = true;

@@ -55,9 +55,6 @@ Viewer::Viewer(const Options& options, const Messages& messages)
     window_.set_vsync(vsync_);
 }
 
-// Devices and the window may take long to close.
-Viewer::~Viewer() { end_.emplace(); }
-
 Viewer::Layout Viewer::layout() const {
     const float width = std::max(window_.width() - kPanelWidth, 1.0f);
     const float height = std::max(window_.height() - kTimelineHeight, 1.0f);

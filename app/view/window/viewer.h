@@ -4,7 +4,6 @@
 #include <optional>
 #include <string>
 
-#include "app/terminal/interrupt.h"
 #include "app/view/difference_image.h"
 #include "app/view/strips.h"
 #include "app/view/view_state.h"
@@ -24,7 +23,6 @@ public:
     /// The options are those of with_render_defaults(); `messages` must outlive it. Opens the
     /// scene before the window. Throws Error.
     Viewer(const Options& options, const Messages& messages);
-    ~Viewer();
 
     /// Returns when the window is closed, or at what the options say. Throws Error.
     void run();
@@ -66,9 +64,6 @@ private:
     const Options& options() const { return scene_->options; }
     const Clip& clip() const { return *scene_->clip; }
 
-    /// From the destructor on, after a signal: the first member, so that it lives until all others
-    /// are destroyed.
-    std::optional<EndOfGrace> end_;
     const Messages& messages_;
     std::unique_ptr<ViewedScene> scene_;
     ViewState state_;

@@ -91,7 +91,7 @@ int run(std::span<const std::string> arguments) {
         std::fputs(fuzz_help(), stdout);
         return 0;
     }
-    const app::InterruptGuard guard;
+    app::handle_signals();
     const WorkerTask work = work_of(*options);
     int code = 0;
     if (options->cpu) code = run_on(false, *options, work);
