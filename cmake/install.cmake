@@ -63,6 +63,8 @@ if(TARGET morphray)
     endif()
     install(DIRECTORY share/scenes
         DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/morphray COMPONENT program)
+    install(FILES tools/plot/plot.gp
+        DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/morphray COMPONENT program)
     add_dependencies(morphray_install_files morphray_programs)
     # The man page is the program's help (Debian: help2man).
     find_program(MORPHRAY_HELP2MAN help2man)

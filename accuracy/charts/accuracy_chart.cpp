@@ -1,18 +1,12 @@
 #include <fmt/format.h>
 
-#include <utility>
+#include <algorithm>
 
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
 
 namespace mray::accuracy {
 namespace {
-
-/// Kinds of methods in the order of the legend.
-constexpr std::pair<Family, const char*> kFamilies[] = {
-    {Family::kOurs, "ours (SIMD, packets, Vulkan)"},
-    {Family::kRule, "rules (scalar, single rays)"},
-    {Family::kPeer, "Embree (SIMD, single rays)"}};
 
 struct Point {
     std::string name;
@@ -64,42 +58,18 @@ Table table_of(const std::vector<Point>& points) {
     return table;
 }
 
-/// One panel of the rays that `counts` is about.
-plot::Panel panel_of(const std::string& title, const std::vector<Point>& points,
-                     VerdictCounts Point::*counts) {
-    const std::uint64_t rays = points.empty() ? 0 : (points.front().*counts).rays;
-    const double one = 1e6 / static_cast<double>(std::max<std::uint64_t>(1, rays));
-    plot::Panel panel{
-        .title = title,
-        .x = {.title = fmt::format("wrong answers per million rays (one ray: {:.2g})", one),
-              .scale = plot::Scale::kLog10,
-              .zero_name = "none",
-              .least_positive = one},
-        .y = {.title = speed_title()}};
-    const auto place = [&](const Point& point) {
-        return plot::Point{(point.*counts).wrong_per_million(), point.mrays};
-    };
-    for (std::size_t i = 0; i < std::size(kFamilies); ++i) {
-        const auto [family, name] = kFamilies[i];
-        plot::Style style = plot::style_of(i);
-        style.line = false;
-        plot::Curve curve{name, {}, style};
-        for (const Point& point : points) {
-            if (point.family != family) continue;
-            curve.points.push_back(place(point));
-            panel.point_names.push_back({place(point), point.name, style.colour});
-        }
-        panel.curves.push_back(std::move(curve));
-    }
-    plot::Curve front{
-        "Pareto front",
-        {},
-        {.colour = plot::kPalette[6], .symbol = plot::kRing, .symbol_size = 1.8, .line = false}};
-    for (const Point& point : points) {
-        if (on_front(point, points, counts)) front.points.push_back(place(point));
-    }
-    panel.curves.push_back(std::move(front));
-    return panel;
+/// One panel of the rays that columns call `rays`.
+plot::Panel panel_of(const std::string& title, const std::string& rays, std::uint64_t count) {
+    const double one = 1e6 / static_cast<double>(std::max<std::uint64_t>(1, count));
+    return {.kind = "points",
+            .title = title,
+            .x = rays + " wrong/M",
+            .y = "\"Mray/s\"",
+            .series = "method",
+            .xlabel = fmt::format("wrong answers per million rays (one ray: {:.2g})", one),
+            .ylabel = speed_title(),
+            .ring = rays + " front",
+            .logx = "10"};
 }
 
 }  // namespace
@@ -138,21 +108,18 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
         points[i].mrays = static_cast<double>(pixels) / (times[i] * 1e3);
     context.step();
 
-    plot::Figure figure{
+    const plot::Figure figure{
         .title = fmt::format("Speed against accuracy: {}, {} triangles", input.name,
                              input.topology.triangles.size()),
         .footer = context.footer,
         .columns = 2,
-        .panel_width = 520,
         .panel_height = 560,
-        .panels = {panel_of(fmt::format("{} pixels of a camera", pixels), points, &Point::camera),
-                   panel_of(fmt::format("{} rays at vertices, edges, faces", aimed.size()), points,
-                            &Point::aimed)}};
-    // One legend for both.
-    figure.panels[0].legend = plot::Legend::kNone;
+        .panels = {panel_of(fmt::format("{} pixels of a camera", pixels), "camera", pixels),
+                   panel_of(fmt::format("{} rays at vertices, edges, faces", aimed.size()), "aimed",
+                            aimed.size())}};
     return {"accuracy" + suffix,
             fmt::format(
-                "Up is faster ({}), left is more accurate; methods on the grey line gave no wrong "
+                "Up is faster ({}), left is more accurate; methods above \"none\" gave no wrong "
                 "answer. No method is better in both than one with a ring. Rules are scalar code "
                 "that traces one ray after the other, to compare their answers; ours use SIMD but "
                 "for the reference, and packets trace many rays at a time: heights of the two "

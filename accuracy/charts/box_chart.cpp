@@ -5,7 +5,6 @@
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
 #include "accuracy/methods/quantised_nodes.h"
-#include "tools/plot/bars.h"
 
 namespace mray::accuracy {
 namespace {
@@ -37,8 +36,6 @@ Chart box_chart(const ChartContext& context, const ChartInput& input, const std:
     Table table({"method", "row", "Mray/s", "bytes a node", "camera wrong", "aimed wrong", "leaks",
                  "false misses", "wrong triangles", "not as over ours"});
     std::vector<Hit> ours;
-    std::vector<double> mrays;
-    std::vector<std::string> notes;
     for (std::size_t i = 0; i < methods.size(); ++i) {
         trace_camera(methods[i], scene, hits);
         trace_aimed(methods[i], scene, aimed);
@@ -56,28 +53,23 @@ Chart box_chart(const ChartContext& context, const ChartInput& input, const std:
         const auto both = [&](Verdict verdict) {
             return fmt::format("{}", seen[verdict] + met[verdict]);
         };
-        mrays.push_back(static_cast<double>(hits.size()) / (times[i] * 1e3));
-        notes.push_back(fmt::format(
-            "{} B a node; wrong: {} of {} pixels, {} of {} aimed rays; {} not as over ours",
-            node_bytes(methods[i].name), seen.wrong(), hits.size(), met.wrong(), aimed.size(),
-            different));
-        table.add({methods[i].name, fmt::format("{}", i), fmt::format("{:.4g}", mrays.back()),
+        table.add({methods[i].name, fmt::format("{}", i),
+                   fmt::format("{:.4g}", static_cast<double>(hits.size()) / (times[i] * 1e3)),
                    fmt::format("{}", node_bytes(methods[i].name)), fmt::format("{}", seen.wrong()),
                    fmt::format("{}", met.wrong()), both(Verdict::kLeak), both(Verdict::kFalseMiss),
                    both(Verdict::kWrongTriangle), fmt::format("{}", different)});
     }
     context.step();
 
-    plot::Panel panel{.x = {.title = speed_title("camera rays by one scalar traversal"),
-                            .scale = plot::Scale::kLinear}};
-    for (std::size_t i = 0; i < methods.size(); ++i)
-        plot::add_bars(panel, methods[i].name, {{mrays[i]}}, notes[i]);
-    const plot::Figure figure{.title = fmt::format("Box tests and nodes: {}, {} triangles",
-                                                   input.name, input.topology.triangles.size()),
-                              .footer = context.footer,
-                              .panel_width = 560,
-                              .panel_height = 250,
-                              .panels = {panel}};
+    const plot::Figure figure{
+        .title = fmt::format("Box tests and nodes: {}, {} triangles", input.name,
+                             input.topology.triangles.size()),
+        .footer = context.footer,
+        .panel_height = 320,
+        .panels = {{.kind = "bars",
+                    .y = "\"Mray/s\"",
+                    .series = "method",
+                    .xlabel = speed_title("camera rays by one scalar traversal")}}};
     return {"boxes" + suffix,
             "The program's rule over one plain traversal; only the box test or the precision of "
             "the boxes differs.",

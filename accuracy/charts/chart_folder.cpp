@@ -9,7 +9,6 @@
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
-#include "tools/plot/gnuplot.h"
 
 namespace mray::accuracy {
 namespace {
@@ -53,21 +52,11 @@ void ChartFolder::write(const std::string& name, std::string_view text) const {
     write_file(temporary_ / name, text);
 }
 
-void ChartFolder::plot(const std::string& script) const {
-    plot::run_gnuplot(temporary_.string(), script);
-}
-
 void ChartFolder::keep() {
     std::error_code error;
     fs::rename(temporary_, path_, error);
     if (error) fail(path_, fmt::format("{}; choose another folder", error.message()));
     temporary_.clear();
-}
-
-void require_gnuplot() {
-    if (plot::has_gnuplot()) return;
-    throw Error(ErrorKind::kUnavailable,
-                "chart: gnuplot is not installed; install the package gnuplot-nox");
 }
 
 }  // namespace mray::accuracy

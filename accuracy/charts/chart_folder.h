@@ -19,8 +19,6 @@ public:
     ChartFolder& operator=(const ChartFolder&) = delete;
 
     void write(const std::string& name, std::string_view text) const;
-    /// Runs gnuplot in the folder. Throws Error(kInternal) with gnuplot's message.
-    void plot(const std::string& script) const;
     /// Renames the folder to `path`. Throws Error(kOutput).
     void keep();
 
@@ -28,8 +26,5 @@ private:
     std::filesystem::path path_;
     std::filesystem::path temporary_;
 };
-
-/// Throws Error(kUnavailable) without gnuplot.
-void require_gnuplot();
 
 }  // namespace mray::accuracy

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "tools/plot/gnuplot.h"
-#include "tools/plot/layout.h"
 #include "tools/text/xml_text.h"
 
 namespace mray::accuracy {
@@ -15,9 +13,8 @@ std::string inline_svg(const std::string& svg) {
     return begin == std::string::npos ? std::string() : svg.substr(begin);
 }
 
-// Images are drawn for two widths: what a browser shrinks to a phone has type that cannot be read.
-// Paper takes the wide one, across, at nearly its size. gnuplot's colours are those of a white
-// page; dark pages turn them round and keep their hues.
+// Images are scrolled on phones, because type that a browser shrinks cannot be read. gnuplot's
+// colours are those of a white page; dark pages turn them round and keep their hues.
 constexpr const char* kHead = R"(<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">
 <meta name="viewport" content="width=device-width,initial-scale=1">
@@ -31,37 +28,17 @@ body{font:14px/1.5 Helvetica,Arial,sans-serif;max-width:1280px;margin:0 auto;pad
 color:var(--fg);background:var(--bg);overflow-wrap:anywhere}
 h1,h2{font-size:16px}h2{margin-top:3em}a{color:var(--link)}
 .chart{overflow-x:auto}.chart svg{display:block}
-.phone{display:none}
 pre,code{font-size:14px}pre{overflow-x:auto;background:var(--soft);padding:.8em}
 dt{font-weight:600}dd{margin:0 0 .3em 1.2em}
-@media (max-width:800px){.wide{display:none}.phone{display:block}}
 @page{size:A4 landscape;margin:12mm}
 @media print{:root{color-scheme:light;--fg:#000;--bg:#fff;--soft:#fff}
 body{padding:0;max-width:none}h2{margin-top:2em;break-after:avoid}h2+p{break-after:avoid}
-.wide{display:block}.phone{display:none}
 .chart{overflow:visible;break-inside:avoid}
 .chart svg{filter:none;max-width:100%;max-height:155mm;height:auto}
 pre{white-space:pre-wrap;overflow:visible;font-size:8px}}
 </style></head><body>
 <h1>morphray chart</h1>
 )";
-
-constexpr int kWideWidth = 1248;
-constexpr int kPhoneWidth = 358;
-
-/// A figure that is too wide can be scrolled, also by keys.
-std::string chart_html(const char* kind, const std::string& svg) {
-    if (svg.empty()) return "";
-    return fmt::format("<div class=\"chart {}\" tabindex=\"0\">{}</div>\n", kind, inline_svg(svg));
-}
-
-/// A list of the names that the numbers of points stand for.
-std::string key_html(const std::vector<std::string>& names) {
-    if (names.empty()) return "";
-    std::string html = "<ol class=\"phone\">";
-    for (const std::string& name : names) html += fmt::format("<li>{}</li>", xml_escaped(name));
-    return html + "</ol>\n";
-}
 
 constexpr const char* kWords = R"(<details><summary>What the words mean</summary><dl>
 <dt>right</dt><dd>the triangle that is nearest in exact arithmetic over the given floats, one with exactly its t, or rightly none</dd>
@@ -75,13 +52,6 @@ constexpr const char* kWords = R"(<details><summary>What the words mean</summary
 
 }  // namespace
 
-PagedChart page_chart(const Chart& chart) {
-    if (chart.figure.panels.empty()) return {&chart, "", "", {}};
-    const plot::Figure phone = plot::fitted(chart.figure, kPhoneWidth);
-    return {&chart, plot::svg_of(plot::fitted(chart.figure, kWideWidth)), plot::svg_of(phone),
-            phone.key};
-}
-
 std::string chart_page(const std::vector<PagedChart>& charts, const std::string& machine,
                        const std::string& command) {
     std::string page = kHead;
@@ -92,8 +62,11 @@ std::string chart_page(const std::vector<PagedChart>& charts, const std::string&
         const Chart& chart = *paged.chart;
         page += fmt::format("<h2 id=\"{}\">{}</h2>\n<p>{}</p>\n", chart.name,
                             xml_escaped(chart.figure.title), xml_escaped(chart.caption));
-        page += chart_html("wide", paged.svg) + chart_html("phone", paged.phone_svg) +
-                key_html(paged.phone_key);
+        // A figure that is too wide can be scrolled, also by keys.
+        if (!paged.svg.empty()) {
+            page += fmt::format("<div class=\"chart\" tabindex=\"0\">{}</div>\n",
+                                inline_svg(paged.svg));
+        }
         if (chart.table.empty()) continue;
         page += fmt::format("<details><summary>{}.csv</summary><pre>{}</pre></details>\n",
                             chart.name, xml_escaped(chart.table.text()));

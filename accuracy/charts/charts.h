@@ -1,4 +1,4 @@
-// The charts of `morphray chart`. Each function measures and returns a table and a script.
+// The charts of `morphray chart`. Each function measures and returns a table and the figure of it.
 #pragma once
 
 #include <functional>
@@ -10,7 +10,7 @@
 #include "accuracy/measure/failure_scenes.h"
 #include "accuracy/methods/method.h"
 #include "clips/scene_frames.h"
-#include "tools/plot/figure.h"
+#include "tools/plot/plot.h"
 #include "tools/text/table.h"
 
 namespace mray::accuracy {
@@ -53,7 +53,6 @@ struct ChartContext {
     MakeBackend make_cpu_backend;
     /// Makes the Vulkan backend; throws Error(kUnavailable) if there is none.
     MakeBackend make_vulkan_backend;
-    /// Makes the driver's own rays; throws Error(kUnavailable) if there are none.
     /// The text below every image: machine and command.
     std::string footer;
     /// Called after each step.

@@ -160,20 +160,6 @@ constexpr const char* kWays[] = {"packets (1024 rays a point)", "streams (1024 r
                                  "one by one (1024 rays a point)", "streams (16 rays a point)",
                                  "one by one (16 rays a point)"};
 
-/// A line for each of kWays; those of 16 rays have the colours of those of 1,024, dashed.
-plot::Panel panel_of(const std::vector<std::vector<plot::Point>>& points) {
-    plot::Panel panel{.x = {.title = "half the angle of the cone about the normal, degrees",
-                            .scale = plot::Scale::kLinear,
-                            .tight = true},
-                      .y = {.title = speed_title("any-hit rays")}};
-    for (std::size_t i = 0; i < std::size(kWays); ++i) {
-        plot::Style style = plot::style_of(i < 3 ? i : i - 2);
-        style.dashed = i >= 3;
-        panel.curves.push_back({kWays[i], points[i], style});
-    }
-    return panel;
-}
-
 }  // namespace
 
 std::size_t cone_steps() { return std::size(kAngles); }
@@ -188,7 +174,6 @@ Chart cone_chart(const ChartContext& context, const ChartInput& input, const std
     const std::size_t points = context.effort.cone_points;
     Table table({"way", "degrees", "Mray/s", "occluded %", "undecided %"});
     std::vector<std::vector<std::vector<std::string>>> rows(std::size(kWays));
-    std::vector<std::vector<plot::Point>> curves(std::size(kWays));
     for (const double degrees : kAngles) {
         const Cones many = make_cones(surfaces, points, kMany, degrees, scene.params.ao_tfar);
         const Cones few =
@@ -203,7 +188,6 @@ Chart cone_chart(const ChartContext& context, const ChartInput& input, const std
         const std::vector<double> times = least_times(runs, context.effort.rounds, context.check);
         const auto count = static_cast<double>(std::max<std::size_t>(1, many.rays.size()));
         for (std::size_t i = 0; i < runs.size(); ++i) {
-            curves[i].push_back({degrees, count / (times[i] * 1e3)});
             rows[i].push_back(
                 {kWays[i], fmt::format("{}", degrees),
                  fmt::format("{:.4g}", count / (times[i] * 1e3)),
@@ -221,12 +205,18 @@ Chart cone_chart(const ChartContext& context, const ChartInput& input, const std
         .title = fmt::format("Where coherence ends: rays in a cone, {}, {} triangles, {}",
                              input.name, input.topology.triangles.size(), target.name),
         .footer = context.footer,
-        .panels = {panel_of(curves)}};
-    return {"cones" + suffix,
-            "Rays of ambient occlusion, on all threads. Packets need rays from one point; they are "
-            "faster to the left of the crossing with the line of the streams, which take any 64 "
-            "rays. Dashed: few rays from each of many points side by side, as in images.",
-            table, figure};
+        .panels = {{.kind = "lines",
+                    .x = "degrees",
+                    .y = "\"Mray/s\"",
+                    .series = "way",
+                    .xlabel = "half the angle of the cone about the normal, degrees",
+                    .ylabel = speed_title("any-hit rays")}}};
+    return {
+        "cones" + suffix,
+        "Rays of ambient occlusion, on all threads. Packets need rays from one point; they are "
+        "faster to the left of the crossing with the line of the streams, which take any 64 "
+        "rays. In images there are few rays from each of many points side by side: the last two.",
+        table, figure};
 }
 
 }  // namespace mray::accuracy

@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
@@ -118,46 +116,6 @@ Table table_of(const std::vector<Cell>& cells) {
     return table;
 }
 
-/// No wrong answer, then up to 10 in a million, 100 ... 10^5, and more. Based on: C.
-/// Brewer, M. Harrower. ColorBrewer, "YlOrBr". 2003; told apart with any colour vision.
-constexpr std::array<std::uint32_t, 7> kWrongColours = {0xF2F7FA, 0xFFF7BC, 0xFEE391, 0xFEC44F,
-                                                        0xFE9929, 0xEC7014, 0xA63603};
-constexpr std::uint32_t kNoAnswerColour = 0x4A1486;
-/// Colours from this one on take white text.
-constexpr std::size_t kFirstDark = 6;
-
-/// A square for each cell, with its figures.
-plot::Panel map_of(const std::vector<Cell>& cells) {
-    plot::Panel panel;
-    for (const Cell& cell : cells) {
-        if (cell.row == panel.y.names.size()) panel.y.names.push_back(cell.scene);
-        if (cell.column == panel.x.names.size()) panel.x.names.push_back(cell.method);
-        const bool is_done = cell.end == RunEnd::kDone;
-        const double wrong = 1e6 * static_cast<double>(cell.wrong()) /
-                             static_cast<double>(std::max<std::uint64_t>(1, cell.rays()));
-        const std::size_t shade =
-            wrong <= 0 ? 0
-                       : std::clamp<std::size_t>(
-                             static_cast<std::size_t>(std::max(0.0, std::log10(wrong))) + 1, 1,
-                             kWrongColours.size() - 1);
-        const bool is_dark = !is_done || shade >= kFirstDark;
-        const auto x = static_cast<double>(cell.column);
-        const auto y = static_cast<double>(cell.row);
-        panel.rectangles.push_back({{x - 0.48, y - 0.46},
-                                    {x + 0.48, y + 0.46},
-                                    is_done ? kWrongColours[shade] : kNoAnswerColour});
-        const std::uint32_t white = 0xFFFFFF;
-        panel.texts.push_back({{x, y},
-                               is_done ? fmt::format("{:.0f}", wrong) : name_of(cell.end),
-                               is_dark ? white : plot::kTextColour,
-                               is_done ? -0.4 : 0});
-        if (!is_done) continue;
-        panel.texts.push_back(
-            {{x, y}, fmt::format("{:.2g}", cell.mrays), is_dark ? white : plot::kTextColour, 0.4});
-    }
-    return panel;
-}
-
 }  // namespace
 
 std::size_t failure_steps() { return failure_scenes().size(); }
@@ -171,12 +129,17 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
     for (std::size_t row = 0; row < inputs.size(); ++row)
         add_cells(context, inputs[row], row, cells);
 
-    const plot::Figure figure{
-        .title = "Failure map: wrong answers per million rays; below, Mray/s",
-        .footer = context.footer,
-        .panel_width = static_cast<int>(84 * (cells.empty() ? 1 : cells.back().column + 1)),
-        .panel_height = static_cast<int>(42 * inputs.size()),
-        .panels = {map_of(cells)}};
+    const plot::Figure figure{.title = "Failure map: wrong answers per million rays; below, Mray/s",
+                              .footer = context.footer,
+                              .panel_height = static_cast<int>(42 * inputs.size() + 140),
+                              .panels = {{.kind = "map",
+                                          .x = "column",
+                                          .y = "\"row\"",
+                                          .series = "scene",
+                                          .across = "method",
+                                          .shade = "wrong/M",
+                                          .note = "Mray/s",
+                                          .end = "end"}}};
     return {"failures",
             "Rows are scenes, columns are methods; one thread traces each cell. Most rays aim at "
             "vertices, edges and faces, some of them along an axis. Dark cells are scenes for "

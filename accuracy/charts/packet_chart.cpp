@@ -43,35 +43,7 @@ struct Row {
     std::string packet;
     /// Rays of a packet; 0: single rays.
     std::uint32_t rays;
-    double mrays;
 };
-
-/// For each target a line of packets and one of single rays, which do not depend on packets.
-plot::Figure figure_of(const ChartContext& context, const ChartInput& input,
-                       const std::vector<Row>& rows) {
-    plot::Panel panel{.x = {.title = "rays of a packet", .scale = plot::Scale::kLog2},
-                      .y = {.title = speed_title()}};
-    std::size_t target = 0;
-    for (const Row& row : rows) {
-        if (row.rays == 0) {
-            plot::Style style = plot::style_of(target++);
-            panel.curves.push_back({row.target + ", packets", {}, style});
-            style.dashed = true;
-            style.symbols = false;
-            const double last =
-                kShapes[std::size(kShapes) - 1].width * kShapes[std::size(kShapes) - 1].height;
-            panel.curves.push_back(
-                {row.target + ", single rays", {{1, row.mrays}, {last, row.mrays}}, style});
-        } else {
-            panel.curves[panel.curves.size() - 2].points.push_back(
-                {static_cast<double>(row.rays), row.mrays});
-        }
-    }
-    return {.title = fmt::format("Size of packets against speed: {}, {} triangles, camera rays",
-                                 input.name, input.topology.triangles.size()),
-            .footer = context.footer,
-            .panels = {panel}};
-}
 
 }  // namespace
 
@@ -93,30 +65,48 @@ Chart packet_chart(const ChartContext& context, const ChartInput& input,
             tracer.intersect(rays, out);
         };
         runs.emplace_back([&, single] { trace_camera(single, scene, hits); });
-        rows.push_back({target.name, "single", 0, 0});
+        rows.push_back({target.name, "single", 0});
         for (const Shape shape : kShapes) {
             runs.emplace_back(
                 [&, shape, tracer = cpu::PacketTracer(scene.scene_space.bvh, target)] {
                     trace_packets(scene, tracer, shape, hits);
                 });
             rows.push_back({target.name, fmt::format("{}x{}", shape.width, shape.height),
-                            shape.width * shape.height, 0});
+                            shape.width * shape.height});
         }
     }
     const std::vector<double> times = least_times(runs, context.effort.rounds, context.check);
-    Table table({"target", "packet", "rays", "Mray/s"});
+    Table table({"target", "packet", "rays", "packets Mray/s", "single rays Mray/s"});
+    std::string single;
     for (std::size_t i = 0; i < runs.size(); ++i) {
-        Row& row = rows[i];
-        row.mrays = static_cast<double>(hits.size()) / (times[i] * 1e3);
-        table.add({row.target, row.packet, fmt::format("{}", row.rays),
-                   fmt::format("{:.4g}", row.mrays)});
+        const Row& row = rows[i];
+        const std::string mrays =
+            fmt::format("{:.4g}", static_cast<double>(hits.size()) / (times[i] * 1e3));
+        // A target begins with its single rays, which do not depend on packets.
+        if (row.rays == 0) {
+            single = mrays;
+        } else {
+            table.add({row.target, row.packet, fmt::format("{}", row.rays), mrays, single});
+        }
     }
     context.step();
 
-    return {"packets" + suffix,
-            "Packets are faster where a line is above the dashed line of its colour, which is the "
-            "speed of single rays over the same tree.",
-            table, figure_of(context, input, rows)};
+    const plot::Figure figure{
+        .title = fmt::format("Size of packets against speed: {}, {} triangles, camera rays",
+                             input.name, input.topology.triangles.size()),
+        .footer = context.footer,
+        .panels = {{.kind = "lines",
+                    .x = "rays",
+                    .y = "\"packets Mray/s\" \"single rays Mray/s\"",
+                    .series = "target",
+                    .xlabel = "rays of a packet",
+                    .ylabel = speed_title(),
+                    .logx = "2"}}};
+    return {
+        "packets" + suffix,
+        "Packets are faster where their line is above the level line of the same code, which is "
+        "the speed of single rays over the same tree.",
+        table, figure};
 }
 
 }  // namespace mray::accuracy

@@ -67,28 +67,17 @@ Table table_of(const std::vector<Row>& rows) {
 }
 
 /// The lines of one series.
-plot::Panel panel_of(const std::string& title, const std::vector<Row>& rows,
-                     const std::vector<std::string>& methods, const std::string& series) {
-    const std::uint64_t rays = rows.empty() ? 1 : rows.front().counts.rays;
-    const double one_ray = 1e6 / static_cast<double>(std::max<std::uint64_t>(1, rays));
-    plot::Panel panel{.title = title,
-                      .x = {.title = series == "offset" ? "offset / size" : "scale",
-                            .scale = plot::Scale::kLog10,
-                            .zero_name = "none"},
-                      .y = {.title = "wrong answers per million rays",
-                            .scale = plot::Scale::kLog10,
-                            .zero_name = "none",
-                            .least_positive = one_ray}};
-    for (std::size_t i = 0; i < methods.size(); ++i) {
-        plot::Curve& curve = panel.curves.emplace_back();
-        curve.title = methods[i];
-        curve.style = plot::style_of(i);
-        for (const Row& row : rows) {
-            if (row.series == series && row.order == i)
-                curve.points.push_back({row.x, row.counts.wrong_per_million()});
-        }
-    }
-    return panel;
+plot::Panel panel_of(const std::string& title, const std::string& series) {
+    return {.kind = "lines",
+            .title = title,
+            .x = "x",
+            .y = "\"wrong/M\"",
+            .series = "method",
+            .xlabel = series == "offset" ? "offset / size" : "scale",
+            .ylabel = "wrong answers per million rays",
+            .where = "series",
+            .is = series,
+            .logx = "10"};
 }
 
 }  // namespace
@@ -101,8 +90,6 @@ Chart placement_chart(const ChartContext& context, const ChartInput& input,
                       const std::string& suffix) {
     std::vector<Row> rows;
     add_rows(context, input, "offset", 0, rows);
-    std::vector<std::string> methods;
-    for (const Row& row : rows) methods.push_back(row.method);
     for (const double offset : context.effort.offsets)
         add_rows(context, input, "offset", offset, rows);
     for (const double scale : context.effort.scales) add_rows(context, input, "scale", scale, rows);
@@ -111,16 +98,13 @@ Chart placement_chart(const ChartContext& context, const ChartInput& input,
         return std::tie(a.series, a.order, a.x) < std::tie(b.series, b.order, b.x);
     });
 
-    plot::Figure figure{.title = fmt::format("Far from the origin, tiny and huge: {}, {} triangles",
-                                             input.name, input.topology.triangles.size()),
-                        .footer = context.footer,
-                        .columns = 2,
-                        .panel_width = 520,
-                        .panel_height = 440,
-                        .panels = {panel_of("moved along (1, 1, 1)", rows, methods, "offset"),
-                                   panel_of("scaled", rows, methods, "scale")}};
-    // One legend for both.
-    figure.panels[0].legend = plot::Legend::kNone;
+    const plot::Figure figure{
+        .title = fmt::format("Far from the origin, tiny and huge: {}, {} triangles", input.name,
+                             input.topology.triangles.size()),
+        .footer = context.footer,
+        .columns = 2,
+        .panel_height = 440,
+        .panels = {panel_of("moved along (1, 1, 1)", "offset"), panel_of("scaled", "scale")}};
     return {
         "placement" + suffix,
         "Rays at vertices, edges and faces. Every answer is compared with the exact one for the "

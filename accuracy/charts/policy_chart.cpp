@@ -6,7 +6,6 @@
 
 #include "accuracy/charts/charts.h"
 #include "tools/measure/policy_runs.h"
-#include "tools/plot/policy_panels.h"
 
 namespace mray::accuracy {
 namespace {
@@ -60,20 +59,18 @@ Chart policy_chart(const ChartContext& context, SceneFrames& scene, const std::s
     comparisons.push_back(runner.compare(kPolicies, context.check));
     context.step();
 
-    figure.columns = 2;
-    figure.panel_width = 520;
-    figure.panel_height = 280;
+    figure.columns = 3;
+    figure.panel_height = 420;
     figure.panels = plot::policy_panels(
-        comparisons.front(),
+        comparisons,
         played.step == 1 ? "frame" : fmt::format("frame; one in {} is played", played.step));
-    return {
-        name,
-        fmt::format("On the CPU, {}x{} camera rays, {} frames of the clip; medians of {} rounds, "
-                    "with bars from the least to the largest. What a policy saves in updates, "
-                    "it may lose in tracing; their sum is below. Policies that take the same "
-                    "steps have one curve in two colours, the narrower on top.",
-                    side, side, played.frames.size(), context.effort.rounds),
-        policy_frames_table(comparisons), figure};
+    return {name,
+            fmt::format(
+                "On the CPU, {}x{} camera rays, {} frames of the clip; medians of {} rounds, "
+                "with bars from the least. What a policy saves in updates, it may lose in tracing; "
+                "their sum is on the right. Policies that take the same steps have one curve.",
+                side, side, played.frames.size(), context.effort.rounds),
+            policy_frames_table(comparisons), figure};
 }
 
 }  // namespace mray::accuracy

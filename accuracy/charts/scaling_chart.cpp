@@ -70,36 +70,29 @@ double exponent_of(const std::vector<Row>& rows, const std::string& backend, dou
     return spread > 0 ? (count * sum_xy - sum_x * sum_y) / spread : 0;
 }
 
-/// Adds the line of a time in the rows of one backend, if it has any.
-void add_line(plot::Panel& panel, const std::vector<Row>& rows, const std::string& backend,
-              const char* what, double Row::*time_ms, double (*unit)(const Row&)) {
-    plot::Curve curve;
-    curve.title =
-        fmt::format("{}, {}: n^{:.2f}", what, backend, exponent_of(rows, backend, time_ms));
-    curve.style = plot::style_of(panel.curves.size());
-    for (const Row& row : rows) {
-        if (row.backend != backend) continue;
-        curve.points.push_back(
-            {static_cast<double>(row.triangles), nanoseconds(row.*time_ms, unit(row))});
-    }
-    panel.curves.push_back(std::move(curve));
+plot::Panel panel_of(const char* title, const char* columns, const char* unit) {
+    return {.kind = "lines",
+            .title = title,
+            .x = "triangles",
+            .y = columns,
+            .series = "backend",
+            .xlabel = "triangles, n",
+            .ylabel = unit,
+            .logx = "10"};
 }
 
-std::vector<plot::Panel> panels_of(const std::vector<Row>& rows) {
-    const plot::Axis triangles{.title = "triangles, n", .scale = plot::Scale::kLog10};
-    plot::Panel update{.title = "build, and refit with its transfer",
-                       .x = triangles,
-                       .y = {.title = "ns a triangle"}};
-    plot::Panel trace{
-        .title = "trace and shade an image", .x = triangles, .y = {.title = "ns a ray"}};
-    const auto per_triangle = [](const Row& row) { return static_cast<double>(row.triangles); };
-    const auto per_ray = [](const Row& row) { return row.rays; };
-    add_line(update, rows, "cpu", "build", &Row::build_ms, per_triangle);
-    for (const char* backend : {"cpu", "vulkan"}) {
-        add_line(update, rows, backend, "refit", &Row::refit_ms, per_triangle);
-        add_line(trace, rows, backend, "trace", &Row::trace_ms, per_ray);
+/// How each time grows.
+std::string exponents_text(const std::vector<Row>& rows) {
+    std::string text;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const std::string& backend = rows[i].backend;
+        if (i > 0 && rows[i - 1].backend == backend) continue;
+        text += fmt::format(" Time on {}: build n^{:.2f}, refit n^{:.2f}, trace n^{:.2f}.", backend,
+                            exponent_of(rows, backend, &Row::build_ms),
+                            exponent_of(rows, backend, &Row::refit_ms),
+                            exponent_of(rows, backend, &Row::trace_ms));
     }
-    return {update, trace};
+    return text;
 }
 
 }  // namespace
@@ -136,14 +129,15 @@ Chart scaling_chart(const ChartContext& context) {
     const plot::Figure figure{
         .title = fmt::format("Number of triangles: builtin:{}, {}x{} pixels", kScene, kSide, kSide),
         .footer = context.footer,
-        .columns = 2,
-        .panel_width = 460,
-        .panel_height = 400,
-        .panels = panels_of(rows)};
+        .panel_height = 360,
+        .panels = {panel_of("build, and refit with its transfer",
+                            "\"build ns/tri\" \"refit ns/tri\"", "ns a triangle"),
+                   panel_of("trace and shade an image", "\"trace ns/ray\"", "ns a ray")}};
     return {"scaling",
-            "In the legends: how each time grows. Flat lines on the left mean work in proportion "
-            "to the triangles; on the right a line "
-            "rises by a constant for each factor of ten if time grows with the tree's depth.",
+            "Flat lines above mean work in proportion "
+            "to the triangles; below, a line "
+            "rises by a constant for each factor of ten if time grows with the tree's depth." +
+                exponents_text(rows),
             table, figure};
 }
 

@@ -15,7 +15,6 @@
 #include "cpu/packet/packet_tracer.h"
 #include "cpu/refit/refit.h"
 #include "cpu/single_ray/single_ray_tracer.h"
-#include "tools/plot/bars.h"
 
 namespace mray::accuracy {
 namespace {
@@ -23,9 +22,6 @@ namespace {
 constexpr std::uint32_t kSide = cpu::kCameraSide;
 // Degraded trees are slow.
 constexpr std::uint32_t kMostSide = 256;
-
-constexpr std::uint32_t kPacketColour = plot::kPalette[0];
-constexpr std::uint32_t kSingleColour = plot::kPalette[1];
 
 struct Tree {
     std::string name;
@@ -119,9 +115,6 @@ Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::str
     const std::vector<double> times = least_times(runs, context.effort.rounds, context.check);
     Table table({"tree", "row", "packets Mray/s", "single Mray/s", "SAH cost", "make ms", "MiB",
                  "different answers"});
-    plot::Panel panel{
-        .x = {.title = speed_title(), .scale = plot::Scale::kLinear},
-        .colour_names = {{"SIMD packets", kPacketColour}, {"SIMD single rays", kSingleColour}}};
     for (std::size_t i = 0; i < trees.size(); ++i) {
         std::size_t different = 0;
         for (std::size_t p = 0; p < pixels; ++p) {
@@ -132,10 +125,6 @@ Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::str
             return static_cast<double>(pixels) / (times[run] * 1e3);
         };
         const BvhStats stats = bvh_stats(trees[i].bvh);
-        plot::add_bars(panel, trees[i].name,
-                       {{mrays(2 * i), kPacketColour}, {mrays(2 * i + 1), kSingleColour}},
-                       fmt::format("SAH cost {:.1f}, made in {:.2f} ms, {} different answers",
-                                   stats.sah_cost, trees[i].build_ms, different));
         table.add({trees[i].name, fmt::format("{}", i), fmt::format("{:.4g}", mrays(2 * i)),
                    fmt::format("{:.4g}", mrays(2 * i + 1)), fmt::format("{:.2f}", stats.sah_cost),
                    fmt::format("{:.2f}", trees[i].build_ms),
@@ -147,9 +136,11 @@ Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::str
     const plot::Figure figure{.title = fmt::format("Kinds of trees: {}, {} triangles", clip.name(),
                                                    clip.topology().triangles.size()),
                               .footer = context.footer,
-                              .panel_width = 560,
-                              .panel_height = 350,
-                              .panels = {panel}};
+                              .panel_height = 380,
+                              .panels = {{.kind = "bars",
+                                          .y = "\"packets Mray/s\" \"single Mray/s\"",
+                                          .series = "tree",
+                                          .xlabel = speed_title()}}};
     return {"trees" + suffix,
             "The same rays over different trees. Answers do not depend on the tree: none differs "
             "from that over the first tree.",

@@ -15,7 +15,7 @@
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
-#include "tools/plot/gnuplot_script.h"
+#include "tools/plot/plot.h"
 #include "tools/process/shell_text.h"
 
 namespace mray::app {
@@ -105,7 +105,7 @@ std::size_t steps_of(std::size_t scenes, const Effort& effort) {
 }  // namespace
 
 ExitCode draw_charts(const Options& options, const Messages& messages) {
-    require_gnuplot();
+    plot::require_gnuplot("chart");
     const OutputFolder parent(parent_of(options.out));
     ChartFolder folder(options.out);
     std::vector<SceneFrames> scenes;
@@ -136,13 +136,13 @@ ExitCode draw_charts(const Options& options, const Messages& messages) {
     std::vector<PagedChart> paged;
     for (const Chart& chart : charts) {
         throw_if_interrupted();
-        paged.push_back(page_chart(chart));
+        PagedChart& page = paged.emplace_back(&chart);
         if (chart.figure.panels.empty()) continue;
-        folder.write(chart.name + ".csv", chart.table.csv());
-        folder.write(chart.name + ".gp",
-                     plot::script_of(chart.figure, {{plot::Image::kSvg, chart.name + ".svg"},
-                                                    {plot::Image::kPng, chart.name + ".png"}}));
-        folder.plot(chart.name + ".gp");
+        const std::string csv = chart.table.csv();
+        page.svg = plot::draw(chart.figure, csv, "svg");
+        folder.write(chart.name + ".csv", csv);
+        folder.write(chart.name + ".svg", page.svg);
+        folder.write(chart.name + ".png", plot::draw(chart.figure, csv, "png"));
     }
     folder.write("index.html", chart_page(paged, machine, command));
     folder.keep();

@@ -12,21 +12,12 @@
 
 namespace mray::app {
 
-/// The time of refitting a whole scene of one size, transfer included.
-struct RefitScaling {
-    std::string backend;
-    std::uint64_t triangles = 0;
-    double ms = 0;
-};
-
 /// A clip under several policies on each backend.
 struct PolicyReport {
     ReportHead head;
     std::string rays;
     int repeat = 0;
     std::vector<PolicyComparison> backends;
-    /// For built-in scenes, if charts are asked for.
-    std::vector<RefitScaling> scaling;
 };
 
 /// A row for each round of a policy, to be written while rounds are played. At most 100 columns.

@@ -30,7 +30,8 @@ check_paths() {
 }
 check_paths
 for file in bin/morphray include/morphray/morphray.hpp include/morphray/version.hpp \
-    share/doc/morphray/LICENSE share/morphray/scenes/robot.gltf share/morphray/scenes/flag/flag_3.obj; do
+    share/doc/morphray/LICENSE share/morphray/plot.gp share/morphray/scenes/robot.gltf \
+    share/morphray/scenes/flag/flag_3.obj; do
     [ -e "$prefix/$file" ] || fail "$file is not installed"
 done
 # The build has no libraries in place of Embree's without its headers.

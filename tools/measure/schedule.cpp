@@ -35,20 +35,4 @@ Schedule best_schedule(const ScheduleCosts& costs) {
     return schedule;
 }
 
-double periodic_total(const ScheduleCosts& costs, std::size_t period) {
-    const std::size_t frames = costs.first.size();
-    double total = 0;
-    for (std::size_t f = 0; f < frames; ++f) {
-        const std::size_t begin = f / period * period;
-        if (begin == 0) {
-            total += costs.first[f];
-        } else if (f - begin < costs.built[begin].size()) {
-            total += costs.built[begin][f - begin];
-        } else {
-            return -1;
-        }
-    }
-    return total;
-}
-
 }  // namespace mray

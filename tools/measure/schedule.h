@@ -24,8 +24,4 @@ struct Schedule {
 /// The schedule of least total cost, by dynamic programming over the frame of the last rebuild.
 Schedule best_schedule(const ScheduleCosts& costs);
 
-/// The total of rebuilding at frames period, 2 period, ...; negative if some of its costs were not
-/// measured.
-double periodic_total(const ScheduleCosts& costs, std::size_t period);
-
 }  // namespace mray

@@ -11,44 +11,42 @@
 #include "app/clip/frames.h"
 #include "app/commands/profile/profile_head.h"
 #include "app/commands/profile/shown_rows.h"
-#include "app/report/policy_plot.h"
 #include "app/report/policy_report.h"
 #include "app/report/trace_events.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
-#include "tools/measure/median.h"
+#include "common/base/errors.h"
+#include "common/base/output_file.h"
 #include "tools/measure/policy_runs.h"
+#include "tools/plot/plot.h"
 
 namespace mray::app {
 namespace {
 
-/// Times refits of a built-in scene at four sizes up to its own, on each backend. Returns nothing
-/// for files, which have one size only.
-std::vector<RefitScaling> measure_scaling(const Options& options,
-                                          const std::vector<BackendChoice>& choices,
-                                          std::uint64_t triangles, const Messages& messages) {
-    if (!options.scene.starts_with("builtin:")) return {};
-    const std::string name = options.scene.substr(0, options.scene.find(':', 8));
-    std::vector<RefitScaling> scaling;
-    for (const std::uint64_t divisor : {64, 16, 4, 1}) {
-        SceneFrames scene(open_scene(
-            fmt::format("{}:{}", name, std::max<std::uint64_t>(1, triangles / divisor))));
-        const Topology& topology = scene.clip().topology();
-        for (const BackendChoice choice : choices) {
-            const auto backend = make_backend(choice, options.backend, messages);
-            const std::span<const vec3> start = scene.positions(scene.clip().first_frame());
-            backend->set_scene(topology, start, build_bvh(topology, start));
-            std::vector<double> times;
-            for (int i = 0; i <= options.repeat; ++i) {
-                throw_if_interrupted();
-                backend->refit(scene.positions(i % 2 == 0 ? 1 : 2), RefitExtent::kAll);
-                // The first run warms up.
-                if (i > 0) times.push_back(backend->finish().update.total_ms());
-            }
-            scaling.push_back({backend->info().name, topology.triangles.size(), median(times)});
-        }
+/// Draws the panels of plot::policy_panels for each backend.
+void plot_policies(const PolicyReport& report, const std::string& file) {
+    const plot::Figure figure{
+        .title = fmt::format("Update policies: {}, {} triangles", report.head.scene,
+                             report.head.triangles),
+        .footer = fmt::format("{}x{} pixels, {} rays; {}", report.head.width, report.head.height,
+                              report.rays,
+                              report.repeat == 1 ? std::string("one round")
+                                                 : fmt::format("medians of {} rounds, with bars "
+                                                               "from the least",
+                                                               report.repeat)),
+        .columns = 3,
+        .panel_height = 420,
+        .panels = plot::policy_panels(report.backends, "frame")};
+    write_file(file, plot::draw(figure, policy_frames_table(report.backends).csv(),
+                                file.ends_with(".png") ? "png" : "svg"));
+}
+
+void require_plotter(const std::string& file) {
+    if (!file.ends_with(".svg") && !file.ends_with(".png")) {
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("--plot: {} ends neither in .svg nor in .png", file));
     }
-    return scaling;
+    plot::require_gnuplot("--plot");
 }
 
 void publish(const PolicyReport& report, const Options& options, const ShownRows& shown,
@@ -103,8 +101,6 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
         report.backends.push_back(runner.compare(policies, begin_frame, add_row));
     }
     progress->finish();
-    if (!options.plot.empty())
-        report.scaling = measure_scaling(options, choices, report.head.triangles, messages);
     publish(report, options, shown, messages);
     return ExitCode::kOk;
 }

@@ -61,14 +61,6 @@ TEST(BestSchedule, TakesNothingThatWasNotMeasured) {
     for (double& cost : costs.first) cost = 1000;
     for (auto& built : costs.built) built.resize(1);
     EXPECT_EQ(best_schedule(costs).rebuilds.size(), 6u);
-    EXPECT_LT(periodic_total(costs, 3), 0);
-}
-
-TEST(PeriodicTotal, IsThatOfItsRebuilds) {
-    const ScheduleCosts costs = random_costs(10, 2);
-    EXPECT_DOUBLE_EQ(periodic_total(costs, 4), total_of(costs, 1u << 4 | 1u << 8));
-    EXPECT_DOUBLE_EQ(periodic_total(costs, 100), total_of(costs, 0));
-    EXPECT_DOUBLE_EQ(periodic_total(costs, 1), total_of(costs, 0x3FE));
 }
 
 }  // namespace
