@@ -97,9 +97,12 @@ std::string settings(const Figure& figure, const std::string& csv, std::string_v
 }  // namespace
 
 void require_gnuplot(std::string_view who) {
-    if (run_shell("command -v gnuplot").status == 0) return;
-    throw Error(ErrorKind::kUnavailable,
-                fmt::format("{}: gnuplot is not installed; install the package gnuplot-nox", who));
+    if (run_shell("command -v gnuplot").status != 0) {
+        throw Error(
+            ErrorKind::kUnavailable,
+            fmt::format("{}: gnuplot is not installed; install the package gnuplot-nox", who));
+    }
+    script_path();
 }
 
 std::string draw(const Figure& figure, std::string_view csv, std::string_view format) {

@@ -41,7 +41,8 @@ struct Figure {
     std::vector<Panel> panels = {};
 };
 
-/// Throws Error(kUnavailable) without gnuplot; `who` begins the message.
+/// Throws Error(kUnavailable) without gnuplot or its script; `who` begins the message of the
+/// former.
 void require_gnuplot(std::string_view who);
 
 /// The image, as "svg" or "png", of a figure that shows columns of this CSV. Throws Error:
