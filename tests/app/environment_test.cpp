@@ -101,22 +101,5 @@ TEST(Environment, AutomaticBackendFallsBackWithOneWarning) {
     EXPECT_EQ(nlohmann::json::parse(outcome.out)["backend"], "cpu");
 }
 
-TEST(Environment, TraceOnTheAutomaticBackendFallsBackToTheCpu) {
-    const std::vector<std::string> trace = {"trace", "builtin:cloth:500", "--rays", "-", "--out",
-                                            "-"};
-    Surroundings surroundings = kNoDriver;
-    surroundings.input = "0 9 0 0 -1 0\n";
-    const Outcome unasked = run(trace, surroundings);
-    EXPECT_EQ(unasked.code, 0) << unasked.err;
-    EXPECT_EQ(unasked.err, "");
-    std::vector<std::string> automatic = trace;
-    automatic.insert(automatic.end(), {"--backend", "auto"});
-    const Outcome outcome = run(automatic, surroundings);
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_EQ(outcome.out, unasked.out);
-    EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
-    EXPECT_TRUE(outcome.err.starts_with("morphray: warning: Vulkan: ")) << outcome.err;
-}
-
 }  // namespace
 }  // namespace mray::test

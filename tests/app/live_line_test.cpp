@@ -17,9 +17,6 @@ struct LongCommand {
 
 // Each takes long enough to be seen at work, on any machine.
 std::vector<LongCommand> long_commands(const TemporaryFolder& folder) {
-    std::string rays;
-    for (int i = 0; i < 2'000'000; ++i) rays += "0 5 0 0 -1 0\n";
-    const std::string ray_file = folder.write("rays", rays);
     const std::string cloth = "builtin:cloth:5000";
     const std::string hair = "builtin:hair:1000000";
     return {
@@ -29,21 +26,10 @@ std::vector<LongCommand> long_commands(const TemporaryFolder& folder) {
         {{"render", hair, "--build", "sweep", "--threads", "1", "--size", "8x8", "--frame", "0",
           "--out", folder.file("image")},
          R"(rendering .* 0/1  tree \d+\.\d %)"},
-        {{"crosscheck", cloth, "--backend", "cpu", "--reference", "brute", "--size", "1024x1024",
-          "--frames", "3", "--out", folder.file("differences")},
-         R"(comparing .* 0/\d+  frame 3, reference brute, primary \d+\.\d %)"},
-        {{"profile", hair, "--build", "sweep", "--threads", "1", "--backend", "cpu", "--frames",
-          "3"},
-         R"(measuring .* 0/1  (tree|frame 3 on cpu))"},
-        {{"probe", cloth, "--backend", "brute", "--size", "2048x2048", "--pixel", "1,1", "--rays",
-          "shadow", "--frame", "3"},
-         R"(tracing the image .* \d+\.\d %)"},
-        {{"trace", cloth, "--backend", "brute", "--rays", ray_file, "--out", folder.file("hits")},
-         R"(tracing .* 0/2000000)"},
     };
 }
 
-TEST(LiveLine, MovesInEveryLongCommandAndIsClearedBeforeTheMessage) {
+TEST(LiveLine, MovesWithinAStepAndIsClearedBeforeTheMessage) {
     const TemporaryFolder folder;
     for (const LongCommand& command : long_commands(folder)) {
         Started started(command.arguments,
@@ -61,21 +47,6 @@ TEST(LiveLine, MovesInEveryLongCommandAndIsClearedBeforeTheMessage) {
         EXPECT_EQ(message.find('\n'), message.size() - 1) << message;
         EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
     }
-}
-
-TEST(LiveLine, IsAbsentUnderQuietAndOnADumbTerminal) {
-    const TemporaryFolder folder;
-    const auto error_of = [&](std::vector<std::string> more, const char* terminal) {
-        std::vector<std::string> arguments = {
-            "render", "builtin:hair:400000", "--frame", "0",      "--build",
-            "sweep",  "--threads",           "1",       "--size", "8x8",
-            "--out",  folder.file("out.png")};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return run(arguments, {.environment = {terminal}, .on_terminal = true}).err;
-    };
-    EXPECT_EQ(error_of({"--quiet"}, "TERM=xterm"), "");
-    EXPECT_EQ(error_of({"--progress", "off"}, "TERM=xterm"), "");
-    EXPECT_EQ(error_of({}, "TERM=dumb"), "");
 }
 
 TEST(Rows, AreWrittenAsFramesAreMade) {
@@ -100,38 +71,6 @@ TEST(Rows, AreWrittenAsFramesAreMade) {
     for (std::size_t i = 1; i < rows.size(); ++i)
         EXPECT_TRUE(std::filesystem::exists(rows[i].substr(rows[i].find(out)))) << rows[i];
     EXPECT_EQ(outcome.err, "morphray: interrupted; finished results are kept\n");
-}
-
-TEST(Rows, OfProfileAreWrittenWhenAFrameIsMeasured) {
-    Started profile({"profile", "builtin:cloth:20000", "--backend", "cpu", "--threads", "1",
-                     "--size", "512x512", "--frames", "0..24", "--repeat", "20"});
-    profile.wait_for_out(R"(\n +0  cpu +new trace .*\n)");
-    profile.send(SIGINT);
-    const Outcome outcome = profile.wait();
-    EXPECT_EQ(outcome.code, 130);
-    const std::vector<std::string> rows = lines(outcome.out);
-    ASSERT_GE(rows.size(), 3u) << outcome.out;
-    EXPECT_TRUE(rows[0].starts_with("times in ms of 20 runs")) << rows[0];
-    EXPECT_TRUE(rows[2].starts_with("frame  backend  stage ")) << rows[2];
-    // Each frame has all of its stages.
-    const std::size_t frames = (rows.size() - 3) / 6;
-    EXPECT_EQ(rows.size(), 3 + 6 * frames) << outcome.out;
-    EXPECT_TRUE(rows[3].starts_with("    0  cpu      deform ")) << rows[3];
-}
-
-TEST(Rows, OfPoliciesAreWrittenWhenARoundIsPlayed) {
-    Started profile({"profile", "builtin:cloth:20000", "--policies", "refit,every:2", "--backend",
-                     "cpu", "--threads", "1", "--size", "256x256", "--frames", "0..24", "--repeat",
-                     "20"});
-    profile.wait_for_out(R"(\n +1  every:2  cpu .*\n)");
-    profile.send(SIGINT);
-    const Outcome outcome = profile.wait();
-    EXPECT_EQ(outcome.code, 130);
-    const std::vector<std::string> rows = lines(outcome.out);
-    ASSERT_GE(rows.size(), 4u) << outcome.out;
-    EXPECT_TRUE(rows[0].starts_with("times in ms of one round each")) << rows[0];
-    EXPECT_TRUE(rows[1].starts_with("round  policy   backend  ")) << rows[1];
-    EXPECT_TRUE(rows[2].starts_with("    1  refit    cpu  ")) << rows[2];
 }
 
 TEST(Rows, OfProfileEndNoReportIfTheyCannotBePrinted) {

@@ -68,13 +68,6 @@ TEST(Output, ReportInAMissingFolderIsRefusedBeforeTheScene) {
     }
 }
 
-TEST(Output, ReportThatIsAFolderIsRefused) {
-    TemporaryFolder folder;
-    expect_output_error(run(render(folder, {"--json", folder.path().string()})),
-                        folder.path().string());
-    EXPECT_TRUE(folder.names().empty());
-}
-
 TEST(Output, ReportsMayLieInTheFolderOfTheImages) {
     TemporaryFolder folder;
     const Outcome outcome = run(
@@ -119,12 +112,6 @@ TEST(Output, ClosedStdoutIsAnErrorAndReceivesNoOtherFile) {
     }
 }
 
-TEST(Output, QuietNeedsNoStdout) {
-    TemporaryFolder folder;
-    const Outcome outcome = run(render(folder, {"-q"}), {.stdout_closed = true});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-}
-
 TEST(Output, FailureLeavesNoFolder) {
     TemporaryFolder folder;
     const std::string nested = folder.file("a/b/c");
@@ -166,14 +153,6 @@ TEST(Output, JsonIsTheOnlyTextOnStdout) {
             EXPECT_TRUE(nlohmann::json::accept(outcome.out)) << command[0] << ": " << outcome.out;
         }
     }
-}
-
-TEST(Output, OtherReportsAreTheOnlyTextOnStdout) {
-    const Outcome junit = run({"crosscheck", "builtin:cloth:500", "--backend", "cpu", "--size",
-                               "16x16", "--frames", "0", "--junit", "-"});
-    EXPECT_EQ(junit.code, 0) << junit.err;
-    EXPECT_TRUE(junit.out.starts_with("<?xml ")) << junit.out;
-    EXPECT_TRUE(junit.out.ends_with("</testsuite>\n")) << junit.out;
 }
 
 }  // namespace

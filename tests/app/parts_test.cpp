@@ -7,8 +7,6 @@
 #include <memory>
 
 #include "app/base/numbers.h"
-#include "app/base/process_memory.h"
-#include "app/base/remedy_text.h"
 #include "app/cli/command_line.h"
 #include "app/clip/frames.h"
 #include "app/commands/crosscheck/cross_checker.h"
@@ -138,35 +136,6 @@ TEST(CrosscheckText, GivesTheCommandsThatTraceADifferingPixel) {
     EXPECT_EQ(parsed.view_arguments, options.view_arguments);
 }
 
-TEST(CrosscheckText, HasARowAVariantAndOneForEachImageThatDiffers) {
-    CheckReport report = planted_report();
-    CheckRow row = report.rows[0];
-    row.trace_ms = 1.5;
-    report.rows.clear();
-    for (const double frame : {0.0, 12.0}) {
-        for (const char* backend : {"vulkan", "cpu"}) {
-            row.frame = frame;
-            row.backend = backend;
-            report.rows.push_back(row);
-        }
-    }
-    EXPECT_EQ(table_text(report),
-              "variant               images  result  trace ms\n"
-              "vulkan, refit on cpu       2  equal       3.00\n"
-              "cpu, refit on cpu          2  equal       3.00\n");
-    report.rows[2].difference.t = 7;
-    report.trees = {{0, 5, 5}, {12, 5, 6}};
-    const std::string text = table_text(report);
-    EXPECT_NE(text.find("vulkan, refit on cpu       2  1 of 2 differ"), std::string::npos) << text;
-    EXPECT_NE(text.find("cpu, refit on cpu          2  equal"), std::string::npos) << text;
-    EXPECT_NE(text.find("   12  vulkan, refit on cpu  ao    brute  "), std::string::npos) << text;
-    EXPECT_NE(text.find("refitted on cpu and on vulkan, 2 frames: 1 of 2 differ"),
-              std::string::npos)
-        << text;
-    EXPECT_EQ(text.find("0000000000000005  0000000000000005"), std::string::npos) << text;
-    EXPECT_NE(text.find("0000000000000005  0000000000000006"), std::string::npos) << text;
-}
-
 TEST(Junit, DifferencesAreFailures) {
     CheckReport report = planted_report();
     report.rows[0].difference.uv = 3;
@@ -175,17 +144,6 @@ TEST(Junit, DifferencesAreFailures) {
     EXPECT_NE(xml.find("tests=\"2\" failures=\"2\""), std::string::npos) << xml;
     EXPECT_NE(xml.find("<failure message=\"3 pixels differ: 3 "), std::string::npos) << xml;
     EXPECT_NE(xml.find("a&lt;b.vulkan, refit on cpu"), std::string::npos) << xml;
-}
-
-TEST(Junit, HasTheEnvironmentAsProperties) {
-    CheckReport report = planted_report();
-    report.device = "A <GPU>";
-    const std::string xml = to_junit(run_of(report));
-    for (const char* property :
-         {"name=\"device\" value=\"A &lt;GPU&gt;\"",
-          "name=\"instruction_sets\" value=\"avx2, scalar\"", "name=\"program_version\" value=\""})
-        EXPECT_NE(xml.find(property), std::string::npos) << property << xml;
-    EXPECT_LT(xml.find("</properties>"), xml.find("<testcase"));
 }
 
 TEST(Junit, RunThatEndedEarlyHasAnError) {
@@ -214,16 +172,6 @@ TEST(Junit, WarningIsAFailureIfStrict) {
     EXPECT_NE(to_junit(run).find("<failure message=\"a.obj: warning: odd\"/>"), std::string::npos);
 }
 
-TEST(CheckRow, NamesTheDeviceIfThereAreSeveral) {
-    CheckRow row = planted_report().rows[0];
-    row.device = "1";
-    row.device_name = "A GPU";
-    EXPECT_EQ(row.variant(), "vulkan 1 (A GPU), refit on cpu");
-    row.backend = "cpu";
-    row.refit_on = "vulkan";
-    EXPECT_EQ(row.variant(), "cpu, refit on vulkan 1 (A GPU)");
-}
-
 TEST(Failure, HasTheExitCodeOfItsKind) {
     const auto code_of = [](const auto& failure) {
         return explain_failure(std::make_exception_ptr(failure), Messages());
@@ -239,16 +187,6 @@ TEST(Failure, HasTheExitCodeOfItsKind) {
     EXPECT_EQ(code_of(42), ExitCode::kInternal);
 }
 
-TEST(Remedy, IsToldAsAnOption) {
-    const auto told = [](Remedy remedy) {
-        return message_of(Error(ErrorKind::kBadInput, "a.obj: wrong; repair it", remedy));
-    };
-    EXPECT_EQ(told(Remedy::kNone), "a.obj: wrong; repair it");
-    EXPECT_EQ(told(Remedy::kLenient), "a.obj: wrong; repair it or accept it with --lenient");
-    EXPECT_EQ(told(Remedy::kReplaceMissing),
-              "a.obj: wrong; repair it, or use --missing hold or --missing skip");
-}
-
 TEST(BruteForce, IsTheReferenceUpToTwoBillionTests) {
     ViewSpec view;
     view.width = view.height = 1000;
@@ -259,16 +197,6 @@ TEST(BruteForce, IsTheReferenceUpToTwoBillionTests) {
     EXPECT_FALSE(brute_is_affordable(1001, view, kRaysShadow));
     EXPECT_TRUE(brute_is_affordable(200, view, kRaysAo));
     EXPECT_FALSE(brute_is_affordable(201, view, kRaysAo));
-}
-
-TEST(FrameLabel, HasTheDigitsOfAllFrames) {
-    EXPECT_EQ(frame_label(0, {}), "0000");
-    EXPECT_EQ(frame_label(7, {}), "0007");
-    EXPECT_EQ(frame_label(7, {5, 0}), "00007");
-    EXPECT_EQ(frame_label(7, {4, 2}), "0007.00");
-    EXPECT_EQ(frame_label(7.25, {4, 2}), "0007.25");
-    EXPECT_EQ(frame_label(0.1 + 0.2, {4, 1}), "0000.3");
-    EXPECT_EQ(frame_label(123456, {}), "123456");
 }
 
 TEST(FrameLabel, SortsLikeItsNumber) {
@@ -284,15 +212,6 @@ TEST(FrameLabel, SortsLikeItsNumber) {
     for (const double frame : frames)
         names.push_back(fmt::format("frame_{}.png", frame_label(frame, digits)));
     EXPECT_TRUE(std::is_sorted(names.begin(), names.end())) << names.front();
-}
-
-TEST(ProcessMemory, IsToldOfThisMachine) {
-    EXPECT_GT(free_memory_bytes(), 1u << 20);
-    const std::uint64_t before = peak_memory_bytes();
-    EXPECT_GT(before, 1u << 20);
-    const std::vector<char> more(std::size_t{64} << 20, 1);
-    EXPECT_GE(peak_memory_bytes(), before + (std::uint64_t{32} << 20));
-    EXPECT_EQ(more.back(), 1);
 }
 
 TEST(ProbeSentence, SaysWhatIsHitAndWhoDisagrees) {
@@ -321,27 +240,6 @@ TEST(ProbeSentence, SaysWhatIsHitAndWhoDisagrees) {
               "triangle 7");
     report.candidates[0].is_hit = false;
     EXPECT_NE(probe_sentence(report).find("BRUTE FORCE FINDS nothing"), std::string::npos);
-}
-
-TEST(ProbeSentence, NamesColours) {
-    const auto name = [](std::uint32_t red, std::uint32_t green, std::uint32_t blue) {
-        return colour_name(0xFF000000 | red | green << 8 | blue << 16);
-    };
-    EXPECT_EQ(name(0, 0, 0), "black");
-    EXPECT_EQ(name(255, 255, 255), "white");
-    EXPECT_EQ(name(128, 128, 128), "grey");
-    EXPECT_EQ(name(200, 200, 198), "light grey");
-    EXPECT_EQ(name(255, 0, 0), "red");
-    EXPECT_EQ(name(255, 0, 20), "red");
-    EXPECT_EQ(name(60, 0, 0), "dark red");
-    EXPECT_EQ(name(240, 130, 20), "orange");
-    EXPECT_EQ(name(230, 220, 30), "yellow");
-    EXPECT_EQ(name(30, 200, 40), "green");
-    EXPECT_EQ(name(20, 220, 220), "cyan");
-    EXPECT_EQ(name(60, 90, 220), "blue");
-    EXPECT_EQ(name(150, 180, 230), "light blue");
-    EXPECT_EQ(name(130, 30, 220), "violet");
-    EXPECT_EQ(name(230, 60, 200), "pink");
 }
 
 }  // namespace

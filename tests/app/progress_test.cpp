@@ -106,46 +106,6 @@ ProgressState some_state() {
             .counts_part = StepPart::kCounted};
 }
 
-TEST(ProgressLine, ShowsUnitsStepRateAndTimeLeft) {
-    const auto line = [](int columns) {
-        return progress_line(some_state(), columns, ProgressMode::kPlain);
-    };
-    // 5.3 frames in 12 s, 4.7 to come.
-    EXPECT_EQ(line(80),
-              "render [#############............] 5/10  frame 12 30.0 %  2.3 s/frame  11 s left");
-    EXPECT_EQ(line(50), "render [####....] 5/10  frame 12 30.0 %  11 s left");
-    EXPECT_EQ(line(35), "render [#####.....] 5/10  11 s left");
-    EXPECT_EQ(line(18), "render [##..] 5/10");
-    EXPECT_EQ(line(13), "render 5/10");
-    EXPECT_EQ(line(4), "rend");
-}
-
-TEST(ProgressLine, CountsThePartsOfUnitsOnly) {
-    ProgressState state = some_state();
-    state.counts_part = StepPart::kShown;
-    EXPECT_EQ(progress_line(state, 60, ProgressMode::kPlain),
-              "render [##...] 5/10  frame 12 30.0 %  2.4 s/frame  12 s left");
-    state.part = -1;
-    EXPECT_EQ(progress_line(state, 60, ProgressMode::kPlain),
-              "render [######......] 5/10  frame 12  2.4 s/frame  12 s left");
-}
-
-TEST(ProgressLine, HasRatesThatCanBeRead) {
-    ProgressState state{.label = "x", .unit = "ray", .done = 1, .total = 1'000'000'000};
-    const auto rate = [&](std::uint64_t done, double seconds) {
-        state.done = done;
-        state.counted_s = seconds;
-        const std::string line = progress_line(state, 90, ProgressMode::kPlain);
-        const std::size_t at = line.find("  ") + 2;
-        return line.substr(at, line.find("  ", at) - at);
-    };
-    EXPECT_EQ(rate(1, 20), "20.0 s/ray");
-    EXPECT_EQ(rate(31, 20), "1.6 rays/s");
-    EXPECT_EQ(rate(25000, 20), "1250 rays/s");
-    EXPECT_EQ(rate(2500000, 20), "125 k rays/s");
-    EXPECT_EQ(rate(50000000, 20), "2.5 M rays/s");
-}
-
 TEST(ProgressLine, HasNoTimeLeftBeforeAnythingIsDoneAndAfterTheLastUnit) {
     for (const std::uint64_t done : {0, 10, 11}) {
         ProgressState state = some_state();
@@ -168,15 +128,6 @@ TEST(ProgressLine, IsNeverLongerThanTheTerminal) {
             }
         }
     }
-}
-
-TEST(ProgressLine, OfASingleStepHasItsPartOrTheTime) {
-    ProgressState state{.label = "building the tree", .elapsed_s = 3};
-    EXPECT_EQ(progress_line(state, 60, ProgressMode::kPlain), "building the tree 3 s");
-    state.part = 0.5f;
-    EXPECT_EQ(progress_line(state, 44, ProgressMode::kPlain),
-              "building the tree [###....] 50.0 %  3 s left");
-    EXPECT_EQ(progress_line(state, 33, ProgressMode::kPlain), "building the tree [###...] 50.0 %");
 }
 
 TEST(Progress, WritesNothingIfOffOrFinishedAtOnce) {
@@ -250,21 +201,6 @@ TEST(ProgressMode, FollowsTheOptionWhateverElse) {
     }
 }
 
-TEST(ProgressLine, AsTextAndAsJsonSaysTheSame) {
-    ProgressState state = some_state();
-    EXPECT_EQ(progress_text_line(state), "render 5/10  frame 12 30.0 %  11 s left\n");
-    EXPECT_EQ(progress_json_line(state),
-              "{\"schema\": \"morphray/1\", \"progress\": \"render\", \"done\": 5, "
-              "\"total\": 10, \"step\": \"frame 12\", \"part\": 0.3000, \"elapsed_s\": 13.000, "
-              "\"left_s\": 10.642}\n");
-    state = {.label = "x", .total = 10, .elapsed_s = 1, .counted_s = 1};
-    EXPECT_EQ(progress_text_line(state), "x 0/10\n");
-    EXPECT_NE(progress_json_line(state).find("\"step\": null, \"part\": null"), std::string::npos);
-    EXPECT_NE(progress_json_line(state).find("\"left_s\": null"), std::string::npos);
-    state.done = 11;
-    EXPECT_EQ(progress_text_line(state), "x 10/10\n");
-}
-
 TEST(Progress, WritesTheFirstAndTheLastLine) {
     Pipe pipe;
     {
@@ -321,28 +257,6 @@ TEST(Progress, MovesWhileOneStepIsWorkedOn) {
         EXPECT_TRUE(text.ends_with("\r\x1b[K")) << text;
     }
     EXPECT_EQ(terminal.read_all(), "");
-}
-
-TEST(Progress, ShowsASingleStepOnATerminalOnly) {
-    Terminal terminal;
-    Pipe pipe;
-    {
-        const Progress line("reading", "", 0, ProgressMode::kPlain, terminal.fd());
-        std::string text;
-        while (text.find("reading 0 s") == std::string::npos) text += terminal.read_all();
-    }
-    for (const ProgressMode mode : {ProgressMode::kLines, ProgressMode::kJson}) {
-        Progress lines("reading", "", 0, mode, pipe.fd());
-        lines.finish();
-    }
-    EXPECT_EQ(pipe.read_all(), "");
-}
-
-TEST(Progress, HasNoColourUnlessAsked) {
-    for (const ProgressMode mode : {ProgressMode::kPlain, ProgressMode::kColour}) {
-        const std::string line = progress_line(some_state(), 60, mode);
-        EXPECT_EQ(line.find('\x1b') != std::string::npos, mode == ProgressMode::kColour);
-    }
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <set>
 #include <string>
 #include <vector>
@@ -57,30 +56,6 @@ TEST(Probe, MissHasNoHit) {
     EXPECT_TRUE(json["candidates"].empty());
 }
 
-TEST(Probe, TextIsInHexAndDecimals) {
-    const Outcome outcome = run({"probe", "builtin:cloth:500", "--frame", "3.5", "--pixel", "16,20",
-                                 "--size", "32x32", "--backend", "cpu", "--rays", "shadow"});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    for (const char* part :
-         {"; all agree\n", "frame 3.5, pixel 16,20 of 32x32, shadow rays", "0x1.", "world space",
-          "hit in the image      prim ", "hit of the ray alone  prim ", "wins"}) {
-        EXPECT_NE(outcome.out.find(part), std::string::npos) << part << '\n' << outcome.out;
-    }
-}
-
-TEST(Probe, TextBeginsWithASentenceAndFitsIntoAHundredColumns) {
-    for (const char* rays : {"primary", "shadow", "ao"}) {
-        const Outcome outcome = run({"probe", "builtin:herd", "--frame", "8", "--pixel", "16,20",
-                                     "--size", "32x32", "--backend", "cpu", "--rays", rays});
-        EXPECT_EQ(outcome.code, 0) << outcome.err;
-        const std::vector<std::string> text = lines(outcome.out);
-        EXPECT_TRUE(std::regex_match(
-            text[0], std::regex("(triangle \\d+, [0-9.]+ away|nothing), [a-z ]+; all agree")))
-            << text[0];
-        for (const std::string& line : text) EXPECT_LE(line.size(), 100u) << line;
-    }
-}
-
 TEST(Probe, FrameOutsideTheClipIsRefused) {
     EXPECT_EQ(run({"probe", "builtin:cloth:500", "--frame", "25", "--pixel", "0,0"}).code, 2);
     EXPECT_EQ(run({"probe", "builtin:cloth:500", "--frame", "nan", "--pixel", "0,0"}).code, 2);
@@ -126,18 +101,6 @@ TEST(Profile, MeasuresEveryFrame) {
             EXPECT_GE(frame.at(number), 0) << number;
         }
     }
-}
-
-TEST(Profile, RunsTenTimesAndPoliciesFiveTimes) {
-    const auto repeat = [](const std::vector<std::string>& more) {
-        std::vector<std::string> line = {
-            "profile", "builtin:cloth:200", "--backend", "cpu", "--size", "8x8", "--json", "-"};
-        line.insert(line.end(), more.begin(), more.end());
-        return Json::parse(run(line).out)["repeat"].get<int>();
-    };
-    EXPECT_EQ(repeat({"--frames", "0"}), 10);
-    EXPECT_EQ(repeat({"--policies", "refit"}), 5);
-    EXPECT_EQ(repeat({"--policies", "refit", "--repeat", "10"}), 10);
 }
 
 /// The cells of a row of CSV, none of which is quoted.
@@ -187,18 +150,6 @@ TEST(Info, CountsTrianglesAndVertices) {
     EXPECT_EQ(json["trees"][0]["nodes"], 1);
 }
 
-TEST(Info, WithoutASceneDescribesTheProgram) {
-    const Outcome text = run({"info"});
-    EXPECT_EQ(text.code, 0) << text.err;
-    for (const char* part : {"morphray ", "backends", "builtin:cloth", "Vulkan: "}) {
-        EXPECT_NE(text.out.find(part), std::string::npos) << part << '\n' << text.out;
-    }
-    const Json json = Json::parse(run({"info", "--json", "-"}).out);
-    EXPECT_EQ(json["schema"], "morphray/1");
-    EXPECT_EQ(json["builtins"][0]["name"], "cloth");
-    EXPECT_EQ(json["backends"].size(), 3u);
-}
-
 // The objects of `--progress json`.
 std::vector<Json> progress_of(const Outcome& outcome) {
     std::vector<Json> objects;
@@ -245,18 +196,6 @@ TEST(ProgressOption, JsonIsALineAnObjectOnStderrInEveryLongCommand) {
             EXPECT_EQ(object.size(), 8u);
         }
     }
-}
-
-TEST(ProgressOption, PlainWritesLinesAndTheOthersNothingToAFile) {
-    const TemporaryFolder folder;
-    const auto with = [&](const char* progress) {
-        return run({"render", "builtin:cloth:300", "--backend", "cpu", "--frames", "0..2", "--size",
-                    "8x8", "-q", "-o", folder.file("out"), "--progress", progress});
-    };
-    EXPECT_TRUE(with("plain").err.ends_with("rendering 3/3\n")) << with("plain").err;
-    EXPECT_EQ(with("auto").err, "");
-    EXPECT_EQ(with("off").err, "");
-    EXPECT_EQ(with("bar").code, 2);
 }
 
 }  // namespace
