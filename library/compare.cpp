@@ -64,8 +64,8 @@ Comparison compare(const Scene& first, const Scene& second, std::span<const Ray>
     return detail::with_public_errors([&] {
         std::vector<Hit> a(rays.size());
         std::vector<Hit> b(rays.size());
-        first.intersect(rays, std::span<Hit>(a), cancel);
-        second.intersect(rays, std::span<Hit>(b), cancel);
+        first.intersect(rays, std::span<Hit>(a), Coherence::none(), cancel);
+        second.intersect(rays, std::span<Hit>(b), Coherence::none(), cancel);
         return compare_all(
             rays.size(), keep, [&](std::size_t i) { return same_bits(a[i], b[i]); },
             [&](std::size_t i) {

@@ -75,13 +75,15 @@ Update Scene::last_update() const {
     return with_public_errors([&] { return require(impl_).last_update(); });
 }
 
-void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits,
+void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
                       const std::atomic<bool>* cancel) const {
-    with_public_errors([&] { require(impl_).intersect(rays, hits, Threads::all, cancel); });
+    with_public_errors(
+        [&] { require(impl_).intersect(rays, hits, coherence, Threads::all, cancel); });
 }
 
-void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads) const {
-    with_public_errors([&] { require(impl_).intersect(rays, hits, threads, nullptr); });
+void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
+                      Coherence coherence) const {
+    with_public_errors([&] { require(impl_).intersect(rays, hits, coherence, threads, nullptr); });
 }
 
 Hit Scene::intersect(const Ray& ray) const {
@@ -89,13 +91,15 @@ Hit Scene::intersect(const Ray& ray) const {
 }
 
 void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
-                     const std::atomic<bool>* cancel) const {
-    with_public_errors([&] { require(impl_).occluded(rays, occluded, Threads::all, cancel); });
+                     Coherence coherence, const std::atomic<bool>* cancel) const {
+    with_public_errors(
+        [&] { require(impl_).occluded(rays, occluded, coherence, Threads::all, cancel); });
 }
 
-void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
-                     Threads threads) const {
-    with_public_errors([&] { require(impl_).occluded(rays, occluded, threads, nullptr); });
+void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Threads threads,
+                     Coherence coherence) const {
+    with_public_errors(
+        [&] { require(impl_).occluded(rays, occluded, coherence, threads, nullptr); });
 }
 
 bool Scene::occluded(const Ray& ray) const {
@@ -118,8 +122,9 @@ Hit Scene::intersect(const Ray& ray, const Hit& after, Crossing crossing) const 
 }
 
 void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Crossing crossing,
-                  const std::atomic<bool>* cancel) const {
-    with_public_errors([&] { require(impl_).questions().count(rays, counts, crossing, cancel); });
+                  Coherence coherence, const std::atomic<bool>* cancel) const {
+    with_public_errors(
+        [&] { require(impl_).questions().count(rays, counts, crossing, coherence, cancel); });
 }
 
 void Scene::winding(std::span<const Vec3> points, std::span<std::int32_t> windings,

@@ -224,12 +224,12 @@ void SceneImpl::detach(std::uint32_t geom_id) {
     meshes_.detach(geom_id);
 }
 
-void SceneImpl::intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
-                          const std::atomic<bool>* cancel) const {
+void SceneImpl::intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
+                          Threads threads, const std::atomic<bool>* cancel) const {
     require_usable();
     if (rays.size() != hits.size())
         throw_bad_argument(fmt::format("{} rays, but room for {} hits", rays.size(), hits.size()));
-    queries_->intersect(rays, hits, threads, cancel);
+    queries_->intersect(rays, hits, coherence, threads, cancel);
 }
 
 Hit SceneImpl::intersect(const Ray& ray) const {
@@ -238,13 +238,14 @@ Hit SceneImpl::intersect(const Ray& ray) const {
 }
 
 void SceneImpl::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
-                         Threads threads, const std::atomic<bool>* cancel) const {
+                         Coherence coherence, Threads threads,
+                         const std::atomic<bool>* cancel) const {
     require_usable();
     if (rays.size() != occluded.size()) {
         throw_bad_argument(
             fmt::format("{} rays, but room for {} answers", rays.size(), occluded.size()));
     }
-    queries_->occluded(rays, occluded, threads, cancel);
+    queries_->occluded(rays, occluded, coherence, threads, cancel);
 }
 
 bool SceneImpl::occluded(const Ray& ray) const {

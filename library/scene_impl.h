@@ -38,11 +38,11 @@ public:
     void detach(std::uint32_t geom_id);
     Update last_update() const;
 
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
-                   const std::atomic<bool>* cancel) const;
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
+                   Threads threads, const std::atomic<bool>* cancel) const;
     Hit intersect(const Ray& ray) const;
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Threads threads,
-                  const std::atomic<bool>* cancel) const;
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence coherence,
+                  Threads threads, const std::atomic<bool>* cancel) const;
     bool occluded(const Ray& ray) const;
     /// The questions at the current pose.
     SceneQuestions questions() const {

@@ -58,7 +58,8 @@ private:
     void add_closest_hits() {
         hits_.resize(rays_.size());
         scene_.scene().intersect(std::span<const morphray::Ray>(rays_),
-                                 std::span<morphray::Hit>(hits_), &interrupt_flag());
+                                 std::span<morphray::Hit>(hits_), morphray::Coherence::sort(),
+                                 &interrupt_flag());
         for (std::size_t i = 0; i < hits_.size(); ++i)
             answers_.add(std::span(&hits_[i], hits_[i] ? 1 : 0), exponents_[i]);
     }

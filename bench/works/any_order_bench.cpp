@@ -43,10 +43,11 @@ public:
         const std::vector<morphray::Ray> user_rays = to_user(work.rays);
         std::vector<morphray::Hit> hits(user_rays.size());
         const std::vector<Peer> peers = embree_peers(embree_, work);
-        std::vector<Method> methods = {
-            {"Scene::intersect, any order, " + kind, {}, [&] {
-                 user_.intersect(std::span<const morphray::Ray>(user_rays), std::span(hits));
-             }}};
+        std::vector<Method> methods = {{"Scene::intersect, any order, " + kind, {}, [&] {
+                                            user_.intersect(
+                                                std::span<const morphray::Ray>(user_rays),
+                                                std::span(hits), morphray::Coherence::sort());
+                                        }}};
         for (const Peer& peer : peers) {
             methods.push_back({peer.name, [&] { arena_.execute([&] { peer.prepare(); }); },
                                [&] { arena_.execute([&] { peer.trace(work.whole()); }); }});

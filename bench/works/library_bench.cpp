@@ -121,15 +121,14 @@ void for_each_call(std::size_t total, std::size_t size, Work work) {
 void bench_camera_rays(BothSides& sides, const ImageParams& params) {
     BothRays rays(camera_rays(params));
     Frame frame;
-    sides.user().intersect(std::span<const morphray::Ray>(rays.user), std::span(rays.user_hits));
+    const auto ours = [&] {
+        sides.user().intersect(std::span<const morphray::Ray>(rays.user), std::span(rays.user_hits),
+                               morphray::Coherence::image(params.width));
+    };
+    ours();
     sides.backend().trace_image(params, frame);
     sides.compare_times(
-        {"Scene::intersect, camera rays",
-         {},
-         [&] {
-             sides.user().intersect(std::span<const morphray::Ray>(rays.user),
-                                    std::span(rays.user_hits));
-         }},
+        {"Scene::intersect, camera rays", {}, ours},
         {"image of packets", {}, [&] { sides.backend().trace_image(params, frame); }},
         rays.user.size(), share_of_hits(rays.user_hits, rays.user.size()),
         compare(rays.user_hits, frame.hits, frame.hits.size()));
@@ -146,7 +145,7 @@ void bench_calls(BothSides& sides, BothRays& rays, std::size_t size) {
             } else {
                 sides.user().intersect(
                     std::span<const morphray::Ray>(rays.user).subspan(first, count),
-                    std::span(rays.user_hits).subspan(first, count));
+                    std::span(rays.user_hits).subspan(first, count), morphray::Coherence::sort());
             }
         });
     };

@@ -125,11 +125,13 @@ private:
                    const std::vector<Ray>& rays, bool coherent) {
         const std::vector<morphray::Ray> asked = to_user(rays);
         std::vector<std::uint64_t> ours(rays.size());
+        const auto known = coherent ? morphray::Coherence::image(scene_.params.width)
+                                    : morphray::Coherence::sort();
         const auto differs = [](std::uint64_t a, std::uint64_t b) { return a != b; };
         report(target,
                {fmt::format("count, {}", which),
                 {},
-                [&] { scene.count(asked, ours, morphray::Crossing::each); }},
+                [&] { scene.count(asked, ours, morphray::Crossing::each, known); }},
                counting_peers(rays, coherent, ours, differs), rays.size(), [&] {
                    return std::count_if(ours.begin(), ours.end(),
                                         [](auto hits) { return hits != 0; });

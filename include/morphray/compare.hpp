@@ -33,8 +33,8 @@ struct Comparison {
     bool equal() const { return different == 0; }
 };
 
-/// Traces the rays in both scenes. `keep` limits Comparison::differences. Throws what
-/// Scene::intersect() throws, and is cancelled as it is.
+/// Traces the rays in both scenes, in the order given. `keep` limits Comparison::differences.
+/// Throws what Scene::intersect() throws, and is cancelled as it is.
 MORPHRAY_API Comparison compare(const Scene& first, const Scene& second, std::span<const Ray> rays,
                                 std::size_t keep = 10, const std::atomic<bool>* cancel = nullptr);
 /// Compares hits, occlusion and pixels; what differs counts once for each camera ray. Throws

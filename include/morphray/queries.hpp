@@ -28,6 +28,27 @@ enum class Threads {
     calling,  ///< The one that calls, for callers who have threads of their own.
 };
 
+/// What a caller knows of the rays of a batch. Answers have the same bits whatever it says, right
+/// or wrong; only their time depends on it.
+struct Coherence {
+    enum class Kind : std::uint8_t { none, image, sort };
+    Kind kind = Kind::none;
+    /// Of kind image alone.
+    std::size_t width = 0;
+
+    /// Nothing: they are traced in the order given. The default.
+    static constexpr Coherence none() { return {}; }
+    /// They are those of an image, row by row, with `width` rays a row; the last row may be
+    /// shorter. On the CPU tiles of them are traced in packets if they start at one point, lie on a
+    /// grid up to half a step, and have the interval [0, infinity). Rows below 8 rays are traced as
+    /// by none().
+    static constexpr Coherence image(std::size_t width) { return {Kind::image, width}; }
+    /// They come in any order. On the CPU, and on Vulkan devices that are the processor, 8192 and
+    /// more are sorted, up to 2^20 at a time; answers keep their places. A scene on the CPU keeps
+    /// 10 bytes a ray for that, at most 10 MB.
+    static constexpr Coherence sort() { return {Kind::sort, 0}; }
+};
+
 struct AllHitsOptions {
     Crossing crossing = Crossing::owner;
     /// The most hits that are listed for a ray: the first ones. More are counted.

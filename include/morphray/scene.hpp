@@ -186,19 +186,20 @@ public:
     /// Returns what the last build or update() did, with the times that are known by now.
     Update last_update() const;
 
-    /// Finds the closest hits: hits[i] answers rays[i]. Any number of rays, in any order: on the
-    /// CPU many whose neighbours are unlike are sorted, for which the scene keeps up to 10 MB. Runs
-    /// on all threads of the device if there are many rays, and in the calling thread if there are
-    /// few. Throws bad_argument if the sizes differ, device_lost, limit.
+    /// Finds the closest hits: hits[i] answers rays[i]. Any number of rays; `coherence` says what
+    /// is known of them. Runs on all threads of the device if there are many rays, and in the
+    /// calling thread if there are few. Throws bad_argument if the sizes differ, device_lost,
+    /// limit.
     ///
     /// If `cancel` is given, throws cancelled if it is true before, also for no rays, and soon
     /// after another thread has made it true: within some milliseconds on the CPU, by brute force
     /// once each thread has traced 1024 rays, and at the latest where a device has finished 2^18
     /// rays. Hits that were not found by then are left as they were.
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits,
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence = {},
                    const std::atomic<bool>* cancel = nullptr) const;
     /// The same on these threads. A Vulkan device traces as ever.
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads) const;
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
+                   Coherence coherence = {}) const;
     /// One ray, for callers that need each hit before they make the next ray. On a Vulkan device a
     /// call is a submission: hand over many rays there.
     Hit intersect(const Ray& ray) const;
@@ -211,10 +212,10 @@ public:
     /// Finds whether rays hit anything: occluded[i] is 1 if rays[i] does, else 0. Throws and is
     /// cancelled as intersect().
     void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
-                  const std::atomic<bool>* cancel = nullptr) const;
+                  Coherence coherence = {}, const std::atomic<bool>* cancel = nullptr) const;
     /// The same on these threads, as intersect().
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
-                  Threads threads) const;
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Threads threads,
+                  Coherence coherence = {}) const;
     bool occluded(const Ray& ray) const;
 
     /// Finds all hits of rays, each once: none is lost, and hits at one t are all there. Memory: 20
@@ -236,7 +237,7 @@ public:
     /// Counts all hits: counts[i] is the number of those of rays[i]. Throws and is cancelled as
     /// intersect().
     void count(std::span<const Ray> rays, std::span<std::uint64_t> counts,
-               Crossing crossing = Crossing::owner,
+               Crossing crossing = Crossing::owner, Coherence coherence = {},
                const std::atomic<bool>* cancel = nullptr) const;
 
     /// Finds how often the meshes wind around points: windings[i] answers points[i]. 1 inside a

@@ -28,19 +28,22 @@ double DeviceQueries::trace(std::span<const mray::Ray> rays, std::span<mray::Hit
     return backend_.finish().trace_ms;
 }
 
-/// Converts in many threads, and traces in large batches, sorted if that pays. The reported cost is
-/// the time of tracing; it leaves out what the tree has no part in, such as waiting for other
-/// threads and compiling kernels.
-void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads,
-                              const std::atomic<bool>* cancel) const {
+/// Converts in many threads, and traces in large batches, sorted if they are to be and that pays.
+/// The reported cost is the time of tracing; it leaves out what the tree has no part in, such as
+/// waiting for other threads and compiling kernels.
+void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
+                              Threads, const std::atomic<bool>* cancel) const {
     std::vector<mray::Ray> batch;
     std::vector<int> t_exponents;
     std::vector<mray::Hit> found;
     double trace_ms = 0;
     const std::size_t most = cancel == nullptr ? kDeviceBatch : kCancelledBatch;
-    const auto curve = prefers_order() ? curve_to_sort(rays, space_) : std::nullopt;
+    std::optional<mray::cpu::RayCurve> curve;
     RaySorter sorter;
-    if (curve) sorter.make_room(std::min(rays.size(), most));
+    if (prefers_order() && is_to_sort(rays, coherence)) {
+        curve = curve_of(rays, space_.extent());
+        sorter.make_room(std::min(rays.size(), most));
+    }
     for (std::size_t begin = 0; begin < rays.size(); begin += most) {
         throw_if_cancelled(cancel);
         const std::size_t size = std::min(most, rays.size() - begin);
@@ -76,15 +79,17 @@ void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits, Th
 
 Hit DeviceQueries::intersect(const Ray& ray) const {
     Hit hit;
-    intersect(std::span<const Ray>(&ray, 1), std::span<Hit>(&hit, 1), Threads::all, nullptr);
+    intersect(std::span<const Ray>(&ray, 1), std::span<Hit>(&hit, 1), Coherence::none(),
+              Threads::all, nullptr);
     return hit;
 }
 
 /// By closest hits: a device has no kernel that ends at the first hit of any ray.
 void DeviceQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
-                             Threads threads, const std::atomic<bool>* cancel) const {
+                             Coherence coherence, Threads threads,
+                             const std::atomic<bool>* cancel) const {
     std::vector<Hit> hits(rays.size());
-    intersect(rays, std::span<Hit>(hits), threads, cancel);
+    intersect(rays, std::span<Hit>(hits), coherence, threads, cancel);
     for (std::size_t i = 0; i < hits.size(); ++i) occluded[i] = hits[i] ? 1 : 0;
 }
 

@@ -18,11 +18,11 @@ public:
                   mray::ThreadArena& arena, QueryCost& cost)
         : backend_(backend), mutex_(mutex), space_(space), arena_(arena), cost_(cost) {}
 
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
-                   const std::atomic<bool>* cancel) const override;
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
+                   Threads threads, const std::atomic<bool>* cancel) const override;
     Hit intersect(const Ray& ray) const override;
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Threads threads,
-                  const std::atomic<bool>* cancel) const override;
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence coherence,
+                  Threads threads, const std::atomic<bool>* cancel) const override;
     bool occluded(const Ray& ray) const override;
     bool prefers_order() const override { return backend_.info().is_on_processor; }
     void ask(std::size_t total, const std::atomic<bool>* cancel, const Ask& ask) const override;

@@ -9,7 +9,6 @@
 #include <new>
 #include <utility>
 
-#include "library/queries/ray_grid.h"
 #include "library/queries/ray_runs.h"
 
 namespace morphray::detail {
@@ -56,15 +55,54 @@ bool HostQueries::trace_tile(std::span<const Ray> rays, std::span<Answer> answer
     return true;
 }
 
+/// Traces rows of an image, as many as have tiles, until `cancel` is true. Returns the number of
+/// their rays. Runs in this thread if `arena` is null.
+template <class Answer, class AnswerOf, class Run>
+std::size_t HostQueries::trace_image(std::span<const Ray> rays, std::span<Answer> answers,
+                                     std::size_t row, AnswerOf answer_of, Run run,
+                                     mray::ThreadArena* arena,
+                                     const std::atomic<bool>* cancel) const {
+    constexpr std::size_t kSide = mray::kStoredTileSide;
+    constexpr std::size_t kStep = mray::kStoredTileStep;
+    const std::size_t width = row / kStep * kStep;
+    const std::size_t height = rays.size() / row / kStep * kStep;
+    const std::size_t columns = (width + kSide - 1) / kSide;
+    const std::size_t tiles = columns * ((height + kSide - 1) / kSide);
+    const auto run_range = [&](std::size_t begin, std::size_t end) {
+        for_runs_of(begin, end, cancel, [&](std::size_t first, std::size_t count) {
+            run(rays.subspan(first, count), answers.subspan(first, count));
+        });
+    };
+    for_each_part(arena, tiles, [&](std::size_t i) {
+        if (is_cancelled(cancel)) return;
+        const std::size_t x0 = i % columns * kSide;
+        const std::size_t y0 = i / columns * kSide;
+        const std::size_t x1 = std::min(x0 + kSide, width);
+        const std::size_t y1 = std::min(y0 + kSide, height);
+        const std::size_t first = y0 * row + x0;
+        const auto from_first = [&](std::size_t k, const mray::Hit& hit) {
+            return answer_of(first + k, hit);
+        };
+        if (trace_tile(rays.subspan(first), answers.subspan(first), row, x1 - x0, y1 - y0,
+                       from_first))
+            return;
+        for (std::size_t y = y0; y < y1; ++y) run_range(y * row + x0, y * row + x1);
+    });
+    // Columns beside the tiles.
+    if (width < row) {
+        for_each_part(arena, height,
+                      [&](std::size_t y) { run_range(y * row + width, (y + 1) * row); });
+    }
+    return height * row;
+}
+
 /// Traces rays in an order in which neighbours are alike, by run(some, answers) as trace_all(),
-/// until `cancel` is true. Returns false, and sets nothing, if they are in such an order already,
-/// or there is no memory for another one.
+/// until `cancel` is true. Returns false, and sets nothing, if there is no memory for the order.
 template <class Answer, class Run>
 bool HostQueries::trace_sorted(std::span<const Ray> rays, std::span<Answer> answers, Run run,
                                mray::ThreadArena* arena, const std::atomic<bool>* cancel) const {
-    const auto curve = curve_to_sort(rays, space_);
-    if (!curve) return false;
-    const mray::cpu::RayKeys keys(*curve, space_.target());
+    const mray::cpu::RayCurve curve = curve_of(rays, space_.extent());
+    const mray::cpu::RayKeys keys(curve, space_.target());
     std::unique_ptr<RaySorter> sorter;
     try {
         sorter = sorters_.take();
@@ -96,73 +134,30 @@ bool HostQueries::trace_sorted(std::span<const Ray> rays, std::span<Answer> answ
     return true;
 }
 
-/// Traces rays on these threads. If they are those of an image it does so in tiles, and sets
-/// answers[i] to answer_of(i, hit) for rays[i]; otherwise, and for what is beside the tiles,
-/// run(some, found) is to trace at most kRun rays and to set the answers. Throws Error(kCancelled).
+/// Traces rays on these threads. Sets answers[i] to answer_of(i, hit) for the rays[i] of tiles, and
+/// has run(some, found) trace at most kRun others at a time. Throws Error(kCancelled).
 template <class Answer, class AnswerOf, class Run>
 void HostQueries::trace_all(std::span<const Ray> rays, std::span<Answer> answers,
-                            AnswerOf answer_of, Run run, Threads threads,
+                            AnswerOf answer_of, Run run, Coherence coherence, Threads threads,
                             const std::atomic<bool>* cancel) const {
-    constexpr std::size_t kSide = mray::kStoredTileSide;
-    constexpr std::size_t kStep = mray::kStoredTileStep;
-    const bool is_alone = threads == Threads::calling;
-    const auto run_places = [&](std::size_t first, std::size_t count) {
-        run(rays.subspan(first, count), answers.subspan(first, count));
-    };
-    const RayGrid grid = rays.size() > kFewRays || is_alone ? find_grid(rays) : RayGrid{};
-    if (grid.row == 0) {
-        if (trace_sorted(rays, answers, run, is_alone ? nullptr : &arena_, cancel)) {
-            // All is done.
-        } else if (is_alone) {
-            for_runs_of(0, rays.size(), cancel, run_places);
-        } else {
-            for_each_run(rays.size(), arena_, cancel, run_places);
-        }
-        throw_if_cancelled(cancel);
-        return;
+    mray::ThreadArena* const arena =
+        threads == Threads::calling || rays.size() <= kFewRays ? nullptr : &arena_;
+    std::size_t done = 0;
+    if (is_image(coherence)) {
+        done = trace_image(rays, answers, coherence.width, answer_of, run, arena, cancel);
+    } else if (is_to_sort(rays, coherence) && trace_sorted(rays, answers, run, arena, cancel)) {
+        done = rays.size();
     }
-    const std::size_t width = grid.row / kStep * kStep;
-    const std::size_t height = grid.rows / kStep * kStep;
-    const std::size_t columns = (width + kSide - 1) / kSide;
-    const std::size_t tiles = columns * ((height + kSide - 1) / kSide);
-    const auto run_range = [&](std::size_t begin, std::size_t end) {
-        for_runs_of(begin, end, cancel, run_places);
+    const std::span rest = rays.subspan(done);
+    const std::span rest_answers = answers.subspan(done);
+    const auto run_rest = [&](std::size_t first, std::size_t count) {
+        run(rest.subspan(first, count), rest_answers.subspan(first, count));
     };
-    // Tiles whose rays are not on a grid after all.
-    std::atomic<std::size_t> refused = 0;
-    const auto trace = [&](std::size_t i) {
-        if (is_cancelled(cancel)) return;
-        const std::size_t x0 = i % columns * kSide;
-        const std::size_t y0 = i / columns * kSide;
-        const std::size_t x1 = std::min(x0 + kSide, width);
-        const std::size_t y1 = std::min(y0 + kSide, height);
-        const std::size_t first = y0 * grid.row + x0;
-        constexpr std::size_t kManyRefused = 8;
-        if (refused.load(std::memory_order_relaxed) < kManyRefused) {
-            const auto from_first = [&](std::size_t k, const mray::Hit& hit) {
-                return answer_of(first + k, hit);
-            };
-            if (trace_tile(rays.subspan(first), answers.subspan(first), grid.row, x1 - x0, y1 - y0,
-                           from_first))
-                return;
-            refused.fetch_add(1, std::memory_order_relaxed);
-        }
-        for (std::size_t y = y0; y < y1; ++y) run_range(y * grid.row + x0, y * grid.row + x1);
-    };
-    // Columns and rows beside the tiles.
-    const auto trace_rest_of_row = [&](std::size_t y) {
-        run_range(y * grid.row + width, (y + 1) * grid.row);
-    };
-    if (is_alone) {
-        for (std::size_t i = 0; i < tiles; ++i) trace(i);
-        for (std::size_t y = 0; y < height; ++y) trace_rest_of_row(y);
+    if (arena == nullptr) {
+        for_runs_of(0, rest.size(), cancel, run_rest);
     } else {
-        arena_.execute([&] {
-            tbb::parallel_for(std::size_t{0}, tiles, trace);
-            tbb::parallel_for(std::size_t{0}, height, trace_rest_of_row);
-        });
+        for_each_run(rest.size(), *arena, cancel, run_rest);
     }
-    run_range(height * grid.row, rays.size());
     throw_if_cancelled(cancel);
 }
 
@@ -183,8 +178,8 @@ void HostQueries::occlude_run(std::span<const Ray> rays, std::span<std::uint8_t>
     scene_.occluded(std::span(scene.rays).first(rays.size()), occluded);
 }
 
-void HostQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
-                            const std::atomic<bool>* cancel) const {
+void HostQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
+                            Threads threads, const std::atomic<bool>* cancel) const {
     cost_.measure(rays.size(), [&] {
         trace_all(
             rays, hits,
@@ -192,7 +187,7 @@ void HostQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits, Thre
                 return space_.to_world(hit, space_.t_exponent(rays[i].dir));
             },
             [&](std::span<const Ray> some, std::span<Hit> found) { intersect_run(some, found); },
-            threads, cancel);
+            coherence, threads, cancel);
     });
 }
 
@@ -210,7 +205,8 @@ Hit HostQueries::intersect(const Ray& ray) const {
 }
 
 void HostQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
-                           Threads threads, const std::atomic<bool>* cancel) const {
+                           Coherence coherence, Threads threads,
+                           const std::atomic<bool>* cancel) const {
     cost_.measure(rays.size(), [&] {
         // In packets closest hits take less time than any hits of single rays.
         trace_all(
@@ -221,7 +217,7 @@ void HostQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> oc
             [&](std::span<const Ray> some, std::span<std::uint8_t> found) {
                 occlude_run(some, found);
             },
-            threads, cancel);
+            coherence, threads, cancel);
     });
 }
 

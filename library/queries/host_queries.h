@@ -18,11 +18,11 @@ public:
                 mray::ThreadArena& arena, QueryCost& cost)
         : scene_(scene), backend_(backend), space_(space), arena_(arena), cost_(cost) {}
 
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
-                   const std::atomic<bool>* cancel) const override;
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
+                   Threads threads, const std::atomic<bool>* cancel) const override;
     Hit intersect(const Ray& ray) const override;
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Threads threads,
-                  const std::atomic<bool>* cancel) const override;
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence coherence,
+                  Threads threads, const std::atomic<bool>* cancel) const override;
     bool occluded(const Ray& ray) const override;
     bool prefers_order() const override { return true; }
     void ask(std::size_t total, const std::atomic<bool>* cancel, const Ask& ask) const override;
@@ -33,12 +33,17 @@ private:
     template <class Answer, class AnswerOf>
     bool trace_tile(std::span<const Ray> rays, std::span<Answer> answers, std::size_t row,
                     std::size_t width, std::size_t height, AnswerOf answer_of) const;
+    template <class Answer, class AnswerOf, class Run>
+    std::size_t trace_image(std::span<const Ray> rays, std::span<Answer> answers, std::size_t row,
+                            AnswerOf answer_of, Run run, mray::ThreadArena* arena,
+                            const std::atomic<bool>* cancel) const;
     template <class Answer, class Run>
     bool trace_sorted(std::span<const Ray> rays, std::span<Answer> answers, Run run,
                       mray::ThreadArena* arena, const std::atomic<bool>* cancel) const;
     template <class Answer, class AnswerOf, class Run>
     void trace_all(std::span<const Ray> rays, std::span<Answer> answers, AnswerOf answer_of,
-                   Run run, Threads threads, const std::atomic<bool>* cancel) const;
+                   Run run, Coherence coherence, Threads threads,
+                   const std::atomic<bool>* cancel) const;
 
     const mray::RayQueries& scene_;
     const mray::Backend& backend_;

@@ -20,11 +20,12 @@ class Queries {
 public:
     virtual ~Queries() = default;
 
-    virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
-                           const std::atomic<bool>* cancel) const = 0;
+    virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
+                           Threads threads, const std::atomic<bool>* cancel) const = 0;
     virtual Hit intersect(const Ray& ray) const = 0;
     virtual void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
-                          Threads threads, const std::atomic<bool>* cancel) const = 0;
+                          Coherence coherence, Threads threads,
+                          const std::atomic<bool>* cancel) const = 0;
     virtual bool occluded(const Ray& ray) const = 0;
     /// Whether questions about rays whose neighbours are alike take less time, by more than
     /// ordering them takes.

@@ -15,14 +15,9 @@ using mray::cpu::RayCurve;
 using Coordinates = std::array<float, RayCurve::kCoordinates>;
 
 constexpr std::size_t kOrgCoordinates = 3;
-// Samples of neighbours.
-constexpr std::size_t kPairs = 128;
+constexpr std::size_t kSamples = 128;
 // The range of a coordinate is that of the samples without this many at either end.
-constexpr std::size_t kOutliers = kPairs / 64;
-// Neighbours are alike if their distance is less than this part of that of other pairs.
-constexpr double kNear = 1.0 / 8;
-// Distances that are too small to matter, as parts of the scene's extent and of the octahedron.
-constexpr double kNoDistance = 0x1p-10;
+constexpr std::size_t kOutliers = kSamples / 64;
 
 constexpr int kDigitBits = RayCurve::kKeyBits / 2;
 constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
@@ -43,7 +38,6 @@ struct Range {
     float upper = 0;
 
     double size() const { return double{upper} - lower; }
-    float cut(float x) const { return x > lower ? std::min(x, upper) : lower; }
 };
 
 /// The range of coordinate k of samples.
@@ -57,42 +51,6 @@ Range range_of(std::span<const Coordinates> samples, std::size_t k) {
     std::sort(values.begin(), values.end());
     const std::size_t left_out = values.size() > 2 * kOutliers ? kOutliers : 0;
     return {values[left_out], values[values.size() - 1 - left_out]};
-}
-
-/// The sum of distances along some coordinates of pairs of samples.
-class Distances {
-public:
-    Distances(std::span<const Range> ranges, std::size_t first, std::size_t end)
-        : ranges_(ranges), first_(first), end_(end) {}
-
-    void add(const Coordinates& a, const Coordinates& b) {
-        for (std::size_t k = first_; k < end_; ++k)
-            sum_ += std::abs(double{ranges_[k].cut(a[k])} - ranges_[k].cut(b[k]));
-    }
-    double mean() const { return sum_ / kPairs; }
-
-private:
-    std::span<const Range> ranges_;
-    std::size_t first_;
-    std::size_t end_;
-    double sum_ = 0;
-};
-
-/// Whether neighbours are as far from each other as other samples, along some coordinates, or that
-/// does not matter.
-enum class Likeness { kAlike, kUnlike, kAll };
-
-Likeness likeness(std::span<const Coordinates> samples, std::span<const Coordinates> next,
-                  std::span<const Range> ranges, std::size_t first, std::size_t end,
-                  double no_distance) {
-    Distances near(ranges, first, end);
-    Distances far(ranges, first, end);
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-        near.add(samples[i], next[i]);
-        far.add(samples[i], samples[(i + kPairs / 2) % kPairs]);
-    }
-    if (!(far.mean() > no_distance)) return Likeness::kAll;
-    return near.mean() < kNear * far.mean() ? Likeness::kAlike : Likeness::kUnlike;
 }
 
 /// A curve over these ranges: each bit of a key halves the cells that are the longest so far.
@@ -126,31 +84,36 @@ RayCurve curve_over(std::span<const Range> ranges, double extent) {
 
 }  // namespace
 
-RayOrder::RayOrder(std::span<const Ray> rays, double extent) {
-    assert(rays.size() >= kLeast);
-    std::array<Coordinates, kPairs> samples;
-    std::array<Coordinates, kPairs> next;
-    for (std::size_t i = 0; i < kPairs; ++i) {
-        const std::size_t at = (rays.size() - 1) / kPairs * i;
-        const std::span<const mray::StoredRay> pair = stored(rays.subspan(at, 2));
-        samples[i] = mray::cpu::ray_coordinates(pair[0]);
-        next[i] = mray::cpu::ray_coordinates(pair[1]);
+void find_tiled_places(std::size_t width, std::size_t total, std::size_t begin,
+                       std::span<std::size_t> places) {
+    const std::size_t band_size = kTileSide * width;
+    const std::size_t tiled = total / width / kTileSide * band_size;
+    std::size_t filled = 0;
+    while (filled < places.size() && begin + filled < tiled) {
+        // The rest of a tile. Columns beside the tiles are a narrower one.
+        const std::size_t in_band = (begin + filled) % band_size;
+        const std::size_t x = in_band / (kTileSide * kTileSide) * kTileSide;
+        const std::size_t tile_width = std::min(kTileSide, width - x);
+        const std::size_t in_tile = in_band - x * kTileSide;
+        const std::size_t corner = begin + filled - in_band + x;
+        std::size_t column = in_tile % tile_width;
+        for (std::size_t y = in_tile / tile_width; y < kTileSide && filled < places.size(); ++y) {
+            for (; column < tile_width && filled < places.size(); ++column)
+                places[filled++] = corner + y * width + column;
+            column = 0;
+        }
     }
-    std::array<Range, RayCurve::kCoordinates> ranges;
-    for (std::size_t k = 0; k < ranges.size(); ++k) ranges[k] = range_of(samples, k);
-    Likeness alike = likeness(samples, next, ranges, 0, kOrgCoordinates, kNoDistance * extent);
-    if (alike == Likeness::kAll) {
-        alike = likeness(samples, next, ranges, kOrgCoordinates, ranges.size(), kNoDistance);
-    }
-    is_needed_ = alike == Likeness::kUnlike;
-    if (is_needed_) curve_ = curve_over(ranges, extent);
+    for (; filled < places.size(); ++filled) places[filled] = begin + filled;
 }
 
-std::optional<mray::cpu::RayCurve> curve_to_sort(std::span<const Ray> rays, const RaySpace& space) {
-    if (rays.size() < RayOrder::kLeast) return std::nullopt;
-    const RayOrder order(rays, space.extent());
-    if (!order.is_needed()) return std::nullopt;
-    return order.curve();
+RayCurve curve_of(std::span<const Ray> rays, double extent) {
+    assert(!rays.empty());
+    std::array<Coordinates, kSamples> samples;
+    for (std::size_t i = 0; i < kSamples; ++i)
+        samples[i] = mray::cpu::ray_coordinates(stored(rays)[(rays.size() - 1) / kSamples * i]);
+    std::array<Range, RayCurve::kCoordinates> ranges;
+    for (std::size_t k = 0; k < ranges.size(); ++k) ranges[k] = range_of(samples, k);
+    return curve_over(ranges, extent);
 }
 
 void RaySorter::make_room(std::size_t rays) {

@@ -7,14 +7,13 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <span>
 
 #include "common/base/aligned_vector.h"
 #include "common/base/thread_arena.h"
 #include "cpu/scene_space/ray_keys.h"
-#include "library/queries/ray_space.h"
 #include "morphray/geometry.hpp"
+#include "morphray/queries.hpp"
 
 namespace morphray::detail {
 
@@ -28,30 +27,29 @@ void for_each_part(mray::ThreadArena* arena, std::size_t count, const Work& work
     }
 }
 
-/// The curve of a batch of rays.
-class RayOrder {
-public:
-    /// Fewer rays gain nothing.
-    static constexpr std::size_t kLeast = 8192;
+/// Fewer rays gain nothing from being sorted.
+inline constexpr std::size_t kLeastSorted = 8192;
 
-    /// `extent` is half of the longest side of the scene: the length at which origins are as far
-    /// from each other as directions are at a distance of 1 on the octahedron. Reads some of the
-    /// rays, at least kLeast.
-    RayOrder(std::span<const Ray> rays, double extent);
+inline bool is_to_sort(std::span<const Ray> rays, Coherence coherence) {
+    return coherence.kind == Coherence::Kind::sort && rays.size() >= kLeastSorted;
+}
 
-    /// Whether neighbours in the batch are not alike already, as those of an image are, or all
-    /// rays. A guess from samples.
-    bool is_needed() const { return is_needed_; }
+/// The rays of a tile of an image are a stream (cpu/single_ray/ray_stream-inl.h).
+inline constexpr std::size_t kTileSide = 8;
 
-    const mray::cpu::RayCurve& curve() const { return curve_; }
+inline bool is_image(Coherence coherence) {
+    return coherence.kind == Coherence::Kind::image && coherence.width >= kTileSide;
+}
 
-private:
-    mray::cpu::RayCurve curve_;
-    bool is_needed_ = false;
-};
+/// Orders `total` rays, those of an image with rows of `width`, tile after tile, and the rays below
+/// the tiles last. Sets places[i] to the index of ray begin + i in this order, a permutation.
+void find_tiled_places(std::size_t width, std::size_t total, std::size_t begin,
+                       std::span<std::size_t> places);
 
-/// The curve to sort rays along; nothing if they are few, or their neighbours are alike already.
-std::optional<mray::cpu::RayCurve> curve_to_sort(std::span<const Ray> rays, const RaySpace& space);
+/// A curve along which neighbours are alike, made from samples of the rays; there is at least one.
+/// `extent` is half of the longest side of the scene: origins at this distance are as far from each
+/// other as directions at a distance of 1 on the octahedron.
+mray::cpu::RayCurve curve_of(std::span<const Ray> rays, double extent);
 
 /// Sorts rays. Keeps its memory, 10 bytes for each of the most rays so far. Not thread-safe.
 class RaySorter {

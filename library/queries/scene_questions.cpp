@@ -14,7 +14,6 @@
 #include "common/scene/exact_crossing.h"
 #include "cpu/queries/closest_places.h"
 #include "library/queries/point_order.h"
-#include "library/queries/ray_grid.h"
 #include "library/queries/ray_order.h"
 #include "library/scene/errors.h"
 
@@ -87,7 +86,8 @@ void for_parts(std::size_t total, std::size_t most, Work work) {
 // ---- Rays
 
 void SceneQuestions::count(std::span<const Ray> rays, std::span<std::uint64_t> counts,
-                           Crossing crossing, const std::atomic<bool>* cancel) const {
+                           Crossing crossing, Coherence coherence,
+                           const std::atomic<bool>* cancel) const {
     require_room(rays.size(), "rays", counts.size());
     const auto ask = [&](const mray::SceneQueries& scene, std::span<const Ray> some,
                          std::span<std::uint64_t> counts_of_some) {
@@ -114,15 +114,15 @@ void SceneQuestions::count(std::span<const Ray> rays, std::span<std::uint64_t> c
                              counts[places[i]] = counts_of_some[i];
                      });
     };
-    const RayGrid grid = find_grid(rays);
-    if (grid.row != 0) {
+    if (is_image(coherence)) {
         ask_in_order(rays.size(), [&](std::size_t begin, std::span<std::size_t> places) {
-            find_tiled_places(grid, begin, places);
+            find_tiled_places(coherence.width, rays.size(), begin, places);
         });
         return;
     }
-    if (const auto curve = queries_.prefers_order() ? curve_to_sort(rays, rays_) : std::nullopt) {
-        const mray::cpu::RayKeys keys(*curve, rays_.target());
+    if (queries_.prefers_order() && is_to_sort(rays, coherence)) {
+        const mray::cpu::RayCurve curve = curve_of(rays, rays_.extent());
+        const mray::cpu::RayKeys keys(curve, rays_.target());
         RaySorter sorter;
         sorter.make_room(std::min(rays.size(), RaySorter::kMost));
         for_parts(rays.size(), RaySorter::kMost, [&](std::size_t first, std::size_t size) {

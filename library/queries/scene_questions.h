@@ -29,7 +29,7 @@ public:
     Hit intersect(const Ray& ray, const Hit& after, Crossing crossing) const;
     Hit intersect_visible(const Ray& ray, std::span<const std::uint8_t> is_visible) const;
     void count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Crossing crossing,
-               const std::atomic<bool>* cancel) const;
+               Coherence coherence, const std::atomic<bool>* cancel) const;
     void winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
                  const std::atomic<bool>* cancel) const;
     void contains(std::span<const Vec3> points, std::span<std::uint8_t> inside, FillRule rule,

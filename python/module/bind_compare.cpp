@@ -81,7 +81,7 @@ Fields: index (of the ray, or of the pixel, row by row), first and second (hit_d
                R"(compare(first, second, rays=None, keep=10)
 --
 
-Compares two scenes by tracing rays in both, or two images by hits, occlusion and pixels.
+Compares two scenes by tracing rays in both, in the order given, or two images by hits, occlusion and pixels.
 
 rays: as Scene.intersect() takes them; needed for scenes, and not taken for images.
 keep: how many of those that differ Comparison.differences has at most.

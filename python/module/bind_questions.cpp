@@ -56,11 +56,13 @@ py::object intersect_all(PyScene& scene, const py::object& rays, const std::stri
 }
 
 py::array count(PyScene& scene, const py::object& rays, const py::object& out,
-                const std::string& crossing, const py::object& cancel) {
+                const std::string& crossing, const py::object& coherence,
+                const py::object& cancel) {
     const QueryArray array = rays_of(rays);
     const Crossing rule = crossing_named(crossing);
+    const Coherence known = coherence_of(coherence);
     return answer<std::int64_t, std::uint64_t>(array, out, [&](std::span<std::uint64_t> counts) {
-        scene.count(array, rule, counts, cancel_of(cancel));
+        scene.count(array, known, rule, counts, cancel_of(cancel));
     });
 }
 
@@ -128,7 +130,7 @@ void bind_questions(py::class_<PyScene>& scene_class) {
         .def("intersect_all", &intersect_all, kIntersectAllDoc, arg("rays"), py::kw_only(),
              arg("crossing") = "owner", arg("max_hits") = py::none(), arg("cancel") = py::none())
         .def("count", &count, kCountDoc, arg("rays"), arg("out") = py::none(), py::kw_only(),
-             arg("crossing") = "owner", arg("cancel") = py::none())
+             arg("crossing") = "owner", arg("coherence") = "none", arg("cancel") = py::none())
         .def("winding", &winding, kWindingDoc, arg("points"), arg("out") = py::none(),
              py::kw_only(), arg("cancel") = py::none())
         .def("contains", &contains, kContainsDoc, arg("points"), arg("out") = py::none(),

@@ -81,40 +81,44 @@ Update update(PyScene& scene, const py::object& geom_id, const py::object& first
     return scene.update(uint32_of(geom_id, "geom_id"), uint32_of(first, "first"), points);
 }
 
-py::array intersect(PyScene& scene, const py::object& rays, const py::object& out) {
+py::array intersect(PyScene& scene, const py::object& rays, const py::object& out,
+                    const py::object& coherence) {
     const QueryArray array = rays_of(rays);
     py::array hits = results_for(array, out, hit_dtype());
     const Pinned pin(hits);
-    scene.intersect(array, {static_cast<Hit*>(hits.mutable_data()), array.count});
+    scene.intersect(array, coherence_of(coherence),
+                    {static_cast<Hit*>(hits.mutable_data()), array.count});
     return hits;
 }
 
 py::array occluded_in(PyScene& scene, const QueryArray& rays, float tnear, float tfar,
-                      const py::object& out) {
+                      const py::object& out, const py::object& coherence) {
     // 0 and 1 in a byte.
     py::array results = results_for(rays, out, py::dtype::of<bool>());
     const Pinned pin(results);
-    scene.occluded(rays, tnear, tfar,
+    scene.occluded(rays, coherence_of(coherence), tnear, tfar,
                    {static_cast<std::uint8_t*>(results.mutable_data()), rays.count});
     return results;
 }
 
-py::array occluded(PyScene& scene, const py::object& rays, const py::object& out) {
-    return occluded_in(scene, rays_of(rays), 0, std::numeric_limits<float>::infinity(), out);
+py::array occluded(PyScene& scene, const py::object& rays, const py::object& out,
+                   const py::object& coherence) {
+    return occluded_in(scene, rays_of(rays), 0, std::numeric_limits<float>::infinity(), out,
+                       coherence);
 }
 
 py::array test_occlusions(PyScene& scene, const py::object& rays, float tnear,
-                          std::optional<float> tfar) {
+                          std::optional<float> tfar, const py::object& coherence) {
     const QueryArray array = rays_of(rays);
     if (array.columns == 8 && (tnear != 0 || tfar)) {
         throw py::value_error(
             "test_occlusions: tnear and tfar are for rays of six numbers; these have their own");
     }
     return occluded_in(scene, array, tnear, tfar.value_or(std::numeric_limits<float>::infinity()),
-                       py::none());
+                       py::none(), coherence);
 }
 
-py::dict cast_rays(PyScene& scene, const py::object& rays) {
+py::dict cast_rays(PyScene& scene, const py::object& rays, const py::object& coherence) {
     const QueryArray array = rays_of(rays);
     const auto with_axis = [&](py::ssize_t size) {
         std::vector<py::ssize_t> shape = array.shape;
@@ -126,8 +130,9 @@ py::dict cast_rays(PyScene& scene, const py::object& rays) {
     py::array_t<std::uint32_t> primitive_ids(array.shape);
     py::array_t<float> uvs(with_axis(2));
     py::array_t<float> normals(with_axis(3));
-    scene.cast(array, {t_hit.mutable_data(), geometry_ids.mutable_data(),
-                       primitive_ids.mutable_data(), uvs.mutable_data(), normals.mutable_data()});
+    scene.cast(array, coherence_of(coherence),
+               {t_hit.mutable_data(), geometry_ids.mutable_data(), primitive_ids.mutable_data(),
+                uvs.mutable_data(), normals.mutable_data()});
     py::dict result;
     result["t_hit"] = t_hit;
     result["geometry_ids"] = geometry_ids;
@@ -255,11 +260,15 @@ void bind_scene(py::module_& module) {
                 return scene.query([](const Scene& s) { return s.last_update(); });
             },
             kLastUpdateDoc)
-        .def("intersect", &intersect, kIntersectDoc, arg("rays"), arg("out") = py::none())
-        .def("occluded", &occluded, kOccludedDoc, arg("rays"), arg("out") = py::none())
-        .def("cast_rays", &cast_rays, kCastRaysDoc, arg("rays"))
+        .def("intersect", &intersect, kIntersectDoc, arg("rays"), arg("out") = py::none(),
+             py::kw_only(), arg("coherence") = "none")
+        .def("occluded", &occluded, kOccludedDoc, arg("rays"), arg("out") = py::none(),
+             py::kw_only(), arg("coherence") = "none")
+        .def("cast_rays", &cast_rays, kCastRaysDoc, arg("rays"), py::kw_only(),
+             arg("coherence") = "none")
         .def("test_occlusions", &test_occlusions, kTestOcclusionsDoc, arg("rays"),
-             arg("tnear") = 0.0f, arg("tfar") = py::none())
+             arg("tnear") = 0.0f, arg("tfar") = py::none(), py::kw_only(),
+             arg("coherence") = "none")
         .def("render", &render, kRenderDoc, arg("size") = py::make_tuple(1024, 1024), py::kw_only(),
              arg("eye") = py::none(), arg("target") = py::none(),
              arg("up") = py::make_tuple(0.0, 1.0, 0.0), arg("fov") = View{}.fov,

@@ -73,6 +73,15 @@ Crossing crossing_named(const std::string& crossing) {
     throw_choice("crossing", crossing, R"("owner" and "each")");
 }
 
+Coherence coherence_of(const py::object& coherence) {
+    if (!py::isinstance<py::str>(coherence))
+        return Coherence::image(uint32_of(coherence, "coherence"));
+    const auto name = coherence.cast<std::string>();
+    if (name == "none") return Coherence::none();
+    if (name == "sort") return Coherence::sort();
+    throw_choice("coherence", name, R"("none" and "sort", or the width of an image)");
+}
+
 FillRule rule_named(const std::string& rule) {
     if (rule == "nonzero") return FillRule::nonzero;
     if (rule == "odd") return FillRule::odd;

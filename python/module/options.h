@@ -25,6 +25,8 @@ Rays rays_named(const std::string& rays);
 Shading shading_named(const std::string& shading);
 /// "owner" or "each".
 Crossing crossing_named(const std::string& crossing);
+/// "none", "sort", or the width of an image.
+Coherence coherence_of(const py::object& coherence);
 /// "nonzero" or "odd".
 FillRule rule_named(const std::string& rule);
 /// A number of the range of uint32.

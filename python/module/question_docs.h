@@ -29,16 +29,17 @@ may call it at the same time.
 Source: Edelsbrunner, Mücke, Simulation of Simplicity, TOG 9(1), 1990.)";
 
 inline constexpr const char* kCountDoc =
-    R"(count(self, rays, out=None, *, crossing="owner", cancel=None)
+    R"(count(self, rays, out=None, *, crossing="owner", coherence="none", cancel=None)
 --
 
 Counts all hits of rays.
 
 rays, crossing, cancel: those of intersect_all()
 out:                    an array of int64 to write to, one element a ray: C-contiguous and writable
+coherence:              that of intersect()
 
 Returns an array of int64, one a ray; `out` if it is given. Axes in front of the rays are kept.
-Raises what intersect_all() raises.)";
+Raises what intersect_all() raises, ValueError for another coherence.)";
 
 inline constexpr const char* kWindingDoc =
     R"(winding(self, points, out=None, *, cancel=None)

@@ -46,9 +46,15 @@ void for_each_batch(const QueryArray& rays, std::size_t batch_size, float tnear,
     } while (first < rays.count);
 }
 
+/// The rays that are converted together: whole rows of an image, in eights, as tiles have them.
+std::size_t converted_size(Coherence coherence) {
+    const std::size_t rows = 8 * std::max<std::size_t>(coherence.width, 1);
+    return std::max(kBatch / rows, std::size_t{1}) * rows;
+}
+
 /// All rays in one batch where nothing has to be converted.
-std::size_t batch_size(const QueryArray& rays) {
-    return rays.columns == 8 ? std::max<std::size_t>(rays.count, 1) : kBatch;
+std::size_t batch_size(const QueryArray& rays, Coherence coherence) {
+    return rays.columns == 8 ? std::max<std::size_t>(rays.count, 1) : converted_size(coherence);
 }
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -244,30 +250,32 @@ bool PyScene::is_long(std::size_t rays) const {
     return scene_->device().name() == "brute" && rays * scene_->triangle_count() >= kManyTests;
 }
 
-void PyScene::intersect(const QueryArray& rays, std::span<Hit> hits) {
+void PyScene::intersect(const QueryArray& rays, Coherence coherence, std::span<Hit> hits) {
     require_initialised();
     const QueryUse use(uses_);
     trace(is_long(rays.count), nullptr, [&](const std::atomic<bool>* cancel) {
-        for_each_batch(rays, batch_size(rays), 0, kInfinity,
+        for_each_batch(rays, batch_size(rays, coherence), 0, kInfinity,
                        [&](std::size_t first, std::span<const Ray> batch) {
-                           scene_->intersect(batch, hits.subspan(first, batch.size()), cancel);
+                           scene_->intersect(batch, hits.subspan(first, batch.size()), coherence,
+                                             cancel);
                        });
     });
 }
 
-void PyScene::occluded(const QueryArray& rays, float tnear, float tfar,
+void PyScene::occluded(const QueryArray& rays, Coherence coherence, float tnear, float tfar,
                        std::span<std::uint8_t> occluded) {
     require_initialised();
     const QueryUse use(uses_);
     trace(is_long(rays.count), nullptr, [&](const std::atomic<bool>* cancel) {
-        for_each_batch(rays, batch_size(rays), tnear, tfar,
+        for_each_batch(rays, batch_size(rays, coherence), tnear, tfar,
                        [&](std::size_t first, std::span<const Ray> batch) {
-                           scene_->occluded(batch, occluded.subspan(first, batch.size()), cancel);
+                           scene_->occluded(batch, occluded.subspan(first, batch.size()), coherence,
+                                            cancel);
                        });
     });
 }
 
-void PyScene::cast(const QueryArray& rays, const CastHits& out) {
+void PyScene::cast(const QueryArray& rays, Coherence coherence, const CastHits& out) {
     require_initialised();
     const QueryUse use(uses_);
     require_in_place(meshes_);
@@ -276,10 +284,10 @@ void PyScene::cast(const QueryArray& rays, const CastHits& out) {
     for (const auto& [geom_id, mesh] : meshes_) meshes[geom_id] = {mesh.positions, *mesh.triangles};
     trace(is_long(rays.count), nullptr, [&](const std::atomic<bool>* cancel) {
         std::vector<Hit> hits;
-        for_each_batch(rays, kBatch, 0, kInfinity,
+        for_each_batch(rays, converted_size(coherence), 0, kInfinity,
                        [&](std::size_t first, std::span<const Ray> batch) {
                            hits.resize(batch.size());
-                           scene_->intersect(batch, std::span<Hit>(hits), cancel);
+                           scene_->intersect(batch, std::span<Hit>(hits), coherence, cancel);
                            write_cast(hits, first, meshes, out);
                        });
     });
@@ -308,13 +316,13 @@ AllHits PyScene::intersect_all(const QueryArray& rays, AllHitsOptions options, C
     return all;
 }
 
-void PyScene::count(const QueryArray& rays, Crossing crossing, std::span<std::uint64_t> counts,
-                    Cancel* cancel) {
+void PyScene::count(const QueryArray& rays, Coherence coherence, Crossing crossing,
+                    std::span<std::uint64_t> counts, Cancel* cancel) {
     ask(rays, cancel, [&](const std::atomic<bool>* cancelled) {
-        for_each_batch(rays, batch_size(rays), 0, kInfinity,
+        for_each_batch(rays, batch_size(rays, coherence), 0, kInfinity,
                        [&](std::size_t first, std::span<const Ray> batch) {
                            scene_->count(batch, counts.subspan(first, batch.size()), crossing,
-                                         cancelled);
+                                         coherence, cancelled);
                        });
     });
 }
@@ -365,7 +373,7 @@ Comparison PyScene::compare(PyScene& other, const QueryArray& rays, std::size_t 
     };
     trace(is_long(rays.count) || other.is_long(rays.count), nullptr,
           [&](const std::atomic<bool>* cancel) {
-              for_each_batch(rays, batch_size(rays), 0, kInfinity,
+              for_each_batch(rays, batch_size(rays, {}), 0, kInfinity,
                              [&](std::size_t first, std::span<const Ray> batch) {
                                  compare_batch(first, batch, cancel);
                              });

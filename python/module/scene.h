@@ -69,15 +69,15 @@ public:
     std::uint32_t attach(BorrowedMesh mesh);
     void detach(std::uint32_t geom_id);
 
-    void intersect(const QueryArray& rays, std::span<Hit> hits);
-    void occluded(const QueryArray& rays, float tnear, float tfar,
+    void intersect(const QueryArray& rays, Coherence coherence, std::span<Hit> hits);
+    void occluded(const QueryArray& rays, Coherence coherence, float tnear, float tfar,
                   std::span<std::uint8_t> occluded);
-    void cast(const QueryArray& rays, const CastHits& out);
+    void cast(const QueryArray& rays, Coherence coherence, const CastHits& out);
 
     /// Questions: long ones end early when `cancel`, which may be null, is set.
     AllHits intersect_all(const QueryArray& rays, AllHitsOptions options, Cancel* cancel);
-    void count(const QueryArray& rays, Crossing crossing, std::span<std::uint64_t> counts,
-               Cancel* cancel);
+    void count(const QueryArray& rays, Coherence coherence, Crossing crossing,
+               std::span<std::uint64_t> counts, Cancel* cancel);
     void winding(const QueryArray& points, std::span<std::int32_t> windings, Cancel* cancel);
     void contains(const QueryArray& points, FillRule rule, std::span<std::uint8_t> inside,
                   Cancel* cancel);

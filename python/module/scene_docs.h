@@ -120,7 +120,7 @@ What the last build or update() did, with the times that are known by now: a dev
 off until the first query.)";
 
 inline constexpr const char* kIntersectDoc =
-    R"(intersect(self, rays, out=None)
+    R"(intersect(self, rays, out=None, *, coherence="none")
 --
 
 Finds the closest hits.
@@ -134,22 +134,28 @@ rays: float32, one of
       does not hit it there. A ray with a NaN, with a dir of 0, with tnear > tfar or with tfar <= 0
       hits nothing.
 out:  an array of hit_dtype to write to, with one element a ray: C-contiguous and writable.
+coherence: what is known of the rays. Hits are the same bits whatever it says; the time is not.
+      "none"  nothing: they are traced in the order given
+      "sort"  they come in any order: many are sorted on the CPU
+      an int  they are those of an image of this width, row by row, from 0 to 2^32 - 1: on the CPU
+              they are traced in packets. Rows below 8 rays are traced as by "none".
 
 Returns an array of hit_dtype with the fields t, u, v (float32), prim_id, geom_id (uint32); `out` if
 it is given. The hit is at (1 - u - v) * p0 + u * p1 + v * p2. A miss is (0, 0, 0, INVALID_ID,
 INVALID_ID). Among triangles hit at the same t, the lowest (geom_id, prim_id) is the hit.
 
-Raises TypeError for another dtype, ValueError for another shape or an unsuitable `out`.)";
+Raises TypeError for another dtype, ValueError for another shape, an unsuitable `out` or another
+coherence.)";
 
 inline constexpr const char* kOccludedDoc =
-    R"(occluded(self, rays, out=None)
+    R"(occluded(self, rays, out=None, *, coherence="none")
 --
 
-Finds whether rays hit anything. Returns an array of bool, one a ray; `out` if it is given. Rays are
-those of intersect().)";
+Finds whether rays hit anything. Returns an array of bool, one a ray; `out` if it is given. Rays and
+coherence are those of intersect().)";
 
 inline constexpr const char* kCastRaysDoc =
-    R"(cast_rays(self, rays)
+    R"(cast_rays(self, rays, *, coherence="none")
 --
 
 Finds the closest hits, with the result of Open3D's RaycastingScene.cast_rays(): a dict of
@@ -161,15 +167,15 @@ primitive_uvs:     (N, 2) float32, 0 for a miss
 primitive_normals: (N, 3) float32, (p1 - p0) x (p2 - p0) with length 1; 0 for a miss. They are
                    computed from the points as they are in the arrays now: call update() first.
 
-Rays are those of intersect(), which is faster.)";
+Rays and coherence are those of intersect(), which is faster.)";
 
 inline constexpr const char* kTestOcclusionsDoc =
-    R"(test_occlusions(self, rays, tnear=0.0, tfar=None)
+    R"(test_occlusions(self, rays, tnear=0.0, tfar=None, *, coherence="none")
 --
 
 Finds whether rays hit anything at t > 0 with tnear <= t <= tfar (None: infinite), as Open3D's
 RaycastingScene does. Returns an array of bool, one a ray. Rays of eight numbers have a tnear and tfar of
-their own.)";
+their own. coherence is that of intersect().)";
 
 inline constexpr const char* kRenderDoc =
     R"(render(self, size=(1024, 1024), *, eye=None, target=None, up=(0.0, 1.0, 0.0), fov=45.0, light=None, rays="primary", ao_count=16, ao_distance=0.0, shading="plain", samples=1, flat=False, cancel=None)

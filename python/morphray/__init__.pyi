@@ -43,6 +43,7 @@ _Indices = Union[NDArray[np.uint32], NDArray[np.int32], NDArray[np.int64], NDArr
 _Albedo = Union[NDArray[np.uint8], NDArray[np.uint32]]
 _Rays = Union[NDArray[np.float32], NDArray[np.void]]
 _Crossing = Literal["owner", "each"]
+_Coherence = Union[Literal["none", "sort"], int]
 _FillRule = Literal["nonzero", "odd"]
 _DeviceLike = Union["Device", Literal["cpu", "vulkan", "brute"]]
 
@@ -222,11 +223,28 @@ class Scene(metaclass=_Type):
     ) -> int: ...
     def detach(self, geom_id: int) -> None: ...
     def last_update(self) -> Update: ...
-    def intersect(self, rays: _Rays, out: Optional[NDArray[np.void]] = None) -> NDArray[np.void]: ...
-    def occluded(self, rays: _Rays, out: Optional[NDArray[np.bool_]] = None) -> NDArray[np.bool_]: ...
-    def cast_rays(self, rays: _Rays) -> _CastHits: ...
+    def intersect(
+        self,
+        rays: _Rays,
+        out: Optional[NDArray[np.void]] = None,
+        *,
+        coherence: _Coherence = "none",
+    ) -> NDArray[np.void]: ...
+    def occluded(
+        self,
+        rays: _Rays,
+        out: Optional[NDArray[np.bool_]] = None,
+        *,
+        coherence: _Coherence = "none",
+    ) -> NDArray[np.bool_]: ...
+    def cast_rays(self, rays: _Rays, *, coherence: _Coherence = "none") -> _CastHits: ...
     def test_occlusions(
-        self, rays: _Rays, tnear: float = 0.0, tfar: Optional[float] = None
+        self,
+        rays: _Rays,
+        tnear: float = 0.0,
+        tfar: Optional[float] = None,
+        *,
+        coherence: _Coherence = "none",
     ) -> NDArray[np.bool_]: ...
     def intersect_all(
         self,
@@ -242,6 +260,7 @@ class Scene(metaclass=_Type):
         out: Optional[NDArray[np.int64]] = None,
         *,
         crossing: _Crossing = "owner",
+        coherence: _Coherence = "none",
         cancel: Optional[Cancel] = None,
     ) -> NDArray[np.int64]: ...
     def winding(

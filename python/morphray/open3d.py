@@ -24,6 +24,11 @@ def _array(tensor):
     return (tensor.cpu() if hasattr(tensor, "cpu") else tensor).numpy()
 
 
+def _coherence(rays):
+    """Rays of (height, width, 6), as create_rays_pinhole() makes them, are those of an image."""
+    return rays.shape[1] if getattr(rays, "ndim", 0) == 3 else "sort"
+
+
 def _require_count(number, name, least):
     count = _operator.index(number)
     if count < least:
@@ -56,7 +61,8 @@ class RaycastingScene:
     device:   None, or one whose name begins with "CPU"; or what morphray.Scene takes, "vulkan" among
               others: answers have the same bits
 
-    rays are (..., 6) float32: org and dir, and t is in units of dir. Hits have t > 0: a ray that
+    rays are (..., 6) float32: org and dir, and t is in units of dir. Those of (height, width, 6) are
+    traced as an image's, others are sorted, for speed alone. Hits have t > 0: a ray that
     starts on a triangle does not hit it there. query_points are (..., 3) float32. Axes in front are
     kept in the results. The argument nthreads of the methods is checked and has no effect, since the
     device has its threads.
@@ -118,17 +124,20 @@ class RaycastingScene:
     def cast_rays(self, rays, nthreads=0):
         """Finds the closest hits. Returns the dict of morphray.Scene.cast_rays()."""
         _require_count(nthreads, "nthreads", 0)
-        return self._built().cast_rays(_array(rays))
+        rays = _array(rays)
+        return self._built().cast_rays(rays, coherence=_coherence(rays))
 
     def test_occlusions(self, rays, tnear=0.0, tfar=np.inf, nthreads=0):
         """Finds whether rays hit anything at tnear <= t <= tfar: bool, one a ray."""
         _require_count(nthreads, "nthreads", 0)
-        return self._built().test_occlusions(_array(rays), tnear, tfar)
+        rays = _array(rays)
+        return self._built().test_occlusions(rays, tnear, tfar, coherence=_coherence(rays))
 
     def count_intersections(self, rays, nthreads=0):
         """Counts all hits of rays: int32, one a ray."""
         _require_count(nthreads, "nthreads", 0)
-        return self._built().count(_array(rays)).astype(np.int32)
+        rays = _array(rays)
+        return self._built().count(rays, coherence=_coherence(rays)).astype(np.int32)
 
     def list_intersections(self, rays, nthreads=0):
         """Finds all hits of rays. Returns a dict of

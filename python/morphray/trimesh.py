@@ -284,7 +284,7 @@ class RayMeshIntersector:
             return _first_of_each(self._all(rays, origins, directions), max_hits)
         if max_hits == 0:
             return _NO_HITS
-        found = self._followed.scene.intersect(rays)
+        found = self._followed.scene.intersect(rays, coherence="sort")
         hit = np.flatnonzero(found["prim_id"] != _morphray.INVALID_ID)
         hits, ahead = self._locate(found[hit], hit, origins, directions)
         # Hits before the origin hide those behind it.

@@ -80,6 +80,25 @@ def test_more_rays_than_a_batch_has():
     assert len(comparison.differences) == 10
 
 
+@pytest.mark.parametrize("coherence", ["none", "sort", 0, 1, 700, 2**32 - 1])
+def test_answers_are_the_same_whatever_is_said_of_the_rays(coherence):
+    points, triangles = grid(20)
+    scene = morphray.Scene(points, triangles)
+    x, y = np.meshgrid(np.linspace(-0.5, 0.5, 700), np.linspace(-0.5, 0.5, 400))
+    image = np.empty((400, 700, 6), np.float32)
+    image[..., :3] = 0.4, 0.3, 2
+    image[..., 3:] = np.stack([x, y, -2 + 0 * x], axis=-1)
+    for rays in (random_rays(points, 20_000), image):
+        hits = scene.intersect(rays)
+        assert_same_bits(scene.intersect(rays, coherence=coherence), hits)
+        is_hit = hits["prim_id"] != morphray.INVALID_ID
+        assert np.array_equal(scene.occluded(rays, coherence=coherence), is_hit)
+        assert np.array_equal(scene.test_occlusions(rays, coherence=coherence), is_hit)
+        cast = scene.cast_rays(rays, coherence=coherence)
+        assert np.array_equal(cast["primitive_ids"], hits["prim_id"])
+        assert np.array_equal(scene.count(rays, coherence=coherence), scene.count(rays))
+
+
 def test_strided_and_unaligned_rays_are_read_rightly():
     points, triangles = grid(10)
     scene = morphray.Scene(points, triangles)

@@ -116,6 +116,9 @@ def test_bad_points_to_ask_about(points, error, reason):
     "ask, error, reason",
     [
         (lambda s: s.count(DOWN, crossing="all"), ValueError, '"all" is none of "owner" and "each"'),
+        (lambda s: s.intersect(DOWN, coherence="any"), ValueError, '"any" is none of "none" and'),
+        (lambda s: s.count(DOWN, coherence=-1), ValueError, "coherence: -1 is out of range"),
+        (lambda s: s.occluded(DOWN, coherence=None), TypeError, "coherence: a whole number"),
         (lambda s: s.intersect_all(DOWN, crossing=""), ValueError, "crossing: "),
         (lambda s: s.intersect_all(DOWN, max_hits=-1), ValueError, "max_hits: -1 is out of range"),
         (lambda s: s.intersect_all(DOWN, max_hits=2**32), ValueError, "max_hits: 4294967296"),

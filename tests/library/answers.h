@@ -141,12 +141,12 @@ inline void expect_all_are_cancelled_on(const morphray::Device& device) {
                 EXPECT_EQ(error.code(), morphray::ErrorCode::cancelled) << what;
             }
         };
-        expect_cancelled("intersect", [&] { scene.intersect(rays, hits, &cancelled); });
-        expect_cancelled("occluded", [&] { scene.occluded(rays, bytes, &cancelled); });
+        expect_cancelled("intersect", [&] { scene.intersect(rays, hits, {}, &cancelled); });
+        expect_cancelled("occluded", [&] { scene.occluded(rays, bytes, {}, &cancelled); });
         expect_cancelled("intersect_all",
                          [&] { scene.intersect_all(rays, {.cancel = &cancelled}); });
-        expect_cancelled("count",
-                         [&] { scene.count(rays, counts, morphray::Crossing::owner, &cancelled); });
+        expect_cancelled(
+            "count", [&] { scene.count(rays, counts, morphray::Crossing::owner, {}, &cancelled); });
         expect_cancelled("winding", [&] { scene.winding(points, windings, &cancelled); });
         expect_cancelled("contains", [&] {
             scene.contains(points, bytes, morphray::FillRule::odd, &cancelled);

@@ -19,6 +19,7 @@
 namespace mray::test {
 namespace {
 
+using morphray::Coherence;
 using morphray::Device;
 using morphray::Scene;
 using morphray::Threads;
@@ -99,13 +100,14 @@ TEST(CallingThread, TracesAllRaysOfAnImage) {
     // Some columns and rows are beside the tiles.
     for (const int width : {100, 101, 103, 107}) {
         const std::vector<morphray::Ray> rays = image_rays(width, 83);
+        const auto coherence = Coherence::image(static_cast<std::size_t>(width));
         std::vector<morphray::Hit> expected;
         for (const morphray::Ray& ray : rays) expected.push_back(scene.intersect(ray));
         std::vector<morphray::Hit> hits(rays.size(), morphray::Hit{.t = -1});
-        scene.intersect(rays, std::span(hits), Threads::calling);
+        scene.intersect(rays, std::span(hits), Threads::calling, coherence);
         expect_same_hits(hits, expected, std::to_string(width));
         std::vector<std::uint8_t> occluded(rays.size(), 2);
-        scene.occluded(rays, std::span(occluded), Threads::calling);
+        scene.occluded(rays, std::span(occluded), Threads::calling, coherence);
         for (std::size_t i = 0; i < rays.size(); ++i)
             ASSERT_EQ(occluded[i], expected[i] ? 1 : 0) << width << ", ray " << i;
     }
@@ -114,26 +116,28 @@ TEST(CallingThread, TracesAllRaysOfAnImage) {
 TEST(CallingThread, IsTheOnlyOneThatWritesAnswers) {
     const UserMesh mesh(torus(40, 20));
     const Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 4}));
-    const std::vector<morphray::Ray> image = image_rays(100, 80);
+    const std::pair<std::vector<morphray::Ray>, Coherence> batches[] = {
+        {image_rays(100, 80), Coherence::image(100)},
+        {world_rays(mesh, 8209, 31), Coherence::sort()}};
     WatchedPages pages;
     const std::set<pid_t> mine = {gettid()};
-    for (const auto& rays : {image, world_rays(mesh, 8009, 31)}) {
+    for (const auto& [rays, coherence] : batches) {
         const auto hits = pages.items<morphray::Hit>(rays.size());
         const auto occluded = pages.items<std::uint8_t>(rays.size());
         // With all threads others write too, sooner or later: the pages would show it.
         bool are_others_seen = false;
         for (int round = 0; round < 1000 && !are_others_seen; ++round) {
             pages.protect();
-            scene.intersect(rays, hits);
+            scene.intersect(rays, hits, coherence);
             are_others_seen = pages.threads() != mine;
         }
         EXPECT_TRUE(are_others_seen || std::thread::hardware_concurrency() < 2);
         for (int round = 0; round < 20; ++round) {
             pages.protect();
-            scene.intersect(rays, hits, Threads::calling);
+            scene.intersect(rays, hits, Threads::calling, coherence);
             EXPECT_EQ(pages.threads(), mine);
             pages.protect();
-            scene.occluded(rays, occluded, Threads::calling);
+            scene.occluded(rays, occluded, Threads::calling, coherence);
             EXPECT_EQ(pages.threads(), mine);
         }
     }

@@ -98,7 +98,8 @@ TEST(Queries, OfImagesEqualBruteForce) {
     for (const UserMesh& mesh : {UserMesh(torus(40, 20)), UserMesh(random_soup(500, 0.3, 5))}) {
         const Scene scene = Scene::build(mesh.view());
         const Scene brute = scene.on(Device::brute_force());
-        const std::pair<int, int> sizes[] = {{16, 16}, {17, 40}, {100, 75}, {64, 64}, {130, 20}};
+        const std::pair<int, int> sizes[] = {{3, 50},   {8, 9},   {16, 16}, {17, 40},
+                                             {100, 75}, {64, 64}, {130, 20}};
         for (const auto& [width, height] : sizes) {
             std::vector<morphray::Ray> rays;
             const float turn = static_cast<float>(random.real(-0.3, 0.3));
@@ -115,10 +116,11 @@ TEST(Queries, OfImagesEqualBruteForce) {
                 if (kind == 3 && random.below(1000) == 0) rays.back().dir = {1, 0, 0};
             }
             const std::vector<morphray::Hit> expected = hits_of(brute, rays);
-            expect_same_hits(hits_of(scene, rays), expected, std::to_string(width));
+            const auto coherence = morphray::Coherence::image(static_cast<std::size_t>(width));
+            expect_same_hits(hits_of(scene, rays, coherence), expected, std::to_string(width));
             hit_count += count_hits(expected);
             std::vector<std::uint8_t> occluded(rays.size());
-            scene.occluded(rays, std::span<std::uint8_t>(occluded));
+            scene.occluded(rays, std::span<std::uint8_t>(occluded), coherence);
             for (std::size_t i = 0; i < rays.size(); ++i)
                 ASSERT_EQ(occluded[i] != 0, bool{expected[i]}) << i;
         }
@@ -135,13 +137,16 @@ TEST(Queries, OfTheCallingThreadAreThoseOfAllThreads) {
         const float y = static_cast<float>(i / 150) / 80 - 0.4f;
         image.push_back({.org = {0.3f, 0.2f, 3}, .dir = {x, y, -1}});
     }
-    for (const auto& rays : {image, world_rays(mesh, kRays, 31)}) {
-        const std::vector<morphray::Hit> expected = hits_of(scene, rays);
+    const std::pair<std::vector<morphray::Ray>, morphray::Coherence> batches[] = {
+        {image, morphray::Coherence::image(150)},
+        {world_rays(mesh, 9000, 31), morphray::Coherence::sort()}};
+    for (const auto& [rays, coherence] : batches) {
+        const std::vector<morphray::Hit> expected = hits_of(scene, rays, coherence);
         EXPECT_GT(count_hits(expected), 100u);
         std::vector<morphray::Hit> hits(rays.size());
         std::vector<std::uint8_t> occluded(rays.size());
-        scene.intersect(rays, std::span(hits), morphray::Threads::calling);
-        scene.occluded(rays, std::span(occluded), morphray::Threads::calling);
+        scene.intersect(rays, std::span(hits), morphray::Threads::calling, coherence);
+        scene.occluded(rays, std::span(occluded), morphray::Threads::calling, coherence);
         expect_same_hits(hits, expected, "calling");
         for (std::size_t i = 0; i < rays.size(); ++i)
             ASSERT_EQ(occluded[i] != 0, bool{expected[i]}) << i;

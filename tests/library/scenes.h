@@ -54,9 +54,11 @@ inline std::vector<morphray::Ray> world_rays(const UserMesh& mesh, std::size_t c
 }
 
 inline std::vector<morphray::Hit> hits_of(const morphray::Scene& scene,
-                                          const std::vector<morphray::Ray>& rays) {
+                                          const std::vector<morphray::Ray>& rays,
+                                          morphray::Coherence coherence = {}) {
     std::vector<morphray::Hit> hits(rays.size());
-    scene.intersect(std::span<const morphray::Ray>(rays), std::span<morphray::Hit>(hits));
+    scene.intersect(std::span<const morphray::Ray>(rays), std::span<morphray::Hit>(hits),
+                    coherence);
     return hits;
 }
 

@@ -215,17 +215,21 @@ TEST(Threads, HandOverMuchAtTheSameTime) {
     const Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 2}));
     const Scene other = Scene::build(mesh.view(), Device::cpu({.threads = 1}));
     const std::uint64_t image = other.render(view).hits_hash;
-    for (const auto& rays :
-         {world_rays(mesh, morphray::detail::RayOrder::kLeast + 500, 17), camera}) {
+    const std::pair<std::vector<morphray::Ray>, morphray::Coherence> batches[] = {
+        {world_rays(mesh, morphray::detail::kLeastSorted + 500, 17), morphray::Coherence::sort()},
+        {camera, morphray::Coherence::image(100)}};
+    for (const auto& batch : batches) {
+        const std::vector<morphray::Ray>& rays = batch.first;
+        const morphray::Coherence coherence = batch.second;
         const std::vector<morphray::Hit> expected = hits_of(other, rays);
         const std::vector<morphray::Hit> all = other.intersect_all(rays).hits;
         std::atomic<int> different = 0;
         run_together(4, [&](std::size_t) {
             int mine = 0;
             for (int i = 0; i < 3; ++i) {
-                mine += hits_of(scene, rays) == expected ? 0 : 1;
+                mine += hits_of(scene, rays, coherence) == expected ? 0 : 1;
                 std::vector<morphray::Hit> hits(rays.size());
-                scene.intersect(rays, hits, morphray::Threads::calling);
+                scene.intersect(rays, hits, morphray::Threads::calling, coherence);
                 mine += hits == expected ? 0 : 1;
                 mine += scene.intersect_all(rays).hits == all ? 0 : 1;
                 mine += scene.render(view).hits_hash == image ? 0 : 1;
@@ -508,11 +512,11 @@ TEST(Threads, EndTheQuestionsOfOthers) {
     using morphray::FillRule;
     const std::atomic<bool>* flag = nullptr;
     const std::pair<const char*, std::function<void()>> questions[] = {
-        {"intersect", [&] { scene.intersect(rays, hits, flag); }},
-        {"occluded", [&] { scene.occluded(rays, bytes, flag); }},
+        {"intersect", [&] { scene.intersect(rays, hits, {}, flag); }},
+        {"occluded", [&] { scene.occluded(rays, bytes, {}, flag); }},
         {"compare", [&] { compare(scene, scene, rays, 10, flag); }},
         {"intersect_all", [&] { scene.intersect_all(rays, {.cancel = flag}); }},
-        {"count", [&] { scene.count(rays, counts, Crossing::owner, flag); }},
+        {"count", [&] { scene.count(rays, counts, Crossing::owner, {}, flag); }},
         {"winding", [&] { scene.winding(points, windings, flag); }},
         {"contains", [&] { scene.contains(points, bytes, FillRule::nonzero, flag); }},
         {"closest_points", [&] { scene.closest_points(points, closest, kFar, flag); }},

@@ -17,6 +17,7 @@ namespace mray::test {
 namespace {
 
 using morphray::Box;
+using morphray::Coherence;
 using morphray::Device;
 using morphray::Hit;
 using morphray::Image;
@@ -190,8 +191,13 @@ TEST(SceneBuild, OfATwinIsCancelledByItsOwnFlag) {
     EXPECT_EQ(error_of([&] { twin.update(); }), "cancelled");
 }
 
+struct Batch {
+    std::vector<Ray> rays;
+    Coherence coherence;
+};
+
 /// Any rays, and those of an image, which are traced in tiles.
-std::vector<std::vector<Ray>> batches(std::uint32_t side) {
+std::vector<Batch> batches(std::uint32_t side) {
     std::vector<Ray> image;
     for (std::uint32_t y = 0; y < side; ++y) {
         for (std::uint32_t x = 0; x < side; ++x) {
@@ -203,33 +209,37 @@ std::vector<std::vector<Ray>> batches(std::uint32_t side) {
     }
     std::vector<Ray> any = image;
     for (std::size_t i = 0; i < any.size(); ++i) any[i].org.z += static_cast<float>(i % 3);
-    return {any, image};
+    return {{any, Coherence::sort()}, {image, Coherence::image(side)}};
 }
 
 TEST(Queries, ThatAreCancelledThrowAndTheNextAreWhole) {
     const UserMesh mesh(torus(30, 20));
     for (const Device& device : {Device::cpu(), Device::brute_force()}) {
         const Scene scene = Scene::build(mesh.view(), device);
-        for (const std::vector<Ray>& rays : batches(64)) {
+        for (const Batch& batch : batches(64)) {
+            const std::vector<Ray>& rays = batch.rays;
+            const Coherence coherence = batch.coherence;
             std::vector<Hit> hits(rays.size());
             std::vector<std::uint8_t> occluded(rays.size());
-            scene.intersect(rays, hits);
+            scene.intersect(rays, hits, coherence);
             const std::vector<Hit> expected = hits;
             for (const std::size_t count : {std::size_t{5}, rays.size()}) {
                 const std::span<const Ray> some = std::span(rays).first(count);
                 std::atomic<bool> cancel = true;
                 hits.assign(count, Hit{.t = 7});
                 occluded.assign(count, 7);
-                EXPECT_EQ(error_of([&] { scene.intersect(some, hits, &cancel); }), "cancelled");
-                EXPECT_EQ(error_of([&] { scene.occluded(some, occluded, &cancel); }), "cancelled");
+                EXPECT_EQ(error_of([&] { scene.intersect(some, hits, coherence, &cancel); }),
+                          "cancelled");
+                EXPECT_EQ(error_of([&] { scene.occluded(some, occluded, coherence, &cancel); }),
+                          "cancelled");
                 EXPECT_EQ(error_of([&] { compare(scene, scene, some, 10, &cancel); }), "cancelled");
                 for (std::size_t i = 0; i < count; ++i) {
                     ASSERT_EQ(hits[i].t, 7);
                     ASSERT_EQ(occluded[i], 7);
                 }
                 cancel = false;
-                scene.intersect(some, hits, &cancel);
-                scene.occluded(some, occluded, &cancel);
+                scene.intersect(some, hits, coherence, &cancel);
+                scene.occluded(some, occluded, coherence, &cancel);
                 expect_same_hits(hits, {expected.begin(), expected.begin() + count});
                 for (std::size_t i = 0; i < count; ++i)
                     ASSERT_EQ(occluded[i], expected[i] ? 1 : 0) << i;
@@ -242,11 +252,13 @@ TEST(Queries, AreCancelledByAnotherThread) {
     const UserMesh mesh(torus(300, 200));
     const Scene scene = Scene::build(mesh.view(), Device::brute_force());
     // Take hours if nothing ends them.
-    for (const std::vector<Ray>& rays : batches(2048)) {
+    for (const Batch& batch : batches(2048)) {
+        const std::vector<Ray>& rays = batch.rays;
         std::vector<Hit> hits(rays.size());
         std::atomic<bool> cancel = false;
         std::thread other([&] { cancel = true; });
-        EXPECT_EQ(error_of([&] { scene.intersect(rays, hits, &cancel); }), "cancelled");
+        EXPECT_EQ(error_of([&] { scene.intersect(rays, hits, batch.coherence, &cancel); }),
+                  "cancelled");
         other.join();
     }
 }

@@ -59,20 +59,22 @@ TEST(LibraryOnVulkan, ManyRaysInAnyOrderAreAnsweredAsByTheCpu) {
     const Scene scene = Scene::build(mesh.view(), vulkan());
     const Scene twin = scene.on(Device::cpu());
     const std::vector<morphray::Ray> rays = world_rays(mesh, 50'000, 31);
+    const auto sort = morphray::Coherence::sort();
     const std::atomic<bool> cancel = false;
     for (const std::atomic<bool>* const watched :
          {static_cast<const std::atomic<bool>*>(nullptr), &cancel}) {
-        const morphray::Comparison hits = morphray::compare(scene, twin, rays, 3, watched);
-        EXPECT_TRUE(hits.equal()) << morphray::describe(hits);
+        std::vector<morphray::Hit> hits(rays.size());
+        scene.intersect(rays, hits, sort, watched);
+        expect_same_hits(hits, hits_of(twin, rays));
     }
     std::vector<std::uint8_t> dark(rays.size());
     std::vector<std::uint8_t> dark_on_cpu(rays.size());
-    scene.occluded(rays, std::span<std::uint8_t>(dark));
+    scene.occluded(rays, std::span<std::uint8_t>(dark), sort);
     twin.occluded(rays, std::span<std::uint8_t>(dark_on_cpu));
     EXPECT_EQ(dark, dark_on_cpu);
     std::vector<std::uint64_t> counts(rays.size());
     std::vector<std::uint64_t> counts_on_cpu(rays.size());
-    scene.count(rays, counts);
+    scene.count(rays, counts, morphray::Crossing::owner, sort);
     twin.count(rays, counts_on_cpu);
     EXPECT_EQ(counts, counts_on_cpu);
 }
@@ -296,10 +298,10 @@ TEST(LibraryOnVulkan, QueriesThatAreCancelledThrowAndTheNextAreWhole) {
     std::vector<morphray::Hit> hits(rays.size());
     std::vector<std::uint8_t> dark(rays.size());
     std::atomic<bool> cancel = true;
-    EXPECT_EQ(error_of([&] { scene.intersect(rays, hits, &cancel); }), "cancelled");
-    EXPECT_EQ(error_of([&] { scene.occluded(rays, dark, &cancel); }), "cancelled");
+    EXPECT_EQ(error_of([&] { scene.intersect(rays, hits, {}, &cancel); }), "cancelled");
+    EXPECT_EQ(error_of([&] { scene.occluded(rays, dark, {}, &cancel); }), "cancelled");
     cancel = false;
-    scene.intersect(rays, hits, &cancel);
+    scene.intersect(rays, hits, {}, &cancel);
     expect_same_hits(hits, expected);
 }
 

@@ -13,6 +13,7 @@
 namespace mray::fuzz {
 namespace {
 
+using morphray::Coherence;
 using morphray::Crossing;
 using morphray::FillRule;
 using morphray::Hit;
@@ -50,27 +51,33 @@ Ray to_ray(const WorldRay& r) {
             to_vec({r.dir[0], r.dir[1], r.dir[2]}), static_cast<float>(r.tfar)};
 }
 
-/// Rays of an image, row by row, which the library finds.
-std::vector<Ray> grid_rays(Dice& dice, const Surroundings& around, std::size_t count) {
+struct Batch {
+    std::vector<Ray> rays;
+    Coherence coherence;
+};
+
+/// Rays of an image, row by row.
+Batch grid_rays(Dice& dice, const Surroundings& around, std::size_t count) {
     const dvec3 eye = special_place(dice, around).point;
     const dvec3 target = special_target(dice, around);
     const dvec3 x = dice.direction() * around.extent;
     const dvec3 y = dice.direction() * around.extent;
     const auto row = static_cast<std::size_t>(dice.from(8, 70));
-    std::vector<Ray> rays;
+    Batch batch{{}, Coherence::image(row)};
     for (std::size_t i = 0; i < count; ++i) {
         const double u = static_cast<double>(i % row) / static_cast<double>(row) - 0.5;
         const double v = static_cast<double>(i / row) / static_cast<double>(row) - 0.5;
-        rays.push_back({to_vec(eye), 0, to_vec(target - eye + x * u + y * v)});
+        batch.rays.push_back({to_vec(eye), 0, to_vec(target - eye + x * u + y * v)});
     }
-    return rays;
+    return batch;
 }
 
 /// Special rays first, then unlike ones in any order.
-std::vector<Ray> make_batch(Dice& dice, const Surroundings& around, std::size_t count) {
+Batch make_batch(Dice& dice, const Surroundings& around, std::size_t count) {
     constexpr std::size_t kSpecial = 64;
     if (count > 16 && dice.one_in(4)) return grid_rays(dice, around, count);
-    std::vector<Ray> rays;
+    Batch batch{{}, Coherence::sort()};
+    std::vector<Ray>& rays = batch.rays;
     const std::size_t special = std::min(count, kSpecial);
     constexpr std::size_t kGroup = 8;
     for (const WorldRay& ray : dice.one_in(4) && special >= kGroup
@@ -84,14 +91,14 @@ std::vector<Ray> make_batch(Dice& dice, const Surroundings& around, std::size_t 
         if (dice.one_in(16)) ray.tfar = static_cast<float>(dice.real(0, 2));
         rays.push_back(ray);
     }
-    if (rays.empty()) return rays;
+    if (rays.empty()) return batch;
     const auto any = [&]() -> Ray& {
         return rays[dice.below(static_cast<std::uint32_t>(rays.size()))];
     };
     if (dice.one_in(4)) any().dir = {0, 0, 0};
     if (dice.one_in(4)) any().org.y = std::numeric_limits<float>::quiet_NaN();
     if (dice.one_in(4)) any().tfar = -1;
-    return rays;
+    return batch;
 }
 
 void ask_for_all_hits(const Scene& scene, std::span<const Ray> rays, Crossing crossing,
@@ -123,10 +130,10 @@ void ask_in_vain(const Scene& scene, std::span<const Ray> rays, CallAnswer& answ
     std::vector<Hit> hits(rays.size(), Hit{.t = 1});
     std::vector<std::uint8_t> occluded(rays.size(), 2);
     std::vector<std::uint64_t> counts(rays.size(), 3);
-    with_error_code(answer, [&] { scene.intersect(rays, std::span(hits), &cancel); });
-    with_error_code(answer, [&] { scene.occluded(rays, std::span(occluded), &cancel); });
+    with_error_code(answer, [&] { scene.intersect(rays, std::span(hits), {}, &cancel); });
+    with_error_code(answer, [&] { scene.occluded(rays, std::span(occluded), {}, &cancel); });
     with_error_code(answer, [&] { scene.intersect_all(rays, {.cancel = &cancel}); });
-    with_error_code(answer, [&] { scene.count(rays, counts, Crossing::owner, &cancel); });
+    with_error_code(answer, [&] { scene.count(rays, counts, Crossing::owner, {}, &cancel); });
     add(answer, "closest hits that were cancelled", hits);
     add(answer, "any hits that were cancelled", occluded);
     add(answer, "numbers of hits that were cancelled", counts);
@@ -199,20 +206,21 @@ morphray::View view_of(Dice& dice, const Call& call, const Surroundings& around)
 void ask_about_rays(const Scene& scene, const Scene* other, const Call& call,
                     const Surroundings& around, CallAnswer& answer) {
     Dice dice(call.seed);
-    const std::vector<Ray> rays = make_batch(dice, around, call.number);
+    const Batch batch = make_batch(dice, around, call.number);
+    const std::vector<Ray>& rays = batch.rays;
     std::vector<Hit> hits(rays.size());
     std::vector<std::uint8_t> occluded(rays.size());
-    scene.intersect(std::span(rays), hits);
+    scene.intersect(std::span(rays), hits, batch.coherence);
     add(answer, "closest hits", hits);
-    scene.occluded(std::span(rays), occluded);
+    scene.occluded(std::span(rays), occluded, batch.coherence);
     add(answer, "any hits", occluded);
     if (dice.one_in(4)) {
         // An answer that is left out is none of the call before.
         std::fill(hits.begin(), hits.end(), Hit{.t = -1});
         std::fill(occluded.begin(), occluded.end(), std::uint8_t{2});
-        scene.intersect(std::span(rays), hits, morphray::Threads::calling);
+        scene.intersect(std::span(rays), hits, morphray::Threads::calling, batch.coherence);
         add(answer, "closest hits of the calling thread", hits);
-        scene.occluded(std::span(rays), occluded, morphray::Threads::calling);
+        scene.occluded(std::span(rays), occluded, morphray::Threads::calling, batch.coherence);
         add(answer, "any hits of the calling thread", occluded);
     }
     for (std::size_t i = 0; i < std::min(rays.size(), kSingleRays); ++i) {
