@@ -16,23 +16,6 @@
 
 namespace mray {
 
-struct ClipIndex;
-
-/// Where what is known of a whole clip came from.
-struct IndexUse {
-    enum class State {
-        kNone,    // the clip takes no index
-        kAbsent,  // from reading all keyframes, because there is no index
-        kUsed,    // from the index
-        kStale,   // from reading all keyframes, because the index is not of this clip
-        kGiven,   // ClipOptions::bounds
-    };
-    State state = State::kNone;
-    /// The index file, and why it is stale.
-    std::string file = {};
-    std::string reason = {};
-};
-
 /// An animation in a file of several, of which a clip shows one.
 struct ClipAnimation {
     /// Empty: it has none.
@@ -81,7 +64,7 @@ public:
     virtual void positions(double frame, std::span<vec3> out) const = 0;
 
     /// Whether positions() of this frame does not throw, as far as that is known: a file may change
-    /// while the clip is open, and with ClipOptions::bounds no frame is read before it is needed.
+    /// while the clip is open.
     virtual bool usable(double) const { return true; }
     /// The first cause of an unusable frame; nothing if all are usable.
     virtual std::optional<Warning> damage() const { return std::nullopt; }
@@ -91,11 +74,6 @@ public:
 
     /// Nothing for scenes that can be seen from outside.
     virtual std::optional<InsideView> inside_view() const { return std::nullopt; }
-
-    /// Returns the content of an index file of this clip; null for clips that are not read frame by
-    /// frame, or whose frames have not been read. Hashes all files. Throws Error(kBadInput).
-    virtual std::shared_ptr<const ClipIndex> make_index() const { return nullptr; }
-    virtual IndexUse index_use() const { return {}; }
 
     /// The scene's name in reports: the builtin's name, or the path as given.
     virtual const std::string& name() const = 0;

@@ -10,7 +10,6 @@
 #include "clips/mesh/file_mesh.h"
 #include "common/base/warning.h"
 #include "common/base/watch.h"
-#include "common/scene/world_bounds.h"
 
 namespace mray {
 
@@ -27,15 +26,6 @@ struct ClipOptions {
     std::string cache = {};
     /// Formats of meshes beyond mesh_formats().
     std::span<const MeshFormat> more_formats = {};
-    /// Whether what is known of a whole clip may come from an index file.
-    bool takes_index = true;
-    /// The index file; empty: the default one (clips/index/index_file.h), if there
-    /// is one.
-    std::string index = {};
-    /// The bounds of all frames of a clip from files. Keyframes are then not read, and poses of a
-    /// glTF file not evaluated, to find them; a frame that leaves them is an error when it is
-    /// needed.
-    std::optional<WorldBounds> bounds = {};
     /// The animation of a glTF file, by its name or its index; empty: the first.
     std::string animation = {};
     /// Whether Clip::animations() are wanted. One that cannot be read is then a warning.

@@ -70,26 +70,6 @@ Point parse_point(std::string_view option, std::string_view text) {
     return point;
 }
 
-WorldBounds parse_bounds(std::string_view option, std::string_view text) {
-    constexpr const char* kWanted = "bounds x0,y0,z0,x1,y1,z1 with x0 <= x1, y0 <= y1, z0 <= z1";
-    constexpr double kMost = std::numeric_limits<float>::max();
-    const std::vector<std::string_view> parts = split(text, ',');
-    if (parts.size() != 6) usage(option, text, kWanted);
-    double corners[6] = {};
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-        const std::optional<double> value = parse_finite_double(parts[i]);
-        if (!value || std::abs(*value) > kMost) usage(option, text, kWanted);
-        corners[i] = *value;
-    }
-    WorldBounds bounds;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        bounds.lower[axis] = corners[axis];
-        bounds.upper[axis] = corners[axis + 3];
-        if (bounds.lower[axis] > bounds.upper[axis]) usage(option, text, kWanted);
-    }
-    return bounds;
-}
-
 Size parse_size(std::string_view option, std::string_view text) {
     const std::vector<std::string_view> parts = split(text, 'x');
     if (parts.size() != 2) usage(option, text, "WIDTHxHEIGHT in pixels, such as 640x480");

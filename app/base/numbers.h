@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include "common/scene/camera_setup.h"
-#include "common/scene/world_bounds.h"
 
 namespace mray::app {
 
@@ -25,7 +24,6 @@ double parse_number(std::string_view option, std::string_view text);
 Point parse_point(std::string_view option, std::string_view text);
 
 /// `x0,y0,z0,x1,y1,z1`: finite numbers within the range of floats, lower <= upper on each axis.
-WorldBounds parse_bounds(std::string_view option, std::string_view text);
 
 struct Size {
     std::uint32_t width = 0;

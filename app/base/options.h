@@ -29,7 +29,6 @@ enum class Command {
     kQuery,
     kChart,
     kInfo,
-    kIndex,
     kDevices,
     kView
 };
@@ -108,10 +107,6 @@ struct Options {
     MissingFrames missing = MissingFrames::kFail;
     /// ClipOptions::cache.
     std::string cache;
-    /// A file, "none", or empty: ClipOptions::index and takes_index.
-    std::string index;
-    /// ClipOptions::bounds.
-    std::optional<WorldBounds> bounds;
     bool allow_empty = false;
     bool lenient = false;
 
@@ -199,8 +194,6 @@ struct Options {
     bool tree_facts = false;
     bool formats = false;
 
-    // index
-    bool verifies = false;
     /// Whether `devices` tests them.
     bool checks_devices = false;
 

@@ -67,9 +67,9 @@ std::vector<NamedFile> inputs_of(const Options& options) {
     for (const std::string& scene : options.scenes) add_file(files, "the scene", scene);
     for (const std::string& file : options.compared_files) add_file(files, "the file", file);
     for (const auto& [option, file] :
-         {std::pair("--cache", &options.cache), std::pair("--index", &options.index),
-          std::pair("--rays", &options.ray_file), std::pair("--points", &options.point_file),
-          std::pair("--expect", &options.expect), std::pair("--baseline", &options.baseline)})
+         {std::pair("--cache", &options.cache), std::pair("--rays", &options.ray_file),
+          std::pair("--points", &options.point_file), std::pair("--expect", &options.expect),
+          std::pair("--baseline", &options.baseline)})
         add_file(files, option, *file);
     return files;
 }

@@ -49,7 +49,6 @@ bool updates_by_times(const Options& o) {
 }
 
 bool has_scene(const Options& o) { return !o.scene.empty(); }
-bool has_no_bounds(const Options& o) { return !o.bounds; }
 bool has_no_scene(const Options& o) { return o.scene.empty(); }
 bool takes_fps(const Options& o) { return !o.time.empty() || has_seconds(o); }
 bool describes_trees(const Options& o) { return o.tree_facts; }
@@ -83,14 +82,10 @@ constexpr auto kInfo = Command::kInfo;
 
 const Rule kRules[] = {
     {{kInfo},
-     {"--missing", "--index", "--bounds", "--allow-empty", "--lenient", "--frame", "--time",
-      "--fps", "--animation", "--bvh", "--threads"},
+     {"--missing", "--allow-empty", "--lenient", "--frame", "--time", "--fps", "--animation",
+      "--bvh", "--threads"},
      has_scene,
      "is about a scene; give one, too"},
-    {{kRender, kView, kCrosscheck, kProbe, kProfile, kTrace, kQuery, kInfo},
-     {"--index"},
-     has_no_bounds,
-     "the bounds are given, so that no index is read; leave out one of them"},
     {{kRender, kView, kCrosscheck, kProbe, kProfile, kTrace, kQuery, kInfo},
      {"--fps"},
      takes_fps,

@@ -82,9 +82,6 @@ std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages
     scene_options.allow_empty = options.allow_empty;
     scene_options.missing = options.missing;
     scene_options.cache = options.cache;
-    scene_options.takes_index = options.command != Command::kIndex && options.index != "none";
-    if (scene_options.takes_index) scene_options.index = options.index;
-    scene_options.bounds = options.bounds;
     scene_options.more_formats = optional_mesh_formats();
     scene_options.animation = options.animation;
     scene_options.list_animations = options.command == Command::kInfo;

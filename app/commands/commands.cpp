@@ -26,8 +26,6 @@ ExitCode run_command(const Options& options, const Messages& messages) {
             return run_chart(options, messages);
         case Command::kInfo:
             return run_info(options, messages);
-        case Command::kIndex:
-            return run_index(options, messages);
         case Command::kDevices:
             return run_devices(options, messages);
     }

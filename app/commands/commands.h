@@ -19,7 +19,6 @@ ExitCode run_trace(const Options& options, const Messages& messages);
 ExitCode run_query(const Options& options, const Messages& messages);
 ExitCode run_chart(const Options& options, const Messages& messages);
 ExitCode run_info(const Options& options, const Messages& messages);
-ExitCode run_index(const Options& options, const Messages& messages);
 ExitCode run_devices(const Options& options, const Messages& messages);
 
 /// Runs the command that the options name.

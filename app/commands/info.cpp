@@ -98,7 +98,6 @@ SceneReport describe_scene(const Options& options, const Messages& messages) {
     report.exponent = scene.space().exponent();
     report.degenerate = count_degenerate(topology, positions);
     report.topology_hash = topology_hash(topology);
-    report.index = scene.clip().index_use();
     if (const SceneTextures* textures = scene.clip().textures()) {
         for (const TextureFile& file : textures->files)
             report.textures.push_back(shown(std::filesystem::path(file.path).filename()));
@@ -113,13 +112,6 @@ SceneReport describe_scene(const Options& options, const Messages& messages) {
         }
     }
     return report;
-}
-
-std::string index_line(const IndexUse& use) {
-    std::string line = fmt::format("index           {}", name_of(use.state));
-    if (use.state == IndexUse::State::kUsed) line += ": " + shown(use.file);
-    if (use.state == IndexUse::State::kStale) line += ": " + use.reason;
-    return line + '\n';
 }
 
 std::string table_of(const std::vector<ClipAnimation>& animations) {
@@ -150,7 +142,6 @@ std::string text_of(const SceneReport& report) {
                 ? "bounds          none\n"
                 : fmt::format("bounds          ({}) to ({})\n", corner(report.bounds.lower),
                               corner(report.bounds.upper));
-    if (report.index.state != IndexUse::State::kNone) text += index_line(report.index);
     text += fmt::format("scene space     world space * 2^{}\n", report.exponent);
     text += fmt::format("topology hash   {}\n", hash_text(report.topology_hash));
     if (!report.textures.empty()) {

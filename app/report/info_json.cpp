@@ -10,21 +10,6 @@
 
 namespace mray::app {
 
-const char* name_of(IndexUse::State state) {
-    switch (state) {
-        case IndexUse::State::kAbsent:
-            return "absent";
-        case IndexUse::State::kUsed:
-            return "used";
-        case IndexUse::State::kStale:
-            return "stale";
-        case IndexUse::State::kGiven:
-            return "bounds given";
-        default:
-            return "none";
-    }
-}
-
 std::string to_json(const SceneReport& report) {
     Json json = head_of(report.head);
     json["first_frame"] = report.first_frame;
@@ -41,9 +26,6 @@ std::string to_json(const SceneReport& report) {
     json["not_finite"] = report.degenerate.not_finite;
     json["zero_area"] = report.degenerate.zero_area;
     json["topology_hash"] = hash_text(report.topology_hash);
-    json["index"] = {{"state", name_of(report.index.state)},
-                     {"file", report.index.file},
-                     {"reason", report.index.reason}};
     json["textures"] = report.textures;
     json["textured_triangles"] = report.textured_triangles;
     json["animations"] = Json::array();

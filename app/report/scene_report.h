@@ -28,7 +28,6 @@ struct SceneReport {
     std::uint64_t topology_hash = 0;
     /// File names, and the number of triangles that show one of them.
     std::vector<std::string> textures;
-    IndexUse index;
     std::uint64_t textured_triangles = 0;
     struct Tree {
         std::string build;
@@ -38,9 +37,6 @@ struct SceneReport {
     };
     std::vector<Tree> trees;
 };
-
-/// "none", "absent", "used", "stale" or "bounds given".
-const char* name_of(IndexUse::State state);
 
 struct ProgramReport {
     std::string build;

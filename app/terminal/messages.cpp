@@ -9,7 +9,6 @@
 
 #include "app/base/remedy_text.h"
 #include "app/terminal/progress.h"
-#include "clips/index/index_file.h"
 #include "common/base/output_file.h"
 #include "common/text/message_text.h"
 
@@ -44,13 +43,11 @@ void write_line(const char* prefix, std::string_view message) {
 Messages::Messages(const Options& options) : quiet_(options.quiet), verbose_(options.verbose) {
     std::vector<std::string> names = options.scenes;
     names.insert(names.end(), options.compared_files.begin(), options.compared_files.end());
-    names.insert(names.end(),
-                 {options.scene, options.out, options.json, options.csv, options.junit,
-                  options.hits, options.ray_file, options.point_file, options.trace_events,
-                  options.plot, options.html, options.bless, options.expect, options.screenshot,
-                  options.baseline, options.cache, options.index});
-    if (!options.scene.empty())
-        names.push_back(default_index_path(options.scene, options.cache).native());
+    names.insert(
+        names.end(),
+        {options.scene, options.out, options.json, options.csv, options.junit, options.hits,
+         options.ray_file, options.point_file, options.trace_events, options.plot, options.html,
+         options.bless, options.expect, options.screenshot, options.baseline, options.cache});
     for (const std::string& name : names) {
         if (name.empty() || name == "-" || name.starts_with("builtin:")) continue;
         // The files of a sequence begin like its pattern.

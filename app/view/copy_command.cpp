@@ -20,7 +20,7 @@ std::vector<std::string> scene_arguments(const Options& given) {
     const std::vector<std::string> all = scene_view_arguments(given);
     for (std::size_t i = 0; i + 1 < all.size(); i += 2) {
         if (all[i] == "--cache" || all[i] == "--missing" || all[i] == "--build" ||
-            all[i] == "--animation" || all[i] == "--fps" || all[i] == "--bounds")
+            all[i] == "--animation" || all[i] == "--fps")
             kept.insert(kept.end(), {all[i], all[i + 1]});
     }
     return kept;

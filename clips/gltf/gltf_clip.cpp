@@ -12,8 +12,6 @@
 #include "clips/gltf/gltf_scene.h"
 #include "clips/gltf/motion/motion_bounds.h"
 #include "clips/gltf/motion/skinning.h"
-#include "clips/keyframes/given_bounds.h"
-#include "clips/keyframes/measure_positions.h"
 #include "common/base/errors.h"
 #include "common/text/ascii.h"
 #include "common/text/message_text.h"
@@ -32,12 +30,10 @@ public:
           is_lenient_(options.lenient),
           scene_(gltf::read_gltf_scene(path, options)),
           skinning_(scene_),
-          fps_(options.fps.value_or(kDefaultFps)),
-          given_bounds_(options.bounds) {
+          fps_(options.fps.value_or(kDefaultFps)) {
         const double frames = scene_.animation.seconds * fps_;
         const double whole = std::round(frames);
         last_frame_ = std::abs(frames - whole) <= kFrameRounding * whole ? whole : frames;
-        if (given_bounds_) return;
         const gltf::MotionBounds motion = gltf::motion_bounds(scene_, skinning_, options.watch);
         bounds_ = motion.bounds;
         if (motion.bad_vertex == gltf::kNoVertex) return;
@@ -58,10 +54,7 @@ public:
     const SceneTextures* textures() const override {
         return scene_.textures.files.empty() ? nullptr : &scene_.textures;
     }
-    WorldBounds bounds() const override { return given_bounds_.value_or(bounds_); }
-    IndexUse index_use() const override {
-        return {.state = given_bounds_ ? IndexUse::State::kGiven : IndexUse::State::kNone};
-    }
+    WorldBounds bounds() const override { return bounds_; }
     const std::string& name() const override { return name_; }
 
     void positions(double frame, std::span<vec3> out) const override {
@@ -73,8 +66,6 @@ public:
                                    : std::min(within / fps_, scene_.animation.seconds);
         const std::size_t bad = skinning_.place(gltf::pose_at(scene_, seconds), out);
         if (bad != gltf::kNoVertex && !is_lenient_) throw problem(bad, within);
-        if (given_bounds_)
-            require_within_given(measure_positions(out).bounds, *given_bounds_, file_, within);
     }
 
 private:
@@ -96,8 +87,6 @@ private:
     gltf::Skinning skinning_;
     double fps_;
     double last_frame_ = 0;
-    std::optional<WorldBounds> given_bounds_;
-    /// Those of all frames, unless some are given.
     WorldBounds bounds_;
 };
 

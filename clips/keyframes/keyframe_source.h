@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "common/base/errors.h"
 #include "common/base/warning.h"
@@ -30,8 +29,6 @@ public:
     virtual double frame(std::size_t keyframe) const = 0;
     /// The file that a keyframe is read from.
     virtual const std::filesystem::path& file(std::size_t keyframe) const = 0;
-    /// All files, each once, in the order of their keyframes.
-    virtual std::vector<std::filesystem::path> files() const = 0;
 
     /// Reads the positions of a keyframe, in world space, into `out`, which has an entry for each
     /// vertex; they are of no use if there is a problem. Throws Error(kBadInput) for a keyframe

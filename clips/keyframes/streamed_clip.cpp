@@ -5,12 +5,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <mutex>
 #include <utility>
 
-#include "clips/index/index_file.h"
 #include "clips/interpolate.h"
-#include "clips/keyframes/given_bounds.h"
 #include "clips/keyframes/keyframe_cache.h"
 #include "clips/keyframes/keyframe_scan.h"
 #include "clips/keyframes/measure_positions.h"
@@ -38,17 +35,9 @@ public:
           cache_(source_->count(), topology().vertex_count) {
         parts_.first.faces = {};
         std::vector<vec3> positions = std::exchange(parts_.first.positions, {});
-        if (options.bounds) {
-            use_.state = IndexUse::State::kGiven;
-            bounds_ = *options.bounds;
-            return;
-        }
-        std::optional<KeyframeBounds> first_bounds;
-        if (parts_.has_first_keyframe) {
-            first_bounds.emplace(measure_positions(positions).bounds);
+        if (parts_.has_first_keyframe)
             cache_.add(0, std::make_shared<std::vector<vec3>>(std::move(positions)));
-        }
-        learn_facts(first_bounds);
+        facts_ = scan_keyframes(*source_, topology().vertex_count, cache_, options_.watch);
         bounds_ = facts_.all();
         tell_facts();
     }
@@ -86,36 +75,7 @@ public:
     }
     std::optional<Warning> damage() const override { return damage_; }
 
-    std::shared_ptr<const ClipIndex> make_index() const override {
-        if (source_->count() < 2 || facts_.bounds.empty()) return nullptr;
-        return std::make_shared<ClipIndex>(
-            ClipIndex{topology_hash(topology()), topology().vertex_count, options_.lenient,
-                      options_.allow_empty, stamp_files(source_->files()), facts_});
-    }
-    IndexUse index_use() const override { return use_; }
-
 private:
-    void learn_facts(const std::optional<KeyframeBounds>& first_bounds) {
-        if (options_.takes_index && source_->count() > 1) {
-            const std::vector<std::filesystem::path> files = source_->files();
-            FoundIndex found = find_index(parts_.name, options_,
-                                          {topology_hash(topology()), topology().vertex_count,
-                                           source_->count(), files, first_bounds});
-            use_ = found.use;
-            if (found.index) {
-                facts_ = std::move(found.index->facts);
-                return;
-            }
-            if (use_.state == IndexUse::State::kStale && options_.warn) {
-                options_.warn(
-                    {shown(use_.file),
-                     fmt::format("the index is not used, and all frames are read: {}", use_.reason),
-                     Remedy::kIndexAgain});
-            }
-        }
-        facts_ = scan_keyframes(*source_, topology().vertex_count, cache_, options_.watch);
-    }
-
     /// Reads the first damaged and the first odd keyframe again, for what is wrong with them.
     void tell_facts() {
         std::vector<vec3> positions(
@@ -144,13 +104,6 @@ private:
     Error other_than_known(std::size_t keyframe) const {
         const std::string file = shown(source_->file(keyframe));
         const double frame = source_->frame(keyframe);
-        if (use_.state == IndexUse::State::kUsed) {
-            return {ErrorKind::kBadInput,
-                    fmt::format("{}: tells otherwise of frame {} than {}; the index is not of this "
-                                "clip, or wrong",
-                                shown(use_.file), frame, file),
-                    Remedy::kIndexAgain};
-        }
         return {ErrorKind::kBadInput,
                 fmt::format("{}: frame {} changed while the clip was open; wait until it is "
                             "complete",
@@ -179,16 +132,7 @@ private:
         if (facts_.is_damaged(keyframe)) throw problem_of(keyframe, notes);
         if (notes.problem) throw Error(*notes.problem);
         const WorldBounds bounds = measure_positions(out).bounds;
-        if (use_.state == IndexUse::State::kGiven) {
-            require_within_given(bounds, bounds_, shown(source_->file(keyframe)),
-                                 source_->frame(keyframe));
-            if (notes.warning && options_.warn) {
-                const std::scoped_lock lock(warn_mutex_);
-                options_.warn(*notes.warning);
-            }
-        } else if (KeyframeBounds(bounds) != facts_.bounds[keyframe]) {
-            throw other_than_known(keyframe);
-        }
+        if (KeyframeBounds(bounds) != facts_.bounds[keyframe]) throw other_than_known(keyframe);
     }
 
     // The last keyframe at or before a frame of the clip.
@@ -226,12 +170,9 @@ private:
     std::unique_ptr<KeyframeSource> source_;
     ClipOptions options_;
     mutable KeyframeCache cache_;
-    IndexUse use_;
-    /// Empty if bounds are given.
     ClipFacts facts_;
     WorldBounds bounds_;
     std::optional<Warning> damage_;
-    mutable std::mutex warn_mutex_;
 };
 
 }  // namespace

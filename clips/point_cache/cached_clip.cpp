@@ -27,7 +27,6 @@ public:
     std::size_t count() const override { return cache_.sample_count(); }
     double frame(std::size_t keyframe) const override { return cache_.frame(keyframe); }
     const std::filesystem::path& file(std::size_t) const override { return cache_.path(); }
-    std::vector<std::filesystem::path> files() const override { return {cache_.path()}; }
 
     KeyframeNotes read(std::size_t keyframe, std::span<vec3> out) const override {
         cache_.read(keyframe, out);

@@ -65,11 +65,6 @@ public:
     const std::filesystem::path& file(std::size_t keyframe) const override {
         return files_[keyframe].path;
     }
-    std::vector<std::filesystem::path> files() const override {
-        std::vector<std::filesystem::path> paths;
-        for (const KeyframeFile& file : files_) paths.push_back(file.path);
-        return paths;
-    }
 
     KeyframeNotes read(std::size_t keyframe, std::span<vec3> out) const override {
         const KeyframeFile& file = files_[keyframe];

@@ -87,15 +87,6 @@ std::unique_ptr<Clip> open_with_cache(const std::string& spec, const ClipOptions
     return open_cached(path, options.cache, spec, options);
 }
 
-/// Refuses bounds and an index for a built-in scene.
-void refuse_known_bounds(const std::string& spec, const ClipOptions& options) {
-    if (!options.bounds && options.index.empty()) return;
-    throw Error(ErrorKind::kBadArgument,
-                fmt::format("scene {}: bounds and an index are for files; the bounds of a built-in "
-                            "scene are known",
-                            in_quotes(spec)));
-}
-
 }  // namespace
 
 std::unique_ptr<Clip> open_scene(const std::string& spec, const ClipOptions& options) {
@@ -109,10 +100,7 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const ClipOptions& opt
                                 in_quotes(spec)));
     }
     if (!options.cache.empty()) return open_with_cache(spec, options);
-    if (spec.starts_with(kBuiltinPrefix)) {
-        refuse_known_bounds(spec, options);
-        return open_builtin(spec);
-    }
+    if (spec.starts_with(kBuiltinPrefix)) return open_builtin(spec);
 
     // An existing file is opened as such even if its name contains '%'.
     std::error_code error;
@@ -129,15 +117,7 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const ClipOptions& opt
             return open_keyframes(files_of_glob(spec, options), spec, options);
         require_no_builtin(spec);
     }
-    if (has_gltf_name(path)) {
-        if (!options.index.empty()) {
-            throw Error(ErrorKind::kBadArgument,
-                        fmt::format("scene {}: an index is for files of frames; bounds of a glTF "
-                                    "file are found from its keys, or given",
-                                    in_quotes(spec)));
-        }
-        return open_gltf(path, spec, options);
-    }
+    if (has_gltf_name(path)) return open_gltf(path, spec, options);
     if (fs::is_regular_file(status) && mesh_format_of(path, options.more_formats) == nullptr) {
         throw Error(ErrorKind::kBadInput,
                     fmt::format("{}: not a scene file; give an {} file, a folder of those, a "

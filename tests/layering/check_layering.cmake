@@ -55,7 +55,7 @@ set(engine_users "^app/(backends/|commands/(crosscheck|profile|probe|pixel_probe
 set(engine_data "^common/(bvh/(bvh_stats|builder/bvh_builder)|update/policy/(policy_spec|update_policy))\\.h$")
 
 # The order of the folders of clips/ and common/: one may include those before it.
-set(order_of_clips polygons json mesh obj ply mesh_files index keyframes sequence point_cache gltf
+set(order_of_clips polygons json mesh obj ply mesh_files keyframes sequence point_cache gltf
     procedural source)
 set(order_of_common interop text base simd scene bvh image update)
 

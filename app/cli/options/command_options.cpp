@@ -62,12 +62,6 @@ constexpr Example kInfoExamples[] = {
     {"This program and its built-in scenes", "morphray info"},
     {"What this build reads and writes", "morphray info --formats"},
 };
-constexpr Example kIndexExamples[] = {
-    {"An index for a folder of frames; without -o it lies beside it",
-     "morphray index share/scenes/flag -o flag.mrindex"},
-    {"Whether it is still right, to the last byte",
-     "morphray index share/scenes/flag -o flag.mrindex --verify"},
-};
 constexpr Example kDevicesExamples[] = {
     {"Whether each device works", "morphray devices --check"},
     {"All devices, for programs", "morphray devices --json -"},
@@ -133,7 +127,7 @@ CommandSpec define_crosscheck(Options& options) {
                         Command::kCrosscheck, kCrosscheckExamples};
     const OptionAdder adder(command, options);
     add_scenes(adder, "what to trace, one scene after the other");
-    add_scene_options(adder);
+    add_file_options(adder);
     add_frames(adder, kFewFrames);
     add_view_options(adder, "256x256", "all three, one after the other");
     add_backend_options(adder, kCheckedBackends, "all", "each");
@@ -263,19 +257,6 @@ CommandSpec define_info(Options& options) {
     return command;
 }
 
-CommandSpec define_index(Options& options) {
-    CommandSpec command{"index",
-                        "Writes an index of a clip's files, with which a clip opens at once",
-                        Command::kIndex, kIndexExamples};
-    const OptionAdder adder(command, options);
-    adder.add_text("scene", "SCENE", "the clip", options.scene).required = true;
-    add_file_options(adder);
-    adder.add_text("-o,--out", "FILE", "the index file (SCENE.mrindex)", options.out);
-    adder.add_flag("--verify", "read all files, and compare them with the index", options.verifies);
-    adder.add_flag("-q,--quiet", "no result, only the exit code", options.quiet);
-    return command;
-}
-
 CommandSpec define_devices(Options& options) {
     CommandSpec command{"devices", "Lists the Vulkan devices, and tests them", Command::kDevices,
                         kDevicesExamples};
@@ -292,7 +273,7 @@ std::vector<CommandSpec> command_specs(Options& options) {
     std::vector<CommandSpec> commands;
     for (const auto define :
          {define_render, define_view, define_crosscheck, define_diff, define_probe, define_profile,
-          define_trace, define_query, define_chart, define_info, define_index, define_devices})
+          define_trace, define_query, define_chart, define_info, define_devices})
         commands.push_back(define(options));
     return commands;
 }

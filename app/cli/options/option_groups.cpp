@@ -61,23 +61,11 @@ void add_camera(const OptionAdder& adder) {
 void add_scene(const OptionAdder& adder, bool required, const char* help) {
     Options& options = adder.options();
     adder.add_text("scene", "SCENE", help, options.scene).required = required;
-    add_scene_options(adder);
+    add_file_options(adder);
 }
 
 void add_scenes(const OptionAdder& adder, const char* help) {
     adder.add_arguments("scenes", "SCENE", help, {&adder.options().scenes});
-}
-
-void add_scene_options(const OptionAdder& adder) {
-    add_file_options(adder);
-    Options& options = adder.options();
-    adder.add_text("--index", "FILE|none",
-                   "file of `index` (that beside the scene, if there is one)", options.index);
-    adder.add_view("--bounds", "X0,Y0,Z0,X1,Y1,Z1",
-                   "bounds of all frames of files, instead of an index",
-                   [&options](const std::string& option, const std::string& value) {
-                       options.bounds = parse_bounds(option, value);
-                   });
 }
 
 void add_file_options(const OptionAdder& adder) {

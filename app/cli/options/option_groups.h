@@ -15,7 +15,6 @@ void add_scene(const OptionAdder& adder, bool required, const char* help = "what
 void add_scenes(const OptionAdder& adder, const char* help);
 /// How strictly a scene is read.
 void add_file_options(const OptionAdder& adder);
-void add_scene_options(const OptionAdder& adder);
 void add_lenient(const OptionAdder& adder);
 
 /// --frames and --time; `otherwise` says which frames are the default.

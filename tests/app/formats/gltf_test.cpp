@@ -107,21 +107,6 @@ TEST(GltfProgram, InfoWarnsOfAnotherAnimationThatCannotBeRead) {
     EXPECT_EQ(render(scene, folder, {"--frames", "0"}).err, "");
 }
 
-TEST(GltfProgram, FramesMustBeWithinBoundsThatAreGiven) {
-    const TemporaryFolder folder;
-    const std::string scene = folder.write("a.glb", moving_glb());
-    const std::string hit = "H 1 0 0.25 0.25\n";
-    EXPECT_EQ(trace(scene, 6, {"--frame", "12", "--bounds", "0,0,0,7,1,0"}), hit);
-    const Outcome outcome =
-        run({"info", scene, "--bvh", "--frame", "24", "--bounds", "0,0,0,7,1,0"});
-    EXPECT_EQ(outcome.code, 3);
-    EXPECT_NE(outcome.err.find("a.glb: frame 24 reaches from 12 to 13 in x, beyond the bounds that "
-                               "were given, 0 to 7; give larger ones"),
-              std::string::npos)
-        << outcome.err;
-    EXPECT_EQ(run({"info", scene, "--index", folder.file("index")}).code, 2);
-}
-
 TEST(GltfProgram, TimesChooseFramesInEveryCommand) {
     const TemporaryFolder folder;
     const std::string scene = folder.write("a.glb", moving_glb());

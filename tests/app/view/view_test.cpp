@@ -205,9 +205,8 @@ TEST(CopyCommand, IsReadBackAsTheSameView) {
 }
 
 TEST(CopyCommand, NamesHowTheSceneIsRead) {
-    const std::string read = "--missing hold --bounds -9,-9,-9,9,9,9.1 --build sweep";
-    const Options given =
-        view_options({"--missing", "hold", "--bounds", "-9,-9,-9,9,9,9.1", "--build", "sweep"});
+    const std::string read = "--missing hold --build sweep";
+    const Options given = view_options({"--missing", "hold", "--build", "sweep"});
     const ImageRequest request = request_of(state_of(given), 0);
     for (const std::string& command :
          {copy_command(given, request, {}), probe_command(given, request, {1, 2})})

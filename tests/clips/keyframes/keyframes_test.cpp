@@ -48,8 +48,7 @@ std::unique_ptr<Clip> counted_clip(std::size_t count, std::uint32_t vertices,
     first.topology.triangles = {{0, 1, 2}};
     first.topology.albedo = {kDefaultAlbedo};
     return stream_keyframes({.name = "counted", .first = std::move(first)},
-                            std::make_unique<CountedSource>(count, reads),
-                            {.takes_index = false, .watch = watch});
+                            std::make_unique<CountedSource>(count, reads), {.watch = watch});
 }
 
 TEST(StreamedClip, IsWatchedWhileItsKeyframesAreRead) {

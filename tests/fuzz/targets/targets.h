@@ -22,8 +22,6 @@ std::string gltf_failure(std::string_view bytes);
 /// Positions of a mesh of three vertices.
 std::string pc2_failure(std::string_view bytes);
 std::string mdd_failure(std::string_view bytes);
-/// The index of a clip, also with its checksum made right.
-std::string index_failure(std::string_view bytes);
 /// The file of `trace --rays`, as text and as an array of floats.
 std::string rays_failure(std::string_view bytes);
 /// The file of `query --points`.
