@@ -9,6 +9,7 @@
 #include "clips/clip.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/camera_setup.h"
+#include "common/scene/scene_space.h"
 #include "cpu/image/image_tracer.h"
 
 namespace mray::bench {
@@ -22,6 +23,8 @@ struct BenchScene {
     /// The view in world space, with an eye, a target and a light.
     ViewSpec view;
     std::unique_ptr<Clip> clip;
+    /// Holds all whole frames.
+    SceneSpace space{WorldBounds{}};
     ImageParams params;
     std::vector<vec3> positions;
     std::vector<vec3> moved;
@@ -31,8 +34,8 @@ struct BenchScene {
     cpu::ShadedMesh mesh() const { return {&clip->topology(), positions}; }
 };
 
-/// The positions of a clip's frame in scene space.
-std::vector<vec3> positions_at(const Clip& clip, double frame);
+/// The positions of a whole frame in scene space.
+std::vector<vec3> positions_at(const BenchScene& scene, double frame);
 
 /// Throws what open_scene and make_image_params throw.
 BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSpec& view);

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "common/base/warning.h"
 #include "common/scene/mesh.h"
 #include "common/scene/textures.h"
 #include "common/scene/world_bounds.h"
@@ -60,16 +59,11 @@ public:
 
     /// Writes the vertex positions of a frame, in world space; out has topology().vertex_count
     /// entries. A frame outside the range is clamped to it. Throws Error(kBadInput) with the frame
-    /// when this frame could not be read or is not finite although the clip was opened strictly.
+    /// when this frame cannot be read or is not finite although the clip was opened strictly.
     virtual void positions(double frame, std::span<vec3> out) const = 0;
 
-    /// Whether positions() of this frame does not throw, as far as that is known: a file may change
-    /// while the clip is open.
-    virtual bool usable(double) const { return true; }
-    /// The first cause of an unusable frame; nothing if all are usable.
-    virtual std::optional<Warning> damage() const { return std::nullopt; }
-
-    /// Bounds of all finite vertices of the whole clip.
+    /// Bounds of the finite vertices of the first frame, on which scene space and the default view
+    /// depend; a point at the origin if none is finite. Empty without vertices.
     virtual WorldBounds bounds() const = 0;
 
     /// Nothing for scenes that can be seen from outside.
@@ -77,6 +71,13 @@ public:
 
     /// The scene's name in reports: the builtin's name, or the path as given.
     virtual const std::string& name() const = 0;
+
+protected:
+    /// bounds() from the positions of the first frame.
+    static WorldBounds reference_bounds(std::span<const vec3> first) {
+        const WorldBounds bounds = bounds_of(first);
+        return bounds.empty() && !first.empty() ? WorldBounds{{0, 0, 0}, {0, 0, 0}} : bounds;
+    }
 };
 
 }  // namespace mray

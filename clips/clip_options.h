@@ -9,7 +9,6 @@
 
 #include "clips/mesh/file_mesh.h"
 #include "common/base/warning.h"
-#include "common/base/watch.h"
 
 namespace mray {
 
@@ -36,8 +35,6 @@ struct ClipOptions {
     /// too large.
     std::function<void(std::uint64_t triangles, std::uint64_t vertices)> check_size = {};
     WarnFunction warn = {};
-    /// Is asked, and told, while all keyframes are read.
-    Watch watch = {};
 };
 
 }  // namespace mray

@@ -12,6 +12,7 @@ SceneFrames::SceneFrames(std::unique_ptr<Clip> clip)
 std::span<const vec3> SceneFrames::positions(double frame) {
     const Stopwatch watch;
     clip_->positions(frame, scene_);
+    space_ = space_of_frame(clip_->bounds(), bounds_of(scene_));
     space_.to_scene(scene_, scene_);
     deform_ms_ = watch.ms();
     return scene_;

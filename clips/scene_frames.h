@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "clips/clip.h"
+#include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"
 
 namespace mray {
@@ -15,10 +16,15 @@ public:
     explicit SceneFrames(std::unique_ptr<Clip> clip);
 
     const Clip& clip() const { return *clip_; }
+    /// The space of the frame of the last call of positions().
     const SceneSpace& space() const { return space_; }
+    /// Returns make_image_params() for that frame.
+    ImageParams image_params(const ViewSpec& view) const {
+        return make_image_params(view, clip_->bounds(), space_);
+    }
 
-    /// Makes the positions of a frame, in scene space. Valid until the next call. Throws
-    /// Error(kBadInput).
+    /// Makes the positions of a frame, in the scene space of that frame. Valid until the next call.
+    /// Throws Error(kBadInput).
     std::span<const vec3> positions(double frame);
     /// Milliseconds that the last call of positions() took.
     double deform_ms() const { return deform_ms_; }

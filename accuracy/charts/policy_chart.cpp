@@ -52,8 +52,7 @@ Chart policy_chart(const ChartContext& context, SceneFrames& scene, const std::s
     view.width = view.height = side;
     view.fov = kChartFov;
     const PlayedFrames played = played_frames(scene.clip(), context.effort.policy_frames);
-    PolicyRunner runner(scene, played.frames,
-                        make_image_params(view, scene.clip().bounds(), scene.space()),
+    PolicyRunner runner(scene, played.frames, view,
                         {.update = {}, .build = {.threads = context.threads}, .build_at = {}},
                         context.effort.rounds, context.make_cpu_backend());
     comparisons.push_back(runner.compare(kPolicies, context.check));

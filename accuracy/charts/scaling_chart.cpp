@@ -31,23 +31,25 @@ Row measure(const ChartContext& context, SceneFrames& frames, Backend& backend) 
     const Topology& topology = frames.clip().topology();
     const double last = frames.clip().last_frame();
     const auto copy = [](std::span<const vec3> p) { return std::vector<vec3>(p.begin(), p.end()); };
-    const std::vector<vec3> first = copy(frames.positions(last / 2));
-    const std::vector<vec3> second = copy(frames.positions(last / 2 + 1));
     ViewSpec view;
     view.width = view.height = kSide;
     view.fov = kChartFov;
-    const ImageParams params = make_image_params(view, frames.clip().bounds(), frames.space());
+    const std::vector<vec3> first = copy(frames.positions(last / 2));
+    const ImageParams first_params = frames.image_params(view);
+    const std::vector<vec3> second = copy(frames.positions(last / 2 + 1));
+    const ImageParams second_params = frames.image_params(view);
     Bvh bvh = build_bvh(topology, first);
     backend.set_scene(topology, first, bvh);
     Frame frame;
     bool even = false;
-    const std::vector<std::function<void()>> runs{[&] { bvh = build_bvh(topology, first); },
-                                                  [&] {
-                                                      backend.refit(even ? first : second);
-                                                      backend.finish();
-                                                      even = !even;
-                                                  },
-                                                  [&] { backend.trace_image(params, frame); }};
+    const std::vector<std::function<void()>> runs{
+        [&] { bvh = build_bvh(topology, first); },
+        [&] {
+            backend.refit(even ? first : second);
+            backend.finish();
+            even = !even;
+        },
+        [&] { backend.trace_image(even ? second_params : first_params, frame); }};
     const std::vector<double> times = least_times(runs, context.effort.rounds, context.check);
     return {backend.info().name,  topology.triangles.size(), times[0], times[1], times[2],
             double{kSide} * kSide};

@@ -104,7 +104,7 @@ Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::str
     ViewSpec view;
     view.width = view.height = std::clamp(context.effort.side / 2, kSide, kMostSide);
     view.fov = kChartFov;
-    const ImageParams params = make_image_params(view, clip.bounds(), scene.space());
+    const ImageParams params = scene.image_params(view);
     const std::size_t pixels = std::size_t{params.width} * params.height;
     std::vector<std::vector<Hit>> hits(2 * trees.size(), std::vector<Hit>(pixels));
     std::vector<std::function<void()>> runs;

@@ -11,7 +11,6 @@
 #include "clips/frame_range.h"
 #include "clips/inside_view.h"
 #include "common/base/errors.h"
-#include "common/scene/camera_setup.h"
 #include "common/scene/mesh.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
@@ -75,8 +74,7 @@ std::size_t fraction_digits(double frame) {
 
 }  // namespace
 
-std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages,
-                                const std::atomic<bool>& cancel) {
+std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages) {
     ClipOptions scene_options;
     scene_options.lenient = options.lenient;
     scene_options.allow_empty = options.allow_empty;
@@ -87,7 +85,6 @@ std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages
     scene_options.list_animations = options.command == Command::kInfo;
     scene_options.fps = options.fps;
     scene_options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
-    scene_options.watch = Watch(&cancel, &step_done());
     const Progress progress("reading " + shown(std::filesystem::path(options.scene).filename()), "",
                             0, progress_mode(options));
     return open_scene(options.scene, scene_options);
@@ -98,8 +95,7 @@ SceneFrames open_frames(const Options& options, const Messages& messages) {
 }
 
 ImageParams image_params(const Options& options, const SceneFrames& scene) {
-    return make_image_params(with_inside_view(options.view, scene.clip()), scene.clip().bounds(),
-                             scene.space());
+    return scene.image_params(with_inside_view(options.view, scene.clip()));
 }
 
 std::vector<double> select_frames(const Options& options, const Clip& clip,
@@ -124,14 +120,6 @@ double select_frame(const Options& options, const Clip& clip) {
     const double frame = options.frame_given ? options.frame : clip.first_frame();
     require_in_clip("--frame", frame, clip);
     return frame;
-}
-
-void warn_of_damage(const Options& options, const Clip& clip, std::span<const double> frames,
-                    const Messages& messages) {
-    const std::optional<Warning> damage = clip.damage();
-    const auto usable = [&clip](double frame) { return clip.usable(frame); };
-    if (!damage || !usable(options.tree.build_at.value_or(frames.front()))) return;
-    if (std::all_of(frames.begin(), frames.end(), usable)) messages.warn(*damage);
 }
 
 void require_in_clip(const char* option, double frame, const Clip& clip) {

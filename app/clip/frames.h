@@ -1,14 +1,12 @@
 // Opens the scene of a command and selects its frames.
 #pragma once
 
-#include <atomic>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "app/base/options.h"
-#include "app/terminal/interrupt.h"
 #include "app/terminal/messages.h"
 #include "clips/scene_frames.h"
 #include "common/interop/params.h"
@@ -16,14 +14,13 @@
 namespace mray::app {
 
 /// Opens options.scene if the memory will probably suffice; warnings go to `messages`. Throws
-/// Error, kCancelled soon after `cancel` becomes true.
-std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages,
-                                const std::atomic<bool>& cancel = interrupt_flag());
+/// Error.
+std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages);
 /// The same with its scene space.
 SceneFrames open_frames(const Options& options, const Messages& messages);
 
-/// Returns the image parameters of options.view for this scene (with_inside_view(),
-/// make_image_params()).
+/// Returns the image parameters of options.view for the frame of the scene's last positions()
+/// (with_inside_view(), make_image_params()).
 ImageParams image_params(const Options& options, const SceneFrames& scene);
 
 enum class DefaultFrames { kAll, kFew, kFirst };
@@ -37,11 +34,6 @@ std::vector<double> select_frames(const Options& options, const Clip& clip,
 /// The frame of --frame or --time, of a command that takes one; without both the first. Throws
 /// Error(kBadArgument) for one, or --build-at, outside of the clip.
 double select_frame(const Options& options, const Clip& clip);
-
-/// Warns of files of the clip that cannot be used, unless the frames or --build-at need one of
-/// them, which is an error later.
-void warn_of_damage(const Options& options, const Clip& clip, std::span<const double> frames,
-                    const Messages& messages);
 
 /// Throws Error(kBadArgument) for a frame outside the clip.
 void require_in_clip(const char* option, double frame, const Clip& clip);

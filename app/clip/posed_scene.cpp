@@ -29,7 +29,6 @@ PosedScene::PosedScene(const Options& options, const Messages& messages)
 morphray::Scene PosedScene::pose(const Options& options, const Messages& messages) {
     const Clip& clip = frames_.clip();
     frame_ = select_frames(options, clip, DefaultFrames::kFirst).front();
-    warn_of_damage(options, clip, {&frame_, 1}, messages);
     if (const std::uint64_t bad =
             count_degenerate(topology(), frames_.positions(frame_)).not_finite) {
         messages.warn({shown(options.scene),

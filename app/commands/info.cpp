@@ -82,7 +82,6 @@ SceneReport describe_scene(const Options& options, const Messages& messages) {
     SceneFrames scene = open_frames(options, messages);
     const Topology& topology = scene.clip().topology();
     const double frame = select_frames(options, scene.clip(), DefaultFrames::kFirst).front();
-    warn_of_damage(options, scene.clip(), {&frame, 1}, messages);
     const std::span<const vec3> positions = scene.positions(frame);
     SceneReport report;
     report.head.command = "info";

@@ -85,7 +85,6 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
     SceneFrames scene = open_frames(options, messages);
     const double frame_number = select_frame(options, scene.clip());
     const Topology& topology = scene.clip().topology();
-    const ImageParams params = image_params(options, scene);
     const std::unique_ptr<Backend> tracer = make_backend(options.backend, messages);
     const std::unique_ptr<Backend> refitter = make_refitter(options, *tracer, messages);
     messages.note("tracing on " + tracer->info().name + ": " + tracer->info().description);
@@ -95,6 +94,7 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
     TreeUpdater updater(topology, scene.positions(build_at), *tracer, refitter.get(),
                         options.tree.policy(), build_config(options), options.tree.update_config);
     if (build_at != frame_number) updater.update(scene.positions(frame_number));
+    const ImageParams params = image_params(options, scene);
     Frame frame;
     progress.reset();
     progress.emplace("tracing the image", "", 0, progress_mode(options));

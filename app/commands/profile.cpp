@@ -83,7 +83,6 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
     check_reports({options.json, options.csv});
     SceneFrames scene = open_frames(options, messages);
     const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kFew);
-    warn_of_damage(options, scene.clip(), frames, messages);
     ProfileReport report = empty_report(options, scene.clip());
     std::optional<ProfileReport> baseline;
     const std::vector<BackendChoice> choices = profiled_backends(options, messages);

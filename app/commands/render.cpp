@@ -128,8 +128,13 @@ public:
     bool keep(std::size_t i) {
         const FrameTask& task = tasks_[i];
         std::vector<vec3> positions(clip_.topology().vertex_count);
-        if (!clip_.usable(task.frame)) return false;
-        clip_.positions(task.frame, positions);
+        try {
+            clip_.positions(task.frame, positions);
+        } catch (const Error& error) {
+            // Frames before this one are rendered first.
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            return false;
+        }
         std::string reason;
         const std::optional<Image> existing =
             read_existing(options_, folder_, task, frame_hash(clip_hash_, positions), reason);
@@ -310,7 +315,6 @@ ExitCode render_frames(Options options, const std::filesystem::path& folder,
                        const Messages& messages) {
     const std::unique_ptr<Clip> clip = open_clip(options, messages);
     const std::vector<double> frames = select_frames(options, *clip, DefaultFrames::kAll);
-    warn_of_damage(options, *clip, frames, messages);
     const FrameDigits digits = digits_of(frames, *clip);
     require_distinct_names(options, frames, digits);
     // One tree for all runs.

@@ -30,11 +30,9 @@ ViewedScene::ViewedScene(const Options& given, std::unique_ptr<Clip> opened, con
       engine(options, *clip, messages, std::move(on_result)) {}
 
 std::unique_ptr<ViewedScene> open_viewed_scene(const Options& options, const Messages& messages,
-                                               std::function<void()> on_result,
-                                               const std::atomic<bool>& cancel) {
-    std::unique_ptr<Clip> clip = open_clip(options, messages, cancel);
+                                               std::function<void()> on_result) {
+    std::unique_ptr<Clip> clip = open_clip(options, messages);
     const double frame = select_frame(options, *clip);
-    warn_of_damage(options, *clip, {&frame, 1}, messages);
     const ViewState state = initial_state(options, *clip, chosen_backend(options, messages), frame);
     return std::make_unique<ViewedScene>(options, std::move(clip), state, messages,
                                          std::move(on_result));

@@ -27,11 +27,9 @@ struct ViewedScene {
 };
 
 /// Opens options.scene, which may take long; nothing is traced yet. The options are those of
-/// with_render_defaults(). Warnings go to `messages`, which must outlive the scene. Throws Error,
-/// kCancelled soon after `cancel` becomes true.
+/// with_render_defaults(). Warnings go to `messages`, which must outlive the scene. Throws Error.
 std::unique_ptr<ViewedScene> open_viewed_scene(const Options& options, const Messages& messages,
-                                               std::function<void()> on_result,
-                                               const std::atomic<bool>& cancel);
+                                               std::function<void()> on_result);
 
 /// "building the tree, 2.1 M triangles".
 std::string building_text(const Clip& clip);

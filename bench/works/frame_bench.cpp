@@ -37,7 +37,7 @@ Played play(const BenchScene& scene) {
     const Clip& clip = *scene.clip;
     for (double frame = clip.first_frame();
          frame <= clip.last_frame() && played.poses.size() < kMostFrames; frame += kFrameStep)
-        played.poses.push_back(positions_at(clip, frame));
+        played.poses.push_back(positions_at(scene, frame));
     return played;
 }
 

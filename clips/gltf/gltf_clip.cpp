@@ -8,9 +8,10 @@
 #include <optional>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "clips/gltf/gltf_scene.h"
-#include "clips/gltf/motion/motion_bounds.h"
+#include "clips/gltf/motion/pose.h"
 #include "clips/gltf/motion/skinning.h"
 #include "common/base/errors.h"
 #include "common/text/ascii.h"
@@ -34,13 +35,12 @@ public:
         const double frames = scene_.animation.seconds * fps_;
         const double whole = std::round(frames);
         last_frame_ = std::abs(frames - whole) <= kFrameRounding * whole ? whole : frames;
-        const gltf::MotionBounds motion = gltf::motion_bounds(scene_, skinning_, options.watch);
-        bounds_ = motion.bounds;
-        if (motion.bad_vertex == gltf::kNoVertex) return;
-        const double frame = motion.bad_time * fps_;
-        if (!is_lenient_) throw problem(motion.bad_vertex, frame);
-        if (options.warn)
-            options.warn({file_, bad_coordinate(motion.bad_vertex, frame) + "; kept as it is"});
+        std::vector<vec3> first(scene_.topology.vertex_count);
+        const std::size_t bad = skinning_.place(gltf::pose_at(scene_, 0), first);
+        bounds_ = reference_bounds(first);
+        if (bad == gltf::kNoVertex) return;
+        if (!is_lenient_) throw problem(bad, 0);
+        if (options.warn) options.warn({file_, bad_coordinate(bad, 0) + "; kept as it is"});
     }
 
     const Topology& topology() const override { return scene_.topology; }

@@ -21,7 +21,7 @@ bool has_gltf_name(const std::filesystem::path& path);
 /// is evaluated, not interpolated.
 ///
 /// Throws Error: kBadInput with the place in the JSON for a file that cannot be read, and for
-/// vertices that are not finite or beyond 1e30 at some frame unless options.lenient; kBadArgument
+/// vertices that are not finite or beyond 1e30 at frame 0 unless options.lenient; kBadArgument
 /// for an animation that is not there; kLimit for a mesh above 2^28 triangles.
 std::unique_ptr<Clip> open_gltf(const std::filesystem::path& path, const std::string& name,
                                 const ClipOptions& options);

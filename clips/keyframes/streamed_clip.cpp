@@ -1,18 +1,13 @@
 #include "clips/keyframes/streamed_clip.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <mutex>
 #include <utility>
 
 #include "clips/interpolate.h"
 #include "clips/keyframes/keyframe_cache.h"
-#include "clips/keyframes/keyframe_scan.h"
-#include "clips/keyframes/measure_positions.h"
-#include "common/base/errors.h"
-#include "common/text/message_text.h"
 
 namespace mray {
 namespace {
@@ -31,15 +26,13 @@ public:
                  const ClipOptions& options)
         : parts_(std::move(parts)),
           source_(std::move(source)),
-          options_(options),
+          warn_(options.warn),
           cache_(source_->count(), topology().vertex_count) {
         parts_.first.faces = {};
         std::vector<vec3> positions = std::exchange(parts_.first.positions, {});
         if (parts_.has_first_keyframe)
             cache_.add(0, std::make_shared<std::vector<vec3>>(std::move(positions)));
-        facts_ = scan_keyframes(*source_, topology().vertex_count, cache_, options_.watch);
-        bounds_ = facts_.all();
-        tell_facts();
+        bounds_ = reference_bounds(*keyframe(0));
     }
 
     const Topology& topology() const override { return parts_.first.topology; }
@@ -69,47 +62,7 @@ public:
         }
     }
 
-    bool usable(double frame) const override {
-        const KeyframeBlend blend = blend_at(frame);
-        return !facts_.is_damaged(blend.before) && !facts_.is_damaged(blend.after);
-    }
-    std::optional<Warning> damage() const override { return damage_; }
-
 private:
-    /// Reads the first damaged and the first odd keyframe again, for what is wrong with them.
-    void tell_facts() {
-        std::vector<vec3> positions(
-            facts_.damaged.empty() && facts_.odd.empty() ? 0 : topology().vertex_count);
-        if (!facts_.damaged.empty()) {
-            const std::size_t first = facts_.damaged.front();
-            const Error problem = problem_of(first, source_->read(first, positions));
-            if (facts_.damaged.size() == source_->count()) throw Error(problem);
-            damage_ = as_warning(problem, shown(source_->file(first)));
-            damage_->more = facts_.damaged.size() - 1;
-        }
-        if (facts_.odd.empty() || !options_.warn) return;
-        const KeyframeNotes notes = source_->read(facts_.odd.front(), positions);
-        if (!notes.warning) throw other_than_known(facts_.odd.front());
-        Warning warning = *notes.warning;
-        warning.more = facts_.odd.size() - 1;
-        options_.warn(warning);
-    }
-
-    /// The problem of a damaged keyframe that was read.
-    Error problem_of(std::size_t keyframe, const KeyframeNotes& notes) const {
-        return notes.problem ? *notes.problem : other_than_known(keyframe);
-    }
-
-    /// The error of a keyframe that is other than it was.
-    Error other_than_known(std::size_t keyframe) const {
-        const std::string file = shown(source_->file(keyframe));
-        const double frame = source_->frame(keyframe);
-        return {ErrorKind::kBadInput,
-                fmt::format("{}: frame {} changed while the clip was open; wait until it is "
-                            "complete",
-                            file, frame)};
-    }
-
     KeyframePositions keyframe(std::size_t index) const {
         if (KeyframePositions kept = cache_.find(index)) return kept;
         auto positions = std::make_shared<std::vector<vec3>>(topology().vertex_count);
@@ -128,11 +81,10 @@ private:
     }
 
     void read(std::size_t keyframe, std::span<vec3> out) const {
-        const KeyframeNotes notes = source_->read(keyframe, out);
-        if (facts_.is_damaged(keyframe)) throw problem_of(keyframe, notes);
-        if (notes.problem) throw Error(*notes.problem);
-        const WorldBounds bounds = measure_positions(out).bounds;
-        if (KeyframeBounds(bounds) != facts_.bounds[keyframe]) throw other_than_known(keyframe);
+        const std::optional<Warning> warning = source_->read(keyframe, out);
+        if (!warning || !warn_) return;
+        const std::scoped_lock lock(warn_mutex_);
+        warn_(*warning);
     }
 
     // The last keyframe at or before a frame of the clip.
@@ -168,11 +120,10 @@ private:
 
     ClipParts parts_;
     std::unique_ptr<KeyframeSource> source_;
-    ClipOptions options_;
+    WarnFunction warn_;
     mutable KeyframeCache cache_;
-    ClipFacts facts_;
     WorldBounds bounds_;
-    std::optional<Warning> damage_;
+    mutable std::mutex warn_mutex_;
 };
 
 }  // namespace

@@ -30,13 +30,8 @@ struct ClipParts {
 /// (clips/interpolate.h); at a keyframe they equal the file's bit for bit. Memory holds the
 /// keyframes that KeyframeCache keeps.
 ///
-/// Bounds and damage of a clip of several keyframes come from reading all keyframes once. A
-/// keyframe that cannot be used does not fail the opening, unless it is the only one: damage()
-/// tells of it, the bounds exclude it, and positions() of every frame that needs it throws
-/// Error(kBadInput) with the file, the place and the frame. So does a keyframe that does not have
-/// the bounds that are known of it.
-///
-/// Throws Error(kBadInput) for keyframes with another topology, when they are read.
+/// Opening reads the first keyframe. Any other one is read when a frame needs it, and one that
+/// cannot be used, or has another topology, makes positions() of that frame throw Error(kBadInput).
 std::unique_ptr<Clip> stream_keyframes(ClipParts parts, std::unique_ptr<KeyframeSource> source,
                                        const ClipOptions& options);
 

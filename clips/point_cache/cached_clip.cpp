@@ -2,20 +2,26 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "clips/keyframes/first_mesh.h"
-#include "clips/keyframes/measure_positions.h"
 #include "clips/keyframes/streamed_clip.h"
+#include "clips/mesh/mesh_rules.h"
 #include "clips/point_cache/point_cache.h"
 #include "common/base/errors.h"
 #include "common/text/message_text.h"
 
 namespace mray {
 namespace {
+
+bool is_ordinary(vec3 p) {
+    const auto fits = [](float x) { return std::abs(x) <= kMaxCoordinate; };
+    return fits(p.x) && fits(p.y) && fits(p.z);
+}
 
 class CacheSource : public KeyframeSource {
 public:
@@ -26,19 +32,18 @@ public:
 
     std::size_t count() const override { return cache_.sample_count(); }
     double frame(std::size_t keyframe) const override { return cache_.frame(keyframe); }
-    const std::filesystem::path& file(std::size_t) const override { return cache_.path(); }
 
-    KeyframeNotes read(std::size_t keyframe, std::span<vec3> out) const override {
+    std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const override {
         cache_.read(keyframe, out);
-        const std::optional<BadCoordinate> bad = measure_positions(out).bad;
-        if (!bad) return {};
+        const auto bad = std::ranges::find_if_not(out, is_ordinary);
+        if (bad == out.end()) return std::nullopt;
         const std::string place = shown(cache_.path());
-        const std::string what = fmt::format(
-            "frame {}: vertex {} has a coordinate that {}", frame(keyframe), bad->vertex,
-            std::isfinite(bad->value) ? "is beyond 1e30" : "is not finite");
-        if (lenient_) return {.warning = Warning{place, what + "; kept as it is"}};
-        return {.problem = Error(ErrorKind::kBadInput,
-                                 fmt::format("{}: {}; repair it", place, what), Remedy::kLenient)};
+        const std::string what =
+            fmt::format("frame {}: vertex {} has a coordinate that is not finite or beyond 1e30",
+                        frame(keyframe), bad - out.begin());
+        if (lenient_) return Warning{place, what + "; kept as it is"};
+        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; repair it", place, what),
+                    Remedy::kLenient);
     }
 
 private:

@@ -37,9 +37,7 @@ struct DeformingMesh {
     std::optional<InsideView> inside_view;
 };
 
-/// The clip of a scene. Its bounds are those of the whole frames, widened by acceleration / 8 (how
-/// far a curve may leave its chord over an interval of length 1) and by the rounding to float: they
-/// hold every vertex of every frame, whole or not.
+/// The clip of a scene.
 std::unique_ptr<Clip> make_clip(std::string name, DeformingMesh mesh);
 
 /// Rounds a position, once.

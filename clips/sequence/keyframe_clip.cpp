@@ -62,16 +62,12 @@ public:
 
     std::size_t count() const override { return files_.size(); }
     double frame(std::size_t keyframe) const override { return files_[keyframe].frame; }
-    const std::filesystem::path& file(std::size_t keyframe) const override {
-        return files_[keyframe].path;
-    }
-
-    KeyframeNotes read(std::size_t keyframe, std::span<vec3> out) const override {
+    std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const override {
         const KeyframeFile& file = files_[keyframe];
-        KeyframeNotes notes;
+        std::optional<Warning> first_warning;
         MeshFileOptions options = positions_only_;
         options.warn = [&](const Warning& warning) {
-            if (!notes.warning) notes.warning = warning;
+            if (!first_warning) first_warning = warning;
         };
         FileMesh mesh;
         try {
@@ -79,17 +75,16 @@ public:
         } catch (const Error& error) {
             if (error.kind() != ErrorKind::kBadInput) throw;
             const Warning at = as_warning(error, shown(file.path));
-            notes.problem.emplace(
+            throw Error(
                 error.kind(),
                 fmt::format("{}: frame {}: {}", at.place.empty() ? shown(file.path) : at.place,
                             file.frame, at.text),
                 error.remedy());
-            return notes;
         }
         if (mesh.positions.size() != vertex_count_ || hash_of_faces(mesh.faces) != faces_hash_)
             refuse(file, mesh);
         std::copy(mesh.positions.begin(), mesh.positions.end(), out.begin());
-        return notes;
+        return first_warning;
     }
 
 private:

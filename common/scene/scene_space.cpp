@@ -24,6 +24,13 @@ double exact_centre(double lower, double upper) {
     return static_cast<float>((lower + upper) / 2);
 }
 
+/// Whether a corner of bounds of floats is in the range of scene space.
+bool holds(const SceneSpace& space, const double corner[3]) {
+    const vec3 scene = space.to_scene(vec3(corner[0], corner[1], corner[2]));
+    const float farthest = std::max({std::abs(scene.x), std::abs(scene.y), std::abs(scene.z)});
+    return farthest <= kSceneExtent;
+}
+
 }  // namespace
 
 SceneSpace::SceneSpace(const WorldBounds& bounds) {
@@ -88,6 +95,14 @@ vec3 SceneSpace::point_to_scene(const double world[3], const char* what) const {
             std::abs(scaled) < 0x1p-60 ? 0.0f : snap_coordinate(static_cast<float>(scaled));
     }
     return scene;
+}
+
+SceneSpace space_of_frame(const WorldBounds& reference, const WorldBounds& frame) {
+    const SceneSpace space(reference);
+    if (frame.empty() || (holds(space, frame.lower) && holds(space, frame.upper))) return space;
+    WorldBounds both = frame;
+    if (!reference.empty()) both.extend(reference.lower, reference.upper);
+    return SceneSpace(both);
 }
 
 SceneRay to_scene(const SceneSpace& space, const WorldRay& world) {

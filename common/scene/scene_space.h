@@ -45,6 +45,10 @@ private:
     double scale_ = 1;
 };
 
+/// The space of a frame: that of `reference`, an animation's bounds, as long as the bounds of the
+/// frame lie in its range; otherwise that of both together. It depends on no other frame.
+SceneSpace space_of_frame(const WorldBounds& reference, const WorldBounds& frame);
+
 /// A ray in world space as read from a file, made fit for the hit rule.
 struct WorldRay {
     double org[3];

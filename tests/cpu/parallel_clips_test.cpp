@@ -31,7 +31,7 @@ ImageParams params_of(const SceneFrames& frames) {
     view.height = 64;
     view.rays = kRaysAo;
     view.ao_count = 4;
-    return make_image_params(view, frames.clip().bounds(), frames.space());
+    return frames.image_params(view);
 }
 
 /// Follows a clip under a policy: the tree and the image of each frame.
@@ -40,12 +40,11 @@ std::vector<FrameHashes> follow(const std::string& scene, std::uint64_t triangle
     SceneFrames frames(make_procedural(scene, triangles));
     FollowedClip clip(frames, 0, parse_policy(policy), {.deterministic = true, .budget = 0.02},
                       threads, cpu::make_cpu_backend({.threads = threads}));
-    const ImageParams params = params_of(frames);
     std::vector<FrameHashes> hashes;
     for (const double frame : {0.0, 1.0, 9.0, 10.0, 2.5}) {
         clip.advance(frame);
         Frame image;
-        clip.trace(params, image);
+        clip.trace(params_of(frames), image);
         hashes.push_back({name_of(clip.last_update().step),
                           bvh_hash(clip.tree()),
                           {hits_hash(image), image_hash(image)}});
@@ -75,7 +74,6 @@ private:
 /// The steps of a clip whose parts fly apart, and the hashes of its trees and images.
 std::vector<FrameHashes> take_every_step(int threads) {
     SceneFrames frames(make_procedural("explode", 20000));
-    const ImageParams params = params_of(frames);
     const Topology& topology = frames.clip().topology();
     const auto tracer = cpu::make_cpu_backend({.threads = threads});
     TreeUpdater updater(topology, frames.positions(0), *tracer, nullptr,
@@ -84,7 +82,7 @@ std::vector<FrameHashes> take_every_step(int threads) {
     std::vector<FrameHashes> hashes;
     for (int frame = 1; frame <= 6; ++frame) {
         const TreeUpdate& update = updater.update(frames.positions(2 * frame));
-        hashes.push_back({name_of(update.step), 0, image_hashes(*tracer, params)});
+        hashes.push_back({name_of(update.step), 0, image_hashes(*tracer, params_of(frames))});
         hashes.back().tree = bvh_hash(updater.tree());
         updater.frame_done(last_trace(*tracer));
     }

@@ -92,15 +92,15 @@ TEST(ShadowRay, NeverMeetsTheTriangleThatItBelongsTo) {
     for (const ProceduralScene& builtin : procedural_scenes()) {
         std::size_t rays = 0;
         const auto clip = make_procedural(builtin.name, 4000);
-        const SceneSpace space(clip->bounds());
         ViewSpec view;
         view.width = view.height = 128;
-        const ImageParams params = make_image_params(view, clip->bounds(), space);
         std::vector<vec3> world(clip->topology().vertex_count);
         std::vector<vec3> positions(world.size());
         // At frame 10 the collapse lies in a plane.
         for (const double part : {0.0, 0.3, 10.0 / 24, 0.5}) {
             clip->positions(std::lerp(clip->first_frame(), clip->last_frame(), part), world);
+            const SceneSpace space = space_of_frame(clip->bounds(), bounds_of(world));
+            const ImageParams params = make_image_params(view, clip->bounds(), space);
             space.to_scene(world, positions);
             const Bvh bvh = build_bvh(clip->topology(), positions);
             const cpu::ScalarTracer tracer(bvh);

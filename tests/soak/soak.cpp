@@ -94,10 +94,8 @@ public:
           period_(static_cast<int>(frames_.clip().last_frame()) - first_ + 1),
           clip_(frames_, first_, parse_policy(policy), {.deterministic = true}, 1,
                 make_tracer(backend)) {
-        ViewSpec view;
-        view.width = view.height = kSide;
-        view.rays = kRaysShadow;
-        params_ = make_image_params(view, frames_.clip().bounds(), frames_.space());
+        view_.width = view_.height = kSide;
+        view_.rays = kRaysShadow;
         follow(1);
         first_hash_ = image_hash();
     }
@@ -138,7 +136,7 @@ private:
     void follow(std::uint64_t frames) {
         for (std::uint64_t i = 0; i < frames; ++i) {
             clip_.advance(first_ + static_cast<int>(next_ % period_));
-            clip_.trace(params_, frame_);
+            clip_.trace(frames_.image_params(view_), frame_);
             ++steps_[clip_.last_update().step];
             next_ = (next_ + 1) % period_;
         }
@@ -154,7 +152,7 @@ private:
     int first_;
     std::uint64_t period_;
     test::FollowedClip clip_;
-    ImageParams params_ = {};
+    ViewSpec view_;
     Frame frame_;
     std::uint64_t next_ = 0;
     std::uint64_t first_hash_ = 0;

@@ -27,11 +27,14 @@ std::vector<std::vector<vec3>> to_scene(const SceneSpace& space,
 Motion of_builtin(const std::string& name, const std::vector<double>& frames) {
     const std::unique_ptr<Clip> clip = make_procedural(name, kTriangles);
     std::vector<std::vector<vec3>> world;
+    WorldBounds bounds;
     for (const double frame : frames) {
         world.emplace_back(clip->topology().vertex_count);
         clip->positions(frame, world.back());
+        const WorldBounds pose = bounds_of(world.back());
+        bounds.extend(pose.lower, pose.upper);
     }
-    return {name, clip->topology(), to_scene(SceneSpace(clip->bounds()), world)};
+    return {name, clip->topology(), to_scene(SceneSpace(bounds), world)};
 }
 
 using Move = std::function<vec3(std::size_t pose, std::size_t vertex, vec3 at)>;

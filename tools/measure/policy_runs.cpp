@@ -92,11 +92,11 @@ std::string PolicyComparison::best_policy() const {
 }
 
 PolicyRunner::PolicyRunner(SceneFrames& scene, const std::vector<double>& frames,
-                           const ImageParams& params, const RunConfig& config, int repeat,
+                           const ViewSpec& view, const RunConfig& config, int repeat,
                            std::unique_ptr<Backend> backend)
     : scene_(scene),
       frames_(frames),
-      params_(params),
+      view_(view),
       config_(config),
       repeat_(repeat),
       backend_(std::move(backend)) {}
@@ -111,7 +111,7 @@ std::size_t PolicyRunner::expected_frames(std::size_t policies) const {
 /// Traces the backend's frame; returns milliseconds.
 double PolicyRunner::measure(const std::function<void()>& on_frame) {
     on_frame();
-    backend_->trace_image(params_, image_);
+    backend_->trace_image(scene_.image_params(view_), image_);
     return backend_->finish().trace_ms;
 }
 
@@ -123,7 +123,7 @@ std::vector<PolicyFrame> PolicyRunner::play(const PolicySpec& policy,
     TreeUpdater updater(scene_.clip().topology(), scene_.positions(build_at), *backend_, nullptr,
                         policy, config_.build, config);
     // The first trace of a scene is slower than all others.
-    backend_->trace_image(params_, image_);
+    backend_->trace_image(scene_.image_params(view_), image_);
     std::vector<PolicyFrame> played;
     for (const double number : frames_) {
         PolicyFrame& frame = played.emplace_back();

@@ -85,7 +85,7 @@ class PolicyRunner {
 public:
     /// Plays `repeat` rounds of the clip for each policy. Scene and
     /// frames (at least one) must outlive the runner.
-    PolicyRunner(SceneFrames& scene, const std::vector<double>& frames, const ImageParams& params,
+    PolicyRunner(SceneFrames& scene, const std::vector<double>& frames, const ViewSpec& view,
                  const RunConfig& config, int repeat, std::unique_ptr<Backend> backend);
 
     /// Measures the policies and the costs of schedules. Calls `on_frame` before each traced frame,
@@ -104,7 +104,7 @@ private:
 
     SceneFrames& scene_;
     const std::vector<double>& frames_;
-    ImageParams params_;
+    ViewSpec view_;
     RunConfig config_;
     int repeat_;
     std::unique_ptr<Backend> backend_;

@@ -57,7 +57,6 @@ CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double fi
                            CheckedBackends& backends)
     : options_(options),
       scene_(scene),
-      params_(image_params(options, scene)),
       simd_(simd_to_check(options.backend.simd)),
       backends_(backends) {
     const Topology& topology = scene.clip().topology();
@@ -95,7 +94,7 @@ std::size_t CrossChecker::variant_count(std::uint32_t rays) const {
 }
 
 ImageParams CrossChecker::params_for(std::uint32_t rays) const {
-    ImageParams params = params_;
+    ImageParams params = image_params(options_, scene_);
     params.rays = rays;
     return params;
 }

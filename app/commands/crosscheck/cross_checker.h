@@ -123,7 +123,6 @@ private:
 
     const Options& options_;
     SceneFrames& scene_;
-    ImageParams params_;
     /// Instruction sets to check.
     std::vector<std::string> simd_;
     CheckedBackends& backends_;

@@ -126,7 +126,6 @@ ExitCode check_scene(const Options& options, const std::filesystem::path& folder
                    topology.vertex_count, options.view.width, options.view.height};
     report.frames = select_frames(options, clip, DefaultFrames::kFew);
     report.build_at = options.tree.build_at.value_or(report.frames.front());
-    warn_of_damage(options, clip, report.frames, context.messages);
     if (!context.backends)
         context.backends =
             make_checked_backends(options.backend, context.devices, context.messages);

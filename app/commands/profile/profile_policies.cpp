@@ -16,6 +16,7 @@
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
+#include "clips/inside_view.h"
 #include "tools/measure/policy_runs.h"
 #include "tools/plot/plot.h"
 
@@ -66,7 +67,6 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
     if (!options.plot.empty()) require_plotter(options.plot);
     SceneFrames scene = open_frames(options, messages);
     const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kAll);
-    warn_of_damage(options, scene.clip(), frames, messages);
     PolicyReport report;
     report.head = profile_head(options, scene.clip());
     report.rays = name_of_rays(options.view.rays);
@@ -83,7 +83,7 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
     for (const BackendChoice choice : choices) {
         std::unique_ptr<Backend> backend = make_backend(choice, options.backend, messages);
         const std::string name = backend->info().name;
-        PolicyRunner runner(scene, frames, image_params(options, scene),
+        PolicyRunner runner(scene, frames, with_inside_view(options.view, scene.clip()),
                             {.update = options.tree.update_config,
                              .build = build_config(options),
                              .build_at = options.tree.build_at},

@@ -17,7 +17,6 @@ StageProfiler::StageProfiler(const Options& options, SceneFrames& scene, double 
                              BackendChoice choice, const Messages& messages)
     : options_(options),
       scene_(scene),
-      params_(image_params(options, scene)),
       refits_(make_backend(choice, options.backend, messages)),
       given_(make_backend(choice, options.backend, messages)) {
     const double build_at = options.tree.build_at.value_or(first_frame);
@@ -85,7 +84,7 @@ double StageProfiler::run(const std::function<double()>& stage_ms, bool is_first
 }
 
 double StageProfiler::trace(Backend& backend) {
-    backend.trace_image(params_, frame_);
+    backend.trace_image(image_params(options_, scene_), frame_);
     return backend.finish().trace_ms;
 }
 

@@ -32,7 +32,6 @@ private:
 
     const Options& options_;
     SceneFrames& scene_;
-    ImageParams params_;
     std::unique_ptr<Backend> refits_;
     std::unique_ptr<Backend> given_;
     Bvh tree_;

@@ -46,8 +46,7 @@ const TracedPane* pane_of(const TracedImage* image, std::size_t i) {
 
 Viewer::Viewer(const Options& options, const Messages& messages)
     : messages_(messages),
-      scene_(open_viewed_scene(
-          options, messages, [] { Window::wake(); }, interrupt_flag())),
+      scene_(open_viewed_scene(options, messages, [] { Window::wake(); })),
       state_(scene_->first_state),
       first_camera_(state_.camera),
       window_(title_of(clip()), static_cast<int>(state_.width) + kPanelWidth,

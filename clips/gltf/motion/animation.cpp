@@ -208,6 +208,27 @@ void write(const glm::dvec4& q, std::span<double> out) {
     for (int k = 0; k < 4; ++k) out[static_cast<std::size_t>(k)] = q[k];
 }
 
+/// The key interval of a channel at a time: the last key at or before it and the share of the way
+/// to the next, in [0, 1). Before the first and after the last key, that key and 0.
+struct KeyAt {
+    std::size_t key = 0;
+    double u = 0;
+    /// From the key to the next one; 0 if u is 0.
+    double seconds = 0;
+};
+
+KeyAt key_at(std::span<const float> times, double time) {
+    const auto after = std::upper_bound(times.begin(), times.end(), time,
+                                        [](double t, float key) { return t < double{key}; });
+    if (after == times.begin()) return {};
+    const auto key = static_cast<std::size_t>(after - times.begin()) - 1;
+    if (after == times.end()) return {key};
+    const double from = static_cast<double>(times[key]);
+    const double seconds = static_cast<double>(times[key + 1]) - from;
+    if (time == from) return {key};
+    return {key, (time - from) / seconds, seconds};
+}
+
 void sample_spline(const Channel& channel, const KeyAt& at, std::span<double> out) {
     const std::array<double, 4> weights = hermite_weights(at.u, at.seconds);
     for (std::size_t k = 0; k < channel.width; ++k) {
@@ -259,18 +280,6 @@ std::vector<ClipAnimation> list_animations(const GltfFile& file, Accessors& acce
     }
     unread.tell(warn);
     return animations;
-}
-
-KeyAt key_at(std::span<const float> times, double time) {
-    const auto after = std::upper_bound(times.begin(), times.end(), time,
-                                        [](double t, float key) { return t < double{key}; });
-    if (after == times.begin()) return {};
-    const auto key = static_cast<std::size_t>(after - times.begin()) - 1;
-    if (after == times.end()) return {key};
-    const double from = static_cast<double>(times[key]);
-    const double seconds = static_cast<double>(times[key + 1]) - from;
-    if (time == from) return {key};
-    return {key, (time - from) / seconds, seconds};
 }
 
 void sample(const Channel& channel, double time, std::span<double> out) {

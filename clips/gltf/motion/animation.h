@@ -57,16 +57,6 @@ Animation read_animation(const GltfFile& file, Accessors& accessors, std::size_t
 std::vector<ClipAnimation> list_animations(const GltfFile& file, Accessors& accessors,
                                            const WarnFunction& warn);
 
-/// The key interval of a channel at a time: the last key at or before it and the share of the way
-/// to the next, in [0, 1). Before the first and after the last key, that key and 0.
-struct KeyAt {
-    std::size_t key = 0;
-    double u = 0;
-    /// From the key to the next one; 0 if u is 0.
-    double seconds = 0;
-};
-KeyAt key_at(std::span<const float> times, double time);
-
 /// The value of a channel at a time in seconds; a rotation has length 1.
 void sample(const Channel& channel, double time, std::span<double> out);
 

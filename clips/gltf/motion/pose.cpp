@@ -18,14 +18,14 @@ void apply(const Channel& channel, double seconds, Trs& trs) {
     }
 }
 
-}  // namespace
-
 Affine rest_of(const Node& node) { return node.matrix ? *node.matrix : affine_of(node.trs); }
 
 const std::vector<double>& rest_weights(const GltfScene& scene, const Part& part) {
     const Node& node = scene.tree.nodes[part.node];
     return node.weights.empty() ? scene.meshes.at(*node.mesh).weights : node.weights;
 }
+
+}  // namespace
 
 Pose pose_at(const GltfScene& scene, double seconds) {
     const std::vector<Node>& nodes = scene.tree.nodes;

@@ -17,11 +17,6 @@ struct Pose {
     std::vector<std::vector<double>> weights;
 };
 
-/// The transformation of a node without animation.
-Affine rest_of(const Node& node);
-/// The weights of a part without animation.
-const std::vector<double>& rest_weights(const GltfScene& scene, const Part& part);
-
 /// `seconds` before the first and after the last key are those keys. A pure function: the bits do
 /// not depend on machine, threads or earlier calls.
 Pose pose_at(const GltfScene& scene, double seconds);

@@ -182,6 +182,18 @@ TEST(SceneSpace, PutsAPointAtItsOwnSizeOrAtZero) {
     EXPECT_EQ(point.length_to_scene(4), 0x1p20);
 }
 
+TEST(SpaceOfFrame, IsThatOfTheReferenceUntilAFrameLeavesItsRange) {
+    const WorldBounds reference{{-1, -1, -1}, {3, 1, 1}};
+    const SceneSpace expected(reference);
+    for (const WorldBounds& frame : {WorldBounds{}, WorldBounds{{-4, 0, -4}, {4, 4, 0}}})
+        EXPECT_EQ(space_of_frame(reference, frame).exponent(), expected.exponent());
+    const WorldBounds far{{5, 0, 0}, {9, 1, 1}};
+    const SceneSpace extended = space_of_frame(reference, far);
+    EXPECT_EQ(extended.exponent(), SceneSpace(WorldBounds{{-1, -1, -1}, {9, 1, 1}}).exponent());
+    EXPECT_LE(extended.to_scene({9, 1, 1}).x, kSceneExtent);
+    EXPECT_EQ(space_of_frame(WorldBounds{}, far).centre(0), SceneSpace(far).centre(0));
+}
+
 TEST(SceneSpace, ConvertsListsAsItConvertsPoints) {
     const SceneSpace space(WorldBounds{{-4, -4, -4}, {9, 9, 9}});
     const std::vector<vec3> world = {{1, 2, 3}, {kNan, 0, 0}, {-4, 9, 1e-30f}};

@@ -173,7 +173,7 @@ TEST(CpuBackend, TenThousandRefitsLeaveTheBytesOfOne) {
 
 TEST(CpuBackend, UnchangedPoseRefitsNoLeafAndChangedOnesOnlyWhatMoved) {
     const std::unique_ptr<Clip> clip = make_procedural("herd", 20000);
-    const SceneSpace space(clip->bounds());
+    const SceneSpace space(WorldBounds{{-12, -12, -12}, {12, 12, 12}});
     const auto pose_at = [&](double frame) {
         std::vector<vec3> world(clip->topology().vertex_count);
         std::vector<vec3> scene(world.size());

@@ -28,44 +28,22 @@ constexpr std::string_view kMesh =
     "element face 1\nproperty list int int vertex_index\nend_header\n"
     "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 
-/// Positions that are out of bounds; empty if none are.
-std::string beyond_bounds(const Clip& clip, double frame, const std::vector<vec3>& positions) {
-    const WorldBounds bounds = clip.bounds();
-    for (const vec3& p : positions) {
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto x = static_cast<double>(p[axis]);
-            if (!(x >= bounds.lower[axis] && x <= bounds.upper[axis]))
-                return fmt::format("frame {}: {} is not in the bounds", frame, x);
-        }
-    }
-    return {};
-}
-
-/// Returns what is wrong with the frames of a clip; empty if nothing is.
-std::string broken_frame(const Clip& clip, bool is_lenient) {
+/// Reads frames of a clip, which may be refused.
+void read_frames(const Clip& clip) {
     std::vector<vec3> positions(clip.topology().vertex_count);
     const double first = clip.first_frame();
     const double span = clip.last_frame() - first;
     for (int step = 0; step <= (span > 0 ? kSteps : 0); ++step) {
-        const double frame = first + span * step / kSteps;
-        if (!clip.usable(frame)) continue;
         try {
-            clip.positions(frame, positions);
+            clip.positions(first + span * step / kSteps, positions);
         } catch (const Error& error) {
-            // A vertex may be too far at a time between those that were looked at.
             if (error.kind() != ErrorKind::kBadInput) throw;
-            continue;
         }
-        // Lenient clips keep coordinates that are not finite.
-        if (is_lenient) continue;
-        const std::string wrong = beyond_bounds(clip, frame, positions);
-        if (!wrong.empty()) return wrong;
     }
-    return {};
 }
 
 /// Returns what is wrong with a clip; empty if nothing is.
-std::string broken_promise(const Clip& clip, bool is_lenient) {
+std::string broken_promise(const Clip& clip) {
     const Topology& topology = clip.topology();
     if (topology.albedo.size() != topology.triangles.size()) return "albedo of another size";
     // Without normals there are none in glTF.
@@ -78,7 +56,8 @@ std::string broken_promise(const Clip& clip, bool is_lenient) {
             std::max<std::size_t>(3 * topology.triangles.size(), topology.vertex_count))
             return "number of a smooth corner out of range";
     if (!(clip.first_frame() <= clip.last_frame())) return "frames out of order";
-    return broken_frame(clip, is_lenient);
+    read_frames(clip);
+    return {};
 }
 
 /// Opens a scene whose messages name `file`.
@@ -92,8 +71,7 @@ std::string opening_failure(const std::string& scene, const std::string& file, C
     WarningJudge warnings;
     options.warn = warnings.function();
     std::string failure = failure_of(
-        file, [&] { return broken_promise(*open_scene(scene, options), options.lenient); },
-        is_refused);
+        file, [&] { return broken_promise(*open_scene(scene, options)); }, is_refused);
     if (is_too_large) return {};
     return failure.empty() ? warnings.failure() : failure;
 }
