@@ -22,12 +22,7 @@ constexpr double kCheckers = 8;
 // The sheet never gets steeper than this: almost a quarter turn.
 constexpr double kSteepestTurns = 0.24;
 
-// How the sheet stands at a frame. Its second derivatives, for `acceleration`: the bend (0.13 to 1,
-// over 12 frames) has slope <= 0.11 and second derivative <= 0.037 per frame, which the arc of
-// length <= 2.4 turns into at most 14 * 0.11^2 + 3 * 0.037 = 0.28; the lift adds 6 * 0.6 / 100 =
-// 0.04; the folds, of height <= 0.36 and 1/12 turn a frame, 0.18 * 0.28 + 0.1 for their growth; the
-// waves, of height <= 0.16 and 1/8 turn a frame, 0.08 * 0.62 + 0.02; and the turning of the
-// direction in which both stand out, 0.52 * (0.28 + 0.13).
+/// How the sheet stands at a frame.
 struct Pose {
     double frame;
     double bend;
@@ -37,7 +32,6 @@ struct Pose {
     CosSin wide_fold_phase;
     CosSin narrow_fold_phase;
 };
-constexpr double kAcceleration = 0.8;
 
 Pose pose_at(double frame) {
     const double settled = smooth_step(2, 14, frame);
@@ -113,7 +107,6 @@ DeformingMesh make_cloth(std::uint64_t triangles) {
     ball.append_to(mesh.topology, [](auto, auto) { return rgb(24, 110, 150); });
     sheet.append_to(mesh.topology, checkers(sheet.grid(), rgb(214, 184, 138), rgb(164, 30, 24)));
 
-    mesh.acceleration = kAcceleration;
     mesh.move = [ground, ball, sheet](double frame, VertexRange range, std::span<vec3> out) {
         const Pose pose = pose_at(frame);
         const std::uint32_t ball_begin = ground.vertex_count();

@@ -13,9 +13,6 @@ const glm::dvec3 kCentre(0.3, 0.2, -0.1);
 
 // Frames 0, 4, 8, ...: whole. 2, 10, 18: the plane y = kCentre.y. 6, 14, 22: the point kCentre.
 constexpr double kPeriod = 8;
-// The second derivative of the scale, (1 + cos(2 pi frame / 4)) / 2, times the largest radius:
-// 1.24 * 1.15.
-constexpr double kAcceleration = 1.43;
 
 glm::dvec3 scale_at(double frame) {
     const double phase = frame / kPeriod - std::floor(frame / kPeriod);
@@ -32,7 +29,6 @@ DeformingMesh make_collapse(std::uint64_t triangles) {
     sphere.append_to(mesh.topology, [&](std::uint32_t row, std::uint32_t column) {
         return palette(8 * column / sphere.grid().columns + 3 * (4 * row / sphere.grid().rows));
     });
-    mesh.acceleration = kAcceleration;
     mesh.move = [sphere](double frame, VertexRange range, std::span<vec3> out) {
         const glm::dvec3 scale = scale_at(frame);
         for (std::uint32_t i = range.begin; i < range.end; ++i) {

@@ -27,10 +27,6 @@ struct DeformingMesh {
     /// Writes out[begin..end) for a frame in [0, last_frame]: a pure function of the frame and the
     /// vertex, computed in double and rounded once. Called by many threads at once on parts.
     std::function<void(double frame, VertexRange range, std::span<vec3> out)> move;
-    /// Between two whole frames no coordinate of a vertex has a larger second derivative by the
-    /// frame than this (a path is continuous, with a continuous slope, and piecewise C2), or the
-    /// vertex stays where the frame before has it.
-    double acceleration = 0;
     /// Triangles [0, static_triangle_count) never move.
     std::uint32_t static_triangle_count = 0;
     /// The result of Clip::inside_view().

@@ -34,7 +34,6 @@ DeformingMesh make_degenerate(std::uint64_t triangles) {
         }
     }
     for (std::uint32_t i = 0; i < grid; ++i) add(i, i + grid, i + 2 * grid, rgb(255, 0, 0));
-    mesh.acceleration = kWaveAcceleration;
     mesh.move = [rows, columns, grid](double frame, VertexRange range, std::span<vec3> out) {
         for (std::uint32_t i = range.begin; i < range.end; ++i) {
             const std::uint32_t place = i % grid;

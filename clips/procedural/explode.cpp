@@ -17,15 +17,6 @@ constexpr std::uint64_t kSeed = 0xE84;
 constexpr double kInnerRadius = 0.8;
 constexpr double kMostSpin = 1.5;  // turns on the way
 constexpr double kFarthest = 2.2;
-// Bursting, a chunk slows down evenly, by 2 * kFarthest / 24^2 = 0.008; its corners are within 0.9
-// of its middle and turn by at most 2 pi * 1.5 / 24 = 0.4 a frame, which makes 0.14.
-constexpr double kAcceleration = 0.16;
-// Bursting and gathering with half the spin, where the way is p = (1 - cos w) / 2 and w turns once
-// in the clip: p (2 - p) = 1 - cos^4(w / 2) has no second derivative by w above 1, so flight makes
-// 2.2 (2 pi / 24)^2 = 0.151; corners turn by 1.5 pi p, at most 0.62 a frame and 0.17 a frame more
-// each frame: 0.9 (0.62^2 + 0.17) = 0.5.
-constexpr double kGatherAcceleration = 0.66;
-
 /// How far the chunks are on their way, 0 to 1, at a frame, and how much they turn on it.
 struct Way {
     double (*progress)(double frame);
@@ -141,7 +132,7 @@ void move_chunk(const Shell& shell, std::uint32_t index, double time, double mos
     }
 }
 
-DeformingMesh make_burst(std::uint64_t triangles, const Way& way, double acceleration) {
+DeformingMesh make_burst(std::uint64_t triangles, const Way& way) {
     const Shell shell = make_shell(triangles);
     DeformingMesh mesh;
     for (std::size_t i = 0; i < shell.chunks.size(); ++i) {
@@ -149,7 +140,6 @@ DeformingMesh make_burst(std::uint64_t triangles, const Way& way, double acceler
                      rgb(226, 150, 70));
     }
     mesh.last_frame = kLastFrame;
-    mesh.acceleration = acceleration;
     mesh.move = [shell, way](double frame, VertexRange range, std::span<vec3> out) {
         const std::vector<Chunk>& chunks = shell.chunks;
         const auto after = std::upper_bound(
@@ -170,15 +160,14 @@ DeformingMesh make_burst(std::uint64_t triangles, const Way& way, double acceler
 }  // namespace
 
 DeformingMesh make_explode(std::uint64_t triangles) {
-    return make_burst(triangles, {[](double frame) { return frame / kLastFrame; }, kMostSpin},
-                      kAcceleration);
+    return make_burst(triangles, {[](double frame) { return frame / kLastFrame; }, kMostSpin});
 }
 
 DeformingMesh make_gather(std::uint64_t triangles) {
     const auto there_and_back = [](double frame) {
         return (1 - cos_turns(frame / kLastFrame)) / 2;
     };
-    return make_burst(triangles, {there_and_back, kMostSpin / 2}, kGatherAcceleration);
+    return make_burst(triangles, {there_and_back, kMostSpin / 2});
 }
 
 }  // namespace mray

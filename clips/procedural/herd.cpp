@@ -13,13 +13,9 @@ namespace mray {
 namespace {
 
 constexpr double kLastFrame = 24;
-constexpr double kRadiansPerTurn = 6.283185307179586476925;
 constexpr double kGroundHalfSide = 10;
 constexpr std::uint64_t kSeed = 0x4E6;
 
-// Its slope is at most 0.39 and its second derivatives at most 0.18.
-constexpr double kMostSlope = 0.39;
-constexpr double kMostBend = 0.18;
 double ground_height(double x, double z) {
     return 0.6 * sin_turns(0.05 * x + 0.02 * z) + 0.3 * sin_turns(0.09 * z - 0.03 * x);
 }
@@ -77,15 +73,6 @@ struct Pasture {
     std::uint32_t squares;  // a side
     double side() const { return 2 * kGroundHalfSide / squares; }
     double scale() const { return std::min(kMostScale * side(), kLargestAnimal); }
-    double acceleration() const {
-        const double omega = kRadiansPerTurn * kMostTurnsPerFrame;
-        const double circle = kMostCircle * side();
-        const double hop = kRadiansPerTurn * kHopsPerFrame;
-        const double along = omega * omega * (circle + scale());
-        const double upward =
-            omega * omega * circle * (kMostSlope + kMostBend * circle) + hop * hop * kHop * scale();
-        return std::max(along, upward);
-    }
 };
 
 struct Pose {
@@ -154,7 +141,6 @@ DeformingMesh make_herd(std::uint64_t triangles) {
         }
     }
     mesh.last_frame = kLastFrame;
-    mesh.acceleration = pasture.acceleration();
     mesh.move = [ground, pasture, vertices = body.vertices](double frame, VertexRange range,
                                                             std::span<vec3> out) {
         const std::uint32_t stride = ground.grid().columns + 1;

@@ -16,10 +16,8 @@ constexpr std::uint64_t kSeed = 0x0B17;
 constexpr std::uint32_t kMostBalls = 120;
 constexpr double kNearest = 0.25;
 constexpr double kFarthest = 1.0;
-// Once in 12 frames at the fastest: (2 pi / 12)^2.
 constexpr double kSlowest = 1.0 / 30;
 constexpr double kFastest = 1.0 / 12;
-constexpr double kAcceleration = 0.275;
 
 struct Ball {
     Sphere sphere;
@@ -72,14 +70,13 @@ glm::dvec3 swinging(std::uint32_t ball, double frame) {
 
 using Centre = glm::dvec3 (*)(std::uint32_t ball, double frame);
 
-DeformingMesh make_moving_balls(std::uint64_t triangles, Centre centre_of, double acceleration) {
+DeformingMesh make_moving_balls(std::uint64_t triangles, Centre centre_of) {
     const std::vector<Ball> balls = make_balls(triangles);
     DeformingMesh mesh;
     for (std::size_t i = 0; i < balls.size(); ++i) {
         balls[i].sphere.append_to(mesh.topology,
                                   [i](std::uint32_t, std::uint32_t) { return palette(i); });
     }
-    mesh.acceleration = acceleration;
     const double size = 0.5 / (1 + cube_root(balls.size()));
     mesh.move = [balls, size, centre_of](double frame, VertexRange range, std::span<vec3> out) {
         const auto after = std::upper_bound(
@@ -103,15 +100,13 @@ DeformingMesh make_moving_balls(std::uint64_t triangles, Centre centre_of, doubl
 }  // namespace
 
 DeformingMesh make_orbits(std::uint64_t triangles) {
-    return make_moving_balls(triangles, on_orbit, kAcceleration);
+    return make_moving_balls(triangles, on_orbit);
 }
 
 DeformingMesh make_teleport(std::uint64_t triangles) {
-    return make_moving_balls(triangles, after_jumps, 0);
+    return make_moving_balls(triangles, after_jumps);
 }
 
-DeformingMesh make_swing(std::uint64_t triangles) {
-    return make_moving_balls(triangles, swinging, 0);
-}
+DeformingMesh make_swing(std::uint64_t triangles) { return make_moving_balls(triangles, swinging); }
 
 }  // namespace mray

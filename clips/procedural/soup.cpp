@@ -13,8 +13,6 @@ constexpr double kLastFrame = 24;
 constexpr std::uint64_t kSeed = 0x50B;
 constexpr double kSwing = 0.25;
 constexpr double kLargest = 0.2;
-// Both the swing and the turning take 12 frames or longer: (0.25 + 0.2 * sqrt(3)) * (2 pi / 12)^2.
-constexpr double kAcceleration = 0.17;
 
 // Uniform in the cube [-1, 1]^3, from draws k to k + 2.
 glm::dvec3 in_cube(std::uint32_t index, std::uint64_t k) {
@@ -53,7 +51,6 @@ DeformingMesh make_soup(std::uint64_t triangles) {
         mesh.topology.albedo.push_back(palette(hash_bits(kSeed, i) >> 8));
     }
     mesh.last_frame = kLastFrame;
-    mesh.acceleration = kAcceleration;
     mesh.move = [size](double frame, VertexRange range, std::span<vec3> out) {
         Flight flight{};
         for (std::uint32_t i = range.begin; i < range.end; ++i) {

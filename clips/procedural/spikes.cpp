@@ -17,8 +17,6 @@ constexpr std::uint32_t kSpikeCount = 48;
 constexpr double kShortest = 0.2;
 constexpr double kGrowth = 0.8;
 constexpr double kPulseFrames = 8;
-// 0.4 * (2 pi / 8)^2.
-constexpr double kAcceleration = 0.25;
 // Chord from a spike's axis to its foot on the unit sphere: half the distance of its neighbours.
 constexpr double kFootRadius = 0.27;
 
@@ -73,7 +71,6 @@ DeformingMesh make_spikes(std::uint64_t triangles) {
         const Slope& slope = slopes[vertex];
         return slope.height > 0.02f ? palette(slope.spike) : rgb(150, 144, 130);
     });
-    mesh.acceleration = kAcceleration;
     // The radius is a positive function of the direction, so the ball is star-shaped.
     mesh.move = [sphere, slopes = std::move(slopes)](double frame, VertexRange range,
                                                      std::span<vec3> out) {

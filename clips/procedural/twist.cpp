@@ -15,8 +15,6 @@ constexpr std::uint32_t kLayersPerAcross = 4;
 constexpr double kHeight = kLayersPerAcross * kSide;
 // The part of its cell that a box fills along each axis.
 constexpr double kFilled = 0.85;
-// The top's edges are sqrt(1/2) * kSide off the axis and turn by 2 pi * 4 / 24 a frame.
-constexpr double kAcceleration = 0.78;
 
 // layers layers of across x across boxes.
 struct Column {
@@ -75,7 +73,6 @@ DeformingMesh make_twist(std::uint64_t triangles) {
         append_box(mesh.topology, palette(2 * front + right));
     }
     mesh.last_frame = kLastFrame;
-    mesh.acceleration = kAcceleration;
     mesh.move = [column](double frame, VertexRange range, std::span<vec3> out) {
         const double turns = kMostTurns * frame / kLastFrame;
         for (std::uint32_t i = range.begin; i < range.end; ++i) {

@@ -11,7 +11,6 @@ DeformingMesh make_wave(std::uint64_t triangles) {
     sheet.append_to(mesh.topology, [&](std::uint32_t row, std::uint32_t column) {
         return palette(8 * row / sheet.grid().rows + 3 * (8 * column / sheet.grid().columns));
     });
-    mesh.acceleration = kWaveAcceleration;
     mesh.move = [sheet](double frame, VertexRange range, std::span<vec3> out) {
         const std::uint32_t stride = sheet.grid().columns + 1;
         for (std::uint32_t i = range.begin; i < range.end; ++i) {

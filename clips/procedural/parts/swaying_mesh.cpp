@@ -14,8 +14,6 @@ namespace mray {
 namespace {
 
 constexpr double kFramesOfSwing = 12;
-// (2 pi / 12)^2 = 0.2742.
-constexpr double kAccelerationOfSway = 0.275;
 
 bool moves(const SwayingVertex& vertex) { return vertex.sway != glm::dvec3(0); }
 
@@ -134,12 +132,6 @@ void SwayingMesh::add_sheet(std::uint32_t rows, std::uint32_t columns, Albedo al
 }
 
 DeformingMesh SwayingMesh::finish() && {
-    double largest = 0;
-    for (const SwayingVertex& vertex : vertices_) {
-        for (int axis = 0; axis < 3; ++axis)
-            largest = std::max(largest, std::abs(vertex.sway[axis]));
-    }
-    mesh_.acceleration = kAccelerationOfSway * largest;
     const auto& triangles = mesh_.topology.triangles;
     const auto first_moving = std::find_if(triangles.begin(), triangles.end(), [&](const uvec3& t) {
         return moves(vertices_[t.x]) || moves(vertices_[t.y]) || moves(vertices_[t.z]);

@@ -5,9 +5,6 @@
 
 namespace mray {
 
-// The faster wave goes round once in 12 frames: 0.12 ((2 pi / 12)^2 + (2 pi / 24)^2) = 0.042.
-inline constexpr double kWaveAcceleration = 0.042;
-
 /// The height at (x, z), both in [-1, 1].
 inline double wave_height(double x, double z, double frame) {
     constexpr double kHeight = 0.12;

@@ -129,37 +129,6 @@ TEST_P(EveryScene, HasTheBoundsOfItsFirstFrame) {
     }
 }
 
-TEST_P(EveryScene, AcceleratesNoMoreThanItClaimsBetweenWholeFrames) {
-    for (const std::uint64_t request : {60, 2000}) {
-        const DeformingMesh mesh = makers().at(GetParam())(request);
-        const std::uint32_t count = mesh.topology.vertex_count;
-        const auto at = [&](double frame) {
-            std::vector<vec3> out(count);
-            mesh.move(frame, {0, count}, out);
-            return out;
-        };
-        double largest = 0;
-        for (int frame = 0; frame < 24; ++frame) {
-            for (int eighth = 1; eighth < 7; ++eighth) {
-                const double h = 0.125;
-                const double middle = frame + h * eighth;
-                const auto before = at(middle - h);
-                const auto here = at(middle);
-                const auto after = at(middle + h);
-                for (std::uint32_t i = 0; i < count; ++i) {
-                    for (int axis = 0; axis < 3; ++axis) {
-                        const double difference =
-                            double(before[i][axis]) - 2 * double(here[i][axis]) + after[i][axis];
-                        largest = std::max(largest, std::abs(difference) / (h * h));
-                    }
-                }
-            }
-        }
-        // Three coordinates below 16, rounded to float: 4 * 2^-21 / h^2.
-        EXPECT_LE(largest, mesh.acceleration + 0.002) << request;
-    }
-}
-
 TEST_P(EveryScene, MovesEachVertexAlikeInWhateverRangesItIsAsked) {
     const DeformingMesh mesh = makers().at(GetParam())(1500);
     const std::uint32_t count = mesh.topology.vertex_count;
