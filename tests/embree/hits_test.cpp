@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,35 +32,7 @@ TEST(DoorHits, HaveTheNormalAndWeightsOfEmbree) {
     rtcReleaseScene(scene);
 }
 
-TEST(DoorHits, MissesChangeNoBit) {
-    const Door door;
-    RTCScene scene = door.committed({door.triangle()});
-    RTCRayHit ray = down(2, 2);
-    ray.hit.u = 5;
-    ray.ray.id = 7;
-    const RTCRayHit after = trace(scene, ray);
-    EXPECT_TRUE(are_same(ray, after));
-    rtcReleaseScene(scene);
-}
-
-TEST(DoorHits, IntervalsAreOpenAtTnearUnlessTheSceneIsRobust) {
-    const Door door;
-    RTCScene scene = door.committed({door.triangle()});
-    RTCScene robust = door.committed({door.triangle()}, RTC_SCENE_FLAG_ROBUST);
-    const RTCRayHit at_tnear = make_ray({0.25f, 0.25f, 1}, {0, 0, -1}, 1);
-    EXPECT_FALSE(is_occluded(scene, at_tnear));
-    EXPECT_TRUE(is_occluded(robust, at_tnear));
-    for (RTCScene each : {scene, robust}) {
-        EXPECT_TRUE(is_occluded(each, make_ray({0.25f, 0.25f, 1}, {0, 0, -1}, 0, 1)));
-        EXPECT_FALSE(is_occluded(each, make_ray({0.25f, 0.25f, 1}, {0, 0, -1}, 0, 0.99999994f)));
-        EXPECT_FALSE(is_occluded(each, make_ray({0.25f, 0.25f, 0}, {0, 0, -1})));
-        EXPECT_TRUE(is_occluded(each, make_ray({0.25f, 0.25f, 1}, {0, 0, -1}, -2)));
-        EXPECT_FALSE(is_occluded(each, make_ray({0.25f, 0.25f, -1}, {0, 0, -1}, -2)));
-        rtcReleaseScene(each);
-    }
-}
-
-TEST(DoorHits, BadRaysHitNothingAndAreNoErrors) {
+TEST(DoorHits, MissesAndBadRaysChangeNoBitAndAreNoErrors) {
     const Door door;
     RTCScene scene = door.committed({door.triangle()});
     for (const RTCRayHit& bad :
@@ -71,8 +42,8 @@ TEST(DoorHits, BadRaysHitNothingAndAreNoErrors) {
           make_ray({0.2f, 0.2f, kInfinity}, {0, 0, -1}),
           make_ray({0.2f, 0.2f, 1}, {0, 0, -kInfinity}), make_ray({0.2f, 0.2f, 0}, {0, 0, 0}),
           make_ray({0.2f, 0.2f, 1}, {0, 0, -1}, 2, 0.5f),
-          make_ray({0.2f, 0.2f, 1}, {0, 0, -1}, 0, -1)}) {
-        EXPECT_EQ(trace(scene, bad).hit.geomID, kInvalid);
+          make_ray({0.2f, 0.2f, 1}, {0, 0, -1}, 0, -1), down(2, 2)}) {
+        EXPECT_TRUE(are_same(trace(scene, bad), bad));
         RTCRay ray = bad.ray;
         occluded1(scene, ray);
         EXPECT_EQ(std::memcmp(&ray, &bad.ray, sizeof ray), 0);
@@ -99,50 +70,6 @@ TEST(DoorHits, QuadsHaveOneIdAndOneSquareOfWeights) {
     rtcReleaseScene(scene);
 }
 
-TEST(DoorHits, TrianglesWithBadIndicesAndNansAreLeftOut) {
-    const Door door;
-    RTCScene scene =
-        door.committed({door.triangles({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {kNan, 0, 0}},
-                                       {{0, 1, 9}, {0, 1, 3}, {0xFFFFFFFFu, 1, 2}, {0, 1, 2}})});
-    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
-    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.primID, 3u);
-    rtcReleaseScene(scene);
-}
-
-/// Writes a vertex of geometry 0, and commits.
-void move_vertex(RTCScene scene, std::size_t vertex, Point to) {
-    RTCGeometry mesh = rtcGetGeometry(scene, 0);
-    static_cast<Point*>(rtcGetGeometryBufferData(mesh, RTC_BUFFER_TYPE_VERTEX, 0))[vertex] = to;
-    rtcUpdateGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0);
-    rtcCommitGeometry(mesh);
-    rtcCommitScene(scene);
-}
-
-TEST(DoorHits, QuadsWithABadVertexAreLeftOutWhole) {
-    const Door door;
-    const std::vector<Point> corners = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 0, 0}};
-    for (const RTCSceneFlags flags : {RTC_SCENE_FLAG_NONE, RTC_SCENE_FLAG_DYNAMIC}) {
-        RTCScene scene =
-            door.committed({door.quads(corners, {{{0, 1, 2, 3}}, {{1, 4, 2, 2}}})}, flags);
-        for (std::size_t bad = 0; bad < 4; ++bad) {
-            for (const float z : {kNan, -kInfinity, 2e18f}) {
-                move_vertex(scene, bad, {corners[bad][0], corners[bad][1], z});
-                EXPECT_EQ(trace(scene, down(0.1f, 0.1f)).hit.primID, kInvalid) << bad;
-                EXPECT_EQ(trace(scene, down(0.9f, 0.9f)).hit.primID, kInvalid) << bad;
-                EXPECT_EQ(trace(scene, down(1.2f, 0.2f)).hit.primID, bad % 3 == 0 ? 1 : kInvalid);
-                RTCBounds bounds;
-                rtcGetSceneBounds(scene, &bounds);
-                EXPECT_EQ(bounds.lower_x, bad % 3 == 0 ? 1 : kInfinity);
-            }
-            move_vertex(scene, bad, corners[bad]);
-            for (const float x : {0.1f, 0.9f})
-                EXPECT_EQ(trace(scene, down(x, x)).hit.primID, 0u) << bad;
-        }
-        EXPECT_EQ(door.error(), RTC_ERROR_NONE);
-        rtcReleaseScene(scene);
-    }
-}
-
 TEST(DoorHits, TrianglesTooFarAwayAreLeftOut) {
     const Door door;
     const auto expect_unit_triangle = [&](RTCScene scene) {
@@ -166,20 +93,7 @@ TEST(DoorHits, TrianglesTooFarAwayAreLeftOut) {
         rtcReleaseScene(scene);
         rtcReleaseScene(child);
     }
-    // A particle of no size that is hidden far away, and comes back.
-    for (const RTCSceneFlags flags : {RTC_SCENE_FLAG_NONE, RTC_SCENE_FLAG_DYNAMIC}) {
-        RTCScene scene = door.committed(
-            {door.triangles({{0, 0, -1}, {0, 0, -1}, {0, 0, -1}}, {{0, 1, 2}}), door.triangle()},
-            flags);
-        for (const float z : {1e30f, -1.0f, 1e30f, 1e25f}) {
-            for (std::size_t i = 0; i < 3; ++i) move_vertex(scene, i, {0, 0, z});
-            const RTCRayHit hit = trace(scene, down(0.25f, 0.5f));
-            EXPECT_EQ(hit.hit.geomID, 1u) << z;
-            EXPECT_EQ(hit.hit.u, 0.25f) << z;
-        }
-        EXPECT_EQ(door.error(), RTC_ERROR_NONE);
-        rtcReleaseScene(scene);
-    }
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
 }
 
 TEST(DoorHits, BoundsAreThoseOfTheCommit) {
@@ -217,35 +131,6 @@ TEST(DoorHits, BoundsAreThoseOfTheCommit) {
     rtcReleaseScene(scene);
 }
 
-TEST(DoorHits, VerticesBehindTheLastTriangleDoNotMatter) {
-    const Door door;
-    // They stretch no scene so far that the triangle is a point in it.
-    RTCScene scene = door.committed(
-        {door.triangles({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-3e38f, 2e38f, 1e38f}}, {{0, 1, 2}})});
-    const RTCRayHit hit = trace(scene, down(0.25f, 0.5f));
-    EXPECT_EQ(hit.hit.u, 0.25f);
-    EXPECT_EQ(hit.hit.v, 0.5f);
-    rtcReleaseScene(scene);
-}
-
-TEST(DoorHits, TiesGoToTheLowestIds) {
-    const Door door;
-    RTCScene scene = rtcNewScene(door.device);
-    for (const unsigned int id : {7u, 3u, 100000u}) {
-        RTCGeometry twice =
-            door.triangles({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 1, 2}});
-        rtcAttachGeometryByID(scene, twice, id);
-        rtcReleaseGeometry(twice);
-    }
-    rtcCommitScene(scene);
-    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, 3u);
-    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.primID, 0u);
-    rtcDetachGeometry(scene, 3);
-    rtcCommitScene(scene);
-    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, 7u);
-    rtcReleaseScene(scene);
-}
-
 TEST(DoorHits, StridesAndSharedBuffersAreRead) {
     const Door door;
     struct Vertex {
@@ -269,9 +154,12 @@ TEST(DoorHits, StridesAndSharedBuffersAreRead) {
 
 TEST(DoorHits, BoundsAreThoseOfTriangles) {
     const Door door;
-    // Two vertices belong to no triangle.
-    RTCScene scene = door.committed(
-        {door.triangles({{-1, 0, 0}, {1, 0, 2}, {9, 9, 9}, {0, 3, 0}, {9, 9, 9}}, {{0, 1, 3}})});
+    // Two vertices belong to no triangle. They stretch no scene so far that the triangle is a
+    // point.
+    RTCScene scene = door.committed({door.triangles(
+        {{-1, 0, 0}, {1, 0, 2}, {9, 9, 9}, {0, 3, 0}, {-3e38f, 2e38f, 1e38f}}, {{0, 1, 3}})});
+    const RTCRayHit hit = trace(scene, down(0, 1, 3));
+    EXPECT_NEAR(hit.hit.v, 1 / 3.0f, 1e-6f);
     RTCBounds bounds;
     rtcGetSceneBounds(scene, &bounds);
     EXPECT_EQ(bounds.lower_x, -1);
@@ -294,26 +182,6 @@ TEST(DoorHits, BoundsAreThoseOfTriangles) {
     EXPECT_FALSE(is_occluded(empty, down(0, 0)));
     rtcReleaseScene(scene);
     rtcReleaseScene(empty);
-}
-
-TEST(DoorHits, AreTheSameForEveryNameOfAnInstructionSet) {
-    const Waves waves(20);
-    std::vector<RTCRayHit> first;
-    for (const char* const settings : {"", "isa=sse2", "isa=sse4.2,threads=1", "isa=avx2",
-                                       "isa=avx512,threads=2", "isa=avx,verbose=0"}) {
-        const Door door(settings);
-        ASSERT_NE(door.device, nullptr) << settings;
-        RTCScene scene = door.committed({door.triangles(waves.vertices, waves.indices)});
-        std::vector<RTCRayHit> hits;
-        for (int i = 0; i < 400; ++i) {
-            const auto t = static_cast<float>(i) / 400;
-            hits.push_back(trace(scene, make_ray({t, 1 - t, 1}, {0.3f * t, 0.2f, -1})));
-        }
-        if (first.empty()) first = hits;
-        for (std::size_t i = 0; i < hits.size(); ++i)
-            EXPECT_TRUE(are_same(first[i], hits[i])) << settings << ", " << i;
-        rtcReleaseScene(scene);
-    }
 }
 
 TEST(DoorHits, SettingsChooseTheInstructionSetAndThreads) {

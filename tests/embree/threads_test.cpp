@@ -36,32 +36,6 @@ bool are_all_same(const std::vector<RTCRayHit>& a, const std::vector<RTCRayHit>&
     return same;
 }
 
-TEST(DoorThreads, AttachCommitAndTraceTogether) {
-    const Door door;
-    RTCScene scene = rtcNewScene(door.device);
-    const Waves waves(30);
-    std::atomic<int> misses = 0;
-    constexpr std::size_t kThreads = 6;
-    std::latch attached(kThreads);
-    run_together(kThreads, [&](std::size_t) {
-        RTCGeometry mesh = door.triangles(waves.vertices, waves.indices);
-        rtcCommitGeometry(mesh);
-        rtcAttachGeometry(scene, mesh);
-        rtcReleaseGeometry(mesh);
-        attached.arrive_and_wait();
-        rtcJoinCommitScene(scene);
-        for (int i = 1; i < 300; ++i) {
-            const RTCRayHit hit = trace(scene, down(static_cast<float>(i) / 300, 0.5f));
-            if (hit.hit.geomID != 0) ++misses;
-            if (rtcGetGeometry(scene, 3) == nullptr) ++misses;
-        }
-        if (door.error() != RTC_ERROR_NONE) ++misses;
-    });
-    EXPECT_EQ(misses, 0);
-    rtcReleaseScene(scene);
-}
-
-/// The first of several threads that join a commit works, and all find the scene committed.
 /// Some attach to and detach from an instanced scene while others commit scenes with it.
 TEST(DoorThreads, AttachToAnInstancedSceneDuringCommits) {
     const Door door;
@@ -88,6 +62,7 @@ TEST(DoorThreads, AttachToAnInstancedSceneDuringCommits) {
     rtcReleaseScene(child);
 }
 
+/// The first of several threads that join a commit works, and all find the scene committed.
 TEST(DoorThreads, JoinEachCommitOfMovedPositions) {
     const Door door;
     const Waves waves(20);
