@@ -80,8 +80,8 @@ set(places
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
     # One source that reads JSON, and one that writes it.
     "^nlohmann/"                "^(clips/json/json_at\\.cpp$|tools/text/json_writer\\.cpp$|tests/)"
-    # The command lines of the program and of the benchmark.
-    "^CLI/"                     "^(app/cli/command_line\\.cpp$|bench/(two_builds/)?options\\.cpp$)"
+    # The command lines of the program, of the benchmark and of the fuzzer.
+    "^CLI/"                     "^(app/cli/command_line\\.cpp$|bench/(two_builds/)?options\\.cpp$|tests/fuzz/run/options\\.cpp$)"
     "stb_image\\.h$"            "^$")
 # Included by one .cpp each.
 set(one_source_each tiny_obj_loader stb_image_write)

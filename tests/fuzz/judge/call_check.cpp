@@ -65,6 +65,13 @@ std::vector<std::vector<CallDevices>> vulkan_call_devices() {
     }
 }
 
+std::string describe(const CallDifference& difference, const FuzzCase& fuzz_case) {
+    const Call& call = fuzz_case.calls[difference.call];
+    return fmt::format("call {} ({}, scene {}): {}, {}", difference.call + 1,
+                       kCallWords[static_cast<std::size_t>(call.kind)], call.scene, difference.what,
+                       difference.text);
+}
+
 CallModel::CallModel(const FuzzCase& fuzz_case) : fuzz_case_(fuzz_case) {
     CallPlay play({});
     for (const Call& call : fuzz_case.calls) answers_.push_back(play.play(call));

@@ -35,6 +35,9 @@ struct CallDifference {
     std::string text;
 };
 
+/// "call 3 (rays, scene 0): closest hits, number 5 of 60: ..."
+std::string describe(const CallDifference& difference, const FuzzCase& fuzz_case);
+
 /// Answers the calls of a case by brute force. It keeps copies of the positions, as the
 /// documentation says that the calls leave them, and builds a scene of these for each question.
 class CallModel {

@@ -78,17 +78,6 @@ std::optional<Finding> find_difference(Asked asked, std::span<const std::size_t>
 
 }  // namespace
 
-void Tally::add(const Tally& other) {
-    cases += other.cases;
-    refused += other.refused;
-    images += other.images;
-    images_near_a_plane += other.images_near_a_plane;
-    rays += other.rays;
-    questions += other.questions;
-    failed_cases += other.failed_cases;
-    failed_images += other.failed_images;
-}
-
 std::string describe(const Finding& finding) {
     std::string text = finding.variant->name() + ": ";
     if (!finding.is_image()) {

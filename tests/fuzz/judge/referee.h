@@ -47,16 +47,13 @@ struct Tally {
     std::uint64_t questions = 0;
     std::uint64_t failed_cases = 0;
     std::uint64_t failed_images = 0;
-
-    void add(const Tally& other);
 };
 
 /// Holds one scene at a time for some variants and the reference, which must outlive it.
 class Referee {
 public:
     explicit Referee(Backend& reference)
-        : reference_(reference),
-          world_{&reference, "the public interface", TreeKind::kRebuilt, {}} {}
+        : reference_(reference), world_{&reference, "the public interface", TreeKind::kRebuilt} {}
 
     /// The scene for what follows. Each variant gets its tree when it is its turn, and keeps it
     /// until another one takes its backend.

@@ -44,7 +44,6 @@ Variants cpu_variants() {
         variant.backend = variants.backends.back().get();
         variant.tracer = fmt::format("cpu {}, {}", simd, threads == 1 ? "1 thread" : "2 threads");
         variant.tree = tree;
-        variant.arguments = fmt::format("--backend cpu --simd {} --threads {}", simd, threads);
         variants.groups[group].push_back(variant);
     };
     int turn = 0;
@@ -72,11 +71,10 @@ Variants vulkan_variants() {
     variants.backends.push_back(gpu::make_vulkan_backend({}, tuning));
     Backend* const device = variants.backends[0].get();
     Backend* const tuned = variants.backends[1].get();
-    const char* const arguments = "--backend vulkan";
-    const Variant refitted{device, "vulkan", TreeKind::kRefitted, arguments};
-    const Variant rebuilt{device, "vulkan", TreeKind::kRebuilt, arguments};
-    const Variant kept{device, "vulkan", TreeKind::kAuto, arguments};
-    const Variant suspended{tuned, "vulkan with a short budget", TreeKind::kRefitted, {}};
+    const Variant refitted{device, "vulkan", TreeKind::kRefitted};
+    const Variant rebuilt{device, "vulkan", TreeKind::kRebuilt};
+    const Variant kept{device, "vulkan", TreeKind::kAuto};
+    const Variant suspended{tuned, "vulkan with a short budget", TreeKind::kRefitted};
     variants.groups = {{refitted, rebuilt, suspended}, {refitted, kept, suspended}};
     return variants;
 }

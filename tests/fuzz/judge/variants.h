@@ -24,8 +24,6 @@ struct Variant {
     /// "cpu avx2, 1 thread" or "vulkan".
     std::string tracer;
     TreeKind tree = TreeKind::kRebuilt;
-    /// The program's options that select the tracer; empty if the program does not have it.
-    std::string arguments;
 
     std::string name() const;
 };

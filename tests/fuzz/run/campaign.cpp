@@ -2,70 +2,106 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdio>
 
+#include "app/base/exit_code.h"
 #include "app/terminal/interrupt.h"
 #include "cpu/cpu_backend.h"
+#include "tests/fuzz/generate/calls.h"
+#include "tests/fuzz/generate/generator.h"
+#include "tests/fuzz/shrink/report.h"
 
 namespace mray::fuzz {
-std::string summary(const Tally& tally, double seconds) {
-    if (tally.questions > 0 && tally.images == 0) {
-        return fmt::format(
-            "{} cases, {} rays and points, {:.1f} s ({:.0f} a second), {} cases differ",
-            tally.cases, tally.questions, seconds,
-            static_cast<double>(tally.questions) / std::max(seconds, 1e-3), tally.failed_cases);
+namespace {
+
+/// Calls `try_seed(seed, group)` for the cases of a process, which alternate between groups.
+template <class Group, class TrySeed>
+int try_seeds(const FuzzOptions& options, const Process& process, Progress& progress,
+              const std::vector<Group>& groups, const TrySeed& try_seed) {
+    constexpr double kSecondsAnHour = 3600;
+    const double seconds = options.hours * kSecondsAnHour / (options.cpu && options.vulkan ? 2 : 1);
+    const auto begin = [&](std::uint64_t seed, const Group& group) {
+        progress.begin(seed);
+        try_seed(seed, group);
+    };
+    if (options.only_case) {
+        for (const Group& group : groups) begin(*options.only_case, group);
+        return progress.finish();
     }
-    return fmt::format(
-        "{} cases ({} without an image), {} images ({} near a plane), {} rays, {:.1f} s ({:.0f} "
-        "images a second), {} cases and {} images differ",
-        tally.cases, tally.refused, tally.images, tally.images_near_a_plane, tally.rays, seconds,
-        static_cast<double>(tally.images) / std::max(seconds, 1e-3), tally.failed_cases,
-        tally.failed_images);
+    for (std::uint64_t index = process.index; !is_over(options, progress); index += process.count) {
+        if (options.cases > 0 && index >= options.cases) break;
+        if (seconds > 0 && progress.seconds() >= seconds) break;
+        begin(case_seed(options.seed, index), groups[(index / process.count) % groups.size()]);
+    }
+    return progress.finish();
 }
 
-WorkerProgress::WorkerProgress(const Worker& worker) : name_(worker.name()) {}
+}  // namespace
 
-double WorkerProgress::seconds() const { return watch_.ms() / 1000; }
-
-void WorkerProgress::update(const Tally& tally) {
+void Progress::begin(std::uint64_t current) {
+    *process_.current = current;
     if (seconds() < next_) return;
     next_ = seconds() + kSeconds;
-    std::fprintf(stderr, "fuzz: %s: %s\n", name_.c_str(), summary(tally, seconds()).c_str());
+    fmt::print(stderr, "fuzz: {}\n", summary());
 }
 
-int run_campaign(const CampaignConfig& config, const Worker& worker, WorkerState& state,
-                 std::atomic<std::uint64_t>& failures) {
+int Progress::finish() const {
+    fmt::print("{}\n", summary());
+    return static_cast<int>(has_failed() ? app::ExitCode::kCheckFailed : app::ExitCode::kOk);
+}
+
+std::string Progress::summary() const {
+    return fmt::format(
+        "{}: {} cases ({} without an image), {} images ({} near a plane), {} rays, {} rays and "
+        "points of questions, {:.1f} s, {} cases and {} images differ",
+        process_.name(), tally.cases, tally.refused, tally.images, tally.images_near_a_plane,
+        tally.rays, tally.questions, seconds(), tally.failed_cases, tally.failed_images);
+}
+
+bool is_over(const FuzzOptions& options, const Progress& progress) {
+    return progress.tally.failed_cases >= options.most_failures || app::interrupted();
+}
+
+std::vector<std::vector<CallDevices>> call_devices(const Process& process) {
+    return process.vulkan ? vulkan_call_devices() : cpu_call_devices();
+}
+
+int run_campaign(const FuzzOptions& options, const Process& process) {
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend({.threads = 1});
-    const Variants variants = worker.vulkan ? vulkan_variants() : cpu_variants();
+    const Variants variants = process.vulkan ? vulkan_variants() : cpu_variants();
     Referee referee(*brute);
-    WorkerProgress progress(worker);
+    Progress progress(process);
+    const bool asks = options.mode == Mode::kQuestions;
     const auto try_seed = [&](std::uint64_t seed, const std::vector<Variant>& group) {
-        state.current = seed;
-        FuzzCase fuzz_case = config.asks_questions ? make_questions(seed) : make_case(seed);
+        FuzzCase fuzz_case = asks ? make_questions(seed) : make_case(seed);
         fuzz_case.rays = with_ends_at_hits(*brute, fuzz_case);
-        const std::vector<Finding> findings = check_case(referee, fuzz_case, group, state.tally);
-        if (!findings.empty()) {
-            ++failures;
-            report_failure(config.failure, fuzz_case, findings,
-                           fmt::format("{}{}-{}", config.asks_questions ? "questions-" : "",
-                                       worker.name(), seed),
-                           referee);
-        }
-        progress.update(state.tally);
+        const std::vector<Finding> findings = check_case(referee, fuzz_case, group, progress.tally);
+        if (findings.empty()) return;
+        const std::string name =
+            fmt::format("{}{}-{}", asks ? "questions-" : "", process.name(), seed);
+        report_failure({options.out, name, process.vulkan}, fuzz_case, findings.front(), referee);
     };
-    if (config.only_case) {
-        for (const auto& group : variants.groups) try_seed(*config.only_case, group);
-        return 0;
-    }
-    for (std::uint64_t index = worker.index;; index += worker.count) {
-        if (config.cases > 0 && index >= config.cases) break;
-        if (config.seconds > 0 && progress.seconds() >= config.seconds) break;
-        if (failures >= config.most_failures || app::interrupted()) break;
-        try_seed(case_seed(config.seed, index),
-                 variants.groups[(index / worker.count) % variants.groups.size()]);
-    }
-    return 0;
+    return try_seeds(options, process, progress, variants.groups, try_seed);
+}
+
+int run_calls(const FuzzOptions& options, const Process& process) {
+    const auto groups = call_devices(process);
+    Progress progress(process);
+    const auto try_seed = [&](std::uint64_t seed, const std::vector<CallDevices>& group) {
+        const FuzzCase fuzz_case = make_calls(seed);
+        const CallModel model(fuzz_case);
+        ++progress.tally.cases;
+        progress.tally.questions += model.question_count();
+        for (const CallDevices& devices : group) {
+            const std::optional<CallDifference> found = model.compare(devices);
+            if (!found) continue;
+            ++progress.tally.failed_cases;
+            const std::string name = fmt::format("calls-{}-{}", process.name(), seed);
+            report_failure({options.out, name, process.vulkan}, fuzz_case, *found, devices);
+            return;
+        }
+    };
+    return try_seeds(options, process, progress, groups, try_seed);
 }
 
 }  // namespace mray::fuzz

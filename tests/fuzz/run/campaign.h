@@ -1,51 +1,50 @@
-// Tries cases of consecutive seeds.
+// The loops over cases of consecutive seeds.
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <string>
+#include <vector>
 
 #include "common/base/stopwatch.h"
-#include "tests/fuzz/generate/generator.h"
-#include "tests/fuzz/run/workers.h"
-#include "tests/fuzz/shrink/failure_report.h"
+#include "tests/fuzz/judge/call_check.h"
+#include "tests/fuzz/judge/referee.h"
+#include "tests/fuzz/run/options.h"
+#include "tests/fuzz/run/process.h"
 
 namespace mray::fuzz {
 
-struct CampaignConfig {
-    std::uint64_t seed = 1;
-    /// The number of cases of all workers together; 0: until the time is over.
-    std::uint64_t cases = 0;
-    /// 0: until the cases are done.
-    double seconds = 0;
-    /// The campaign ends after this many failing cases.
-    std::uint64_t most_failures = 10;
-    /// Tries only the case of this seed.
-    std::optional<std::uint64_t> only_case;
-    /// Cases of questions alone instead of images.
-    bool asks_questions = false;
-    FailureConfig failure;
-};
-
-/// Runs a worker's part. Ends early after SIGINT or SIGTERM. Returns an exit code.
-int run_campaign(const CampaignConfig& config, const Worker& worker, WorkerState& state,
-                 std::atomic<std::uint64_t>& failures);
-
-/// "1200 cases, 15600 images (2400 near a plane), ...", for progress and for the end.
-std::string summary(const Tally& tally, double seconds);
-
-/// Writes the progress of a worker to stderr every few seconds.
-class WorkerProgress {
+/// The counts of a process.
+class Progress {
 public:
-    explicit WorkerProgress(const Worker& worker);
-    void update(const Tally& tally);
-    double seconds() const;
+    explicit Progress(const Process& process) : process_(process) {}
+
+    Tally tally;
+
+    /// Notes the case that begins, and writes the counts to stderr every few seconds.
+    void begin(std::uint64_t current);
+    double seconds() const { return watch_.ms() / 1000; }
+    bool has_failed() const { return tally.failed_cases > 0; }
+    /// Prints the counts; returns the exit code.
+    int finish() const;
 
 private:
     static constexpr double kSeconds = 5;
 
-    std::string name_;
+    std::string summary() const;
+
+    const Process& process_;
     Stopwatch watch_;
     double next_ = kSeconds;
 };
+
+/// Whether a loop over cases must end: enough failures, or SIGINT or SIGTERM.
+bool is_over(const FuzzOptions& options, const Progress& progress);
+
+/// The devices of a process on which calls are played, in groups.
+std::vector<std::vector<CallDevices>> call_devices(const Process& process);
+
+/// Tries a process's part of make_case(), make_questions() or make_calls(). Returns an exit code.
+int run_campaign(const FuzzOptions& options, const Process& process);
+int run_calls(const FuzzOptions& options, const Process& process);
 
 }  // namespace mray::fuzz

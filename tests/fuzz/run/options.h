@@ -20,26 +20,25 @@ struct FuzzOptions {
     std::uint64_t cases = 0;
     double hours = 0;
     std::uint64_t most_failures = 10;
-    std::uint32_t jobs = 2;
     std::optional<std::uint64_t> only_case;
-    bool only_list = false;
     std::string out = "out/fuzz";
 
     // sweep
     std::string scene;
     std::uint32_t every = 1;
     double frame = 0;
-    std::uint32_t width = 16;
-    std::uint32_t height = 16;
+    std::uint32_t side = 16;
 
     // replay
     std::vector<std::string> files;
 };
 
-/// Returns nothing for --help. Throws Error(kBadArgument) with the problem and the remedy.
-std::optional<FuzzOptions> parse_fuzz_options(std::span<const std::string> arguments);
-
-/// The text of --help.
-const char* fuzz_help();
+struct ParsedFuzzOptions {
+    FuzzOptions options;
+    /// Nothing if the options are to be run; else the exit code of --help or of an error, which has
+    /// been printed.
+    std::optional<int> exit_code;
+};
+ParsedFuzzOptions parse_fuzz_options(int count, char** arguments);
 
 }  // namespace mray::fuzz

@@ -2,13 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
-
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
 #include "tests/fuzz/case/case_text.h"
-#include "tests/fuzz/run/call_campaign.h"
-#include "tests/fuzz/shrink/call_failure.h"
+#include "tests/fuzz/run/campaign.h"
 
 namespace mray::fuzz {
 
@@ -17,7 +14,7 @@ std::vector<NamedCase> read_cases(const std::vector<std::string>& files) {
     for (const std::string& file : files) {
         cases.push_back({file, read_case_file(file)});
         if (!cases.back().fuzz_case.calls.empty()) continue;
-        // Refuse invalid cases before workers start.
+        // Refuse invalid cases before processes start.
         try {
             const FuzzScene scene(cases.back().fuzz_case);
         } catch (const Error& error) {
@@ -27,52 +24,36 @@ std::vector<NamedCase> read_cases(const std::vector<std::string>& files) {
     return cases;
 }
 
-namespace {
-
-/// Plays calls on all devices; returns the number of differences.
-int replay_calls(const NamedCase& named, const Worker& worker, WorkerState& state) {
-    const CallModel model(named.fuzz_case);
-    ++state.tally.cases;
-    state.tally.questions += model.question_count();
-    int differences = 0;
-    for (const auto& group : call_devices(worker)) {
-        for (const CallDevices& devices : group) {
-            const std::optional<CallDifference> found = model.compare(devices);
-            if (!found) continue;
-            ++differences;
-            std::printf("%s on %s: %s\n", named.name.c_str(), devices.name.c_str(),
-                        describe(*found, named.fuzz_case).c_str());
-        }
-    }
-    state.tally.failed_cases += differences > 0 ? 1 : 0;
-    return differences;
-}
-
-}  // namespace
-
-int run_replay(const std::vector<NamedCase>& cases, const Worker& worker, WorkerState& state,
-               std::atomic<std::uint64_t>& failures) {
+int run_replay(const std::vector<NamedCase>& cases, const Process& process) {
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend({.threads = 1});
-    const Variants variants = worker.vulkan ? vulkan_variants() : cpu_variants();
+    const Variants variants = process.vulkan ? vulkan_variants() : cpu_variants();
+    const auto devices = call_devices(process);
     Referee referee(*brute);
-    for (const NamedCase& named : cases) {
-        ++state.current;
-        if (!named.fuzz_case.calls.empty()) {
-            if (replay_calls(named, worker, state) > 0) ++failures;
-            continue;
+    Progress progress(process);
+    std::uint64_t number = 0;
+    for (const auto& [name, fuzz_case] : cases) {
+        progress.begin(++number);
+        std::vector<std::string> differences;
+        if (!fuzz_case.calls.empty()) {
+            const CallModel model(fuzz_case);
+            ++progress.tally.cases;
+            for (const auto& group : devices) {
+                for (const CallDevices& one : group) {
+                    if (const auto found = model.compare(one))
+                        differences.push_back(one.name + ": " + describe(*found, fuzz_case));
+                }
+            }
+            progress.tally.failed_cases += differences.empty() ? 0 : 1;
+        } else {
+            for (const auto& group : variants.groups) {
+                for (const Finding& finding : check_case(referee, fuzz_case, group, progress.tally))
+                    differences.push_back(describe(finding));
+            }
         }
-        std::vector<Finding> findings;
-        for (const auto& group : variants.groups) {
-            const auto more = check_case(referee, named.fuzz_case, group, state.tally);
-            findings.insert(findings.end(), more.begin(), more.end());
-        }
-        if (findings.empty()) continue;
-        ++failures;
-        std::printf("%s: %zu differences on %s\n", named.name.c_str(), findings.size(),
-                    worker.name().c_str());
-        for (const Finding& finding : findings) std::printf("  %s\n", describe(finding).c_str());
+        for (const std::string& difference : differences)
+            fmt::print("{} on {}: {}\n", name, process.name(), difference);
     }
-    return 0;
+    return progress.finish();
 }
 
 }  // namespace mray::fuzz

@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "tests/fuzz/run/workers.h"
+#include "tests/fuzz/case/fuzz_case.h"
+#include "tests/fuzz/run/process.h"
 
 namespace mray::fuzz {
 
@@ -17,8 +18,8 @@ struct NamedCase {
 /// Throws Error(kBadInput) for a file that is not a case.
 std::vector<NamedCase> read_cases(const std::vector<std::string>& files);
 
-/// Traces every case on every variant of the worker. Prints the differences. Returns an exit code.
-int run_replay(const std::vector<NamedCase>& cases, const Worker& worker, WorkerState& state,
-               std::atomic<std::uint64_t>& failures);
+/// Traces every case on every variant of the process. Prints the differences. Returns an exit
+/// code.
+int run_replay(const std::vector<NamedCase>& cases, const Process& process);
 
 }  // namespace mray::fuzz

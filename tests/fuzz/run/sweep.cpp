@@ -6,12 +6,12 @@
 #include <cctype>
 
 #include "app/clip/frames.h"
-#include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
 #include "tests/fuzz/generate/generator.h"
 #include "tests/fuzz/generate/views.h"
 #include "tests/fuzz/run/campaign.h"
+#include "tests/fuzz/shrink/report.h"
 
 namespace mray::fuzz {
 namespace {
@@ -29,8 +29,7 @@ Place near_plane(Dice& dice, const Surroundings& around, const Surroundings::Cor
 ViewSpec view_at(Dice& dice, const Surroundings& around, const Surroundings::Corners& triangle,
                  const FuzzOptions& options, std::string& cause) {
     ViewSpec view;
-    view.width = options.width;
-    view.height = options.height;
+    view.width = view.height = options.side;
     constexpr std::array kKinds = {kRaysPrimary, kRaysShadow, kRaysAo};
     view.rays = dice.pick(kKinds);
     view.ao_count = 2;
@@ -48,7 +47,7 @@ ViewSpec view_at(Dice& dice, const Surroundings& around, const Surroundings::Cor
 }
 
 bool can_use_brute(const FuzzOptions& options, std::size_t triangles) {
-    return static_cast<double>(triangles) * options.width * options.height <= kAffordableTests;
+    return static_cast<double>(triangles) * options.side * options.side <= kAffordableTests;
 }
 
 /// A scene's name, fit for the name of a folder.
@@ -76,48 +75,44 @@ FuzzCase open_sweep(const FuzzOptions& options) {
     return scene_case;
 }
 
-int run_sweep(const FuzzOptions& options, const FuzzCase& scene_case, const FailureConfig& failure,
-              const Worker& worker, WorkerState& state, std::atomic<std::uint64_t>& failures) {
+int run_sweep(const FuzzOptions& options, const FuzzCase& scene_case, const Process& process) {
     const Surroundings around(scene_case.poses.front(), scene_case.triangles);
     const auto reference = can_use_brute(options, scene_case.triangles.size())
                                ? cpu::make_brute_backend({.threads = 1})
                                : cpu::make_scalar_backend({.threads = 1});
-    const Variants variants = worker.vulkan ? vulkan_variants() : cpu_variants();
+    const Variants variants = process.vulkan ? vulkan_variants() : cpu_variants();
     const auto& group = variants.groups.front();
     Referee referee(*reference);
     referee.load(std::make_unique<FuzzScene>(scene_case), group);
-    WorkerProgress progress(worker);
+    Progress progress(process);
     const std::uint64_t eyes = (around.triangles.size() + options.every - 1) / options.every;
     const std::uint64_t last = options.cases > 0 ? std::min(options.cases, eyes) : eyes;
-    for (std::uint64_t eye = worker.index; eye < last; eye += worker.count) {
-        if (failures >= options.most_failures || app::interrupted()) break;
-        state.current = eye * options.every;
-        Dice dice(case_seed(options.seed, state.current));
-        FuzzCase fuzz_case;
-        fuzz_case.view =
-            view_at(dice, around, around.triangles[state.current], options, fuzz_case.cause);
-        ++state.tally.cases;
+    for (std::uint64_t eye = process.index; eye < last && !is_over(options, progress);
+         eye += process.count) {
+        const std::uint64_t triangle = eye * options.every;
+        progress.begin(triangle);
+        Dice dice(case_seed(options.seed, triangle));
+        std::string cause;
+        const ViewSpec view = view_at(dice, around, around.triangles[triangle], options, cause);
+        ++progress.tally.cases;
         std::vector<Finding> findings;
         try {
-            findings = referee.compare_images(fuzz_case.view, state.tally);
+            findings = referee.compare_images(view, progress.tally);
         } catch (const Error& error) {
             if (error.kind() != ErrorKind::kBadInput) throw;
-            ++state.tally.refused;
+            ++progress.tally.refused;
         }
-        progress.update(state.tally);
         if (findings.empty()) continue;
-        ++failures;
-        ++state.tally.failed_cases;
-        fuzz_case.cause = scene_case.cause + "; " + fuzz_case.cause;
-        fuzz_case.triangles = scene_case.triangles;
-        fuzz_case.poses = scene_case.poses;
-        report_failure(failure, fuzz_case, findings,
-                       fmt::format("sweep-{}-{}-{}-{}", file_name_of(options.scene), worker.name(),
-                                   options.seed, state.current),
-                       referee);
+        ++progress.tally.failed_cases;
+        FuzzCase fuzz_case = scene_case;
+        fuzz_case.view = view;
+        fuzz_case.cause += "; " + cause;
+        const std::string name = fmt::format("sweep-{}-{}-{}-{}", file_name_of(options.scene),
+                                             process.name(), options.seed, triangle);
+        report_failure({options.out, name, process.vulkan}, fuzz_case, findings.front(), referee);
         referee.load(std::make_unique<FuzzScene>(scene_case), group);
     }
-    return 0;
+    return progress.finish();
 }
 
 }  // namespace mray::fuzz

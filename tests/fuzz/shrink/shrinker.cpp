@@ -1,13 +1,27 @@
 #include "tests/fuzz/shrink/shrinker.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
-
-#include "tests/fuzz/shrink/shrink_parts.h"
 
 namespace mray::fuzz {
 namespace {
+
+/// The case without vertices that no triangle uses.
+FuzzCase without_idle_vertices(const FuzzCase& fuzz_case) {
+    std::vector<bool> is_used(fuzz_case.poses.front().size());
+    for (const uvec3& t : fuzz_case.triangles) is_used[t.x] = is_used[t.y] = is_used[t.z] = true;
+    FuzzCase result = fuzz_case;
+    for (auto& pose : result.poses) pose.clear();
+    std::vector<std::uint32_t> places(is_used.size());
+    for (std::size_t i = 0; i < is_used.size(); ++i) {
+        if (!is_used[i]) continue;
+        places[i] = static_cast<std::uint32_t>(result.poses.front().size());
+        for (std::size_t pose = 0; pose < result.poses.size(); ++pose)
+            result.poses[pose].push_back(fuzz_case.poses[pose][i]);
+    }
+    for (uvec3& t : result.triangles) t = uvec3(places[t.x], places[t.y], places[t.z]);
+    return result;
+}
 
 class Shrinker {
 public:
@@ -15,17 +29,18 @@ public:
         : best_(failing), fails_(fails), trials_(trials) {}
 
     FuzzCase shrink() {
-        if (!take(best_)) return best_;
-        keep_one_comparison();
+        lose_image();
         for (bool again = true; again && trials_ > 0;) {
-            again = false;
-            again |= shrink_poses();
-            again |= shrink_mesh();
-            again |= shrink_things(&FuzzCase::rays, place_.ray);
-            again |= shrink_things(&FuzzCase::points, place_.point);
-            again |= best_.has_image() && shrink_image();
+            again = lose(&FuzzCase::calls);
+            for (std::size_t i = 0; i < best_.calls.size(); ++i) again |= lessen(i);
+            if (!best_.calls.empty()) continue;
+            again |= lose_poses();
+            again |= lose(&FuzzCase::triangles);
+            again |= lose_idle_vertices();
+            again |= lose(&FuzzCase::rays);
+            again |= lose(&FuzzCase::points);
+            again |= best_.has_image() && lose_pixels();
         }
-        simplify_numbers();
         return best_;
     }
 
@@ -34,129 +49,80 @@ private:
     bool take(FuzzCase smaller) {
         if (trials_ == 0) return false;
         --trials_;
-        const std::optional<FailurePlace> place = fails_(smaller);
-        if (!place) return false;
-        place_ = *place;
+        if (!fails_(smaller)) return false;
         best_ = std::move(smaller);
         return true;
     }
 
-    void keep_one_comparison() {
-        const bool has_single = !best_.rays.empty() || !best_.points.empty();
-        FuzzCase alone = best_;
-        alone.rays.clear();
-        alone.points.clear();
-        alone.asks_questions = false;
-        if (best_.has_image() && has_single && take(std::move(alone))) return;
-        alone = best_;
-        alone.view.width = alone.view.height = 0;
-        if (has_single && best_.has_image()) take(std::move(alone));
-        if (best_.rays.empty() || best_.points.empty()) return;
-        alone = best_;
-        alone.points.clear();
-        if (take(std::move(alone))) return;
-        alone = best_;
-        alone.rays.clear();
-        take(std::move(alone));
-    }
-
-    bool shrink_poses() {
-        bool shrunk = false;
-        for (const FuzzCase& fewer : with_fewer_poses(best_)) {
-            if (!take(fewer)) continue;
-            shrunk = true;
-            break;
-        }
-        return shrunk;
-    }
-
-    /// Removes parts of `count` things, halves first, then ever smaller ones. `without(case, first,
-    /// n)` is the case without things [first, first + n).
-    template <class Count, class Without>
-    bool remove_parts(Count count, Without without) {
-        bool shrunk = false;
-        for (std::size_t part = (count(best_) + 1) / 2; part > 0; part /= 2) {
-            for (std::size_t first = 0; first < count(best_) && trials_ > 0;) {
-                const std::size_t n = std::min(part, count(best_) - first);
-                if (take(without(best_, first, n))) {
-                    shrunk = true;
+    /// Loses all things of a kind, then halves, then ever smaller parts.
+    template <class Thing>
+    bool lose(std::vector<Thing> FuzzCase::*things) {
+        bool is_smaller = false;
+        for (std::size_t part = (best_.*things).size(); part > 0; part /= 2) {
+            for (std::size_t first = 0; first < (best_.*things).size() && trials_ > 0;) {
+                FuzzCase smaller = best_;
+                const std::size_t n = std::min(part, (best_.*things).size() - first);
+                const auto from = (smaller.*things).begin() + static_cast<std::ptrdiff_t>(first);
+                (smaller.*things).erase(from, from + static_cast<std::ptrdiff_t>(n));
+                if (take(std::move(smaller))) {
+                    is_smaller = true;
                 } else {
                     first += n;
                 }
             }
         }
-        return shrunk;
+        return is_smaller;
     }
 
-    bool shrink_mesh() {
-        bool shrunk = remove_parts(
-            [](const FuzzCase& c) { return c.triangles.size(); },
-            [](FuzzCase c, std::size_t first, std::size_t n) {
-                const auto from = c.triangles.begin() + static_cast<std::ptrdiff_t>(first);
-                c.triangles.erase(from, from + static_cast<std::ptrdiff_t>(n));
-                return c;
-            });
-        const std::size_t idle = idle_vertices(best_).size();
-        if (idle > 0 && take(without_idle_vertices(best_, 0, idle))) return true;
-        shrunk |= remove_parts([](const FuzzCase& c) { return idle_vertices(c).size(); },
-                               without_idle_vertices);
-        return shrunk;
-    }
-
-    /// Removes rays or points, first all but the one at `place`.
-    template <class Thing>
-    bool shrink_things(std::vector<Thing> FuzzCase::*things, std::size_t place) {
-        const std::vector<Thing>& all = best_.*things;
-        if (all.size() < 2) return false;
-        FuzzCase alone = best_;
-        (alone.*things) = {all[std::min(place, all.size() - 1)]};
-        if (take(std::move(alone))) return true;
-        return remove_parts([=](const FuzzCase& c) { return (c.*things).size(); },
-                            [=](FuzzCase c, std::size_t first, std::size_t n) {
-                                const auto from =
-                                    (c.*things).begin() + static_cast<std::ptrdiff_t>(first);
-                                (c.*things).erase(from, from + static_cast<std::ptrdiff_t>(n));
-                                return c;
-                            });
-    }
-
-    bool shrink_image() {
-        bool shrunk = false;
-        for (const ViewSpec& simpler : with_simpler_rays(best_.view)) {
+    /// Lessens the number of a call: its meshes, rays, points or pixels.
+    bool lessen(std::size_t i) {
+        const std::uint32_t number = best_.calls[i].number;
+        for (const std::uint32_t less : {0u, 1u, number / 2, number - 1}) {
+            if (less >= number) continue;
             FuzzCase smaller = best_;
-            smaller.view = simpler;
-            if (!take(std::move(smaller))) continue;
-            shrunk = true;
-            break;
+            smaller.calls[i].number = less;
+            if (take(std::move(smaller))) return true;
         }
-        for (bool again = true; again;) {
-            again = false;
-            for (const ViewSpec& part : with_fewer_pixels(best_.view, place_.x, place_.y)) {
-                FuzzCase smaller = best_;
-                smaller.view = part;
-                if (!take(std::move(smaller))) continue;
-                again = shrunk = true;
-                break;
-            }
-        }
-        return shrunk;
+        return false;
     }
 
-    void simplify_numbers() {
-        const std::size_t numbers = number_count(best_);
-        // The coarsest rounding that still fails.
-        constexpr std::array kBits = {0, 1, 4, 8, 16, 24};
-        for (std::size_t i = 0; i < numbers; ++i) {
-            for (const int bits : kBits) {
-                FuzzCase simpler = best_;
-                if (!round_number(simpler, i, bits)) break;
-                if (take(std::move(simpler))) break;
-            }
-        }
+    void lose_image() {
+        FuzzCase smaller = best_;
+        smaller.view.width = smaller.view.height = 0;
+        if (best_.has_image()) take(std::move(smaller));
+    }
+
+    bool lose_poses() {
+        if (best_.poses.size() == 1) return false;
+        FuzzCase smaller = best_;
+        smaller.poses = {world_positions(best_, best_.frame)};
+        smaller.frame = 0;
+        smaller.build_at = 0;
+        return take(std::move(smaller));
+    }
+
+    bool lose_idle_vertices() {
+        FuzzCase smaller = without_idle_vertices(best_);
+        return smaller.poses.front().size() < best_.poses.front().size() &&
+               take(std::move(smaller));
+    }
+
+    /// Secondary rays and half of the columns or rows, for as many degrees.
+    bool lose_pixels() {
+        bool is_smaller = false;
+        const auto change = [&](auto member, std::uint32_t value) {
+            FuzzCase smaller = best_;
+            smaller.view.*member = value;
+            if (best_.view.*member != value) is_smaller |= take(std::move(smaller));
+        };
+        change(&ViewSpec::rays, kRaysPrimary);
+        change(&ViewSpec::ao_count, 1);
+        change(&ViewSpec::width, (best_.view.width + 1) / 2);
+        change(&ViewSpec::height, (best_.view.height + 1) / 2);
+        return is_smaller;
     }
 
     FuzzCase best_;
-    FailurePlace place_;
     const Fails& fails_;
     std::size_t trials_;
 };
