@@ -19,10 +19,4 @@ for needed in 'morphray::Scene::build(' 'morphray::Scene::intersect(' 'morphray:
     'typeinfo for morphray::Error'; do
     grep -qF "$needed" <<<"$names" || { echo "exports: no $needed" >&2; exit 1; }
 done
-
-# The check can fail.
-for planted in 'T mray::Mesh::size() const' 'W std::vector<int>::~vector()' 'T volkInitialize' \
-    'V typeinfo for mray::Error'; do
-    [ -n "$(foreign <<<"0000000000001000 $planted")" ] || { echo "exports: accepts $planted" >&2; exit 1; }
-done
 grep -c . <<<"$names"

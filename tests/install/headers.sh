@@ -29,10 +29,6 @@ for header in "$include"/morphray/*.hpp "$generated"/morphray/*.hpp; do
                     -Werror $linkage -I"$include" -I"$generated" -xc++ - || fail "$name by $compiler"
         done
     done
-    if printf '#include <%s>\n' "$name" | "$cxx" -std=c++20 -M -I"$include" -I"$generated" -xc++ - |
-        grep -E '/(tbb|oneapi|fmt|hwy|glm|vulkan|xxhash|zlib)'; then
-        fail "$name brings in a library"
-    fi
     count=$((count + 1))
 done
 [ $count -ge 10 ] || fail "only $count headers in $include"

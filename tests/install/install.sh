@@ -100,7 +100,6 @@ echo "== first_ray with the component static"
     -DCMAKE_CXX_COMPILER="$cxx" -DCMAKE_PREFIX_PATH="$prefix" >/dev/null
 "$cmake" --build "$scratch/static"
 "$scratch/static/first_ray"
-"$scratch/static/own_names"
 if [[ $(readelf -d "$scratch/static/first_ray") == *libmorphray* ]]; then fail "linked to the shared library"; fi
 
 # The build has no libraries in place of Embree's without its headers.

@@ -150,7 +150,6 @@ bool soak(std::uint64_t count, int threads) {
     const Device device = Device::cpu({.threads = threads});
     Sheet sheet;
     Scene rebuilt = Scene::build(sheet.view(), device, {.update = morphray::Rebuild{}});
-    Scene every = Scene::build(sheet.view(), device, {.update = morphray::Every{2}});
     Swarm swarm;
     Scene automatic =
         Scene::build(swarm.view(), device, {.update = morphray::Auto{.deterministic = true}});
@@ -164,11 +163,6 @@ bool soak(std::uint64_t count, int threads) {
          [&](std::uint64_t i) {
              sheet.touch(i);
              return rebuilt.update().step;
-         }},
-        {"every 2", count,
-         [&](std::uint64_t i) {
-             sheet.touch(i);
-             return every.update().step;
          }},
         {"auto", count / kScenesPart,
          [&](std::uint64_t i) {
