@@ -136,7 +136,7 @@ private:
     void read_key(const std::string& key, FuzzCase& out) {
         ViewSpec& view = out.view;
         if (key == "cause") {
-            std::getline(line_ >> std::ws, out.cause);
+            // Earlier versions told how a case was made.
         } else if (key == "size") {
             view.width = count();
             view.height = count();
@@ -204,7 +204,6 @@ std::string to_text(const FuzzCase& fuzz_case, const std::string& remarks) {
     std::string text;
     std::istringstream lines(remarks);
     for (std::string line; std::getline(lines, line);) text += fmt::format("# {}\n", line);
-    if (!fuzz_case.cause.empty()) text += fmt::format("cause {}\n", fuzz_case.cause);
     for (const Call& call : fuzz_case.calls)
         text += fmt::format("call {} {} {} {}\n", kCallWords[static_cast<std::size_t>(call.kind)],
                             call.scene, call.number, call.seed);

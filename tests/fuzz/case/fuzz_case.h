@@ -20,8 +20,6 @@ namespace mray::fuzz {
 /// In world space, as a sequence of OBJ files and the program's options give it. Pose k is
 /// frame k.
 struct FuzzCase {
-    /// How the case was made, in one line.
-    std::string cause;
     std::vector<uvec3> triangles;
     /// At least one; all have the same number of vertices.
     std::vector<std::vector<vec3>> poses;

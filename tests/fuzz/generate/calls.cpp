@@ -39,7 +39,6 @@ FuzzCase make_calls(std::uint64_t seed) {
     constexpr std::array kQuestions = {kRays, kRays, kPoints, kImage};
     Dice dice(seed);
     FuzzCase fuzz_case;
-    fuzz_case.cause = "calls";
     fuzz_case.view.width = fuzz_case.view.height = 0;
     const std::uint32_t scenes = dice.one_in(2) ? 1 : kCallScenes;
     const auto add = [&](CallKind kind, std::uint32_t scene) {

@@ -12,7 +12,7 @@ FuzzCase make_case(std::uint64_t seed, const GeneratorConfig& config) {
     make_clip(dice, fuzz_case);
     const std::vector<vec3> positions = world_positions(fuzz_case, fuzz_case.frame);
     const Surroundings around(positions, fuzz_case.triangles);
-    fuzz_case.view = make_view(dice, around, config.tests, fuzz_case.cause);
+    fuzz_case.view = make_view(dice, around, config.tests);
     fuzz_case.rays = make_rays(dice, around, config.rays);
     return fuzz_case;
 }

@@ -1,7 +1,5 @@
 #include "tests/fuzz/generate/motions.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -15,50 +13,41 @@ using Positions = std::vector<dvec3>;
 
 /// Another pose of the same vertices. If a pose keeps a part of the shape, a tree of one pose fits
 /// the other in that part.
-Positions moved(Dice& dice, const Positions& from, std::string& how) {
+Positions moved(Dice& dice, const Positions& from) {
     Positions to = from;
     switch (dice.from(0, 8)) {
         case 0:
-            how = "still";
             break;
-        case 1: {
-            how = "jitter";
+        case 1: {  // The vertices jitter.
             const double size = dice.magnitude(1e-9, 0.3);
             for (dvec3& p : to) p += dice.point(size);
             break;
         }
-        case 2:
-            how = "vertices swapped";
+        case 2:  // Vertices swap their places.
             for (std::size_t i = to.size(); i > 1; --i)
                 std::swap(to[i - 1], to[dice.below(static_cast<std::uint32_t>(i))]);
             break;
-        case 3:
-            how = "each vertex anew";
+        case 3:  // Each vertex is drawn anew.
             for (dvec3& p : to) p = dice.point(1);
             break;
-        case 4: {
-            how = "pressed flat";
+        case 4: {  // The mesh is pressed flat.
             const int axis = dice.from(0, 2);
             const double left = dice.one_in(2) ? 0 : std::exp2(-dice.from(1, 50));
             for (dvec3& p : to) p[axis] *= left;
             break;
         }
-        case 5:
-            how = "mirrored";
+        case 5:  // The mesh is mirrored.
             for (dvec3& p : to) p.x = -p.x;
             break;
-        case 6:
-            how = "one vertex moved";
+        case 6:  // One vertex moves.
             to[dice.below(static_cast<std::uint32_t>(to.size()))] = dice.point(1);
             break;
-        case 7: {
-            how = "blown up";
+        case 7: {  // The mesh grows or shrinks.
             const double size = dice.magnitude(1e-4, 1e4);
             for (dvec3& p : to) p *= size;
             break;
         }
-        default: {
-            how = "shifted";
+        default: {  // The mesh is shifted.
             const dvec3 by = dice.point(2);
             for (dvec3& p : to) p += by;
         }
@@ -70,7 +59,6 @@ Positions moved(Dice& dice, const Positions& from, std::string& how) {
 struct Placing {
     double scale = 1;
     dvec3 offset = {0, 0, 0};
-    std::string name;
 };
 
 Placing make_placing(Dice& dice) {
@@ -78,12 +66,10 @@ Placing make_placing(Dice& dice) {
     if (dice.one_in(4)) {
         placing.scale =
             dice.one_in(2) ? std::exp2(dice.from(-139, 98)) : std::pow(10.0, dice.real(-42, 29.5));
-        placing.name = fmt::format(", scale {:.3g}", placing.scale);
     }
     if (dice.one_in(6)) {
         const double far = dice.magnitude(1, 1e8);
         placing.offset = dice.one_in(2) ? far * dice.direction() : far * dice.axis();
-        placing.name += fmt::format(", offset {:.3g} sizes", far);
     }
     return placing;
 }
@@ -108,7 +94,6 @@ void break_some(Dice& dice, FuzzCase& fuzz_case) {
     using Limits = std::numeric_limits<float>;
     const bool broken = dice.one_in(30);
     if (!broken && !dice.one_in(20)) return;
-    fuzz_case.cause += broken ? ", not finite in places" : ", zeros of both signs and denormals";
     const std::array bad = {Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity(), -0.0f};
     const std::array small = {-0.0f, 0.0f, Limits::denorm_min(), -3 * Limits::denorm_min()};
     for (auto& pose : fuzz_case.poses) {
@@ -129,17 +114,13 @@ void choose_frames(Dice& dice, FuzzCase& fuzz_case) {
 void make_shape_clip(Dice& dice, FuzzCase& fuzz_case) {
     const Shape shape = make_shape(dice);
     fuzz_case.triangles = shape.triangles;
-    fuzz_case.cause = shape.name;
     const Placing placing = make_placing(dice);
     Positions pose = shape.positions;
     fuzz_case.poses.push_back(placed(pose, placing));
     for (int n = dice.one_in(2) ? 0 : dice.from(1, 3); n > 0; --n) {
-        std::string how;
-        pose = moved(dice, dice.one_in(2) ? pose : shape.positions, how);
+        pose = moved(dice, dice.one_in(2) ? pose : shape.positions);
         fuzz_case.poses.push_back(placed(pose, placing));
-        fuzz_case.cause += ", " + how;
     }
-    fuzz_case.cause += placing.name;
     break_some(dice, fuzz_case);
 }
 
@@ -149,7 +130,6 @@ void make_procedural_clip(Dice& dice, FuzzCase& fuzz_case) {
     const ProceduralScene& scene = scenes[dice.below(static_cast<std::uint32_t>(scenes.size()))];
     const std::unique_ptr<Clip> clip =
         make_procedural(scene.name, static_cast<std::uint64_t>(dice.from(1, 400)));
-    fuzz_case.cause = fmt::format("builtin:{}", scene.name);
     fuzz_case.triangles = clip->topology().triangles;
     for (int n = dice.from(1, 3); n > 0; --n) {
         std::vector<vec3> pose(clip->topology().vertex_count);

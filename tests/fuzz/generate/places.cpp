@@ -1,7 +1,5 @@
 #include "tests/fuzz/generate/places.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <limits>
 
@@ -62,51 +60,47 @@ Surroundings::Surroundings(std::span<const vec3> positions, std::span<const uvec
     if (extent == 0) extent = 1;
 }
 
-Place place_in_plane(Dice& dice, const Surroundings::Corners& t) {
+dvec3 place_in_plane(Dice& dice, const Surroundings::Corners& t) {
     switch (dice.from(0, 5)) {
         case 0:
-            return {dice.one_in(2) ? t.a : t.b, "on a vertex"};
+            return dice.one_in(2) ? t.a : t.b;
         case 1:
-            return {combined(t, weight(dice, 0, 1), 0), "on an edge"};
+            return combined(t, weight(dice, 0, 1), 0);
         case 2: {
             const double u = weight(dice, 0, 1);
-            return {combined(t, u, weight(dice, 0, 1 - u)), "on a face"};
+            return combined(t, u, weight(dice, 0, 1 - u));
         }
         case 3:
-            return {combined(t, weight(dice, -30, 30), 0), "in line with an edge"};
+            return combined(t, weight(dice, -30, 30), 0);
         case 4: {
             const double u = weight(dice, -3, 3);
-            return {combined(t, u, weight(dice, -3, 3)), "in a plane"};
+            return combined(t, u, weight(dice, -3, 3));
         }
         default: {
             const double far = dice.magnitude(3, 1e4);
             const double u = weight(dice, -far, far);
-            return {combined(t, u, weight(dice, -far, far)), "far off in a plane"};
+            return combined(t, u, weight(dice, -far, far));
         }
     }
 }
 
-Place place_off_plane(Dice& dice, const Surroundings& around, const Surroundings::Corners& t,
+dvec3 place_off_plane(Dice& dice, const Surroundings& around, const Surroundings::Corners& t,
                       int first, int last) {
-    Place place = place_in_plane(dice, t);
+    const dvec3 place = place_in_plane(dice, t);
     const int k = dice.from(first, last);
-    place.point += normal_of(dice, t) * (dice.sign() * around.extent * std::exp2(-k));
-    place.what += fmt::format(" but 2^-{} off it", k);
-    return place;
+    return place + normal_of(dice, t) * (dice.sign() * around.extent * std::exp2(-k));
 }
 
-Place special_place(Dice& dice, const Surroundings& around) {
+dvec3 special_place(Dice& dice, const Surroundings& around) {
     const int kind = dice.from(0, 9);
     if (kind <= 6 && !around.triangles.empty()) {
         const auto count = static_cast<std::uint32_t>(around.triangles.size());
         const Surroundings::Corners& t = around.triangles[dice.below(count)];
         return dice.one_in(2) ? place_in_plane(dice, t) : place_off_plane(dice, around, t, 0, 60);
     }
-    if (kind == 7) return {around.centre + dice.point(around.extent), "inside the bounds"};
-    if (kind == 8)
-        return {around.centre + dice.direction() * (around.extent * dice.real(1, 6)), "outside"};
-    return {around.centre + dice.direction() * (around.extent * dice.magnitude(6, 1e6)),
-            "far outside"};
+    if (kind == 7) return around.centre + dice.point(around.extent);
+    if (kind == 8) return around.centre + dice.direction() * (around.extent * dice.real(1, 6));
+    return around.centre + dice.direction() * (around.extent * dice.magnitude(6, 1e6));
 }
 
 dvec3 special_target(Dice& dice, const Surroundings& around) {

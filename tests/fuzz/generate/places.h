@@ -2,7 +2,6 @@
 #pragma once
 
 #include <span>
-#include <string>
 #include <vector>
 
 #include "common/scene/mesh.h"
@@ -25,19 +24,14 @@ struct Surroundings {
     double extent = 1;
 };
 
-struct Place {
-    dvec3 point = {0, 0, 0};
-    std::string what;
-};
-
 /// A point for an eye, a light or the origin of a ray: mostly in the plane of a triangle or up to
 /// 2^-60 extents off it, inside or far outside the triangle; otherwise anywhere up to 1e6 extents
 /// away.
-Place special_place(Dice& dice, const Surroundings& around);
+dvec3 special_place(Dice& dice, const Surroundings& around);
 
 /// A point in the plane of the triangle; and a point 2^-last to 2^-first extents off it.
-Place place_in_plane(Dice& dice, const Surroundings::Corners& triangle);
-Place place_off_plane(Dice& dice, const Surroundings& around, const Surroundings::Corners& triangle,
+dvec3 place_in_plane(Dice& dice, const Surroundings::Corners& triangle);
+dvec3 place_off_plane(Dice& dice, const Surroundings& around, const Surroundings::Corners& triangle,
                       int first, int last);
 
 /// A target of a camera or ray: a vertex, the middle of an edge, a point of a face, or any point.

@@ -64,7 +64,7 @@ dvec3 place_of_point(Dice& dice, const Surroundings& around) {
         case 4:
             return special_target(dice, around);
         default:
-            return special_place(dice, around).point;
+            return special_place(dice, around);
     }
 }
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "tests/fuzz/generate/closed_shapes.h"
-
 namespace mray::fuzz {
 namespace {
 
@@ -28,7 +26,7 @@ int triangle_count(Dice& dice) {
 }
 
 Shape random_soup(Dice& dice) {
-    Shape shape{"soup", {}, {}};
+    Shape shape;
     const double size = dice.magnitude(0.01, 2);
     for (int i = triangle_count(dice); i > 0; --i) {
         const dvec3 centre = dice.point(1);
@@ -40,7 +38,7 @@ Shape random_soup(Dice& dice) {
 }
 
 Shape grid_soup(Dice& dice) {
-    Shape shape{"grid soup", {}, {}};
+    Shape shape;
     for (int i = triangle_count(dice); i > 0; --i) {
         const dvec3 a = dice.grid_point();
         const dvec3 b = dice.grid_point();
@@ -51,7 +49,7 @@ Shape grid_soup(Dice& dice) {
 
 /// Triangles over few vertices, so that every edge and vertex has many.
 Shape shared_vertices(Dice& dice) {
-    Shape shape{"shared vertices", {}, {}};
+    Shape shape;
     const bool on_grid = dice.one_in(2);
     const auto vertices = static_cast<std::uint32_t>(dice.from(3, 12));
     for (std::uint32_t i = 0; i < vertices; ++i)
@@ -63,7 +61,7 @@ Shape shared_vertices(Dice& dice) {
 }
 
 Shape needles(Dice& dice) {
-    Shape shape{"needles", {}, {}};
+    Shape shape;
     const double width = dice.magnitude(1e-9, 1e-2);
     const bool share_tip = dice.one_in(2);
     const dvec3 tip = dice.point(1);
@@ -76,7 +74,7 @@ Shape needles(Dice& dice) {
 }
 
 Shape slivers(Dice& dice) {
-    Shape shape{"slivers", {}, {}};
+    Shape shape;
     const double height = dice.magnitude(1e-9, 1e-2);
     for (int i = triangle_count(dice); i > 0; --i) {
         const dvec3 a = dice.point(1);
@@ -89,7 +87,7 @@ Shape slivers(Dice& dice) {
 /// Some triangles, each several times, also turned and mirrored.
 Shape duplicates(Dice& dice) {
     const Shape once = dice.one_in(2) ? grid_soup(dice) : random_soup(dice);
-    Shape shape{"duplicates", {}, {}};
+    Shape shape;
     const std::size_t kept = std::min<std::size_t>(once.triangles.size(), 30);
     for (std::size_t i = 0; i < kept; ++i) {
         for (int copy = dice.from(1, 4); copy > 0; --copy) {
@@ -107,7 +105,6 @@ Shape duplicates(Dice& dice) {
 /// Few triangles over the same vertices again and again, also turned and mirrored.
 Shape repeated(Dice& dice) {
     Shape shape = dice.one_in(2) ? grid_soup(dice) : random_soup(dice);
-    shape.name = "repeated";
     shape.triangles.resize(std::min<std::size_t>(shape.triangles.size(), 8));
     const std::size_t kept = shape.triangles.size();
     for (int copy = dice.from(1, 200); copy > 0; --copy) {
@@ -122,7 +119,7 @@ Shape repeated(Dice& dice) {
 
 /// Overlapping triangles in one plane, or in few parallel ones at equal or almost equal distances.
 Shape coplanar_stack(Dice& dice) {
-    Shape shape{"coplanar stack", {}, {}};
+    Shape shape;
     const int fixed = dice.from(0, 2);
     const bool on_grid = dice.one_in(2);
     const bool tilted = dice.one_in(3);
@@ -146,7 +143,7 @@ Shape coplanar_stack(Dice& dice) {
 
 /// A square of cells, sometimes twice, so that every ray at a line of the grid meets ties.
 Shape tie_grid(Dice& dice) {
-    Shape shape{"tie grid", {}, {}};
+    Shape shape;
     const int cells = dice.from(1, 4);
     const int sheets = dice.from(1, 3);
     const int fixed = dice.from(0, 2);
@@ -174,7 +171,7 @@ Shape tie_grid(Dice& dice) {
 /// Triangles around a common vertex; collapsed, their rim lies on a line, in a point, or in the
 /// vertex itself.
 Shape fan(Dice& dice) {
-    Shape shape{"fan", {}, {}};
+    Shape shape;
     const dvec3 hub = dice.one_in(2) ? dice.grid_point() : dice.point(1);
     const dvec3 along = dice.direction();
     const int kind = dice.from(0, 4);
@@ -190,14 +187,13 @@ Shape fan(Dice& dice) {
     }
     for (std::uint32_t i = 0; i < rim; ++i)
         shape.triangles.push_back({0, 1 + i, 1 + (i + 1) % rim});
-    if (kind < 3) shape.name = "collapsed fan";
     return shape;
 }
 
 /// Two large triangles at an edge that one side cuts into pieces, with triangles without area
 /// that close the joint.
 Shape t_joints(Dice& dice) {
-    Shape shape{"T-joints", {}, {}};
+    Shape shape;
     const dvec3 a = dice.one_in(2) ? dice.grid_point() : dice.point(1);
     const dvec3 b = dice.one_in(2) ? dice.grid_point() : dice.point(1);
     shape.positions = {a, b, dice.point(1), dice.point(1)};
@@ -217,6 +213,50 @@ Shape t_joints(Dice& dice) {
     return shape;
 }
 
+Shape from_test_scene(const test::TestScene& scene) {
+    Shape shape{{}, scene.topology().triangles};
+    for (const vec3& p : scene.world_positions()) shape.positions.emplace_back(p);
+    return shape;
+}
+
+Shape whole_mesh(Dice& dice) {
+    Shape shape;
+    switch (dice.from(0, 4)) {
+        case 0:
+            shape = from_test_scene(test::icosphere(dice.one_in(6) ? 1 : 0));
+            break;
+        case 1:
+            shape = from_test_scene(test::grid_box(dice.one_in(4) ? 2 : 1));
+            break;
+        case 2: {
+            const auto rings = static_cast<std::uint32_t>(dice.from(3, 5));
+            shape =
+                from_test_scene(test::torus(rings, static_cast<std::uint32_t>(dice.from(3, 4))));
+            break;
+        }
+        case 3:
+            shape = from_test_scene(test::star(0, dice.bits()));
+            break;
+        default:
+            for (int i = 0; i < 4; ++i) shape.positions.push_back(dice.grid_point());
+            shape.triangles = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
+    }
+    return shape;
+}
+
+/// Balls, boxes, tori, stars and tetrahedra; every third is pressed flat, to a line, or to a point.
+Shape closed_mesh(Dice& dice) {
+    Shape shape = whole_mesh(dice);
+    if (dice.one_in(3)) {
+        const int axis = dice.from(0, 2);
+        const double left = dice.one_in(2) ? 0 : std::exp2(-dice.from(1, 50));
+        const int axes = dice.from(1, 3);
+        for (dvec3& p : shape.positions)
+            for (int i = 0; i < axes; ++i) p[(axis + i) % 3] *= left;
+    }
+    return shape;
+}
+
 /// A floor of few triangles, much larger than the objects on it.
 Shape floor_with_things(Dice& dice) {
     Shape shape = dice.one_in(2) ? random_soup(dice) : closed_mesh(dice);
@@ -232,12 +272,11 @@ Shape floor_with_things(Dice& dice) {
     };
     add_triangle(shape, corner(-1, -1), corner(1, -1), corner(1, 1));
     add_triangle(shape, corner(-1, -1), corner(1, 1), corner(-1, 1));
-    shape.name += " on a large floor";
     return shape;
 }
 
 Shape axis_aligned(Dice& dice) {
-    Shape shape{"axis-aligned", {}, {}};
+    Shape shape;
     for (int i = triangle_count(dice); i > 0; --i) {
         const dvec3 a = dice.grid_point();
         const int axis = dice.from(0, 2);
@@ -252,7 +291,7 @@ Shape axis_aligned(Dice& dice) {
 
 /// Magnitudes from 1 down to 2^-50 in one mesh.
 Shape mixed_sizes(Dice& dice) {
-    Shape shape{"mixed sizes", {}, {}};
+    Shape shape;
     for (int i = triangle_count(dice); i > 0; --i) {
         const double size = std::exp2(-dice.from(0, 50));
         const dvec3 a = dice.point(size);
@@ -278,7 +317,6 @@ Shape make_shape(Dice& dice) {
     if (dice.one_in(8)) {
         const Shape other = dice.pick(kMakers)(dice);
         append(shape, other);
-        shape.name += " + " + other.name;
     }
     return shape;
 }

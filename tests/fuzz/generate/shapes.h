@@ -1,7 +1,6 @@
 // Meshes of about size 1 on which tracers fail.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "common/scene/mesh.h"
@@ -10,7 +9,6 @@
 namespace mray::fuzz {
 
 struct Shape {
-    std::string name;
     std::vector<dvec3> positions;
     std::vector<uvec3> triangles;
 };

@@ -1,7 +1,5 @@
 #include "tests/fuzz/generate/views.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <limits>
 
@@ -46,15 +44,13 @@ double field_of_view(Dice& dice) {
 }
 
 /// The target of the camera.
-dvec3 choose_target(Dice& dice, const Surroundings& around, const dvec3& eye, std::string& cause) {
+dvec3 choose_target(Dice& dice, const Surroundings& around, const dvec3& eye) {
     switch (dice.from(0, 6)) {
         case 0:
-            cause += ", along an axis";
             return eye + dice.axis() * around.extent;
         case 1:
             return eye + dice.direction() * around.extent;
         case 2: {
-            cause += ", from very close";
             return eye + dice.direction() * (around.extent * dice.magnitude(1e-8, 1));
         }
         default:
@@ -62,10 +58,9 @@ dvec3 choose_target(Dice& dice, const Surroundings& around, const dvec3& eye, st
     }
 }
 
-dvec3 choose_up(Dice& dice, const dvec3& forward, std::string& cause) {
+dvec3 choose_up(Dice& dice, const dvec3& forward) {
     switch (dice.from(0, 6)) {
         case 0:
-            cause += ", up almost parallel to the view";
             return forward * dice.sign() + dice.direction() * dice.magnitude(1e-8, 1e-2);
         case 1:
             return dice.axis();
@@ -98,7 +93,7 @@ WorldRay ray_towards(Dice& dice, const Surroundings& around, const dvec3& org,
 
 }  // namespace
 
-ViewSpec make_view(Dice& dice, const Surroundings& around, double tests, std::string& cause) {
+ViewSpec make_view(Dice& dice, const Surroundings& around, double tests) {
     ViewSpec view;
     constexpr std::array kKinds = {kRaysPrimary, kRaysShadow, kRaysShadow, kRaysAo};
     view.rays = dice.pick(kKinds);
@@ -106,30 +101,27 @@ ViewSpec make_view(Dice& dice, const Surroundings& around, double tests, std::st
     if (dice.one_in(2)) view.ao_distance = around.extent * dice.magnitude(1e-5, 10);
     if (dice.one_in(20)) view.ao_distance = around.extent * dice.magnitude(1, 1e9);
     choose_size(dice, around, tests, view);
-    const Place eye = special_place(dice, around);
-    cause += fmt::format("; eye {}", eye.what);
-    const dvec3 target = choose_target(dice, around, eye.point, cause);
-    const dvec3 up = choose_up(dice, unit(target - eye.point), cause);
-    view.eye = to_point(eye.point);
+    const dvec3 eye = special_place(dice, around);
+    const dvec3 target = choose_target(dice, around, eye);
+    const dvec3 up = choose_up(dice, unit(target - eye));
+    view.eye = to_point(eye);
     view.target = to_point(target);
     view.up = to_point(up);
     view.fov = field_of_view(dice);
-    Place light = special_place(dice, around);
-    if (dice.one_in(5)) light = {eye.point, "at the eye"};
+    dvec3 light = special_place(dice, around);
+    if (dice.one_in(5)) light = eye;
     if (dice.one_in(12)) {
         const int k = dice.from(0, 60);
-        const dvec3 off = dice.direction() * (around.extent * std::exp2(-k));
-        light = {eye.point + off, fmt::format("2^-{} off the eye", k)};
+        light = eye + dice.direction() * (around.extent * std::exp2(-k));
     }
-    view.light = to_point(light.point);
-    if (view.rays == kRaysShadow) cause += fmt::format("; light {}", light.what);
+    view.light = to_point(light);
     return view;
 }
 
 std::vector<WorldRay> make_rays(Dice& dice, const Surroundings& around, std::size_t count) {
     std::vector<WorldRay> rays;
     while (rays.size() < count) {
-        const dvec3 org = special_place(dice, around).point;
+        const dvec3 org = special_place(dice, around);
         const dvec3 target = special_target(dice, around);
         rays.push_back(ray_towards(dice, around, org, target));
     }
@@ -140,7 +132,7 @@ std::vector<WorldRay> make_ray_groups(Dice& dice, const Surroundings& around, st
                                       std::size_t size) {
     std::vector<WorldRay> rays;
     for (std::size_t group = 0; group < groups; ++group) {
-        const dvec3 org = special_place(dice, around).point;
+        const dvec3 org = special_place(dice, around);
         const dvec3 target = special_target(dice, around);
         const double spread = dice.magnitude(1e-9, 1) * around.extent;
         for (std::size_t i = 0; i < size; ++i)

@@ -10,8 +10,8 @@
 
 namespace mray::fuzz {
 
-/// An image of at most `tests` ray-triangle tests of brute force. Appends a description to `cause`.
-ViewSpec make_view(Dice& dice, const Surroundings& around, double tests, std::string& cause);
+/// An image of at most `tests` ray-triangle tests of brute force.
+ViewSpec make_view(Dice& dice, const Surroundings& around, double tests);
 
 /// Rays at vertices, edges and along planes, many of which start on a surface or just off it.
 std::vector<WorldRay> make_rays(Dice& dice, const Surroundings& around, std::size_t count);

@@ -58,7 +58,7 @@ struct Batch {
 
 /// Rays of an image, row by row.
 Batch grid_rays(Dice& dice, const Surroundings& around, std::size_t count) {
-    const dvec3 eye = special_place(dice, around).point;
+    const dvec3 eye = special_place(dice, around);
     const dvec3 target = special_target(dice, around);
     const dvec3 x = dice.direction() * around.extent;
     const dvec3 y = dice.direction() * around.extent;
@@ -178,8 +178,7 @@ morphray::View view_of(Dice& dice, const Call& call, const Surroundings& around)
                                       Shading::normal, Shading::depth, Shading::prim};
     constexpr std::array kRayKinds = {morphray::Rays::primary, morphray::Rays::shadow,
                                       morphray::Rays::ao};
-    std::string cause;
-    const ViewSpec spec = make_view(dice, around, 1e4, cause);
+    const ViewSpec spec = make_view(dice, around, 1e4);
     morphray::View view;
     view.eye = maybe(dice, spec.eye);
     view.target = maybe(dice, spec.target);

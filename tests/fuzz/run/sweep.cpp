@@ -19,7 +19,7 @@ namespace {
 constexpr double kAffordableTests = 4e6;
 
 /// A point in the plane, or just off it.
-Place near_plane(Dice& dice, const Surroundings& around, const Surroundings::Corners& triangle) {
+dvec3 near_plane(Dice& dice, const Surroundings& around, const Surroundings::Corners& triangle) {
     constexpr int kFirst = 8;
     constexpr int kLast = 50;
     if (dice.one_in(3)) return place_in_plane(dice, triangle);
@@ -27,22 +27,19 @@ Place near_plane(Dice& dice, const Surroundings& around, const Surroundings::Cor
 }
 
 ViewSpec view_at(Dice& dice, const Surroundings& around, const Surroundings::Corners& triangle,
-                 const FuzzOptions& options, std::string& cause) {
+                 const FuzzOptions& options) {
     ViewSpec view;
     view.width = view.height = options.side;
     constexpr std::array kKinds = {kRaysPrimary, kRaysShadow, kRaysAo};
     view.rays = dice.pick(kKinds);
     view.ao_count = 2;
-    const Place eye = near_plane(dice, around, triangle);
-    cause = "eye " + eye.what;
-    view.eye = to_point(eye.point);
-    view.target = to_point(dice.one_in(3) ? eye.point + dice.direction() * around.extent
+    const dvec3 eye = near_plane(dice, around, triangle);
+    view.eye = to_point(eye);
+    view.target = to_point(dice.one_in(3) ? eye + dice.direction() * around.extent
                                           : special_target(dice, around));
     view.up = to_point(dice.direction());
     view.fov = dice.one_in(2) ? dice.real(1, 20) : dice.real(20, 150);
-    const Place light = near_plane(dice, around, triangle);
-    view.light = to_point(light.point);
-    if (view.rays == kRaysShadow) cause += "; light " + light.what;
+    view.light = to_point(near_plane(dice, around, triangle));
     return view;
 }
 
@@ -67,7 +64,6 @@ FuzzCase open_sweep(const FuzzOptions& options) {
     const std::unique_ptr<Clip> clip = open_scene(options.scene, scene_options);
     app::require_in_clip("--frame", options.frame, *clip);
     FuzzCase scene_case;
-    scene_case.cause = fmt::format("{}, frame {}", options.scene, options.frame);
     scene_case.triangles = clip->topology().triangles;
     scene_case.poses.emplace_back(clip->topology().vertex_count);
     clip->positions(options.frame, scene_case.poses.front());
@@ -92,8 +88,7 @@ int run_sweep(const FuzzOptions& options, const FuzzCase& scene_case, const Proc
         const std::uint64_t triangle = eye * options.every;
         progress.begin(triangle);
         Dice dice(case_seed(options.seed, triangle));
-        std::string cause;
-        const ViewSpec view = view_at(dice, around, around.triangles[triangle], options, cause);
+        const ViewSpec view = view_at(dice, around, around.triangles[triangle], options);
         ++progress.tally.cases;
         std::vector<Finding> findings;
         try {
@@ -106,7 +101,6 @@ int run_sweep(const FuzzOptions& options, const FuzzCase& scene_case, const Proc
         ++progress.tally.failed_cases;
         FuzzCase fuzz_case = scene_case;
         fuzz_case.view = view;
-        fuzz_case.cause += "; " + cause;
         const std::string name = fmt::format("sweep-{}-{}-{}-{}", file_name_of(options.scene),
                                              process.name(), options.seed, triangle);
         report_failure({options.out, name, process.vulkan}, fuzz_case, findings.front(), referee);

@@ -24,9 +24,9 @@ void report(const FailureName& name, const FuzzCase& fuzz_case, const std::strin
     const std::filesystem::path path = name.out / name.name / "case.txt";
     make_output_folder(path.parent_path());
     write_file(path, to_text(small, "failed: " + (left.empty() ? what : left)));
-    fmt::print("FAILED {}{}: {}\n{}\n./fuzz replay {} --backend {}\n\n", name.name,
-               left.empty() ? ", but not each time" : "", fuzz_case.cause,
-               left.empty() ? what : left, path.string(), name.is_on_vulkan ? "vulkan" : "cpu");
+    fmt::print("FAILED {}{}\n{}\n./fuzz replay {} --backend {}\n\n", name.name,
+               left.empty() ? ", but not each time" : "", left.empty() ? what : left, path.string(),
+               name.is_on_vulkan ? "vulkan" : "cpu");
     std::fflush(stdout);
 }
 
