@@ -3,14 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
-#include <string_view>
 #include <utility>
 #include <vector>
 
-#include "clips/obj/texture_map.h"
 #include "common/base/errors.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
@@ -19,14 +16,32 @@
 namespace mray {
 namespace {
 
-std::vector<std::string_view> words_of(std::string_view text) {
-    std::vector<std::string_view> tokens;
-    for (text = trimmed(text, kMtlBlanks); !text.empty();) {
-        const std::size_t length = std::min(text.find_first_of(" \t"), text.size());
-        tokens.push_back(text.substr(0, length));
-        text = trimmed(text.substr(length), kMtlBlanks);
+constexpr std::string_view kBlanks = " \t\f";
+constexpr Albedo kWhite = 0x00FFFFFF;
+
+/// Options of map_Kd that are not read, with the number of their values.
+constexpr std::pair<std::string_view, int> kOtherOptions[] = {
+    {"-blendu", 1},  {"-blendv", 1}, {"-texres", 1}, {"-boost", 1}, {"-bm", 1},
+    {"-imfchan", 1}, {"-type", 1},   {"-cc", 1},     {"-mm", 2}};
+
+std::string_view take_word(std::string_view& rest) {
+    const std::string_view word = rest.substr(0, rest.find_first_of(kBlanks));
+    rest = trimmed(rest.substr(word.size()), kBlanks);
+    return word;
+}
+
+/// Takes one to three finite numbers for u, v and w. Returns whether there are any.
+bool take_numbers(std::string_view& rest, std::array<float, 2>& numbers) {
+    for (std::size_t i = 0; i < 3; ++i) {
+        std::string_view after = rest;
+        const std::optional<float> number = parse_float(take_word(after));
+        // The last word is the file.
+        if (i > 0 && (!number || after.empty())) return true;
+        if (!number || !std::isfinite(*number)) return false;
+        if (i < numbers.size()) numbers[i] = *number;
+        rest = after;
     }
-    return tokens;
+    return true;
 }
 
 class MtlReader {
@@ -40,13 +55,12 @@ public:
         while (!text.empty()) {
             ++line_;
             const std::size_t length = std::min(text.find_first_of("\r\n"), text.size());
-            read_statement(trimmed(text.substr(0, length), kMtlBlanks));
-            const bool two = text.substr(length).starts_with("\r\n");
-            text.remove_prefix(std::min(text.size(), length + (two ? 2 : 1)));
+            read_statement(trimmed(text.substr(0, length), kBlanks));
+            text.remove_prefix(length);
+            text.remove_prefix(text.starts_with("\r\n") ? 2 : text.empty() ? 0 : 1);
         }
         end_material();
-        odd_colours_.tell(warn);
-        odd_maps_.tell(warn);
+        odd_.tell(warn);
         black_maps_.tell(warn);
     }
 
@@ -55,72 +69,103 @@ private:
         throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place(), what));
     }
     std::string place() const { return fmt::format("{}:{}", name_, line_); }
+    void warn(const std::string& what) {
+        odd_.add([&] { return Warning{place(), what}; });
+    }
+    /// `instead` is what a lenient reader does.
+    void refuse(const std::string& what, std::string_view instead) {
+        if (!lenient_) fail(what + "; repair the material");
+        warn(fmt::format("{}; {}", what, instead));
+    }
 
     void read_statement(std::string_view statement) {
-        if (statement.find('\0') != std::string_view::npos) {
+        if (statement.find('\0') != std::string_view::npos)
             fail("NUL byte; this is binary data or UTF-16, save it as UTF-8 text");
-        }
-        const std::size_t length = std::min(statement.find_first_of(" \t"), statement.size());
-        const std::string_view keyword = statement.substr(0, length);
-        const std::string_view rest = trimmed(statement.substr(length), kMtlBlanks);
+        const std::string_view keyword = take_word(statement);
         if (keyword == "newmtl") {
             end_material();
-            material_ = rest;
+            material_ = statement;
         } else if (keyword == "Kd") {
-            read_kd(rest);
+            read_kd(statement);
         } else if (keyword == "map_Kd" || keyword == "map_kd") {
-            read_map(rest);
+            read_map(statement);
         }
     }
 
-    void read_kd(std::string_view rest) {
-        std::vector<std::string_view> tokens = words_of(rest);
-        const auto comment = std::find_if(tokens.begin(), tokens.end(),
-                                          [](std::string_view token) { return token[0] == '#'; });
-        tokens.erase(comment, tokens.end());
-        if (!tokens.empty() && (tokens[0] == "spectral" || tokens[0] == "xyz")) {
-            warn_default(fmt::format("Kd as {} is not read", tokens[0]));
-            return;
-        }
+    void read_kd(const std::string_view text) {
+        std::vector<std::string_view> words;
+        for (std::string_view rest = text; !rest.empty() && rest[0] != '#';)
+            words.push_back(take_word(rest));
+        if (!words.empty() && (words[0] == "spectral" || words[0] == "xyz"))
+            return warn(fmt::format("Kd as {} is not read; taken as grey", words[0]));
         // "If only r is specified, then g and b are assumed to be equal to r" (MTL format).
-        if (tokens.size() == 1) tokens.assign(3, tokens[0]);
-        bool good = tokens.size() == 3;
-        std::array<float, 3> kd = {};
-        for (std::size_t i = 0; i < tokens.size() && good; ++i) {
-            const std::optional<float> number = parse_float(tokens[i]);
-            good = number && std::isfinite(*number);
-            kd[i] = number.value_or(0);
+        if (words.size() == 1) words.assign(3, words[0]);
+        std::vector<float> kd;
+        for (const std::string_view word : words) {
+            const std::optional<float> number = parse_float(word);
+            if (number && std::isfinite(*number)) kd.push_back(*number);
         }
-        if (!good) {
-            const std::string what =
-                fmt::format("Kd {} is not three finite numbers", in_quotes(rest));
-            if (!lenient_) fail(what + "; repair the material");
-            warn_default(what);
-            return;
+        if (words.size() != 3 || kd.size() != 3) {
+            return refuse(fmt::format("Kd {} is not three finite numbers", in_quotes(text)),
+                          "taken as grey");
         }
         albedo_ = albedo_of(kd[0], kd[1], kd[2]);
     }
 
-    void read_map(std::string_view rest) {
-        ParsedMap parsed = parse_texture_map(rest);
-        if (!parsed.problem.empty()) {
-            const std::string what = fmt::format("map_Kd {} {}", in_quotes(rest), parsed.problem);
-            if (!lenient_) fail(what + "; repair the material");
-            warn_map(what + "; left out");
-            return;
+    /// Reads `[-option value ...] file`. A file name is all that follows the options, and may have
+    /// blanks in it and quotes around it.
+    void read_map(const std::string_view text) {
+        TextureMap map;
+        std::string_view rest = text;
+        std::string problem;
+        while (rest.starts_with('-') && problem.empty()) {
+            const std::string_view before = rest;
+            if (read_option(rest, map, problem)) continue;
+            // A file name may begin with a dash.
+            rest = before;
+            break;
         }
-        if (!parsed.ignored.empty())
-            warn_map(fmt::format("option {} of map_Kd is not read; ignored", parsed.ignored));
-        parsed.map.place = place();
-        parsed.map.library = library_;
-        map_ = std::make_shared<const TextureMap>(std::move(parsed.map));
+        if (rest.size() > 1 && rest.front() == '"' && rest.back() == '"')
+            rest = rest.substr(1, rest.size() - 2);
+        if (rest.empty() && problem.empty()) problem = "names no file";
+        if (!problem.empty())
+            return refuse(fmt::format("map_Kd {} {}", in_quotes(text), problem), "left out");
+        map.file = rest;
+        std::replace(map.file.begin(), map.file.end(), '\\', '/');
+        map.place = place();
+        map.library = library_;
+        map_ = std::make_shared<const TextureMap>(std::move(map));
     }
 
-    void warn_default(const std::string& what) {
-        odd_colours_.add([&] { return Warning{place(), what + "; taken as grey"}; });
-    }
-    void warn_map(const std::string& what) {
-        odd_maps_.add([&] { return Warning{place(), what}; });
+    /// Takes an option with its values. Returns false if there is no such option.
+    bool read_option(std::string_view& rest, TextureMap& map, std::string& problem) {
+        const std::string_view option = take_word(rest);
+        const std::string_view value = rest.substr(0, rest.find_first_of(kBlanks));
+        std::array<float, 2> turbulence = {};
+        bool is_good = true;
+        bool is_read = true;
+        if (option == "-clamp") {
+            map.clamp = value == "on";
+            is_good = map.clamp || value == "off";
+            take_word(rest);
+        } else if (option == "-s") {
+            is_good = take_numbers(rest, map.scale);
+        } else if (option == "-o") {
+            is_good = take_numbers(rest, map.offset);
+        } else if (option == "-t") {
+            is_good = take_numbers(rest, turbulence);
+            is_read = turbulence == std::array<float, 2>{};
+        } else {
+            const auto* const other =
+                std::find_if(std::begin(kOtherOptions), std::end(kOtherOptions),
+                             [&](const auto& known) { return known.first == option; });
+            if (other == std::end(kOtherOptions)) return false;
+            for (int i = 0; i < other->second; ++i) take_word(rest);
+            is_read = false;
+        }
+        if (!is_good) problem = fmt::format("has {} {}", option, in_quotes(value));
+        if (!is_read) warn(fmt::format("option {} of map_Kd is not read; ignored", option));
+        return true;
     }
 
     void end_material() {
@@ -144,8 +189,6 @@ private:
         map_.reset();
     }
 
-    static constexpr Albedo kWhite = 0x00FFFFFF;
-
     const std::filesystem::path& library_;
     const std::string& name_;
     const bool lenient_;
@@ -154,8 +197,7 @@ private:
     std::string_view material_;
     std::optional<Albedo> albedo_;
     std::shared_ptr<const TextureMap> map_;
-    WarningCount odd_colours_;
-    WarningCount odd_maps_;
+    WarningCount odd_;
     WarningCount black_maps_;
 };
 

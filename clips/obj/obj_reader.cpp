@@ -2,205 +2,343 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
-#include <cassert>
-#include <set>
+#include <cmath>
+#include <istream>
+#include <optional>
+#include <streambuf>
 #include <string>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
 
-#include "clips/obj/mtl_reader.h"
-#include "clips/obj/obj_checker.h"
-#include "clips/obj/obj_textures.h"
-#include "clips/obj/tiny_obj.h"
+#define TINYOBJLOADER_IMPLEMENTATION
+#include <tiny_obj_loader.h>
+
+#include "clips/mesh/mesh_rules.h"
+#include "clips/obj/obj_lines.h"
+#include "clips/obj/obj_materials.h"
 #include "common/base/errors.h"
 #include "common/base/hash.h"
 #include "common/base/input_file.h"
 #include "common/text/message_text.h"
-#include "common/text/text_parts.h"
+#include "common/text/number_text.h"
 
 namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Builds the mesh from the statements that tinyobjloader finds in checked text.
-class MeshBuilder : public ObjEvents {
+constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+
+bool is_blank(char c) { return c == ' ' || c == '\t'; }
+
+/// Takes the next word of a statement; empty at its end or at a comment.
+std::string_view next_word(std::string_view& rest) {
+    const auto* const begin = std::find_if_not(rest.begin(), rest.end(), is_blank);
+    if (begin == rest.end() || *begin == '#') return {};
+    const auto* const end = std::find_if(begin, rest.end(), is_blank);
+    rest = std::string_view(end, static_cast<std::size_t>(rest.end() - end));
+    return {begin, static_cast<std::size_t>(end - begin)};
+}
+
+/// Nine digits name more vertices than any file has, and fit an int.
+bool is_index(std::string_view text) {
+    if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
+    return !text.empty() && text.size() <= 9 &&
+           std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+/// Whether a word is v, v/vt, v//vn or v/vt/vn. Trailing numbers may be left out before a slash.
+bool is_corner(std::string_view word) {
+    for (int part = 0; part < 3; ++part) {
+        const std::size_t slash = std::min(word.find('/'), word.size());
+        const std::string_view number = word.substr(0, slash);
+        if (!is_index(number) && !(number.empty() && part > 0)) return false;
+        if (slash == word.size()) return true;
+        word.remove_prefix(slash + 1);
+    }
+    return false;
+}
+
+/// The place in an array of an index from 1, or relative to its end if negative; kNone if there is
+/// no such element yet.
+std::uint32_t place_of(int index, std::size_t size) {
+    const auto count = static_cast<std::int64_t>(size);
+    const std::int64_t at = index > 0 ? std::int64_t{index} - 1 : count + index;
+    return index != 0 && at >= 0 && at < count ? static_cast<std::uint32_t>(at) : kNone;
+}
+
+/// Parses vertices and passes faces and materials to tinyobjloader, a statement at a time, so that
+/// what it returns belongs to the current line.
+class ObjReader : private std::streambuf, private tinyobj::MaterialReader {
 public:
-    MeshBuilder(const fs::path& path, const MeshFileOptions& options, const CheckedObj& checked,
-                FileMesh& mesh)
-        : path_(path),
+    ObjReader(const fs::path& path, std::string_view text, const MeshFileOptions& options)
+        : name_(shown(path)),
+          lines_(text, name_),
           options_(options),
-          checked_(checked),
-          vertex_total_(checked.positions.size()),
-          name_(shown(path)),
-          mesh_(mesh),
-          textures_(name_, checked, mesh) {
-        mesh.faces.corners.reserve(checked.corner_count);
-        mesh.faces.corner_counts.reserve(checked.face_count);
-        mesh.albedo.reserve(checked.face_count);
-    }
+          rules_(options.lenient),
+          place_([this] { return lines_.place(); }),
+          materials_(path, options, mesh_) {}
 
-    void vertex() override { ++vertex_count_; }
-
-    void face(std::span<const int> indices) override {
-        const std::size_t first = mesh_.faces.corners.size();
-        const std::size_t first_checked =
-            std::exchange(next_checked_, next_checked_ + indices.size());
-        for (const int index : indices) {
-            const std::int64_t vertex =
-                index > 0 ? std::int64_t{index} - 1
-                          : static_cast<std::int64_t>(vertex_count_) + std::int64_t{index};
-            if (vertex < 0 || vertex >= static_cast<std::int64_t>(vertex_total_)) {
-                // A lenient check accepts indices that are too large.
-                out_of_range_.add([&] {
-                    return Warning{shown(path_), fmt::format("face with vertex {} of {}; left out",
-                                                             index, vertex_total_)};
-                });
-                mesh_.faces.corners.resize(first);
-                return;
-            }
-            mesh_.faces.corners.push_back(static_cast<std::uint32_t>(vertex));
-        }
-        if (options_.normals) {
-            number_corners(
-                first, std::span(checked_.corner_normals).subspan(first_checked, indices.size()));
-        }
-        mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(indices.size()));
-        mesh_.albedo.push_back(
-            options_.textures
-                ? textures_.add_face(
-                      std::span(checked_.corner_texcoords).subspan(first_checked, indices.size()))
-                : albedo_);
-    }
-
-    void use_material(std::string_view text) override {
-        if (!options_.materials) return;
-        const std::string name(trimmed(text, " \t"));
-        const auto material = materials_.find(name);
-        const Material used = material == materials_.end() ? Material{} : material->second;
-        albedo_ = used.albedo;
-        if (options_.textures) textures_.use(used);
-        if (material == materials_.end() && unknown_names_.size() < kMaxNamesTold &&
-            unknown_names_.insert(name).second) {
-            unknown_.add([&] {
-                return Warning{shown(path_),
-                               fmt::format("material {} is in no library; faces that use it are "
-                                           "grey",
-                                           in_quotes(name))};
-            });
-        }
-    }
-
-    void material_library(const std::string& text) override {
-        const std::string name(trimmed(text, " \t"));
-        if (!options_.materials || name.empty()) return;
-        fs::path file;
-        std::string bytes;
-        try {
-            file = side_file(path_, name);
-            if (!libraries_.insert(file.native()).second) return;
-            bytes = read_input_file(file, kMaxMtlBytes);
-        } catch (const Error& error) {
-            if (error.kind() != ErrorKind::kBadInput) throw;
-            unread_.add([&] {
-                return Warning{shown(path_), fmt::format("{}; its materials are grey",
-                                                         as_warning(error, shown(path_)).text)};
-            });
-            return;
-        }
-        read_mtl_text(bytes, file, shown(file), options_.lenient, options_.warn, materials_);
-    }
-
-    std::size_t vertex_count() const { return vertex_count_; }
-
-    /// Once all statements have been read.
-    void finish() {
-        unread_.tell(options_.warn);
-        unknown_.tell(options_.warn);
-        out_of_range_.tell(options_.warn);
-        textures_.finish(options_.warn);
-        if (!has_normals_) mesh_.smooth = {};
+    FileMesh read() {
+        std::istream stream(this);
+        // Errors of underflow() pass through.
+        stream.exceptions(std::ios::badbit);
+        tinyobj::callback_t callbacks;
+        callbacks.index_cb = [](void* reader, tinyobj::index_t* corners, int count) {
+            static_cast<ObjReader*>(reader)->add_face(
+                std::span(corners, static_cast<std::size_t>(count)));
+        };
+        callbacks.usemtl_cb = [](void* data, const char* material, int) {
+            ObjReader& reader = *static_cast<ObjReader*>(data);
+            reader.material_ = reader.materials_.use(material);
+        };
+        tinyobj::LoadObjWithCallback(stream, callbacks, this, this);
+        build_mesh();
+        return std::move(mesh_);
     }
 
 private:
-    static constexpr std::size_t kMaxNamesTold = 1000;
-
-    /// Gives the corners from `first` on, which have these normals, their numbers in mesh_.smooth.
-    void number_corners(std::size_t first, std::span<const std::uint32_t> normals) {
-        for (std::size_t i = 0; i < normals.size(); ++i) {
-            const auto next = static_cast<std::uint32_t>(mesh_.smooth.size());
-            std::uint32_t number = next;
-            if (normals[i] != kNoAttribute) {
-                has_normals_ = true;
-                const auto& n = checked_.normals[normals[i]];
-                const auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x); };
-                const Corner corner{mesh_.faces.corners[first + i], bits(n[0]), bits(n[1]),
-                                    bits(n[2])};
-                number = numbers_.try_emplace(corner, next).first->second;
-            }
-            mesh_.smooth.push_back(number);
-        }
-    }
-
-    /// A position and the bits of a normal.
     struct Corner {
         std::uint32_t vertex;
-        std::uint32_t x, y, z;
-        bool operator==(const Corner&) const = default;
+        std::uint32_t texcoord;
+        std::uint32_t normal;
     };
-    struct CornerHash {
-        std::size_t operator()(const Corner& corner) const {
+    struct Face {
+        std::uint32_t corner_count;
+        std::uint32_t material;
+    };
+    /// A vertex and the bits of its normal.
+    using SmoothCorner = std::array<std::uint32_t, 4>;
+    struct SmoothCornerHash {
+        std::size_t operator()(const SmoothCorner& corner) const {
             return static_cast<std::size_t>(hash_of(corner));
         }
     };
 
-    const fs::path& path_;
-    const MeshFileOptions& options_;
-    const CheckedObj& checked_;
-    const std::size_t vertex_total_;
+    /// The next statement for tinyobjloader.
+    int_type underflow() override {
+        for (passed_.clear(); passed_.empty();) {
+            if (lines_.at_end()) return traits_type::eof();
+            read_statement();
+        }
+        passed_ += '\n';
+        setg(passed_.data(), passed_.data(), passed_.data() + passed_.size());
+        return traits_type::to_int_type(passed_.front());
+    }
+
+    void read_statement() {
+        const std::string_view statement = lines_.next();
+        std::string_view rest = statement;
+        const std::string_view keyword = next_word(rest);
+        if (keyword == "f") return pass_face(rest);
+        if (statement.size() > kMaxObjLineBytes) {
+            lines_.fail(fmt::format("line of {} bytes; at most {} are read, is this an OBJ file?",
+                                    statement.size(), kMaxObjLineBytes));
+        }
+        if (keyword == "v") {
+            read_vertex(rest);
+        } else if (keyword == "vn" && options_.normals) {
+            read_normal(rest);
+        } else if (keyword == "vt" && options_.textures) {
+            read_texcoord(rest);
+        } else if (keyword == "usemtl" || keyword == "mtllib") {
+            if (!std::all_of(rest.begin(), rest.end(), is_blank)) passed_ = statement;
+        }
+    }
+
+    void read_vertex(std::string_view words) {
+        vec3 position(0.0f);
+        int count = 0;
+        for (auto word = next_word(words); !word.empty(); word = next_word(words)) {
+            const std::optional<float> number = parse_float(word);
+            if (!number) lines_.fail(not_a_number(word));
+            // Further numbers are a weight and a colour.
+            if (++count > 3) continue;
+            position[count - 1] = *number;
+            if (!MeshRules::is_good(*number)) rules_.take_bad_coordinate(*number, word, place_);
+        }
+        if (count < 3) {
+            lines_.fail(fmt::format(
+                "vertex of {} numbers where 3 are needed; is the file complete?", count));
+        }
+        mesh_.positions.push_back(position);
+    }
+
+    void read_normal(std::string_view words) {
+        for (std::uint32_t& bits : normals_.emplace_back()) {
+            const float value = parse_float(next_word(words)).value_or(0.0f);
+            // NaN equals nothing, and -0 is 0.
+            bits = std::bit_cast<std::uint32_t>(std::isnan(value) ? 0.0f : value + 0.0f);
+        }
+    }
+
+    void read_texcoord(std::string_view words) {
+        Texcoord& texcoord = texcoords_.emplace_back();
+        for (float* const component : {&texcoord.u, &texcoord.v}) {
+            const std::string_view word = next_word(words);
+            if (word.empty()) return;
+            const std::optional<float> number = parse_float(word);
+            if (number && std::isfinite(*number)) {
+                *component = *number;
+                continue;
+            }
+            odd_texcoords_.add([&] {
+                return Warning{lines_.place(),
+                               fmt::format("texture coordinate {} is not a finite number; "
+                                           "taken as 0",
+                                           in_quotes(word))};
+            });
+        }
+    }
+
+    /// Passes on what tinyobjloader, which checks nothing, reads correctly.
+    void pass_face(std::string_view words) {
+        passed_ = 'f';
+        std::uint64_t corners = 0;
+        for (auto word = next_word(words); !word.empty(); word = next_word(words)) {
+            if (!is_corner(word)) {
+                passed_.clear();
+                return rules_.leave_out(
+                    fmt::format("{} is not a corner; write v, v/vt, v//vn or v/vt/vn with indices "
+                                "of at most 9 digits",
+                                in_quotes(word)),
+                    place_);
+            }
+            // It would take the next word for the number after a slash.
+            while (word.ends_with('/')) word.remove_suffix(1);
+            passed_ += ' ';
+            passed_ += word;
+            ++corners;
+        }
+        // A file without a final line end may have been cut.
+        if (!rules_.keeps_face(corners, lines_.may_be_cut(), place_)) passed_.clear();
+    }
+
+    void add_face(std::span<const tinyobj::index_t> corners) {
+        const std::size_t first = corners_.size();
+        const std::size_t vertex_count = mesh_.positions.size();
+        for (const tinyobj::index_t& corner : corners) {
+            const int index = corner.vertex_index;
+            std::uint32_t vertex = place_of(index, vertex_count);
+            // A vertex may follow its faces.
+            if (index > 0) vertex = static_cast<std::uint32_t>(index - 1);
+            if (vertex == kNone) {
+                corners_.resize(first);
+                return rules_.leave_out(
+                    index == 0 ? "vertex 0; indices start at 1"
+                               : fmt::format("vertex {} relative to {} so far; is the file "
+                                             "complete?",
+                                             index, vertex_count),
+                    place_);
+            }
+            if (index > largest_index_) {
+                largest_index_ = index;
+                largest_index_line_ = lines_.line();
+            }
+            corners_.push_back({vertex, place_of(corner.texcoord_index, texcoords_.size()),
+                                place_of(corner.normal_index, normals_.size())});
+        }
+        rules_.count_face(corners.size(), place_);
+        faces_.push_back({static_cast<std::uint32_t>(corners.size()), material_});
+    }
+
+    bool operator()(const std::string& name, std::vector<tinyobj::material_t>*,
+                    std::map<std::string, int>*, std::string*, std::string*) override {
+        materials_.read_library(name);
+        // After a success it would read no more libraries of the line.
+        return false;
+    }
+
+    /// Makes the mesh of the faces, once all vertices are known.
+    void build_mesh() {
+        const std::size_t vertex_count = mesh_.positions.size();
+        if (!options_.lenient && static_cast<std::size_t>(largest_index_) > vertex_count) {
+            throw Error(
+                ErrorKind::kBadInput,
+                fmt::format("{}: vertex {} of {}; indices start at 1 and end at the number "
+                            "of vertices",
+                            lines_.place(largest_index_line_), largest_index_, vertex_count));
+        }
+        mesh_.faces.corners.reserve(corners_.size());
+        mesh_.faces.corner_counts.reserve(faces_.size());
+        mesh_.albedo.reserve(faces_.size());
+        std::span<const Corner> rest = corners_;
+        for (const Face& face : faces_) {
+            const std::span<const Corner> corners = rest.first(face.corner_count);
+            rest = rest.subspan(face.corner_count);
+            const auto is_missing = [&](const Corner& c) { return c.vertex >= vertex_count; };
+            if (std::any_of(corners.begin(), corners.end(), is_missing)) {
+                undefined_.add([&] {
+                    return Warning{name_, "face with vertices that are not there; left out"};
+                });
+                continue;
+            }
+            build_face(corners, face.material);
+        }
+        if (!has_normals_) mesh_.smooth = {};
+        rules_.tell(options_.warn);
+        undefined_.tell(options_.warn);
+        odd_texcoords_.tell(options_.warn);
+        materials_.finish();
+    }
+
+    void build_face(std::span<const Corner> corners, std::uint32_t material) {
+        texcoords_of_face_.clear();
+        for (const Corner& corner : corners) {
+            mesh_.faces.corners.push_back(corner.vertex);
+            if (options_.normals) mesh_.smooth.push_back(smooth_number(corner));
+            texcoords_of_face_.push_back(corner.texcoord == kNone ? nullptr
+                                                                  : &texcoords_[corner.texcoord]);
+        }
+        mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(corners.size()));
+        materials_.add_face(material, texcoords_of_face_);
+    }
+
+    /// The number of the first corner with this vertex and normal.
+    std::uint32_t smooth_number(const Corner& corner) {
+        const auto next = static_cast<std::uint32_t>(mesh_.smooth.size());
+        if (corner.normal == kNone) return next;
+        has_normals_ = true;
+        const auto& [x, y, z] = normals_[corner.normal];
+        return numbers_.try_emplace({corner.vertex, x, y, z}, next).first->second;
+    }
+
     const std::string name_;
-    FileMesh& mesh_;
-    ObjTextures textures_;
-    std::size_t vertex_count_ = 0;
-    std::unordered_map<Corner, std::uint32_t, CornerHash> numbers_;
+    ObjLines lines_;
+    const MeshFileOptions& options_;
+    MeshRules rules_;
+    const MeshRules::Place place_;
+    FileMesh mesh_;
+    ObjMaterials materials_;
+    /// The statement that tinyobjloader reads.
+    std::string passed_;
+    std::uint32_t material_ = 0;
+    std::vector<std::array<std::uint32_t, 3>> normals_;
+    std::vector<Texcoord> texcoords_;
+    std::vector<Corner> corners_;
+    std::vector<Face> faces_;
+    std::vector<const Texcoord*> texcoords_of_face_;
+    int largest_index_ = 0;
+    std::uint64_t largest_index_line_ = 0;
+    std::unordered_map<SmoothCorner, std::uint32_t, SmoothCornerHash> numbers_;
     bool has_normals_ = false;
-    /// Corners of the check that have passed.
-    std::size_t next_checked_ = 0;
-    Albedo albedo_ = kDefaultAlbedo;
-    MaterialMap materials_;
-    std::set<std::string> libraries_;
-    std::set<std::string> unknown_names_;
-    WarningCount unread_;
-    WarningCount unknown_;
-    WarningCount out_of_range_;
+    WarningCount odd_texcoords_;
+    WarningCount undefined_;
 };
 
 }  // namespace
 
 FileMesh read_obj(const fs::path& path, const MeshFileOptions& options) {
-    const std::string name = shown(path);
     HeldWarnings warnings;
     MeshFileOptions held = options;
     held.warn = warnings.keeper();
-
-    std::string text = read_input_file(path);
-    FileMesh mesh;
-    CheckedObj checked = check_obj(text, name,
-                                   {.lenient = held.lenient,
-                                    .normals = held.normals,
-                                    .texcoords = held.textures,
-                                    .warn = held.warn});
-    MeshBuilder builder(path, held, checked, mesh);
-    parse_obj_text(text, builder);
-    assert(builder.vertex_count() == checked.positions.size());
-    assert(held.lenient || mesh.faces.corners.size() == checked.corner_count);
-    builder.finish();
-    mesh.positions = std::move(checked.positions);
-    require_faces(mesh, name, "an OBJ file", held);
-
+    const std::string text = read_input_file(path);
+    FileMesh mesh = ObjReader(path, text, held).read();
+    require_faces(mesh, shown(path), "an OBJ file", held);
     warnings.tell(options.warn);
     return mesh;
 }

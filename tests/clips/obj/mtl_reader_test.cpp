@@ -78,6 +78,33 @@ TEST(MtlReader, OptionsOfTexturesThatAreNotReadAreAWarning) {
     EXPECT_EQ(library.warnings[0],
               "a.mtl:2: warning: option -mm of map_Kd is not read; ignored (and 1 more)");
 }
+TextureMap map_of(const std::string& arguments) {
+    return *read("newmtl a\nmap_Kd " + arguments + "\n").materials.at("a").map;
+}
+TEST(MtlReader, NamesOfTexturesMayHaveBlanksQuotesAndBackslashes) {
+    EXPECT_EQ(map_of("  a b.png\t").file, "a b.png");
+    EXPECT_EQ(map_of("\"a b.png\"").file, "a b.png");
+    EXPECT_EQ(map_of("C:\\x\\a.png").file, "C:/x/a.png");
+    EXPECT_EQ(map_of("-odd.png").file, "-odd.png");
+}
+TEST(MtlReader, ScalesOffsetsAndClampsOfTexturesAreRead) {
+    const TextureMap map = map_of("-s 2 3 1 -o 0.5 -clamp on -blendu on a b.png");
+    EXPECT_EQ(map.file, "a b.png");
+    EXPECT_EQ(map.scale, (std::array<float, 2>{2, 3}));
+    EXPECT_EQ(map.offset, (std::array<float, 2>{0.5f, 0}));
+    EXPECT_TRUE(map.clamp);
+    EXPECT_FALSE(map_of("-clamp off a.png").clamp);
+    // A file whose name is a number.
+    EXPECT_EQ(map_of("-s 2 3 4").file, "4");
+    EXPECT_EQ(map_of("-s 2 3 4").scale, (std::array<float, 2>{2, 3}));
+}
+TEST(MtlReader, TexturesWithoutTheirValuesAreRefused) {
+    for (const char* text : {"", "-s", "-s x a.png", "-o inf a.png", "-clamp a.png",
+                             "-clamp maybe a.png", "-mm 1 a.png", "-clamp on"}) {
+        const std::string message = message_of([&] { map_of(text); });
+        EXPECT_TRUE(message.starts_with("a.mtl:2: map_Kd ")) << text << ": " << message;
+    }
+}
 TEST(MtlReader, NulBytesAreRefused) {
     EXPECT_EQ(kind_of([] { read(std::string("newmtl a\0b\n", 11)); }), ErrorKind::kBadInput);
 }

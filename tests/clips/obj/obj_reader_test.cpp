@@ -9,7 +9,6 @@
 #include <locale>
 #include <numeric>
 
-#include "clips/obj/obj_checker.h"
 #include "clips/polygons/triangulate.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
@@ -178,7 +177,6 @@ TEST(ObjReader, VertexOfFewerThanThreeNumbersIsRefused) {
 }
 TEST(ObjReader, WeightAndVertexColourAreIgnored) {
     expect_the_triangle("v 0 0 0 1\nv 1 0 0 1 .5 .5 .5\nv 0 1 0 .2 .3 .4\nf 1 2 3\n");
-    EXPECT_TRUE(refused_at("v 1 2 3 4 5 6 7 8 9\n" + kTriangle, 1));
 }
 
 TEST(ObjReader, IndicesOutOfRangeAreRefused) {
@@ -206,23 +204,6 @@ TEST(ObjReader, CornersMayLackNumbersAndHaveASign) {
         read(kVertices + "vn 0 0 1\nvn 0 1 0\nf 1//+2 2// 3//\n", {.normals = true}).mesh;
     EXPECT_EQ(mesh.faces.corners, (std::vector<std::uint32_t>{0, 1, 2}));
 }
-TEST(ObjReader, EndMarksOfDosAreBlanks) {
-    for (const char* end : {"\x1a", "\n\x1a", "\r\n\x1a\x1a\n", " \x1a\n "})
-        expect_the_triangle(kVertices + "f 1 2 3" + end);
-    EXPECT_TRUE(refused_at(kVertices + "\x1a\nf 1 2 3\n", 4));
-}
-TEST(ObjReader, OldSpellingsOfNumbersThatAreNotFiniteAreKnown) {
-    for (const char* text : {"-1.#IND", "1.#QNAN", "-1.#IND00", "1.#INF", "-1.#INF0", "1.#SNAN"}) {
-        const std::string obj = std::string("v ") + text + " 0 0\n" + kVertices + "f 2 3 4\n";
-        EXPECT_TRUE(refused_at(obj, 1)) << text;
-        const Reading reading = read(obj, lenient());
-        ASSERT_EQ(reading.mesh.positions.size(), 4u);
-        EXPECT_FALSE(std::isfinite(reading.mesh.positions[0].x)) << text;
-        EXPECT_EQ(reading.warnings.size(), 1u);
-    }
-    for (const char* text : {"1.#", "1.#IN", "2.#INF", "1.#inf", "1.#INFx"})
-        EXPECT_TRUE(refused_at(std::string("v ") + text + " 0 0\n", 1)) << text;
-}
 TEST(ObjReader, LenientlyLeavesOutFacesThatCannotBeRead) {
     const Reading reading = read(kVertices +
                                      "f 1 2 3\nf 0 1 2\nf a b c\nf 1 2 4\nf 1\nf\nf -4 1 2\n"
@@ -240,7 +221,7 @@ TEST(ObjReader, IndexBeforeItsVertexIsAccepted) { expect_the_triangle("f 1 2 3\n
 TEST(ObjReader, AllFormsOfCornersAreRead) {
     const auto mesh = read(kVertices +
                            "vt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf 1//1 2//1 3//1\n"
-                           "f 1/1 2/1 3/1\nf 1/-1/-1 2/-1/-1 3/99/99999999999999\n")
+                           "f 1/1 2/1 3/1\nf 1/-1/-1 2/-1/-1 3/99/999999999\n")
                           .mesh;
     EXPECT_EQ(mesh.faces.corners, (std::vector<std::uint32_t>{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2}));
 }
@@ -277,11 +258,11 @@ TEST(ObjReader, BackslashContinuesALine) {
     expect_the_triangle("# a path such as C:\\\n" + kTriangle);
 }
 TEST(ObjReader, LineOfMoreThanAMebibyteIsRefused) {
-    const std::string blanks(kMaxLineBytes + 1, ' ');
+    const std::string blanks(kMaxObjLineBytes + 1, ' ');
     EXPECT_TRUE(refused_at("v 0 0 0 " + blanks + "\n" + kTriangle, 1));
     EXPECT_TRUE(refused_at("#" + blanks + "\n" + kTriangle, 1));
     EXPECT_TRUE(refused_at("o" + blanks + "\n" + kTriangle, 1));
-    EXPECT_TRUE(refused_at(std::string(kMaxLineBytes + 1, 'v'), 1));
+    EXPECT_TRUE(refused_at(std::string(kMaxObjLineBytes + 1, 'v'), 1));
     expect_the_triangle(fmt::format("#{:200000}\n", "x") + kTriangle);
 }
 TEST(ObjReader, NulAndControlBytesAreRefused) {
@@ -292,21 +273,18 @@ TEST(ObjReader, NulAndControlBytesAreRefused) {
 TEST(ObjReader, BlanksAndTrailingCommentsAreIgnored) {
     expect_the_triangle("  v\t0  0\t0 \n\tv 1 0 0\nv 0 1 0 # last\n f  1\t2 3  # 4\n");
 }
-TEST(ObjReader, OtherStatementsAreIgnoredAndUnknownOnesWarned) {
+TEST(ObjReader, OtherStatementsAreIgnored) {
     const Reading reading =
-        read("o x\ng y\ns off\np 1\nl 1 2\ncurv 0 1 1 2\nvt 0\nvn a b\nfoo bar\nbaz\n" + kTriangle);
+        read("o x\ng y\ns off\np 1\nl 1 2\ncurv 0 1 1 2\nvt 0\nvn a b\nfoo bar\n" + kTriangle);
     EXPECT_EQ(reading.mesh.faces.corner_counts.size(), 1u);
-    ASSERT_EQ(reading.warnings.size(), 1u);
-    EXPECT_TRUE(reading.warnings[0].ends_with(
-        "a.obj:9: warning: unknown statement 'foo'; ignored (and 1 more)"))
-        << reading.warnings[0];
+    EXPECT_TRUE(reading.warnings.empty());
 }
 TEST(ObjReader, ErrorSuppressesWarnings) {
     int warnings = 0;
     const TemporaryFolder folder;
     MeshFileOptions options;
     options.warn = [&](const Warning&) { ++warnings; };
-    EXPECT_EQ(kind_of([&] { read_obj(folder.write("a.obj", "foo\nbar\n"), options); }),
+    EXPECT_EQ(kind_of([&] { read_obj(folder.write("a.obj", "usemtl x\nf 1 2\n"), options); }),
               ErrorKind::kBadInput);
     EXPECT_EQ(warnings, 0);
 }
@@ -348,16 +326,6 @@ TEST(ObjReader, DecimalsDoNotDependOnTheLocale) {
     }
     std::locale::global(before);
     std::setlocale(LC_ALL, c_locale.c_str());
-}
-
-TEST(ObjChecker, MoreTrianglesThanTheLimitAreRefused) {
-    ObjCheckOptions options;
-    options.max_triangles = 4;
-    std::string four = kVertices + "f 1 2 3 1 2\nf 1 2 3\n";
-    EXPECT_EQ(kind_of([&] { check_obj(four, "a.obj", options); }), std::nullopt);
-    std::string five = kVertices + "f 1 2 3 1 2\nf 1 2 3 1\n";
-    EXPECT_EQ(kind_of([&] { check_obj(five, "a.obj", options); }), ErrorKind::kLimit);
-    EXPECT_EQ(kMaxTriangles, std::uint64_t{1} << 28);
 }
 
 MeshFileOptions with_normals() {

@@ -1,0 +1,73 @@
+// The statements of an OBJ text.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "common/base/errors.h"
+
+namespace mray {
+
+/// Splits a text into statements and refuses what is no text. `name` is the file in messages.
+class ObjLines {
+public:
+    ObjLines(std::string_view text, std::string name) : rest_(text), name_(std::move(name)) {
+        if (rest_.starts_with("\xEF\xBB\xBF")) rest_.remove_prefix(3);
+    }
+
+    bool at_end() const { return rest_.empty(); }
+    /// The next statement: one line, or several lines that all but the last end in a backslash.
+    /// It has no blanks in front, and is valid until the next call.
+    std::string_view next() {
+        line_ = next_line_;
+        std::string_view statement = take_line();
+        statement.remove_prefix(std::min(statement.find_first_not_of(" \t\f"), statement.size()));
+        if (!statement.ends_with('\\') || statement.starts_with('#') || at_end()) return statement;
+        joined_ = statement;
+        while (joined_.ends_with('\\') && !at_end()) {
+            joined_.back() = ' ';
+            joined_ += take_line();
+        }
+        return joined_;
+    }
+
+    /// The line that the current statement begins in.
+    std::uint64_t line() const { return line_; }
+    /// Whether the current statement ends the file without a line end.
+    bool may_be_cut() const { return !has_line_end_; }
+    std::string place() const { return place(line_); }
+    std::string place(std::uint64_t line) const { return fmt::format("{}:{}", name_, line); }
+    [[noreturn]] void fail(const std::string& what) const {
+        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place(), what));
+    }
+
+private:
+    std::string_view take_line() {
+        ++next_line_;
+        std::size_t length = 0;
+        for (; length < rest_.size() && rest_[length] != '\n' && rest_[length] != '\r'; ++length) {
+            const auto c = static_cast<unsigned char>(rest_[length]);
+            if (c == 0) fail("NUL byte; this is binary data or UTF-16, save it as UTF-8 text");
+            if (c < 32 && c != '\t' && c != '\f')
+                fail(fmt::format("control character 0x{:02X}; this is no text file", c));
+        }
+        const std::string_view line = rest_.substr(0, length);
+        has_line_end_ = length < rest_.size();
+        rest_.remove_prefix(length);
+        if (has_line_end_) rest_.remove_prefix(rest_.starts_with("\r\n") ? 2 : 1);
+        return line;
+    }
+
+    std::string_view rest_;
+    const std::string name_;
+    std::uint64_t line_ = 1;
+    std::uint64_t next_line_ = 1;
+    bool has_line_end_ = false;
+    std::string joined_;
+};
+
+}  // namespace mray
