@@ -21,21 +21,18 @@ enum class PlyScalar : std::uint8_t {
     kFloat,
     kDouble,
 };
-std::size_t size_of(PlyScalar type);
 constexpr bool is_integer(PlyScalar type) { return type < PlyScalar::kFloat; }
+constexpr std::size_t size_of(PlyScalar type) {
+    if (type == PlyScalar::kDouble) return 8;
+    return type >= PlyScalar::kInt32 ? 4 : type >= PlyScalar::kInt16 ? 2 : 1;
+}
 
 /// The use of a property's values.
 enum class PlyRole : std::uint8_t {
     kNone,
-    kX,
-    kY,
-    kZ,
-    kNormalX,
-    kNormalY,
-    kNormalZ,
-    kRed,
-    kGreen,
-    kBlue,
+    kPosition,
+    kNormal,
+    kColour,
     /// The corners of a face.
     kFace,
     /// The corners of strips of triangles.
@@ -47,22 +44,21 @@ struct PlyProperty {
     PlyScalar type = PlyScalar::kFloat;
     /// The type of the number of entries; a scalar has none.
     std::optional<PlyScalar> count_type = {};
-    /// Line of the header, from 1.
-    std::uint64_t line = 0;
     PlyRole role = PlyRole::kNone;
+    /// Of x y z, nx ny nz or red green blue.
+    int axis = 0;
 };
 
 struct PlyElement {
     std::string name;
     std::uint64_t count = 0;
     std::vector<PlyProperty> properties = {};
+    /// Line of the header, from 1.
     std::uint64_t line = 0;
 
-    /// For messages: in quotes unless it is an element that is read.
-    std::string shown_name() const;
-    bool has_lists() const;
-    /// The bytes of one item of a binary file; lists as if they were empty.
-    std::uint64_t least_bytes() const;
+    bool is_read() const;
+    /// Whether there are all three properties of a role.
+    bool has_all(PlyRole role) const;
 };
 
 struct PlyHeader {
@@ -70,20 +66,11 @@ struct PlyHeader {
     std::vector<PlyElement> elements;
     /// The bytes of the header, with the end of its last line, and its lines.
     std::uint64_t size = 0;
-    std::uint64_t line_count = 0;
+    std::uint64_t line_count = 1;
 };
 
-/// A longer header is refused.
-inline constexpr std::uint64_t kMaxPlyHeaderBytes = std::uint64_t{1} << 20;
-
-/// Parses the header at the beginning of `text` and gives properties their roles. `text` is the
-/// whole file or its first kMaxPlyHeaderBytes; lines end as the first one does. `name` is the file
-/// in messages.
-///
-/// Throws Error(kBadInput) with file and line for anything but the statements ply, format (ascii,
-/// binary_little_endian, binary_big_endian, 1.0), comment, obj_info, element, property and
-/// end_header in their order; for types that are not known, lists whose numbers of entries are no
-/// integers, indices that are no integers, names given twice, and vertices without x, y and z.
+/// Parses the header at the beginning of a file and gives properties their roles. Lines end as the
+/// first one does. `name` is the file in messages. Throws Error(kBadInput) with file and line.
 PlyHeader parse_ply_header(std::string_view text, const std::string& name);
 
 }  // namespace mray

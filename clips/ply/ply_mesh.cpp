@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cassert>
 #include <cmath>
 #include <unordered_map>
 
@@ -15,26 +14,18 @@
 namespace mray {
 namespace {
 
-constexpr std::array kColours = {PlyRole::kRed, PlyRole::kGreen, PlyRole::kBlue};
-constexpr std::array kNormals = {PlyRole::kNormalX, PlyRole::kNormalY, PlyRole::kNormalZ};
-
-const PlyProperty* property_of(const PlyElement& element, PlyRole role) {
-    const auto found =
-        std::find_if(element.properties.begin(), element.properties.end(),
-                     [&](const PlyProperty& property) { return property.role == role; });
-    return found == element.properties.end() ? nullptr : &*found;
+/// Whether channels have types whose meaning is known.
+bool are_channels(const PlyElement& vertices) {
+    return std::all_of(vertices.properties.begin(), vertices.properties.end(),
+                       [](const PlyProperty& property) {
+                           return property.role != PlyRole::kColour ||
+                                  property.type == PlyScalar::kUint8 || !is_integer(property.type);
+                       });
 }
 
-bool has_all(const PlyElement& element, std::span<const PlyRole> roles) {
-    return std::all_of(roles.begin(), roles.end(),
-                       [&](PlyRole role) { return property_of(element, role) != nullptr; });
-}
-
-void drop(PlyElement& element, std::span<const PlyRole> roles) {
-    for (PlyProperty& property : element.properties) {
-        if (std::find(roles.begin(), roles.end(), property.role) != roles.end())
-            property.role = PlyRole::kNone;
-    }
+void drop(PlyElement& element, PlyRole role) {
+    for (PlyProperty& property : element.properties)
+        if (property.role == role) property.role = PlyRole::kNone;
 }
 
 /// A position and the bits of a normal.
@@ -51,88 +42,56 @@ struct SmoothCornerHash {
 }  // namespace
 
 PlyMesh::PlyMesh(PlyHeader& header, const std::string& name, const MeshFileOptions& options)
-    : name_(name), options_(options), rules_(options.lenient) {
+    : options_(options), rules_(options.lenient) {
     for (PlyElement& element : header.elements) {
         if (element.name != "vertex") continue;
-        vertex_count_ = static_cast<std::size_t>(element.count);
-        drop_colours(element);
-        drop_normals(element);
-    }
-}
-
-void PlyMesh::drop_colours(PlyElement& vertices) {
-    has_colours_ = options_.materials && has_all(vertices, kColours);
-    if (has_colours_) {
-        for (const PlyRole role : kColours) {
-            const PlyProperty& property = *property_of(vertices, role);
-            if (property.type == PlyScalar::kUint8 || !is_integer(property.type)) continue;
-            has_colours_ = false;
-            options_.warn({fmt::format("{}:{}", name_, property.line),
-                           "colours of this type are not read, only uchar, float and double; "
-                           "taken as grey"});
-            break;
+        bool has_colours = options.materials && element.has_all(PlyRole::kColour);
+        if (has_colours && !are_channels(element)) {
+            has_colours = false;
+            options.warn({fmt::format("{}:{}", name, element.line),
+                          "colours of this type are not read, only uchar, float and double; "
+                          "taken as grey"});
         }
+        const bool has_normals = options.normals && element.has_all(PlyRole::kNormal);
+        if (!has_colours) drop(element, PlyRole::kColour);
+        if (!has_normals) drop(element, PlyRole::kNormal);
+        const auto count = static_cast<std::size_t>(element.count);
+        mesh_.positions.resize(count);
+        if (has_colours) mesh_.vertex_colours.resize(count);
+        if (has_normals) normals_.resize(count);
     }
-    if (!has_colours_) drop(vertices, kColours);
-}
-
-void PlyMesh::drop_normals(PlyElement& vertices) {
-    has_normals_ = options_.normals && has_all(vertices, kNormals);
-    if (!has_normals_) drop(vertices, kNormals);
-}
-
-void PlyMesh::make_vertices() {
-    mesh_.positions.resize(vertex_count_);
-    if (has_colours_) mesh_.vertex_colours.resize(vertex_count_);
-    if (has_normals_) normals_.resize(vertex_count_);
 }
 
 std::vector<vec3>& PlyMesh::components(PlyRole role) {
-    if (role >= PlyRole::kRed) return mesh_.vertex_colours;
-    return role >= PlyRole::kNormalX ? normals_ : mesh_.positions;
+    if (role == PlyRole::kColour) return mesh_.vertex_colours;
+    return role == PlyRole::kNormal ? normals_ : mesh_.positions;
 }
 
-int PlyMesh::axis_of(PlyRole role) {
-    assert(role >= PlyRole::kX && role <= PlyRole::kBlue);
-    return (static_cast<int>(role) - static_cast<int>(PlyRole::kX)) % 3;
-}
-
-void PlyMesh::check_vertices(std::size_t begin, std::size_t end,
-                             const std::function<std::string(std::size_t)>& place_of) {
-    const bool is_good =
-        MeshRules::are_good(std::span(mesh_.positions).subspan(begin, end - begin));
-    for (std::size_t i = begin; i < end && !is_good; ++i) {
-        for (int axis = 0; axis < 3; ++axis) {
-            const float value = mesh_.positions[i][axis];
-            if (!MeshRules::is_good(value))
-                rules_.take_bad_coordinate(value, fmt::format("{}", value),
-                                           [&] { return place_of(i); });
+void PlyMesh::check_vertex(std::size_t vertex, const Place& place) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const float value = mesh_.positions[vertex][axis];
+        if (!MeshRules::is_good(value))
+            rules_.take_bad_coordinate(value, fmt::format("{}", value), place);
+        if (mesh_.vertex_colours.empty()) continue;
+        float& channel = mesh_.vertex_colours[vertex][axis];
+        if (std::isfinite(channel)) continue;
+        constexpr const char* kWhat = "colour of a vertex is not finite";
+        if (!options_.lenient) {
+            throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; repair it", place(), kWhat),
+                        Remedy::kLenient);
         }
+        odd_channels_.add([&] { return Warning{place(), fmt::format("{}; taken as 0", kWhat)}; });
+        channel = 0;
     }
-    for (std::size_t i = begin; i < end && has_colours_; ++i) {
-        for (int axis = 0; axis < 3; ++axis)
-            check_channel(mesh_.vertex_colours[i][axis], [&] { return place_of(i); });
-    }
-}
-
-void PlyMesh::check_channel(float& value, const Place& place) {
-    if (std::isfinite(value)) return;
-    constexpr const char* kWhat = "colour of a vertex is not finite";
-    if (!options_.lenient) {
-        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; repair it", place(), kWhat),
-                    Remedy::kLenient);
-    }
-    odd_channels_.add([&] { return Warning{place(), fmt::format("{}; taken as 0", kWhat)}; });
-    value = 0;
 }
 
 void PlyMesh::add_face(std::span<const std::int64_t> corners, const Place& place) {
     if (!rules_.keeps_face(corners.size(), false, place)) return;
     for (const std::int64_t corner : corners) {
-        if (corner >= 0 && static_cast<std::size_t>(corner) < vertex_count_) continue;
+        if (corner >= 0 && static_cast<std::size_t>(corner) < vertex_count()) continue;
         rules_.leave_out(fmt::format("vertex {} of {}; indices start at 0 and end below the "
                                      "number of vertices",
-                                     corner, vertex_count_),
+                                     corner, vertex_count()),
                          place);
         return;
     }
@@ -142,15 +101,14 @@ void PlyMesh::add_face(std::span<const std::int64_t> corners, const Place& place
     mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(corners.size()));
 }
 
-void PlyMesh::add_triangles(std::span<const std::uint32_t> corners, const Place& place) {
-    rules_.count_triangles(corners.size() / 3, place);
-    mesh_.faces.corners.insert(mesh_.faces.corners.end(), corners.begin(), corners.end());
-    mesh_.faces.corner_counts.insert(mesh_.faces.corner_counts.end(), corners.size() / 3, 3);
+void PlyMesh::reserve_triangles(std::size_t count) {
+    mesh_.faces.corners.reserve(3 * count);
+    mesh_.faces.corner_counts.reserve(count);
 }
 
-void PlyMesh::reserve_triangles(std::uint64_t count) {
-    mesh_.faces.corners.reserve(static_cast<std::size_t>(3 * count));
-    mesh_.faces.corner_counts.reserve(static_cast<std::size_t>(count));
+void PlyMesh::count_triangles(std::size_t count, const Place& place) {
+    rules_.count_triangles(count, place);
+    mesh_.faces.corner_counts.insert(mesh_.faces.corner_counts.end(), count, 3);
 }
 
 void PlyMesh::add_strips(std::span<const std::int64_t> corners, const Place& place) {
@@ -168,7 +126,7 @@ void PlyMesh::number_corners() {
     const std::vector<std::uint32_t>& corners = mesh_.faces.corners;
     // The first corner of a vertex, and of each position and normal.
     constexpr std::uint32_t kNone = 0xFFFFFFFFu;
-    std::vector<std::uint32_t> numbers(vertex_count_, kNone);
+    std::vector<std::uint32_t> numbers(vertex_count(), kNone);
     std::unordered_map<SmoothCorner, std::uint32_t, SmoothCornerHash> firsts;
     mesh_.smooth.reserve(corners.size());
     for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -193,7 +151,7 @@ void PlyMesh::number_corners() {
 FileMesh PlyMesh::finish() {
     rules_.tell(options_.warn);
     odd_channels_.tell(options_.warn);
-    if (has_normals_) number_corners();
+    if (!normals_.empty()) number_corners();
     return std::move(mesh_);
 }
 

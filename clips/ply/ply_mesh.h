@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,55 +17,34 @@ public:
     using Place = MeshRules::Place;
 
     /// Takes the roles of properties that are not read away from `header`: those that the options
-    /// do not want, and colours and normals that are not complete. `name` is the file in messages;
-    /// keeps references to it and to the options.
+    /// do not want, and colours and normals that are not complete. The number of vertices has been
+    /// checked against the size of the file. `name` is the file in messages. Keeps a reference to
+    /// the options.
     PlyMesh(PlyHeader& header, const std::string& name, const MeshFileOptions& options);
 
-    /// Makes room for all vertices; their number has been checked against the size of the file.
-    void make_vertices();
-
-    std::size_t vertex_count() const { return vertex_count_; }
-    /// The three components of each vertex that a role has to do with: positions, normals, colours.
+    std::size_t vertex_count() const { return mesh_.positions.size(); }
+    /// The components of each vertex that a role has to do with.
     std::vector<vec3>& components(PlyRole role);
-    static int axis_of(PlyRole role);
-    /// A channel of 8 bits, whose square is linear as those of images.
-    static float linear_channel(std::uint8_t value) {
-        const float channel = static_cast<float>(value) / 255.0f;
-        return channel * channel;
-    }
-
-    /// Checks the vertices in [begin, end). `place_of` gives the place of a vertex in the file.
-    void check_vertices(std::size_t begin, std::size_t end,
-                        const std::function<std::string(std::size_t)>& place_of);
-    void check_coordinate(float value, std::string_view text, const Place& place) {
-        if (!MeshRules::is_good(value)) rules_.take_bad_coordinate(value, text, place);
-    }
-    /// Throws Error(kBadInput) for a channel that is not finite, or if lenient makes it 0 and
-    /// counts a warning.
-    void check_channel(float& value, const Place& place);
+    /// Checks a vertex that has been read.
+    void check_vertex(std::size_t vertex, const Place& place);
 
     /// Adds a face if the rules keep it.
     void add_face(std::span<const std::int64_t> corners, const Place& place);
-    /// Adds faces of three corners each, which are below vertex_count().
-    void add_triangles(std::span<const std::uint32_t> corners, const Place& place);
-    /// Makes room for triangles, whose number has been checked against the size of the file.
-    void reserve_triangles(std::uint64_t count);
     /// Adds the triangles of strips that -1 separates; every second one is turned.
     void add_strips(std::span<const std::int64_t> corners, const Place& place);
+    void reserve_triangles(std::size_t count);
+    /// Where to append the corners of triangles, which are below vertex_count().
+    std::vector<std::uint32_t>& corners() { return mesh_.faces.corners; }
+    /// Counts the triangles that have been appended.
+    void count_triangles(std::size_t count, const Place& place);
 
     /// The mesh, once all has been read. Gives the warnings.
     FileMesh finish();
 
 private:
-    void drop_colours(PlyElement& vertices);
-    void drop_normals(PlyElement& vertices);
     void number_corners();
 
-    const std::string& name_;
     const MeshFileOptions& options_;
-    std::size_t vertex_count_ = 0;
-    bool has_colours_ = false;
-    bool has_normals_ = false;
     std::vector<vec3> normals_;
     FileMesh mesh_;
     MeshRules rules_;

@@ -215,7 +215,7 @@ TEST(PlyReader, TrianglesHaveTheMeanOfTheColoursOfTheirVertices) {
         vertices.properties[3] = "int red";
         const Reading reading = read(ply(encoding, {vertices, faces}));
         ASSERT_EQ(reading.warnings.size(), 1u);
-        EXPECT_NE(reading.warnings[0].find("a.ply:7: warning: colours of this type"),
+        EXPECT_NE(reading.warnings[0].find("a.ply:3: warning: colours of this type"),
                   std::string::npos);
         EXPECT_TRUE(reading.mesh.vertex_colours.empty());
         vertices.properties[3] = "float r";
