@@ -1,4 +1,4 @@
-// The statements of an OBJ text.
+// The statements of an OBJ text, and their words.
 #pragma once
 
 #include <fmt/format.h>
@@ -69,5 +69,35 @@ private:
     bool has_line_end_ = false;
     std::string joined_;
 };
+
+inline bool is_blank(char c) { return c == ' ' || c == '\t'; }
+
+/// Takes the next word of a statement; empty at its end or at a comment.
+inline std::string_view next_word(std::string_view& rest) {
+    const auto* const begin = std::find_if_not(rest.begin(), rest.end(), is_blank);
+    if (begin == rest.end() || *begin == '#') return {};
+    const auto* const end = std::find_if(begin, rest.end(), is_blank);
+    rest = std::string_view(end, static_cast<std::size_t>(rest.end() - end));
+    return {begin, static_cast<std::size_t>(end - begin)};
+}
+
+/// Nine digits name more vertices than any file has, and fit an int.
+inline bool is_index(std::string_view text) {
+    if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
+    return !text.empty() && text.size() <= 9 &&
+           std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+/// Whether a word is v, v/vt, v//vn or v/vt/vn. Trailing numbers may be left out before a slash.
+inline bool is_corner(std::string_view word) {
+    for (int part = 0; part < 3; ++part) {
+        const std::size_t slash = std::min(word.find('/'), word.size());
+        const std::string_view number = word.substr(0, slash);
+        if (!is_index(number) && !(number.empty() && part > 0)) return false;
+        if (slash == word.size()) return true;
+        word.remove_prefix(slash + 1);
+    }
+    return false;
+}
 
 }  // namespace mray

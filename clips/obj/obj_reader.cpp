@@ -33,36 +33,6 @@ namespace fs = std::filesystem;
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
-bool is_blank(char c) { return c == ' ' || c == '\t'; }
-
-/// Takes the next word of a statement; empty at its end or at a comment.
-std::string_view next_word(std::string_view& rest) {
-    const auto* const begin = std::find_if_not(rest.begin(), rest.end(), is_blank);
-    if (begin == rest.end() || *begin == '#') return {};
-    const auto* const end = std::find_if(begin, rest.end(), is_blank);
-    rest = std::string_view(end, static_cast<std::size_t>(rest.end() - end));
-    return {begin, static_cast<std::size_t>(end - begin)};
-}
-
-/// Nine digits name more vertices than any file has, and fit an int.
-bool is_index(std::string_view text) {
-    if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
-    return !text.empty() && text.size() <= 9 &&
-           std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
-}
-
-/// Whether a word is v, v/vt, v//vn or v/vt/vn. Trailing numbers may be left out before a slash.
-bool is_corner(std::string_view word) {
-    for (int part = 0; part < 3; ++part) {
-        const std::size_t slash = std::min(word.find('/'), word.size());
-        const std::string_view number = word.substr(0, slash);
-        if (!is_index(number) && !(number.empty() && part > 0)) return false;
-        if (slash == word.size()) return true;
-        word.remove_prefix(slash + 1);
-    }
-    return false;
-}
-
 /// The place in an array of an index from 1, or relative to its end if negative; kNone if there is
 /// no such element yet.
 std::uint32_t place_of(int index, std::size_t size) {

@@ -9,7 +9,7 @@
 #include <locale>
 #include <numeric>
 
-#include "clips/polygons/triangulate.h"
+#include "clips/mesh/mesh_rules.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
@@ -326,6 +326,15 @@ TEST(ObjReader, DecimalsDoNotDependOnTheLocale) {
     }
     std::locale::global(before);
     std::setlocale(LC_ALL, c_locale.c_str());
+}
+
+TEST(MeshRules, MoreTrianglesThanTheLimitAreRefused) {
+    MeshRules rules(false, 4);
+    const auto place = [] { return std::string("a.obj:1"); };
+    rules.count_face(5, place);
+    rules.count_face(3, place);
+    EXPECT_EQ(kind_of([&] { rules.count_face(3, place); }), ErrorKind::kLimit);
+    EXPECT_EQ(kMaxTriangles, std::uint64_t{1} << 28);
 }
 
 MeshFileOptions with_normals() {

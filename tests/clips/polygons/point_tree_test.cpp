@@ -1,4 +1,4 @@
-#include "clips/polygons/point_tree.h"
+#include "clips/polygons/ear_clipper.h"
 
 #include <gtest/gtest.h>
 
