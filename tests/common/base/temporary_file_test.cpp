@@ -33,27 +33,6 @@ pid_t ended_process() {
     return child;
 }
 
-TEST(TemporaryFile, VanishesUnlessItIsRenamed) {
-    TemporaryFolder folder;
-    {
-        const TemporaryFile file(folder.path());
-        ASSERT_TRUE(file.is_open());
-    }
-    EXPECT_TRUE(folder.names().empty());
-}
-
-TEST(TemporaryFile, TakesThePlaceOfItsTarget) {
-    TemporaryFolder folder;
-    folder.write("target", "old");
-    TemporaryFile file(folder.path());
-    ASSERT_EQ(::write(file.fd(), "new", 3), 3);
-    EXPECT_EQ(file.rename_to(folder.file("target")), 0);
-    EXPECT_EQ(folder.names(), std::vector<std::string>{"target"});
-    std::string text;
-    std::ifstream(folder.file("target")) >> text;
-    EXPECT_EQ(text, "new");
-}
-
 TEST(TemporaryFile, PassesByNamesThatExist) {
     TemporaryFolder folder;
     const std::string taken = name_on(this_host(), ::getpid());
@@ -61,13 +40,6 @@ TEST(TemporaryFile, PassesByNamesThatExist) {
     TemporaryFile file(folder.path());
     EXPECT_EQ(file.rename_to(folder.file("target")), 0);
     EXPECT_EQ(folder.names(), (std::vector<std::string>{taken, "target"}));
-}
-
-TEST(TemporaryFile, LeavesNothingIfItCannotBeRenamed) {
-    TemporaryFolder folder;
-    TemporaryFile file(folder.path());
-    EXPECT_EQ(file.rename_to(folder.file("none/target")), ENOENT);
-    EXPECT_TRUE(TemporaryFile(folder.path()).is_open());
 }
 
 TEST(StrayFiles, OfEndedProcessesOfThisHostAreRemovedBeforeOutputsAreWritten) {

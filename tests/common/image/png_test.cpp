@@ -47,22 +47,6 @@ TEST(Png, DecodesToTheSamePixels) {
     }
 }
 
-TEST(Png, OfASmoothImageIsSmallerThanItsPixels) {
-    Image image{256, 256, {}};
-    for (std::uint32_t y = 0; y < 256; ++y) {
-        for (std::uint32_t x = 0; x < 256; ++x) {
-            image.pixels.push_back(x | y << 8 | (x + y) / 2 << 16 | 0xFF000000);
-        }
-    }
-    expect_round_trip(image);
-    EXPECT_LT(encode_png(image).size(), 256u * 256u * 3u / 4u);
-}
-
-TEST(Png, OfEqualImagesIsEqual) {
-    const Image image = noise(64, 64, 0xFF000000, 1);
-    EXPECT_EQ(encode_png(image), encode_png(image));
-}
-
 /// The texts of a PNG file, by libpng.
 std::vector<std::pair<std::string, std::string>> texts_in(const std::vector<std::byte>& file) {
     png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);

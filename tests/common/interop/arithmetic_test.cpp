@@ -17,34 +17,6 @@ using test::Random;
 
 double ulp(double x) { return std::ldexp(1.0, std::ilogb(x) - 23); }
 
-TEST(Constants, AreThePowersOfTwoThatTheirCommentsSay) {
-    EXPECT_EQ(kSceneExtent, 0x1p20f);
-    EXPECT_EQ(kInvalidCoordinate, 0x1p40f);
-    EXPECT_EQ(kOriginExtent, 0x1p40f);
-    EXPECT_EQ(kCoordinateOnGrid, 0x1p-17f);
-    EXPECT_EQ(kCoordinateSnap, 0x1.8p-16f);
-    EXPECT_EQ(kDirectionOnGrid, 0x1p-23f);
-    EXPECT_EQ(kDirectionSnap, 0x1.8p-22f);
-    EXPECT_EQ(kProjectedOnGrid, 0x1p-40f);
-    EXPECT_EQ(kProjectedSnap, 0x1.8p-39f);
-    EXPECT_EQ(kFastProjectionError, 0x1.1p-21f);
-    EXPECT_EQ(kFastProjectionFloor, 0x1p-49f);
-    EXPECT_EQ(kWeightRounding, 0x1p-21f);
-    EXPECT_EQ(kMeanRounding, 0x1p-21f);
-    EXPECT_EQ(kEmptyPlane, 0x1p48f);
-    EXPECT_EQ(kHugeReciprocal, 0x1p64f);
-    EXPECT_EQ(kPadOfExtent, 0x1p-22f);
-    EXPECT_EQ(kPadOfPlane, 0x1p-23f);
-    EXPECT_EQ(kDilationOfOrigin, 0x1p-24f);
-    EXPECT_EQ(kDilationOfExtent, 0x1p-40f);
-    EXPECT_EQ(kSlabRounding, 0x1.000008p0f);
-    EXPECT_EQ(kDepthRounding, 0x1.00001p0f);
-    EXPECT_EQ(kBoxDilation, 0x1p-19f);
-    EXPECT_EQ(kDepthMargin, 0x1p-13f);
-    EXPECT_EQ(kSurfaceOffset, 0x1p-16f);
-    EXPECT_EQ(kInfiniteT, 0x1p100f);
-}
-
 [[gnu::noinline]] float product_plus(float a, float b, float c) { return a * b + c; }
 [[gnu::noinline]] float minus_product(float a, float b, float c) { return c - a * b; }
 [[gnu::noinline]] float dot(const vec3& a, const vec3& b) { return dot3(a, b); }

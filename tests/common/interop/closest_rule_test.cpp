@@ -168,25 +168,5 @@ TEST(ClosestRule, GivesAnEdgeTheSameBitsInAllTriangles) {
     EXPECT_EQ(different, 0u);
 }
 
-TEST(ClosestRule, TellsFacesEdgesAndVertices) {
-    const vec3 a(0, 0, 0);
-    const vec3 b(4, 0, 0);
-    const vec3 c(0, 4, 0);
-    const NearPoint face = closest_on_triangle({1, 1, 3}, a, b, c);
-    EXPECT_EQ(face.d2, 9);
-    EXPECT_EQ(face.u, 0.25f);
-    EXPECT_EQ(face.v, 0.25f);
-    const NearPoint edge = closest_on_triangle({1, -2, 0}, a, b, c);
-    EXPECT_EQ(edge.d2, 4);
-    EXPECT_EQ(edge.u, 0.25f);
-    EXPECT_EQ(edge.v, 0);
-    const NearPoint hypotenuse = closest_on_triangle({4, 4, 0}, a, b, c);
-    EXPECT_EQ(hypotenuse.u + hypotenuse.v, 1);
-    const NearPoint vertex = closest_on_triangle({-1, 7, 0}, a, b, c);
-    EXPECT_EQ(vertex.v, 1);
-    EXPECT_EQ(vertex.d2, 10);
-    EXPECT_EQ(closest_on_triangle({3, 0, 4}, a, a, a).d2, 25);
-}
-
 }  // namespace
 }  // namespace mray::test

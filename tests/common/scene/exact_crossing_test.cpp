@@ -6,8 +6,6 @@
 #include <cstdint>
 #include <limits>
 
-#include "common/interop/winding_rule.h"
-#include "tests/support/mixed_points.h"
 #include "tests/support/test_scene.h"
 
 namespace mray::test {
@@ -134,36 +132,6 @@ TEST(ExactCrossing, FindsPointsOnTrianglesWithoutArea) {
     // Upright.
     EXPECT_TRUE(exact_crossing({0, 1, 1}, a, {0, 3, 0}, {0, 0, 3}).is_on_triangle);
     EXPECT_FALSE(exact_crossing({0, 2, 2}, a, {0, 3, 0}, {0, 0, 3}).is_on_triangle);
-}
-
-TEST(FloatCrossing, IsThatOfTheWorldWhereItIsCertain) {
-    std::size_t certain = 0;
-    std::size_t wrong = 0;
-    for (const NamedScene& named : adversarial_scenes()) {
-        const TestScene& scene = named.scene;
-        const auto& triangles = scene.topology().triangles;
-        if (triangles.empty()) continue;
-        Random random(8);
-        for (const vec3& point : mixed_points(triangles, scene.positions(), 4000, 9)) {
-            // Tiny coordinates, too, which scene space rounds.
-            vec3 world = scene.space().to_world(point);
-            if (random.below(4) == 0) world.x *= 0x1p-45f;
-            const vec3 p = clipped_point(scene.space().to_scene(world));
-            const uvec3 t = triangles[random.below(static_cast<std::uint32_t>(triangles.size()))];
-            const auto& scene_at = scene.positions();
-            if (!finite_vertices(scene_at[t.x], scene_at[t.y], scene_at[t.z])) continue;
-            const FloatCrossing found =
-                float_crossing(p, scene_at[t.x], scene_at[t.y], scene_at[t.z]);
-            if (found.is_uncertain) continue;
-            const auto& world_at = scene.world_positions();
-            const ExactCrossing exact =
-                exact_crossing(world, world_at[t.x], world_at[t.y], world_at[t.z]);
-            ++certain;
-            wrong += found.is_up - found.is_down != exact.sign || exact.is_on_triangle;
-        }
-    }
-    EXPECT_EQ(wrong, 0u);
-    EXPECT_GT(certain, 50000u);
 }
 
 }  // namespace

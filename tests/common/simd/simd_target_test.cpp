@@ -27,12 +27,6 @@ TEST(SimdTarget, BestIsTheFirstAndScalarTheLast) {
     EXPECT_EQ(find_simd_target("best"), targets.front());
 }
 
-TEST(SimdTarget, EachSupportedOneIsFoundByItsName) {
-    for (const SimdTarget& target : supported_simd_targets()) {
-        EXPECT_EQ(find_simd_target(target.name), target);
-    }
-}
-
 TEST(SimdTarget, WhatIsElsewhereIsUnavailableAndWhatIsNothingIsUsage) {
 #if defined(__x86_64__)
     EXPECT_EQ(kind_of("neon"), ErrorKind::kUnavailable);

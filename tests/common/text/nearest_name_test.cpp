@@ -21,13 +21,6 @@ TEST(SimilarName, IsFoundAcrossTypingErrors) {
     EXPECT_EQ(suggestion("zzzzzz", kNames), "");
 }
 
-TEST(NearestName, IsOneOfTheNamesForEveryText) {
-    EXPECT_EQ(nearest_name("profil", kNames), "profile");
-    EXPECT_EQ(nearest_name("zzzzzz", kNames), "render");
-    EXPECT_NE(nearest_name(std::string(100000, 'x'), kNames), "");
-    EXPECT_EQ(nearest_name("render", {}), "");
-}
-
 TEST(EditDistance, CountsSwapsOnce) {
     EXPECT_EQ(edit_distance("", "abc"), 3u);
     EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);

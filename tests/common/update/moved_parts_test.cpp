@@ -56,26 +56,6 @@ TEST(MovedParts, RefittedAloneGiveTheBytesOfAFullRefit) {
     }
 }
 
-TEST(MovedParts, OfASingleVertexAreItsLeavesAndTheirPathsToTheRoot) {
-    const TestScene scene = torus(60, 30);
-    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-    PoseMemory pose(scene.positions());
-    const BlockLeaves block_leaves(bvh, pose.block_count());
-    std::vector<vec3> positions = scene.positions();
-    positions[700].x += 0x1p10f;
-    EXPECT_EQ(pose.advance(positions), 1u);
-    const MovedParts parts = block_leaves.reached(bvh, pose);
-    EXPECT_LT(parts.leaves.size(), bvh.leaves.size() / 10);
-    EXPECT_EQ(parts.nodes.front(), 0u);
-    EXPECT_TRUE(std::is_sorted(parts.nodes.begin(), parts.nodes.end()));
-    for (std::uint32_t leaf = 0; leaf < bvh.leaves.size(); ++leaf) {
-        const std::uint32_t* vertices = &bvh.leaf_vertices[std::size_t{leaf} * kLeafVertices];
-        if (std::find(vertices, vertices + kLeafVertices, 700u) == vertices + kLeafVertices)
-            continue;
-        EXPECT_TRUE(std::binary_search(parts.leaves.begin(), parts.leaves.end(), leaf));
-    }
-}
-
 TEST(CoveringRanges, AreFewAndCoverEveryIndex) {
     Random random(3);
     for (int trial = 0; trial < 200; ++trial) {
@@ -148,27 +128,6 @@ TEST(PoseMemory, BlocksOutsideOfChangedRangesHaveNotMoved) {
     EXPECT_EQ(pose.moved_blocks(), (std::vector<std::uint32_t>{10, 11, 40}));
     EXPECT_EQ(pose.advance(positions, {}), 0u);
     EXPECT_EQ(pose.moved_blocks(), std::vector<std::uint32_t>());
-}
-
-TEST(CpuBackend, TenThousandRefitsLeaveTheBytesOfOne) {
-    const TestScene scene = icosphere(3);
-    const Bvh built = build_bvh(scene.topology(), scene.positions());
-    const auto backend = cpu::make_cpu_backend({.threads = 1});
-    backend->set_scene(scene.topology(), scene.positions(), built);
-    std::vector<vec3> positions;
-    for (std::uint32_t i = 0; i < 10000; ++i) {
-        // A single vertex up to all of them: refits of parts and of everything.
-        positions = partly_moved(scene.positions(), i % 100 < 50 ? 0.02 : 0.02 * (i % 50), i);
-        backend->refit(positions);
-    }
-    Bvh after = built;
-    backend->read_tree(after);
-    Bvh once = built;
-    cpu::refit(once, positions);
-    EXPECT_EQ(bvh_hash(after), bvh_hash(once));
-    backend->refit(scene.positions());
-    backend->read_tree(after);
-    EXPECT_EQ(bvh_hash(after), bvh_hash(built));
 }
 
 TEST(CpuBackend, UnchangedPoseRefitsNoLeafAndChangedOnesOnlyWhatMoved) {

@@ -7,7 +7,6 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/update/tree_cost.h"
-#include "cpu/cpu_backend.h"
 #include "cpu/refit/refit.h"
 #include "tests/support/motions.h"
 #include "tests/support/test_scene.h"
@@ -62,41 +61,6 @@ TEST(Restructure, MakesATreeAsGoodAsABuildOfBodiesThatMove) {
         const double fresh = tree_cost(build_bvh(bodies.topology, positions).nodes);
         EXPECT_GT(degraded, 1.5 * fresh);
         EXPECT_LT(tree_cost(bvh.nodes), 1.15 * fresh) << step;
-    }
-}
-
-TEST(Restructure, AnswersLikeBruteForce) {
-    const Bodies bodies(20);
-    const auto tracer = cpu::make_cpu_backend();
-    const auto brute = cpu::make_brute_backend();
-    const Bvh built = build_bvh(bodies.topology, bodies.pose(0));
-    BuiltAreas areas = built_areas(built);
-    for (Backend* backend : {tracer.get(), brute.get()})
-        backend->set_scene(bodies.topology, bodies.pose(0), built);
-    Random random(3);
-    for (std::uint64_t step = 1; step < 6; ++step) {
-        const std::vector<vec3> positions = bodies.pose(step);
-        for (Backend* backend : {tracer.get(), brute.get()}) backend->refit(positions);
-        tracer->edit_tree([&](Bvh& bvh) {
-            const std::size_t parts = restructure(bodies.topology, positions, 1, 1, bvh, areas);
-            EXPECT_GT(parts, 0u);
-            return parts > 0;
-        });
-        std::vector<Ray> rays;
-        for (int i = 0; i < 500; ++i) {
-            Ray ray = {};
-            ray.org = snap_point(random.point(0.9 * kSceneExtent));
-            ray.dir = canonical_direction(positions[random.below(bodies.topology.vertex_count)] -
-                                          ray.org);
-            ray.tfar = 4 * kSceneExtent;
-            rays.push_back(ray);
-        }
-        std::vector<Hit> expected(rays.size());
-        std::vector<Hit> actual(rays.size());
-        brute->trace_rays(rays, expected);
-        tracer->trace_rays(rays, actual);
-        for (std::size_t i = 0; i < rays.size(); ++i)
-            ASSERT_EQ(actual[i].prim_id, expected[i].prim_id) << step << ' ' << i;
     }
 }
 

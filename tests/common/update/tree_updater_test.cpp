@@ -66,19 +66,6 @@ struct Rig {
     TreeUpdater updater;
 };
 
-TEST(Backend, TakesTheTimesOfTheLastCallAlone) {
-    const TestScene scene = random_soup(300, 0.1, 8);
-    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-    const std::unique_ptr<Backend> backend = cpu::make_cpu_backend();
-    backend->set_scene(scene.topology(), scene.positions(), bvh);
-    backend->refit(turned(scene, 1));
-    backend->set_scene(scene.topology(), scene.positions(), bvh);
-    EXPECT_EQ(backend->finish().update.refit_ms, 0);
-    backend->refit(turned(scene, 2));
-    backend->set_frame(scene.positions(), bvh);
-    EXPECT_EQ(backend->finish().update.refit_ms, 0);
-}
-
 TEST(TreeUpdater, TreeIsSoundAfterEveryKindOfStep) {
     const UpdateDecision refit = {UpdateStep::kRefit, ""};
     const UpdateDecision rebuild = {UpdateStep::kRebuild, ""};
@@ -207,16 +194,6 @@ TEST(TreeUpdater, EndsWhileABackgroundBuildIsPending) {
     Rig rig({{UpdateStep::kRebuildInBackground, "", 5}});
     rig.update(turned(rig.scene, 1));
     EXPECT_TRUE(rig.updater.last().build_pending);
-}
-
-TEST(TreeUpdater, CostRatioIsThatSinceTheBuildOfTheTreeInUse) {
-    Rig rig({{UpdateStep::kRefit, ""}, {UpdateStep::kRebuild, ""}, {UpdateStep::kRefit, ""}});
-    rig.update(turned(rig.scene, 3));
-    EXPECT_GT(rig.updater.last().cost_ratio, 1.2);
-    rig.update(turned(rig.scene, 4));
-    EXPECT_EQ(rig.updater.last().cost_ratio, 1);
-    rig.update(turned(rig.scene, 4));
-    EXPECT_EQ(rig.updater.last().cost_ratio, 1);
 }
 
 TEST(TreeUpdater, CostRatioOfATreeFromTheBackgroundIsThatSinceItsBuild) {

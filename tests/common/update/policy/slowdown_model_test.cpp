@@ -14,31 +14,6 @@ TEST(SlowdownModel, FindsTheFactorOfItsObservations) {
     EXPECT_NEAR(model.slowdown(2000), 5, 0.2);
 }
 
-TEST(SlowdownModel, SoundTreeHasNone) { EXPECT_EQ(SlowdownModel(0.001).slowdown(0), 1); }
-
-TEST(SlowdownModel, WhatSaysNothingTeachesNothing) {
-    SlowdownModel model(0.001);
-    const double before = model.per_visit();
-    EXPECT_DOUBLE_EQ(before, 0.001);
-    model.learn(100, 5, 100, 1);
-    model.learn(100, 5, 200, 1);
-    model.learn(200, 0, 100, 1);
-    model.learn(200, 5, 100, 0);
-    EXPECT_EQ(model.per_visit(), before);
-}
-
-TEST(SlowdownModel, FramesWithoutATimeChangeNothingThatWasLearned) {
-    SlowdownModel model(0.001);
-    model.learn(1000, 3, 100, 1.2);
-    model.watch(0, 10);
-    model.watch(100, 15);
-    const double before = model.per_visit();
-    model.learn(200, 0, 100, 1);
-    model.learn(200, 5, 100, 0);
-    model.watch(200, 0);
-    EXPECT_EQ(model.per_visit(), before);
-}
-
 TEST(SlowdownModel, WatchedFramesDrawTheGuessButNeverToNothing) {
     SlowdownModel idle(0.001);
     SlowdownModel slow(0.001);

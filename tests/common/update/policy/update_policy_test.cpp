@@ -101,15 +101,6 @@ TEST(UpdatePolicy, EveryKRebuildsEachKthFrame) {
     EXPECT_EQ(play("every:1", {}, 12).rebuilds, 12);
 }
 
-TEST(UpdatePolicy, EveryDecisionHasAReason) {
-    for (const char* name : {"refit", "rebuild", "every:3", "auto"}) {
-        const auto policy = make_update_policy(parse_policy(name));
-        policy->built(5);
-        EXPECT_FALSE(policy->plan().reason.empty()) << name;
-        EXPECT_FALSE(policy->review({.excess = 2}).reason.empty()) << name;
-    }
-}
-
 TEST(UpdatePolicy, TextsThatAreNoneAreRefusedWithAllForms) {
     for (const char* text : {"", "refitt", "every", "every:", "every:0", "every:-1", "every:x",
                              "every:2000000", "auto:", "auto:3", "rebuild:1", ":"}) {
