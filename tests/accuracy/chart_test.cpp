@@ -2,19 +2,15 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
-#include <algorithm>
 #include <chrono>
 #include <sstream>
 #include <thread>
-#include <utility>
 
-#include "accuracy/charts/chart_page.h"
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
 #include "accuracy/methods/median_tree.h"
 #include "accuracy/methods/quantised_nodes.h"
 #include "clips/procedural/procedural.h"
-#include "clips/source/open_scene.h"
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh_stats.h"
@@ -60,21 +56,6 @@ struct Counted {
                                    .footer = "machine; command",
                                    .step = [this] { ++steps; }};
 };
-
-TEST(ChartPage, NamesTheNumbersOfPointsBelowTheImageForPhones) {
-    const Counted counted;
-    const accuracy::Chart chart = accuracy::accuracy_chart(counted.context, cloth(), "");
-    const accuracy::PagedChart paged = accuracy::page_chart(chart);
-    std::string list = "<ol class=\"phone\">";
-    for (const plot::PointName& name : chart.figure.panels[0].point_names) {
-        const std::string shown = ">" + name.text + "<";
-        EXPECT_NE(paged.svg.find(shown), std::string::npos) << name.text;
-        EXPECT_EQ(paged.phone_svg.find(shown), std::string::npos) << name.text;
-        list += "<li>" + name.text + "</li>";
-    }
-    const std::string page = accuracy::chart_page({paged}, "machine", "command");
-    EXPECT_NE(page.find("</div>\n" + list + "</ol>"), std::string::npos);
-}
 
 TEST(Chart, TakesAsManyStepsAsAnnounced) {
     Counted accuracy;
@@ -141,27 +122,6 @@ TEST(Chart, TracesTheSameRaysInBothSpaces) {
     }
 }
 
-TEST(Chart, HasNoPolicyImageOfASceneThatDoesNotMove) {
-    const TemporaryFolder folder;
-    folder.write("still.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    Counted policies;
-    SceneFrames still(open_scene(folder.file("still.obj")));
-    const accuracy::Chart chart = accuracy::policy_chart(policies.context, still, "");
-    EXPECT_TRUE(chart.figure.panels.empty());
-    EXPECT_TRUE(chart.table.empty());
-    EXPECT_NE(chart.caption.find("one frame"), std::string::npos);
-    EXPECT_EQ(policies.steps, accuracy::policy_steps());
-}
-
-TEST(Chart, PlaysFramesInEqualStepsAndSaysSo) {
-    Counted policies;
-    SceneFrames clip(make_procedural("cloth", 500));
-    const accuracy::Chart chart = accuracy::policy_chart(policies.context, clip, "");
-    EXPECT_EQ(chart.figure.panels.front().xlabel, "frame; one in 12 is played");
-    // The usual clip has 25 frames, all of which are played.
-    EXPECT_EQ(accuracy::quick_effort().policy_frames, 25u);
-}
-
 TEST(Chart, IsDrawnFromItsTable) {
     Counted counted;
     SceneFrames clip(make_procedural("cloth", 500));
@@ -210,16 +170,6 @@ TEST(QuantisedNode, ContainsTheOriginalBoxes) {
     }
 }
 
-TEST(ChartCommand, RefusesAFolderThatIsNotEmpty) {
-    const TemporaryFolder folder;
-    folder.write("out.txt", "x");
-    const Outcome outcome =
-        run({"chart", "builtin:cloth:500", "--quick", "--out", folder.path().string()});
-    EXPECT_EQ(outcome.code, 5) << outcome.err;
-    EXPECT_NE(outcome.err.find("is not empty"), std::string::npos) << outcome.err;
-    EXPECT_EQ(folder.names(), std::vector<std::string>{"out.txt"});
-}
-
 TEST(ChartCommand, RefusesAMissingSceneAndLeavesNothing) {
     const TemporaryFolder folder;
     const Outcome outcome =
@@ -247,11 +197,6 @@ TEST(ChartCommand, InterruptKeepsNoChart) {
     chart.send(SIGINT);
     EXPECT_EQ(chart.wait().code, 130);
     EXPECT_TRUE(folder.names().empty());
-}
-
-TEST(ChartCommand, NeedsAFolderAndAScene) {
-    EXPECT_EQ(run({"chart", "builtin:cloth:500"}).code, 2);
-    EXPECT_EQ(run({"chart", "--out", "x"}).code, 2);
 }
 
 }  // namespace

@@ -27,19 +27,6 @@ TEST(ParseOptions, AddsScenesToTheBuiltInOnes) {
     EXPECT_EQ(refusal_of({"--only"}), "--only: expected a SCENE");
 }
 
-TEST(ParseOptions, TakesASetOfBuiltInScenes) {
-    std::size_t scenes = 0;
-    for (const SceneSet& set : scene_sets()) {
-        EXPECT_EQ(parse({"--set", set.name}).scenes, set.scenes) << set.name;
-        EXPECT_NE(usage().find(set.name), std::string::npos) << set.name;
-        if (set.name != std::string("all")) scenes += set.scenes.size();
-    }
-    EXPECT_EQ(parse({"--set", "all", "a.obj"}).scenes.size(), scenes + 1);
-    EXPECT_EQ(parse({}).scenes, parse({"--set", "default"}).scenes);
-    EXPECT_EQ(refusal_of({"--set", "some"}),
-              "--set some: expected one of default, interiors, hard, all");
-}
-
 TEST(ParseOptions, FillsTheImageUnlessAnEyeOrATargetIsGiven) {
     EXPECT_EQ(parse({}).view_kind, ViewKind::kFill);
     EXPECT_EQ(parse({"--view", "whole"}).view_kind, ViewKind::kWhole);
@@ -56,23 +43,6 @@ TEST(ParseOptions, ReadsLists) {
     EXPECT_EQ(parse({"--ao-samples", "2,8"}).ao_samples, (std::vector<std::uint32_t>{2, 8}));
     EXPECT_EQ(parse({"--ao-samples", "3,8"}).view.ao_count, 3u);
     EXPECT_EQ(*parse({"--eye", "1,-2.5,3e2"}).view.eye, (Point{1, -2.5, 300}));
-}
-
-TEST(ParseOptions, RefusesUnknownOptionsAndValues) {
-    EXPECT_EQ(refusal_of({"--fast"}), "--fast: no such option; see --help");
-    EXPECT_EQ(refusal_of({"--size"}), "--size: expected a value");
-    EXPECT_EQ(refusal_of({"--size", "100"}), "--size 100: expected a multiple of 32");
-    EXPECT_EQ(refusal_of({"--eye", "1,2"}), "--eye 1,2: expected X,Y,Z");
-    EXPECT_EQ(refusal_of({"--view", "given"}), "--view given: expected fill or whole");
-    EXPECT_NE(refusal_of({"--work", "primary,all"}), "none");
-    EXPECT_NE(refusal_of({"--fov", "180"}), "none");
-    EXPECT_NE(refusal_of({"--repeat", "0"}), "none");
-}
-
-TEST(Usage, NamesEveryWork) {
-    for (const std::string work : kWorks) {
-        EXPECT_NE(usage().find(work), std::string::npos) << work;
-    }
 }
 
 }  // namespace

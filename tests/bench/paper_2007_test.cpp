@@ -91,12 +91,5 @@ TEST_F(Paper2007, SeesAllSidesFromInside) {
     EXPECT_LE(compare_answers(work, expected(work), answers).total(), kFew);
 }
 
-TEST_F(Paper2007, HitsNothingInAnEmptyTree) {
-    const Tree tree;
-    WorkTracer tracer(tree, primary_);
-    tracer.trace();
-    EXPECT_EQ(count_hits(primary_, tracer.answers()), 0u);
-}
-
 }  // namespace
 }  // namespace mray::bench

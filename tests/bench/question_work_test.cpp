@@ -6,7 +6,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <tuple>
 
 #include "bench/questions/ericson.h"
 #include "common/interop/closest_rule.h"
@@ -59,27 +58,6 @@ TEST(QuestionWork, PointsAreTheSameOnEachCallAndWhereTheyAreSaidToBe) {
     for (const vec3& p : near) EXPECT_LE(distance_from(scene, p), 0.0174f * longest);
 }
 
-TEST(QuestionWork, SortedPointsAreTheSameAndNearTheirNeighbours) {
-    const BenchScene scene = open("builtin:spikes:500");
-    const auto path = [](const std::vector<vec3>& points) {
-        double length = 0;
-        for (std::size_t i = 1; i < points.size(); ++i)
-            length += glm::distance(points[i - 1], points[i]);
-        return length;
-    };
-    const auto by_coordinates = [](std::vector<vec3> points) {
-        std::sort(points.begin(), points.end(),
-                  [](vec3 a, vec3 b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); });
-        return points;
-    };
-    const std::vector<vec3> points = points_in_box(scene, 1000);
-    const std::vector<vec3> sorted = sorted_by_place(points);
-    EXPECT_EQ(by_coordinates(sorted), by_coordinates(points));
-    EXPECT_LT(path(sorted), 0.3 * path(points));
-    const std::vector<vec3> flat(3, vec3(1, 2, 3));
-    EXPECT_EQ(sorted_by_place(flat), flat);
-}
-
 TEST(QuestionWork, VerticesThatAreNotFiniteLeavePointsAndRaysFinite) {
     const BenchScene scene = open("builtin:degenerate");
     for (const vec3& p : points_near_surface(scene, 1000))
@@ -100,24 +78,6 @@ TEST(QuestionWork, EricsonFindsTheDistancesOfTheRule) {
         const float ours = std::sqrt(closest_on_triangle(p, a, b, c).d2);
         EXPECT_NEAR(ours, glm::distance(p, ericson_closest_point(p, a, b, c)), 1e-5f);
     }
-}
-
-TEST(QuestionWork, DifferencesOfDistancesAreCountedFromAMillionthOfTheExtentOn) {
-    constexpr float kMillionth = 2 * kSceneExtent * 1e-6f;
-    DistanceDifference difference;
-    difference.add(3, 3);
-    EXPECT_EQ(difference.largest, 0);
-    difference.add(3, 3 + 0.5f * kMillionth);
-    EXPECT_EQ(difference.count, 0u);
-    EXPECT_NEAR(difference.largest, 0.5e-6, 1e-9);
-    difference.add(3, 3 + 2 * kMillionth);
-    EXPECT_EQ(difference.count, 1u);
-    const float none = std::numeric_limits<float>::infinity();
-    difference.add(none, none);
-    EXPECT_EQ(difference.count, 1u);
-    difference.add(3, none);
-    EXPECT_EQ(difference.count, 2u);
-    EXPECT_EQ(difference.largest, std::numeric_limits<double>::infinity());
 }
 
 }  // namespace

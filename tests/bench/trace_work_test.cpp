@@ -60,31 +60,6 @@ TEST_F(TraceWorks, PartsGiveTheAnswersOfTheWhole) {
     }
 }
 
-TEST_F(TraceWorks, StreamsAndCallsOfOneRayAgreeOnEveryWork) {
-    for (const WorkKind kind : {WorkKind::kShadow, WorkKind::kDiffuse, WorkKind::kAo}) {
-        const TraceWork work = secondary(kind);
-        TraceAnswers stream(work);
-        ray_streams(bvh_, find_simd_target("best")).trace(work, stream);
-        const TraceAnswers single = expected(work);
-        EXPECT_EQ(compare_answers(work, stream, single).total(), 0u) << work.name();
-    }
-}
-
-TEST_F(TraceWorks, ARowWorkHasTheRaysOfThePrimaryOneRowByRow) {
-    const TraceWork rows = make_row_work(primary_.params);
-    EXPECT_EQ(rows.name(), "one-ray");
-    EXPECT_EQ(rows.active_count, primary_.active_count);
-    const std::uint32_t width = primary_.params.width;
-    std::size_t i = 0;
-    for (const TileRays& tile : primary_.tiles) {
-        for_each_pixel(tile.tile, [&](std::uint32_t x, std::uint32_t y) {
-            const Ray& row_ray = rows.rays[std::size_t{y} * width + x];
-            EXPECT_EQ(row_ray.dir, primary_.rays[i].dir);
-            ++i;
-        });
-    }
-}
-
 TEST_F(TraceWorks, DiffuseRaysLeaveEachSurfaceInDirectionsOfTheirOwnWithoutAnEnd) {
     const TraceWork diffuse = secondary(WorkKind::kDiffuse);
     const TraceWork ao = secondary_of(WorkKind::kAo, 1, 1u << 30);
@@ -102,35 +77,6 @@ TEST_F(TraceWorks, DiffuseRaysLeaveEachSurfaceInDirectionsOfTheirOwnWithoutAnEnd
     }
     // Two of them may be equal by chance.
     EXPECT_GT(directions.size(), diffuse.active_count - diffuse.active_count / 100);
-}
-
-TEST_F(TraceWorks, ManySamplesAreThoseOfFewerSquares) {
-    ViewSpec view;
-    view.width = view.height = 512;
-    view.light = {1.5, 2.5, 1};
-    const TraceWork primary = make_primary_work(
-        make_image_params(view, bounds_of(scene_.world_positions()), scene_.space()));
-    const AlignedVector<Hit> hits = reference_hits(bvh_, primary);
-    const auto ao = [&](std::uint32_t samples) {
-        return make_secondary_work(primary, hits, {&scene_.topology(), scene_.positions()},
-                                   WorkKind::kAo, samples, primary.active_count);
-    };
-    EXPECT_EQ(ao(1).name(), "ao-1");
-    EXPECT_EQ(ao(16).name(), "ao-16");
-    const TraceWork few = ao(1);
-    const TraceWork many = ao(4);
-    EXPECT_LE(many.active_count, primary.active_count);
-    EXPECT_GT(many.active_count, few.active_count / 2);
-    // Every tile has either the rays of all its pixels, or none.
-    ASSERT_EQ(few.tiles.size(), many.tiles.size());
-    const auto rays = [](const TraceWork& work, const TileRays& tile) {
-        return std::count(work.active.begin() + static_cast<std::ptrdiff_t>(tile.begin),
-                          work.active.begin() + static_cast<std::ptrdiff_t>(tile.end), 1);
-    };
-    for (std::size_t i = 0; i < few.tiles.size(); ++i) {
-        const auto count = rays(many, many.tiles[i]);
-        EXPECT_TRUE(count == 0 || count == 4 * rays(few, few.tiles[i])) << i;
-    }
 }
 
 }  // namespace

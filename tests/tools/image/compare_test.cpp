@@ -26,29 +26,9 @@ Frame sample_frame(std::uint32_t width = 8, std::uint32_t height = 6) {
 
 float next_float(float x) { return std::nextafter(x, std::numeric_limits<float>::infinity()); }
 
-TEST(CompareFrames, FindsNothingInEqualFrames) {
-    const FrameDifference difference = compare_frames(sample_frame(), sample_frame());
-    EXPECT_EQ(difference.total(), 0u);
-    EXPECT_TRUE(difference.first.empty());
-    EXPECT_EQ(describe(difference), "equal");
-}
-
 TEST(CompareFrames, TakesAnEmptyFrame) {
     EXPECT_EQ(compare_frames(Frame{}, Frame{}).total(), 0u);
     EXPECT_TRUE(difference_image(Frame{}, Frame{}).pixels.empty());
-}
-
-TEST(CompareFrames, FindsOneUlpInOneDistance) {
-    Frame actual = sample_frame();
-    actual.hits[17].t = next_float(actual.hits[17].t);
-    const FrameDifference difference = compare_frames(sample_frame(), actual);
-    EXPECT_EQ(difference.t, 1u);
-    EXPECT_EQ(difference.total(), 1u);
-    ASSERT_EQ(difference.first.size(), 1u);
-    EXPECT_EQ(difference.first[0].x, 17u % 8);
-    EXPECT_EQ(difference.first[0].y, 17u / 8);
-    EXPECT_EQ(difference.first[0].expected.t, 3.5f);
-    EXPECT_EQ(difference.first[0].actual.t, next_float(3.5f));
 }
 
 TEST(CompareFrames, CountsEachKind) {
@@ -106,12 +86,6 @@ TEST(CompareFrames, ComparesNotANumberAndZerosAsBits) {
     EXPECT_EQ(compare_frames(expected, actual).uv, 1u);
 }
 
-TEST(CompareFrames, ComparesMissesToo) {
-    Frame actual = sample_frame();
-    actual.hits.back().t = 1;
-    EXPECT_EQ(compare_frames(sample_frame(), actual).t, 1u);
-}
-
 TEST(CompareFrames, KeepsTheFirstOnesAndCountsAll) {
     Frame actual = sample_frame();
     for (std::uint32_t& pixel : actual.pixels) pixel ^= 1;
@@ -121,18 +95,6 @@ TEST(CompareFrames, KeepsTheFirstOnesAndCountsAll) {
     EXPECT_EQ(difference.first[2].x, 2u);
     EXPECT_EQ(difference.first[2].y, 0u);
     EXPECT_TRUE(compare_frames(sample_frame(), actual, 0).first.empty());
-}
-
-TEST(DifferenceImage, IsGreyWithoutDifferences) {
-    Frame frame = sample_frame();
-    frame.pixels[9] = 0xFF0000FF;
-    const Image image = difference_image(frame, frame);
-    EXPECT_EQ(image.width, frame.width);
-    EXPECT_EQ(image.height, frame.height);
-    for (const std::uint32_t pixel : image.pixels) {
-        EXPECT_EQ(pixel & 0xFF, (pixel >> 8) & 0xFF);
-        EXPECT_EQ(pixel & 0xFF, (pixel >> 16) & 0xFF);
-    }
 }
 
 bool is_coloured(std::uint32_t pixel) {
@@ -149,16 +111,6 @@ TEST(DifferenceImage, MarksAPixelAndItsNeighbours) {
             EXPECT_EQ(is_coloured(image.pixels[y * 8 + x]), near) << x << "," << y;
         }
     }
-}
-
-TEST(DifferenceImage, MarksCornersWithinTheImage) {
-    Frame actual = sample_frame();
-    actual.pixels.front() ^= 1;
-    actual.pixels.back() ^= 1;
-    const Image image = difference_image(sample_frame(), actual);
-    int marked = 0;
-    for (const std::uint32_t pixel : image.pixels) marked += is_coloured(pixel);
-    EXPECT_EQ(marked, 8);
 }
 
 TEST(DifferenceImage, ShowsEveryPixelsOwnKindAmongNeighbours) {

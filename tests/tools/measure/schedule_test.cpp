@@ -50,12 +50,6 @@ TEST(BestSchedule, IsTheLeastOfAllSchedules) {
     }
 }
 
-TEST(BestSchedule, OfNoFramesCostsNothing) {
-    const Schedule best = best_schedule({});
-    EXPECT_EQ(best.total, 0);
-    EXPECT_TRUE(best.rebuilds.empty());
-}
-
 TEST(BestSchedule, TakesNothingThatWasNotMeasured) {
     ScheduleCosts costs = random_costs(6, 1);
     for (double& cost : costs.first) cost = 1000;

@@ -23,14 +23,5 @@ TEST(Spread, IsTheMiddleHalfInPercentOfTheMedian) {
     EXPECT_EQ(spread.percent, 100.0 * 2 / 3);
 }
 
-TEST(Spread, OfOneOrOfEqualValuesIsNothing) {
-    for (const auto& values : {std::vector<double>{3}, {3, 3, 3}, {0, 0, 0, 5}}) {
-        const Spread spread = spread_of(values);
-        EXPECT_EQ(spread.least, values.front());
-        EXPECT_EQ(spread.median, values.front());
-        EXPECT_EQ(spread.percent, 0);
-    }
-}
-
 }  // namespace
 }  // namespace mray

@@ -12,15 +12,6 @@ TEST(Table, AlignsNumbersRightAndTextLeft) {
     EXPECT_EQ(table.text(), "  n  name\n  1  a\n100  bcd\n");
 }
 
-TEST(Table, WritesRowsOneByOne) {
-    const Column columns[] = {{"n", 3}, {"name", 5, false}, {"file", 0, false}};
-    EXPECT_EQ(header_text(columns), "  n  name   file\n");
-    const std::string row[] = {"7", "a", "x"};
-    EXPECT_EQ(row_text(columns, row), "  7  a      x\n");
-    const std::string wide[] = {"12345", "abcdefg", "x"};
-    EXPECT_EQ(row_text(columns, wide), "12345  abcdefg  x\n");
-}
-
 TEST(Table, QuotesCellsOfCsv) {
     Table table({"a", "b"});
     table.add({"1,2", "say \"x\""});
