@@ -1,6 +1,10 @@
 #include <gtest/gtest.h>
+#ifdef __SSE__
+#include <xmmintrin.h>
+#endif
 
 #include <algorithm>
+#include <cfenv>
 #include <cmath>
 
 #include "common/bvh/builder/bvh_builder.h"
@@ -10,8 +14,6 @@
 #include "cpu/cpu_backend.h"
 #include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
-#include "cpu/refit/refit.h"
-#include "tests/support/float_flags.h"
 #include "tests/support/oracle.h"
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
@@ -42,15 +44,6 @@ TEST(ScalarTracer, AnswersLikeBruteForceOnEveryScene) {
             EXPECT_EQ(count_differences(cpu::ScalarTracer(bvh), brute, rays), 0u) << named.name;
         }
     }
-}
-
-TEST(ScalarTracer, AnswersAlikeOnATreeRefittedFromAnotherPose) {
-    const TestScene before = random_soup(600, 0.2, 21);
-    const TestScene after = random_soup(600, 0.2, 22);
-    Bvh bvh = build_bvh(before.topology(), before.positions());
-    cpu::refit(bvh, after.positions());
-    const cpu::BruteTracer brute(after.topology(), after.positions());
-    EXPECT_EQ(count_differences(cpu::ScalarTracer(bvh), brute, mixed_rays(after, 5000, 23)), 0u);
 }
 
 TEST(BruteTracer, AgreesWithTheOracleWhereTheOracleIsSure) {
@@ -169,6 +162,15 @@ TEST(ClosedMesh, LetsNoRayOutAtVerticesAndEdges) {
     EXPECT_EQ(count_leaks(icosphere(2, 1e-12), 0.5, 100000), 0u);
 }
 
+#ifdef __SSE__
+void clear_float_flags() { _mm_setcsr(_mm_getcsr() & ~0x3Fu); }
+/// Returns whether any flag but inexact is up: x86 also has one for denormal operands.
+bool raised_more_than_inexact() { return (_mm_getcsr() & 0x1Fu) != 0; }
+#else
+void clear_float_flags() { std::feclearexcept(FE_ALL_EXCEPT); }
+bool raised_more_than_inexact() { return std::fetestexcept(FE_ALL_EXCEPT & ~FE_INEXACT) != 0; }
+#endif
+
 TEST(Arithmetic, RaisesNothingButInexact) {
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
@@ -181,15 +183,11 @@ TEST(Arithmetic, RaisesNothingButInexact) {
     }
 }
 
-/// Every ray kind of an image of the scene, as hashes.
-std::vector<std::uint64_t> image_hashes(Backend& backend, const TestScene& scene) {
+/// Every ray kind of a view of the scene, as hashes.
+std::vector<std::uint64_t> image_hashes(Backend& backend, const TestScene& scene, ViewSpec view) {
     std::vector<std::uint64_t> hashes;
     for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
-        ViewSpec view;
-        view.width = 61;  // no multiple of a tile
-        view.height = 47;
         view.rays = rays;
-        view.ao_count = 4;
         Frame frame;
         backend.trace_image(
             make_image_params(view, bounds_of(scene.world_positions()), scene.space()), frame);
@@ -199,36 +197,44 @@ std::vector<std::uint64_t> image_hashes(Backend& backend, const TestScene& scene
     return hashes;
 }
 
-TEST(Images, AreTheSameForBruteForceTreesThreadsAndSimdTargets) {
-    for (const NamedScene& named : adversarial_scenes()) {
-        const TestScene& scene = named.scene;
-        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-        const auto brute = cpu::make_brute_backend();
-        brute->set_scene(scene.topology(), scene.positions(), bvh);
-        const std::vector<std::uint64_t> expected = image_hashes(*brute, scene);
-        for (const int threads : {1, 2, 4}) {
-            const auto scalar = cpu::make_scalar_backend({threads});
-            scalar->set_scene(scene.topology(), scene.positions(), bvh);
-            EXPECT_EQ(image_hashes(*scalar, scene), expected)
-                << named.name << ", " << threads << " threads";
-        }
-        for (const SimdTarget& target : supported_simd_targets()) {
-            const auto simd = cpu::make_cpu_backend({.threads = 2, .simd = target.name});
-            simd->set_scene(scene.topology(), scene.positions(), bvh);
-            EXPECT_EQ(image_hashes(*simd, scene), expected) << named.name << ", " << target.name;
-        }
+void expect_same_images(const NamedScene& named, const ViewSpec& view) {
+    const TestScene& scene = named.scene;
+    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    const auto brute = cpu::make_brute_backend();
+    brute->set_scene(scene.topology(), scene.positions(), bvh);
+    const std::vector<std::uint64_t> expected = image_hashes(*brute, scene, view);
+    for (const int threads : {1, 2, 4}) {
+        const auto scalar = cpu::make_scalar_backend({threads});
+        scalar->set_scene(scene.topology(), scene.positions(), bvh);
+        EXPECT_EQ(image_hashes(*scalar, scene, view), expected)
+            << named.name << ", " << threads << " threads";
+    }
+    for (const SimdTarget& target : supported_simd_targets()) {
+        const auto simd = cpu::make_cpu_backend({.threads = 2, .simd = target.name});
+        simd->set_scene(scene.topology(), scene.positions(), bvh);
+        EXPECT_EQ(image_hashes(*simd, scene, view), expected) << named.name << ", " << target.name;
     }
 }
 
-TEST(Images, RaiseNothingButInexact) {
-    const TestScene scene = star(3, 5);
-    const auto scalar = cpu::make_scalar_backend({1});
-    scalar->set_scene(scene.topology(), scene.positions(),
-                      build_bvh(scene.topology(), scene.positions()));
-    clear_float_flags();
-    image_hashes(*scalar, scene);
-    // The flags include those of making the parameters in double.
-    EXPECT_FALSE(raised_more_than_inexact());
+TEST(Images, AreTheSameForBruteForceTreesThreadsAndSimdTargets) {
+    // Sizes that are no multiple of a tile or of a block, and more than a strip.
+    const struct { std::uint32_t width, height; } sizes[] = {{61, 47}, {3, 9}, {130, 6}};
+    ViewSpec view;
+    for (const NamedScene& named : adversarial_scenes()) {
+        for (const auto& [width, height] : sizes) {
+            view.width = width;
+            view.height = height;
+            view.ao_count = 1 + width % 4;
+            expect_same_images(named, view);
+        }
+    }
+    view.width = 37;
+    view.height = 21;
+    view.ao_count = 256;
+    view.eye = Point{0.1, 0.05, -0.02};
+    view.target = Point{1.0, 0.4, 0.3};
+    view.fov = 120;
+    expect_same_images({"star from inside", star(3, 7)}, view);
 }
 
 TEST(ShadowImage, OfAFloorUnderAPlateIsDarkWhereTheProjectionSays) {

@@ -1,5 +1,5 @@
-// Surfaces stay closed and keep their own shadow off: on every SIMD target, after many refits, from
-// origins on vertices and faces, for lights on a surface.
+// Surfaces stay closed and keep their own shadow off: from origins on vertices and faces, for
+// lights on a surface.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,36 +12,10 @@
 #include "common/scene/camera_setup.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/reference/scalar_tracer.h"
-#include "cpu/refit/refit.h"
-#include "cpu/single_ray/single_ray_tracer.h"
-#include "tests/support/closed_poses.h"
+#include "tests/support/test_scene.h"
 
 namespace mray::test {
 namespace {
-
-class WatertightOn : public testing::TestWithParam<SimdTarget> {};
-INSTANTIATE_TEST_SUITE_P(Targets, WatertightOn, testing::ValuesIn(supported_simd_targets()),
-                         [](const auto& parameter) { return std::string(parameter.param.name); });
-
-TEST_P(WatertightOn, LetsNoRayOutAfterAThousandRefits) {
-    const TestScene scene = icosphere(3);
-    Bvh bvh = build_bvh(scene.topology(), scene.positions());
-    const cpu::SingleRayTracer tracer(bvh, GetParam());
-    Random random(21);
-    std::vector<Hit> hits(1000);
-    std::vector<std::uint8_t> occluded(hits.size());
-    std::size_t leaks = 0;
-    for (int pose = 0; pose < 1000; ++pose) {
-        const std::vector<vec3> positions = breathing(scene.positions(), random);
-        cpu::refit(bvh, positions);
-        const std::vector<Ray> rays = rays_from_inside(scene, positions, hits.size(), random);
-        tracer.intersect(rays, hits);
-        tracer.occluded(rays, occluded);
-        for (std::size_t i = 0; i < rays.size(); ++i)
-            leaks += (hits[i].prim_id == kNoPrim) + (occluded[i] == 0);
-    }
-    EXPECT_EQ(leaks, 0u);
-}
 
 TEST(Watertight, SeesTheFarSideFromVerticesAndFaces) {
     const TestScene scene = icosphere(4);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
@@ -139,25 +140,6 @@ std::vector<Ray> rays_at(const TestScene& scene, vec3 org, std::uint64_t seed) {
     return rays;
 }
 
-TEST_P(LightPackets, AnswerLikeBruteForceAmongTrianglesThatReachPastTheLight) {
-    PacketAnswers sum;
-    constexpr std::uint64_t kSeeds = 300;
-    for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-        Random random(seed);
-        const vec3 light = random.point(0.3);
-        const TestScene scene = triangles_past(light, seed);
-        const vec3 org = snap_point(scene.space().to_scene(light));
-        const std::vector<Ray> rays = rays_at(scene, org, seed);
-        const PacketAnswers own = check(scene, rays, std::vector<std::uint8_t>(rays.size(), 1));
-        sum.dark += own.dark;
-        sum.fallback += own.fallback;
-    }
-    constexpr std::size_t kRays = kSeeds * cpu::kSquareRays;
-    EXPECT_LT(sum.fallback, kRays / 10);
-    EXPECT_GT(sum.dark, kRays / 10);
-    EXPECT_LT(sum.dark, kRays - kRays / 10);
-}
-
 /// Ends rays at what they hit, moved by 2^-12 to 2^-24 of the way to either side.
 void end_at_hits(const TestScene& scene, Random& random, std::vector<Ray>& rays) {
     const cpu::BruteTracer brute(scene.topology(), scene.positions());
@@ -170,25 +152,51 @@ void end_at_hits(const TestScene& scene, Random& random, std::vector<Ray>& rays)
     }
 }
 
-TEST_P(LightPackets, AnswerLikeBruteForceForRaysThatEndAtSurfaces) {
-    PacketAnswers sum;
-    constexpr std::uint64_t kSeeds = 60;
-    for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-        Random random(seed);
-        const vec3 light = random.point(0.3);
-        const TestScene scene = seed % 2 == 0 ? triangles_past(light, seed)
-                                              : random_soup(12, seed % 4 == 1 ? 4 : 0.5, seed);
-        const vec3 org = snap_point(scene.space().to_scene(light));
-        std::vector<Ray> rays = rays_at(scene, org, seed);
-        end_at_hits(scene, random, rays);
-        const PacketAnswers own = check(scene, rays, std::vector<std::uint8_t>(rays.size(), 1));
-        sum.dark += own.dark;
-        sum.fallback += own.fallback;
+TEST_P(LightPackets, AnswerLikeBruteForceAmongTrianglesThatReachPastTheLight) {
+    for (const bool at_surfaces : {false, true}) {
+        PacketAnswers sum;
+        const std::uint64_t seeds = at_surfaces ? 60 : 300;
+        for (std::uint64_t seed = 0; seed < seeds; ++seed) {
+            Random random(seed);
+            const vec3 light = random.point(0.3);
+            const TestScene scene = at_surfaces && seed % 2 != 0
+                                        ? random_soup(12, seed % 4 == 1 ? 4 : 0.5, seed)
+                                        : triangles_past(light, seed);
+            const vec3 org = snap_point(scene.space().to_scene(light));
+            std::vector<Ray> rays = rays_at(scene, org, seed);
+            if (at_surfaces) end_at_hits(scene, random, rays);
+            const PacketAnswers own = check(scene, rays, std::vector<std::uint8_t>(rays.size(), 1));
+            sum.dark += own.dark;
+            sum.fallback += own.fallback;
+        }
+        const std::size_t count = seeds * cpu::kSquareRays;
+        EXPECT_LT(sum.fallback, count / 10);
+        EXPECT_GT(sum.dark, count / (at_surfaces ? 20 : 10));
+        EXPECT_LT(sum.dark, at_surfaces ? count / 2 : count - count / 10);
     }
-    constexpr std::size_t kRays = kSeeds * cpu::kSquareRays;
-    EXPECT_LT(sum.fallback, kRays / 10);
-    EXPECT_GT(sum.dark, kRays / 20);
-    EXPECT_LT(sum.dark, kRays / 2);
+}
+
+TEST_P(LightPackets, AnswerLikeBruteForceForFullPartialAndEmptyMasksOnEveryScene) {
+    std::size_t decided = 0;
+    for (const NamedScene& named : adversarial_scenes()) {
+        for (std::uint64_t seed = 0; seed < 12; ++seed) {
+            SCOPED_TRACE(named.name + ", seed " + std::to_string(seed));
+            Random random(seed);
+            const vec3 org = snap_point(random.point((seed % 3 == 0 ? 0.5 : 3) * kSceneExtent));
+            const vec3 towards = random.point(kSceneExtent);
+            const double spread = std::ldexp(kSceneExtent, -static_cast<int>(random.below(16)));
+            std::vector<Ray> rays;
+            std::vector<std::uint8_t> active;
+            const std::size_t count = cpu::kSquareRays * (4 - seed % 4);
+            for (std::size_t i = 0; i < count; ++i) {
+                const vec3 target = towards + random.point(spread);
+                rays.push_back(ray_towards(org, target, seed % 2 == 0 ? 1 : 4));
+                active.push_back(seed == 3 ? 0 : seed == 4 ? i % 5 == 0 : seed == 5 ? i == 700 : 1);
+            }
+            decided += count - check(named.scene, rays, active).fallback;
+        }
+    }
+    EXPECT_GT(decided, 100u * cpu::kSquareRays);
 }
 
 INSTANTIATE_TEST_SUITE_P(Packets, LightPackets, testing::ValuesIn(supported_simd_targets()),

@@ -2,12 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 
-#include "common/bvh/box.h"
 #include "common/interop/constants.h"
 #include "common/simd/simd_target.h"
 #include "cpu/packet/packet_frame.h"
@@ -29,20 +27,18 @@ namespace HWY_NAMESPACE {
 
 // It has no packets.
 std::size_t count_too_narrow(std::size_t, std::uint64_t) { return 0; }
-std::size_t count_empty_slots_met(std::size_t, std::uint64_t) { return 0; }
-
 #else
 
 /// A frame at an origin in or around the scene, whose axes are neither orthogonal nor of one
 /// length.
-PacketFrame random_frame(test::Random& random, double most_extent = 3 * kSceneExtent) {
+PacketFrame random_frame(test::Random& random) {
     double axes[3][3];
     for (auto& axis : axes) {
         const double size = std::ldexp(1.0, static_cast<int>(random.below(12)) - 10);
         for (double& component : axis) component = size * random.real(-1, 1);
     }
     PacketFrame frame;
-    const vec3 org = random.point(random.below(2) == 0 ? 1 : most_extent);
+    const vec3 org = random.point(random.below(2) == 0 ? 1 : 3 * kSceneExtent);
     set_frame(frame, org, axes[0], axes[1], axes[2], 33);
     return frame;
 }
@@ -95,28 +91,6 @@ std::size_t count_too_narrow(std::size_t count, std::uint64_t seed) {
     return wrong;
 }
 
-/// The empty slots that packets meet in nodes of which some slots, or all, are empty.
-std::size_t count_empty_slots_met(std::size_t count, std::uint64_t seed) {
-    test::Random random(seed);
-    std::size_t met = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-        const PacketFrame frame = random_frame(random, 0.5 * kOriginExtent);
-        const auto used = static_cast<std::uint32_t>(random.below(kWidth));
-        Node node;
-        for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
-            Box box;
-            if (slot < used) {
-                box.extend(random.point(kSceneExtent));
-                box.extend(random.point(kSceneExtent));
-            }
-            set_slot_box(node, slot, box);
-        }
-        NodeChildren children;
-        met += std::popcount(project_node(frame, node, children) >> used);
-    }
-    return met;
-}
-
 #endif  // HWY_TARGET
 
 }  // namespace HWY_NAMESPACE
@@ -131,16 +105,9 @@ namespace mray::cpu {
 namespace {
 
 HWY_EXPORT(count_too_narrow);
-HWY_EXPORT(count_empty_slots_met);
-
 TEST(PacketNode, BoundsOfBoxesHoldDisplacedVertices) {
     for (const SimdTarget& target : supported_simd_targets())
         EXPECT_EQ(SIMD_FUNCTION(count_too_narrow, target)(4000, 7), 0u) << target.name;
-}
-
-TEST(PacketNode, EmptySlotsAreNeverMet) {
-    for (const SimdTarget& target : supported_simd_targets())
-        EXPECT_EQ(SIMD_FUNCTION(count_empty_slots_met, target)(20000, 8), 0u) << target.name;
 }
 
 }  // namespace

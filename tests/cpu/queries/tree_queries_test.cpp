@@ -11,8 +11,6 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/arithmetic.h"
 #include "cpu/reference/brute_queries.h"
-#include "cpu/refit/refit.h"
-#include "tests/support/closed_poses.h"
 #include "tests/support/mixed_points.h"
 #include "tests/support/query_answers.h"
 #include "tests/support/test_scene.h"
@@ -39,40 +37,6 @@ TEST(TreeQueries, HaveTheBitsOfBruteForceOnEveryTarget) {
                 }
             }
         }
-    }
-}
-
-TEST(TreeQueries, ListsTakeMemoryForWhatTheyList) {
-    for (const NamedScene& named : adversarial_scenes()) {
-        if (named.name != "nested") continue;
-        const TestScene& scene = named.scene;
-        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-        // Through all of its 300 triangles.
-        const std::vector<Ray> rays(40, scene_ray(scene, {0, 0, 5}, {0, 0, -1}));
-        for (const SimdTarget& target : supported_simd_targets()) {
-            HitLists lists;
-            cpu::TreeQueries(bvh, target).list(rays, Crossing::kEach, 1, lists);
-            EXPECT_EQ(lists.hits.size(), rays.size());
-            EXPECT_EQ(lists.total.back(), 300u);
-            EXPECT_LT(lists.hits.capacity(), 200u) << target.name;
-        }
-    }
-}
-
-TEST(TreeQueries, DoNotDependOnTheTree) {
-    const TestScene scene = star(4, 3);
-    Bvh refitted = build_bvh(scene.topology(), scene.positions());
-    Random random(4);
-    for (int pose = 0; pose < 3; ++pose) {
-        const std::vector<vec3> positions = breathing(scene.positions(), random);
-        cpu::refit(refitted, positions);
-        const Bvh built = build_bvh(scene.topology(), positions);
-        const cpu::TreeQueries tree(refitted, best_simd_target());
-        const cpu::TreeQueries other(built, best_simd_target());
-        const Questions questions = mixed_questions(scene, tree, Crossing::kOwner, 3000, 9);
-        EXPECT_EQ(count_differences(answers_of(tree, questions, Crossing::kOwner, kAllHits),
-                                    answers_of(other, questions, Crossing::kOwner, kAllHits)),
-                  0u);
     }
 }
 

@@ -4,13 +4,10 @@
 
 #include <cmath>
 #include <limits>
-#include <set>
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/image/heat_colours.h"
 #include "common/interop/constants.h"
-#include "common/interop/shading.h"
 #include "common/interop/slab.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "tests/support/test_scene.h"
@@ -86,19 +83,6 @@ TEST(TreeHeat, LoosenessIsTheBoxOverTwiceTheTriangles) {
     std::vector<vec3> bad = across;
     bad[1] = vec3(kInvalidCoordinate);
     EXPECT_EQ(leaf_looseness(tree_of(bad, {{0, 1, 2}}))[0], 0.0f);
-}
-
-TEST(TreeHeat, ColoursGoFromBlueToRed) {
-    EXPECT_EQ(heat_colour(0, 0, 8), pack_rgb(48, 18, 59));
-    EXPECT_EQ(heat_colour(1, 0, 8), pack_rgb(48, 18, 59));
-    EXPECT_EQ(heat_colour(16, 0, 8), pack_rgb(164, 252, 60));
-    EXPECT_EQ(heat_colour(256, 0, 8), pack_rgb(122, 4, 3));
-    EXPECT_EQ(heat_colour(0xFFFFFFFFu, 0, 8), pack_rgb(122, 4, 3));
-    std::set<std::uint32_t> colours;
-    for (std::uint32_t n = 1; n <= 256; ++n) colours.insert(heat_colour(n, 0, 8));
-    EXPECT_GT(colours.size(), 200u);
-    EXPECT_EQ(looseness_colour(1), pack_rgb(48, 18, 59));
-    EXPECT_EQ(looseness_colour(std::numeric_limits<float>::max()), pack_rgb(122, 4, 3));
 }
 
 }  // namespace

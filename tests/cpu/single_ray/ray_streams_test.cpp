@@ -1,16 +1,13 @@
-// How the single-ray tracer prepares rays and tests nodes, against the scalar functions that its
-// parts stand for, on every target.
+// The single-ray tracer's tests of nodes against exact boxes and the scalar slab test, on every
+// target.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <span>
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/interop/hit_rule.h"
 #include "common/interop/slab.h"
 #include "common/simd/simd_target.h"
 #include "tests/cpu/single_ray/exact_boxes.h"
@@ -23,9 +20,6 @@
 #include <hwy/highway.h>
 
 #include "cpu/single_ray/node_lanes-inl.h"
-#include "cpu/single_ray/octant_order-inl.h"
-#include "cpu/single_ray/one_ray-inl.h"
-#include "cpu/single_ray/packed_rays-inl.h"
 #include "cpu/single_ray/ray_bundle-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 #include "tests/cpu/single_ray/stream_of-inl.h"
@@ -35,107 +29,6 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 std::int64_t compiled_target() { return HWY_TARGET; }
-
-bool is(const float (&lanes)[3][kStreamRays], std::size_t i, vec3 v) {
-    const auto same = [](float a, float b) { return floatBitsToUint(a) == floatBitsToUint(b); };
-    return same(lanes[0][i], v.x) && same(lanes[1][i], v.y) && same(lanes[2][i], v.z);
-}
-
-/// Whether an axis of a ray is as prepare_slab says: 1/dir rounded once, and org * rdir with room
-/// for what rounds, which is little.
-bool is_prepared(const RayStream& stream, std::size_t i, int axis, const Ray& ray) {
-    const float dir = ray.dir[axis];
-    const float rdir = dir == 0 ? kHugeReciprocal : 1 / dir;
-    const float rdir_far = stream.rdir_far[axis][i];
-    const double size = std::abs(double{rdir});
-    const double least = double{least_dilation(ray.org)} * size;
-    const double most = 1.1 * least + 0x6p-24 * std::abs(ray.org[axis]) * size;
-    const double before = stream.k_near[axis][i] - double{ray.org[axis]} * rdir;
-    const double behind = double{ray.org[axis]} * rdir_far - stream.k_far[axis][i];
-    return stream.rdir[axis][i] == rdir && rdir_far == rdir * kStreamRounding &&
-           before >= 0.8 * least && before <= most && behind >= 0.8 * least && behind <= most;
-}
-
-/// Rays that are not prepared as prepare_slab says, or not with the bits of shear_ray.
-std::size_t count_stream_differences(std::span<const Ray> rays) {
-    std::size_t count = 0;
-    for (std::size_t first = 0; first < rays.size(); first += kStreamRays) {
-        const auto part = rays.subspan(first, std::min(kStreamRays, rays.size() - first));
-        const RayStream stream = stream_of(part);
-        for (std::size_t i = 0; i < part.size(); ++i) {
-            const ShearedRay sheared = shear_ray(part[i].org, part[i].dir);
-            for (int axis = 0; axis < 3; ++axis) count += !is_prepared(stream, i, axis, part[i]);
-            count += !is(stream.sheared_org, i, sheared.org) ||
-                     !is(stream.sheared_dir, i, sheared.dir) || stream.axis[i] != sheared.axis ||
-                     stream.depth_slack[i] != sheared.depth_slack ||
-                     stream.tnear[i] != part[i].tnear || stream.tfar[i] != part[i].tfar ||
-                     stream.least_dilation[i] != least_dilation(part[i].org) ||
-                     stream.depth_margin[i] != depth_margin(part[i].org) ||
-                     stream.last_depth[i] != last_depth(part[i].tfar);
-        }
-    }
-    return count;
-}
-
-/// Whether a ray by itself is prepared as ray i of a stream.
-bool is_prepared_alone(const RayStream& stream, std::size_t i, const Ray& ray) {
-    RayStream one;
-    prepare_one(one, ray);
-    prepare_range_of_one(one, ray);
-    const auto same = [i](const auto(&a)[kStreamRays], const auto(&b)[kStreamRays]) {
-        return std::memcmp(&a[i], &b[0], sizeof b[0]) == 0;
-    };
-    bool all =
-        same(stream.tnear, one.tnear) && same(stream.tfar, one.tfar) &&
-        same(stream.least_dilation, one.least_dilation) &&
-        same(stream.depth_margin, one.depth_margin) && same(stream.last_depth, one.last_depth) &&
-        same(stream.axis, one.axis) && same(stream.depth_slack, one.depth_slack) &&
-        same(stream.certain_from, one.certain_from) && same(stream.certain_to, one.certain_to) &&
-        same(stream.certain_beyond, one.certain_beyond) &&
-        same(stream.bound_linear, one.bound_linear) &&
-        same(stream.bound_constant, one.bound_constant);
-    for (int k = 0; k < 3; ++k) {
-        all = all && same(stream.rdir[k], one.rdir[k]) &&
-              same(stream.rdir_far[k], one.rdir_far[k]) && same(stream.k_near[k], one.k_near[k]) &&
-              same(stream.k_far[k], one.k_far[k]) &&
-              same(stream.near_offset[k], one.near_offset[k]) &&
-              same(stream.sheared_org[k], one.sheared_org[k]) &&
-              same(stream.sheared_dir[k], one.sheared_dir[k]);
-    }
-    return all;
-}
-
-/// Rays that are prepared otherwise by themselves than in a stream.
-std::size_t count_alone_differences(std::span<const Ray> rays) {
-    std::size_t count = 0;
-    for (std::size_t first = 0; first < rays.size(); first += kStreamRays) {
-        const auto part = rays.subspan(first, std::min(kStreamRays, rays.size() - first));
-        const RayStream stream = stream_of(part);
-        for (std::size_t i = 0; i < part.size(); ++i)
-            count += !is_prepared_alone(stream, i, part[i]);
-    }
-    return count;
-}
-
-/// Rays whose closest hits in a leaf differ if they are packed. `asked` are few of their vectors'.
-std::size_t count_packed_differences(const Leaf& leaf, std::span<const Ray> rays,
-                                     std::uint64_t asked) {
-    const RayStream stream = stream_of(rays);
-    ClosestHits expected(stream, rays.size());
-    ClosestHits actual = expected;
-    for (std::uint64_t left = asked; left != 0; left &= left - 1)
-        intersect_leaf_alone(stream, static_cast<std::size_t>(std::countr_zero(left)), leaf,
-                             expected);
-    PackedRays packed;
-    packed.pack(stream, actual, asked);
-    for (std::size_t i = 0; i < packed.count(); i += kLanes) packed.intersect(i, leaf, actual);
-    std::size_t count = packed.count() != static_cast<std::size_t>(std::popcount(asked));
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        const Hit a = expected.hit(i), b = actual.hit(i);
-        count += std::memcmp(&a, &b, sizeof a) != 0 || expected.last[i] != actual.last[i];
-    }
-    return count;
-}
 
 /// The answers for at most kStreamRays rays of one octant and the node's boxes up to their
 /// last_depth: for each ray, for all, and by rays_meeting for the rays of `asked`.
@@ -161,27 +54,6 @@ void meet_boxes(const Node& node, std::span<const Ray> rays, std::uint64_t asked
 
 std::uint32_t leaf_slots_of(const Node& node) { return leaf_slots(node); }
 
-/// Whether each ray is in one stream, with the others of its octant before and after it in order.
-bool is_ordered(std::span<const Ray> rays) {
-    std::vector<std::uint32_t> seen(rays.size());
-    std::size_t previous[OctantOrder::kOctants] = {};
-    bool ordered = true;
-    for_each_stream(
-        rays, [&](const Ray* batch, std::span<const std::uint16_t> order, std::size_t first) {
-            ordered = ordered && !order.empty() && order.size() <= kStreamRays;
-            const auto octant_of = [](vec3 d) { return (d.x < 0) + 2 * (d.y < 0) + 4 * (d.z < 0); };
-            const int octant = octant_of(batch[order[0]].dir);
-            for (const std::uint16_t i : order) {
-                const std::size_t ray = first + i;
-                ordered = ordered && &batch[i] == &rays[ray] && octant_of(batch[i].dir) == octant &&
-                          previous[octant] <= ray;
-                previous[octant] = ray;
-                ++seen[ray];
-            }
-        });
-    return ordered && std::count(seen.begin(), seen.end(), 1u) == std::ssize(seen);
-}
-
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
@@ -196,62 +68,11 @@ namespace {
 using namespace test;
 
 HWY_EXPORT(compiled_target);
-HWY_EXPORT(count_stream_differences);
-HWY_EXPORT(count_alone_differences);
-HWY_EXPORT(count_packed_differences);
 HWY_EXPORT(meet_boxes);
 HWY_EXPORT(leaf_slots_of);
-HWY_EXPORT(is_ordered);
-
 TEST(SimdDispatch, CallsTheFunctionOfTheTarget) {
     for (const SimdTarget& target : supported_simd_targets()) {
         EXPECT_EQ(SIMD_FUNCTION(compiled_target, target)(), target.bit) << target.name;
-    }
-}
-
-TEST(RayStream, DilatesSlabsAndHasTheBitsOfShearRay) {
-    const TestScene scene = random_soup(100, 0.5, 1);
-    std::vector<Ray> rays = rays_through(scene, 5003, 2);
-    Random random(3);
-    for (Ray& ray : rays) {
-        if (random.below(4) == 0) ray.org = snap_point(random.point(kOriginExtent));
-    }
-    for (const SimdTarget& target : supported_simd_targets()) {
-        EXPECT_EQ(SIMD_FUNCTION(count_stream_differences, target)(rays), 0u) << target.name;
-    }
-}
-
-TEST(RayStream, PreparesARayByItselfAsInAStream) {
-    const TestScene scene = random_soup(100, 0.5, 1);
-    std::vector<Ray> rays = mixed_rays(scene, 5003, 5);
-    Random random(6);
-    for (Ray& ray : rays) {
-        if (random.below(4) == 0) ray.org = snap_point(random.point(kOriginExtent));
-        if (random.below(8) == 0) ray.dir[static_cast<int>(random.below(3))] = 0;
-    }
-    for (const SimdTarget& target : supported_simd_targets()) {
-        EXPECT_EQ(SIMD_FUNCTION(count_alone_differences, target)(rays), 0u) << target.name;
-    }
-}
-
-TEST(PackedRays, HaveTheClosestHitsOfRaysAlone) {
-    for (const NamedScene& named : adversarial_scenes()) {
-        const TestScene& scene = named.scene;
-        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-        Random random(7);
-        for (std::size_t leaf = 0; leaf < bvh.leaves.size(); leaf += 1 + bvh.leaves.size() / 20) {
-            const std::vector<Ray> rays = mixed_rays(scene, 64, 100 + leaf);
-            const std::uint64_t asked =
-                random.bits() & random.bits() & (leaf % 2 == 0 ? random.bits() : ~std::uint64_t{0});
-            // At most half of the rays.
-            if (std::popcount(asked) > 32) continue;
-            for (const SimdTarget& target : supported_simd_targets()) {
-                EXPECT_EQ(
-                    SIMD_FUNCTION(count_packed_differences, target)(bvh.leaves[leaf], rays, asked),
-                    0u)
-                    << named.name << ", " << target.name;
-            }
-        }
     }
 }
 
@@ -273,16 +94,6 @@ Node random_node(Random& random, std::uint32_t used) {
         node.child[slot] = is_used ? random.below(1000) | leaf : kEmptyChild;
     }
     return node;
-}
-
-TEST(OctantOrder, KeepsTheOrderOfTheRaysOfAnOctant) {
-    const TestScene scene = random_soup(100, 0.5, 1);
-    for (const std::size_t size : {1, 2, 3, 4, 5, 63, 64, 65, 2047, 2048, 2049, 5003}) {
-        std::vector<Ray> rays = mixed_rays(scene, size, size);
-        for (std::size_t i = 0; i < size; i += 3) rays[i].dir = {0, -0.0f, -1};
-        for (const SimdTarget& target : supported_simd_targets())
-            EXPECT_TRUE(SIMD_FUNCTION(is_ordered, target)(rays)) << size << ", " << target.name;
-    }
 }
 
 /// Rays of one octant; a zero counts as positive.
