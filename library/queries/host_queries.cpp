@@ -1,7 +1,5 @@
 #include "library/queries/host_queries.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
