@@ -38,15 +38,15 @@ endif()
 list(REMOVE_DUPLICATES MORPHRAY_BUILD_PACKAGES)
 list(SORT MORPHRAY_BUILD_PACKAGES)
 
-if(TARGET morphray_tools)
-    set(header ${PROJECT_BINARY_DIR}/generated/tools/build/build_packages.h)
+if(TARGET morphray_report)
+    set(header ${PROJECT_BINARY_DIR}/generated/common/report/build_packages.h)
     list(JOIN MORPHRAY_BUILD_PACKAGES "," names)
     add_custom_target(morphray_build_packages
         COMMAND ${CMAKE_COMMAND} -D NAMES=${names} -D DPKG_QUERY=${MORPHRAY_DPKG_QUERY}
-            -D TEMPLATE=${PROJECT_SOURCE_DIR}/tools/build/build_packages.h.in -D OUTPUT=${header}
+            -D TEMPLATE=${PROJECT_SOURCE_DIR}/common/report/build_packages.h.in -D OUTPUT=${header}
             -P ${PROJECT_SOURCE_DIR}/cmake/build_packages.cmake
         BYPRODUCTS ${header}
         COMMENT "Checking the packages"
         VERBATIM)
-    add_dependencies(morphray_tools morphray_build_packages)
+    add_dependencies(morphray_report morphray_build_packages)
 endif()

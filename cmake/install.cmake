@@ -4,8 +4,8 @@
 #   dev       headers, the static library, the packages for CMake and pkg-config, examples
 #   program   the program and those that it starts, its man page
 #   embree    the libraries in place of Embree's, and the program that starts others with them, if they
-#             are built (embree/CMakeLists.txt)
-#   python    the Python package, if it is built (python/CMakeLists.txt); otherwise an error
+#             are built (library/embree/CMakeLists.txt)
+#   python    the Python package, if it is built (library/python/CMakeLists.txt); otherwise an error
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -18,11 +18,11 @@ install(TARGETS morphray_shared EXPORT morphray_shared_targets
 install(TARGETS morphray_static EXPORT morphray_static_targets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT library)
-install(DIRECTORY include/morphray DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev
+install(DIRECTORY library/include/morphray DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev
     FILES_MATCHING PATTERN *.hpp)
 install(FILES ${PROJECT_BINARY_DIR}/generated/morphray/version.hpp
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/morphray COMPONENT dev)
-install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT dev)
+install(DIRECTORY library/examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT dev)
 
 # The package for CMake.
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/morphray)
@@ -61,9 +61,9 @@ if(TARGET morphray)
         install(TARGETS morphray_chart
             RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/morphray COMPONENT program)
     endif()
-    install(DIRECTORY share/scenes
-        DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/morphray COMPONENT program)
-    install(FILES tools/plot/plot.gp
+    install(DIRECTORY scenes/examples/
+        DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/morphray/scenes COMPONENT program)
+    install(FILES common/report/plot.gp
         DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/morphray COMPONENT program)
     add_dependencies(morphray_install_files morphray_programs)
     # The man page is the program's help (Debian: help2man).

@@ -17,10 +17,10 @@ SHARED_BEGIN
 // What is only read is there as texels or as a storage buffer (base/buffers.glsl). Where it is
 // texels, those that are read or written in place are at most the four storage texel buffers that
 // every device has, and so are the storage buffers. A kernel of storage buffers binds at most 10.
-SHARED_CONST uint kBindNodes = 0u;      // uvec4, in place
-SHARED_CONST uint kBindLeaves = 1u;     // uvec4, in place
-SHARED_CONST uint kBindPositions = 2u;  // uvec4, the last word 0; or three words each
-SHARED_CONST uint kBindTriangles = 3u;  // uvec4, three vertices and the albedo
+SHARED_CONST uint kBindNodes = 0u;            // uvec4, in place
+SHARED_CONST uint kBindLeaves = 1u;           // uvec4, in place
+SHARED_CONST uint kBindPositions = 2u;        // uvec4, the last word 0; or three words each
+SHARED_CONST uint kBindTriangles = 3u;        // uvec4, three vertices and the albedo
 SHARED_CONST uint kBindLeafVertices = 4u;     // uint, 16 a leaf
 SHARED_CONST uint kBindLeafParents = 5u;      // uint
 SHARED_CONST uint kBindNodeParents = 6u;      // uint
@@ -51,9 +51,10 @@ SHARED_CONST uint kBindingCount = 24u;
 SHARED_CONST uint kGroupSize = 64u;
 SHARED_CONST uint kTileSize = 8u;
 // The boxes of the four quarters of a node (slots 0 to 3, ...), and of the four groups of a leaf's
-// triangles: lower x of the four, upper x, lower y, ... The refit makes them, each so that it contains
-// the padded boxes of what is in it. A ray tests them first, and then only what is in those that it
-// meets: 16 boxes and triangles together cost it as much as two levels of a binary tree.
+// triangles: lower x of the four, upper x, lower y, ... The refit makes them, each so that it
+// contains the padded boxes of what is in it. A ray tests them first, and then only what is in
+// those that it meets: 16 boxes and triangles together cost it as much as two levels of a binary
+// tree.
 SHARED_CONST uint kQuarterVec4s = 6u;
 
 // The parent of the root: kNoParent.
@@ -70,8 +71,8 @@ SHARED_CONST uint kMostShadedTileBits = 8u;
 // Specialisation constant 0: the loop iterations that a lane counts before it suspends its ray
 // (base/lavapipe.h).
 SHARED_CONST uint kConstantStepBudget = 0u;
-// Specialisation constant 1 of kernels of rays: the boxes that are tested beside those of nodes. The
-// benchmark leaves some out.
+// Specialisation constant 1 of kernels of rays: the boxes that are tested beside those of nodes.
+// The benchmark leaves some out.
 SHARED_CONST uint kConstantBoxes = 1u;
 SHARED_CONST uint kTestQuarters = 1u;
 SHARED_CONST uint kTestGroups = 2u;

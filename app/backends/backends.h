@@ -9,11 +9,11 @@
 
 #include "app/base/options.h"
 #include "app/terminal/messages.h"
-#include "clips/scene_frames.h"
 #include "common/backend.h"
 #include "common/base/errors.h"
 #include "morphray/device.hpp"
-#include "tools/measure/policy_runs.h"
+#include "scenes/policy_runs.h"
+#include "scenes/scene_frames.h"
 
 namespace mray::app {
 

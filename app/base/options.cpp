@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "clips/gltf/gltf_clip.h"
+#include "scenes/gltf/gltf_clip.h"
 
 namespace mray::app {
 

@@ -10,12 +10,12 @@
 #include <vector>
 
 #include "app/base/numbers.h"
-#include "clips/source/open_scene.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
 #include "common/update/policy/update_policy.h"
 #include "morphray/image.hpp"
 #include "morphray/queries.hpp"
+#include "scenes/source/open_scene.h"
 
 namespace mray::app {
 

@@ -6,17 +6,17 @@
 #include <fstream>
 #include <thread>
 
-#include "accuracy/charts/chart_folder.h"
-#include "accuracy/charts/chart_page.h"
-#include "accuracy/charts/charts.h"
 #include "app/backends/backends.h"
 #include "app/base/output_folder.h"
 #include "app/clip/frames.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
-#include "tools/plot/plot.h"
-#include "tools/process/shell_text.h"
+#include "common/report/plot.h"
+#include "common/report/shell_text.h"
+#include "lab/accuracy/charts/chart_folder.h"
+#include "lab/accuracy/charts/chart_page.h"
+#include "lab/accuracy/charts/charts.h"
 
 namespace mray::app {
 namespace {

@@ -16,8 +16,8 @@
 #include "app/cli/unused_options.h"
 #include "app/cli/usage_errors.h"
 #include "common/base/errors.h"
+#include "common/report/build_record.h"
 #include "common/version.h"
-#include "tools/build/build_record.h"
 
 namespace mray::app {
 namespace {

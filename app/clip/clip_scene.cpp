@@ -11,8 +11,8 @@
 #include "app/base/library_calls.h"
 #include "app/files/texture_reader.h"
 #include "app/terminal/progress.h"
-#include "clips/inside_view.h"
 #include "common/base/stopwatch.h"
+#include "scenes/inside_view.h"
 
 namespace mray::app {
 namespace {

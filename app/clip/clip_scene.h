@@ -12,9 +12,9 @@
 #include "app/base/options.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/messages.h"
-#include "clips/clip.h"
 #include "common/frame_times.h"
 #include "morphray/scene.hpp"
+#include "scenes/clip.h"
 
 namespace mray::app {
 

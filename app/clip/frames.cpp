@@ -8,12 +8,12 @@
 
 #include "app/files/formats/optional_formats.h"
 #include "app/terminal/progress.h"
-#include "clips/frame_range.h"
-#include "clips/inside_view.h"
 #include "common/base/errors.h"
 #include "common/scene/mesh.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
+#include "scenes/frame_range.h"
+#include "scenes/inside_view.h"
 
 namespace mray::app {
 namespace {

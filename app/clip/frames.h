@@ -8,8 +8,8 @@
 
 #include "app/base/options.h"
 #include "app/terminal/messages.h"
-#include "clips/scene_frames.h"
 #include "common/interop/params.h"
+#include "scenes/scene_frames.h"
 
 namespace mray::app {
 

@@ -6,8 +6,8 @@
 
 #include "app/base/options.h"
 #include "app/terminal/messages.h"
-#include "clips/scene_frames.h"
 #include "morphray/scene.hpp"
+#include "scenes/scene_frames.h"
 
 namespace mray::app {
 

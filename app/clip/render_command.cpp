@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include "common/image/frame.h"
+#include "common/report/shell_text.h"
 #include "common/text/number_text.h"
 #include "common/version.h"
-#include "tools/process/shell_text.h"
 
 namespace mray::app {
 

@@ -15,7 +15,7 @@
 #include "app/report/crosscheck/golden_images.h"
 #include "app/report/crosscheck/junit.h"
 #include "app/terminal/failure.h"
-#include "tools/process/shell_text.h"
+#include "common/report/shell_text.h"
 
 namespace mray::app {
 namespace {

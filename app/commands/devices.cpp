@@ -8,7 +8,7 @@
 #include "app/cli/help/help_formatter.h"
 #include "app/commands/commands.h"
 #include "app/report/scene_report.h"
-#include "tools/text/table.h"
+#include "common/report/table.h"
 
 namespace mray::app {
 namespace {

@@ -14,10 +14,10 @@
 #include "app/report/diff_report.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/output_file.h"
+#include "common/report/compare.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
 #include "morphray/hits.hpp"
-#include "tools/image/compare.h"
 
 namespace mray::app {
 namespace {

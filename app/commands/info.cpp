@@ -9,15 +9,15 @@
 #include "app/commands/commands.h"
 #include "app/files/formats/format_table.h"
 #include "app/report/scene_report.h"
-#include "clips/procedural/procedural.h"
 #include "common/base/stopwatch.h"
+#include "common/report/build_record.h"
+#include "common/report/table.h"
 #include "common/scene/degenerate_count.h"
 #include "common/simd/simd_target.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
 #include "common/version.h"
-#include "tools/build/build_record.h"
-#include "tools/text/table.h"
+#include "scenes/procedural/procedural.h"
 
 namespace mray::app {
 namespace {

@@ -5,8 +5,8 @@
 #include "app/commands/pixel_probe.h"
 #include "app/commands/probe/probe_sentence.h"
 #include "app/report/probe_report.h"
+#include "common/report/table.h"
 #include "common/text/number_text.h"
-#include "tools/text/table.h"
 
 namespace mray::app {
 namespace {

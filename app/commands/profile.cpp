@@ -14,8 +14,8 @@
 #include "app/report/profile_table.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
+#include "common/report/shell_text.h"
 #include "common/version.h"
-#include "tools/process/shell_text.h"
 
 namespace mray::app {
 namespace {

@@ -27,10 +27,10 @@
 #include "common/base/output_file.h"
 #include "common/base/stopwatch.h"
 #include "common/image/png.h"
+#include "common/report/contact_sheet.h"
+#include "common/report/table.h"
 #include "common/text/number_text.h"
 #include "morphray/hits.hpp"
-#include "tools/image/contact_sheet.h"
-#include "tools/text/table.h"
 
 namespace mray::app {
 namespace {

@@ -6,9 +6,9 @@
 #include <string>
 #include <string_view>
 
-#include "clips/json/json_at.h"
 #include "common/base/input_file.h"
 #include "common/text/message_text.h"
+#include "scenes/json/json_at.h"
 
 namespace mray::app {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/image/compare.h"
+#include "common/report/compare.h"
 
 namespace mray::app {
 

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "common/report/build_record.h"
 #include "common/version.h"
-#include "tools/build/build_record.h"
 
 namespace mray::app {
 

@@ -11,8 +11,8 @@
 #include "app/report/report_head.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/frame_times.h"
-#include "tools/image/compare.h"
-#include "tools/text/json_writer.h"
+#include "common/report/compare.h"
+#include "common/report/json_writer.h"
 
 namespace mray::app {
 

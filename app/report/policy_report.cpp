@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "tools/measure/spread.h"
+#include "common/report/spread.h"
 
 namespace mray::app {
 namespace {

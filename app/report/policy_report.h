@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "app/report/report_head.h"
-#include "tools/measure/policy_runs.h"
-#include "tools/text/table.h"
+#include "common/report/table.h"
+#include "scenes/policy_runs.h"
 
 namespace mray::app {
 

@@ -2,8 +2,8 @@
 #include "app/report/profile_report.h"
 
 #include "app/report/json_parts.h"
+#include "common/report/spread.h"
 #include "common/text/number_text.h"
-#include "tools/measure/spread.h"
 
 namespace mray::app {
 namespace {

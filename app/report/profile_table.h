@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/report/profile_report.h"
-#include "tools/text/table.h"
+#include "common/report/table.h"
 
 namespace mray::app {
 

@@ -8,10 +8,10 @@
 
 #include "app/files/formats/format_table.h"
 #include "app/report/report_head.h"
-#include "clips/clip.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/scene/degenerate_count.h"
 #include "morphray/device.hpp"
+#include "scenes/clip.h"
 
 namespace mray::app {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "tools/text/json_writer.h"
+#include "common/report/json_writer.h"
 
 namespace mray::app {
 namespace {

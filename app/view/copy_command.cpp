@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "app/clip/render_command.h"
-#include "tools/process/shell_text.h"
+#include "common/report/shell_text.h"
 
 namespace mray::app {
 namespace {

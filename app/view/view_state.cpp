@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "clips/inside_view.h"
 #include "common/scene/scene_space.h"
 #include "morphray/image.hpp"
+#include "scenes/inside_view.h"
 
 namespace mray::app {
 namespace {

@@ -9,7 +9,7 @@
 #include "app/view/camera.h"
 #include "app/view/image_request.h"
 #include "app/view/playback.h"
-#include "clips/clip.h"
+#include "scenes/clip.h"
 
 namespace mray::app {
 

@@ -10,7 +10,7 @@
 #include "app/terminal/messages.h"
 #include "app/view/engine.h"
 #include "app/view/view_state.h"
-#include "clips/clip.h"
+#include "scenes/clip.h"
 
 namespace mray::app {
 

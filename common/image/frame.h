@@ -22,8 +22,8 @@ struct Frame {
     std::vector<std::uint32_t> pixels;
     /// Whether a backend fills `pixels`; else they are empty. Set by the caller.
     bool with_pixels = true;
-    /// Whether a backend must fill `hits` and `occlusion`; a device leaves them empty otherwise, which
-    /// spares a copy. Set by the caller.
+    /// Whether a backend must fill `hits` and `occlusion`; a device leaves them empty otherwise,
+    /// which spares a copy. Set by the caller.
     bool with_hits = true;
 };
 

@@ -37,7 +37,7 @@ SHARED Float3 cross3(Float3 a, Float3 b) {
 
 /// 1/x to 1.2 ulp for 2^-126 <= x <= 2^102: a linear guess on the bits, two Newton steps, and one
 /// in residual form. Outside that range the result is unspecified but the same everywhere. Checked:
-/// proofs/reciprocals.cpp.
+/// lab/proofs/reciprocals.cpp.
 SHARED Float rcp_of_positive(Float x) {
     PRECISE Float y = uintBitsToFloat(0x7EF311C7u - floatBitsToUint(x));
     PRECISE Float e0 = 2.0f - x * y;
@@ -57,7 +57,7 @@ SHARED Float rcp(Float x) {
 
 /// The rounding error of the product p = a * b, exact (T. J. Dekker. A floating-point technique for
 /// extending the available precision. 1971; with Veltkamp's splitting into 12 + 12 bits).
-/// Exact: proofs/small_floats.cpp.
+/// Exact: lab/proofs/small_floats.cpp.
 ///
 /// A fused multiply-subtract a * b - p, where there is one, has the same bits: the exact error is a
 /// float, because it is a multiple of the product of the factors' grids, at least 2^-126, and far
@@ -87,7 +87,7 @@ SHARED Float product_error(Float a, Float b, Float p) {
 
 /// 1/sqrt(x) to 2 ulp for 2^-100 <= x <= 2^100: a guess on the bits and three Newton steps, the
 /// last in residual form.
-/// Checked: proofs/reciprocals.cpp.
+/// Checked: lab/proofs/reciprocals.cpp.
 SHARED Float rsqrt(Float x) {
     PRECISE Float h = 0.5f * x;
     PRECISE Float y = uintBitsToFloat(0x5F375A86u - (floatBitsToUint(x) >> 1u));

@@ -1,5 +1,5 @@
 // The one BVH layout that both backends build, refit and traverse: width 16, meshlet leaves of at
-// most 16 triangles over at most 16 vertices. docs/lab/build_and_refit.md has the figures behind
+// most 16 triangles over at most 16 vertices. lab/notes/build_and_refit.md has the figures behind
 // the choice. On a device both arrays are read as texel buffers of uvec4, so all offsets are
 // multiples of 16 B.
 #ifndef COMMON_INTEROP_BVH_LAYOUT_H

@@ -62,7 +62,7 @@ SHARED ShearedRay shear_ray(Float3 org, Float3 dir) {
 }
 
 /// The rounding error of the difference d = a - b, exact (D. E. Knuth. TAOCP 2, 4.2.2, theorem B).
-/// Exact: proofs/small_floats.cpp.
+/// Exact: lab/proofs/small_floats.cpp.
 SHARED Float difference_error(Float a, Float b, Float d) {
     PRECISE Float bv = a - d;
     PRECISE Float av = d + bv;
@@ -73,7 +73,7 @@ SHARED Float difference_error(Float a, Float b, Float d) {
 }
 
 /// a * b - c * d with the errors of both products: relative error of about 3 ulp, and exact sign.
-/// proofs/difference_of_products.g, proofs/small_floats.cpp.
+/// lab/proofs/difference_of_products.g, lab/proofs/small_floats.cpp.
 SHARED Float difference_of_products(Float a, Float b, Float c, Float d) {
     PRECISE Float left = a * b;
     PRECISE Float right = c * d;
@@ -113,7 +113,7 @@ SHARED Float3 project_rotated(ShearedRay s, Float3 vertex) {
 
 /// A vertex (scene space) as the ray sees it, to 2^-22 of its distance from the ray and 2^-44 of
 /// that from the origin.
-/// Checked: proofs/project.g.
+/// Checked: lab/proofs/project.g.
 SHARED Float3 project(ShearedRay s, Float3 vertex) {
     return project_rotated(s, rotate_axes(vertex, s.axis));
 }
@@ -187,7 +187,7 @@ SHARED Float fast_edge(Float3 p, Float3 q) {
 /// r = 2^-21 (2 m + Z) + 2^-49 of that of `project`, rounding of the functions included, so each
 /// function is within r (m + 2 r): docs/design/arithmetic.md, "Plain floats where they suffice".
 /// Products may underflow, which the 2^-49 makes too small to matter to a function beyond its
-/// bound. Checked: proofs/fast_edges.g.
+/// bound. Checked: lab/proofs/fast_edges.g.
 SHARED Edges fast_edges(Float3 a, Float3 b, Float3 c) {
     PRECISE Float m = (projected_size(a) + projected_size(b)) + projected_size(c);
     Edges e;
@@ -218,7 +218,8 @@ SHARED Bool may_be_inside(Edges e) {
 /// Whether all signs are certain and equal, and the edge functions accurate enough as weights of z.
 /// Their errors move z by at most 2 * bound / sum of depth_range; that must stay a part of the
 /// depth margin M for a hit never to lie before its box by more than M. (Of M, 2^-5 is left to
-/// other errors, a quarter goes here twice over.) Checked: proofs/fast_edges.g, depth.g, boxes.g.
+/// other errors, a quarter goes here twice over.) Checked: lab/proofs/fast_edges.g, depth.g,
+/// boxes.g.
 SHARED Bool surely_inside(ShearedRay s, Edges e) {
     PRECISE Float sum = (abs(e.u) + abs(e.v)) + abs(e.w);
     // A range below 1 cannot matter, and its product with the bound might be a denormal.
@@ -245,9 +246,9 @@ SHARED Float scaled_weight(Float weight, Float sum, Float scale) {
 
 /// The hit of a ray that goes through a triangle, from its edge functions and the vertices' z. The
 /// weights add up to 1, so that their errors move z by parts of its range only: by 2 * bound / sum
-/// and kWeightRounding of that, and kMeanRounding of the vertices' size (proofs/depth.g). Whether
-/// the sign of z is certain: z is beyond its error, or the vertices' z have one sign, so that z has
-/// it (a sum of products of that sign; their range is less than their size then).
+/// and kWeightRounding of that, and kMeanRounding of the vertices' size (lab/proofs/depth.g).
+/// Whether the sign of z is certain: z is beyond its error, or the vertices' z have one sign, so
+/// that z has it (a sum of products of that sign; their range is less than their size then).
 SHARED Bool weighted_hit(ShearedRay s, Edges e, Float za, Float zb, Float zc,
                          OUT(TriangleHit) hit) {
     PRECISE Float sum = (abs(e.u) + abs(e.v)) + abs(e.w);

@@ -21,7 +21,7 @@
 SHARED_BEGIN
 
 /// Whether the edge function of a and b, whose exact sign is that of e, is positive for the moved
-/// ray. Checked: proofs/owners.cpp.
+/// ray. Checked: lab/proofs/owners.cpp.
 SHARED Bool is_left_of_edge(Float e, Float3 a, Float3 b) {
     Bool tie = a.y > b.y || (a.y == b.y && b.x > a.x);
     return e > 0.0f || (e == 0.0f && tie);

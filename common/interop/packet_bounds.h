@@ -1,6 +1,6 @@
 // The constants of the bounds that let a packet of the CPU decide about a triangle without the hit
-// rule: docs/design/arithmetic.md, "Packets", derives each by the name that it has here, and proofs/
-// checks it. u stands for 2^-24.
+// rule: docs/design/arithmetic.md, "Packets", derives each by the name that it has here, and
+// lab/proofs/ checks it. u stands for 2^-24.
 #ifndef COMMON_INTEROP_PACKET_BOUNDS_H
 #define COMMON_INTEROP_PACKET_BOUNDS_H
 
@@ -96,7 +96,7 @@ SHARED_CONST float kRuleDepthFactor = 1.5f;
 // Beyond this part of z, times kRuleDepthFactor, nothing is known of 1 / z: how much nearer the
 // rule may place a hit has a second order.
 SHARED_CONST float kFarDepth = 0.1875f;
-// Where the plane in scene space bounds 1 / z (proofs/packet_slant.g): the error of a
+// Where the plane in scene space bounds 1 / z (lab/proofs/packet_slant.g): the error of a
 // vertex by its rows in the projection, times the extent: 10 u; by the plane's normal, times the
 // extent and the distance: 12 u and 4.5 u; and in z, by the depth margin: 21 * 2^-12.
 SHARED_CONST float kVertexError = 5.9604644775390625e-07f;

@@ -32,7 +32,7 @@ SHARED Float largest_extent(Float3 lower, Float3 upper) {
 }
 
 /// How far a plane of a leaf's box is moved outwards, by largest_extent of the leaf's vertices.
-/// Checked: proofs/boxes.g.
+/// Checked: lab/proofs/boxes.g.
 SHARED Float plane_pad(Float plane, Float extent) {
     PRECISE Float pad = kPadOfExtent * extent + kPadOfPlane * abs(plane);
     return pad;
@@ -50,7 +50,7 @@ struct SlabRay {
 
 /// 1/d to half an ulp and little more, or what stands for it: rcp() and one step with an exact
 /// residual.
-/// Checked: proofs/boxes.g.
+/// Checked: lab/proofs/boxes.g.
 SHARED Float slab_reciprocal(Float d) {
     Bool is_zero = d == 0.0f;
     Float x = select(is_zero, 1.0f, d);
@@ -65,14 +65,14 @@ SHARED Float slab_reciprocal(Float d) {
 SHARED Float extent_of_rays(Float3 org) { return greater(largest_component(org), kSceneExtent); }
 
 /// The least D for rays from org.
-/// Checked: proofs/boxes.g.
+/// Checked: lab/proofs/boxes.g.
 SHARED Float least_dilation(Float3 org) {
     PRECISE Float d = kDilationOfExtent * extent_of_rays(org);
     return d;
 }
 
 /// D for rays from org, on each axis.
-/// Checked: proofs/boxes.g.
+/// Checked: lab/proofs/boxes.g.
 SHARED Float3 box_dilation(Float3 org) {
     Float least = least_dilation(org);
     PRECISE Float3 d =
@@ -82,7 +82,7 @@ SHARED Float3 box_dilation(Float3 org) {
 }
 
 /// M for rays from org.
-/// Checked: proofs/boxes.g.
+/// Checked: lab/proofs/boxes.g.
 SHARED Float depth_margin(Float3 org) {
     PRECISE Float m = kDepthMargin * extent_of_rays(org);
     return m;

@@ -62,7 +62,7 @@ SHARED Surface surface_of(Float3 org, Float3 dir, Float t, Float3 a, Float3 b, F
 
 /// The point moved off the surface along its normal by kSurfaceOffset * size, on the coordinate
 /// grid: where secondary rays start or end.
-/// Checked: proofs/surface_offset.g.
+/// Checked: lab/proofs/surface_offset.g.
 SHARED Float3 off_surface(Surface s, Float size) {
     PRECISE Float offset = kSurfaceOffset * size;
     PRECISE Float3 p = Float3(s.point.x + s.normal.x * offset, s.point.y + s.normal.y * offset,

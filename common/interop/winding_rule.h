@@ -26,7 +26,7 @@ struct FloatCrossing {
 
 /// Never wrong where it is not uncertain, for the point and the vertices before they were brought
 /// into scene space; uncertain for every triangle that the point lies on. p is at most 2^21 on each
-/// axis. Checked: proofs/winding.g.
+/// axis. Checked: lab/proofs/winding.g.
 SHARED FloatCrossing float_crossing(Float3 p, Float3 a, Float3 b, Float3 c) {
     PRECISE Float3 ra = a - p;
     PRECISE Float3 rb = b - p;

@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint32_t kMostAoRays = 2048;
 
 /// With fewer shadow rays than this for each leaf that the camera packet visited, triangles are so
-/// small that light packets lose to rays one by one (docs/lab/cpu_tracer.md).
+/// small that light packets lose to rays one by one (lab/notes/cpu_tracer.md).
 constexpr std::size_t kFewRaysOfLeaf = 7;
 
 void trace_shadows(const TileTracer& tracer, const PixelPart& part, std::uint32_t camera_leaves) {

@@ -35,7 +35,7 @@ struct DepthPlanes {
 };
 
 /// Finds DepthPlanes for the triangles of a leaf (docs/design/arithmetic.md, "Packets", step 4;
-/// proofs/packet_slant.g).
+/// lab/proofs/packet_slant.g).
 class DepthBounds {
 public:
     /// distance: the largest coordinate of the leaf's first vertex relative to the origin.

@@ -81,7 +81,8 @@ struct PacketFrame {
 
 /// A triangle is in front of the origin if all z of its vertices are more than kFrontDepth times
 /// the largest |z|, plus kFrontError times the error of a vertex. Then all displaced z are positive
-/// and quotients by z are off by little more than their numerators (proofs/packet_rectangles.g).
+/// and quotients by z are off by little more than their numerators
+/// (lab/proofs/packet_rectangles.g).
 inline constexpr float kFrontDepth = 0x1p-10f;
 inline constexpr float kFrontError = 16.0f;
 /// It also has all z above this, so that 1/z and what is multiplied by it stay finite.

@@ -30,7 +30,7 @@ namespace HWY_NAMESPACE {
 /// 1. The products and sums are off by at most 5.
 /// 2. The rule displaces a vertex by 2^-22 of its distance from the ray, at most 2 size, so that
 ///    triangles reach out of their box by at most 8.
-/// 3. kBoxError widens the range by 16 on both sides (proofs/packet_rectangles.g).
+/// 3. kBoxError widens the range by 16 on both sides (lab/proofs/packet_rectangles.g).
 HWY_INLINE void project_boxes(const PacketFrame& frame, int k, const FloatVec lower[3],
                               const FloatVec upper[3], FloatVec size, FloatVec& least,
                               FloatVec& most) {

@@ -134,7 +134,7 @@ std::size_t write_fallback(const LightPacket& packet, const LightPacketBlocks& b
     return count;
 }
 
-/// Fewer rays of a face than this are fallback rays (docs/lab/cpu_tracer.md).
+/// Fewer rays of a face than this are fallback rays (lab/notes/cpu_tracer.md).
 constexpr std::size_t kFewFaceRays = 64;
 
 /// Traces rays that spread too widely for one plane.

@@ -86,7 +86,7 @@ HWY_INLINE void set_wedges(PacketFrame& frame, const double axis_x[3], const dou
 /// outside a wedge. size: the largest coordinate of each box.
 ///
 /// A ray's point t d in the box has n.(t d) >= 0 but for the error of n, which is far less than
-/// kWedgeMargin of t d (proofs/packet_rectangles.g).
+/// kWedgeMargin of t d (lab/proofs/packet_rectangles.g).
 HWY_INLINE Mask outside_wedges(const PacketFrame& frame, const FloatVec lower[3],
                                const FloatVec upper[3], FloatVec size) {
     const FloatVec limit = splat(-kWedgeMargin) * size;

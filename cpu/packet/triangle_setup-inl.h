@@ -49,7 +49,7 @@ HWY_INLINE void plane_normal(const FloatVec x[3], const FloatVec y[3], const Flo
 }
 
 /// Sets up triangles in these steps, those of docs/design/arithmetic.md, "Packets", which derives
-/// each bound; proofs/packet_*.g check them. The constants are those of
+/// each bound; lab/proofs/packet_*.g check them. The constants are those of
 /// common/interop/packet_bounds.h, in units of u = 2^-24. kOnGrid: for a camera packet, whose rays
 /// are near the middles of pixels.
 ///

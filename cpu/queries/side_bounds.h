@@ -1,4 +1,4 @@
-// Constants of cpu/queries/triangle_sides-inl.h (proofs/closest.g).
+// Constants of cpu/queries/triangle_sides-inl.h (lab/proofs/closest.g).
 #pragma once
 
 namespace mray::cpu {

@@ -16,7 +16,7 @@
 // r.w / |w| long, and r.w is least at a vertex. With w the offset of the nearest vertex, the bound
 // is the distance itself where that vertex is the closest point.
 //
-// Rounding, that of the rule as well, is covered by the constants (proofs/closest.g). No answer
+// Rounding, that of the rule as well, is covered by the constants (lab/proofs/closest.g). No answer
 // depends on the bounds, so they may be fused, and differ by target.
 #if defined(MORPHRAY_CPU_QUERIES_TRIANGLE_SIDES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_QUERIES_TRIANGLE_SIDES_INL_H

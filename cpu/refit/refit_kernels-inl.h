@@ -21,7 +21,7 @@ namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
 // The number of leaves by which prefetches run ahead, with all that a leaf's refit reads and writes
-// (docs/lab/build_and_refit.md).
+// (lab/notes/build_and_refit.md).
 inline constexpr std::uint32_t kLeavesAhead = 16;
 
 HWY_INLINE void prefetch_leaf(const RefitArrays& tree, std::uint32_t index,

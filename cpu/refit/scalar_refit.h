@@ -12,7 +12,7 @@
 namespace mray::cpu {
 
 /// The arrays of a tree that a refit reads and writes. A loop keeps a copy in registers; through
-/// the tree itself refits take longer (docs/lab/build_and_refit.md).
+/// the tree itself refits take longer (lab/notes/build_and_refit.md).
 struct RefitArrays {
     explicit RefitArrays(Bvh& bvh)
         : nodes(bvh.nodes.data()),

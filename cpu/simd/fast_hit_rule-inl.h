@@ -55,7 +55,7 @@ struct FastHits {
                                 lanes::projected_size(p[2]));
         const FloatVec depth_range = farthest() - nearest();
         // edge_bound(), fused or not: 2^-18 more than makes up for the difference.
-        // Checked: proofs/fast_hits.g.
+        // Checked: lab/proofs/fast_hits.g.
         const FloatVec r = mul_add(splat(kFastProjectionError * (1 + 0x1p-18f)),
                                    mul_add(splat(2.0f), m, depth_size()),
                                    splat(kFastProjectionFloor * (1 + 0x1p-18f)));
@@ -84,7 +84,7 @@ struct FastHits {
     /// as `mean`, is positive beyond its error. Their triangles may reach behind the origin.
     HWY_INLINE Mask is_hit_ahead(FloatVec mean, FloatVec slack) const {
         // `error` of weighted_hit() is no larger: is_flat limits its part by the bound, and the
-        // range is at most twice the size. Checked: proofs/fast_hits.g.
+        // range is at most twice the size. Checked: lab/proofs/fast_hits.g.
         constexpr float kErrorOfSize = (2 * kWeightRounding + kMeanRounding) * (1 + 0x1p-18f);
         return mean > mul_add(splat(kErrorOfSize), depth_size(), splat(2 * (1 + 0x1p-18f)) * slack);
     }

@@ -2,10 +2,10 @@
 // asked: a triangle occludes a ray, with a hit between tnear and tfar; a hit would lie behind the
 // origin; a hit would lie beyond tfar.
 //
-// Occluders. Names (proofs/certain.g; e = 2^-24): E the magnitudes of the exact edge functions, z
-// the vertices' z by the sign of dir.z, Z the largest |z|, zbar the mean of z under E. |e| are the
-// magnitudes of plain edge functions with |E - |e|| <= bound, all in units of dir.z^2 for slopes; s
-// the sum of the |e|, n the sum of |e| z; X = max(kSceneExtent, |org|), so Z <= 2.001 X.
+// Occluders. Names (lab/proofs/certain.g; e = 2^-24): E the magnitudes of the exact edge functions,
+// z the vertices' z by the sign of dir.z, Z the largest |z|, zbar the mean of z under E. |e| are
+// the magnitudes of plain edge functions with |E - |e|| <= bound, all in units of dir.z^2 for
+// slopes; s the sum of the |e|, n the sum of |e| z; X = max(kSceneExtent, |org|), so Z <= 2.001 X.
 // 1. All e are beyond the bound and have one sign. So have the exact ones, and none is 0: the ray
 //    goes through the triangle, whichever path of the rule decides.
 // 2. n / s is within (2 bound range) / s, at most 4 bound Z / s, of zbar, as the deviations from a
@@ -44,7 +44,7 @@
 // 4. Where tfar |dir.z| is more than 4 X, no n / s is: beyond is capped there, and kHugeReciprocal
 //    for origins farther than kCertainOrigin.
 //
-// Behind the origin (may_be_ahead; proofs/near.g). Names as above.
+// Behind the origin (may_be_ahead; lab/proofs/near.g). Names as above.
 // 1. |E - |e|| <= bound for each of the three.
 // 2. A hit has a z of certain sign (docs/design/arithmetic.md, "In front"), so the sum of E z is
 //    positive.

@@ -15,7 +15,7 @@
 //    instructions for that (HWY_NATIVE_FMA).
 // 3. kStreamDilation covers the parts with org, and least_dilation the 2^-42 E by which the ray
 //    passes the padded box (docs/design/arithmetic.md, "Boxes") with all terms of second order.
-// 4. kStreamRounding covers the parts with t (proofs/near.g). So an entry is no later than
+// 4. kStreamRounding covers the parts with t (lab/proofs/near.g). So an entry is no later than
 //    (1 + 2 u) t or (1 + 3 u) t of a hit, and the exit no earlier than that.
 // 5. k and r are constants of the ray and rounding is monotone, so a box within a box is still met
 //    within the interval of the other, bit for bit. Constants by target are in

@@ -60,7 +60,7 @@ HWY_INLINE void prepare_one(RayStream& stream, const Ray& ray) {
     stream.depth_margin[0] = mray::depth_margin(ray.org);
     stream.last_depth[0] = mray::last_depth(ray.tfar);
     // As shear_ray(), but by components: compilers copy its vectors through memory, which took a
-    // tenth of a call (docs/lab/cpu_tracer.md).
+    // tenth of a call (lab/notes/cpu_tracer.md).
     const std::uint32_t axis = largest_axis(ray.dir);
     const std::uint32_t axes[3] = {axis == 2 ? 0 : axis + 1, axis == 0 ? 2 : axis - 1, axis};
     for (int k = 0; k < 3; ++k) {

@@ -1,6 +1,6 @@
 // Rays of a stream that meet a leaf, side by side. Of diffuse rays few lanes of each vector meet
 // it; packed, they fill some vectors, and the leaf is projected for these alone
-// (docs/lab/cpu_tracer.md has the figures).
+// (lab/notes/cpu_tracer.md has the figures).
 #if defined(MORPHRAY_CPU_SINGLE_RAY_PACKED_RAYS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_PACKED_RAYS_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_PACKED_RAYS_INL_H

@@ -23,7 +23,7 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-// Rays that are traced together; docs/lab/cpu_tracer.md has the figures.
+// Rays that are traced together; lab/notes/cpu_tracer.md has the figures.
 inline constexpr std::size_t kStreamRays = 64;
 
 /// Stands for the main axis of a ray where it is known at run time only.
@@ -108,7 +108,7 @@ HWY_INLINE Value most_depth(Value org_size) {
 /// for every m and every Z up to most_depth(), fused or not. With c = kFastProjectionError and q =
 /// c most_depth() + kFastProjectionFloor, r of edge_bound is at most 2 c m + q, and r (m + 2 r) is
 /// at most (1 + 8 c) (2 c m^2 + q m + 2 q^2). kDepthlessBound covers 8 c and all roundings.
-/// Checked: proofs/near.g.
+/// Checked: lab/proofs/near.g.
 template <class Value>
 struct DepthlessBound {
     Value linear;

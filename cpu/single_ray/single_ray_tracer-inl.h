@@ -29,7 +29,7 @@ namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
 // Batches of at most this many rays are traced ray by ray, unless they are alike: a stream of them
-// costs more time than it saves (docs/lab/cpu_tracer.md has the figures).
+// costs more time than it saves (lab/notes/cpu_tracer.md has the figures).
 inline constexpr std::size_t kAloneIntersected = kTogetherAtNode;
 inline constexpr std::size_t kAloneOccluded = kLanes < 16 ? 4 : 6;
 

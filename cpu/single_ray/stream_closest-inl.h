@@ -36,7 +36,7 @@ namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
 // Rays go on together below a node if they are more than this many, and a vector of rays in a leaf
-// if it has more than this many of them (docs/lab/cpu_tracer.md has the figures).
+// if it has more than this many of them (lab/notes/cpu_tracer.md has the figures).
 inline constexpr std::size_t kTogetherAtNode = kLanes < 8 ? 4 : kLanes == 8 ? 8 : 16;
 inline constexpr std::size_t kTogetherInLeaf = kLanes < 8 ? kLanes / 2 + 1 : kLanes == 8 ? 3 : 6;
 // Fewer rays than these are traced one after the other.

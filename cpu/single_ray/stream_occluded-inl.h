@@ -48,7 +48,7 @@ inline constexpr std::size_t kSeeds = 1024;
 inline constexpr std::size_t kItems = kSeeds + (kMaxDepth - 1) * kWidth * kChunk;
 
 // A node or a leaf is tested for many rays at a time if these are more than this many per vector
-// that has any of them (docs/lab/cpu_tracer.md has the figures).
+// that has any of them (lab/notes/cpu_tracer.md has the figures).
 inline constexpr std::size_t kSharedByNode = kLanes == 1   ? 1
                                              : kLanes == 4 ? 2
                                              : kLanes == 8 ? 4

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# distances.sh TABLE PICTURE: draws the largest errors of a table of bench/distances, the picture of
+# distances.sh TABLE PICTURE: draws the largest errors of a table of lab/bench/distances, the picture of
 # docs/design/arithmetic.md, "Distances".
 set -euo pipefail
 table=$1 picture=$2

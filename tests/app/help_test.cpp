@@ -105,7 +105,7 @@ TEST(Help, ExamplesWork) {
     for (const std::string& command : commands()) {
         // Nothing but the files that the project ships, and what the lines before have written.
         const TemporaryFolder folder;
-        std::filesystem::create_directory_symlink(SHIPPED_FILES, folder.path() / "share");
+        std::filesystem::create_directory_symlink(SHIPPED_FILES, folder.path() / "scenes");
         // Charts take minutes: this one is refused as soon as its line is understood.
         if (command == "chart") folder.write("charts/file", "");
         const std::vector<std::vector<std::string>> examples = examples_of(command);

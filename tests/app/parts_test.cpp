@@ -14,8 +14,8 @@
 #include "app/program.h"
 #include "app/report/crosscheck/crosscheck_text.h"
 #include "app/report/crosscheck/junit.h"
-#include "clips/source/open_scene.h"
 #include "common/base/errors.h"
+#include "scenes/source/open_scene.h"
 #include "tests/support/temporary_folder.h"
 
 namespace mray::app {

@@ -10,11 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include "clips/procedural/procedural.h"
-#include "clips/scene_frames.h"
 #include "common/scene/camera_setup.h"
 #include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
+#include "scenes/procedural/procedural.h"
+#include "scenes/scene_frames.h"
 #include "tests/support/backend_hashes.h"
 #include "tests/support/last_trace.h"
 

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clips/procedural/procedural.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
 #include "common/scene/camera_setup.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/reference/scalar_tracer.h"
+#include "scenes/procedural/procedural.h"
 #include "tests/support/test_scene.h"
 
 namespace mray::test {

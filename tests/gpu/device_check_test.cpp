@@ -9,7 +9,7 @@
 #include "cpu/cpu_backend.h"
 #include "gpu/vulkan/spirv.h"
 #include "gpu/vulkan_backend_internal.h"
-#include "library/device_check.h"
+#include "library/src/device_check.h"
 #include "morphray/error.hpp"
 #include "tests/gpu/faulty_loader.h"
 

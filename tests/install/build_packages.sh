@@ -4,7 +4,7 @@
 set -euo pipefail
 root=$1 scratch=$2/build_packages cmake=$3 cxx=$4
 fail() { echo "build_packages: $*" >&2; exit 1; }
-header=$scratch/tools/build/build_packages.h
+header=$scratch/common/report/build_packages.h
 
 rm -rf "$scratch"
 mkdir -p "$scratch"
@@ -26,12 +26,12 @@ chmod +x "$scratch/dpkg-query"
 
 # write NAMES
 write() {
-    "$cmake" -D NAMES="$1" -D DPKG_QUERY="$scratch/dpkg-query" -D TEMPLATE="$root/tools/build/build_packages.h.in" \
+    "$cmake" -D NAMES="$1" -D DPKG_QUERY="$scratch/dpkg-query" -D TEMPLATE="$root/common/report/build_packages.h.in" \
         -D OUTPUT="$header" -P "$root/cmake/build_packages.cmake"
 }
 # expect_packages "NAME VERSION..."
 expect_packages() {
-    printf '#include "tools/build/build_packages.h"\n#include <iostream>\nint main() {\n%s\n}\n' \
+    printf '#include "common/report/build_packages.h"\n#include <iostream>\nint main() {\n%s\n}\n' \
         'for (const auto& p : mray::kBuildPackages) std::cout << p.name << " " << p.version << "; ";' \
         >"$scratch/main.cpp"
     "$cxx" -std=c++20 -Wall -Werror -I"$scratch" -I"$root" -o "$scratch/main" "$scratch/main.cpp"

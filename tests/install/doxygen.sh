@@ -5,7 +5,7 @@ root=$1 output=$2
 mkdir -p "$output"
 (
     cat "$root/docs/Doxyfile"
-    printf 'OUTPUT_DIRECTORY = "%s"\nINPUT = "%s/include/morphray"\nSTRIP_FROM_PATH = "%s/include"\n' \
+    printf 'OUTPUT_DIRECTORY = "%s"\nINPUT = "%s/library/include/morphray"\nSTRIP_FROM_PATH = "%s/library/include"\n' \
         "$output" "$root" "$root"
 ) | doxygen - >"$output/log" 2>"$output/warnings" || { cat "$output/warnings" >&2; exit 1; }
 [ ! -s "$output/warnings" ] || { cat "$output/warnings" >&2; exit 1; }

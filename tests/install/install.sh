@@ -29,7 +29,7 @@ check_paths() {
     fi
 }
 check_paths
-for file in bin/morphray include/morphray/morphray.hpp include/morphray/version.hpp \
+for file in bin/morphray library/include/morphray/morphray.hpp library/include/morphray/version.hpp \
     share/doc/morphray/LICENSE share/morphray/plot.gp share/morphray/scenes/robot.gltf \
     share/morphray/scenes/flag/flag_3.obj; do
     [ -e "$prefix/$file" ] || fail "$file is not installed"
@@ -66,7 +66,7 @@ fi
     -DCMAKE_CXX_COMPILER="$cxx" -DCMAKE_PREFIX_PATH="$prefix" \
     -DCMAKE_CXX_FLAGS="-Wconversion -Wno-sign-conversion -Werror" >/dev/null
 "$cmake" --build "$scratch/examples"
-for source in "$root"/examples/*.cpp; do
+for source in "$root"/library/examples/*.cpp; do
     example=$(basename "$source" .cpp)
     echo "== $example"
     "$scratch/examples/$example" || fail "$example ends with $?"
@@ -86,11 +86,11 @@ echo "== first_ray with pkg-config"
 export PKG_CONFIG_PATH=$library/pkgconfig
 pkg-config --print-errors --exact-version="$version" morphray
 # shellcheck disable=SC2046  # flags are words
-"$cxx" -std=c++20 "$root/examples/first_ray.cpp" -o "$scratch/first_ray" \
+"$cxx" -std=c++20 "$root/library/examples/first_ray.cpp" -o "$scratch/first_ray" \
     $(pkg-config --cflags --libs morphray) -Wl,-rpath,"$(pkg-config --variable=libdir morphray)"
 "$scratch/first_ray"
 # shellcheck disable=SC2046
-"$cxx" -std=c++20 "$root/examples/first_ray.cpp" -o "$scratch/first_ray_static" \
+"$cxx" -std=c++20 "$root/library/examples/first_ray.cpp" -o "$scratch/first_ray_static" \
     $(pkg-config --cflags morphray) "$library/libmorphray.a" \
     $(pkg-config --static --libs-only-l --libs-only-other morphray | sed 's/-lmorphray//')
 "$scratch/first_ray_static"

@@ -4,36 +4,36 @@
 # included as <morphray/...> or "morphray/...".
 cmake_minimum_required(VERSION 3.25)
 
-# A file is in the longest of these rooms that its path begins with. may_see_X: the rooms whose
-# headers room X may include, besides its own.
-set(rooms common/interop common cpu gpu shaders include library clips tools accuracy app/chart app bench embree
-    tests proofs examples python)
+# A file is in the first of these rooms that its path begins with. may_see_X: the rooms whose headers
+# room X may include, besides its own.
+set(rooms common/interop common/report common cpu gpu shaders library/include library/src library/embree
+    library/python library/examples scenes lab/accuracy lab/bench lab/proofs lab app/chart app tests)
 set(may_see_common/interop)
 set(may_see_common common/interop)
+set(may_see_common/report common common/interop)
 set(may_see_cpu common common/interop)
 set(may_see_gpu shaders common common/interop)
 set(may_see_shaders common/interop)
-set(may_see_include)
-set(may_see_library include cpu gpu common common/interop)
-set(may_see_clips common common/interop)
-set(may_see_tools clips common common/interop)
-set(may_see_accuracy tools clips cpu common common/interop)
-set(may_see_app include tools clips cpu gpu common common/interop)
+set(may_see_library/include)
+set(may_see_library/src library/include cpu gpu common common/interop)
+set(may_see_library/embree library/include)
+set(may_see_library/python library/include)
+set(may_see_library/examples library/include)
+set(may_see_scenes common/report common common/interop)
+set(may_see_lab)
+set(may_see_lab/accuracy lab common/report scenes cpu common common/interop)
+set(may_see_lab/bench lab library/include common/report scenes cpu gpu shaders common common/interop)
+set(may_see_lab/proofs cpu common common/interop)
+set(may_see_app library/include common/report scenes cpu gpu common common/interop)
 # The program morphray-chart.
-set(may_see_app/chart app include accuracy tools clips common common/interop)
-set(may_see_bench include tools clips cpu gpu shaders common common/interop)
-set(may_see_embree include)
-set(may_see_tests library include tools clips cpu gpu common common/interop)
-set(may_see_proofs cpu common common/interop)
-set(may_see_examples include)
-set(may_see_python include)
+set(may_see_app/chart app library/include lab/accuracy common/report scenes common common/interop)
+set(may_see_tests library/include library/src common/report scenes cpu gpu common common/interop)
 # Further rooms of a folder of tests.
 set(tests_of_app app)
 set(tests_of_fuzz app)
-set(tests_of_accuracy accuracy)
-set(tests_of_bench bench)
 set(tests_of_gpu shaders)
-set(tests_of_python python)
+set(tests_of_lab lab/accuracy lab/bench)
+set(tests_of_library library/python)
 set(tests_of_shaders shaders)
 
 # The folders of the program, and of what it includes of itself. Files of app/ itself may include all.
@@ -54,34 +54,34 @@ set(engine "^(cpu/|gpu/|common/(backend|ray_queries|scene_queries)\\.h$|common/(
 set(engine_users "^app/(backends/|commands/(crosscheck|profile|probe|pixel_probe|info|candidates))")
 set(engine_data "^common/(bvh/(bvh_stats|builder/bvh_builder)|update/policy/(policy_spec|update_policy))\\.h$")
 
-# The order of the folders of clips/ and common/: one may include those before it.
-set(order_of_clips polygons json mesh obj ply mesh_files keyframes sequence point_cache gltf
+# The order of the folders of scenes/ and common/: one may include those before it.
+set(order_of_scenes polygons json mesh obj ply mesh_files keyframes sequence point_cache gltf
     procedural source)
-set(order_of_common interop text base simd scene bvh image update)
+set(order_of_common interop text base simd scene bvh image update report)
 
 # Where a library may be included: the regular expression of the header, then that of the files.
 set(places
-    "^hwy/"                     "^((cpu|common/simd|common/bvh|clips/gltf)/.*-inl\\.h|tests/cpu/.*)$"
-    "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/(gpu|faults)|examples)/"
+    "^hwy/"                     "^((cpu|common/simd|common/bvh|scenes/gltf)/.*-inl\\.h|tests/cpu/.*)$"
+    "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/(gpu|faults)|library/examples)/"
     "^(gtest|gmock)/"           "^tests/"
     "^(GLFW/|imgui|backends/)"  "^app/view/window/"
     "^png\\.h$"                 "^(tests/|app/files/png_reader\\.cpp$)"
     "^j(peglib|error)\\.h$"      "^(tests/|app/files/jpeg_reader\\.cpp$)"
     "^assimp/"                  "^app/files/formats/assimp_[a-z]+\\.cpp$"
     "^(OpenEXR/|Iex\\.h$)"      "^(tests/|app/files/exr_writer\\.cpp$)"
-    "^benchmark/"               "^bench/"
-    "^embree[0-9]+/"            "^(tools/embree|embree|tests/embree)/"
-    "^tools/embree/"            "^(tools/embree|bench/embree|accuracy/methods)/"
-    "^tiny_bvh\\.h$"            "^bench/tinybvh/"
-    "^meshoptimizer\\.h$"       "^(clips/gltf/file/compressed_view\\.cpp|tests/clips/gltf/.*)$"
-    "^CGAL/"                    "^(bench|tests)/cgal/"
-    "^pybind11/"                "^python/module/"
-    "^gmp(xx)?\\.h$"            "^accuracy/"
+    "^benchmark/"               "^lab/bench/"
+    "^embree[0-9]+/"            "^(lab/embree\\.h$|library/embree/|tests/library/embree/)"
+    "^lab/embree\\.h$"         "^lab/(bench/embree|accuracy/methods)/"
+    "^tiny_bvh\\.h$"            "^lab/bench/tinybvh/"
+    "^meshoptimizer\\.h$"       "^(scenes/gltf/file/compressed_view\\.cpp|tests/scenes/gltf/.*)$"
+    "^CGAL/"                    "^(lab/bench|tests/lab)/cgal/"
+    "^pybind11/"                "^library/python/module/"
+    "^gmp(xx)?\\.h$"            "^lab/accuracy/"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
     # One source that reads JSON, and one that writes it.
-    "^nlohmann/"                "^(clips/json/json_at\\.cpp$|tools/text/json_writer\\.cpp$|tests/)"
+    "^nlohmann/"                "^(scenes/json/json_at\\.cpp$|common/report/json_writer\\.cpp$|tests/)"
     # The command lines of the program, of the benchmark and of the fuzzer.
-    "^CLI/"                     "^(app/cli/command_line\\.cpp$|bench/(two_builds/)?options\\.cpp$|tests/fuzz/run/options\\.cpp$)"
+    "^CLI/"                     "^(app/cli/command_line\\.cpp$|lab/bench/(two_builds/)?options\\.cpp$|tests/fuzz/run/options\\.cpp$)"
     "stb_image\\.h$"            "^$")
 # Included by one .cpp each.
 set(one_source_each tiny_obj_loader stb_image_write)
@@ -106,7 +106,7 @@ endfunction()
 # of the room itself. The folders of common/interop and of tests are not looked at.
 function(folder_of path out)
     set(${out} "" PARENT_SCOPE)
-    if(path MATCHES "^(app|common|cpu|gpu|shaders|library|clips|tools|accuracy|bench|python)/([^/]+)/")
+    if(path MATCHES "^(app|common|cpu|gpu|shaders|scenes|library/src|library/python|lab/accuracy|lab/bench)/([^/]+)/")
         set(${out} ${CMAKE_MATCH_1}/${CMAKE_MATCH_2} PARENT_SCOPE)
     endif()
 endfunction()
@@ -137,7 +137,7 @@ foreach(file IN LISTS files)
     file(STRINGS ${ROOT}/${file} lines REGEX "^[ \t]*#[ \t]*include[ \t]*[<\"]")
     # The file that Highway compiles once for each target.
     set(dispatches FALSE)
-    if(file MATCHES "^(cpu|common/simd|common/bvh|clips/gltf)/.*\\.cpp$" AND lines MATCHES "hwy/foreach_target\\.h")
+    if(file MATCHES "^(cpu|common/simd|common/bvh|scenes/gltf)/.*\\.cpp$" AND lines MATCHES "hwy/foreach_target\\.h")
         set(dispatches TRUE)
     endif()
     foreach(line IN LISTS lines)
@@ -167,7 +167,7 @@ foreach(file IN LISTS files)
             endif()
         endforeach()
 
-        string(REGEX REPLACE "^morphray/" "include/morphray/" path ${include})
+        string(REGEX REPLACE "^morphray/" "library/include/morphray/" path ${include})
         room_of(${path} to)
         if(to)
             if(NOT to IN_LIST visible)

@@ -1,5 +1,5 @@
-// The promises about threads in include/morphray/. Answers are compared here; races without a wrong
-// answer are seen by ThreadSanitizer (cmake/tsan/run).
+// The promises about threads in library/include/morphray/. Answers are compared here; races without
+// a wrong answer are seen by ThreadSanitizer (cmake/tsan/run).
 #include <gtest/gtest.h>
 
 #include <array>
@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "common/image/png.h"
-#include "library/queries/ray_order.h"
+#include "library/src/queries/ray_order.h"
 #include "tests/library/scenes.h"
 #include "tests/support/run_together.h"
 #include "tests/support/temporary_folder.h"

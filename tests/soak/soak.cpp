@@ -20,13 +20,13 @@
 #include <string>
 #include <string_view>
 
-#include "clips/source/open_scene.h"
 #include "common/base/errors.h"
 #include "common/base/hash.h"
 #include "common/base/stopwatch.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/scene/camera_setup.h"
 #include "cpu/cpu_backend.h"
+#include "scenes/source/open_scene.h"
 #include "tests/support/followed_clip.h"
 #ifdef MORPHRAY_HAS_VULKAN
 #include "gpu/vulkan_backend.h"

@@ -4,9 +4,9 @@
 #include <memory>
 #include <utility>
 
-#include "clips/scene_frames.h"
 #include "common/backend.h"
 #include "common/update/tree_updater.h"
+#include "scenes/scene_frames.h"
 #include "tests/support/last_trace.h"
 
 namespace mray::test {

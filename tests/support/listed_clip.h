@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "clips/clip.h"
-#include "clips/interpolate.h"
+#include "scenes/clip.h"
+#include "scenes/interpolate.h"
 
 namespace mray::test {
 

@@ -5,8 +5,8 @@
 #include <limits>
 #include <memory>
 
-#include "clips/procedural/procedural.h"
 #include "common/scene/scene_space.h"
+#include "scenes/procedural/procedural.h"
 #include "tests/support/test_scene.h"
 
 namespace mray::test {

@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "app/files/formats/optional_formats.h"
-#include "clips/mesh_files/mesh_file.h"
+#include "scenes/mesh_files/mesh_file.h"
 
 namespace mray::app {
 namespace {
@@ -63,12 +63,13 @@ bool takes_scene(const CommandSpec& command) {
 }
 
 constexpr const char* kShippedScenes =
-    "share/scenes is in the folder of the sources; installed it is share/morphray/scenes, such as "
+    "scenes/examples is in the folder of the sources; installed it is share/morphray/scenes, such "
+    "as "
     "/usr/share/morphray/scenes.";
 
 bool uses_shipped_scenes(const CommandSpec& command) {
     return std::ranges::any_of(command.examples, [](const Example& example) {
-        return std::string_view(example.lines).find("share/scenes") != std::string_view::npos;
+        return std::string_view(example.lines).find("scenes/examples") != std::string_view::npos;
     });
 }
 

@@ -24,7 +24,7 @@ constexpr Example kRenderExamples[] = {
      "morphray render builtin:cloth --frames 0..24:8 --out cloth"},
     {"One image, quickly", "morphray render builtin:twist --frame 12 --samples 1 --out twist.png"},
     {"Four images of a second of an animation in a glTF file",
-     "morphray render share/scenes/robot.gltf --time 0..0.75:0.25 --out walk"},
+     "morphray render scenes/examples/robot.gltf --time 0..0.75:0.25 --out walk"},
 };
 constexpr Example kViewExamples[] = {
     {"A scene that plays", "morphray view builtin:cloth --play"},

@@ -11,8 +11,8 @@
 #include "app/commands/crosscheck/query_check.h"
 #include "app/report/crosscheck/check_report.h"
 #include "app/terminal/messages.h"
-#include "clips/scene_frames.h"
 #include "common/backend.h"
+#include "scenes/scene_frames.h"
 
 namespace mray::app {
 

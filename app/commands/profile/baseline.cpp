@@ -5,9 +5,9 @@
 #include <array>
 
 #include "app/files/json_file.h"
+#include "common/report/spread.h"
+#include "common/report/table.h"
 #include "common/text/message_text.h"
-#include "tools/measure/spread.h"
-#include "tools/text/table.h"
 
 namespace mray::app {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "app/base/options.h"
 #include "app/report/report_head.h"
-#include "clips/clip.h"
+#include "scenes/clip.h"
 
 namespace mray::app {
 

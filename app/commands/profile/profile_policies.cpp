@@ -16,14 +16,14 @@
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
-#include "clips/inside_view.h"
-#include "tools/measure/policy_runs.h"
-#include "tools/plot/plot.h"
+#include "common/report/plot.h"
+#include "scenes/inside_view.h"
+#include "scenes/policy_runs.h"
 
 namespace mray::app {
 namespace {
 
-/// Draws the panels of plot::policy_panels for each backend.
+/// Draws the panels of policy_panels for each backend.
 void plot_policies(const PolicyReport& report, const std::string& file) {
     const plot::Figure figure{
         .title = fmt::format("Update policies: {}, {} triangles", report.head.scene,
@@ -36,7 +36,7 @@ void plot_policies(const PolicyReport& report, const std::string& file) {
                                                                report.repeat)),
         .columns = 3,
         .panel_height = 420,
-        .panels = plot::policy_panels(report.backends, "frame")};
+        .panels = policy_panels(report.backends, "frame")};
     write_file(file, plot::draw(figure, policy_frames_table(report.backends).csv(),
                                 file.ends_with(".png") ? "png" : "svg"));
 }

@@ -3,7 +3,7 @@
 #include "app/clip/frames.h"
 #include "common/base/stopwatch.h"
 #include "common/bvh/bvh_stats.h"
-#include "tools/measure/median.h"
+#include "common/report/median.h"
 
 namespace mray::app {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "app/backends/backends.h"
 #include "app/report/profile_report.h"
-#include "clips/scene_frames.h"
+#include "scenes/scene_frames.h"
 
 namespace mray::app {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "clips/clip.h"
+#include "scenes/clip.h"
 
 namespace mray::app {
 

@@ -10,11 +10,11 @@
 
 #include "app/files/formats/assimp_mesh.h"
 #include "app/files/formats/optional_formats.h"
-#include "clips/mesh/mesh_rules.h"
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
 #include "common/base/stopwatch.h"
 #include "common/text/message_text.h"
+#include "scenes/mesh/mesh_rules.h"
 
 namespace mray::app {
 namespace {

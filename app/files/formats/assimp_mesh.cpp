@@ -9,9 +9,9 @@
 #include <unordered_map>
 #include <vector>
 
-#include "clips/mesh/mesh_rules.h"
 #include "common/base/errors.h"
 #include "common/base/hash.h"
+#include "scenes/mesh/mesh_rules.h"
 
 namespace mray::app {
 namespace {

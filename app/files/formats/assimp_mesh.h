@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "clips/mesh/file_mesh.h"
+#include "scenes/mesh/file_mesh.h"
 
 struct aiScene;
 

@@ -3,8 +3,8 @@
 #include <span>
 
 #include "app/files/formats/optional_formats.h"
-#include "clips/mesh_files/mesh_file.h"
-#include "tools/text/table.h"
+#include "common/report/table.h"
+#include "scenes/mesh_files/mesh_file.h"
 
 namespace mray::app {
 namespace {

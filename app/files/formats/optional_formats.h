@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "clips/mesh/file_mesh.h"
+#include "scenes/mesh/file_mesh.h"
 
 namespace mray::app {
 

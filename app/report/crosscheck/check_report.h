@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "app/report/report_head.h"
+#include "common/report/compare.h"
 #include "morphray/device.hpp"
-#include "tools/image/compare.h"
 
 namespace mray::app {
 

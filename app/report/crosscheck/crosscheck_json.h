@@ -2,7 +2,7 @@
 #pragma once
 
 #include "app/report/crosscheck/check_report.h"
-#include "tools/text/json_writer.h"
+#include "common/report/json_writer.h"
 
 namespace mray::app {
 

@@ -6,8 +6,8 @@
 
 #include "app/report/crosscheck/probe_command.h"
 #include "app/report/crosscheck/variants.h"
+#include "common/report/table.h"
 #include "common/text/number_text.h"
-#include "tools/text/table.h"
 
 namespace mray::app {
 namespace {

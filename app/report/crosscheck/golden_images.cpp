@@ -10,9 +10,9 @@
 #include "app/files/json_file.h"
 #include "app/report/crosscheck/crosscheck_json.h"
 #include "app/report/json_parts.h"
+#include "common/report/shell_text.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
-#include "tools/process/shell_text.h"
 
 namespace mray::app {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "common/report/xml_text.h"
 #include "common/version.h"
-#include "tools/text/xml_text.h"
 
 namespace mray::app {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "tools/process/shell_text.h"
+#include "common/report/shell_text.h"
 
 namespace mray::app {
 

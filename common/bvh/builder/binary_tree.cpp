@@ -27,12 +27,12 @@ static_assert(kMaxTriangles <= std::uint64_t{1} << (kMaxBinaryHeight - kMedianDe
 constexpr std::size_t kTaskSize = 2048;
 
 // Up to here every position is tried even when binning. With more a build takes longer, and the
-// tree is no cheaper (docs/lab/build_and_refit.md).
+// tree is no cheaper (lab/notes/build_and_refit.md).
 constexpr std::size_t kSweepSize = 24;
 static_assert(kSweepSize <= kFewRefs);
 
 // Nodes that a thread takes at a time. With one pair at a time, threads write to the same cache
-// lines (docs/lab/build_and_refit.md).
+// lines (lab/notes/build_and_refit.md).
 constexpr std::uint32_t kNodeBlock = 128;
 
 class Builder {
@@ -78,7 +78,7 @@ private:
         node.height = 0;
         const std::span<PrimRef> refs(refs_[depth % 2] + begin, end - begin);
         if (refs.size() <= kLeafTriangles && make_leaf(refs, node)) return;
-        // make_leaf reads them soon, in no order (docs/lab/build_and_refit.md).
+        // make_leaf reads them soon, in no order (lab/notes/build_and_refit.md).
         if (refs.size() <= kSweepSize && !is_part(refs.back())) {
             for (const PrimRef& ref : refs) __builtin_prefetch(&topology_.triangles[ref.prim_id()]);
         }

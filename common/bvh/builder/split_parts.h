@@ -23,7 +23,7 @@ struct Split {
 };
 
 // The cost of the node that a part is in, in triangle tests. Trees come out 0.4 to 2 % cheaper than
-// with 0; still more makes cheaper ones, but of smaller leaves (docs/lab/build_and_refit.md).
+// with 0; still more makes cheaper ones, but of smaller leaves (lab/notes/build_and_refit.md).
 inline constexpr float kPartCost = 12;
 
 /// Maps twice a centroid to its bin along each axis: (centroid2 - lower) * scale, clamped to
@@ -66,7 +66,7 @@ struct Bins {
 
 // Bins an axis for sets that are split in chunks, where bins take little of the time, and for
 // others: more than 16 would make the build 7 % slower and the tree no better
-// (docs/lab/build_and_refit.md).
+// (lab/notes/build_and_refit.md).
 inline constexpr std::size_t kManyBins = 32;
 inline constexpr std::size_t kFewBins = 16;
 using ManyBins = Bins<kManyBins>;

@@ -47,7 +47,7 @@ private:
 
 /// The same values for a triangle that meets many blocks: its edge functions and 1/z in the middles
 /// of up to kPlaces blocks, and what the rays of any block add to them. The bounds of TriangleSetup
-/// cover the rounding of these sums (proofs/packet_edges.g, packet_slant.g).
+/// cover the rounding of these sums (lab/proofs/packet_edges.g, packet_slant.g).
 template <std::size_t kPlaces>
 class BlockPlanes {
 public:

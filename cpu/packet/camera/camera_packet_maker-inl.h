@@ -35,7 +35,7 @@ HWY_INLINE void canonical_directions(FloatVec d[3]) {
 /// The limits of a usable frame: rays are off by at most kMostPixelError pixels (TriangleSetup
 /// assumes |X|, |Y| <= reach, which has room for them), directions by less than kMostDepthError of
 /// themselves along z, and row_size[2] times a direction is below kMostOblique
-/// (proofs/packet_volume.g).
+/// (lab/proofs/packet_volume.g).
 inline constexpr double kMostPixelError = 2;
 inline constexpr double kMostDepthError = 0.5;
 inline constexpr double kMostOblique = 0x1p18;

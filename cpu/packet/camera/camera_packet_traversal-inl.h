@@ -95,7 +95,7 @@ public:
 
 private:
     /// A packet is given up if its first leaves concern fewer pixels than kFewPixels each
-    /// (docs/lab/cpu_tracer.md).
+    /// (lab/notes/cpu_tracer.md).
     static constexpr std::uint32_t kFirstLeaves = 32;
     static constexpr std::uint32_t kFewPixels = 2;
 
@@ -136,7 +136,7 @@ private:
         return any != 0;
     }
 
-    /// With more blocks, testing their rays costs more than it saves (docs/lab/cpu_tracer.md).
+    /// With more blocks, testing their rays costs more than it saves (lab/notes/cpu_tracer.md).
     static constexpr std::size_t kFewBlocks = 4;
 
     static HWY_INLINE bool has_few_blocks(const BlockSet& blocks) {

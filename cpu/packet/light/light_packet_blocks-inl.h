@@ -51,7 +51,7 @@ struct QuadSet {
 };
 
 /// With more quads than this in reach of a box, asking each quad, and its rays, about the box costs
-/// more than it saves (docs/lab/cpu_tracer.md).
+/// more than it saves (lab/notes/cpu_tracer.md).
 inline constexpr std::size_t kFewQuads = 8;
 
 /// The quads of `among` that rectangle i and a hit at 1/z <= q may concern.
@@ -126,7 +126,7 @@ HWY_INLINE QuadSet quads_beyond(const LightPacket& packet, float q, const QuadSe
 }
 
 /// A packet is given up if its quads cover their bounds more often than this
-/// (docs/lab/cpu_tracer.md).
+/// (lab/notes/cpu_tracer.md).
 inline constexpr float kMostOverlap = 8;
 
 /// Whether quads lie over each other, so that most boxes concern many of them but few rays: the

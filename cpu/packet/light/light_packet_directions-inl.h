@@ -111,7 +111,7 @@ inline constexpr float kPlaceUnitsOfExtent = 20;
 ///    this.
 /// 4. z is off by the same and by 5 u z: axes * c and the sums. A division rounds by 2 u.
 /// 5. Together x / z and y / z are off by at most (kPlaceUnits + kPlaceUnitsOfExtent * s) s u
-///    (proofs/packet_rays.g).
+///    (lab/proofs/packet_rays.g).
 /// 6. Without fused operations 2^-23 |d| is added; place_error's dot_error covers it.
 class NearDirections {
 public:

@@ -97,7 +97,7 @@ struct MissPlanes {
 ///
 /// 1. A ray misses where an edge function is below -bound. most_c = c + kMissBound * bound, and
 ///    the test is a x + b y + most_c < 0: what kMissBound exceeds 1 by covers the rounding of
-///    most_c and of the sums (proofs/packet_any.g).
+///    most_c and of the sums (lab/proofs/packet_any.g).
 /// 2. The bounds say nothing of a ray outside the triangle's rectangle, but such a ray misses.
 /// 3. The rule hits nothing nearer than q = triangles.q, and the error c0 + q (c1 + q c2) grows
 ///    with q. So with most_q = depth_c + the error at that q, 1/z of a hit is at most a x + b y +

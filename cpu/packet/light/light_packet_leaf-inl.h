@@ -83,7 +83,7 @@ private:
     static constexpr std::size_t kBlocksAtOnce = 64;
 
     /// With more blocks than this, asking their rays costs more than it saves
-    /// (docs/lab/cpu_tracer.md).
+    /// (lab/notes/cpu_tracer.md).
     static constexpr std::size_t kFewBlocks = 16;
 
     /// With more blocks than this for each triangle, triangles are taken one by one.

@@ -29,10 +29,10 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 /// One ray of every block with this step tells well enough where the packet goes. More of them cost
-/// more than they save (docs/lab/cpu_tracer.md).
+/// more than they save (lab/notes/cpu_tracer.md).
 inline constexpr std::uint32_t kSampleStep = 17;
 
-/// Rays are prefetched this many blocks ahead of the current one (docs/lab/cpu_tracer.md).
+/// Rays are prefetched this many blocks ahead of the current one (lab/notes/cpu_tracer.md).
 inline constexpr std::uint32_t kBlocksAhead = 24;
 
 /// Prefetches a block of rays. Behind the last block there are those of the next packet, or memory

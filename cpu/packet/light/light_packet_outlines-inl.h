@@ -43,7 +43,7 @@ struct MiddleRectangles {
 ///
 /// most_c and kBlockBound leave three quarters of `bound` on top of the test of a ray, which cover
 /// four partial sums and the rounding of a rectangle's middle and half extent
-/// (proofs/packet_any.g). Rounding is symmetric, so that all holds for negatives, too.
+/// (lab/proofs/packet_any.g). Rounding is symmetric, so that all holds for negatives, too.
 struct EdgeRange {
     FloatVec a, b, most_c, most_minus_c;
 
@@ -86,7 +86,7 @@ public:
 
     /// The blocks whose rays all end before they reach the triangle: block_q is the least 1/z of
     /// their ends. As certainly_misses() for a ray; kBlockGradient of the gradient covers a
-    /// rectangle's middle and half extent and four partial sums (proofs/packet_any.g).
+    /// rectangle's middle and half extent and four partial sums (lab/proofs/packet_any.g).
     HWY_INLINE Mask is_beyond(const MiddleRectangles& r, FloatVec block_q) const {
         const FloatVec middle = mul_add(depth_a_, r.x, mul_add(depth_b_, r.y, most_q_));
         const FloatVec most =

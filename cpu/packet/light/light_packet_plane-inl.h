@@ -137,7 +137,7 @@ HWY_INLINE void scale_plane(LightPacket& packet, float scale) {
 ///    unit; in the plane's unit s is extent / scale.
 /// 2. dot_error is relative to row_size and covers second orders of the fused form (2^-40), or the
 ///    roundings of products of magnitude up to 2 row_size over z > kLeastZ (2^-19) without fused
-///    operations (proofs/packet_rays.g).
+///    operations (lab/proofs/packet_rays.g).
 HWY_INLINE float place_error(const PacketFrame& frame, float extent, double unit, double scale) {
     const double units = kPlaceUnits + kPlaceUnitsOfExtent * extent * unit;
     const double own_error = kWiden * 0x1p-24 * units * extent / scale;

@@ -42,7 +42,7 @@ HWY_INLINE void for_each_block(const LightPacketBlocks& blocks, Visit visit) {
 
 /// The median of `used` positive numbers among `size`, the others being infinite: the least number
 /// with no more than half of them below it, or up to an eighth less. It is found bit by bit, which
-/// takes less time than sorting (docs/lab/cpu_tracer.md).
+/// takes less time than sorting (lab/notes/cpu_tracer.md).
 HWY_INLINE float median_of_blocks(const float* values, std::size_t size, std::size_t used) {
     constexpr int kHighest = 30, kLowest = 20;  // the exponent and 3 bits of the mantissa
     std::uint32_t median = 0;

@@ -5,10 +5,10 @@
 
 #include "app/report/crosscheck/check_report.h"
 #include "app/report/crosscheck/crosscheck_html.h"
+#include "common/report/shell_command.h"
+#include "common/report/shell_text.h"
 #include "tests/app/crosscheck/planted_checks.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/process/shell_command.h"
-#include "tools/process/shell_text.h"
 
 namespace mray::test {
 namespace {

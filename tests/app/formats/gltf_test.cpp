@@ -6,7 +6,7 @@
 
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
-#include "tests/clips/gltf/gltf_builder.h"
+#include "tests/scenes/gltf/gltf_builder.h"
 
 namespace mray::test {
 namespace {

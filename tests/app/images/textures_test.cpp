@@ -8,7 +8,7 @@
 #include "common/image/png.h"
 #include "tests/app/images/image_files.h"
 #include "tests/app/program.h"
-#include "tests/clips/gltf/gltf_builder.h"
+#include "tests/scenes/gltf/gltf_builder.h"
 
 namespace mray::test {
 namespace {

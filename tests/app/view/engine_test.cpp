@@ -12,8 +12,8 @@
 #include "app/clip/render_command.h"
 #include "app/terminal/progress.h"
 #include "app/view/view_state.h"
-#include "clips/source/open_scene.h"
 #include "common/base/errors.h"
+#include "scenes/source/open_scene.h"
 
 namespace mray::app {
 namespace {

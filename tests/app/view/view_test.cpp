@@ -14,10 +14,10 @@
 #include "app/view/playback.h"
 #include "app/view/strips.h"
 #include "app/view/view_state.h"
-#include "clips/source/open_scene.h"
 #include "common/base/errors.h"
 #include "common/image/heat_colours.h"
 #include "common/scene/depth_range.h"
+#include "scenes/source/open_scene.h"
 
 namespace mray::app {
 namespace {

@@ -7,13 +7,13 @@
 #include <cmath>
 #include <memory>
 
-#include "clips/procedural/procedural.h"
 #include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/scene_space.h"
 #include "common/update/refit_plan.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/refit/refit.h"
+#include "scenes/procedural/procedural.h"
 #include "tests/support/test_scene.h"
 
 namespace mray {

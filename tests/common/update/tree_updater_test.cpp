@@ -118,7 +118,7 @@ private:
     std::vector<FrameCost>& costs_;
 };
 
-// docs/lab/updates.md has the times of the stages.
+// lab/notes/updates.md has the times of the stages.
 TEST(TreeUpdater, CountsARestructuringAboveARefitAndBelowABuild) {
     const TestScene scene = random_soup(3000, 0.1, 8);
     const std::unique_ptr<Backend> tracer = cpu::make_cpu_backend();

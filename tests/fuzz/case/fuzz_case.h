@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "clips/scene_frames.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
+#include "scenes/scene_frames.h"
 #include "tests/fuzz/case/call.h"
 
 namespace mray::fuzz {

@@ -2,7 +2,7 @@
 // (tests/fuzz/targets/targets.h) the files, and bytes made of them by N changes or for N hours.
 // Prints the seed of a case that fails and writes its bytes to DIR, also after a crash. Exit codes:
 // 0 all good, 1 a failure, 2 usage. It needs no compiler but that of the program; with clang
-// `./fuzz TARGET` runs libFuzzer over the same targets.
+// `tests/fuzz/fuzz TARGET` runs libFuzzer over the same targets.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/resource.h>

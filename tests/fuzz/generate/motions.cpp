@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "clips/procedural/procedural.h"
+#include "scenes/procedural/procedural.h"
 
 namespace mray::fuzz {
 namespace {

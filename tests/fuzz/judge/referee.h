@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "common/report/compare.h"
 #include "common/update/tree_updater.h"
 #include "tests/fuzz/case/fuzz_case.h"
 #include "tests/fuzz/judge/question_check.h"
 #include "tests/fuzz/judge/variants.h"
-#include "tools/image/compare.h"
 
 namespace mray::fuzz {
 

@@ -1,5 +1,5 @@
 // one_picture_fuzz: looks for cases in which instruction sets, trees, numbers of threads or devices
-// give different images. `./fuzz` at the root of the checkout builds and runs it.
+// give different images. `tests/fuzz/fuzz` at the root of the checkout builds and runs it.
 #include <fmt/format.h>
 
 #include <algorithm>

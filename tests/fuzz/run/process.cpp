@@ -11,7 +11,7 @@
 
 #include "app/base/exit_code.h"
 #include "common/base/errors.h"
-#include "tools/process/guarded_run.h"
+#include "common/report/guarded_run.h"
 #ifdef MORPHRAY_HAS_VULKAN
 #include "gpu/vulkan_backend.h"
 #endif

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "clips/obj/mtl_reader.h"
+#include "scenes/obj/mtl_reader.h"
 #include "tests/fuzz/targets/outcome.h"
 #include "tests/fuzz/targets/targets.h"
 

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "clips/source/open_scene.h"
 #include "common/base/errors.h"
+#include "scenes/source/open_scene.h"
 #include "tests/fuzz/targets/case_file.h"
 #include "tests/fuzz/targets/outcome.h"
 #include "tests/fuzz/targets/targets.h"

@@ -1,5 +1,5 @@
 // Points in an order in which neighbours are near each other.
-#include "library/queries/point_order.h"
+#include "library/src/queries/point_order.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The cost of queries: rays are counted exactly, and times are taken from samples.
-#include "library/queries/query_cost.h"
+#include "library/src/queries/query_cost.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Rays in an order in which neighbours are alike.
-#include "library/queries/ray_order.h"
+#include "library/src/queries/ray_order.h"
 
 #include <gtest/gtest.h>
 

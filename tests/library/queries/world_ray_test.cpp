@@ -1,5 +1,5 @@
 // Rays of the caller come into scene space with the bits of mray::to_scene().
-#include "library/queries/world_ray.h"
+#include "library/src/queries/world_ray.h"
 
 #include <gtest/gtest.h>
 

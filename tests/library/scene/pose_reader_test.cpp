@@ -1,5 +1,5 @@
 // Poses as they are read: the vertices that they change, and the space that they are in.
-#include "library/scene/pose_reader.h"
+#include "library/src/scene/pose_reader.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,85 @@
+#include "common/report/table.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace mray {
+namespace {
+
+// The number of UTF-8 characters, which is about the width on a terminal.
+std::size_t width_of(const std::string& cell) {
+    return static_cast<std::size_t>(std::count_if(cell.begin(), cell.end(), [](char c) {
+        return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+    }));
+}
+
+bool is_number(const std::string& cell) {
+    return !cell.empty() && cell.find_first_not_of("0123456789.-+e") == std::string::npos;
+}
+
+std::string quoted_cell(const std::string& cell) {
+    if (cell.find_first_of(",\"\n\r") == std::string::npos) return cell;
+    std::string quoted(1, '"');
+    for (const char c : cell) quoted.append(c == '"' ? 2 : 1, c);
+    quoted.push_back('"');
+    return quoted;
+}
+
+}  // namespace
+
+std::string header_text(std::span<const Column> columns) {
+    std::vector<std::string> names;
+    for (const Column& column : columns) names.push_back(column.name);
+    return row_text(columns, names);
+}
+
+std::string row_text(std::span<const Column> columns, std::span<const std::string> cells) {
+    assert(cells.size() == columns.size());
+    std::string line;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+        const std::size_t width = std::max(columns[i].width, width_of(columns[i].name));
+        const std::size_t padding = width - std::min(width, width_of(cells[i]));
+        if (i > 0) line.append(2, ' ');
+        if (columns[i].is_right_aligned) line.append(padding, ' ');
+        line.append(cells[i]);
+        if (!columns[i].is_right_aligned) line.append(padding, ' ');
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    return line + '\n';
+}
+
+void Table::add(std::vector<std::string> row) {
+    assert(row.size() == header_.size());
+    rows_.push_back(std::move(row));
+}
+
+std::string Table::text() const {
+    std::vector<Column> columns;
+    for (std::size_t i = 0; i < header_.size(); ++i) {
+        Column& column = columns.emplace_back(Column{header_[i]});
+        for (const auto& row : rows_) {
+            column.width = std::max(column.width, width_of(row[i]));
+            column.is_right_aligned =
+                column.is_right_aligned && (is_number(row[i]) || row[i].empty() || row[i] == "-");
+        }
+    }
+    std::string text = header_text(columns);
+    for (const auto& row : rows_) text += row_text(columns, row);
+    return text;
+}
+
+std::string Table::csv() const {
+    std::string text;
+    const auto append = [&](const std::vector<std::string>& row) {
+        for (std::size_t i = 0; i < row.size(); ++i) {
+            if (i > 0) text.push_back(',');
+            text.append(quoted_cell(row[i]));
+        }
+        text += '\n';
+    };
+    append(header_);
+    for (const auto& row : rows_) append(row);
+    return text;
+}
+
+}  // namespace mray

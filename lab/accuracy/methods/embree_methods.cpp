@@ -1,0 +1,86 @@
+// Embree, if it was found when the program was built.
+#include <memory>
+
+#include "lab/accuracy/methods/method.h"
+#include "lab/embree.h"
+
+namespace mray::accuracy {
+namespace {
+
+struct Release {
+    void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+    void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+    void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
+};
+template <class Handle>
+using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Release>;
+
+/// One mesh in world space, committed.
+class EmbreeScene {
+public:
+    EmbreeScene(const ChartScene& scene, RTCSceneFlags flags)
+        : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_.get())) {
+        const Owned<RTCGeometry> geometry(
+            rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+        const std::vector<vec3>& positions = scene.world_space.positions;
+        const std::vector<uvec3>& triangles = scene.topology.triangles;
+        auto* const vertices = static_cast<vec3*>(
+            rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                    sizeof(vec3), positions.size()));
+        std::copy(positions.begin(), positions.end(), vertices);
+        auto* const indices = static_cast<uvec3*>(
+            rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                    sizeof(uvec3), triangles.size()));
+        std::copy(triangles.begin(), triangles.end(), indices);
+        rtcCommitGeometry(geometry.get());
+        rtcAttachGeometry(scene_.get(), geometry.get());
+        rtcSetSceneFlags(scene_.get(), flags);
+        rtcCommitScene(scene_.get());
+    }
+
+    void trace(std::span<const Ray> rays, std::span<Hit> hits) const {
+        embree::Query query(embree::Coherence::kCoherent);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const Ray& ray = rays[i];
+            RTCRayHit record{};
+            record.ray.org_x = ray.org.x;
+            record.ray.org_y = ray.org.y;
+            record.ray.org_z = ray.org.z;
+            record.ray.tnear = ray.tnear;
+            record.ray.dir_x = ray.dir.x;
+            record.ray.dir_y = ray.dir.y;
+            record.ray.dir_z = ray.dir.z;
+            record.ray.tfar = ray.tfar;
+            record.ray.mask = 0xFFFFFFFFu;
+            record.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+            query.intersect1(scene_.get(), record);
+            hits[i] = record.hit.geomID == RTC_INVALID_GEOMETRY_ID
+                          ? no_hit()
+                          : Hit{record.ray.tfar, record.hit.u, record.hit.v, record.hit.primID};
+        }
+    }
+
+private:
+    Owned<RTCDevice> device_;
+    Owned<RTCScene> scene_;
+};
+
+Method embree_method(const char* name, const ChartScene& scene, RTCSceneFlags flags) {
+    Method method;
+    method.name = name;
+    method.family = Family::kPeer;
+    const auto made = std::make_shared<const EmbreeScene>(scene, flags);
+    method.trace = [made](std::span<const Ray> rays, std::span<Hit> hits) {
+        made->trace(rays, hits);
+    };
+    return method;
+}
+
+}  // namespace
+
+std::vector<Method> embree_methods(const ChartScene& scene) {
+    return {embree_method("Embree fast", scene, RTC_SCENE_FLAG_NONE),
+            embree_method("Embree robust", scene, RTC_SCENE_FLAG_ROBUST)};
+}
+
+}  // namespace mray::accuracy

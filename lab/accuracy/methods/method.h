@@ -1,0 +1,64 @@
+// The methods under test in the charts. None of them is a mode of the program.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/backend.h"
+#include "lab/accuracy/chart_scene.h"
+
+namespace mray::accuracy {
+
+/// Kinds of methods, which the charts colour differently.
+enum class Family { kOurs, kRule, kPeer };
+
+/// Traces a batch in the space of the method: hits[i] is the hit of rays[i].
+using TraceBatch = std::function<void(std::span<const Ray>, std::span<Hit>)>;
+
+/// Makes a backend; throws Error(kUnavailable) if there is none.
+using MakeBackend = std::function<std::unique_ptr<Backend>()>;
+
+/// A method under test over one scene, which outlives it.
+struct Method {
+    std::string name;
+    Family family = Family::kRule;
+    bool in_scene_space = false;
+    /// Traces batches of any rays, called by several threads at once, or by one thread if `alone`.
+    TraceBatch trace;
+    bool alone = false;
+    /// Traces the camera rays of a tile (kChartTile of them), given by its number. If it is empty,
+    /// `trace` traces camera rays, too.
+    std::function<void(std::size_t, std::span<Hit>)> trace_tile = {};
+
+    const ChartSpace& space(const ChartScene& scene) const {
+        return in_scene_space ? scene.scene_space : scene.world_space;
+    }
+};
+
+/// Intersection rules over one plain traversal: the program's; T. Moeller, B. Trumbore. Fast,
+/// Minimum Storage Ray/Triangle Intersection. 1997; S. Woop, C. Benthin, I. Wald. Watertight
+/// Ray/Triangle Intersection. 2013; edge planes d . (b x c). All but the program's also with fused
+/// multiply-add if the machine has it.
+std::vector<Method> rule_methods(const ChartScene& scene);
+
+/// Box tests and precisions of nodes, with the program's rule over the plain traversal: plain
+/// slabs; slabs padded by 2 ulp; the program's; boxes of 16 and of 8 bits.
+std::vector<Method> box_methods(const ChartScene& scene);
+
+/// The tracers of the program: the scalar reference, single rays and packets of each SIMD target,
+/// and Vulkan if it is available.
+std::vector<Method> our_methods(const ChartScene& scene, const MakeBackend& make_vulkan);
+
+/// The program's tracer of single rays on the best target.
+Method single_method(const ChartScene& scene);
+
+/// Embree, fast and robust, if the program was built with it.
+std::vector<Method> embree_methods(const ChartScene& scene);
+
+/// All methods of the functions above.
+std::vector<Method> all_methods(const ChartScene& scene, const MakeBackend& make_vulkan);
+
+}  // namespace mray::accuracy

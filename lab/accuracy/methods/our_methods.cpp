@@ -1,0 +1,91 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "common/base/errors.h"
+#include "cpu/packet/packet_tracer.h"
+#include "cpu/reference/scalar_tracer.h"
+#include "cpu/single_ray/single_ray_tracer.h"
+#include "lab/accuracy/methods/method.h"
+
+namespace mray::accuracy {
+namespace {
+
+constexpr std::uint32_t kSide = kChartTileSide;
+static_assert(kSide == cpu::kCameraSide);
+
+Method ours(std::string name, TraceBatch trace) {
+    Method method;
+    method.name = std::move(name);
+    method.family = Family::kOurs;
+    method.in_scene_space = true;
+    method.trace = std::move(trace);
+    return method;
+}
+
+Method single(const ChartScene& scene, const SimdTarget& target) {
+    return ours(
+        fmt::format("single {}", target.name),
+        [tracer = cpu::SingleRayTracer(scene.scene_space.bvh, target)](
+            std::span<const Ray> rays, std::span<Hit> hits) { tracer.intersect(rays, hits); });
+}
+
+/// Traces the camera's pixels in packets and any other rays as single rays.
+Method packets(const ChartScene& scene, const SimdTarget& target) {
+    Method method = ours(fmt::format("packets {}", target.name), single(scene, target).trace);
+    method.trace_tile = [tracer = cpu::PacketTracer(scene.scene_space.bvh, target), &scene](
+                            std::size_t tile, std::span<Hit> hits) {
+        // Too large to construct for each tile.
+        thread_local const auto packet = std::make_unique<cpu::CameraPacket>();
+        const cpu::ImageTiles tiles(scene.params.width, scene.params.height, kSide);
+        tracer.intersect_camera(scene.params, tiles[static_cast<std::uint32_t>(tile)], *packet,
+                                hits.data(), kSide);
+    };
+    return method;
+}
+
+void add_vulkan(const ChartScene& scene, const MakeBackend& make_vulkan,
+                std::vector<Method>& methods) {
+    std::shared_ptr<Backend> backend;
+    try {
+        backend = make_vulkan();
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::kUnavailable) throw;
+        return;
+    }
+    backend->set_scene(scene.topology, scene.scene_space.positions, scene.scene_space.bvh);
+    methods.push_back(ours("Vulkan", [backend](std::span<const Ray> rays, std::span<Hit> hits) {
+        backend->trace_rays(rays, hits);
+    }));
+    methods.back().alone = true;
+}
+
+}  // namespace
+
+Method single_method(const ChartScene& scene) {
+    return single(scene, supported_simd_targets().front());
+}
+
+std::vector<Method> our_methods(const ChartScene& scene, const MakeBackend& make_vulkan) {
+    const Bvh& bvh = scene.scene_space.bvh;
+    std::vector<Method> methods;
+    methods.push_back(ours("scalar", [tracer = cpu::ScalarTracer(bvh)](std::span<const Ray> rays,
+                                                                       std::span<Hit> hits) {
+        for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = tracer.intersect(rays[i]);
+    }));
+    for (const SimdTarget& target : supported_simd_targets()) {
+        methods.push_back(single(scene, target));
+        methods.push_back(packets(scene, target));
+    }
+    add_vulkan(scene, make_vulkan, methods);
+    return methods;
+}
+
+std::vector<Method> all_methods(const ChartScene& scene, const MakeBackend& make_vulkan) {
+    std::vector<Method> all = our_methods(scene, make_vulkan);
+    for (std::vector<Method> more : {rule_methods(scene), embree_methods(scene)})
+        std::move(more.begin(), more.end(), std::back_inserter(all));
+    return all;
+}
+
+}  // namespace mray::accuracy

@@ -1,0 +1,162 @@
+#include "lab/accuracy/referee/exact_referee.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "lab/accuracy/referee/parallel_view.h"
+
+namespace mray::accuracy {
+namespace {
+
+constexpr double kCloseUlps = 4;
+// In sizes of a triangle across the ray, and in distances of its corners: twice the displacement of
+// vertices by the rule (docs/design/arithmetic.md, "A vertex is one point").
+constexpr double kDisplacement = 0x1p-21;
+constexpr double kFarDisplacement = 0x1p-43;
+// In sizes of a triangle. Within this distance of an edge, a missed surface counts as a leak, and a
+// triangle that is hit instead at the same depth counts as its neighbour.
+constexpr double kNearEdge = 0x1p-12;
+
+bool is_usable(vec3 p) {
+    const bool invalid =
+        p.x == kInvalidCoordinate && p.y == kInvalidCoordinate && p.z == kInvalidCoordinate;
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && !invalid;
+}
+
+}  // namespace
+
+double ulp_of(double t) {
+    const auto x = static_cast<float>(std::abs(t));
+    return static_cast<double>(std::nextafter(x, INFINITY)) - x;
+}
+
+const char* name_of(Verdict verdict) {
+    constexpr const char* kNames[kVerdictCount] = {
+        "right",          "close",      "displaced", "beside",
+        "wrong triangle", "false miss", "false hit", "leak"};
+    return kNames[static_cast<std::size_t>(verdict)];
+}
+
+bool is_wrong(Verdict verdict) { return verdict > Verdict::kBeside; }
+
+ExactReferee::ExactReferee(const Topology& topology, std::span<const vec3> positions,
+                           const Bvh& bvh)
+    : topology_(&topology), positions_(positions), search_(bvh) {
+    for (const uvec3& t : topology.triangles) {
+        const vec3 a = positions[t.x];
+        const vec3 b = positions[t.y];
+        const vec3 c = positions[t.z];
+        usable_.push_back(is_usable(a) && is_usable(b) && is_usable(c) && a != b && b != c &&
+                          c != a);
+    }
+}
+
+ExactTriangle ExactReferee::triangle(const Ray& ray, std::uint32_t prim_id) const {
+    const uvec3 t = topology_->triangles[prim_id];
+    return {ray, positions_[t.x], positions_[t.y], positions_[t.z]};
+}
+
+Truth ExactReferee::closest_of(const Ray& ray, std::span<const std::uint32_t> candidates) const {
+    if (ray.dir == vec3(0, 0, 0)) return {};
+    Truth truth;
+    std::optional<ExactTriangle> best;
+    for (const std::uint32_t prim_id : candidates) {
+        if (usable_[prim_id] == 0) continue;
+        ExactTriangle next = triangle(ray, prim_id);
+        if (!next.is_met() || !next.in_range()) continue;
+        const int order = best ? next.compare_t(*best) : -1;
+        if (order > 0 || (order == 0 && prim_id > truth.prim_id)) continue;
+        best = std::move(next);
+        truth.prim_id = prim_id;
+    }
+    if (best) truth.t = best->t();
+    return truth;
+}
+
+Truth ExactReferee::closest(const Ray& ray) const {
+    std::vector<std::uint32_t> candidates;
+    search_.find(ray, 0, candidates);
+    return closest_of(ray, candidates);
+}
+
+Truth ExactReferee::closest_of_all(const Ray& ray) const {
+    std::vector<std::uint32_t> all(topology_->triangles.size());
+    std::iota(all.begin(), all.end(), 0u);
+    return closest_of(ray, all);
+}
+
+// Shifting the line displaces all vertices equally, so a closed mesh stays closed and a leak never
+// counts as displaced.
+bool ExactReferee::seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const {
+    double size = 0;
+    double reach = 0;
+    for (const std::uint32_t id : {truth.prim_id, prim_id}) {
+        if (id == kNoPrim) continue;
+        if (usable_[id] == 0) return false;
+        const ExactTriangle one = triangle(ray, id);
+        size = std::max(size, one.size());
+        for (const vec3 p :
+             {positions_[topology_->triangles[id].x], positions_[topology_->triangles[id].y],
+              positions_[topology_->triangles[id].z]}) {
+            reach = std::max(reach, largest_magnitude(p - ray.org));
+        }
+    }
+    return is_seen_within(ray, truth, prim_id, kDisplacement * size + kFarDisplacement * reach);
+}
+
+bool ExactReferee::is_seen_within(const Ray& ray, const Truth& truth, std::uint32_t prim_id,
+                                  double radius) const {
+    if (prim_id != kNoPrim && usable_[prim_id] == 0) return false;
+    std::vector<std::uint32_t> candidates;
+    search_.find(ray, 2 * radius, candidates);
+    ParallelView view(ray);
+    for (const std::uint32_t id : candidates) {
+        const uvec3 t = topology_->triangles[id];
+        if (usable_[id] != 0) view.add(id, positions_[t.x], positions_[t.y], positions_[t.z]);
+    }
+    if (view.shows(prim_id, radius, kCloseUlps)) return true;
+    if (prim_id == kNoPrim || triangle(ray, prim_id).has_t()) return false;
+    const uvec3 t = topology_->triangles[prim_id];
+    return view.grazes(positions_[t.x], positions_[t.y], positions_[t.z], radius,
+                       truth.hit() ? truth.t : std::numeric_limits<double>::infinity(), kCloseUlps);
+}
+
+Judgement ExactReferee::judge(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const {
+    if (prim_id == truth.prim_id) return {};
+    const std::optional<ExactTriangle> expected =
+        truth.hit() ? std::optional(triangle(ray, truth.prim_id)) : std::nullopt;
+    const std::optional<ExactTriangle> answered = prim_id != kNoPrim && usable_[prim_id] != 0
+                                                      ? std::optional(triangle(ray, prim_id))
+                                                      : std::nullopt;
+    Judgement judgement;
+    if (expected && answered && answered->has_t()) {
+        const bool is_hit = answered->is_met() && answered->in_range();
+        if (is_hit && answered->compare_t(*expected) == 0) return {};
+        judgement.t_ulps =
+            (answered->t() - truth.t) / ulp_of(std::max(std::abs(answered->t()), truth.t));
+        if (is_hit && judgement.t_ulps <= kCloseUlps) judgement.verdict = Verdict::kClose;
+    }
+    judgement.edge_distance = expected   ? expected->edge_distance()
+                              : answered ? answered->edge_distance()
+                                         : 0;
+    if (judgement.verdict == Verdict::kClose) return judgement;
+    const bool passes = prim_id == kNoPrim || judgement.t_ulps > kCloseUlps;
+    if (seen_nearby(ray, truth, prim_id)) {
+        judgement.verdict = Verdict::kDisplaced;
+    } else if (!truth.hit()) {
+        judgement.verdict = Verdict::kFalseHit;
+    } else if (answered && answered->has_t() && std::abs(judgement.t_ulps) <= kCloseUlps &&
+               answered->edge_distance() < kNearEdge) {
+        judgement.verdict = Verdict::kBeside;
+    } else if (passes && judgement.edge_distance < kNearEdge) {
+        judgement.verdict = Verdict::kLeak;
+    } else {
+        judgement.verdict = prim_id == kNoPrim ? Verdict::kFalseMiss : Verdict::kWrongTriangle;
+    }
+    return judgement;
+}
+
+}  // namespace mray::accuracy

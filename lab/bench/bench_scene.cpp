@@ -1,0 +1,80 @@
+#include "lab/bench/bench_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/bvh/builder/bvh_builder.h"
+#include "scenes/inside_view.h"
+#include "scenes/source/open_scene.h"
+
+namespace mray::bench {
+namespace {
+
+std::vector<vec3> nudged(std::vector<vec3> positions) {
+    for (vec3& p : positions) {
+        for (int axis = 0; axis < 3; ++axis) p[axis] = std::nextafter(p[axis], 0.0f);
+    }
+    return positions;
+}
+
+ViewSpec resolved(ViewSpec view, const WorldBounds& bounds) {
+    const ResolvedView all = resolve_view(view, bounds);
+    view.eye = all.eye;
+    view.target = all.target;
+    view.light = all.light;
+    return view;
+}
+
+/// The bounds of all whole frames, since a benchmark traces several of them from one camera.
+WorldBounds bounds_of_frames(const Clip& clip) {
+    WorldBounds all;
+    std::vector<vec3> positions(clip.topology().vertex_count);
+    for (double frame = clip.first_frame(); frame <= clip.last_frame(); ++frame) {
+        clip.positions(frame, positions);
+        const WorldBounds bounds = bounds_of(positions);
+        if (!bounds.empty()) all.extend(bounds.lower, bounds.upper);
+    }
+    return all;
+}
+
+/// Returns the field of view of views from inside, in degrees.
+double inside_fov(const Clip& clip) { return clip.name() == "hall" ? 70 : 65; }
+
+}  // namespace
+
+std::vector<vec3> positions_at(const BenchScene& scene, double frame) {
+    std::vector<vec3> positions(scene.topology().vertex_count);
+    scene.clip->positions(frame, positions);
+    scene.space.to_scene(positions, positions);
+    return positions;
+}
+
+BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSpec& view) {
+    BenchScene scene;
+    scene.name = spec;
+    scene.view_kind = kind;
+    ClipOptions lenient;
+    lenient.lenient = true;
+    scene.clip = open_scene(spec, lenient);
+    const Clip& clip = *scene.clip;
+    scene.space = space_of_frame(clip.bounds(), bounds_of_frames(clip));
+    const double middle = std::floor((clip.first_frame() + clip.last_frame()) / 2);
+    scene.positions = positions_at(scene, middle);
+    scene.moved = clip.last_frame() > clip.first_frame()
+                      ? positions_at(scene, std::min(middle + 1, clip.last_frame()))
+                      : nudged(scene.positions);
+    scene.bvh = build_bvh(clip.topology(), scene.positions);
+    if (kind == ViewKind::kFill && clip.inside_view()) {
+        scene.view_kind = ViewKind::kInside;
+        scene.view = with_inside_view(view, clip);
+        scene.view.fov = inside_fov(clip);
+    } else if (kind == ViewKind::kFill) {
+        scene.view = fill_view(view, clip.bounds(), scene.space, scene.bvh);
+    } else {
+        scene.view = resolved(view, clip.bounds());
+    }
+    scene.params = make_image_params(scene.view, clip.bounds(), scene.space);
+    return scene;
+}
+
+}  // namespace mray::bench

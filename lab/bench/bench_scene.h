@@ -1,0 +1,43 @@
+// A scene with everything that the works need.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/bvh/bvh.h"
+#include "common/scene/camera_setup.h"
+#include "common/scene/scene_space.h"
+#include "cpu/image/image_tracer.h"
+#include "lab/bench/fill_view.h"
+#include "scenes/clip.h"
+
+namespace mray::bench {
+
+/// The frame in the middle of a clip, in scene space, with a tree built for it; and the frame after
+/// it, to refit to. For a clip with a single frame, that is the same frame with every coordinate
+/// one float nearer to 0, so that backends that refit moved parts only have to refit everything.
+struct BenchScene {
+    std::string name;
+    ViewKind view_kind;
+    /// The view in world space, with an eye, a target and a light.
+    ViewSpec view;
+    std::unique_ptr<Clip> clip;
+    /// Holds all whole frames.
+    SceneSpace space{WorldBounds{}};
+    ImageParams params;
+    std::vector<vec3> positions;
+    std::vector<vec3> moved;
+    Bvh bvh;
+
+    const Topology& topology() const { return clip->topology(); }
+    cpu::ShadedMesh mesh() const { return {&clip->topology(), positions}; }
+};
+
+/// The positions of a whole frame in scene space.
+std::vector<vec3> positions_at(const BenchScene& scene, double frame);
+
+/// Throws what open_scene and make_image_params throw.
+BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSpec& view);
+
+}  // namespace mray::bench

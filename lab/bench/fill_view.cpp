@@ -1,0 +1,78 @@
+#include "lab/bench/fill_view.h"
+
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "common/interop/camera.h"
+#include "cpu/reference/scalar_tracer.h"
+#include "lab/bench/full_window.h"
+
+namespace mray::bench {
+namespace {
+
+// Fine enough that the smallest window still has a thousand pixels to judge by.
+constexpr std::uint32_t kProbeSide = 256;
+
+std::vector<std::uint8_t> probe(const Camera& camera, const Bvh& bvh) {
+    const cpu::ScalarTracer tracer(bvh);
+    std::vector<std::uint8_t> hits(std::size_t{kProbeSide} * kProbeSide);
+    tbb::parallel_for(std::uint32_t{0}, kProbeSide, [&](std::uint32_t y) {
+        for (std::uint32_t x = 0; x < kProbeSide; ++x) {
+            hits[std::size_t{y} * kProbeSide + x] = tracer.occluded(camera_ray(camera, x, y));
+        }
+    });
+    return hits;
+}
+
+}  // namespace
+
+const char* name_of(ViewKind kind) {
+    switch (kind) {
+        case ViewKind::kFill:
+            return "fill";
+        case ViewKind::kWhole:
+            return "whole";
+        case ViewKind::kInside:
+            return "inside";
+        case ViewKind::kGiven:
+            break;
+    }
+    return "given";
+}
+
+ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const SceneSpace& space,
+                   const Bvh& bvh) {
+    ViewSpec coarse = whole;
+    coarse.width = coarse.height = kProbeSide;
+    const Camera camera = make_image_params(coarse, bounds, space).camera;
+    const Window window = find_full_window(probe(camera, bvh), kProbeSide);
+
+    // Scene space differs from world space in scale and origin only, so directions are the same.
+    const double middle_x = window.x + window.side / 2.0;
+    const double middle_y = window.y + window.side / 2.0;
+    const ResolvedView resolved = resolve_view(coarse, bounds);
+    Point forward;
+    for (int axis = 0; axis < 3; ++axis) {
+        forward[axis] =
+            camera.corner[axis] + camera.du[axis] * middle_x + camera.dv[axis] * middle_y;
+    }
+    const double half_height =
+        std::tan(whole.fov * (std::numbers::pi / 360)) * window.side / kProbeSide;
+    const double depth = std::hypot(forward[0], forward[1], forward[2]);
+
+    ViewSpec fill = whole;
+    fill.eye = resolved.eye;
+    fill.light = resolved.light;
+    fill.fov = std::atan(half_height / depth) * (360 / std::numbers::pi);
+    const double reach =
+        std::hypot(resolved.target[0] - resolved.eye[0], resolved.target[1] - resolved.eye[1],
+                   resolved.target[2] - resolved.eye[2]);
+    fill.target = resolved.eye;
+    for (int axis = 0; axis < 3; ++axis) (*fill.target)[axis] += reach / depth * forward[axis];
+    return fill;
+}
+
+}  // namespace mray::bench

@@ -1,0 +1,227 @@
+#include "lab/bench/paper_2007/packet_tracer.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+namespace mray::bench::paper_2007 {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+vec3 cross(vec3 a, vec3 b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+float dot(vec3 a, vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+/// A triangle for all rays from one origin: the planes through its edges, positive inside, and its
+/// own, which a ray meets at t = depth / dot(normal, dir).
+struct EdgePlanes {
+    vec3 n[3];
+    vec3 normal;
+    float depth;
+};
+
+EdgePlanes edge_planes(const Triangle& triangle, vec3 org) {
+    const vec3 a = triangle.a - org;
+    const vec3 b = triangle.b - org;
+    const vec3 c = triangle.c - org;
+    // Differences times sums lose less than products of the vertices, of which they are twice.
+    EdgePlanes planes = {
+        {cross(b - c, b + c), cross(c - a, c + a), cross(a - b, a + b)}, cross(b - a, c - a), 0};
+    planes.depth = dot(a, planes.normal);
+    if (planes.depth < 0) {
+        for (vec3& n : planes.n) n = -n;
+        planes.normal = -planes.normal;
+        planes.depth = -planes.depth;
+    }
+    return planes;
+}
+
+/// Bounds over all rays of where a packet meets a plane: reciprocals of the directions.
+struct Interval {
+    float lower = kInfinity;
+    float upper = -kInfinity;
+};
+
+template <bool kAnyHit>
+class Traversal {
+public:
+    Traversal(const Tree& tree, const PacketRays& rays, PacketAnswers& answers)
+        : tree_(tree), rays_(rays), answers_(answers) {
+        for (int g = 0; g < kGroups; ++g) {
+            answers_.t[g] = rays.tfar[g];
+            answers_.u[g] = answers_.v[g] = Floats{};
+            answers_.prim_id[g] = Ints{} - 1;
+        }
+        for (int axis = 0; axis < 3; ++axis) bound_reciprocals(axis);
+    }
+
+    void run() {
+        if (tree_.nodes.empty()) return;
+        Entry stack[kMaxDepth + 2];
+        int size = 0;
+        stack[size++] = {0, 0};
+        while (size > 0) {
+            const Entry entry = stack[--size];
+            const Node& node = tree_.nodes[entry.node];
+            const int first = first_active(node, entry.first);
+            if (first == kGroups) continue;
+            if (node.count != 0) {
+                if (intersect_leaf(node, first) && kAnyHit && all_occluded()) return;
+                continue;
+            }
+            const std::uint32_t nearer = is_negative_[node.axis] ? 1 : 0;
+            stack[size++] = {node.first + 1 - nearer, first};
+            stack[size++] = {node.first + nearer, first};
+        }
+    }
+
+private:
+    struct Entry {
+        std::uint32_t node;
+        int first;
+    };
+
+    void bound_reciprocals(int axis) {
+        const Floats infinite = Floats{} + kInfinity;
+        Floats lower = infinite;
+        Floats upper = -infinite;
+        for (int g = 0; g < kGroups; ++g) {
+            rcp_[axis][g] = 1.0f / rays_.dir[axis][g];
+            const Ints active = rays_.tfar[g] >= 0.0f;
+            lower = min(active ? rcp_[axis][g] : infinite, lower);
+            upper = max(active ? rcp_[axis][g] : -infinite, upper);
+        }
+        Interval& r = intervals_[axis];
+        for (int i = 0; i < kLanes; ++i) {
+            r.lower = std::min(r.lower, lower[i]);
+            r.upper = std::max(r.upper, upper[i]);
+        }
+        const bool bounded = r.lower > -kInfinity && r.upper < kInfinity;
+        is_split_[axis] = !bounded || (r.lower < 0 && r.upper > 0);
+        is_negative_[axis] = r.upper < 0 || (is_split_[axis] && -r.lower > r.upper);
+        any_split_ = any_split_ || is_split_[axis];
+    }
+
+    /// The first group of rays, from `first` on, that hits a node; kGroups if none does.
+    int first_active(const Node& node, int first) const {
+        const vec3 lower = node.lower - rays_.org;
+        const vec3 upper = node.upper - rays_.org;
+        if (hits_box(lower, upper, first)) return first;
+        if (all_miss(lower, upper)) return kGroups;
+        for (int g = first + 1; g < kGroups; ++g) {
+            if (hits_box(lower, upper, g)) return g;
+        }
+        return kGroups;
+    }
+
+    bool hits_box(vec3 lower, vec3 upper, int g) const {
+        Floats tnear{};
+        Floats tfar = answers_.t[g];
+        for (int axis = 0; axis < 3; ++axis) {
+            const Floats& r = rcp_[axis][g];
+            const float first = is_negative_[axis] ? upper[axis] : lower[axis];
+            const float second = is_negative_[axis] ? lower[axis] : upper[axis];
+            const Floats t0 = first * r;
+            const Floats t1 = second * r;
+            tnear = max(any_split_ ? min(t0, t1) : t0, tnear);
+            tfar = min(any_split_ ? max(t0, t1) : t1, tfar);
+        }
+        return any(tnear <= tfar);
+    }
+
+    /// Interval arithmetic: whether even the earliest entry of any ray is after the latest exit.
+    bool all_miss(vec3 lower, vec3 upper) const {
+        float tnear = 0;
+        float tfar = kInfinity;
+        for (int axis = 0; axis < 3; ++axis) {
+            if (is_split_[axis]) continue;
+            const Interval& r = intervals_[axis];
+            const float first = is_negative_[axis] ? upper[axis] : lower[axis];
+            const float second = is_negative_[axis] ? lower[axis] : upper[axis];
+            tnear = std::max(tnear, std::min(first * r.lower, first * r.upper));
+            tfar = std::min(tfar, std::max(second * r.lower, second * r.upper));
+        }
+        return tnear > tfar;
+    }
+
+    /// Whether all rays are outside of the same edge.
+    bool all_outside(const EdgePlanes& planes) const {
+        if (!rays_.has_corners) return false;
+        for (const vec3& n : planes.n) {
+            bool outside = true;
+            for (const vec3& corner : rays_.corners) outside = outside && dot(n, corner) < 0;
+            if (outside) return true;
+        }
+        return false;
+    }
+
+    /// Whether a ray hit something nearer.
+    bool intersect_leaf(const Node& leaf, int first) {
+        bool hit = false;
+        for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
+            const Triangle& triangle = tree_.triangles[i];
+            const EdgePlanes planes = edge_planes(triangle, rays_.org);
+            if (!(planes.depth > 0) || all_outside(planes)) continue;
+            for (int g = first; g < kGroups; ++g) {
+                if (intersect_group(planes, triangle.prim_id, g)) hit = true;
+            }
+        }
+        return hit;
+    }
+
+    bool intersect_group(const EdgePlanes& planes, std::uint32_t prim_id, int g) {
+        Floats e[3];
+        for (int i = 0; i < 3; ++i) e[i] = dot_group(planes.n[i], g);
+        const Ints inside = (e[0] >= 0.0f) & (e[1] >= 0.0f) & (e[2] >= 0.0f);
+        if (!any(inside)) return false;
+        const Floats t = planes.depth / dot_group(planes.normal, g);
+        const Ints nearer = inside & (t > 0.0f) & (t < answers_.t[g]);
+        if (!any(nearer)) return false;
+        if (kAnyHit) {
+            answers_.t[g] = nearer ? Floats{} - 1.0f : answers_.t[g];
+            return true;
+        }
+        const Floats rsum = 1.0f / (e[0] + e[1] + e[2]);
+        answers_.t[g] = nearer ? t : answers_.t[g];
+        answers_.u[g] = nearer ? e[1] * rsum : answers_.u[g];
+        answers_.v[g] = nearer ? e[2] * rsum : answers_.v[g];
+        answers_.prim_id[g] =
+            nearer ? Ints{} + static_cast<std::int32_t>(prim_id) : answers_.prim_id[g];
+        return true;
+    }
+
+    Floats dot_group(const vec3& n, int g) const {
+        return rays_.dir[0][g] * n.x + rays_.dir[1][g] * n.y + rays_.dir[2][g] * n.z;
+    }
+
+    bool all_occluded() const {
+        for (int g = 0; g < kGroups; ++g) {
+            if (any(answers_.t[g] >= 0.0f)) return false;
+        }
+        return true;
+    }
+
+    const Tree& tree_;
+    const PacketRays& rays_;
+    PacketAnswers& answers_;
+    Floats rcp_[3][kGroups];
+    std::array<Interval, 3> intervals_;
+    /// By axis: whether the rays go to both sides, or along it nowhere; and to which side most go.
+    std::array<bool, 3> is_split_;
+    std::array<bool, 3> is_negative_;
+    bool any_split_ = false;
+};
+
+}  // namespace
+
+void trace_closest(const Tree& tree, const PacketRays& rays, PacketAnswers& answers) {
+    Traversal<false>(tree, rays, answers).run();
+}
+
+void trace_any(const Tree& tree, const PacketRays& rays, PacketAnswers& answers) {
+    Traversal<true>(tree, rays, answers).run();
+}
+
+}  // namespace mray::bench::paper_2007

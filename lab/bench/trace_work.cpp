@@ -1,0 +1,216 @@
+#include "lab/bench/trace_work.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+#include "common/interop/camera.h"
+#include "common/interop/surface.h"
+#include "cpu/tile.h"
+
+namespace mray::bench {
+namespace {
+
+Ray inactive_ray(vec3 org) {
+    Ray ray;
+    ray.org = org;
+    ray.tnear = 0;
+    ray.dir = {0, 0, 1};
+    ray.tfar = -1;
+    return ray;
+}
+
+/// Adds a tile whose rays are those since `begin`, filled up to whole packets.
+void close_tile(TraceWork& work, const cpu::Tile& tile, std::size_t begin) {
+    while (work.rays.size() % kPacketSize != 0) work.rays.push_back(inactive_ray({0, 0, 0}));
+    work.active.resize(work.rays.size());
+    for (std::size_t i = begin; i < work.rays.size(); ++i) {
+        work.active[i] = work.rays[i].tfar >= work.rays[i].tnear;
+        work.active_count += work.active[i];
+    }
+    work.tiles.push_back({tile, begin, work.rays.size()});
+    const auto square = [](const cpu::Tile& t) {
+        return std::pair(t.x0 / kSquareSize, t.y0 / kSquareSize);
+    };
+    if (!work.squares.empty() && square(work.squares.back().tile) == square(tile)) {
+        TileRays& last = work.squares.back();
+        last.tile.x1 = std::max(last.tile.x1, tile.x1);
+        last.tile.y1 = std::max(last.tile.y1, tile.y1);
+        last.end = work.rays.size();
+    } else {
+        work.squares.push_back(work.tiles.back());
+    }
+}
+
+/// Adds the rays of a pixel whose camera ray has that hit.
+void add_secondary_rays(TraceWork& work, const cpu::ShadedMesh& mesh, std::uint32_t x,
+                        std::uint32_t y, const Ray& ray, const Hit& hit) {
+    const ImageParams& params = work.params;
+    const bool missed = hit.prim_id == kNoPrim;
+    if (work.kind == WorkKind::kShadow) {
+        const Surface surface = missed ? Surface{} : mesh.surface(ray, hit);
+        const bool traced = !missed && faces_light(surface, params.light);
+        work.rays.push_back(traced ? shadow_ray(surface, params.light)
+                                   : inactive_ray(params.light));
+        return;
+    }
+    if (missed) return;
+    const Surface surface = mesh.surface(ray, hit);
+    if (work.kind == WorkKind::kDiffuse) {
+        // The directions of neighbours have nothing to do with each other.
+        const std::uint32_t number = mix_bits(x + mix_bits(y));
+        Ray bounced;
+        bounced.org = off_surface(surface, surface.size);
+        bounced.tnear = 0;
+        bounced.dir = canonical_direction(ao_direction(surface, sphere_point(number)));
+        bounced.tfar = kInfiniteT;
+        work.rays.push_back(bounced);
+        return;
+    }
+    for (std::uint32_t sample = 0; sample < params.ao_count; ++sample)
+        work.rays.push_back(ao_ray(surface, x, y, sample, params.ao_tfar));
+}
+
+}  // namespace
+
+std::string TraceWork::name() const {
+    switch (kind) {
+        case WorkKind::kPrimary:
+            return "primary";
+        case WorkKind::kShadow:
+            return "shadow";
+        case WorkKind::kDiffuse:
+            return "diffuse";
+        case WorkKind::kAo:
+            return fmt::format("ao-{}", params.ao_count);
+        case WorkKind::kOneRay:
+            break;
+    }
+    return "one-ray";
+}
+
+std::vector<WorkPart> TraceWork::parts(std::size_t count) const {
+    count = std::clamp<std::size_t>(count, 1, std::max<std::size_t>(1, squares.size()));
+    std::vector<WorkPart> parts;
+    std::size_t square = 0;
+    std::size_t tile = 0;
+    for (std::size_t i = 1; i <= count; ++i) {
+        WorkPart part{square, i * squares.size() / count, tile, tile};
+        square = part.end_square;
+        // Tiles without rays at the end of a square belong to it, too.
+        const bool last = square == squares.size();
+        while (part.end_tile < tiles.size() &&
+               (last || tiles[part.end_tile].begin < squares[square].begin)) {
+            ++part.end_tile;
+        }
+        tile = part.end_tile;
+        parts.push_back(part);
+    }
+    return parts;
+}
+
+std::size_t count_hits(const TraceWork& work, const TraceAnswers& answers) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < work.rays.size(); ++i) {
+        if (work.active[i] == 0) continue;
+        count += work.any_hit() ? answers.occluded[i] : answers.hits[i].prim_id != kNoPrim;
+    }
+    return count;
+}
+
+void to_ray_order(const TraceWork& work, AlignedVector<Hit>& hits) {
+    AlignedVector<Hit> ordered;
+    ordered.reserve(hits.size());
+    for (const TileRays& rays : work.tiles) {
+        for_each_pixel(rays.tile, [&](std::uint32_t x, std::uint32_t y) {
+            ordered.push_back(hits[std::size_t{y} * work.params.width + x]);
+        });
+    }
+    hits = std::move(ordered);
+}
+
+TraceWork make_primary_work(const ImageParams& params) {
+    assert(params.width % kTileSize == 0 && params.height % kTileSize == 0);
+    TraceWork work;
+    work.params = params;
+    work.params.rays = kRaysPrimary;
+    work.rays.reserve(std::size_t{params.width} * params.height);
+    const cpu::ImageTiles squares(params.width, params.height, kSquareSize);
+    for (std::uint32_t i = 0; i < squares.count(); ++i) {
+        const cpu::Tile square = squares[i];
+        for (std::uint32_t y = square.y0; y < square.y1; y += kTileSize) {
+            for (std::uint32_t x = square.x0; x < square.x1; x += kTileSize) {
+                const cpu::Tile tile{x, y, x + kTileSize, y + kTileSize};
+                const std::size_t begin = work.rays.size();
+                for_each_pixel(tile, [&](std::uint32_t px, std::uint32_t py) {
+                    work.rays.push_back(camera_ray(params.camera, px, py));
+                });
+                close_tile(work, tile, begin);
+            }
+        }
+    }
+    return work;
+}
+
+TraceWork make_row_work(const ImageParams& params) {
+    std::vector<Ray> rays;
+    for (std::uint32_t y = 0; y < params.height; ++y) {
+        for (std::uint32_t x = 0; x < params.width; ++x)
+            rays.push_back(camera_ray(params.camera, x, y));
+    }
+    return make_one_ray_work(params, std::move(rays));
+}
+
+TraceWork make_one_ray_work(const ImageParams& params, std::vector<Ray> rays) {
+    const std::size_t width = params.width;
+    const std::size_t rows = rays.size() / width;
+    TraceWork work;
+    work.kind = WorkKind::kOneRay;
+    work.params = params;
+    work.params.rays = kRaysPrimary;
+    work.rays.reserve(rays.size());
+    for (std::uint32_t y = 0; y < rows; ++y) {
+        const std::span row = std::span(rays).subspan(y * width, width);
+        const std::size_t begin = work.rays.size();
+        work.rays.insert(work.rays.end(), row.begin(), row.end());
+        close_tile(work, {0, y, params.width, y + 1}, begin);
+    }
+    return work;
+}
+
+TraceWork make_secondary_work(const TraceWork& primary, std::span<const Hit> hits,
+                              const cpu::ShadedMesh& mesh, WorkKind kind, std::uint32_t samples,
+                              std::size_t most_rays) {
+    TraceWork work;
+    work.kind = kind;
+    work.params = primary.params;
+    work.params.rays = kind == WorkKind::kShadow ? kRaysShadow : kRaysAo;
+    if (kind == WorkKind::kAo) work.params.ao_count = samples;
+    // At most 2^28 pixels and 2^8 samples.
+    const std::size_t all_rays = primary.active_count * (kind == WorkKind::kAo ? samples : 1);
+    const std::size_t stride =
+        all_rays <= most_rays ? 1 : all_rays / most_rays + (all_rays % most_rays != 0);
+    for (const TileRays& seen : primary.tiles) {
+        const std::size_t begin = work.rays.size();
+        // Three squares on in each row of squares, so that no column has all.
+        const std::size_t square =
+            seen.tile.x0 / kSquareSize + std::size_t{3} * (seen.tile.y0 / kSquareSize);
+        if (square % stride == 0) {
+            std::size_t i = seen.begin;
+            for_each_pixel(seen.tile, [&](std::uint32_t x, std::uint32_t y) {
+                add_secondary_rays(work, mesh, x, y, primary.rays[i], hits[i]);
+                ++i;
+            });
+        }
+        close_tile(work, seen.tile, begin);
+    }
+    if (kind != WorkKind::kShadow) return work;
+    work.shadows.resize(work.rays.size() / kPacketSize);
+    for (std::size_t i = 0; i < work.rays.size(); ++i)
+        work.shadows[i / kPacketSize].set(i % kPacketSize, work.rays[i]);
+    return work;
+}
+
+}  // namespace mray::bench

@@ -1,0 +1,110 @@
+// The relative errors of rcp and rsqrt (common/interop/arithmetic.h), by trying every float.
+//
+//   bounds       |rcp(x) - 1/x| <= kRcpUlp ulp(1/x), 2^-126 <= |x| < 2^102
+//                |rsqrt(x) - 1/sqrt(x)| <= kRsqrtUlp ulp(1/sqrt(x)), 2^-100 <= x <= 2^100
+//   constants    kRcpUlp, kRsqrtUlp (lab/proofs/bounds.h); used by depth.g, boxes.g,
+//   surface_offset.g domain       rcp's last correction is y e2 with y > 2^-102 and e2 a multiple
+//   of 2^-24: no
+//                denormal. Beyond 2^102 it may be one, and devices may differ. Arguments reach 2^93
+//                (the divisor of weighted_hit)
+//   method       every mantissa of one binade (rcp) or two (rsqrt) against the exact inverse; every
+//                other binade (every second, for rsqrt) has the same mantissas bit for bit
+//
+// Without arguments: whether the bounds hold. With "tight": whether both fail 0.005 below.
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <string_view>
+
+#include "common/interop/arithmetic.h"
+#include "lab/proofs/bounds.h"
+
+namespace mray::proofs {
+namespace {
+
+constexpr std::uint32_t kOne = 0x3F800000u;
+constexpr std::uint32_t kMantissas = 1u << 23;
+
+/// 2^k as a float, -126 <= k <= 127.
+float power_of_two(int k) { return uintBitsToFloat(static_cast<std::uint32_t>(127 + k) << 23); }
+
+/// In ulp of 1/x. y x has 48 bits, and so has its difference from 1: doubles hold both exactly, and
+/// (y x - 1) / x rounds by 2^-52 of itself.
+double worst_rcp() {
+    double worst = 0;
+    for (std::uint32_t mantissa = 0; mantissa < kMantissas; ++mantissa) {
+        const float x = uintBitsToFloat(kOne | mantissa);
+        const double error = (static_cast<double>(rcp(x)) * x - 1.0) / x;
+        const double ulp = mantissa == 0 ? 0x1p-23 : 0x1p-24;  // of 1/x, in [1/2, 1]
+        worst = std::fmax(worst, std::fabs(error) / ulp);
+    }
+    return worst;
+}
+
+/// In ulp of 1/sqrt(x). That comes from long doubles, which are off by some 2^-63 of it.
+double worst_rsqrt() {
+    long double worst = 0;
+    for (std::uint32_t bits = kOne; bits < kOne + 2 * kMantissas; ++bits) {
+        const float x = uintBitsToFloat(bits);
+        const long double exact = 1.0L / std::sqrt(static_cast<long double>(x));
+        const long double ulp = bits == kOne ? 0x1p-23L : 0x1p-24L;  // in [1/2, 1]
+        worst = std::fmax(worst, std::fabs(rsqrt(x) - exact) / ulp);
+    }
+    return static_cast<double>(worst);
+}
+
+/// Whether rcp(x 2^k) is rcp(x) 2^-k, and rcp(-x) is -rcp(x), for every x and k of its range.
+bool rcp_scales() {
+    std::uint32_t different = 0;
+    for (int k = -126; k < 102; ++k) {
+        const float up = power_of_two(k);
+        const float down = power_of_two(-k);
+        for (std::uint32_t mantissa = 0; mantissa < kMantissas; ++mantissa) {
+            const float x = uintBitsToFloat(kOne | mantissa);
+            const float y = rcp(x) * down;
+            different |= floatBitsToUint(rcp(x * up)) ^ floatBitsToUint(y);
+            different |= floatBitsToUint(rcp(-(x * up))) ^ floatBitsToUint(-y);
+        }
+    }
+    return different == 0;
+}
+
+/// Likewise rsqrt(x 4^k) is rsqrt(x) 2^-k.
+bool rsqrt_scales() {
+    std::uint32_t different = 0;
+    for (int k = -50; k < 50; ++k) {
+        const float up = power_of_two(2 * k);
+        const float down = power_of_two(-k);
+        for (std::uint32_t bits = kOne; bits < kOne + 2 * kMantissas; ++bits) {
+            const float x = uintBitsToFloat(bits);
+            different |= floatBitsToUint(rsqrt(x * up)) ^ floatBitsToUint(rsqrt(x) * down);
+        }
+    }
+    return different == 0;
+}
+
+bool check(const char* what, bool holds) {
+    std::printf("%s: %s\n", holds ? "holds" : "fails", what);
+    return holds;
+}
+
+bool bounds_hold(double spare) {
+    const double rcp_ulp = worst_rcp();
+    const double rsqrt_ulp = worst_rsqrt();
+    std::printf("rcp: %.6f ulp, rsqrt: %.6f ulp\n", rcp_ulp, rsqrt_ulp);
+    const bool rcp_holds = check("rcp", rcp_ulp <= kRcpUlp - spare);
+    const bool rsqrt_holds = check("rsqrt", rsqrt_ulp <= kRsqrtUlp - spare);
+    return spare > 0 ? rcp_holds || rsqrt_holds : rcp_holds && rsqrt_holds;
+}
+
+}  // namespace
+}  // namespace mray::proofs
+
+int main(int argc, char** argv) {
+    using namespace mray::proofs;
+    if (argc > 1 && std::string_view(argv[1]) == "tight") return bounds_hold(0.005) ? 1 : 0;
+    const bool hold = bounds_hold(0);
+    const bool rcp_alike = check("rcp has the same mantissas in every binade", rcp_scales());
+    const bool rsqrt_alike = check("rsqrt has in every second binade", rsqrt_scales());
+    return hold && rcp_alike && rsqrt_alike ? 0 : 1;
+}

@@ -1,0 +1,105 @@
+// Rays of Embree's layout, and the hits that masks and filters let through.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+#include "library/embree/scene/scene.h"
+#include "morphray/geometry.hpp"
+
+namespace mray::embree {
+
+/// A ray's interval is closed in scenes that are robust and in the library, and open at tnear in
+/// the others.
+inline float least_t(float tnear, bool is_robust) {
+    if (is_robust || !(tnear > 0)) return tnear;
+    return std::bit_cast<float>(std::bit_cast<std::uint32_t>(tnear) + 1);
+}
+
+/// Answers the rays of a call. One thread's.
+class Query {
+public:
+    enum class Kind { closest, occlusion };
+
+    Query(const Committed& committed, const QueryOptions& options, Kind kind)
+        : committed_(committed),
+          options_(options),
+          kind_(kind),
+          crossing_(options.filter == nullptr ? morphray::Crossing::each
+                                              : morphray::Crossing::owner),
+          has_filters_(
+              options.filter != nullptr ||
+              (kind == Kind::closest ? committed.filters_hits : committed.filters_occlusion)) {}
+
+    const Committed& committed() const { return committed_; }
+    /// The tracer's scene; to be asked only if there is one.
+    const morphray::Scene& scene() const { return *committed_.scene; }
+    morphray::Ray to_trace(const RTCRay& ray) const {
+        return {{ray.org_x, ray.org_y, ray.org_z},
+                least_t(ray.tnear, committed_.is_robust),
+                {ray.dir_x, ray.dir_y, ray.dir_z},
+                ray.tfar};
+    }
+    /// Whether the first hit of a ray with this mask is let through.
+    bool takes_any_hit(unsigned int ray_mask) const {
+        return !has_filters_ && committed_.all_seen(ray_mask);
+    }
+    /// Whether filters are asked about hits.
+    bool has_filters() const { return has_filters_; }
+    /// The closest hit with a mesh that the mask lets through.
+    morphray::Hit intersect(const morphray::Ray& traced, unsigned int ray_mask) const {
+        return committed_.all_seen(ray_mask)
+                   ? scene().intersect(traced)
+                   : scene().intersect_visible(traced, committed_.visible(ray_mask));
+    }
+    /// As intersect(), if `found` is the closest hit of all meshes.
+    morphray::Hit seen_hit(const morphray::Hit& found, const morphray::Ray& traced,
+                           unsigned int ray_mask) const {
+        return committed_.parts[found.geom_id].sees(ray_mask)
+                   ? found
+                   : scene().intersect_visible(traced, committed_.visible(ray_mask));
+    }
+    /// Sets the members of a hit, one by one: a copy of a record that was just written would wait
+    /// for the parts to reach the cache.
+    void set_hit(const morphray::Hit& found, RTCHit& hit) const {
+        const Part& part = committed_.parts[found.geom_id];
+        const morphray::Vec3 normal = part.normals[found.prim_id];
+        hit.Ng_x = normal.x;
+        hit.Ng_y = normal.y;
+        hit.Ng_z = normal.z;
+        const bool is_second = part.is_quads && found.prim_id % 2 != 0;
+        hit.u = is_second ? 1 - found.u : found.u;
+        hit.v = is_second ? 1 - found.v : found.v;
+        hit.primID = part.prim_id(found.prim_id);
+        hit.geomID = part.geom_id;
+        const bool is_instance = part.is_instance();
+        const Context* const context = options_.context;
+        hit.instID[0] = is_instance          ? part.inst_id
+                        : context != nullptr ? context->instID[0]
+                                             : kInvalid;
+#if MORPHRAY_EMBREE == 4
+        hit.instPrimID[0] = is_instance          ? 0
+                            : context != nullptr ? context->instPrimID[0]
+                                                 : kInvalid;
+#endif
+    }
+    /// Takes the closest hit of `traced`, and finds the first one from there on that is let
+    /// through: true, and `hit` and ray.tfar are set. False: neither is changed.
+    bool settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray, RTCHit& hit) const;
+
+private:
+    bool lies_inside(const morphray::Hit& hit) const;
+    bool passes_filters(const Part& part, RTCRay& ray, RTCHit& hit) const;
+    void call_filter(RTCFilterFunctionN filter, const Part& part, int& valid, RTCRay& ray,
+                     RTCHit& hit, Context& context) const;
+    morphray::Hit next(const morphray::Ray& traced, const Part& part,
+                       const morphray::Hit& last) const;
+    const Committed& committed_;
+    QueryOptions options_;
+    Kind kind_;
+    /// Queries with a filter of their own count hits, and so take one of those at an edge.
+    morphray::Crossing crossing_;
+    bool has_filters_;
+};
+
+}  // namespace mray::embree

@@ -1,0 +1,197 @@
+#include "library/embree/scene/parts.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "library/embree/scene/scene.h"
+
+namespace mray::embree {
+namespace {
+
+class Collector {
+public:
+    void collect(const Attachments& attachments) {
+        for (const auto& [id, geometry] : attachments) {
+            if (!geometry->is_enabled()) continue;
+            if (chain_.empty()) first_id_ = id;
+            if (const char* const type = geometry->unsupported()) fail_unsupported(type);
+            chain_.push_back(geometry);
+            geometry->require_static();
+            if (!geometry->is_instance()) {
+                append(id, *geometry);
+            }
+            if (const SceneObject* const scene = geometry->instanced_scene()) {
+                if (chain_.size() == kMostLevels)
+                    fail_argument("instances are nested more than 32 levels deep");
+                collect(scene->attachments());
+            }
+            chain_.pop_back();
+        }
+    }
+    std::vector<Part> take() { return std::move(parts_); }
+
+private:
+    void append(unsigned int id, const Geometry& mesh) {
+        Part part{.chain = chain_, .versions = {}, .geom_id = id};
+        part.inst_id = chain_.size() > 1 ? first_id_ : kInvalid;
+        for (const Ref<Geometry>& geometry : chain_) part.versions.push_back(geometry->version());
+        part.vertices = mesh.vertices();
+        part.indices = mesh.indices();
+        part.is_quads = mesh.is_quads();
+        part.has_own_positions = part.is_instance();
+        parts_.push_back(std::move(part));
+    }
+
+    std::vector<Ref<Geometry>> chain_;
+    unsigned int first_id_ = kInvalid;
+    std::vector<Part> parts_;
+};
+
+/// Whether a vertex is out of range, but not because of what is no finite number: triangles with
+/// such are never hit.
+bool is_far(const morphray::Vec3& p) {
+    return !is_in_range(p) && std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
+}  // namespace
+
+void Part::place() {
+    if (!has_own_positions) return;
+    own_positions.resize(vertices.count);
+    const auto keep = [](const morphray::Vec3& p) {
+        constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+        return is_in_range(p) ? p : morphray::Vec3{kNone, kNone, kNone};
+    };
+    if (!is_instance()) {
+        for (std::size_t i = 0; i < vertices.count; ++i)
+            own_positions[i] = keep(vertex(static_cast<std::uint32_t>(i)));
+        return;
+    }
+    to_world = chain.front()->transform();
+    for (std::size_t level = 1; level + 1 < chain.size(); ++level)
+        to_world = to_world * chain[level]->transform();
+    to_object = to_world.inverse();
+    for (std::size_t i = 0; i < vertices.count; ++i)
+        own_positions[i] = keep(to_world.point(keep(vertex(static_cast<std::uint32_t>(i)))));
+}
+
+void Part::make_normals() {
+    own_normals.resize(triangle_count());
+    std::array<std::uint32_t, 3> corners;
+    for (std::size_t i = 0; i < own_normals.size(); ++i) {
+        if (!find_corners(i, corners)) continue;
+        const morphray::Vec3 a = vertex(corners[0]);
+        const morphray::Vec3 b = vertex(corners[1]);
+        const morphray::Vec3 c = vertex(corners[2]);
+        const morphray::Vec3 e1 = {b.x - a.x, b.y - a.y, b.z - a.z};
+        const morphray::Vec3 e2 = {c.x - a.x, c.y - a.y, c.z - a.z};
+        own_normals[i] = {e1.y * e2.z - e1.z * e2.y, e1.z * e2.x - e1.x * e2.z,
+                          e1.x * e2.y - e1.y * e2.x};
+    }
+    normals = own_normals.data();
+}
+
+void Part::find_used_vertices() {
+    std::vector<std::uint8_t> is_used(vertices.count);
+    used_vertices = 0;
+    is_whole = true;
+    std::array<std::uint32_t, 3> corners;
+    for (std::size_t i = 0; i < triangle_count(); ++i) {
+        if (!find_traced_corners(i, corners)) {
+            is_whole = false;
+            continue;
+        }
+        for (const std::size_t corner : corners) {
+            used_vertices = std::max(used_vertices, corner + 1);
+            is_used[corner] = 1;
+        }
+    }
+    for (std::size_t i = 0; i < used_vertices; ++i) is_whole = is_whole && is_used[i] != 0;
+}
+
+void Part::measure() {
+    bounds = {};
+    left_out.clear();
+    reads_far_vertex = false;
+    bool are_in_range = true;
+    Bounds all;
+    for (std::size_t i = 0; i < used_vertices; ++i) {
+        const morphray::Vec3 p = placed_vertex(static_cast<std::uint32_t>(i));
+        are_in_range = are_in_range && is_in_range(p);
+        all.add(p);
+    }
+    if (are_in_range && is_whole) {
+        bounds = all;
+        return;
+    }
+    if (!are_in_range && !has_own_positions)
+        for (std::size_t i = 0; i < used_vertices; ++i)
+            reads_far_vertex |= is_far(vertex(static_cast<std::uint32_t>(i)));
+    std::array<std::uint32_t, 3> corners;
+    for (std::size_t i = 0; i < triangle_count(); ++i) {
+        if (!find_traced_corners(i, corners)) {
+            left_out.push_back(i);
+            continue;
+        }
+        const std::array<morphray::Vec3, 3> points = {
+            placed_vertex(corners[0]), placed_vertex(corners[1]), placed_vertex(corners[2])};
+        if (!std::all_of(points.begin(), points.end(), is_in_range)) continue;
+        for (const morphray::Vec3& p : points) bounds.add(p);
+    }
+}
+
+bool Part::read_masks() {
+    masks.clear();
+    bool is_set = false;
+    for (const Ref<Geometry>& geometry : chain) {
+        masks.push_back(geometry->mask());
+        is_set |= geometry->has_mask();
+    }
+    return is_set;
+}
+
+morphray::MeshView Part::view(std::vector<std::uint32_t>& triangles) const {
+    morphray::MeshView view;
+    if (used_vertices == 0) return view;
+    if (has_own_positions) {
+        view.positions = {own_positions.data(), used_vertices, sizeof(morphray::Vec3)};
+    } else {
+        view.positions = {vertices.data, used_vertices, vertices.stride};
+    }
+    bool are_in_place = !is_quads && indices.stride == 3 * sizeof(std::uint32_t);
+    const std::size_t count = triangle_count();
+    std::array<std::uint32_t, 3> corners;
+    for (std::size_t i = 0; are_in_place && i < count; ++i)
+        are_in_place = find_traced_corners(i, corners);
+    if (are_in_place) {
+        view.triangles = {indices.at<std::uint32_t>(0), 3 * count};
+        return view;
+    }
+    triangles.reserve(3 * count);
+    for (std::size_t i = 0; i < count; ++i) {
+        // A triangle without an area is never hit.
+        if (!find_traced_corners(i, corners)) corners = {0, 0, 0};
+        triangles.insert(triangles.end(), corners.begin(), corners.end());
+    }
+    view.triangles = triangles;
+    return view;
+}
+
+std::vector<Part> collect_parts(const Attachments& attachments) {
+    Collector collector;
+    collector.collect(attachments);
+    return collector.take();
+}
+
+bool have_same_shape(const std::vector<Part>& a, const std::vector<Part>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Part& p, const Part& q) {
+        return p.geom_id == q.geom_id && p.inst_id == q.inst_id && p.chain == q.chain &&
+               std::equal(p.versions.begin(), p.versions.end(), q.versions.begin(),
+                          [](const GeometryVersion& v, const GeometryVersion& w) {
+                              return v.shape == w.shape;
+                          });
+    });
+}
+
+}  // namespace mray::embree

@@ -1,0 +1,129 @@
+// The meshes of a scene, those of its instances among them.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "library/embree/geometry.h"
+#include "library/embree/scene/bounds.h"
+#include "morphray/geometry.hpp"
+#include "morphray/mesh.hpp"
+
+namespace mray::embree {
+
+/// A mesh as a scene was committed with it. What it reads of the caller stays alive with it.
+struct Part {
+    /// The instances from the scene down to the mesh, which is the last one.
+    std::vector<Ref<Geometry>> chain;
+    /// Their versions at the last commit.
+    std::vector<GeometryVersion> versions;
+    unsigned int geom_id = kInvalid;
+    /// Those of the first instance.
+    unsigned int inst_id = kInvalid;
+    BufferView vertices = {};
+    BufferView indices = {};
+    bool is_quads = false;
+    /// The number of vertices up to the last one that a triangle has. Later ones may be unset
+    /// memory, as the vertex that Blender adds to each mesh is. They would enlarge the scene's box.
+    std::size_t used_vertices = 0;
+    /// Whether the tracer has all triangles, and each of the used_vertices belongs to one.
+    bool is_whole = false;
+    /// A ray passes by if it shares no bit with one of these.
+    std::vector<unsigned int> masks = {};
+    Transform to_world = {};
+    Transform to_object = {};
+    /// Whether the tracer reads own_positions and not the caller's: those of instances and of
+    /// meshes with vertices too far away.
+    bool has_own_positions = false;
+    /// In the space of the scene; no numbers for vertices that are out of range.
+    std::vector<morphray::Vec3> own_positions = {};
+    /// The box of the triangles that can be hit, in the space of the scene.
+    Bounds bounds = {};
+    /// The triangles that find_traced_corners() did not find when the tracer was given the others.
+    std::vector<std::size_t> left_out = {};
+    /// Whether the tracer reads a finite vertex that is out of range where the caller has it, and
+    /// would take it for a place in the scene.
+    bool reads_far_vertex = false;
+    /// The cross product of each triangle's edges, in the space of the mesh. A hit that looked up
+    /// its vertices would wait for memory, for up to a quarter of its time. Parts of one mesh share
+    /// them.
+    const morphray::Vec3* normals = nullptr;
+    std::vector<morphray::Vec3> own_normals = {};
+
+    Geometry& mesh() const { return *chain.back(); }
+    bool is_instance() const { return chain.size() > 1; }
+    std::size_t triangle_count() const { return indices.count * (is_quads ? 2 : 1); }
+    unsigned int prim_id(std::uint32_t triangle) const {
+        return is_quads ? triangle / 2 : triangle;
+    }
+    /// Finds the vertices of a triangle; false if an index is out of range.
+    bool find_corners(std::size_t triangle, std::array<std::uint32_t, 3>& corners) const {
+        const std::size_t count = vertices.count;
+        if (!is_quads) {
+            const auto* const ids = indices.at<std::uint32_t>(triangle);
+            corners = {ids[0], ids[1], ids[2]};
+            return ids[0] < count && ids[1] < count && ids[2] < count;
+        }
+        const auto* const ids = indices.at<std::uint32_t>(triangle / 2);
+        if (triangle % 2 == 0) {
+            corners = {ids[0], ids[1], ids[3]};
+        } else {
+            corners = {ids[2], ids[3], ids[1]};
+        }
+        return ids[0] < count && ids[1] < count && ids[2] < count && ids[3] < count;
+    }
+    /// Finds the vertices of a triangle that the tracer has; false if an index is out of range, or
+    /// a vertex of a quad: without it the other half would be hit.
+    bool find_traced_corners(std::size_t triangle, std::array<std::uint32_t, 3>& corners) const {
+        if (!find_corners(triangle, corners)) return false;
+        if (!is_quads) return true;
+        const auto* const ids = indices.at<std::uint32_t>(triangle / 2);
+        return std::all_of(ids, ids + 4, [&](std::uint32_t id) { return is_in_range(vertex(id)); });
+    }
+    /// The corner in the space of the mesh.
+    morphray::Vec3 vertex(std::uint32_t index) const {
+        const auto* const p = vertices.at<float>(index);
+        return {p[0], p[1], p[2]};
+    }
+    /// The corner in the space of the scene.
+    morphray::Vec3 placed_vertex(std::uint32_t index) const {
+        return has_own_positions ? own_positions[index] : vertex(index);
+    }
+    bool sees(unsigned int ray_mask) const {
+        for (const unsigned int mask : masks)
+            if ((mask & ray_mask) == 0) return false;
+        return true;
+    }
+
+    /// Computes the transformations of instances, and own_positions.
+    void place();
+    /// Computes own_normals.
+    void make_normals();
+    /// Finds used_vertices and is_whole.
+    void find_used_vertices();
+    /// Computes bounds, left_out and reads_far_vertex.
+    void measure();
+    /// Reads masks again. Returns whether any was set by the caller.
+    bool read_masks();
+    /// For Scene::build(). `triangles` is memory that it may use for the vertices of triangles.
+    morphray::MeshView view(std::vector<std::uint32_t>& triangles) const;
+};
+
+/// How deep instances may be nested.
+inline constexpr std::size_t kMostLevels = 32;
+
+/// Geometries by the IDs that they are attached with.
+using Attachments = std::map<unsigned int, Ref<Geometry>>;
+
+/// Appends the enabled meshes, ascending by the IDs on the way to them, so that ties between hits
+/// go to the lowest. Throws Failure for motion blur, and for scenes that contain themselves.
+std::vector<Part> collect_parts(const Attachments& attachments);
+
+/// Whether two lists are over the same triangles.
+bool have_same_shape(const std::vector<Part>& a, const std::vector<Part>& b);
+
+}  // namespace mray::embree

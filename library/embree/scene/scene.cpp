@@ -1,0 +1,314 @@
+#include "library/embree/scene/scene.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace mray::embree {
+namespace {
+
+/// Bytes of a vertex and a triangle that morphray::Scene says it takes, and a normal.
+constexpr std::size_t kVertexBytes = 12;
+constexpr std::size_t kTriangleBytes = 76;
+
+std::size_t bytes_of(const std::vector<Part>& parts) {
+    std::size_t bytes = 0;
+    for (const Part& part : parts) {
+        bytes += kVertexBytes * part.vertices.count * (part.has_own_positions ? 2 : 1) +
+                 kTriangleBytes * part.triangle_count();
+    }
+    return bytes;
+}
+
+std::size_t triangle_count(const std::vector<Part>& parts) {
+    std::size_t count = 0;
+    for (const Part& part : parts) count += part.triangle_count();
+    return count;
+}
+
+bool is_any_refitted(const std::vector<Part>& parts) {
+    return std::any_of(parts.begin(), parts.end(),
+                       [](const Part& part) { return part.mesh().is_refitted(); });
+}
+
+bool have_same_versions(const std::vector<Part>& a, const std::vector<Part>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](const Part& p, const Part& q) { return p.versions == q.versions; });
+}
+
+bool has_moved(const Part& before, const Part& now) {
+    for (std::size_t level = 0; level < now.versions.size(); ++level)
+        if (before.versions[level].pose != now.versions[level].pose) return true;
+    return false;
+}
+
+/// Computes what the tracer reads and what answers tell, which the parts of one mesh share.
+void prepare(std::vector<Part>& parts) {
+    std::map<const Geometry*, const Part*> first_of;
+    for (Part& part : parts) {
+        part.place();
+        const Part* const first = first_of.try_emplace(&part.mesh(), &part).first->second;
+        if (first == &part) {
+            part.make_normals();
+        } else {
+            part.normals = first->normals;
+        }
+        part.measure();
+        if (!part.reads_far_vertex) continue;
+        part.has_own_positions = true;
+        part.place();
+    }
+}
+
+/// Builds the tree of parts that are prepared, which is none without triangles.
+std::optional<morphray::Scene> build_tree(const std::vector<Part>& parts, const BuildWay& way,
+                                          const morphray::Device& tracer) {
+    std::vector<std::vector<std::uint32_t>> triangles(parts.size());
+    std::vector<morphray::MeshView> views;
+    for (std::size_t i = 0; i < parts.size(); ++i) views.push_back(parts[i].view(triangles[i]));
+    if (triangle_count(parts) == 0) return std::nullopt;
+    morphray::SceneOptions options;
+    if (way.is_refitted) options.update = morphray::Refit{};
+    if (way.quality == RTC_BUILD_QUALITY_HIGH) options.split = morphray::Split::sweep;
+    return morphray::Scene::build(std::span<const morphray::MeshView>(views), tracer, options);
+}
+
+/// Prints on stderr, once, why a scene is not answered: some programs do not show errors.
+void announce_unsupported(const std::string& reason) {
+    static std::atomic<bool> is_said = false;
+    if (is_said.exchange(true)) return;
+    std::fprintf(stderr, "morphray: %s: no ray of such scenes hits\n", reason.c_str());
+}
+
+}  // namespace
+
+SceneObject::SceneObject(Device& device) : device_(&device) {}
+
+SceneObject::~SceneObject() { forget(); }
+
+unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
+    if (&geometry.device() != device_.get()) fail_argument("the geometry is of another device");
+    constexpr unsigned int kMost = 0x7FFFFFFFu;
+    const std::scoped_lock lock(mutex_);
+    if (id == kInvalid) {
+        while (find(lowest_free_) != nullptr) ++lowest_free_;
+        id = lowest_free_;
+    }
+    if (id > kMost) fail_argument("the geometry ID is too large");
+    if (attachments_.contains(id))
+        fail_operation("the geometry ID " + std::to_string(id) + " is taken");
+    // IDs far apart are found in attachments_ alone.
+    constexpr std::size_t kMostSparse = std::size_t{1} << 20;
+    if (id < by_id_.size() || id < 4 * attachments_.size() + kMostSparse) {
+        if (id >= by_id_.size()) by_id_.resize(std::size_t{id} + 1);
+        by_id_[id] = &geometry;
+    }
+    attachments_.emplace(id, Ref<Geometry>(&geometry));
+    return id;
+}
+
+void SceneObject::detach(unsigned int id) {
+    const std::scoped_lock lock(mutex_);
+    const auto found = attachments_.find(id);
+    if (found == attachments_.end()) fail_operation("no geometry has the ID " + std::to_string(id));
+    attachments_.erase(found);
+    if (id < by_id_.size()) by_id_[id] = nullptr;
+    lowest_free_ = std::min(lowest_free_, id);
+}
+
+Geometry* SceneObject::find(unsigned int id) const {
+    if (id < by_id_.size() && by_id_[id] != nullptr) return by_id_[id];
+    const auto found = attachments_.find(id);
+    return found == attachments_.end() ? nullptr : found->second.get();
+}
+
+Geometry* SceneObject::find_locked(unsigned int id) const {
+    const std::scoped_lock lock(mutex_);
+    return find(id);
+}
+
+void SceneObject::set_flags(RTCSceneFlags flags) { flags_ = flags; }
+
+void SceneObject::set_build_quality(RTCBuildQuality quality) {
+    if (quality > RTC_BUILD_QUALITY_HIGH) fail_argument("the build quality is unknown");
+    quality_ = quality;
+}
+
+void SceneObject::set_progress_function(RTCProgressMonitorFunction function, void* user) {
+    progress_function_ = function;
+    progress_user_ = user;
+}
+
+void SceneObject::report_progress(double part) const {
+    if (progress_function_ != nullptr && !progress_function_(progress_user_, part))
+        throw Failure{RTC_ERROR_CANCELLED, "the progress monitor ended the commit"};
+}
+
+void SceneObject::commit() {
+    const std::scoped_lock lock(commit_mutex_);
+    try {
+        commit_parts(collect_parts(attachments()));
+    } catch (const Unsupported& what) {
+        announce_unsupported(what.message);
+        forget();
+        throw;
+    } catch (...) {
+        forget();
+        throw;
+    }
+}
+
+void SceneObject::commit_parts(std::vector<Part> parts) {
+    const bool is_kept = committed_ != nullptr && have_same_shape(committed_->parts, parts) &&
+                         committed_->way == BuildWay{quality_, is_any_refitted(parts)};
+    const bool is_robust = (flags_ & RTC_SCENE_FLAG_ROBUST) != 0;
+    if (is_kept && committed_->is_robust == is_robust &&
+        have_same_versions(committed_->parts, parts)) {
+        return;
+    }
+    report_progress(0);
+    if (!is_kept || !update(parts)) build(std::move(parts));
+    committed_->is_robust = is_robust;
+    committed_->read_settings();
+    if (has_point_queries_.load(std::memory_order_relaxed)) committed_->note_boxes();
+    report_progress(1);
+}
+
+void SceneObject::forget() {
+    if (committed_ != nullptr) device_->give_memory(committed_->bytes);
+    committed_ = nullptr;
+}
+
+void SceneObject::build(std::vector<Part> parts) {
+    forget();
+    auto made = std::make_unique<Committed>();
+    made->way = {quality_, is_any_refitted(parts)};
+    made->parts = std::move(parts);
+    for (Part& part : made->parts) part.find_used_vertices();
+    prepare(made->parts);
+    made->bytes = bytes_of(made->parts);
+    device_->take_memory(made->bytes);
+    committed_ = std::move(made);
+    committed_->scene = build_tree(committed_->parts, committed_->way, device_->tracer());
+    if (device_->is_verbose()) {
+        std::fprintf(stderr, "morphray: built a tree of %zu triangles\n",
+                     triangle_count(committed_->parts));
+    }
+}
+
+/// Follows positions and transformations: `parts` have those of the caller.
+bool SceneObject::update(const std::vector<Part>& parts) {
+    std::vector<std::size_t> moved;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        Part& part = committed_->parts[i];
+        if (has_moved(part, parts[i])) moved.push_back(i);
+        part.versions = parts[i].versions;
+    }
+    for (const std::size_t i : moved) {
+        Part& part = committed_->parts[i];
+        const std::vector<std::size_t> left_out = std::move(part.left_out);
+        part.place();
+        if (!part.own_normals.empty()) part.make_normals();
+        part.measure();
+        if (part.reads_far_vertex || part.left_out != left_out) return false;
+    }
+    if (!moved.empty()) committed_->forget_boxes();
+    if (moved.empty() || !committed_->scene) return true;
+    if (moved.size() == 1) {
+        const Part& part = committed_->parts[moved.front()];
+        if (part.used_vertices == 0) return true;
+        committed_->scene->update(static_cast<std::uint32_t>(moved.front()), 0, part.used_vertices);
+    } else {
+        committed_->scene->update();
+    }
+    return true;
+}
+
+}  // namespace mray::embree
+
+using namespace mray::embree;
+
+RTCScene rtcNewScene(RTCDevice device) {
+    return with<Device>("rtcNewScene", device,
+                        [](Device& d) { return reinterpret_cast<RTCScene>(new SceneObject(d)); });
+}
+
+RTCDevice rtcGetSceneDevice(RTCScene scene) {
+    return with<SceneObject>("rtcGetSceneDevice", scene, [](SceneObject& s) {
+        s.device().retain();
+        return reinterpret_cast<RTCDevice>(&s.device());
+    });
+}
+
+void rtcRetainScene(RTCScene scene) {
+    with<SceneObject>("rtcRetainScene", scene, [](SceneObject& s) { s.retain(); });
+}
+
+void rtcReleaseScene(RTCScene scene) {
+    with<SceneObject>("rtcReleaseScene", scene, [](SceneObject& s) { s.release(); });
+}
+
+unsigned int rtcAttachGeometry(RTCScene scene, RTCGeometry geometry) {
+    unsigned int id = kInvalid;
+    with<SceneObject>("rtcAttachGeometry", scene, [&](SceneObject& s) {
+        if (geometry == nullptr) fail_argument("the geometry is null");
+        id = s.attach(*reinterpret_cast<Geometry*>(geometry));
+    });
+    return id;
+}
+
+void rtcAttachGeometryByID(RTCScene scene, RTCGeometry geometry, unsigned int id) {
+    with<SceneObject>("rtcAttachGeometryByID", scene, [&](SceneObject& s) {
+        if (geometry == nullptr) fail_argument("the geometry is null");
+        if (id == kInvalid) fail_argument("the geometry ID is RTC_INVALID_GEOMETRY_ID");
+        s.attach(*reinterpret_cast<Geometry*>(geometry), id);
+    });
+}
+
+void rtcDetachGeometry(RTCScene scene, unsigned int id) {
+    with<SceneObject>("rtcDetachGeometry", scene, [&](SceneObject& s) { s.detach(id); });
+}
+
+RTCGeometry rtcGetGeometry(RTCScene scene, unsigned int id) {
+    return with<SceneObject>("rtcGetGeometry", scene, [&](SceneObject& s) {
+        return reinterpret_cast<RTCGeometry>(s.find(id));
+    });
+}
+
+RTCGeometry rtcGetGeometryThreadSafe(RTCScene scene, unsigned int id) {
+    return with<SceneObject>("rtcGetGeometryThreadSafe", scene, [&](SceneObject& s) {
+        return reinterpret_cast<RTCGeometry>(s.find_locked(id));
+    });
+}
+
+void rtcCommitScene(RTCScene scene) {
+    with<SceneObject>("rtcCommitScene", scene, [](SceneObject& s) { s.commit(); });
+}
+
+void rtcJoinCommitScene(RTCScene scene) {
+    with<SceneObject>("rtcJoinCommitScene", scene, [](SceneObject& s) { s.commit(); });
+}
+
+void rtcSetSceneProgressMonitorFunction(RTCScene scene, RTCProgressMonitorFunction function,
+                                        void* user) {
+    with<SceneObject>("rtcSetSceneProgressMonitorFunction", scene,
+                      [&](SceneObject& s) { s.set_progress_function(function, user); });
+}
+
+void rtcSetSceneBuildQuality(RTCScene scene, enum RTCBuildQuality quality) {
+    with<SceneObject>("rtcSetSceneBuildQuality", scene,
+                      [&](SceneObject& s) { s.set_build_quality(quality); });
+}
+
+void rtcSetSceneFlags(RTCScene scene, enum RTCSceneFlags flags) {
+    with<SceneObject>("rtcSetSceneFlags", scene, [&](SceneObject& s) { s.set_flags(flags); });
+}
+
+RTCSceneFlags rtcGetSceneFlags(RTCScene scene) {
+    return with<SceneObject>("rtcGetSceneFlags", scene, [](SceneObject& s) { return s.flags(); });
+}

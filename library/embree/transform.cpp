@@ -1,0 +1,130 @@
+#include "library/embree/transform.h"
+
+#include <cmath>
+#include <cstddef>
+
+#include "library/embree/device.h"
+
+namespace mray::embree {
+namespace {
+
+/// The layout of a matrix in memory.
+struct MatrixLayout {
+    std::size_t row_step;
+    std::size_t column_step;
+    bool has_last_row;
+};
+
+MatrixLayout layout_of(RTCFormat format) {
+    switch (format) {
+        case RTC_FORMAT_FLOAT3X4_ROW_MAJOR:
+            return {4, 1, false};
+        case RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR:
+            return {1, 3, false};
+        case RTC_FORMAT_FLOAT4X4_ROW_MAJOR:
+            return {4, 1, true};
+        case RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR:
+            return {1, 4, true};
+        default:
+            fail_operation("the format of a transformation is neither 3x4 nor 4x4 floats");
+    }
+}
+
+morphray::Vec3 mapped(const double (&columns)[4][3], const morphray::Vec3& p, double w) {
+    double sum[3];
+    for (int row = 0; row < 3; ++row) {
+        sum[row] = columns[0][row] * double{p.x} + columns[1][row] * double{p.y} +
+                   columns[2][row] * double{p.z} + columns[3][row] * w;
+    }
+    return {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])};
+}
+
+}  // namespace
+
+morphray::Vec3 Transform::point(const morphray::Vec3& p) const { return mapped(columns, p, 1); }
+morphray::Vec3 Transform::vector(const morphray::Vec3& v) const { return mapped(columns, v, 0); }
+
+Transform Transform::inverse() const {
+    const auto& [a, b, c, d] = columns;
+    const auto cross = [](const double(&p)[3], const double(&q)[3], double(&out)[3]) {
+        out[0] = p[1] * q[2] - p[2] * q[1];
+        out[1] = p[2] * q[0] - p[0] * q[2];
+        out[2] = p[0] * q[1] - p[1] * q[0];
+    };
+    double rows[3][3];
+    cross(b, c, rows[0]);
+    cross(c, a, rows[1]);
+    cross(a, b, rows[2]);
+    const double determinant = a[0] * rows[0][0] + a[1] * rows[0][1] + a[2] * rows[0][2];
+    Transform result;
+    for (int row = 0; row < 3; ++row) {
+        double moved = 0;
+        for (int column = 0; column < 3; ++column) {
+            result.columns[column][row] = rows[row][column] / determinant;
+            moved += result.columns[column][row] * d[column];
+        }
+        result.columns[3][row] = -moved;
+    }
+    return result;
+}
+
+Transform operator*(const Transform& outer, const Transform& inner) {
+    Transform result;
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 3; ++row) {
+            double sum = column == 3 ? outer.columns[3][row] : 0;
+            for (int k = 0; k < 3; ++k) sum += outer.columns[k][row] * inner.columns[column][k];
+            result.columns[column][row] = sum;
+        }
+    }
+    return result;
+}
+
+Transform read_transform(RTCFormat format, const void* floats) {
+    const MatrixLayout layout = layout_of(format);
+    if (floats == nullptr) fail_argument("the transformation is null");
+    const auto* const values = static_cast<const float*>(floats);
+    Transform result;
+    for (std::size_t column = 0; column < 4; ++column) {
+        for (std::size_t row = 0; row < 3; ++row) {
+            result.columns[column][row] =
+                double{values[row * layout.row_step + column * layout.column_step]};
+        }
+    }
+    return result;
+}
+
+void write_transform(const Transform& transform, RTCFormat format, void* floats) {
+    const MatrixLayout layout = layout_of(format);
+    if (floats == nullptr) fail_argument("the transformation is null");
+    auto* const values = static_cast<float*>(floats);
+    for (std::size_t column = 0; column < 4; ++column) {
+        float* const first = values + column * layout.column_step;
+        for (std::size_t row = 0; row < 3; ++row)
+            first[row * layout.row_step] = static_cast<float>(transform.columns[column][row]);
+        if (layout.has_last_row) first[3 * layout.row_step] = column == 3 ? 1.0f : 0.0f;
+    }
+}
+
+/// Translation times rotation times a triangular matrix of scale, skew and shift.
+Transform to_transform(const RTCQuaternionDecomposition& parts) {
+    double r = double{parts.quaternion_r};
+    double i = double{parts.quaternion_i};
+    double j = double{parts.quaternion_j};
+    double k = double{parts.quaternion_k};
+    const double norm = std::sqrt(r * r + i * i + j * j + k * k);
+    for (double* const part : {&r, &i, &j, &k}) *part /= norm;
+    const Transform rotation = {
+        {{r * r + i * i - j * j - k * k, 2 * (i * j + r * k), 2 * (i * k - r * j)},
+         {2 * (i * j - r * k), r * r - i * i + j * j - k * k, 2 * (j * k + r * i)},
+         {2 * (i * k + r * j), 2 * (j * k - r * i), r * r - i * i - j * j + k * k},
+         {double{parts.translation_x}, double{parts.translation_y}, double{parts.translation_z}}}};
+    const Transform scale = {
+        {{double{parts.scale_x}, 0, 0},
+         {double{parts.skew_xy}, double{parts.scale_y}, 0},
+         {double{parts.skew_xz}, double{parts.skew_yz}, double{parts.scale_z}},
+         {double{parts.shift_x}, double{parts.shift_y}, double{parts.shift_z}}}};
+    return rotation * scale;
+}
+
+}  // namespace mray::embree

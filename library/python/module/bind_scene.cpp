@@ -1,0 +1,313 @@
+// morphray.Scene.
+#include <pybind11/stl.h>
+
+#include "library/python/module/arrays.h"
+#include "library/python/module/bindings.h"
+#include "library/python/module/objects.h"
+#include "library/python/module/options.h"
+#include "library/python/module/scene.h"
+#include "library/python/module/scene_docs.h"
+#include "morphray/scene.hpp"
+
+namespace morphray::python {
+namespace {
+
+using py::arg;
+
+/// One mesh from a tuple (points, triangles[, deforms[, albedo[, textures]]]).
+BorrowedMesh mesh_of(const py::handle& item, std::size_t number) {
+    const std::string place = "mesh " + std::to_string(number) + ": ";
+    if (!py::isinstance<py::tuple>(item) && !py::isinstance<py::list>(item))
+        throw py::type_error(place + "a morphray.Mesh or a tuple (points, triangles) is needed");
+    const auto parts = py::reinterpret_borrow<py::sequence>(item);
+    const std::size_t size = py::len(parts);
+    if (size < 2 || size > 5) {
+        throw py::value_error(place +
+                              "2 to 5 items are needed, (points, triangles, deforms, "
+                              "albedo, textures), not " +
+                              std::to_string(size));
+    }
+    if (size > 2 && !py::isinstance<py::bool_>(parts[2]))
+        throw py::type_error(place + "deforms: True or False is needed");
+    return borrow(parts[0], parts[1], size > 2 ? py::object(parts[2]).cast<bool>() : true,
+                  size > 3 ? py::object(parts[3]) : py::none(),
+                  size > 4 ? py::object(parts[4]) : py::none(), place);
+}
+
+std::vector<BorrowedMesh> meshes_of(const py::object& points, const py::object& triangles,
+                                    bool deforms, const py::object& albedo,
+                                    const py::object& textures) {
+    std::vector<BorrowedMesh> meshes;
+    if (!triangles.is_none()) {
+        meshes.push_back(borrow(points, triangles, deforms, albedo, textures));
+        return meshes;
+    }
+    if (!py::isinstance<py::list>(points) && !py::isinstance<py::tuple>(points)) {
+        throw py::type_error(
+            "Scene: arrays of points and triangles are needed, or a list of meshes");
+    }
+    if (!albedo.is_none() || !textures.is_none() || !deforms) {
+        throw py::type_error(
+            "Scene: deforms, albedo and textures belong into each mesh of the list");
+    }
+    for (const py::handle item : points) meshes.push_back(mesh_of(item, meshes.size()));
+    return meshes;
+}
+
+std::unique_ptr<PyScene> make_scene(const py::object& points, const py::object& triangles,
+                                    const py::object& device, const py::object& bounds,
+                                    const std::string& update, double budget_ms, double budget,
+                                    bool deterministic, const std::string& split, bool deforms,
+                                    const py::object& albedo, const py::object& refit_on,
+                                    bool record_cost_ratio, const py::object& textures) {
+    SceneOptions options{.bounds = bounds_of(bounds),
+                         .update = policy_of(update, budget_ms, budget, deterministic),
+                         .split = split_of(split),
+                         .record_cost_ratio = record_cost_ratio};
+    std::vector<BorrowedMesh> meshes = meshes_of(points, triangles, deforms, albedo, textures);
+    if (!refit_on.is_none()) options.refit_on = device_of(refit_on, "refit_on");
+    return std::make_unique<PyScene>(std::move(meshes), device_of(device, "device"), options);
+}
+
+Update update(PyScene& scene, const py::object& geom_id, const py::object& first,
+              const py::object& count) {
+    if (geom_id.is_none()) {
+        if (!count.is_none() || uint32_of(first, "first") != 0)
+            throw py::type_error("update: a range of points needs the geom_id of their mesh");
+        return scene.update(false);
+    }
+    std::optional<std::size_t> points;
+    if (!count.is_none()) points = uint32_of(count, "count");
+    return scene.update(uint32_of(geom_id, "geom_id"), uint32_of(first, "first"), points);
+}
+
+py::array intersect(PyScene& scene, const py::object& rays, const py::object& out,
+                    const py::object& coherence) {
+    const QueryArray array = rays_of(rays);
+    py::array hits = results_for(array, out, hit_dtype());
+    const Pinned pin(hits);
+    scene.intersect(array, coherence_of(coherence),
+                    {static_cast<Hit*>(hits.mutable_data()), array.count});
+    return hits;
+}
+
+py::array occluded_in(PyScene& scene, const QueryArray& rays, float tnear, float tfar,
+                      const py::object& out, const py::object& coherence) {
+    // 0 and 1 in a byte.
+    py::array results = results_for(rays, out, py::dtype::of<bool>());
+    const Pinned pin(results);
+    scene.occluded(rays, coherence_of(coherence), tnear, tfar,
+                   {static_cast<std::uint8_t*>(results.mutable_data()), rays.count});
+    return results;
+}
+
+py::array occluded(PyScene& scene, const py::object& rays, const py::object& out,
+                   const py::object& coherence) {
+    return occluded_in(scene, rays_of(rays), 0, std::numeric_limits<float>::infinity(), out,
+                       coherence);
+}
+
+py::array test_occlusions(PyScene& scene, const py::object& rays, float tnear,
+                          std::optional<float> tfar, const py::object& coherence) {
+    const QueryArray array = rays_of(rays);
+    if (array.columns == 8 && (tnear != 0 || tfar)) {
+        throw py::value_error(
+            "test_occlusions: tnear and tfar are for rays of six numbers; these have their own");
+    }
+    return occluded_in(scene, array, tnear, tfar.value_or(std::numeric_limits<float>::infinity()),
+                       py::none(), coherence);
+}
+
+py::dict cast_rays(PyScene& scene, const py::object& rays, const py::object& coherence) {
+    const QueryArray array = rays_of(rays);
+    const auto with_axis = [&](py::ssize_t size) {
+        std::vector<py::ssize_t> shape = array.shape;
+        shape.push_back(size);
+        return shape;
+    };
+    py::array_t<float> t_hit(array.shape);
+    py::array_t<std::uint32_t> geometry_ids(array.shape);
+    py::array_t<std::uint32_t> primitive_ids(array.shape);
+    py::array_t<float> uvs(with_axis(2));
+    py::array_t<float> normals(with_axis(3));
+    scene.cast(array, coherence_of(coherence),
+               {t_hit.mutable_data(), geometry_ids.mutable_data(), primitive_ids.mutable_data(),
+                uvs.mutable_data(), normals.mutable_data()});
+    py::dict result;
+    result["t_hit"] = t_hit;
+    result["geometry_ids"] = geometry_ids;
+    result["primitive_ids"] = primitive_ids;
+    result["primitive_uvs"] = uvs;
+    result["primitive_normals"] = normals;
+    return result;
+}
+
+Image render(PyScene& scene, const py::object& size, const py::object& eye,
+             const py::object& target, const py::object& up, double fov, const py::object& light,
+             const std::string& rays, const py::object& ao_count, double ao_distance,
+             const std::string& shading, const py::object& samples, bool flat,
+             const py::object& cancel) {
+    if (!py::isinstance<py::sequence>(size) || py::len(size) != 2)
+        throw py::type_error("size: a pair of numbers is needed, (width, height)");
+    const auto pair = py::reinterpret_borrow<py::sequence>(size);
+    const View view{.eye = optional_point_of(eye, "eye"),
+                    .target = optional_point_of(target, "target"),
+                    .up = point_of(up, "up"),
+                    .fov = fov,
+                    .light = optional_point_of(light, "light"),
+                    .width = uint32_of(py::object(pair[0]), "size[0]"),
+                    .height = uint32_of(py::object(pair[1]), "size[1]"),
+                    .rays = rays_named(rays),
+                    .shading = shading_named(shading),
+                    .samples = uint32_of(samples, "samples"),
+                    .flat = flat,
+                    .ao_count = uint32_of(ao_count, "ao_count"),
+                    .ao_distance = ao_distance};
+    return scene.render(view, cancel_of(cancel));
+}
+
+void bind_cancel(py::module_& module) {
+    py::class_<Cancel> cancel_class(module, "Cancel", kCancelDoc);
+    cancel_class.def(py::init<>(), "__init__(self)\n--\n\nSee the class.")
+        .def("set", &Cancel::set, kCancelSetDoc)
+        .def("clear", &Cancel::clear, kCancelClearDoc)
+        .def("is_set", &Cancel::is_set, kCancelIsSetDoc);
+    forbid_pickling(cancel_class, "it ends calls of its own process alone");
+}
+
+py::tuple bounds(PyScene& scene) {
+    const Box box = scene.query([](const Scene& s) { return s.bounds(); });
+    return py::make_tuple(py::array_t<double>(3, box.lower.data()),
+                          py::array_t<double>(3, box.upper.data()));
+}
+
+void bind_update(py::module_& module) {
+    auto update_class =
+        py::class_<Update>(module, "Update", kUpdateDoc)
+            .def_property_readonly(
+                "step", [](const Update& update) { return to_string(update.step); }, kStepDoc)
+            .def_readonly("reason", &Update::reason, "Why, as a clause for people.")
+            .def_readonly("cost_ratio", &Update::cost_ratio, kCostRatioDoc)
+            .def_readonly("build_pending", &Update::build_pending,
+                          "Whether a tree is being built in the background.")
+            .def_property_readonly("milliseconds", &Update::milliseconds, "The sum of all parts.")
+            .def_readonly("read_ms", &Update::read_ms, "Reading the arrays of points.")
+            .def_readonly("upload_ms", &Update::upload_ms, "Positions and trees to the device.")
+            .def_readonly("refit_ms", &Update::refit_ms)
+            .def_readonly("decide_ms", &Update::decide_ms, "Finding the cost ratio, and deciding.")
+            .def_readonly("restructure_ms", &Update::restructure_ms)
+            .def_readonly("rebuild_ms", &Update::rebuild_ms)
+            .def("__repr__", [](const Update& update) {
+                return std::string("<morphray.Update ") + to_string(update.step) + ": " +
+                       update.reason + ">";
+            });
+    forbid_new(update_class);
+    forbid_pickling(update_class, "take the values that you need");
+    auto tree_class =
+        py::class_<TreeStatistics>(module, "TreeStatistics", "Of Scene.tree_statistics().")
+            .def_readonly("sah_cost", &TreeStatistics::sah_cost, kSahCostDoc)
+            .def_readonly("node_count", &TreeStatistics::node_count)
+            .def_readonly("leaf_count", &TreeStatistics::leaf_count)
+            .def_readonly("depth", &TreeStatistics::depth)
+            .def_readonly("bytes", &TreeStatistics::bytes)
+            .def_readonly("hash", &TreeStatistics::hash,
+                          "XXH3 (64 bits) of nodes and leaves: the same on every device.")
+            .def("__repr__", [](const TreeStatistics& tree) {
+                return "<morphray.TreeStatistics " + std::to_string(tree.node_count) + " nodes, " +
+                       std::to_string(tree.leaf_count) + " leaves>";
+            });
+    forbid_new(tree_class);
+    forbid_pickling(tree_class, "take the values that you need");
+}
+
+}  // namespace
+
+void bind_scene(py::module_& module) {
+    bind_cancel(module);
+    bind_update(module);
+    const Auto automatic;
+    py::class_<PyScene> scene_class(module, "Scene", kSceneDoc);
+    scene_class
+        .def(py::init(&make_scene), kInitDoc, arg("points"), arg("triangles") = py::none(),
+             py::kw_only(), arg("device") = "cpu", arg("bounds") = py::none(),
+             arg("update") = "auto", arg("budget_ms") = automatic.budget_ms,
+             arg("budget") = automatic.budget, arg("deterministic") = false,
+             arg("split") = "binned", arg("deforms") = true, arg("albedo") = py::none(),
+             arg("refit_on") = py::none(), arg("record_cost_ratio") = false,
+             arg("textures") = py::none())
+        .def("update", &update, kUpdateMethodDoc, arg("geom_id") = py::none(), arg("first") = 0,
+             arg("count") = py::none())
+        .def(
+            "update_with_new_bounds", [](PyScene& scene) { return scene.update(true); },
+            kNewBoundsDoc)
+        .def(
+            "attach",
+            [](PyScene& scene, const py::object& points, const py::object& triangles, bool deforms,
+               const py::object& albedo, const py::object& textures) {
+                return scene.attach(borrow(points, triangles, deforms, albedo, textures));
+            },
+            kAttachDoc, arg("points"), arg("triangles"), arg("deforms") = true,
+            arg("albedo") = py::none(), arg("textures") = py::none())
+        .def(
+            "detach",
+            [](PyScene& scene, const py::object& geom_id) {
+                scene.detach(uint32_of(geom_id, "geom_id"));
+            },
+            kDetachDoc, arg("geom_id"))
+        .def(
+            "last_update",
+            [](PyScene& scene) {
+                return scene.query([](const Scene& s) { return s.last_update(); });
+            },
+            kLastUpdateDoc)
+        .def("intersect", &intersect, kIntersectDoc, arg("rays"), arg("out") = py::none(),
+             py::kw_only(), arg("coherence") = "none")
+        .def("occluded", &occluded, kOccludedDoc, arg("rays"), arg("out") = py::none(),
+             py::kw_only(), arg("coherence") = "none")
+        .def("cast_rays", &cast_rays, kCastRaysDoc, arg("rays"), py::kw_only(),
+             arg("coherence") = "none")
+        .def("test_occlusions", &test_occlusions, kTestOcclusionsDoc, arg("rays"),
+             arg("tnear") = 0.0f, arg("tfar") = py::none(), py::kw_only(),
+             arg("coherence") = "none")
+        .def("render", &render, kRenderDoc, arg("size") = py::make_tuple(1024, 1024), py::kw_only(),
+             arg("eye") = py::none(), arg("target") = py::none(),
+             arg("up") = py::make_tuple(0.0, 1.0, 0.0), arg("fov") = View{}.fov,
+             arg("light") = py::none(), arg("rays") = "primary", arg("ao_count") = View{}.ao_count,
+             arg("ao_distance") = View{}.ao_distance, arg("shading") = "plain",
+             arg("samples") = View{}.samples, arg("flat") = View{}.flat, arg("cancel") = py::none())
+        .def(
+            "on",
+            [](PyScene& scene, const py::object& device) {
+                return scene.on(device_of(device, "device"));
+            },
+            kOnDoc, arg("device"))
+        .def(
+            "tree_statistics",
+            [](PyScene& scene) {
+                return scene.query([](const Scene& s) { return s.tree_statistics(); });
+            },
+            kTreeStatisticsDoc)
+        .def_property_readonly("device", &PyScene::device, "The Device that traces.")
+        .def_property_readonly("bounds", &bounds, kBoundsDoc)
+        .def_property_readonly(
+            "triangle_count",
+            [](PyScene& scene) {
+                return scene.query([](const Scene& s) { return s.triangle_count(); });
+            },
+            "Of all meshes together.")
+        .def_property_readonly(
+            "vertex_count",
+            [](PyScene& scene) {
+                return scene.query([](const Scene& s) { return s.vertex_count(); });
+            },
+            "Of all meshes together.")
+        .def("__repr__", [](const PyScene& scene) {
+            return "<morphray.Scene on " + scene.device().name() + ">";
+        });
+    bind_questions(scene_class);
+    forbid_pickling(scene_class,
+                    "its points are borrowed and its tree is on a device: build a scene in each "
+                    "process, or call on() for another one in this process");
+}
+
+}  // namespace morphray::python

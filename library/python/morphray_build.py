@@ -1,0 +1,104 @@
+"""The build backend of pyproject.toml (PEP 517): CMake builds the package, and this packs it.
+
+The wheel uses the machine's libraries and is for machines like the one that made it. Building needs
+cmake, a C++20 compiler, the headers of Python and pybind11, and the libraries that cmake/packages.txt
+lists as "build". Setting (pip's --config-settings): vulkan=OFF builds without Vulkan.
+"""
+
+import base64
+import hashlib
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tarfile
+import zipfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def _version():
+    text = (ROOT / "CMakeLists.txt").read_text()
+    return re.search(r"project\(morphray VERSION ([0-9.]+)", text).group(1)
+
+
+def _metadata():
+    return f"""Metadata-Version: 2.1
+Name: morphray
+Version: {_version()}
+Summary: A ray tracer for deforming triangle meshes with bit-exact results
+License: MIT
+Requires-Python: >=3.9
+Requires-Dist: numpy
+Description-Content-Type: text/markdown
+
+{(ROOT / "docs/guide/python.md").read_text()}"""
+
+
+def _dist_info():
+    return f"morphray-{_version()}.dist-info"
+
+
+def _run(*command):
+    print("+", *command, flush=True)
+    try:
+        subprocess.run(command, check=True)
+    except (FileNotFoundError, subprocess.CalledProcessError):
+        sys.exit("morphray: the build failed; cmake/packages.txt lists the packages that it needs, "
+                 "and pybind11-dev and python3-dev are two of them")
+
+
+def _build(settings):
+    """Returns the folder of the package."""
+    build = ROOT / "build" / "python"
+    generator = ["-G", "Ninja"] if shutil.which("ninja") else []
+    _run("cmake", "-S", str(ROOT), "-B", str(build), *generator,
+         "-DCMAKE_BUILD_TYPE=Release", "-DMORPHRAY_PYTHON=ON", "-DMORPHRAY_TESTS=OFF",
+         "-DMORPHRAY_PROGRAM=OFF", "-DMORPHRAY_INSTALL=OFF",
+         f"-DMORPHRAY_VULKAN={settings.get('vulkan', 'ON')}",
+         f"-DPython_EXECUTABLE={sys.executable}")
+    _run("cmake", "--build", str(build), "--target", "morphray_python", "--parallel",
+         str(os.cpu_count() or 1))
+    return build / "python" / "morphray"
+
+
+def _record_line(name, data):
+    digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+    return f"{name},sha256={digest},{len(data)}\n"
+
+
+def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
+    package = _build(config_settings or {})
+    module = f"_morphray{sysconfig.get_config_var('EXT_SUFFIX')}"
+    python = f"cp{sys.version_info[0]}{sys.version_info[1]}"
+    tag = f"{python}-{python}-{re.sub('[-.]', '_', sysconfig.get_platform())}"
+    info = _dist_info()
+    files = {f"morphray/{name}": (package / name).read_bytes()
+             for name in ("__init__.py", "__init__.pyi", "open3d.py", "open3d.pyi", "trimesh.py",
+                          "trimesh.pyi", "py.typed", module)}
+    files[f"{info}/METADATA"] = _metadata().encode()
+    files[f"{info}/WHEEL"] = (f"Wheel-Version: 1.0\nGenerator: morphray_build\n"
+                              f"Root-Is-Purelib: false\nTag: {tag}\n").encode()
+    files[f"{info}/LICENSE"] = (ROOT / "LICENSE").read_bytes()
+    record = "".join(_record_line(name, data) for name, data in files.items())
+    files[f"{info}/RECORD"] = f"{record}{info}/RECORD,,\n".encode()
+    wheel = f"morphray-{_version()}-{tag}.whl"
+    with zipfile.ZipFile(pathlib.Path(wheel_directory) / wheel, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    return wheel
+
+
+def build_sdist(sdist_directory, config_settings=None):
+    """Packs the files of the checkout that git has."""
+    listed = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z"], check=True,
+                            stdout=subprocess.PIPE).stdout.decode()
+    name = f"morphray-{_version()}"
+    path = pathlib.Path(sdist_directory) / f"{name}.tar.gz"
+    with tarfile.open(path, "w:gz", format=tarfile.PAX_FORMAT) as archive:
+        for file in filter(None, listed.split("\0")):
+            archive.add(ROOT / file, f"{name}/{file}", recursive=False)
+    return path.name

@@ -1,0 +1,99 @@
+"""The build backend packs what was built, offline."""
+
+import base64
+import hashlib
+import importlib
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tarfile
+import zipfile
+
+import pytest
+
+import morphray
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture
+def backend(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "python"))
+    module = importlib.import_module("morphray_build")
+    # The package that the tests run with, instead of one more build.
+    package = pathlib.Path(morphray.__file__).parent
+    monkeypatch.setattr(module, "_build", lambda settings: package)
+    return module
+
+
+def test_wheel_is_complete(backend, tmp_path):
+    path = tmp_path / backend.build_wheel(tmp_path)
+    wheel = zipfile.ZipFile(path)
+    names = wheel.namelist()
+    assert {"morphray/__init__.py", "morphray/__init__.pyi", "morphray/py.typed"} <= set(names)
+    assert any(n.startswith("morphray/_morphray") and n.endswith(".so") for n in names)
+    info = f"morphray-{morphray.__version__}.dist-info"
+    lines = [line.split(",") for line in wheel.read(f"{info}/RECORD").decode().splitlines()]
+    assert [line[0] for line in lines] == names
+    for name, digest, size in lines[:-1]:
+        data = wheel.read(name)
+        own = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).decode().rstrip("=")
+        assert (digest, int(size)) == (f"sha256={own}", len(data))
+    tag = re.search("^Tag: (.*)$", wheel.read(f"{info}/WHEEL").decode(), re.M).group(1)
+    assert path.name == f"morphray-{morphray.__version__}-{tag}.whl"
+    metadata = wheel.read(f"{info}/METADATA").decode()
+    assert f"Version: {morphray.__version__}\n" in metadata
+    assert f"{info}/LICENSE" in names
+    # The module that was packed traces.
+    wheel.extractall(tmp_path)
+    trace = "import morphray; print(morphray.__file__); morphray.Scene([])"
+    used = subprocess.run([sys.executable, "-c", trace], cwd=tmp_path, check=True, text=True,
+                          stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(tmp_path)})
+    assert used.stdout.startswith(str(tmp_path))
+
+
+def cmake(*arguments):
+    return subprocess.run(["cmake", *arguments], capture_output=True, text=True)
+
+
+def test_component_python_is_installed_whole(tmp_path):
+    build = pathlib.Path(morphray.__file__).parents[2]
+    if not (build / "cmake_install.cmake").exists():
+        return  # the package was not built by CMake's preset
+    done = cmake("--install", str(build), "--component", "python", "--prefix", str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    folder = tmp_path / "lib" / "python3" / "dist-packages"
+    files = {f.name for f in (folder / "morphray").iterdir()}
+    assert {"__init__.py", "__init__.pyi", "open3d.py", "open3d.pyi", "py.typed", "trimesh.py",
+            "trimesh.pyi"} < files
+    assert len(files) == 8
+    trace = ("import numpy, morphray; print(morphray.__file__); "
+             "morphray.Scene([]).intersect(numpy.zeros((1, 6), numpy.float32))")
+    used = subprocess.run([sys.executable, "-c", trace], cwd=tmp_path, check=True, text=True,
+                          stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(folder)})
+    assert used.stdout.startswith(str(folder))
+
+
+def test_component_python_of_a_build_without_it_is_an_error(tmp_path):
+    done = cmake("-S", str(ROOT), "-B", str(tmp_path / "build"), "-G", "Ninja",
+                 "-DMORPHRAY_PYTHON=OFF",
+                 "-DMORPHRAY_TESTS=OFF", "-DMORPHRAY_VULKAN=OFF", "-DMORPHRAY_PROGRAM=OFF")
+    assert done.returncode == 0, done.stderr
+    done = cmake("--install", str(tmp_path / "build"), "--component", "python", "--prefix",
+                 str(tmp_path / "prefix"))
+    assert done.returncode != 0
+    # CMake breaks lines.
+    message = " ".join(done.stderr.split())
+    assert "This build has no Python package. Configure with -DMORPHRAY_PYTHON=ON" in message
+    assert not (tmp_path / "prefix").exists()
+
+
+def test_source_archive_has_the_backend(backend, tmp_path):
+    if not (ROOT / ".git").exists():
+        return  # this is such an archive
+    archive = tarfile.open(tmp_path / backend.build_sdist(tmp_path))
+    root = f"morphray-{morphray.__version__}"
+    assert {f"{root}/pyproject.toml", f"{root}/library/python/morphray_build.py",
+            f"{root}/CMakeLists.txt"} <= set(archive.getnames())

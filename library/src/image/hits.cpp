@@ -1,0 +1,151 @@
+#include "morphray/hits.hpp"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstddef>
+#include <cstring>
+#include <span>
+#include <utility>
+
+#include "common/base/input_file.h"
+#include "common/base/output_file.h"
+#include "common/interop/ray.h"
+#include "common/text/message_text.h"
+#include "library/src/scene/errors.h"
+
+namespace morphray {
+namespace detail {
+
+struct HitsHeader {
+    char magic[8] = {'M', 'R', 'H', 'I', 'T', 'S', '1', '\0'};
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::uint32_t image_count = 0;
+};
+static_assert(sizeof(HitsHeader) == 20 && sizeof(mray::Hit) == 16, "no padding");
+
+static_assert(std::endian::native == std::endian::little, "the file is written as memory is");
+
+class HitsBytes {
+public:
+    HitsBytes(std::uint32_t width, std::uint32_t height) {
+        header_.width = width;
+        header_.height = height;
+        bytes_.resize(sizeof(HitsHeader));
+        write_header();
+    }
+
+    void add(const Image& image) {
+        const std::size_t count = std::size_t{header_.width} * header_.height;
+        const std::uint64_t side = sample_side(image.samples);
+        if (image.width * side != header_.width || image.height * side != header_.height ||
+            image.hits.size() != count || image.occlusion.size() != count)
+            throw_bad_argument("HitsWriter: an image of another size");
+        for (const Hit& hit : image.hits) {
+            if (hit && hit.geom_id != 0) {
+                throw_bad_argument(
+                    fmt::format("HitsWriter: a hit of geom_id {}; the file has room for one mesh",
+                                hit.geom_id));
+            }
+        }
+        // Nothing has changed if memory does not suffice.
+        std::size_t at = bytes_.size();
+        bytes_.resize(at + count * (sizeof(mray::Hit) + sizeof(std::uint32_t)));
+        for (const Hit& hit : image.hits) {
+            const mray::Hit written{hit.t, hit.u, hit.v, hit.prim_id};
+            std::memcpy(bytes_.data() + at, &written, sizeof(written));
+            at += sizeof(written);
+        }
+        // An empty image has null pointers, which memcpy does not take.
+        if (count > 0)
+            std::memcpy(bytes_.data() + at, image.occlusion.data(), count * sizeof(std::uint32_t));
+        ++header_.image_count;
+        write_header();
+    }
+
+    const std::vector<std::byte>& bytes() const { return bytes_; }
+
+private:
+    void write_header() { std::memcpy(bytes_.data(), &header_, sizeof(header_)); }
+
+    HitsHeader header_;
+    std::vector<std::byte> bytes_;
+};
+
+namespace {
+
+HitsFile parse(const std::string& file, std::string_view text) {
+    const auto refuse = [&](const std::string& reason) {
+        throw Error(ErrorCode::bad_input, mray::shown(file) + ": " + reason);
+    };
+    HitsHeader header;
+    const HitsHeader expected;
+    if (text.size() < sizeof(header)) refuse("not a file of hits: too short for its header");
+    std::memcpy(&header, text.data(), sizeof(header));
+    if (std::memcmp(header.magic, expected.magic, sizeof(header.magic)) != 0)
+        refuse("not a file of hits: it does not begin with MRHITS1");
+    const std::uint64_t pixels = std::uint64_t{header.width} * header.height;
+    const std::uint64_t rest = text.size() - sizeof(header);
+    const std::uint64_t per_image = sizeof(mray::Hit) + sizeof(std::uint32_t);
+    // Divided, not multiplied: the numbers of a damaged file may overflow.
+    const bool fits = pixels == 0 || header.image_count == 0
+                          ? rest == 0
+                          : rest % per_image == 0 && rest / per_image % pixels == 0 &&
+                                rest / per_image / pixels == header.image_count;
+    if (!fits) {
+        refuse(fmt::format("{} bytes do not fit {} images of {}x{}", text.size(),
+                           header.image_count, header.width, header.height));
+    }
+    HitsFile result = {header.width, header.height};
+    const char* next = text.data() + sizeof(header);
+    const auto take = [&](auto& values) {
+        std::memcpy(values.data(), next, values.size() * sizeof(values[0]));
+        next += values.size() * sizeof(values[0]);
+    };
+    // A file without images has no hits, whatever their size would be.
+    if (pixels == 0 || header.image_count == 0) return result;
+    std::vector<mray::Hit> hits(pixels);
+    for (std::uint32_t i = 0; i < header.image_count; ++i) {
+        HitsFile::ImageHits& image = result.images.emplace_back();
+        take(hits);
+        for (const mray::Hit& hit : hits) {
+            const bool missed = hit.prim_id == kNoPrim;
+            image.hits.push_back({hit.t, hit.u, hit.v, hit.prim_id, missed ? kNoGeometry : 0});
+        }
+        image.occlusion.resize(pixels);
+        take(image.occlusion);
+    }
+    return result;
+}
+
+}  // namespace
+}  // namespace detail
+
+HitsWriter::HitsWriter(std::uint32_t width, std::uint32_t height)
+    : bytes_(detail::with_public_errors(
+          [&] { return std::make_unique<detail::HitsBytes>(width, height); })) {}
+HitsWriter::HitsWriter(HitsWriter&&) noexcept = default;
+HitsWriter& HitsWriter::operator=(HitsWriter&&) noexcept = default;
+HitsWriter::~HitsWriter() = default;
+
+void HitsWriter::add(const Image& image) {
+    detail::with_public_errors([&] {
+        if (bytes_ == nullptr) detail::throw_bad_argument("this HitsWriter has been moved from");
+        bytes_->add(image);
+    });
+}
+
+void HitsWriter::write(const std::string& file) const {
+    detail::with_public_errors([&] {
+        if (bytes_ == nullptr) detail::throw_bad_argument("this HitsWriter has been moved from");
+        mray::write_file(file, bytes_->bytes());
+    });
+}
+
+HitsFile read_hits(const std::string& file) {
+    return detail::with_public_errors(
+        [&] { return detail::parse(file, mray::read_input_file(file)); });
+}
+
+}  // namespace morphray

@@ -1,0 +1,227 @@
+#include "library/src/image/image_shader.h"
+
+#include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "common/base/stopwatch.h"
+#include "common/image/heat_colours.h"
+#include "common/interop/camera.h"
+#include "common/scene/depth_range.h"
+#include "cpu/reference/tree_heat.h"
+#include "library/src/image/holes.h"
+#include "library/src/image/image_conversion.h"
+#include "library/src/image/smooth_shadows.h"
+#include "library/src/scene/errors.h"
+
+namespace morphray::detail {
+namespace {
+
+using mray::cpu::LitKind;
+
+LitKind kind_of(Shading shading) {
+    switch (shading) {
+        case Shading::plain:
+            return LitKind::kPlain;
+        case Shading::lit:
+            return LitKind::kLit;
+        case Shading::normal:
+            return LitKind::kNormal;
+        case Shading::depth:
+            return LitKind::kDepth;
+        case Shading::prim:
+            return LitKind::kPrim;
+        case Shading::steps:
+        case Shading::sah:
+            return LitKind::kPlain;
+    }
+    throw_bad_argument("View::shading: not one of plain, lit, normal, depth, prim, steps and sah");
+}
+
+std::uint32_t checked_side(std::uint32_t samples) {
+    const std::uint32_t side = sample_side(samples);
+    if (side * side != samples) {
+        throw_bad_argument(
+            fmt::format("View::samples: {}, which is not one of 1, 4, 16 and 64", samples));
+    }
+    return side;
+}
+
+mray::vec3 unit_vector(const Point& p) {
+    // Scaled where the length overflows.
+    const double scale = std::isfinite(std::hypot(p[0], p[1], p[2])) ? 1 : 0.25;
+    const double x = scale * p[0], y = scale * p[1], z = scale * p[2];
+    const double length = std::hypot(x, y, z);
+    return {static_cast<float>(x / length), static_cast<float>(y / length),
+            static_cast<float>(z / length)};
+}
+
+/// The depths between which greys differ, in scene space.
+struct GreyDepths {
+    float near = 0;
+    float per_depth = 0;
+};
+
+GreyDepths grey_depths(const mray::ResolvedView& view, const PoseReader& pose) {
+    const mray::DepthRange depths = mray::depth_range(view.eye, pose.bounds());
+    return {static_cast<float>(pose.space().length_to_scene(depths.near)),
+            static_cast<float>(1 / pose.space().length_to_scene(depths.range))};
+}
+
+/// Colours the samples by what the tree costs there; black without a hit, but for steps.
+void colour_by_tree(Shading shading, mray::Backend& backend, mray::ThreadArena& arena,
+                    const mray::Watch& watch, TracedImage& image) {
+    mray::Bvh tree;
+    backend.read_tree(tree);
+    const bool is_steps = shading == Shading::steps;
+    const std::vector<float> looseness =
+        is_steps ? std::vector<float>() : mray::cpu::leaf_looseness(tree);
+    const std::uint32_t width = image.params.width;
+    const auto colour = [&](std::uint32_t x, std::uint32_t y, const mray::Hit& hit) {
+        if (is_steps) {
+            const mray::Ray ray = mray::camera_ray(image.params.camera, x, y);
+            return mray::steps_colour(mray::cpu::count_steps(tree, ray, hit));
+        }
+        if (hit.prim_id == mray::kNoPrim) return 0xFF000000u;
+        return mray::looseness_colour(looseness[hit.prim_id]);
+    };
+    mray::resize_watched(image.samples.pixels, image.samples.hits.size(), watch);
+    arena.execute([&] {
+        tbb::parallel_for(std::uint32_t{0}, image.params.height, [&](std::uint32_t y) {
+            watch.throw_if_cancelled();
+            for (std::uint32_t x = 0; x < width; ++x) {
+                const std::size_t i = std::size_t{y} * width + x;
+                image.samples.pixels[i] = colour(x, y, image.samples.hits[i]);
+            }
+        });
+    });
+}
+
+/// A product of image sizes that is at least 2^32 - 1 stays there, so that it is refused.
+std::uint32_t times(std::uint32_t pixels, std::uint32_t side) {
+    return static_cast<std::uint32_t>(
+        std::min<std::uint64_t>(std::uint64_t{pixels} * side, 0xFFFFFFFFu));
+}
+
+}  // namespace
+
+bool ImageShader::is_needed_for(const View& view) {
+    return view.shading != Shading::plain || view.samples != 1;
+}
+
+void ImageShader::prepare_normals(const MeshList& meshes, const PoseReader& pose,
+                                  mray::ThreadArena& arena) {
+    if (has_normals_) return;
+    if (!normals_) normals_.emplace(meshes.topology().triangles, meshes.normal_ids());
+    arena.execute([&] { normals_->update(pose.positions()); });
+    has_normals_ = true;
+}
+
+void ImageShader::render(const View& view, const MeshList& meshes, const PoseReader& pose,
+                         mray::Backend& backend, mray::ThreadArena& arena, TracedImage& traced,
+                         Image& image) {
+    const mray::Watch watch(view.cancel, view.done);
+    const LitKind kind = kind_of(view.shading);
+    const bool is_lit = kind == LitKind::kLit;
+    const bool is_smooth = (is_lit || kind == LitKind::kNormal) && !view.flat;
+    const std::uint32_t side = checked_side(view.samples);
+    mray::ViewSpec spec = to_spec(view);
+    spec.width = times(view.width, side);
+    spec.height = times(view.height, side);
+    const bool is_heat = view.shading == Shading::steps || view.shading == Shading::sah;
+    if (view.shading != Shading::plain) spec.rays = is_lit ? mray::kRaysShadow : mray::kRaysPrimary;
+    if (is_lit) spec.ao_count = std::max(view.ao_count, 1u);
+
+    traced.params = mray::make_image_params(spec, pose.bounds(), pose.space());
+    traced.has_sky = is_lit && view.ao_count > 0;
+    traced.samples.with_pixels = view.shading == Shading::plain;
+    traced.samples.with_hits = true;
+    traced.sky.with_pixels = false;
+    // Parts of the image, by their rays; shading takes as long as one ray or two.
+    const float rays = is_lit ? 2 : 1;
+    const auto sky_rays = static_cast<float>(traced.has_sky ? 1 + view.ao_count : 0);
+    const float all = rays + sky_rays + 1;
+    backend.watch_images(watch.step(0, rays / all));
+    backend.trace_image(traced.params, traced.samples);
+    image.ray_count = backend.finish().rays;
+    image.trace_ms = backend.finish().trace_ms;
+    if (traced.has_sky) {
+        backend.watch_images(watch.step(rays / all, (rays + sky_rays) / all));
+        mray::ImageParams params = traced.params;
+        params.rays = mray::kRaysAo;
+        backend.trace_image(params, traced.sky);
+        // The camera rays are the same once more, and count once.
+        image.ray_count += backend.finish().rays - traced.samples.hits.size();
+        image.trace_ms += backend.finish().trace_ms;
+    }
+
+    const bool has_smooth = is_smooth && meshes.is_smooth();
+    mray::Stopwatch stopwatch;
+    const bool has_holes = meshes.has_holes();
+    const TracedScene scene{
+        .mesh = {&meshes.topology(), pose.positions()},
+        .textures = has_holes ? meshes.textures() : mray::cpu::TexturedTriangles(),
+        .backend = backend,
+        .arena = arena,
+        .cancel = view.cancel};
+    if (is_lit && has_holes) image.ray_count += pass_holes(scene, traced);
+    if (has_smooth) prepare_normals(meshes, pose, arena);
+    if (is_heat) colour_by_tree(view.shading, backend, arena, watch, traced);
+    const GreyDepths depths = grey_depths(mray::resolve_view(spec, pose.bounds()), pose);
+    const mray::cpu::LitSamples samples{
+        .params = traced.params,
+        .side = side,
+        .kind = kind,
+        .up = unit_vector(view.up),
+        .near = depths.near,
+        .per_depth = depths.per_depth,
+        .topology = meshes.topology(),
+        .positions = pose.positions(),
+        .normal_ids = has_smooth ? normals_->ids() : std::span<const mray::uvec3>(),
+        .normals = has_smooth ? normals_->normals() : std::span<const mray::vec3>(),
+        .textures = meshes.textures(),
+        .hits = traced.samples.hits,
+        .shadows = traced.samples.occlusion,
+        .occlusion = traced.sky.occlusion,
+        .ao_count = traced.has_sky ? view.ao_count : 0,
+        .colours = traced.samples.pixels};
+    if (is_lit) {
+        if (has_smooth) {
+            image.ray_count +=
+                light_smooth_surfaces(scene, shader_, samples, traced.samples.occlusion);
+        }
+        image.trace_ms += stopwatch.ms();
+        stopwatch = mray::Stopwatch();
+    }
+    image.pixels.resize(std::size_t{view.width} * view.height);
+    static_assert(sizeof(LitPixel) == sizeof(mray::cpu::LitPixel));
+    image.lit_pixels.resize(is_lit && view.lit_pixels ? image.pixels.size() : 0);
+    // Rows of samples in a band: those that it shares with its neighbours are a small part of it.
+    constexpr std::uint32_t kBandRows = 32;
+    const std::uint32_t band = kBandRows / side;
+    const std::uint32_t bands = (view.height + band - 1) / band;
+    const mray::Watch shading = watch.step((rays + sky_rays) / all, 1);
+    std::atomic<std::uint32_t> done = 0;
+    arena.execute([&] {
+        tbb::parallel_for(std::uint32_t{0}, bands, [&](std::uint32_t i) {
+            watch.throw_if_cancelled();
+            const std::uint32_t begin = i * band;
+            const std::size_t first = std::size_t{begin} * view.width;
+            auto* const details =
+                image.lit_pixels.empty()
+                    ? nullptr
+                    : reinterpret_cast<mray::cpu::LitPixel*>(&image.lit_pixels[first]);
+            shader_.shade_rows(samples, begin, std::min(begin + band, view.height),
+                               image.pixels.data() + first, details);
+            shading.set_done(++done, bands);
+        });
+    });
+    image.shade_ms = stopwatch.ms();
+    image.trace_ms += image.shade_ms;
+}
+
+}  // namespace morphray::detail

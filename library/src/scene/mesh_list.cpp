@@ -1,0 +1,302 @@
+#include "library/src/scene/mesh_list.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/interop/lit.h"
+#include "common/scene/vertex_normals.h"
+#include "library/src/scene/errors.h"
+
+namespace morphray::detail {
+namespace {
+
+constexpr std::uint64_t kMostVertices = 0xFFFFFFF0u;
+
+bool is_smooth_by_vertex(const MeshView& mesh) {
+    return !mesh.smooth.empty() && mesh.smooth.data() == mesh.triangles.data();
+}
+
+void check_textures(const MeshView& mesh) {
+    constexpr std::size_t kMostTextures = 65536;
+    if (mesh.textures.empty()) {
+        if (!mesh.texture_ids.empty() || !mesh.texcoords.empty())
+            throw_bad_argument("texcoords, texture_ids: given without textures");
+        return;
+    }
+    if (mesh.textures.size() > kMostTextures) {
+        throw Error(ErrorCode::limit, fmt::format("textures: {}, but at most {} are possible",
+                                                  mesh.textures.size(), kMostTextures));
+    }
+    for (std::size_t i = 0; i < mesh.textures.size(); ++i) {
+        const TextureView& texture = mesh.textures[i];
+        if (std::max(texture.width, texture.height) > kMaxTextureSide) {
+            throw Error(ErrorCode::limit,
+                        fmt::format("texture {}: {}x{} texels; at most {} a side are possible", i,
+                                    texture.width, texture.height, kMaxTextureSide));
+        }
+        if (texture.texels.empty() ||
+            texture.texels.size() != std::size_t{texture.width} * texture.height) {
+            throw_bad_argument(fmt::format("texture {}: {} texels for a size of {}x{}", i,
+                                           texture.texels.size(), texture.width, texture.height));
+        }
+        if (texture.wrap != Wrap::repeat && texture.wrap != Wrap::clamp)
+            throw_bad_argument(fmt::format("texture {}: wrap is neither repeat nor clamp", i));
+        if (!(texture.alpha_cutoff >= 0 && texture.alpha_cutoff <= 1)) {
+            throw_bad_argument(fmt::format("texture {}: an alpha_cutoff of {}; must be from 0 to 1",
+                                           i, texture.alpha_cutoff));
+        }
+    }
+    if (mesh.texcoords.size() != 2 * mesh.triangles.size()) {
+        throw_bad_argument(fmt::format("texcoords: {} floats for {} corners of triangles",
+                                       mesh.texcoords.size(), mesh.triangles.size()));
+    }
+    const std::size_t count = mesh.triangles.size() / 3;
+    if (!mesh.texture_ids.empty() && mesh.texture_ids.size() != count) {
+        throw_bad_argument(
+            fmt::format("texture_ids: {} for {} triangles", mesh.texture_ids.size(), count));
+    }
+    for (const std::uint32_t id : mesh.texture_ids) {
+        if (id < mesh.textures.size() || id == kNoTexture) continue;
+        throw_bad_argument(
+            fmt::format("texture_ids: {}, but there are {} textures", id, mesh.textures.size()));
+    }
+}
+
+void check(const MeshView& mesh) {
+    const Positions& positions = mesh.positions;
+    if (positions.count > 0 && positions.data == nullptr)
+        throw_bad_argument("positions: no data, but a count above 0");
+    if (positions.count > 1 && positions.stride < sizeof(Vec3)) {
+        throw_bad_argument(
+            fmt::format("positions: a stride of {} bytes; three floats take 12", positions.stride));
+    }
+    if (positions.count > kMostVertices)
+        throw Error(ErrorCode::limit, fmt::format("positions: {} are too many", positions.count));
+    if (mesh.triangles.size() % 3 != 0) {
+        throw Error(ErrorCode::bad_input,
+                    fmt::format("triangles: {} indices, which is not a multiple of 3",
+                                mesh.triangles.size()));
+    }
+    const std::size_t count = mesh.triangles.size() / 3;
+    if (count > mray::kMaxTriangles) {
+        throw Error(ErrorCode::limit,
+                    fmt::format("triangles: {}, but at most 2^28 are possible", count));
+    }
+    if (!mesh.albedo.empty() && mesh.albedo.size() != count) {
+        throw_bad_argument(
+            fmt::format("albedo: {} colours for {} triangles", mesh.albedo.size(), count));
+    }
+    if (!mesh.smooth.empty() && mesh.smooth.size() != mesh.triangles.size()) {
+        throw_bad_argument(fmt::format("smooth: {} numbers for {} corners of triangles",
+                                       mesh.smooth.size(), mesh.triangles.size()));
+    }
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        if (mesh.triangles[i] < positions.count) continue;
+        throw Error(ErrorCode::bad_input,
+                    fmt::format("triangle {} has vertex {}, but there are {} positions", i / 3,
+                                mesh.triangles[i], positions.count));
+    }
+    check_textures(mesh);
+    if (is_smooth_by_vertex(mesh)) return;
+    for (const std::uint32_t number : mesh.smooth) {
+        if (number < mesh.smooth.size()) continue;
+        throw_bad_argument(fmt::format("smooth: {} is not below the number of corners, {}", number,
+                                       mesh.smooth.size()));
+    }
+}
+
+std::vector<mray::uvec3> threes_of(std::span<const std::uint32_t> numbers) {
+    std::vector<mray::uvec3> threes(numbers.size() / 3);
+    for (std::size_t i = 0; i < threes.size(); ++i)
+        threes[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+    return threes;
+}
+
+std::vector<std::shared_ptr<const mray::cpu::Texture>> textures_of(const MeshView& mesh) {
+    std::vector<std::shared_ptr<const mray::cpu::Texture>> textures;
+    for (const TextureView& texture : mesh.textures) {
+        textures.push_back(std::make_shared<const mray::cpu::Texture>(
+            texture.texels, texture.width, texture.height, texture.wrap == Wrap::clamp,
+            texture.alpha_cutoff));
+    }
+    return textures;
+}
+
+std::vector<mray::Texcoords> texcoords_of(std::span<const float> numbers) {
+    const auto finite = [](float x) { return std::isfinite(x) ? x : 0.0f; };
+    std::vector<mray::Texcoords> texcoords(numbers.size() / 6);
+    for (std::size_t i = 0; i < texcoords.size(); ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::size_t at = 6 * i + 2 * k;
+            texcoords[i][k] = {finite(numbers[at]), finite(numbers[at + 1])};
+        }
+    }
+    return texcoords;
+}
+
+}  // namespace
+
+std::uint32_t MeshList::attach(const MeshView& mesh) {
+    check(mesh);
+    while (first_free_ < will_be_used_.size() && will_be_used_[first_free_]) ++first_free_;
+    Change change = {.geom_id = first_free_, .attaches = true};
+    change.place = {.used = true, .positions = mesh.positions, .deforms = mesh.deforms};
+    const std::size_t count = mesh.triangles.size() / 3;
+    change.place.is_smooth = !mesh.smooth.empty();
+    if (change.place.is_smooth && !is_smooth_by_vertex(mesh)) {
+        change.place.smooth =
+            std::make_shared<const std::vector<mray::uvec3>>(threes_of(mesh.smooth));
+    }
+    change.triangles = threes_of(mesh.triangles);
+    change.albedo.assign(mesh.albedo.begin(), mesh.albedo.end());
+    change.albedo.resize(count, mray::kDefaultAlbedo);
+    constexpr mray::Albedo kColour = 0x00FFFFFF;
+    for (mray::Albedo& albedo : change.albedo)
+        albedo = (albedo & kColour) | (mesh.backdrop ? mray::kBackdropBit : 0);
+    if (!mesh.textures.empty()) {
+        change.place.textures = textures_of(mesh);
+        change.texcoords = texcoords_of(mesh.texcoords);
+        change.texture_ids.assign(mesh.texture_ids.begin(), mesh.texture_ids.end());
+        change.texture_ids.resize(count, 0);
+        for (std::size_t i = 0; i < count; ++i) {
+            if (change.texture_ids[i] == mray::kNoTexture) continue;
+            if (mesh.albedo.empty()) change.albedo[i] |= kColour;
+            change.albedo[i] |= mray::kTexturedBit;
+        }
+    }
+    if (first_free_ == will_be_used_.size()) will_be_used_.push_back(false);
+    changes_.push_back(std::move(change));
+    will_be_used_[first_free_] = true;
+    return first_free_;
+}
+
+void MeshList::detach(std::uint32_t geom_id) {
+    if (geom_id >= will_be_used_.size() || !will_be_used_[geom_id])
+        throw_bad_argument(fmt::format("the scene has no mesh with geom_id {}", geom_id));
+    changes_.push_back({.geom_id = geom_id});
+    will_be_used_[geom_id] = false;
+    first_free_ = std::min(first_free_, geom_id);
+}
+
+void MeshList::append(std::uint32_t geom_id, MeshPlace place, const Parts& parts) {
+    if (topology_.vertex_count + place.positions.count > kMostVertices)
+        throw Error(ErrorCode::limit, "the meshes have too many positions together");
+    if (topology_.triangles.size() + parts.triangles.size() > mray::kMaxTriangles)
+        throw Error(ErrorCode::limit, "the meshes have more than 2^28 triangles together");
+    place.first_vertex = topology_.vertex_count;
+    place.first_prim = static_cast<std::uint32_t>(topology_.triangles.size());
+    place.prim_count = static_cast<std::uint32_t>(parts.triangles.size());
+    const std::uint32_t shift = place.first_vertex - parts.first_vertex;
+    for (const mray::uvec3& t : parts.triangles)
+        topology_.triangles.push_back({t.x + shift, t.y + shift, t.z + shift});
+    topology_.albedo.insert(topology_.albedo.end(), parts.albedo.begin(), parts.albedo.end());
+    topology_.vertex_count += place.vertex_count();
+    if (!place.textures.empty()) append_textures(place, parts);
+    if (place.prim_count > 0) {
+        geometry_ids_.push_back(geom_id);
+        first_prims_.push_back(place.first_prim);
+    }
+    places_[geom_id] = std::move(place);
+}
+
+void MeshList::append_textures(MeshPlace& place, const Parts& parts) {
+    place.first_texture = static_cast<std::uint32_t>(textures_.size());
+    textures_.insert(textures_.end(), place.textures.begin(), place.textures.end());
+    texcoords_.resize(place.first_prim);
+    texcoords_.insert(texcoords_.end(), parts.texcoords.begin(), parts.texcoords.end());
+    texture_ids_.resize(place.first_prim, mray::kNoTexture);
+    const std::uint32_t shift = place.first_texture - parts.first_texture;
+    for (const std::uint32_t id : parts.texture_ids)
+        texture_ids_.push_back(id == mray::kNoTexture ? id : id + shift);
+}
+
+MeshList::Parts MeshList::parts_of(const MeshPlace& place) const {
+    Parts parts{
+        .triangles = std::span(topology_.triangles).subspan(place.first_prim, place.prim_count),
+        .first_vertex = place.first_vertex,
+        .first_texture = place.first_texture,
+        .albedo = std::span(topology_.albedo).subspan(place.first_prim, place.prim_count),
+        .texcoords = {},
+        .texture_ids = {}};
+    if (place.textures.empty()) return parts;
+    parts.texcoords = std::span(texcoords_).subspan(place.first_prim, place.prim_count);
+    parts.texture_ids = std::span(texture_ids_).subspan(place.first_prim, place.prim_count);
+    return parts;
+}
+
+MeshList MeshList::changed() const {
+    const std::size_t most = will_be_used_.size();
+    std::vector<const Change*> last_changes(most, nullptr);
+    for (const Change& change : changes_) last_changes[change.geom_id] = &change;
+    MeshList list;
+    list.places_.resize(most);
+    list.will_be_used_ = will_be_used_;
+    list.first_free_ = first_free_;
+    for (std::uint32_t id = 0; id < most; ++id) {
+        if (const Change* const last = last_changes[id]) {
+            if (last->attaches)
+                list.append(id, last->place,
+                            {.triangles = last->triangles,
+                             .albedo = last->albedo,
+                             .texcoords = last->texcoords,
+                             .texture_ids = last->texture_ids});
+        } else if (const MeshPlace* place = find(id)) {
+            MeshPlace kept = *place;
+            kept.vertex_before = place->first_vertex;
+            list.append(id, std::move(kept), parts_of(*place));
+        }
+    }
+    return list;
+}
+
+bool MeshList::is_smooth() const {
+    return std::any_of(places_.begin(), places_.end(),
+                       [](const MeshPlace& mesh) { return mesh.used && mesh.is_smooth; });
+}
+
+bool MeshList::has_holes() const {
+    return std::any_of(textures_.begin(), textures_.end(),
+                       [](const auto& texture) { return texture->has_holes(); });
+}
+
+/// Vertices come first, then the numbers of one mesh after the other.
+std::vector<mray::uvec3> MeshList::normal_ids() const {
+    std::vector<mray::uvec3> ids(topology_.triangles.size(), mray::uvec3(mray::kFlatCorner));
+    std::uint32_t first = topology_.vertex_count;
+    for (const MeshPlace& mesh : places_) {
+        if (!mesh.used || !mesh.is_smooth) continue;
+        std::uint32_t count = 0;
+        for (std::uint32_t i = 0; i < mesh.prim_count; ++i) {
+            const std::uint32_t prim = mesh.first_prim + i;
+            if (mesh.smooth == nullptr) {
+                ids[prim] = topology_.triangles[prim];
+                continue;
+            }
+            const mray::uvec3 numbers = (*mesh.smooth)[i];
+            ids[prim] = numbers + first;
+            count = std::max({count, numbers.x + 1, numbers.y + 1, numbers.z + 1});
+        }
+        first += count;
+    }
+    return ids;
+}
+
+const MeshPlace* MeshList::find(std::uint32_t geom_id) const {
+    return geom_id < places_.size() && places_[geom_id].used ? &places_[geom_id] : nullptr;
+}
+
+std::uint32_t MeshList::count_up_to(std::uint32_t geom_id, std::uint32_t prim_id) const {
+    const auto after = std::upper_bound(geometry_ids_.begin(), geometry_ids_.end(), geom_id);
+    if (after == geometry_ids_.begin()) return 0;
+    const auto i = static_cast<std::size_t>(after - geometry_ids_.begin()) - 1;
+    const std::size_t end =
+        i + 1 < first_prims_.size() ? first_prims_[i + 1] : topology_.triangles.size();
+    if (geometry_ids_[i] != geom_id) return static_cast<std::uint32_t>(end);
+    const std::uint64_t last = std::uint64_t{first_prims_[i]} + prim_id + 1;
+    return static_cast<std::uint32_t>(std::min<std::uint64_t>(last, end));
+}
+
+}  // namespace morphray::detail

@@ -1,0 +1,251 @@
+#include "library/src/scene/pose_reader.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <iterator>
+
+#include "cpu/scene_space/scene_positions.h"
+
+namespace morphray::detail {
+namespace {
+
+using mray::vec3;
+using mray::WorldBounds;
+using mray::cpu::MadePositions;
+using Range = tbb::blocked_range<std::size_t>;
+
+// Vertices a task.
+constexpr std::size_t kGrain = 8192;
+
+/// Vertex i, which may lie at any address.
+vec3 load(const Positions& positions, std::size_t i) {
+    vec3 p;
+    std::memcpy(&p, static_cast<const std::byte*>(positions.data) + i * positions.stride,
+                sizeof(p));
+    return p;
+}
+
+void extend(WorldBounds& bounds, const WorldBounds& other) {
+    if (!other.empty()) bounds.extend(other.lower, other.upper);
+}
+
+/// Calls `use(first, run)` for runs of positions first, first + 1, ..., in place if they are
+/// packed.
+template <class Use>
+void for_each_run(const Positions& positions, std::size_t first, std::size_t end, Use use) {
+    const auto* bytes = static_cast<const std::byte*>(positions.data);
+    if (positions.stride == sizeof(vec3) &&
+        reinterpret_cast<std::uintptr_t>(bytes) % alignof(vec3) == 0) {
+        const auto* packed = reinterpret_cast<const vec3*>(bytes);
+        if (first < end) use(first, std::span(packed + first, end - first));
+        return;
+    }
+    constexpr std::size_t kRun = 256;
+    vec3 run[kRun];
+    for (; first < end; first += kRun) {
+        const std::size_t count = std::min(kRun, end - first);
+        for (std::size_t i = 0; i < count; ++i) run[i] = load(positions, first + i);
+        use(first, std::span<const vec3>(run, count));
+    }
+}
+
+/// Calls `work(first, count)` for parts of [begin, end) in many threads; returns the sum of what
+/// the calls return.
+template <class Work>
+MadePositions for_each_part(std::size_t begin, std::size_t end, mray::ThreadArena& arena,
+                            Work work) {
+    if (end - begin <= kGrain) return work(begin, end - begin);
+    return arena.execute([&] {
+        return tbb::parallel_reduce(
+            Range(begin, end, kGrain), MadePositions{},
+            [&](const Range& range, MadePositions sum) {
+                sum.add(work(range.begin(), range.size()));
+                return sum;
+            },
+            [](MadePositions a, const MadePositions& b) {
+                a.add(b);
+                return a;
+            });
+    });
+}
+
+WorldBounds bounds_of_all(std::span<const vec3> points, mray::ThreadArena& arena) {
+    return arena.execute([&] {
+        return tbb::parallel_reduce(
+            Range(0, points.size(), kGrain), WorldBounds{},
+            [&](const Range& range, WorldBounds bounds) {
+                extend(bounds, mray::bounds_of(points.subspan(range.begin(), range.size())));
+                return bounds;
+            },
+            [](WorldBounds a, const WorldBounds& b) {
+                extend(a, b);
+                return a;
+            });
+    });
+}
+
+/// Copies positions from `first` on.
+void copy_positions(const Positions& positions, std::size_t first, std::span<vec3> out) {
+    for_each_run(positions, first, first + out.size(),
+                 [&](std::size_t at, std::span<const vec3> run) {
+                     std::copy(run.begin(), run.end(), &out[at - first]);
+                 });
+}
+
+WorldBounds to_bounds(const std::optional<Box>& box) {
+    WorldBounds bounds;
+    if (!box) return bounds;
+    bounds.extend(box->lower.data(), box->upper.data());
+    return bounds;
+}
+
+}  // namespace
+
+PoseReader::PoseReader(const std::optional<Box>& bounds, const mray::SimdTarget& target)
+    : bounds_(to_bounds(bounds)), space_(bounds_), target_(target) {}
+
+/// Reads a piece into this space. Returns whether one of its positions is outside of the range.
+bool PoseReader::read_piece(const Piece& piece, mray::ThreadArena& arena) {
+    const MeshPlace& mesh = *piece.mesh;
+    const mray::cpu::ScenePositionMaker maker(space_, target_);
+    const std::span<vec3> scene =
+        std::span(positions_).subspan(mesh.first_vertex, mesh.vertex_count());
+    const MadePositions made = for_each_part(
+        piece.first, piece.first + piece.count, arena, [&](std::size_t first, std::size_t count) {
+            MadePositions sum;
+            for_each_run(mesh.positions, first, first + count,
+                         [&](std::size_t at, std::span<const vec3> run) {
+                             sum.add(maker.make(run, scene.subspan(at, run.size())));
+                         });
+            return sum;
+        });
+    auto kept = kept_.find(mesh.first_vertex);
+    if (kept == kept_.end()) {
+        if (made.all_invertible) return made.any_outside;
+        kept = kept_.emplace(mesh.first_vertex, scene.size()).first;
+        for (std::size_t i = 0; i < scene.size(); ++i) kept->second[i] = space_.to_world(scene[i]);
+    }
+    copy_positions(mesh.positions, piece.first,
+                   std::span(kept->second).subspan(piece.first, piece.count));
+    return made.any_outside;
+}
+
+/// The positions of all meshes as they were last read.
+std::vector<vec3> PoseReader::world_positions(const MeshList& meshes) const {
+    std::vector<vec3> world(positions_.size());
+    for (const MeshPlace& mesh : meshes.places()) {
+        if (!mesh.used) continue;
+        const std::size_t begin = mesh.first_vertex;
+        if (const auto kept = kept_.find(mesh.first_vertex); kept != kept_.end()) {
+            std::copy(kept->second.begin(), kept->second.end(), &world[begin]);
+            continue;
+        }
+        for (std::size_t i = begin; i < begin + mesh.vertex_count(); ++i)
+            world[i] = space_.to_world(positions_[i]);
+    }
+    return world;
+}
+
+/// Makes the space that of `bounds` and brings all positions into it. Returns whether one of them
+/// is outside of its range.
+bool PoseReader::convert_all(const MeshList& meshes, std::span<const vec3> world,
+                             const WorldBounds& bounds, mray::ThreadArena& arena) {
+    space_ = mray::SceneSpace(bounds);
+    positions_.resize(world.size());
+    kept_.clear();
+    const mray::cpu::ScenePositionMaker maker(space_, target_);
+    bool any_outside = false;
+    for (const MeshPlace& mesh : meshes.places()) {
+        if (!mesh.used) continue;
+        const auto in = world.subspan(mesh.first_vertex, mesh.vertex_count());
+        const auto out = std::span(positions_).subspan(mesh.first_vertex, mesh.vertex_count());
+        const MadePositions made =
+            for_each_part(0, in.size(), arena, [&](std::size_t first, std::size_t count) {
+                return maker.make(in.subspan(first, count), out.subspan(first, count));
+            });
+        any_outside |= made.any_outside;
+        if (!made.all_invertible)
+            kept_.emplace(mesh.first_vertex, std::vector<vec3>(in.begin(), in.end()));
+    }
+    return any_outside;
+}
+
+/// Finds the space of these positions, and brings them into it.
+void PoseReader::find_space(const MeshList& meshes, std::span<const vec3> world,
+                            mray::ThreadArena& arena) {
+    if (bounds_.empty()) bounds_ = bounds_of_all(world, arena);
+    is_extended_ = convert_all(meshes, world, bounds_, arena);
+    if (!is_extended_) return;
+    WorldBounds extended = bounds_;
+    extend(extended, bounds_of_all(world, arena));
+    convert_all(meshes, world, extended, arena);
+}
+
+void PoseReader::read_list(const MeshList& meshes, const MeshList* before,
+                           mray::ThreadArena& arena) {
+    const std::vector<vec3> world_before =
+        before != nullptr ? world_positions(*before) : std::vector<vec3>();
+    positions_.resize(meshes.topology().vertex_count);
+    std::vector<vec3> world(positions_.size());
+    for (const MeshPlace& mesh : meshes.places()) {
+        if (!mesh.used || mesh.vertex_count() == 0) continue;
+        const std::span<vec3> out =
+            std::span(world).subspan(mesh.first_vertex, mesh.vertex_count());
+        if (before != nullptr && mesh.vertex_before && !mesh.deforms) {
+            std::copy_n(&world_before[*mesh.vertex_before], out.size(), out.begin());
+        } else {
+            copy_positions(mesh.positions, 0, out);
+        }
+    }
+    find_space(meshes, world, arena);
+}
+
+std::vector<mray::IndexRange> PoseReader::read_pieces(const MeshList& meshes,
+                                                      std::span<const Piece> pieces,
+                                                      mray::ThreadArena& arena) {
+    bool any_outside = false;
+    for (const Piece& piece : pieces) any_outside |= read_piece(piece, arena);
+    if (is_extended_ || bounds_.empty() || any_outside) {
+        find_space(meshes, world_positions(meshes), arena);
+        return {{0, meshes.topology().vertex_count}};
+    }
+    std::vector<mray::IndexRange> ranges;
+    for (const Piece& piece : pieces) {
+        const auto begin = static_cast<std::uint32_t>(piece.mesh->first_vertex + piece.first);
+        const auto end = static_cast<std::uint32_t>(begin + piece.count);
+        if (begin < end) ranges.push_back({begin, end});
+    }
+    return ranges;
+}
+
+std::vector<mray::IndexRange> PoseReader::read_deforming(const MeshList& meshes,
+                                                         mray::ThreadArena& arena) {
+    std::vector<Piece> pieces;
+    for (const MeshPlace& mesh : meshes.places()) {
+        if (mesh.used && mesh.deforms) pieces.push_back({&mesh, 0, mesh.positions.count});
+    }
+    return read_pieces(meshes, pieces, arena);
+}
+
+std::vector<mray::IndexRange> PoseReader::read(const MeshList& meshes, const MeshPlace& mesh,
+                                               std::size_t first, std::size_t count,
+                                               mray::ThreadArena& arena) {
+    const Piece piece{&mesh, first, count};
+    return read_pieces(meshes, {&piece, 1}, arena);
+}
+
+mray::vec3 PoseReader::world_position(std::uint32_t vertex) const {
+    const auto after = kept_.upper_bound(vertex);
+    if (after != kept_.begin()) {
+        const auto& [first, positions] = *std::prev(after);
+        if (vertex - first < positions.size()) return positions[vertex - first];
+    }
+    return space_.to_world(positions_[vertex]);
+}
+
+}  // namespace morphray::detail

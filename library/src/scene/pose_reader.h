@@ -1,0 +1,81 @@
+// Reads the caller's positions into scene space.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/base/index_range.h"
+#include "common/base/thread_arena.h"
+#include "common/scene/scene_space.h"
+#include "common/scene/world_bounds.h"
+#include "common/simd/simd_target.h"
+#include "library/src/scene/mesh_list.h"
+
+namespace morphray::detail {
+
+/// The positions of all meshes, as they were last read, in world space and in scene space, and the
+/// space. The space is that of the bounds, as long as all finite positions lie in its range;
+/// otherwise it is that of the bounds and all positions together. So it depends on bounds and
+/// positions only, not on earlier poses.
+///
+/// Another space takes positions that may not be read again, since the caller may be writing to
+/// them. Scene space gives them back but for coordinates that are very small; meshes with such are
+/// kept in world space as well.
+class PoseReader {
+public:
+    /// `target` is for the conversion. Without bounds, those of the first positions that are read
+    /// are taken.
+    PoseReader(const std::optional<Box>& bounds, const mray::SimdTarget& target);
+
+    const mray::SceneSpace& space() const { return space_; }
+    /// The bounds that the space follows; empty before there is a position.
+    const mray::WorldBounds& bounds() const { return bounds_; }
+    std::span<const mray::vec3> positions() const { return positions_; }
+    /// The position of a vertex in world space, as it was read; its position in scene space is
+    /// finite.
+    mray::vec3 world_position(std::uint32_t vertex) const;
+
+    /// The positions that are read next give the bounds.
+    void forget_bounds() { bounds_ = {}; }
+    /// Reads the positions of a list of meshes that was made by changes of the list `before`, or of
+    /// a first list (null). Meshes that do not deform and were in the list before are not read.
+    void read_list(const MeshList& meshes, const MeshList* before, mray::ThreadArena& arena);
+    /// Reads the positions of all meshes that deform. Returns the vertices outside of which none
+    /// has changed in scene space.
+    std::vector<mray::IndexRange> read_deforming(const MeshList& meshes, mray::ThreadArena& arena);
+    /// Reads these vertices of a mesh, which must be in it. Returns as above.
+    std::vector<mray::IndexRange> read(const MeshList& meshes, const MeshPlace& mesh,
+                                       std::size_t first, std::size_t count,
+                                       mray::ThreadArena& arena);
+
+private:
+    struct Piece {
+        const MeshPlace* mesh;
+        std::size_t first;
+        std::size_t count;
+    };
+
+    std::vector<mray::IndexRange> read_pieces(const MeshList& meshes, std::span<const Piece> pieces,
+                                              mray::ThreadArena& arena);
+    bool read_piece(const Piece& piece, mray::ThreadArena& arena);
+    std::vector<mray::vec3> world_positions(const MeshList& meshes) const;
+    void find_space(const MeshList& meshes, std::span<const mray::vec3> world,
+                    mray::ThreadArena& arena);
+    bool convert_all(const MeshList& meshes, std::span<const mray::vec3> world,
+                     const mray::WorldBounds& bounds, mray::ThreadArena& arena);
+
+    mray::WorldBounds bounds_;
+    mray::SceneSpace space_;
+    mray::SimdTarget target_;
+    /// Whether positions lie outside the range of the space of the bounds.
+    bool is_extended_ = false;
+    /// By vertex of the topology.
+    std::vector<mray::vec3> positions_;
+    /// The positions in world space of meshes that positions_ does not give back, by first vertex.
+    std::map<std::uint32_t, std::vector<mray::vec3>> kept_;
+};
+
+}  // namespace morphray::detail

@@ -1,0 +1,109 @@
+// Arrays of numbers in the buffers of a glTF file.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scenes/gltf/file/gltf_file.h"
+
+namespace mray::gltf {
+
+/// The types of components, by their numbers in the file.
+enum class Component : std::uint16_t {
+    kInt8 = 5120,
+    kUint8 = 5121,
+    kInt16 = 5122,
+    kUint16 = 5123,
+    kUint32 = 5125,
+    kFloat = 5126
+};
+
+/// A part of a buffer view. Empty bytes stand for zeros.
+struct PackedArray {
+    std::string_view bytes;
+    std::size_t stride = 0;
+    Component component = Component::kFloat;
+};
+
+/// An accessor whose members have been checked against each other, its buffer view and its buffer.
+struct Accessor {
+    JsonAt at;
+    std::size_t count = 0;
+    /// Numbers an element: 3 of a VEC3, 16 of a MAT4.
+    std::size_t width = 1;
+    bool normalized = false;
+    PackedArray base = {};
+    /// Elements that replace those of `base`, and their indices, which increase.
+    std::size_t sparse_count = 0;
+    PackedArray sparse_indices = {};
+    PackedArray sparse_values = {};
+
+    bool is_sparse_alone() const { return base.bytes.empty(); }
+};
+
+/// The elements of a sparse accessor that differ from 0.
+struct SparseFloats {
+    std::vector<std::uint32_t> indices;
+    std::vector<float> values;
+};
+
+/// The elements that a reader of numbers accepts.
+struct Wanted {
+    /// The number of components, and its name ("VEC3").
+    std::size_t width = 1;
+    const char* type = "SCALAR";
+    /// Whether integers are accepted: those that are normalised, or any.
+    enum class Integers { kNone, kNormalized, kAny } integers = Integers::kNone;
+};
+
+/// Reads accessors. All together may take what the budget has, 16 times the bytes of the buffers,
+/// 5 times those that are decompressed and what JSON leaves of 56 MiB, so that a few bytes of JSON
+/// cannot ask for more memory than there is.
+///
+/// Every function throws Error(kBadInput) with the place of the member that is wrong: an index, an
+/// offset, a stride or a count out of range or not aligned, a type that is not wanted, an accessor
+/// without a buffer view that has more elements than all buffers have bytes.
+class Accessors {
+public:
+    /// Keeps the references.
+    Accessors(const GltfFile& file, ContentBudget& budget);
+
+    /// `reference` is the member that has the index of the accessor.
+    Accessor open(const JsonAt& reference);
+
+    /// All numbers. Of integers that are normalised, c / 127, c / 255, ... in float, at least -1.
+    std::vector<float> floats(const Accessor& accessor, const Wanted& wanted);
+    /// The same for an accessor that is sparse alone: without the zeros of all others.
+    SparseFloats sparse_floats(const Accessor& accessor, const Wanted& wanted);
+    /// Unsigned numbers that are not normalised; 32 bits only if `allow_32_bits`.
+    std::vector<std::uint32_t> integers(const Accessor& accessor, std::size_t width,
+                                        bool allow_32_bits);
+
+private:
+    /// The bytes of a buffer view, decompressed ones if it is compressed, and where they begin in
+    /// their buffer.
+    struct View {
+        std::string_view bytes;
+        std::uint64_t offset = 0;
+    };
+    View view_of(const JsonAt& view, std::size_t index);
+    PackedArray packed(const JsonAt& owner, std::size_t view_index, std::uint64_t offset,
+                       Component component, std::size_t width, std::size_t count,
+                       bool may_have_stride);
+    void open_sparse(const JsonAt& sparse, Component component, Accessor& accessor);
+    std::vector<std::uint32_t> sparse_indices(const Accessor& accessor);
+    void take(const Accessor& accessor, std::uint64_t bytes);
+
+    const GltfFile& file_;
+    std::size_t view_count_;
+    ContentBudget& budget_;
+    /// Compressed views that have been opened, by their indices.
+    std::map<std::size_t, std::string> decompressed_;
+};
+
+}  // namespace mray::gltf

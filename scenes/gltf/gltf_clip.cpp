@@ -1,0 +1,105 @@
+#include "scenes/gltf/gltf_clip.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/base/errors.h"
+#include "common/text/ascii.h"
+#include "common/text/message_text.h"
+#include "scenes/gltf/gltf_scene.h"
+#include "scenes/gltf/motion/pose.h"
+#include "scenes/gltf/motion/skinning.h"
+
+namespace mray {
+namespace {
+
+// Times are floats: the frame of 49 / 24 s may come out as 48.999999.
+constexpr double kFrameRounding = 0x1p-22;
+
+class GltfClip : public Clip {
+public:
+    GltfClip(const std::filesystem::path& path, const std::string& name, const ClipOptions& options)
+        : name_(name),
+          file_(shown(path)),
+          is_lenient_(options.lenient),
+          scene_(gltf::read_gltf_scene(path, options)),
+          skinning_(scene_),
+          fps_(options.fps.value_or(kDefaultFps)) {
+        const double frames = scene_.animation.seconds * fps_;
+        const double whole = std::round(frames);
+        last_frame_ = std::abs(frames - whole) <= kFrameRounding * whole ? whole : frames;
+        std::vector<vec3> first(scene_.topology.vertex_count);
+        const std::size_t bad = skinning_.place(gltf::pose_at(scene_, 0), first);
+        bounds_ = reference_bounds(first);
+        if (bad == gltf::kNoVertex) return;
+        if (!is_lenient_) throw problem(bad, 0);
+        if (options.warn) options.warn({file_, bad_coordinate(bad, 0) + "; kept as it is"});
+    }
+
+    const Topology& topology() const override { return scene_.topology; }
+    double first_frame() const override { return 0; }
+    double last_frame() const override { return last_frame_; }
+    std::optional<double> fps() const override {
+        return last_frame_ > 0 ? std::optional(fps_) : std::nullopt;
+    }
+    std::span<const ClipAnimation> animations() const override { return scene_.animations; }
+    std::span<const uvec3> smooth_corners() const override { return scene_.smooth; }
+    const SceneTextures* textures() const override {
+        return scene_.textures.files.empty() ? nullptr : &scene_.textures;
+    }
+    WorldBounds bounds() const override { return bounds_; }
+    const std::string& name() const override { return name_; }
+
+    void positions(double frame, std::span<vec3> out) const override {
+        assert(out.size() == scene_.topology.vertex_count);
+        // NaN becomes the first frame.
+        const double within = frame > 0 ? std::min(frame, last_frame_) : 0.0;
+        const double seconds = within == last_frame_
+                                   ? scene_.animation.seconds
+                                   : std::min(within / fps_, scene_.animation.seconds);
+        const std::size_t bad = skinning_.place(gltf::pose_at(scene_, seconds), out);
+        if (bad != gltf::kNoVertex && !is_lenient_) throw problem(bad, within);
+    }
+
+private:
+    static std::string bad_coordinate(std::size_t vertex, double frame) {
+        return fmt::format("frame {}: vertex {} has a coordinate that is not finite or beyond 1e30",
+                           frame, vertex);
+    }
+    Error problem(std::size_t vertex, double frame) const {
+        return {ErrorKind::kBadInput,
+                fmt::format("{}: {}; repair it", file_, bad_coordinate(vertex, frame)),
+                Remedy::kLenient};
+    }
+
+    std::string name_;
+    /// In messages.
+    std::string file_;
+    bool is_lenient_;
+    gltf::GltfScene scene_;
+    gltf::Skinning skinning_;
+    double fps_;
+    double last_frame_ = 0;
+    WorldBounds bounds_;
+};
+
+}  // namespace
+
+bool has_gltf_name(const std::filesystem::path& path) {
+    const std::string extension = lower_case(path.extension().native());
+    return extension == ".gltf" || extension == ".glb";
+}
+
+std::unique_ptr<Clip> open_gltf(const std::filesystem::path& path, const std::string& name,
+                                const ClipOptions& options) {
+    return std::make_unique<GltfClip>(path, name, options);
+}
+
+}  // namespace mray

@@ -1,0 +1,29 @@
+// A clip from a glTF 2.0 file.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "scenes/clip.h"
+#include "scenes/clip_options.h"
+
+namespace mray {
+
+/// Frames that are shown a second unless ClipOptions::fps says so.
+inline constexpr double kDefaultFps = 24;
+
+/// Whether the name ends with .gltf or .glb, in any case.
+bool has_gltf_name(const std::filesystem::path& path);
+
+/// Opens a .gltf or .glb file, told apart by its content. Frame f of an animation is at f / fps
+/// seconds, from 0 to the last key; without an animation there is frame 0. positions() of any frame
+/// is evaluated, not interpolated.
+///
+/// Throws Error: kBadInput with the place in the JSON for a file that cannot be read, and for
+/// vertices that are not finite or beyond 1e30 at frame 0 unless options.lenient; kBadArgument
+/// for an animation that is not there; kLimit for a mesh above 2^28 triangles.
+std::unique_ptr<Clip> open_gltf(const std::filesystem::path& path, const std::string& name,
+                                const ClipOptions& options);
+
+}  // namespace mray

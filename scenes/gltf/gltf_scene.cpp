@@ -1,0 +1,243 @@
+#include "scenes/gltf/gltf_scene.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <glm/geometric.hpp>
+
+#include "common/base/errors.h"
+#include "scenes/gltf/file/gltf_file.h"
+#include "scenes/gltf/materials.h"
+#include "scenes/gltf/smooth_groups.h"
+#include "scenes/mesh/mesh_rules.h"
+
+namespace mray::gltf {
+namespace {
+
+constexpr std::uint64_t kMaxVertices = 3 * kMaxTriangles;
+// Each has a weight in every pose.
+constexpr std::uint64_t kMaxTargets = std::uint64_t{1} << 22;
+
+class SceneReader {
+public:
+    SceneReader(const std::filesystem::path& path, const ClipOptions& options)
+        : options_(options), file_(path, budget_, options.warn), accessors_(file_, budget_) {}
+
+    GltfScene run() {
+        const std::size_t animation = find_animation(file_, options_.animation);
+        scene_.tree = read_nodes(file_, budget_, options_.warn);
+        materials_ = read_materials(file_, options_);
+        read_meshes();
+        if (file_.count("animations") > 0) {
+            scene_.animation = read_animation(file_, accessors_, animation, target_counts());
+            if (options_.list_animations) {
+                scene_.animations = list_animations(file_, accessors_, options_.warn);
+                scene_.animations[animation].is_shown = true;
+            }
+        }
+        check_channels();
+        require_limits();
+        find_mirrored();
+        for (const std::uint32_t node : scene_.tree.scene)
+            if (scene_.tree.nodes[node].mesh) add_node(node);
+        if (!has_normals_) scene_.smooth = {};
+        if (!has_textures_) scene_.textures = {};
+        release_lists();
+        require_content();
+        return std::move(scene_);
+    }
+
+private:
+    void read_meshes() {
+        const TexcoordUses uses = materials_.texcoord_uses();
+        MeshReader reader(file_, accessors_, uses, options_);
+        for (const std::uint32_t index : scene_.tree.scene) {
+            const Node& node = scene_.tree.nodes[index];
+            if (node.mesh && !scene_.meshes.contains(*node.mesh))
+                scene_.meshes.emplace(*node.mesh, reader.read(*node.mesh));
+            if (node.skin && !scene_.skins.contains(*node.skin))
+                scene_.skins.emplace(*node.skin, read_skin(file_, accessors_, *node.skin));
+        }
+        reader.finish();
+        for (const std::uint32_t index : scene_.tree.scene) check_node(index);
+    }
+
+    /// Throws Error(kBadInput) for a node whose weights or skin do not fit its mesh.
+    void check_node(std::uint32_t index) const {
+        const Node& node = scene_.tree.nodes[index];
+        if (!node.mesh) return;
+        const Mesh& mesh = scene_.meshes.at(*node.mesh);
+        const JsonAt at = file_.element("nodes", index);
+        if (!node.weights.empty() && node.weights.size() != mesh.target_count) {
+            at.at("weights").fail(fmt::format("has {} numbers for {} morph targets",
+                                              node.weights.size(), mesh.target_count));
+        }
+        if (!node.skin) return;
+        const std::size_t joint_count = scene_.skins.at(*node.skin).joints.size();
+        for (const VertexSet& set : mesh.sets) {
+            if (set.influences.joint_limit <= joint_count) continue;
+            at.at("skin").fail(fmt::format("has {} joints, but meshes[{}] uses joint {}",
+                                           joint_count, *node.mesh,
+                                           set.influences.joint_limit - 1));
+        }
+    }
+
+    void check_channels() const {
+        for (const Channel& channel : scene_.animation.channels) {
+            if (channel.target == Target::kWeights || !scene_.tree.nodes[channel.node].matrix)
+                continue;
+            file_.element("nodes", channel.node)
+                .at("matrix")
+                .fail(
+                    "stands in a node that an animation moves; give translation, rotation and "
+                    "scale");
+        }
+    }
+
+    std::vector<std::size_t> target_counts() const {
+        std::vector<std::size_t> counts;
+        for (const Node& node : scene_.tree.nodes) {
+            const auto mesh = node.mesh ? scene_.meshes.find(*node.mesh) : scene_.meshes.end();
+            if (mesh != scene_.meshes.end()) {
+                counts.push_back(mesh->second.target_count);
+            } else {
+                // The node has no mesh, or is outside of the scene, so that its mesh was not read.
+                counts.push_back(node.mesh ? targets_in_file(*node.mesh) : 0);
+            }
+        }
+        return counts;
+    }
+
+    std::size_t targets_in_file(std::uint32_t mesh) const {
+        const JsonAt primitives = file_.element("meshes", mesh).at("primitives");
+        const auto targets = primitives.size() == 0 ? std::nullopt : primitives[0].find("targets");
+        return targets ? targets->size() : 0;
+    }
+
+    void require_limits() const {
+        std::uint64_t triangles = 0;
+        std::uint64_t vertices = 0;
+        std::uint64_t targets = 0;
+        for (const std::uint32_t index : scene_.tree.scene) {
+            const Node& node = scene_.tree.nodes[index];
+            if (!node.mesh) continue;
+            const Mesh& mesh = scene_.meshes.at(*node.mesh);
+            for (const Primitive& primitive : mesh.primitives)
+                triangles += primitive.triangles.size();
+            for (const VertexSet& set : mesh.sets) vertices += set.positions.size();
+            targets += mesh.sets.size() * mesh.target_count;
+            if (triangles <= kMaxTriangles && vertices <= kMaxVertices && targets <= kMaxTargets)
+                continue;
+            file_.element("nodes", index)
+                .at("mesh")
+                .fail(
+                    "all instances have more than 2^28 triangles or 2^22 morph targets; split the "
+                    "scene");
+        }
+        if (options_.check_size) options_.check_size(triangles, vertices);
+    }
+
+    /// Finds the nodes whose map to the scene mirrors: it has an odd number of mirroring maps.
+    void find_mirrored() {
+        const std::vector<Node>& nodes = scene_.tree.nodes;
+        is_mirrored_.resize(nodes.size());
+        for (const std::uint32_t index : scene_.tree.parents_first) {
+            const Node& node = nodes[index];
+            const Affine map = node.matrix ? *node.matrix : affine_of(node.trs);
+            const auto& [x, y, z, origin] = map.column;
+            const bool mirrors = glm::dot(glm::cross(x, y), z) < 0;
+            is_mirrored_[index] = mirrors != (node.parent != kNoNode && is_mirrored_[node.parent]);
+        }
+    }
+
+    void add_node(std::uint32_t index) {
+        const Node& node = scene_.tree.nodes[index];
+        const Mesh& mesh = scene_.meshes.at(*node.mesh);
+        std::vector<std::uint32_t> first_vertices;
+        for (const VertexSet& set : mesh.sets) {
+            const std::uint32_t first = scene_.topology.vertex_count;
+            first_vertices.push_back(first);
+            const bool is_skinned = node.skin && set.influences.per_vertex > 0;
+            scene_.parts.push_back({index, &set, is_skinned ? node.skin : std::nullopt, first});
+            scene_.topology.vertex_count += static_cast<std::uint32_t>(set.positions.size());
+        }
+        SmoothGroups groups;
+        for (const Primitive& primitive : mesh.primitives) {
+            const std::size_t set = primitive.vertex_set;
+            const bool is_skinned = node.skin && mesh.sets[set].influences.per_vertex > 0;
+            add_primitive(mesh, primitive, first_vertices[set], is_mirrored_[index] && !is_skinned,
+                          groups);
+        }
+    }
+
+    /// Corners of a mirrored mesh are taken the other way round, so that its outside stays outside
+    /// (glTF 2.0, 3.7.4). Joints alone place one that is skinned.
+    void add_primitive(const Mesh& mesh, const Primitive& primitive, std::uint32_t first_vertex,
+                       bool is_mirrored, SmoothGroups& groups) {
+        const Material material =
+            primitive.material ? materials_.materials[*primitive.material] : Material{};
+        if (material.is_cut_away) return;
+        const bool is_textured = !primitive.texcoords.empty();
+        has_textures_ = has_textures_ || is_textured;
+        has_normals_ = has_normals_ || !primitive.normals.empty();
+        const std::vector<std::uint32_t> vertex_groups =
+            groups.groups_of(mesh.sets[primitive.vertex_set].positions, primitive.normals);
+        for (const uvec3& given : primitive.triangles) {
+            const uvec3 t = is_mirrored ? uvec3(given.x, given.z, given.y) : given;
+            const auto corner = static_cast<std::uint32_t>(3 * scene_.topology.triangles.size());
+            scene_.topology.triangles.push_back(
+                {t.x + first_vertex, t.y + first_vertex, t.z + first_vertex});
+            scene_.topology.albedo.push_back(material.albedo);
+            const auto group = [&](std::uint32_t vertex, std::uint32_t k) {
+                return vertex_groups.empty() ? corner + k
+                                             : groups.number_of(vertex_groups[vertex], corner + k);
+            };
+            scene_.smooth.emplace_back(group(t.x, 0), group(t.y, 1), group(t.z, 2));
+            if (materials_.textures.empty()) continue;
+            scene_.textures.texture_ids.push_back(is_textured ? material.texture : kNoTexture);
+            scene_.textures.texcoords.push_back(is_textured ? Texcoords{primitive.texcoords[t.x],
+                                                                        primitive.texcoords[t.y],
+                                                                        primitive.texcoords[t.z]}
+                                                            : Texcoords{});
+        }
+    }
+
+    /// Frees what only the topology is made of.
+    void release_lists() {
+        if (has_textures_) scene_.textures.files = std::move(materials_.textures);
+        for (auto& [index, mesh] : scene_.meshes) mesh.primitives = {};
+    }
+
+    void require_content() const {
+        if (!scene_.topology.triangles.empty()) return;
+        if (!options_.allow_empty) {
+            throw Error(ErrorKind::kBadInput,
+                        fmt::format("{}: its scene has no triangles", file_.name()),
+                        Remedy::kAllowEmpty);
+        }
+        if (options_.warn)
+            options_.warn({file_.name(), "its scene has no triangles; the image will be empty"});
+    }
+
+    const ClipOptions& options_;
+    ContentBudget budget_;
+    GltfFile file_;
+    Accessors accessors_;
+    Materials materials_;
+    GltfScene scene_;
+    /// By node.
+    std::vector<bool> is_mirrored_;
+    bool has_normals_ = false;
+    bool has_textures_ = false;
+};
+
+}  // namespace
+
+GltfScene read_gltf_scene(const std::filesystem::path& path, const ClipOptions& options) {
+    return SceneReader(path, options).run();
+}
+
+}  // namespace mray::gltf

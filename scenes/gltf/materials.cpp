@@ -1,0 +1,226 @@
+#include "scenes/gltf/materials.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "common/base/errors.h"
+#include "scenes/gltf/file/extensions.h"
+#include "scenes/gltf/file/uri.h"
+#include "scenes/obj/mtl_reader.h"
+#include "scenes/trig.h"
+#include "scenes/warning_count.h"
+
+namespace mray::gltf {
+namespace {
+
+constexpr std::uint64_t kClampToEdge = 33071;
+constexpr std::uint64_t kMirroredRepeat = 33648;
+constexpr std::uint64_t kRepeat = 10497;
+constexpr const char* kLeftOut = "; its triangles have their colour alone";
+
+struct BaseColour {
+    std::optional<JsonAt> factor = {};
+    std::optional<JsonAt> texture = {};
+};
+
+BaseColour base_colour_of(const JsonAt& material) {
+    if (const auto metal = material.find("pbrMetallicRoughness")) {
+        const BaseColour base = {metal->find("baseColorFactor"), metal->find("baseColorTexture")};
+        if (base.factor || base.texture) return base;
+    }
+    if (const auto glossy = extension_of(material, "KHR_materials_pbrSpecularGlossiness"))
+        return {glossy->find("diffuseFactor"), glossy->find("diffuseTexture")};
+    return {};
+}
+
+/// The texture coordinates of a textureInfo.
+TexcoordUse texcoords_of(const JsonAt& info) {
+    const auto set_of = [](const JsonAt& at, std::uint64_t otherwise) {
+        constexpr std::uint64_t kMostSets = 1000;
+        return static_cast<std::uint32_t>(std::min(at.count_or("texCoord", otherwise), kMostSets));
+    };
+    TexcoordUse use = {.set = set_of(info, 0)};
+    const auto transform = extension_of(info, kTextureTransform);
+    if (!transform) return use;
+    use.set = set_of(*transform, use.set);
+    std::array<double, 2> offset = {0, 0};
+    std::array<double, 2> scale = {1, 1};
+    if (const auto given = transform->find("offset")) given->numbers(offset);
+    if (const auto given = transform->find("scale")) given->numbers(scale);
+    const auto rotation = transform->find("rotation");
+    constexpr double kTurn = 6.283185307179586476925;
+    const CosSin turned = circle_point(rotation ? rotation->number() / kTurn : 0);
+    // Counterclockwise as the image is seen: v goes downwards.
+    use.map = {.u = {turned.cos * scale[0], turned.sin * scale[1], offset[0]},
+               .v = {-turned.sin * scale[0], turned.cos * scale[1], offset[1]}};
+    return use;
+}
+
+class MaterialReader {
+public:
+    MaterialReader(const GltfFile& file, Materials& result) : file_(file), result_(result) {}
+
+    void read(const JsonAt& at) {
+        Material& material = result_.materials.emplace_back();
+        const BaseColour base = base_colour_of(at);
+        std::array<double, 4> factor = {1, 1, 1, 1};
+        if (base.factor) base.factor->numbers(factor);
+        material.albedo = albedo_of(static_cast<float>(factor[0]), static_cast<float>(factor[1]),
+                                    static_cast<float>(factor[2]));
+        const double cutoff = alpha_cutoff_of(at);
+        material.is_cut_away = factor[3] < cutoff;
+        if (!base.texture || material.is_cut_away) return;
+        // The factor is above 0 where the cutoff is.
+        material.texture = texture_of(base.texture->at("index"),
+                                      cutoff == 0 ? 0 : static_cast<float>(cutoff / factor[3]));
+        material.texcoords = texcoords_of(*base.texture);
+    }
+
+    void tell(const WarnFunction& warn) const {
+        odd_.tell(warn);
+        blends_.tell(warn);
+    }
+
+private:
+    void warn(const JsonAt& at, const std::string& what) {
+        odd_.add([&] { return Warning{file_.name(), fmt::format("{}: {}", at.path(), what)}; });
+    }
+
+    /// From where on a material is opaque; 0: everywhere.
+    double alpha_cutoff_of(const JsonAt& material) {
+        const auto mode = material.find("alphaMode");
+        if (mode && mode->text() == "BLEND") {
+            blends_.add([&] {
+                return Warning{file_.name(), mode->path() + ": is BLEND; shown opaque"};
+            });
+        }
+        if (!mode || mode->text() != "MASK") return 0;
+        const auto cutoff = material.find("alphaCutoff");
+        return cutoff ? std::max(cutoff->number(), 0.0) : 0.5;
+    }
+
+    std::uint32_t texture_of(const JsonAt& reference, float alpha_cutoff) {
+        const JsonAt texture =
+            file_.element("textures", reference.index_below(file_.count("textures"), "textures"));
+        const auto source = texture.index_or_none("source", file_.count("images"), "images");
+        if (!source) {
+            warn(texture, fmt::format("has no image that is read{}", kLeftOut));
+            return kNoTexture;
+        }
+        const bool clamp = is_clamped(texture);
+        const auto [known, is_new] = known_.try_emplace({*source, clamp, alpha_cutoff}, kNoTexture);
+        if (!is_new) return known->second;
+        const std::optional<TextureFile>& image = image_of(*source);
+        if (!image) return kNoTexture;
+        known->second = static_cast<std::uint32_t>(result_.textures.size());
+        result_.textures.push_back(*image);
+        result_.textures.back().clamp = clamp;
+        result_.textures.back().alpha_cutoff = alpha_cutoff;
+        return known->second;
+    }
+
+    const std::optional<TextureFile>& image_of(std::uint32_t source) {
+        const auto [known, is_new] = images_.try_emplace(source);
+        if (is_new) known->second = find_image(file_.element("images", source));
+        return known->second;
+    }
+
+    bool is_clamped(const JsonAt& texture) {
+        const auto index = texture.index_or_none("sampler", file_.count("samplers"), "samplers");
+        if (!index) return false;
+        const JsonAt sampler = file_.element("samplers", *index);
+        const std::uint64_t s = sampler.count_or("wrapS", kRepeat);
+        const std::uint64_t t = sampler.count_or("wrapT", kRepeat);
+        if (s != t) warn(sampler, "wraps differently along s and t; t is taken as s");
+        if (s == kMirroredRepeat) warn(sampler, "repeats mirrored; taken as repeated");
+        return s == kClampToEdge;
+    }
+
+    /// Nothing, and a warning, for an image that is not there.
+    std::optional<TextureFile> find_image(const JsonAt& image) {
+        const auto uri = image.find("uri");
+        if (!uri) return find_in_buffer(image);
+        try {
+            if (std::optional<std::string> data = data_of_uri(*uri)) {
+                if (data->empty()) uri->fail("has no bytes");
+                return TextureFile{
+                    .path = file_.path().native(),
+                    .size = data->size(),
+                    .place = uri->path(),
+                    .content = std::make_shared<const std::string>(std::move(*data))};
+            }
+            return TextureFile{.path = file_of_uri(*uri, file_.path()).native()};
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            const std::string text = as_warning(error, file_.name()).text;
+            odd_.add([&] { return Warning{file_.name(), text + kLeftOut}; });
+            return std::nullopt;
+        }
+    }
+
+    std::optional<TextureFile> find_in_buffer(const JsonAt& image) {
+        const JsonAt view = file_.element(
+            "bufferViews",
+            image.at("bufferView").index_below(file_.count("bufferViews"), "buffer views"));
+        if (extension_of(view, kMeshopt)) {
+            warn(image,
+                 fmt::format("is in a compressed buffer view, which is not read{}", kLeftOut));
+            return std::nullopt;
+        }
+        const Buffer& buffer =
+            file_.buffers()[view.at("buffer").index_below(file_.buffers().size(), "buffers")];
+        const std::uint64_t offset = view.count_or("byteOffset", 0);
+        const std::uint64_t length = view.at("byteLength").count();
+        if (length > buffer.bytes.size() || offset > buffer.bytes.size() - length)
+            view.fail(fmt::format("bytes {} to {} are not in the buffer, which has {}", offset,
+                                  offset + length, buffer.bytes.size()));
+        if (length == 0) {
+            warn(image, fmt::format("has no bytes{}", kLeftOut));
+            return std::nullopt;
+        }
+        return TextureFile{.path = (buffer.data ? file_.path() : buffer.file).native(),
+                           .offset = buffer.offset_in_file + offset,
+                           .size = length,
+                           .place = image.path(),
+                           .content = buffer.data};
+    }
+
+    const GltfFile& file_;
+    Materials& result_;
+    /// Textures by image, whether they are clamped, and where alpha makes holes.
+    std::map<std::tuple<std::uint32_t, bool, float>, std::uint32_t> known_;
+    /// Those that are used, by their indices; nothing for those that are left out.
+    std::map<std::uint32_t, std::optional<TextureFile>> images_;
+    WarningCount odd_;
+    WarningCount blends_;
+};
+
+}  // namespace
+
+TexcoordUses Materials::texcoord_uses() const {
+    TexcoordUses uses;
+    for (const Material& material : materials) {
+        uses.push_back(material.texture == kNoTexture ? std::nullopt
+                                                      : std::optional(material.texcoords));
+    }
+    return uses;
+}
+
+Materials read_materials(const GltfFile& file, const ClipOptions& options) {
+    Materials result;
+    MaterialReader reader(file, result);
+    const std::size_t count = file.count("materials");
+    for (std::size_t i = 0; i < count; ++i) reader.read(file.element("materials", i));
+    reader.tell(options.warn);
+    return result;
+}
+
+}  // namespace mray::gltf

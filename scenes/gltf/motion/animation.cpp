@@ -1,0 +1,304 @@
+#include "scenes/gltf/motion/animation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "common/base/errors.h"
+#include "common/text/message_text.h"
+#include "common/text/number_text.h"
+#include "scenes/gltf/motion/interpolation.h"
+#include "scenes/warning_count.h"
+
+namespace mray::gltf {
+namespace {
+
+// Beyond this neighbouring frames are no longer told apart.
+constexpr float kMostSeconds = 1e6f;
+/// Three values a key.
+constexpr std::size_t kSplineParts = 3;
+
+std::string name_of(const JsonAt& animation) {
+    const auto name = animation.find("name");
+    return name ? std::string(name->text()) : std::string();
+}
+
+std::string list_of(const GltfFile& file) {
+    constexpr std::size_t kMostListed = 20;
+    const std::size_t count = file.count("animations");
+    std::string list;
+    for (std::size_t i = 0; i < std::min(count, kMostListed); ++i) {
+        list += fmt::format("{}{} {}", i == 0 ? "" : ", ", i,
+                            in_quotes(name_of(file.element("animations", i))));
+    }
+    return count > kMostListed ? fmt::format("{} and {} more", list, count - kMostListed) : list;
+}
+
+Target target_of(const JsonAt& path) {
+    constexpr std::pair<std::string_view, Target> kTargets[] = {
+        {"translation", Target::kTranslation},
+        {"rotation", Target::kRotation},
+        {"scale", Target::kScale},
+        {"weights", Target::kWeights}};
+    for (const auto& [name, target] : kTargets)
+        if (path.text() == name) return target;
+    path.fail(fmt::format("is {}; must be translation, rotation, scale or weights",
+                          in_quotes(path.text())));
+}
+
+Interpolation interpolation_of(const JsonAt& sampler) {
+    const auto given = sampler.find("interpolation");
+    if (!given || given->text() == "LINEAR") return Interpolation::kLinear;
+    if (given->text() == "STEP") return Interpolation::kStep;
+    if (given->text() == "CUBICSPLINE") return Interpolation::kCubicSpline;
+    given->fail(
+        fmt::format("is {}; must be LINEAR, STEP or CUBICSPLINE", in_quotes(given->text())));
+}
+
+void require_times(const JsonAt& reference, std::span<const float> times) {
+    for (std::size_t i = 0; i < times.size(); ++i) {
+        if (times[i] >= 0 && times[i] <= kMostSeconds && (i == 0 || times[i] > times[i - 1]))
+            continue;
+        reference.fail(fmt::format("time {} is {}; times must increase, from 0 to {}", i, times[i],
+                                   kMostSeconds));
+    }
+}
+
+constexpr Wanted kTimes = {1, "SCALAR"};
+
+class AnimationReader {
+public:
+    AnimationReader(const GltfFile& file, Accessors& accessors, std::size_t index,
+                    std::span<const std::size_t> target_counts)
+        : accessors_(accessors),
+          accessor_count_(file.count("accessors")),
+          at_(file.element("animations", index)),
+          target_counts_(target_counts) {}
+
+    Animation run() {
+        const JsonAt channels = at_.at("channels");
+        for (std::size_t i = 0; i < channels.size(); ++i) read_channel(channels[i]);
+        return std::move(animation_);
+    }
+
+private:
+    void read_channel(const JsonAt& at) {
+        const JsonAt target = at.at("target");
+        const auto node = target.index_or_none("node", target_counts_.size(), "nodes");
+        if (!node) return;  // An extension's target.
+        const JsonAt samplers = at_.at("samplers");
+        const JsonAt sampler = samplers[at.at("sampler").index_below(samplers.size(), "samplers")];
+        Channel channel{.node = *node,
+                        .target = target_of(target.at("path")),
+                        .interpolation = interpolation_of(sampler)};
+        if (!known_.insert({channel.node, channel.target}).second)
+            target.fail("is that of another channel, too");
+        if (channel.target == Target::kRotation) channel.width = 4;
+        if (channel.target == Target::kWeights) {
+            channel.width = target_counts_[*node];
+            if (channel.width == 0) target.fail("has no morph targets");
+        }
+        channel.times = times_of(sampler.at("input"));
+        channel.values = values_of(sampler.at("output"), channel);
+        animation_.seconds =
+            std::max(animation_.seconds, static_cast<double>(channel.times.back()));
+        animation_.channels.push_back(channel);
+    }
+
+    std::span<const float> numbers_of(const JsonAt& reference, const Wanted& wanted) {
+        const std::tuple key(reference.index_below(accessor_count_, "accessors"), wanted.width,
+                             wanted.integers != Wanted::Integers::kNone);
+        auto known = animation_.numbers.find(key);
+        if (known == animation_.numbers.end()) {
+            std::vector<float> values = accessors_.floats(accessors_.open(reference), wanted);
+            known = animation_.numbers.emplace(key, std::move(values)).first;
+            for (std::size_t i = 0; i < known->second.size(); ++i) {
+                if (!std::isfinite(known->second[i]))
+                    reference.fail(fmt::format("number {} is not finite", i));
+            }
+        }
+        return known->second;
+    }
+
+    std::span<const float> times_of(const JsonAt& reference) {
+        const std::span<const float> times = numbers_of(reference, kTimes);
+        if (checked_times_.insert(times.data()).second) require_times(reference, times);
+        return times;
+    }
+
+    std::span<const float> values_of(const JsonAt& reference, const Channel& channel) {
+        const bool is_scalar = channel.target == Target::kWeights;
+        const bool may_be_integers = is_scalar || channel.target == Target::kRotation;
+        const char* const type = is_scalar ? "SCALAR" : channel.width == 3 ? "VEC3" : "VEC4";
+        const std::span<const float> values = numbers_of(
+            reference, {is_scalar ? 1 : channel.width, type,
+                        may_be_integers ? Wanted::Integers::kNormalized : Wanted::Integers::kNone});
+        const std::size_t parts =
+            channel.interpolation == Interpolation::kCubicSpline ? kSplineParts : 1;
+        if (values.size() / parts / channel.width != channel.times.size() ||
+            values.size() % (parts * channel.width) != 0) {
+            reference.fail(fmt::format("has {} numbers for {} times of {}", values.size(),
+                                       channel.times.size(), parts * channel.width));
+        }
+        return values;
+    }
+
+    Accessors& accessors_;
+    const std::size_t accessor_count_;
+    const JsonAt at_;
+    std::span<const std::size_t> target_counts_;
+    Animation animation_;
+    std::set<std::pair<std::uint32_t, Target>> known_;
+    std::set<const float*> checked_times_;
+};
+
+class AnimationLister {
+public:
+    AnimationLister(const GltfFile& file, Accessors& accessors)
+        : file_(file), accessors_(accessors) {}
+
+    /// Throws Error(kBadInput) for what it cannot read, after it has filled in the rest.
+    void read(const JsonAt& at, ClipAnimation& animation) {
+        animation.name = name_of(at);
+        const JsonAt channels = at.at("channels");
+        const JsonAt samplers = at.at("samplers");
+        double seconds = 0;
+        for (std::size_t i = 0; i < channels.size(); ++i) {
+            if (!channels[i].at("target").find("node")) continue;
+            ++animation.channels;
+            const std::uint32_t sampler =
+                channels[i].at("sampler").index_below(samplers.size(), "samplers");
+            seconds = std::max(seconds, last_time(samplers[sampler].at("input")));
+        }
+        animation.seconds = seconds;
+    }
+
+private:
+    double last_time(const JsonAt& reference) {
+        const std::uint32_t index = reference.index_below(file_.count("accessors"), "accessors");
+        const auto known = last_times_.find(index);
+        if (known != last_times_.end()) return known->second;
+        const std::vector<float> times = accessors_.floats(accessors_.open(reference), kTimes);
+        require_times(reference, times);
+        return last_times_.emplace(index, double{times.back()}).first->second;
+    }
+
+    const GltfFile& file_;
+    Accessors& accessors_;
+    /// By the indices of accessors, which animations share.
+    std::map<std::uint32_t, double> last_times_;
+};
+
+double value_at(const Channel& channel, std::size_t key, std::size_t part, std::size_t k) {
+    const bool is_spline = channel.interpolation == Interpolation::kCubicSpline;
+    const std::size_t value = is_spline ? kSplineParts * key + part : key;
+    return static_cast<double>(channel.values[value * channel.width + k]);
+}
+
+glm::dvec4 quaternion_at(const Channel& channel, std::size_t key) {
+    return unit_quaternion({value_at(channel, key, 1, 0), value_at(channel, key, 1, 1),
+                            value_at(channel, key, 1, 2), value_at(channel, key, 1, 3)});
+}
+
+void write(const glm::dvec4& q, std::span<double> out) {
+    for (int k = 0; k < 4; ++k) out[static_cast<std::size_t>(k)] = q[k];
+}
+
+/// The key interval of a channel at a time: the last key at or before it and the share of the way
+/// to the next, in [0, 1). Before the first and after the last key, that key and 0.
+struct KeyAt {
+    std::size_t key = 0;
+    double u = 0;
+    /// From the key to the next one; 0 if u is 0.
+    double seconds = 0;
+};
+
+KeyAt key_at(std::span<const float> times, double time) {
+    const auto after = std::upper_bound(times.begin(), times.end(), time,
+                                        [](double t, float key) { return t < double{key}; });
+    if (after == times.begin()) return {};
+    const auto key = static_cast<std::size_t>(after - times.begin()) - 1;
+    if (after == times.end()) return {key};
+    const double from = static_cast<double>(times[key]);
+    const double seconds = static_cast<double>(times[key + 1]) - from;
+    if (time == from) return {key};
+    return {key, (time - from) / seconds, seconds};
+}
+
+void sample_spline(const Channel& channel, const KeyAt& at, std::span<double> out) {
+    const std::array<double, 4> weights = hermite_weights(at.u, at.seconds);
+    for (std::size_t k = 0; k < channel.width; ++k) {
+        out[k] = weights[0] * value_at(channel, at.key, 1, k) +
+                 weights[1] * value_at(channel, at.key, 2, k) +
+                 weights[2] * value_at(channel, at.key + 1, 1, k) +
+                 weights[3] * value_at(channel, at.key + 1, 0, k);
+    }
+}
+
+}  // namespace
+
+std::size_t find_animation(const GltfFile& file, const std::string& text) {
+    if (text.empty()) return 0;
+    const std::size_t count = file.count("animations");
+    if (count == 0) {
+        throw Error(ErrorKind::kBadArgument, fmt::format("animation {}: {} has no animations",
+                                                         in_quotes(text), file.name()));
+    }
+    for (std::size_t i = 0; i < count; ++i)
+        if (name_of(file.element("animations", i)) == text) return i;
+    const std::optional<std::uint64_t> index = parse_unsigned(text);
+    if (index && *index < count) return static_cast<std::size_t>(*index);
+    throw Error(ErrorKind::kBadArgument,
+                fmt::format("animation {}: {} has no such one; choose one of {}", in_quotes(text),
+                            file.name(), list_of(file)));
+}
+
+Animation read_animation(const GltfFile& file, Accessors& accessors, std::size_t index,
+                         std::span<const std::size_t> target_counts) {
+    return AnimationReader(file, accessors, index, target_counts).run();
+}
+
+std::vector<ClipAnimation> list_animations(const GltfFile& file, Accessors& accessors,
+                                           const WarnFunction& warn) {
+    std::vector<ClipAnimation> animations(file.count("animations"));
+    AnimationLister lister(file, accessors);
+    WarningCount unread;
+    for (std::size_t i = 0; i < animations.size(); ++i) {
+        try {
+            lister.read(file.element("animations", i), animations[i]);
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            unread.add([&] {
+                return Warning{file.name(),
+                               as_warning(error, file.name()).text + "; its length is not known"};
+            });
+        }
+    }
+    unread.tell(warn);
+    return animations;
+}
+
+void sample(const Channel& channel, double time, std::span<double> out) {
+    const KeyAt at = key_at(channel.times, time);
+    const bool is_rotation = channel.target == Target::kRotation;
+    if (at.u == 0 || channel.interpolation == Interpolation::kStep) {
+        for (std::size_t k = 0; k < channel.width; ++k) out[k] = value_at(channel, at.key, 1, k);
+    } else if (channel.interpolation == Interpolation::kCubicSpline) {
+        sample_spline(channel, at, out);
+    } else if (is_rotation) {
+        return write(
+            slerp(quaternion_at(channel, at.key), quaternion_at(channel, at.key + 1), at.u), out);
+    } else {
+        for (std::size_t k = 0; k < channel.width; ++k) {
+            const double a = value_at(channel, at.key, 1, k);
+            out[k] = a + (value_at(channel, at.key + 1, 1, k) - a) * at.u;
+        }
+    }
+    if (is_rotation) write(unit_quaternion({out[0], out[1], out[2], out[3]}), out);
+}
+
+}  // namespace mray::gltf

@@ -1,0 +1,130 @@
+#include "scenes/gltf/motion/skinning.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <map>
+
+#include "scenes/mesh/mesh_rules.h"
+
+namespace mray::gltf {
+namespace {
+
+// Vertices whose positions in double stay in the cache of a core.
+constexpr std::size_t kBlockSize = 1024;
+
+Columns columns_of(const Affine& a) {
+    Columns result;
+    for (std::size_t k = 0; k < 4; ++k) {
+        for (int axis = 0; axis < 3; ++axis) result.column[k][axis] = a.column[k][axis];
+        result.column[k][3] = k == 3 ? 1.0 : 0.0;
+    }
+    return result;
+}
+
+using Scratch = std::array<double, 3 * kBlockSize>;
+
+/// Adds `weight` times the displacements of vertices [begin, end) to their positions.
+void add_target(const MorphTarget& target, double weight, std::size_t begin, std::size_t end,
+                Scratch& positions) {
+    if (target.vertices.empty()) {
+        if (begin >= target.deltas.size()) return;
+        const float* const deltas = &target.deltas[begin].x;
+        const std::size_t count = 3 * (std::min(end, target.deltas.size()) - begin);
+        for (std::size_t i = 0; i < count; ++i)
+            positions[i] += weight * static_cast<double>(deltas[i]);
+        return;
+    }
+    const auto add = [&](std::size_t vertex, const vec3& delta) {
+        double* const p = &positions[3 * (vertex - begin)];
+        p[0] += weight * static_cast<double>(delta.x);
+        p[1] += weight * static_cast<double>(delta.y);
+        p[2] += weight * static_cast<double>(delta.z);
+    };
+    const auto first = std::lower_bound(target.vertices.begin(), target.vertices.end(), begin);
+    for (auto vertex = first; vertex != target.vertices.end() && *vertex < end; ++vertex)
+        add(*vertex, target.deltas[static_cast<std::size_t>(vertex - target.vertices.begin())]);
+}
+
+void morph(const VertexSet& set, std::span<const double> weights, std::size_t begin,
+           std::size_t end, Scratch& positions) {
+    const float* const still = &set.positions[begin].x;
+    for (std::size_t i = 0; i < 3 * (end - begin); ++i)
+        positions[i] = static_cast<double>(still[i]);
+    for (std::size_t k = 0; k < set.targets.size(); ++k)
+        if (weights[k] != 0) add_target(set.targets[k], weights[k], begin, end, positions);
+}
+
+bool is_bad(const vec3& p) {
+    return !(MeshRules::is_good(p.x) && MeshRules::is_good(p.y) && MeshRules::is_good(p.z));
+}
+
+void place_rigid(const Affine& to_world, const Scratch& positions, std::span<vec3> out) {
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        const double* const p = &positions[3 * i];
+        out[i] = vec3(transformed(to_world, {p[0], p[1], p[2]}));
+    }
+}
+
+std::map<std::uint32_t, std::vector<Columns>> joint_maps(const GltfScene& scene, const Pose& pose) {
+    std::map<std::uint32_t, std::vector<Columns>> maps;
+    for (const auto& [index, skin] : scene.skins) {
+        std::vector<Columns>& columns = maps[index];
+        for (std::size_t i = 0; i < skin.joints.size(); ++i) {
+            columns.push_back(
+                columns_of(product(pose.to_world[skin.joints[i]], skin.inverse_binds[i])));
+        }
+    }
+    return maps;
+}
+
+}  // namespace
+
+Skinning::Skinning(const GltfScene& scene, const SimdTarget& target)
+    : scene_(scene), place_skinned_(place_skinned_on(target)) {
+    for (std::size_t part = 0; part < scene.parts.size(); ++part) {
+        const std::size_t count = scene.parts[part].set->positions.size();
+        for (std::size_t begin = 0; begin < count; begin += kBlockSize) {
+            blocks_.push_back({static_cast<std::uint32_t>(part), static_cast<std::uint32_t>(begin),
+                               static_cast<std::uint32_t>(std::min(begin + kBlockSize, count))});
+        }
+    }
+}
+
+std::size_t Skinning::place(const Pose& pose, std::span<vec3> out) const {
+    const std::map<std::uint32_t, std::vector<Columns>> joints = joint_maps(scene_, pose);
+    std::atomic<std::size_t> first_bad = kNoVertex;
+    tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t index) {
+        const Block& block = blocks_[index];
+        const Part& part = scene_.parts[block.part];
+        Scratch positions;
+        const bool is_morphed = !part.set->targets.empty();
+        if (is_morphed || !part.skin)
+            morph(*part.set, pose.weights[block.part], block.begin, block.end, positions);
+        const std::span<vec3> placed =
+            out.subspan(part.first_vertex + block.begin, block.end - block.begin);
+        if (part.skin) {
+            const Influences& influences = part.set->influences;
+            const std::size_t first = block.begin * influences.per_vertex;
+            place_skinned_(
+                {joints.at(*part.skin).data(), influences.per_vertex, &influences.joints[first],
+                 &influences.weights[first], &part.set->positions[block.begin],
+                 is_morphed ? positions.data() : nullptr, placed.size()},
+                placed.data());
+        } else {
+            place_rigid(pose.to_world[part.node], positions, placed);
+        }
+        if (MeshRules::are_good(placed)) return;
+        const auto vertex = static_cast<std::size_t>(
+            std::find_if(placed.begin(), placed.end(), is_bad) - out.begin());
+        std::size_t known = first_bad.load();
+        while (vertex < known && !first_bad.compare_exchange_weak(known, vertex)) {
+        }
+    });
+    return first_bad;
+}
+
+}  // namespace mray::gltf

@@ -1,0 +1,46 @@
+// Vertices of a glTF scene at a time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "common/interop/platform.h"
+#include "common/simd/simd_target.h"
+#include "scenes/gltf/motion/pose.h"
+#include "scenes/gltf/motion/skinned_places.h"
+
+namespace mray::gltf {
+
+inline constexpr std::size_t kNoVertex = std::numeric_limits<std::size_t>::max();
+
+/// Places vertices in world space: a morph target adds weight times displacement; then a vertex
+/// with a skin is the mean of its places under its joints, each to_world * inverse_bind, by their
+/// weights, and others follow their node (glTF 2.0, 3.7.3 and 3.7.2.2). Computed in double and
+/// rounded once to float, in an order that depends on the file alone.
+class Skinning {
+public:
+    /// The scene must outlive it.
+    explicit Skinning(const GltfScene& scene, const SimdTarget& target = best_simd_target());
+
+    /// Writes the positions of all vertices. Returns the first vertex that has a coordinate that is
+    /// not finite or beyond 1e30, or kNoVertex. Runs on the threads of the calling arena; the bits
+    /// do not depend on their number, nor on the instruction set. O(vertices).
+    std::size_t place(const Pose& pose, std::span<vec3> out) const;
+
+private:
+    /// A piece of work: vertices [begin, end) of a part.
+    struct Block {
+        std::uint32_t part = 0;
+        std::uint32_t begin = 0;
+        std::uint32_t end = 0;
+    };
+
+    const GltfScene& scene_;
+    PlaceSkinned place_skinned_;
+    std::vector<Block> blocks_;
+};
+
+}  // namespace mray::gltf

@@ -1,0 +1,168 @@
+#include "scenes/gltf/nodes.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <span>
+
+#include "scenes/gltf/motion/interpolation.h"
+#include "scenes/warning_count.h"
+
+namespace mray::gltf {
+namespace {
+
+// The bytes of a node and of its place in lists. There are poses after the JSON only.
+constexpr std::uint64_t kNodeBytes = sizeof(Node) + 16;
+
+void read_matrix(const JsonAt& at, Node& node) {
+    std::array<double, 16> m = {};
+    at.numbers(m);
+    if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
+        at.fail("has a last row other than 0, 0, 0, 1");
+    Affine matrix;
+    for (std::size_t k = 0; k < 4; ++k) matrix.column[k] = {m[4 * k], m[4 * k + 1], m[4 * k + 2]};
+    node.matrix = matrix;
+}
+
+void read_transformation(const JsonAt& at, Node& node) {
+    if (const auto matrix = at.find("matrix")) {
+        for (const char* const other : {"translation", "rotation", "scale"})
+            if (at.find(other)) at.fail(fmt::format("has both matrix and {}", other));
+        read_matrix(*matrix, node);
+    }
+    std::array<double, 4> numbers = {};
+    if (const auto translation = at.find("translation")) {
+        translation->numbers(std::span(numbers).first(3));
+        node.trs.translation = {numbers[0], numbers[1], numbers[2]};
+    }
+    if (const auto scale = at.find("scale")) {
+        scale->numbers(std::span(numbers).first(3));
+        node.trs.scale = {numbers[0], numbers[1], numbers[2]};
+    }
+    if (const auto rotation = at.find("rotation")) {
+        rotation->numbers(numbers);
+        double square = 0;
+        for (const double number : numbers) square += number * number;
+        if (!(square > 0) || !std::isfinite(square)) rotation->fail("has no direction");
+        node.trs.rotation = unit_quaternion({numbers[0], numbers[1], numbers[2], numbers[3]});
+    }
+}
+
+Node read_node(const JsonAt& at, const GltfFile& file) {
+    Node node;
+    if (const auto children = at.find("children")) {
+        for (std::size_t i = 0; i < children->size(); ++i)
+            node.children.push_back((*children)[i].index_below(file.count("nodes"), "nodes"));
+    }
+    read_transformation(at, node);
+    node.mesh = at.index_or_none("mesh", file.count("meshes"), "meshes");
+    node.skin = at.index_or_none("skin", file.count("skins"), "skins");
+    if (node.skin && !node.mesh) at.at("skin").fail("belongs to a mesh, which the node has not");
+    if (const auto weights = at.find("weights")) {
+        node.weights.resize(weights->size());
+        weights->numbers(node.weights);
+    }
+    return node;
+}
+
+void set_parents(const GltfFile& file, std::vector<Node>& nodes) {
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        for (std::size_t k = 0; k < nodes[i].children.size(); ++k) {
+            Node& child = nodes[nodes[i].children[k]];
+            if (child.parent != kNoNode) {
+                file.element("nodes", i)
+                    .at("children")[k]
+                    .fail(fmt::format("is {}, which is a child of nodes[{}] already",
+                                      nodes[i].children[k], child.parent));
+            }
+            child.parent = static_cast<std::uint32_t>(i);
+        }
+    }
+}
+
+/// Appends the nodes below `root`, depth first, to `order`. Each node has one parent, so that those
+/// below a root form no cycle.
+void append_tree(const std::vector<Node>& nodes, std::uint32_t root,
+                 std::vector<std::uint32_t>& order) {
+    std::vector<std::uint32_t> open = {root};
+    while (!open.empty()) {
+        const Node& node = nodes[open.back()];
+        order.push_back(open.back());
+        open.pop_back();
+        open.insert(open.end(), node.children.rbegin(), node.children.rend());
+    }
+}
+
+/// Warns of nodes that a scene lists although they have parents.
+void warn_of_parents(const JsonAt& roots, const NodeTree& tree,
+                     const std::vector<std::uint32_t>& listed, const WarnFunction& warn) {
+    WarningCount with_parents;
+    for (std::size_t i = 0; i < listed.size(); ++i) {
+        if (tree.nodes[listed[i]].parent == kNoNode) continue;
+        with_parents.add([&] {
+            return Warning{roots.file(),
+                           fmt::format("{}: is {}, which has a parent; it is drawn once, where its "
+                                       "parents place it",
+                                       roots[i].path(), listed[i])};
+        });
+    }
+    with_parents.tell(warn);
+}
+
+std::vector<std::uint32_t> scene_of(const GltfFile& file, const NodeTree& tree,
+                                    const WarnFunction& warn) {
+    const std::size_t scene_count = file.count("scenes");
+    const std::uint32_t index =
+        file.root().index_or_none("scene", scene_count, "scenes").value_or(0);
+    if (scene_count == 0) return tree.parents_first;
+    const auto roots = file.element("scenes", index).find("nodes");
+    if (!roots) return {};
+    const std::size_t node_count = tree.nodes.size();
+    std::vector<std::uint32_t> listed;
+    std::vector<bool> is_listed(node_count);
+    for (std::size_t i = 0; i < roots->size(); ++i) {
+        const std::uint32_t root = (*roots)[i].index_below(node_count, "nodes");
+        if (is_listed[root]) (*roots)[i].fail(fmt::format("is {}, which is there twice", root));
+        is_listed[root] = true;
+        listed.push_back(root);
+    }
+    warn_of_parents(*roots, tree, listed, warn);
+    // A node below a listed one is in its tree already.
+    std::vector<bool> is_below(node_count);
+    for (const std::uint32_t node : tree.parents_first) {
+        const std::uint32_t parent = tree.nodes[node].parent;
+        is_below[node] = parent != kNoNode && (is_listed[parent] || is_below[parent]);
+    }
+    std::vector<std::uint32_t> order;
+    for (const std::uint32_t root : listed)
+        if (!is_below[root]) append_tree(tree.nodes, root, order);
+    return order;
+}
+
+}  // namespace
+
+NodeTree read_nodes(const GltfFile& file, ContentBudget& budget, const WarnFunction& warn) {
+    NodeTree tree;
+    const std::size_t count = file.count("nodes");
+    if (!budget.take(count * kNodeBytes)) {
+        file.root().at("nodes").fail(fmt::format(
+            "has {} nodes, too many for the memory that JSON leaves; split the scene", count));
+    }
+    tree.nodes.reserve(count);
+    for (std::size_t i = 0; i < count; ++i)
+        tree.nodes.push_back(read_node(file.element("nodes", i), file));
+    set_parents(file, tree.nodes);
+    std::vector<bool> is_reached(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (tree.nodes[i].parent != kNoNode) continue;
+        append_tree(tree.nodes, static_cast<std::uint32_t>(i), tree.parents_first);
+    }
+    for (const std::uint32_t node : tree.parents_first) is_reached[node] = true;
+    for (std::size_t i = 0; i < count; ++i)
+        if (!is_reached[i]) file.element("nodes", i).fail("is its own ancestor");
+    tree.scene = scene_of(file, tree, warn);
+    return tree;
+}
+
+}  // namespace mray::gltf

@@ -1,0 +1,89 @@
+// The rules for vertices and faces, the same for mesh files of all formats.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scenes/mesh/file_mesh.h"
+#include "scenes/warning_count.h"
+
+namespace mray {
+
+/// Finite coordinates beyond this are refused like infinite ones; simulations that diverge write
+/// them.
+inline constexpr float kMaxCoordinate = 1e30f;
+
+/// Checks vertices and faces while a file is read, and counts what a lenient reading accepts. A
+/// `place` returns the place in the file for messages, such as "mesh.obj:12"; it is called for the
+/// first fault of a kind.
+class MeshRules {
+public:
+    using Place = std::function<std::string()>;
+
+    explicit MeshRules(bool lenient, std::uint64_t max_triangles = kMaxTriangles)
+        : lenient_(lenient), max_triangles_(max_triangles) {}
+
+    /// False for NaN, too.
+    static bool is_good(float coordinate) { return std::abs(coordinate) <= kMaxCoordinate; }
+    static bool are_good(std::span<const vec3> positions);
+    /// Throws Error(kBadInput), or counts a warning if lenient. `text` is the number as the file
+    /// has it.
+    void take_bad_coordinate(float value, std::string_view text, const Place& place);
+
+    /// Whether a face is kept: it needs 3 corners. Faces of two corners in the middle of a file are
+    /// edges that some exporters write: they are left out with a warning. Unless lenient, throws
+    /// Error(kBadInput) for fewer, and for two if `is_cut`: the file may end within the face.
+    bool keeps_face(std::uint64_t corners, bool is_cut, const Place& place) {
+        return corners >= 3 || leaves_out_small(corners, is_cut, place);
+    }
+    /// Counts a face of three corners or more. Throws Error(kLimit) beyond max_triangles.
+    void count_face(std::uint64_t corners, const Place& place) {
+        count_triangles(corners - 2, place);
+    }
+    void count_triangles(std::uint64_t count, const Place& place) {
+        triangle_count_ += count;
+        if (triangle_count_ > max_triangles_) fail_limit(place);
+    }
+    /// A face that cannot be read: throws Error(kBadInput), or counts a warning if lenient.
+    void leave_out(const std::string& problem, const Place& place);
+
+    /// Gives the warnings that have been counted.
+    void tell(const WarnFunction& warn) const;
+
+private:
+    bool leaves_out_small(std::uint64_t corners, bool is_cut, const Place& place);
+    [[noreturn]] void fail_limit(const Place& place) const;
+
+    const bool lenient_;
+    const std::uint64_t max_triangles_;
+    std::uint64_t triangle_count_ = 0;
+    WarningCount left_out_;
+    WarningCount bad_coordinates_;
+};
+
+/// Returns the message for a text that is no number: what is wrong with it, and what to do.
+std::string not_a_number(std::string_view text);
+
+/// Keeps warnings until a file has been read, so that one that is refused gives an error alone.
+class HeldWarnings {
+public:
+    WarnFunction keeper() {
+        return [this](const Warning& warning) { warnings_.push_back(warning); };
+    }
+    void tell(const WarnFunction& warn) const;
+
+private:
+    std::vector<Warning> warnings_;
+};
+
+/// Throws Error(kBadInput) for a mesh without faces, or warns if the options accept it. `name` is
+/// the file and `kind` its format in the message: "an OBJ file".
+void require_faces(const FileMesh& mesh, const std::string& name, std::string_view kind,
+                   const MeshFileOptions& options);
+
+}  // namespace mray

@@ -1,0 +1,212 @@
+#include "scenes/obj/mtl_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "common/base/errors.h"
+#include "common/text/message_text.h"
+#include "common/text/number_text.h"
+#include "common/text/text_parts.h"
+
+namespace mray {
+namespace {
+
+constexpr std::string_view kBlanks = " \t\f";
+constexpr Albedo kWhite = 0x00FFFFFF;
+
+/// Options of map_Kd that are not read, with the number of their values.
+constexpr std::pair<std::string_view, int> kOtherOptions[] = {
+    {"-blendu", 1},  {"-blendv", 1}, {"-texres", 1}, {"-boost", 1}, {"-bm", 1},
+    {"-imfchan", 1}, {"-type", 1},   {"-cc", 1},     {"-mm", 2}};
+
+std::string_view take_word(std::string_view& rest) {
+    const std::string_view word = rest.substr(0, rest.find_first_of(kBlanks));
+    rest = trimmed(rest.substr(word.size()), kBlanks);
+    return word;
+}
+
+/// Takes one to three finite numbers for u, v and w. Returns whether there are any.
+bool take_numbers(std::string_view& rest, std::array<float, 2>& numbers) {
+    for (std::size_t i = 0; i < 3; ++i) {
+        std::string_view after = rest;
+        const std::optional<float> number = parse_float(take_word(after));
+        // The last word is the file.
+        if (i > 0 && (!number || after.empty())) return true;
+        if (!number || !std::isfinite(*number)) return false;
+        if (i < numbers.size()) numbers[i] = *number;
+        rest = after;
+    }
+    return true;
+}
+
+class MtlReader {
+public:
+    MtlReader(const std::filesystem::path& library, const std::string& name, bool lenient,
+              MaterialMap& materials)
+        : library_(library), name_(name), lenient_(lenient), materials_(materials) {}
+
+    void read(std::string_view text, const WarnFunction& warn) {
+        if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+        while (!text.empty()) {
+            ++line_;
+            const std::size_t length = std::min(text.find_first_of("\r\n"), text.size());
+            read_statement(trimmed(text.substr(0, length), kBlanks));
+            text.remove_prefix(length);
+            text.remove_prefix(text.starts_with("\r\n") ? 2 : text.empty() ? 0 : 1);
+        }
+        end_material();
+        odd_.tell(warn);
+        black_maps_.tell(warn);
+    }
+
+private:
+    [[noreturn]] void fail(const std::string& what) const {
+        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place(), what));
+    }
+    std::string place() const { return fmt::format("{}:{}", name_, line_); }
+    void warn(const std::string& what) {
+        odd_.add([&] { return Warning{place(), what}; });
+    }
+    /// `instead` is what a lenient reader does.
+    void refuse(const std::string& what, std::string_view instead) {
+        if (!lenient_) fail(what + "; repair the material");
+        warn(fmt::format("{}; {}", what, instead));
+    }
+
+    void read_statement(std::string_view statement) {
+        if (statement.find('\0') != std::string_view::npos)
+            fail("NUL byte; this is binary data or UTF-16, save it as UTF-8 text");
+        const std::string_view keyword = take_word(statement);
+        if (keyword == "newmtl") {
+            end_material();
+            material_ = statement;
+        } else if (keyword == "Kd") {
+            read_kd(statement);
+        } else if (keyword == "map_Kd" || keyword == "map_kd") {
+            read_map(statement);
+        }
+    }
+
+    void read_kd(const std::string_view text) {
+        std::vector<std::string_view> words;
+        for (std::string_view rest = text; !rest.empty() && rest[0] != '#';)
+            words.push_back(take_word(rest));
+        if (!words.empty() && (words[0] == "spectral" || words[0] == "xyz"))
+            return warn(fmt::format("Kd as {} is not read; taken as grey", words[0]));
+        // "If only r is specified, then g and b are assumed to be equal to r" (MTL format).
+        if (words.size() == 1) words.assign(3, words[0]);
+        std::vector<float> kd;
+        for (const std::string_view word : words) {
+            const std::optional<float> number = parse_float(word);
+            if (number && std::isfinite(*number)) kd.push_back(*number);
+        }
+        if (words.size() != 3 || kd.size() != 3) {
+            return refuse(fmt::format("Kd {} is not three finite numbers", in_quotes(text)),
+                          "taken as grey");
+        }
+        albedo_ = albedo_of(kd[0], kd[1], kd[2]);
+    }
+
+    /// Reads `[-option value ...] file`. A file name is all that follows the options, and may have
+    /// blanks in it and quotes around it.
+    void read_map(const std::string_view text) {
+        TextureMap map;
+        std::string_view rest = text;
+        std::string problem;
+        while (rest.starts_with('-') && problem.empty()) {
+            const std::string_view before = rest;
+            if (read_option(rest, map, problem)) continue;
+            // A file name may begin with a dash.
+            rest = before;
+            break;
+        }
+        if (rest.size() > 1 && rest.front() == '"' && rest.back() == '"')
+            rest = rest.substr(1, rest.size() - 2);
+        if (rest.empty() && problem.empty()) problem = "names no file";
+        if (!problem.empty())
+            return refuse(fmt::format("map_Kd {} {}", in_quotes(text), problem), "left out");
+        map.file = rest;
+        std::replace(map.file.begin(), map.file.end(), '\\', '/');
+        map.place = place();
+        map.library = library_;
+        map_ = std::make_shared<const TextureMap>(std::move(map));
+    }
+
+    /// Takes an option with its values. Returns false if there is no such option.
+    bool read_option(std::string_view& rest, TextureMap& map, std::string& problem) {
+        const std::string_view option = take_word(rest);
+        const std::string_view value = rest.substr(0, rest.find_first_of(kBlanks));
+        std::array<float, 2> turbulence = {};
+        bool is_good = true;
+        bool is_read = true;
+        if (option == "-clamp") {
+            map.clamp = value == "on";
+            is_good = map.clamp || value == "off";
+            take_word(rest);
+        } else if (option == "-s") {
+            is_good = take_numbers(rest, map.scale);
+        } else if (option == "-o") {
+            is_good = take_numbers(rest, map.offset);
+        } else if (option == "-t") {
+            is_good = take_numbers(rest, turbulence);
+            is_read = turbulence == std::array<float, 2>{};
+        } else {
+            const auto* const other =
+                std::find_if(std::begin(kOtherOptions), std::end(kOtherOptions),
+                             [&](const auto& known) { return known.first == option; });
+            if (other == std::end(kOtherOptions)) return false;
+            for (int i = 0; i < other->second; ++i) take_word(rest);
+            is_read = false;
+        }
+        if (!is_good) problem = fmt::format("has {} {}", option, in_quotes(value));
+        if (!is_read) warn(fmt::format("option {} of map_Kd is not read; ignored", option));
+        return true;
+    }
+
+    void end_material() {
+        if (!material_.empty()) {
+            Material material{.map = std::move(map_)};
+            if (albedo_) material.albedo = material.textured_albedo = *albedo_;
+            if (material.map != nullptr && material.textured_albedo == 0) {
+                // Some exporters write it for materials whose colour is the texture.
+                material.textured_albedo = kWhite;
+                black_maps_.add([&] {
+                    return Warning{material.map->place,
+                                   fmt::format("Kd of material {} is black; taken as white, so "
+                                               "that its texture shows",
+                                               in_quotes(material_))};
+                });
+            }
+            materials_.emplace(material_, std::move(material));
+        }
+        material_ = {};
+        albedo_.reset();
+        map_.reset();
+    }
+
+    const std::filesystem::path& library_;
+    const std::string& name_;
+    const bool lenient_;
+    MaterialMap& materials_;
+    std::uint64_t line_ = 0;
+    std::string_view material_;
+    std::optional<Albedo> albedo_;
+    std::shared_ptr<const TextureMap> map_;
+    WarningCount odd_;
+    WarningCount black_maps_;
+};
+
+}  // namespace
+
+void read_mtl_text(std::string_view text, const std::filesystem::path& library,
+                   const std::string& name, bool lenient, const WarnFunction& warn,
+                   MaterialMap& materials) {
+    MtlReader(library, name, lenient, materials).read(text, warn);
+}
+
+}  // namespace mray

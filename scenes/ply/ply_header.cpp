@@ -1,0 +1,202 @@
+#include "scenes/ply/ply_header.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "common/base/errors.h"
+#include "common/text/message_text.h"
+#include "common/text/number_text.h"
+#include "common/text/text_parts.h"
+
+namespace mray {
+namespace {
+
+constexpr std::string_view kBlanks = " \t\r";
+
+// The names of the format's author, and those with sizes that many programs write.
+constexpr std::pair<std::string_view, PlyScalar> kTypes[] = {
+    {"char", PlyScalar::kInt8},      {"int8", PlyScalar::kInt8},     {"uchar", PlyScalar::kUint8},
+    {"uint8", PlyScalar::kUint8},    {"short", PlyScalar::kInt16},   {"int16", PlyScalar::kInt16},
+    {"ushort", PlyScalar::kUint16},  {"uint16", PlyScalar::kUint16}, {"int", PlyScalar::kInt32},
+    {"int32", PlyScalar::kInt32},    {"uint", PlyScalar::kUint32},   {"uint32", PlyScalar::kUint32},
+    {"float", PlyScalar::kFloat},    {"float32", PlyScalar::kFloat}, {"double", PlyScalar::kDouble},
+    {"float64", PlyScalar::kDouble},
+};
+
+/// In the order of PlyRole and of axes.
+constexpr std::array<std::string_view, 9> kComponents = {"x",  "y",   "z",     "nx",  "ny",
+                                                         "nz", "red", "green", "blue"};
+
+void set_role(const PlyElement& element, PlyProperty& property) {
+    if (property.count_type) {
+        const bool has_corners =
+            property.name == "vertex_indices" || property.name == "vertex_index";
+        if (!has_corners || !is_integer(property.type)) return;
+        if (element.name == "face") property.role = PlyRole::kFace;
+        if (element.name == "tristrips") property.role = PlyRole::kStrip;
+    } else if (element.name == "vertex") {
+        const auto found = std::find(kComponents.begin(), kComponents.end(), property.name);
+        if (found == kComponents.end()) return;
+        const auto place = static_cast<int>(found - kComponents.begin());
+        property.axis = place % 3;
+        property.role = static_cast<PlyRole>(static_cast<int>(PlyRole::kPosition) + place / 3);
+    }
+}
+
+/// The words of a line; at most as many as any statement has, and one more.
+std::vector<std::string_view> words_of(std::string_view line) {
+    constexpr std::size_t kMostWords = 6;
+    std::vector<std::string_view> words;
+    for (line = trimmed(line, kBlanks); !line.empty() && words.size() < kMostWords;) {
+        words.push_back(line.substr(0, line.find_first_of(kBlanks)));
+        line = trimmed(line.substr(words.back().size()), kBlanks);
+    }
+    return words;
+}
+
+class HeaderParser {
+public:
+    HeaderParser(std::string_view text, const std::string& name) : text_(text), name_(name) {}
+
+    PlyHeader run() {
+        const std::string_view first = text_.substr(0, text_.find_first_of("\r\n"));
+        if (trimmed(first, kBlanks) != "ply")
+            fail(R"(not a PLY file; the first line must be "ply")");
+        const std::string_view rest = text_.substr(first.size());
+        line_end_ = rest.starts_with("\r\n") ? "\r\n" : rest.substr(0, 1);
+        header_.size = first.size() + line_end_.size();
+        bool has_format = false;
+        for (bool is_done = line_end_.empty(); !is_done;) {
+            const std::string_view line = next_line();
+            const std::vector<std::string_view> words = words_of(line);
+            if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
+            if (words[0] == "format") {
+                read_format(words);
+                has_format = true;
+            } else if (words[0] == "element") {
+                read_element(words);
+            } else if (words[0] == "property") {
+                read_property(words);
+            } else if (words[0] == "end_header") {
+                is_done = true;
+            } else {
+                fail(fmt::format("unknown statement {} in the header; is the file damaged?",
+                                 in_quotes(trimmed(line, kBlanks))));
+            }
+        }
+        if (!has_format) fail("no format before this line; is the file complete?");
+        for (const PlyElement& element : header_.elements) require_roles(element);
+        return std::move(header_);
+    }
+
+private:
+    [[noreturn]] void fail(const std::string& what) const { fail_at(header_.line_count, what); }
+    [[noreturn]] void fail_at(std::uint64_t line, const std::string& what) const {
+        throw Error(ErrorKind::kBadInput, fmt::format("{}:{}: {}", name_, line, what));
+    }
+
+    std::string_view next_line() {
+        ++header_.line_count;
+        const std::string_view rest = text_.substr(header_.size);
+        const std::size_t length = rest.find(line_end_);
+        if (length == std::string_view::npos) fail("no end_header; is the file complete?");
+        header_.size += length + line_end_.size();
+        return rest.substr(0, length);
+    }
+
+    void read_format(const std::vector<std::string_view>& words) {
+        constexpr std::array<std::string_view, 3> kNames = {"ascii", "binary_little_endian",
+                                                            "binary_big_endian"};
+        const auto* const found =
+            words.size() == 3 ? std::find(kNames.begin(), kNames.end(), words[1]) : kNames.end();
+        if (found == kNames.end() || words[2] != "1.0") {
+            fail(
+                "format that is not known; write ascii, binary_little_endian or "
+                "binary_big_endian, and 1.0");
+        }
+        header_.encoding = static_cast<PlyEncoding>(found - kNames.begin());
+    }
+
+    void read_element(const std::vector<std::string_view>& words) {
+        if (words.size() != 3) fail("element without a name and a number; is the file damaged?");
+        const auto count = parse_unsigned(words[2]);
+        if (!count) {
+            fail(fmt::format("{} is not a number of items; give a whole number from 0 on",
+                             in_quotes(words[2])));
+        }
+        const auto is_same = [&](const PlyElement& other) { return other.name == words[1]; };
+        if (words[1] == "vertex" &&
+            std::any_of(header_.elements.begin(), header_.elements.end(), is_same))
+            fail("second element vertex; write the file again");
+        header_.elements.push_back({std::string(words[1]), *count, {}, header_.line_count});
+    }
+
+    void read_property(const std::vector<std::string_view>& words) {
+        if (header_.elements.empty()) fail("property without an element; write the file again");
+        const bool is_list = words.size() > 1 && words[1] == "list";
+        if (words.size() != (is_list ? 5u : 3u)) {
+            fail(
+                "property that is not known; write property TYPE NAME, or property list TYPE "
+                "TYPE NAME");
+        }
+        PlyProperty property{.name = std::string(words.back()),
+                             .type = type_of(words[words.size() - 2])};
+        if (is_list) {
+            property.count_type = type_of(words[2]);
+            if (!is_integer(*property.count_type))
+                fail(fmt::format("list with numbers of entries of type {}; use an integer type",
+                                 words[2]));
+        }
+        set_role(header_.elements.back(), property);
+        header_.elements.back().properties.push_back(std::move(property));
+    }
+
+    PlyScalar type_of(std::string_view name) const {
+        const auto* const found =
+            std::find_if(std::begin(kTypes), std::end(kTypes),
+                         [&](const auto& named) { return named.first == name; });
+        if (found != std::end(kTypes)) return found->second;
+        fail(
+            fmt::format("type {} is not known; use char, uchar, short, ushort, int, uint, float "
+                        "or double",
+                        in_quotes(name)));
+    }
+
+    void require_roles(const PlyElement& element) const {
+        if (element.name == "vertex" && !element.has_all(PlyRole::kPosition))
+            fail_at(element.line, "vertices without x, y or z; write the file again");
+        if (element.name == "face" && element.count > 0 && !element.is_read()) {
+            fail_at(element.line,
+                    "faces without vertex_indices or vertex_index, a list of integers; write the "
+                    "file again with corners");
+        }
+    }
+
+    const std::string_view text_;
+    const std::string& name_;
+    std::string_view line_end_;
+    PlyHeader header_;
+};
+
+}  // namespace
+
+bool PlyElement::is_read() const {
+    return std::any_of(properties.begin(), properties.end(),
+                       [](const PlyProperty& property) { return property.role != PlyRole::kNone; });
+}
+
+bool PlyElement::has_all(PlyRole role) const {
+    unsigned axes = 0;
+    for (const PlyProperty& property : properties)
+        if (property.role == role) axes |= 1u << property.axis;
+    return axes == 7;
+}
+
+PlyHeader parse_ply_header(std::string_view text, const std::string& name) {
+    return HeaderParser(text, name).run();
+}
+
+}  // namespace mray

@@ -1,0 +1,34 @@
+// Polygons to triangles.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "common/interop/platform.h"
+#include "common/scene/mesh.h"
+#include "scenes/polygons/polygons.h"
+#include "scenes/warning_count.h"
+
+namespace mray {
+
+/// A polygon of n corners may take this times n steps. A simple polygon of fewer than 150 corners
+/// never takes as many, a larger one only if it is constructed to. 200,000 corners are refused
+/// within seconds.
+inline constexpr std::size_t kTriangulationStepsPerCorner = 500;
+
+/// Returns the triangles of all faces in their order, n - 2 for a face of n corners, with its
+/// winding: a fan from the first corner if that covers the face, otherwise ears of its projection
+/// along its normal, so that concave faces are covered correctly. Faces without a correct
+/// triangulation (no area, corners that are not finite, crossing edges) get some n - 2 triangles of
+/// their corners.
+///
+/// A face that takes too many steps (above) throws Error(kBadInput), or if lenient becomes a fan
+/// with a warning; `name` is the file in messages.
+std::vector<uvec3> triangulate(const Polygons& faces, std::span<const vec3> positions,
+                               const std::string& name, bool lenient, const WarnFunction& warn);
+
+/// For each of these triangles, which triangulate() made of the faces, the indices of its corners
+/// in Polygons::corners.
+std::vector<uvec3> corners_of_triangles(const Polygons& faces, std::span<const uvec3> triangles);
+
+}  // namespace mray

@@ -1,0 +1,111 @@
+#include "scenes/procedural/parts/surfaces.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mray {
+namespace {
+
+// About `quads` quads in rows and columns with rows = elongation * columns.
+Grid grid_of(double quads, double elongation, std::uint32_t fewest_rows,
+             std::uint32_t fewest_columns) {
+    const double rows = std::max(std::round(std::sqrt(quads * elongation)), double(fewest_rows));
+    const double columns = std::max(std::round(quads / rows), double(fewest_columns));
+    return {static_cast<std::uint32_t>(rows), static_cast<std::uint32_t>(columns)};
+}
+
+void append(Topology& topology, Albedo albedo, uvec3 triangle) {
+    topology.triangles.push_back(triangle);
+    topology.albedo.push_back(albedo);
+}
+
+void reserve(Topology& topology, std::uint32_t more_triangles) {
+    // Growing by at least half keeps many small parts linear.
+    const std::size_t needed = topology.triangles.size() + more_triangles;
+    if (needed <= topology.triangles.capacity()) return;
+    const std::size_t capacity = std::max(needed, topology.triangles.capacity() * 3 / 2);
+    topology.triangles.reserve(capacity);
+    topology.albedo.reserve(capacity);
+}
+
+}  // namespace
+
+Sheet::Sheet(std::uint64_t triangles)
+    : grid_(grid_of(static_cast<double>(triangles) / 2, 1, 1, 1)) {}
+
+void Sheet::append_to(Topology& topology, const GridColour& colour) const {
+    reserve(topology, triangle_count());
+    const std::uint32_t stride = grid_.columns + 1;
+    for (std::uint32_t row = 0; row < grid_.rows; ++row) {
+        for (std::uint32_t column = 0; column < grid_.columns; ++column) {
+            const std::uint32_t a = topology.vertex_count + row * stride + column;
+            const std::uint32_t c = a + stride;
+            const Albedo albedo = colour(row, column);
+            append(topology, albedo, {a, c, a + 1});
+            append(topology, albedo, {a + 1, c, c + 1});
+        }
+    }
+    topology.vertex_count += vertex_count();
+}
+
+Sphere::Sphere(std::uint64_t triangles) {
+    // A ring row has columns * 2 triangles and the two rows at the poles half as many. Twice as
+    // many columns as rows make the quads at the equator square.
+    const Grid rings = grid_of(static_cast<double>(triangles) / 2, 0.5, 1, 3);
+    grid_ = {rings.rows + 1, rings.columns};
+    for (std::uint32_t row = 0; row <= grid_.rows; ++row) {
+        down_.push_back(circle_point(0.5 * row / grid_.rows));
+    }
+    for (std::uint32_t column = 0; column < grid_.columns; ++column) {
+        around_.push_back(circle_point(static_cast<double>(column) / grid_.columns));
+    }
+}
+
+void Sphere::append_to(Topology& topology, const GridColour& colour) const {
+    reserve(topology, triangle_count());
+    const std::uint32_t north = topology.vertex_count;
+    const std::uint32_t south = north + vertex_count() - 1;
+    for (std::uint32_t row = 0; row < grid_.rows; ++row) {
+        const std::uint32_t lower = north + 1 + row * grid_.columns;
+        const std::uint32_t upper = lower - grid_.columns;
+        for (std::uint32_t column = 0; column < grid_.columns; ++column) {
+            const std::uint32_t next = column + 1 == grid_.columns ? 0 : column + 1;
+            const Albedo albedo = colour(row, column);
+            if (row == 0) {
+                append(topology, albedo, {north, lower + next, lower + column});
+            } else if (row + 1 == grid_.rows) {
+                append(topology, albedo, {upper + column, upper + next, south});
+            } else {
+                append(topology, albedo, {upper + column, lower + next, lower + column});
+                append(topology, albedo, {upper + column, upper + next, lower + next});
+            }
+        }
+    }
+    topology.vertex_count += vertex_count();
+}
+
+glm::dvec3 Sphere::direction(std::uint32_t vertex) const {
+    if (vertex == 0) return {0, 1, 0};
+    if (vertex + 1 == vertex_count()) return {0, -1, 0};
+    const CosSin down = down_[(vertex - 1) / grid_.columns + 1];
+    const CosSin around = around_[(vertex - 1) % grid_.columns];
+    return {down.sin * around.cos, down.cos, down.sin * around.sin};
+}
+
+Torus::Torus(std::uint64_t triangles, double elongation)
+    : grid_(grid_of(static_cast<double>(triangles) / 2, elongation, 3, 3)) {}
+
+uvec3 Torus::triangle(std::uint32_t index) const {
+    const std::uint32_t quad = index / 2;
+    const std::uint32_t row = quad / grid_.columns;
+    const std::uint32_t column = quad % grid_.columns;
+    const std::uint32_t next_row = row + 1 == grid_.rows ? 0 : row + 1;
+    const std::uint32_t next_column = column + 1 == grid_.columns ? 0 : column + 1;
+    const std::uint32_t a = row * grid_.columns + column;
+    const std::uint32_t b = next_row * grid_.columns + column;
+    const std::uint32_t c = next_row * grid_.columns + next_column;
+    const std::uint32_t d = row * grid_.columns + next_column;
+    return index % 2 == 0 ? uvec3{a, b, c} : uvec3{a, c, d};
+}
+
+}  // namespace mray

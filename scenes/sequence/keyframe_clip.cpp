@@ -1,0 +1,123 @@
+#include "scenes/sequence/keyframe_clip.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cstdint>
+#include <utility>
+
+#include "common/base/errors.h"
+#include "common/base/hash.h"
+#include "common/text/message_text.h"
+#include "scenes/keyframes/first_mesh.h"
+#include "scenes/keyframes/streamed_clip.h"
+#include "scenes/mesh_files/mesh_file.h"
+
+namespace mray {
+namespace {
+
+std::uint64_t hash_of_faces(const Polygons& faces) {
+    return Hasher().add(std::span(faces.corners)).add(std::span(faces.corner_counts)).digest();
+}
+
+// The first difference between a frame's mesh and that of `first`; empty if they are equal.
+std::string difference(const FileMesh& mesh, const Polygons& faces, std::size_t vertex_count,
+                       const std::string& first) {
+    if (mesh.positions.size() != vertex_count) {
+        return fmt::format("{} vertices instead of the {} of {}", mesh.positions.size(),
+                           vertex_count, first);
+    }
+    if (mesh.faces.corner_counts.size() != faces.corner_counts.size()) {
+        return fmt::format("{} faces instead of the {} of {}", mesh.faces.corner_counts.size(),
+                           faces.corner_counts.size(), first);
+    }
+    if (mesh.faces == faces) return {};
+    std::size_t face = 0;
+    std::size_t begin = 0;
+    for (; face < faces.corner_counts.size(); ++face) {
+        const std::size_t count = faces.corner_counts[face];
+        const auto corner = faces.corners.begin() + static_cast<std::ptrdiff_t>(begin);
+        if (mesh.faces.corner_counts[face] != count ||
+            !std::equal(corner, corner + static_cast<std::ptrdiff_t>(count),
+                        mesh.faces.corners.begin() + static_cast<std::ptrdiff_t>(begin))) {
+            break;
+        }
+        begin += count;
+    }
+    return fmt::format("other vertices in face {} than {}", face + 1, first);
+}
+
+class FileSource : public KeyframeSource {
+public:
+    FileSource(std::vector<KeyframeFile> files, const FirstMesh& first, const ClipOptions& options)
+        : files_(std::move(files)),
+          vertex_count_(first.positions.size()),
+          faces_hash_(hash_of_faces(first.faces)) {
+        positions_only_.lenient = options.lenient;
+        positions_only_.allow_empty = options.allow_empty;
+        positions_only_.materials = false;
+        positions_only_.more_formats = options.more_formats;
+    }
+
+    std::size_t count() const override { return files_.size(); }
+    double frame(std::size_t keyframe) const override { return files_[keyframe].frame; }
+    std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const override {
+        const KeyframeFile& file = files_[keyframe];
+        std::optional<Warning> first_warning;
+        MeshFileOptions options = positions_only_;
+        options.warn = [&](const Warning& warning) {
+            if (!first_warning) first_warning = warning;
+        };
+        FileMesh mesh;
+        try {
+            mesh = read_mesh_file(file.path, options);
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            const Warning at = as_warning(error, shown(file.path));
+            throw Error(
+                error.kind(),
+                fmt::format("{}: frame {}: {}", at.place.empty() ? shown(file.path) : at.place,
+                            file.frame, at.text),
+                error.remedy());
+        }
+        if (mesh.positions.size() != vertex_count_ || hash_of_faces(mesh.faces) != faces_hash_)
+            refuse(file, mesh);
+        std::copy(mesh.positions.begin(), mesh.positions.end(), out.begin());
+        return first_warning;
+    }
+
+private:
+    /// Says how the mesh differs from the first, whose faces are not kept.
+    [[noreturn]] void refuse(const KeyframeFile& file, const FileMesh& mesh) const {
+        const std::filesystem::path& path = files_.front().path;
+        const FileMesh first = read_mesh_file(path, positions_only_);
+        std::string differs = difference(mesh, first.faces, first.positions.size(), shown(path));
+        if (differs.empty()) differs = fmt::format("other faces than {} had", shown(path));
+        throw Error(ErrorKind::kBadInput,
+                    fmt::format("{}: frame {} has {}; all frames of a clip share one topology, "
+                                "render sequences that change it in separate runs",
+                                shown(file.path), file.frame, differs));
+    }
+
+    std::vector<KeyframeFile> files_;
+    std::size_t vertex_count_;
+    std::uint64_t faces_hash_;
+    MeshFileOptions positions_only_;
+};
+
+}  // namespace
+
+std::unique_ptr<Clip> open_keyframes(const std::vector<KeyframeFile>& files,
+                                     const std::string& name, const ClipOptions& options) {
+    assert(!files.empty());
+    FirstMesh first = read_first_mesh(files[0].path, options);
+    auto source = std::make_unique<FileSource>(files, first, options);
+    return stream_keyframes({.name = name,
+                             .first = std::move(first),
+                             .has_first_keyframe = true,
+                             .holds = options.missing == MissingFrames::kHold},
+                            std::move(source), options);
+}
+
+}  // namespace mray

@@ -1,0 +1,130 @@
+#include "scenes/source/open_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
+
+#include "common/base/errors.h"
+#include "common/text/message_text.h"
+#include "common/text/number_text.h"
+#include "scenes/gltf/gltf_clip.h"
+#include "scenes/mesh_files/mesh_file.h"
+#include "scenes/point_cache/cached_clip.h"
+#include "scenes/procedural/procedural.h"
+#include "scenes/sequence/keyframe_clip.h"
+#include "scenes/sequence/keyframe_files.h"
+
+namespace mray {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kBuiltinPrefix = "builtin:";
+
+std::string builtin_names() {
+    std::string names;
+    for (const ProceduralScene& scene : procedural_scenes()) {
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", scene.name);
+    }
+    return names;
+}
+
+// An example of builtin:NAME:TRIANGLES, with the given name if such a scene exists.
+std::string builtin_example(const std::string& name) {
+    const std::span<const ProceduralScene> scenes = procedural_scenes();
+    const bool exists =
+        std::any_of(scenes.begin(), scenes.end(),
+                    [&](const ProceduralScene& scene) { return name == scene.name; });
+    return fmt::format("builtin:{}:100000", exists ? name : scenes.front().name);
+}
+
+std::unique_ptr<Clip> open_builtin(const std::string& spec) {
+    const std::string_view rest = std::string_view(spec).substr(kBuiltinPrefix.size());
+    const std::size_t colon = rest.find(':');
+    const std::string name(rest.substr(0, colon));
+    if (name.empty()) {
+        throw Error(
+            ErrorKind::kBadArgument,
+            fmt::format("scene {}: the name is missing; write builtin:NAME[:TRIANGLES] with "
+                        "one of {}",
+                        in_quotes(spec), builtin_names()));
+    }
+    if (colon == std::string_view::npos) return make_procedural(name);
+    const auto triangles = parse_integer(rest.substr(colon + 1));
+    if (!triangles || *triangles <= 0) {
+        throw Error(
+            ErrorKind::kBadArgument,
+            fmt::format("scene {}: {} is not a number of triangles; write "
+                        "builtin:NAME:TRIANGLES, such as {}",
+                        in_quotes(spec), in_quotes(rest.substr(colon + 1)), builtin_example(name)));
+    }
+    return make_procedural(name, static_cast<std::uint64_t>(*triangles));
+}
+
+/// Refuses the name of a built-in scene without its prefix.
+void require_no_builtin(const std::string& spec) {
+    const std::string name = spec.substr(0, spec.find(':'));
+    for (const ProceduralScene& scene : procedural_scenes()) {
+        if (name != scene.name) continue;
+        throw Error(ErrorKind::kBadInput, fmt::format("{}: no such file; did you mean {}{}?",
+                                                      shown(spec), kBuiltinPrefix, spec));
+    }
+}
+
+std::unique_ptr<Clip> open_with_cache(const std::string& spec, const ClipOptions& options) {
+    std::error_code error;
+    const fs::path path(spec);
+    if (spec.starts_with(kBuiltinPrefix) || fs::is_directory(path, error) ||
+        mesh_format_of(path, options.more_formats) == nullptr) {
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("scene {}: the positions of a point cache need one {} file with "
+                                "their triangles",
+                                in_quotes(spec), extensions_of_meshes(options.more_formats)));
+    }
+    return open_cached(path, options.cache, spec, options);
+}
+
+}  // namespace
+
+std::unique_ptr<Clip> open_scene(const std::string& spec, const ClipOptions& options) {
+    if (spec.empty()) {
+        throw Error(ErrorKind::kBadArgument,
+                    "empty scene name; give builtin:NAME, a file, a folder or a pattern");
+    }
+    if (!options.animation.empty() && !has_gltf_name(spec)) {
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("scene {}: only .gltf and .glb files have animations to choose",
+                                in_quotes(spec)));
+    }
+    if (!options.cache.empty()) return open_with_cache(spec, options);
+    if (spec.starts_with(kBuiltinPrefix)) return open_builtin(spec);
+
+    // An existing file is opened as such even if its name contains '%'.
+    std::error_code error;
+    const fs::path path(spec);
+    const fs::file_status status = fs::status(path, error);
+    if (fs::is_directory(status)) {
+        return open_keyframes(files_of_folder(path, options), spec, options);
+    }
+    if (status.type() == fs::file_type::not_found && spec.find('%') != std::string::npos) {
+        return open_keyframes(files_of_pattern(spec, options), spec, options);
+    }
+    if (status.type() == fs::file_type::not_found) {
+        if (spec.find('*') != std::string::npos)
+            return open_keyframes(files_of_glob(spec, options), spec, options);
+        require_no_builtin(spec);
+    }
+    if (has_gltf_name(path)) return open_gltf(path, spec, options);
+    if (fs::is_regular_file(status) && mesh_format_of(path, options.more_formats) == nullptr) {
+        throw Error(ErrorKind::kBadInput,
+                    fmt::format("{}: not a scene file; give an {} file, a folder of those, a "
+                                "pattern, a .gltf or .glb file, or builtin:NAME",
+                                shown(path), extensions_of_meshes(options.more_formats)));
+    }
+    return open_keyframes({{0.0, path}}, spec, options);
+}
+
+}  // namespace mray

@@ -1,0 +1,203 @@
+// morphray chart: refused arguments, and charts of little effort.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <sstream>
+#include <thread>
+
+#include "common/base/errors.h"
+#include "common/bvh/builder/bvh_builder.h"
+#include "common/bvh/bvh_stats.h"
+#include "cpu/cpu_backend.h"
+#include "lab/accuracy/charts/charts.h"
+#include "lab/accuracy/measure/measure.h"
+#include "lab/accuracy/methods/median_tree.h"
+#include "lab/accuracy/methods/quantised_nodes.h"
+#include "scenes/procedural/procedural.h"
+#include "tests/app/program.h"
+#include "tests/support/test_scene.h"
+
+namespace mray::test {
+namespace {
+
+const accuracy::Effort kLittle{.side = 64,
+                               .aimed_rays = 600,
+                               .rounds = 1,
+                               .placed_rays = 300,
+                               .offsets = {1e3},
+                               .scales = {1e-6, 1},
+                               .policy_frames = 3,
+                               .cone_points = 2,
+                               .triangle_counts = {500}};
+
+accuracy::ChartInput cloth() {
+    const auto clip = make_procedural("cloth", 500);
+    std::vector<vec3> positions(clip->topology().vertex_count);
+    clip->positions(12, positions);
+    return {"cloth", clip->topology(), std::move(positions)};
+}
+
+std::size_t rows_of(const Table& table) {
+    std::istringstream text(table.csv());
+    std::size_t count = 0;
+    for (std::string line; std::getline(text, line);) ++count;
+    return count - 1;
+}
+
+std::unique_ptr<Backend> no_vulkan() { throw Error(ErrorKind::kUnavailable, "not in this test"); }
+
+/// A context that counts its steps.
+struct Counted {
+    std::size_t steps = 0;
+    accuracy::ChartContext context{.effort = kLittle,
+                                   .make_cpu_backend = [] { return cpu::make_cpu_backend({}); },
+                                   .make_vulkan_backend = no_vulkan,
+                                   .footer = "machine; command",
+                                   .step = [this] { ++steps; }};
+};
+
+TEST(Chart, TakesAsManyStepsAsAnnounced) {
+    Counted accuracy;
+    EXPECT_GT(rows_of(accuracy::accuracy_chart(accuracy.context, cloth(), "").table), 5u);
+    EXPECT_EQ(accuracy.steps, accuracy::accuracy_steps());
+    Counted placement;
+    EXPECT_GT(rows_of(accuracy::placement_chart(placement.context, cloth(), "").table), 11u);
+    EXPECT_EQ(placement.steps, accuracy::placement_steps(kLittle));
+    Counted packets;
+    EXPECT_GT(rows_of(accuracy::packet_chart(packets.context, cloth(), "").table), 9u);
+    EXPECT_EQ(packets.steps, accuracy::packet_steps());
+    Counted cones;
+    EXPECT_EQ(rows_of(accuracy::cone_chart(cones.context, cloth(), "").table),
+              5 * accuracy::cone_steps());
+    EXPECT_EQ(cones.steps, accuracy::cone_steps());
+    Counted policies;
+    SceneFrames clip(make_procedural("cloth", 500));
+    EXPECT_EQ(rows_of(accuracy::policy_chart(policies.context, clip, "").table), 4 * 3u);
+    EXPECT_EQ(policies.steps, accuracy::policy_steps());
+    Counted trees;
+    EXPECT_EQ(rows_of(accuracy::tree_chart(trees.context, clip, "").table), 6u);
+    EXPECT_EQ(trees.steps, accuracy::tree_steps());
+    Counted boxes;
+    EXPECT_EQ(rows_of(accuracy::box_chart(boxes.context, cloth(), "").table), 5u);
+    EXPECT_EQ(boxes.steps, accuracy::box_steps());
+    Counted scaling;
+    EXPECT_GE(rows_of(accuracy::scaling_chart(scaling.context).table), 1u);
+    EXPECT_EQ(scaling.steps, accuracy::scaling_steps(kLittle));
+    Counted failures;
+    const std::size_t scenes = accuracy::failure_steps();
+    // Embree adds methods if it is installed.
+    EXPECT_GE(rows_of(accuracy::failure_chart(failures.context, {cloth()}).table),
+              12 * (scenes + 1));
+    EXPECT_EQ(failures.steps, scenes + 1);
+}
+
+TEST(Chart, FindsNoWrongAnswerOfTheProgramsTracersOnACloth) {
+    const accuracy::ChartInput input = cloth();
+    const accuracy::ChartScene scene =
+        accuracy::make_chart_scene(input.name, input.topology, input.positions, {}, 64, 3000);
+    const accuracy::Judge judge(scene, scene.scene_space);
+    std::vector<Hit> camera(scene.scene_space.camera_rays.size());
+    std::vector<Hit> aimed(scene.scene_space.aimed_rays.size());
+    for (const accuracy::Method& method : accuracy::our_methods(scene, no_vulkan)) {
+        accuracy::trace_camera(method, scene, camera);
+        EXPECT_EQ(judge.camera(camera).wrong(), 0u) << method.name;
+        accuracy::trace_aimed(method, scene, aimed);
+        EXPECT_EQ(judge.aimed(aimed).wrong(), 0u) << method.name;
+    }
+}
+
+TEST(Chart, TracesTheSameRaysInBothSpaces) {
+    const accuracy::ChartInput input = cloth();
+    const accuracy::ChartScene scene = accuracy::make_chart_scene(
+        input.name, input.topology, input.positions, {.offset = 1e3}, 64, 500);
+    ASSERT_EQ(scene.scene_space.aimed_rays.size(), scene.world_space.aimed_rays.size());
+    const accuracy::ExactReferee ours(scene.topology, scene.scene_space.positions,
+                                      scene.scene_space.bvh);
+    const accuracy::ExactReferee theirs(scene.topology, scene.world_space.positions,
+                                        scene.world_space.bvh);
+    for (std::size_t i = 0; i < scene.scene_space.aimed_rays.size(); ++i) {
+        EXPECT_EQ(ours.closest(scene.scene_space.aimed_rays[i]).prim_id,
+                  theirs.closest(scene.world_space.aimed_rays[i]).prim_id);
+    }
+}
+
+TEST(Chart, IsDrawnFromItsTable) {
+    Counted counted;
+    SceneFrames clip(make_procedural("cloth", 500));
+    for (const accuracy::Chart& chart : {accuracy::accuracy_chart(counted.context, cloth(), ""),
+                                         accuracy::packet_chart(counted.context, cloth(), ""),
+                                         accuracy::policy_chart(counted.context, clip, ""),
+                                         accuracy::tree_chart(counted.context, clip, "")}) {
+        const std::string svg = plot::draw(chart.figure, chart.table.csv(), "svg");
+        EXPECT_NE(svg.find("<svg"), std::string::npos) << chart.name;
+        EXPECT_NE(svg.find(">machine; command<"), std::string::npos) << chart.name;
+        EXPECT_EQ(plot::draw(chart.figure, chart.table.csv(), "png").substr(1, 3), "PNG");
+        for (const plot::Panel& panel : chart.figure.panels) {
+            for (const std::string& column : {panel.x, panel.series, panel.least, panel.ring})
+                EXPECT_NE(chart.table.csv().find(column), std::string::npos) << column;
+        }
+    }
+}
+
+TEST(MedianTree, IsSound) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const Topology& topology = named.scene.topology();
+        const Bvh bvh = accuracy::build_median_tree(topology, named.scene.positions());
+        EXPECT_EQ(check_bvh(bvh, topology, named.scene.positions()), std::vector<std::string>{})
+            << named.name;
+    }
+}
+
+TEST(QuantisedNode, ContainsTheOriginalBoxes) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const Bvh bvh = build_bvh(named.scene.topology(), named.scene.positions());
+        for (const Node& node : bvh.nodes) {
+            const auto coarse = accuracy::quantised<std::uint8_t>(node);
+            const auto fine = accuracy::quantised<std::uint16_t>(node);
+            for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
+                const Box box = slot_box(node, slot);
+                if (box.empty()) continue;
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const int a = static_cast<int>(axis);
+                    EXPECT_LE(coarse.plane(axis, coarse.lower[axis][slot]), box.lower[a]);
+                    EXPECT_GE(coarse.plane(axis, coarse.upper[axis][slot]), box.upper[a]);
+                    EXPECT_LE(fine.plane(axis, fine.lower[axis][slot]), box.lower[a]);
+                    EXPECT_GE(fine.plane(axis, fine.upper[axis][slot]), box.upper[a]);
+                }
+            }
+        }
+    }
+}
+
+TEST(ChartCommand, RefusesAMissingSceneAndLeavesNothing) {
+    const TemporaryFolder folder;
+    const Outcome outcome =
+        run({"chart", "builtin:cloth:500", "none.obj", "--quick", "--out", folder.file("charts")});
+    EXPECT_EQ(outcome.code, 3) << outcome.err;
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(ChartCommand, ReportsThatGnuplotIsMissing) {
+    const TemporaryFolder folder;
+    const Outcome outcome =
+        run({"chart", "builtin:cloth:500", "--quick", "--out", folder.file("charts")},
+            {.environment = {"PATH=" + folder.path().string()}});
+    EXPECT_EQ(outcome.code, 4) << outcome.err;
+    EXPECT_NE(outcome.err.find("gnuplot-nox"), std::string::npos) << outcome.err;
+}
+
+// morphray has become another program by then.
+TEST(ChartCommand, InterruptKeepsNoChart) {
+    const TemporaryFolder folder;
+    Started chart({"chart", "builtin:cloth:4000", "--out", folder.file("charts")});
+    for (int i = 0; i < 3000 && folder.names().empty(); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    ASSERT_FALSE(folder.names().empty());
+    chart.send(SIGINT);
+    EXPECT_EQ(chart.wait().code, 130);
+    EXPECT_TRUE(folder.names().empty());
+}
+
+}  // namespace
+}  // namespace mray::test

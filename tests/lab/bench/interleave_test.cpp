@@ -1,0 +1,53 @@
+#include "lab/bench/interleave.h"
+
+#include <gtest/gtest.h>
+
+#include "lab/bench/peer.h"
+
+namespace mray::bench {
+namespace {
+
+TEST(TimesOf, SumsMediansAndLeastTimesOfTheParts) {
+    const Samples parts[] = {{3, 1, 2}, {10, 40, 20}};
+    const Times times = times_of(parts);
+    EXPECT_EQ(times.median_ms, 22);
+    EXPECT_EQ(times.least_ms, 11);
+    EXPECT_EQ(times.rounds, (Samples{13, 41, 22}));
+}
+
+TEST(RatioOf, IsAboveOneWhereThePeerTakesLonger) {
+    const Ratio ratio = ratio_of(times_of(Samples{1, 2, 4}), times_of(Samples{6, 6, 4}));
+    EXPECT_EQ(ratio.median, 3);
+    EXPECT_EQ(ratio.least, 4);
+    EXPECT_EQ(ratio.min, 1);
+    EXPECT_EQ(ratio.max, 6);
+}
+
+TEST(TimeParts, RunsEveryMethodOnceMoreThanTimedAndPreparesBeforeEachRound) {
+    constexpr std::size_t kParts = 3;
+    constexpr int kRepeat = 2;
+    int prepared = 0;
+    std::vector<int> runs(kParts);
+    int others = 0;
+    const PartMethod methods[] = {{"a", [&] { ++prepared; }, [&](std::size_t i) { ++runs[i]; }},
+                                  {"b", {}, [&](std::size_t) { ++others; }}};
+    const std::vector<Times> times = time_parts(methods, kParts, kRepeat);
+    EXPECT_EQ(prepared, kRepeat + 1);
+    EXPECT_EQ(runs, (std::vector<int>(kParts, kRepeat + 1)));
+    EXPECT_EQ(others, static_cast<int>(kParts) * (kRepeat + 1));
+    ASSERT_EQ(times.size(), 2u);
+    EXPECT_EQ(times[0].rounds.size(), std::size_t{kRepeat});
+}
+
+TEST(FastestOfGroups, TakesTheLeastTimesOfEachGroup) {
+    std::vector<Peer> peers(5);
+    for (std::size_t i = 0; i < peers.size(); ++i) peers[i].group = i % 2 == 0 ? "even" : "odd";
+    std::vector<Times> times(5);
+    const double least[] = {3, 7, 1, 5, 2};
+    for (std::size_t i = 0; i < times.size(); ++i) times[i].least_ms = least[i];
+    EXPECT_EQ(fastest_of_groups(peers, times, 1), (std::vector<std::size_t>{2, 3}));
+    EXPECT_EQ(fastest_of_groups(peers, times, 2), (std::vector<std::size_t>{2, 4, 3, 1}));
+}
+
+}  // namespace
+}  // namespace mray::bench

@@ -1,0 +1,83 @@
+// The rays of works, and their parts.
+#include "lab/bench/trace_work.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <tuple>
+
+#include "lab/bench/compare_answers.h"
+#include "tests/lab/bench/star_works.h"
+
+namespace mray::bench {
+namespace {
+
+class TraceWorks : public StarWorks {
+protected:
+    TraceWork secondary_of(WorkKind kind, std::uint32_t samples, std::size_t most_rays) const {
+        return make_secondary_work(primary_, hits_, {&scene_.topology(), scene_.positions()}, kind,
+                                   samples, most_rays);
+    }
+};
+
+TEST_F(TraceWorks, PartsHoldEachSquareAndTileOnce) {
+    ViewSpec view;
+    view.width = 192;
+    view.height = 160;
+    const TraceWork work = make_primary_work(
+        make_image_params(view, bounds_of(scene_.world_positions()), scene_.space()));
+    for (const std::size_t count : {0, 1, 2, 4, 9, 100}) {
+        const std::vector<WorkPart> parts = work.parts(count);
+        EXPECT_EQ(parts.size(), std::clamp<std::size_t>(count, 1, 9));
+        std::size_t square = 0;
+        std::size_t tile = 0;
+        for (const WorkPart& part : parts) {
+            EXPECT_EQ(part.first_square, square);
+            EXPECT_EQ(part.first_tile, tile);
+            EXPECT_LT(part.first_square, part.end_square);
+            EXPECT_EQ(work.tiles[tile].begin, work.squares[square].begin);
+            square = part.end_square;
+            tile = part.end_tile;
+            EXPECT_EQ(work.tiles[tile - 1].end, work.squares[square - 1].end);
+        }
+        EXPECT_EQ(square, work.squares.size());
+        EXPECT_EQ(tile, work.tiles.size());
+    }
+}
+
+TEST_F(TraceWorks, PartsGiveTheAnswersOfTheWhole) {
+    for (const WorkKind kind : {WorkKind::kShadow, WorkKind::kDiffuse, WorkKind::kAo}) {
+        const TraceWork work = secondary(kind);
+        for (const OurTracer& tracer : our_tracers(bvh_, supported_simd_targets())) {
+            if (std::ranges::count(tracer.works, kind) == 0) continue;
+            TraceAnswers whole(work);
+            TraceAnswers parts(work);
+            tracer.trace(work, whole);
+            for (const WorkPart& part : work.parts(4)) tracer.trace_part(work, part, parts);
+            EXPECT_EQ(compare_answers(work, whole, parts).total(), 0u) << tracer.name;
+        }
+    }
+}
+
+TEST_F(TraceWorks, DiffuseRaysLeaveEachSurfaceInDirectionsOfTheirOwnWithoutAnEnd) {
+    const TraceWork diffuse = secondary(WorkKind::kDiffuse);
+    const TraceWork ao = secondary_of(WorkKind::kAo, 1, 1u << 30);
+    EXPECT_EQ(diffuse.name(), "diffuse");
+    EXPECT_EQ(diffuse.active_count, static_cast<std::size_t>(std::ranges::count_if(
+                                        hits_, [](const Hit& h) { return h.prim_id != kNoPrim; })));
+    ASSERT_EQ(diffuse.rays.size(), ao.rays.size());
+    std::set<std::tuple<float, float, float>> directions;
+    for (std::size_t i = 0; i < ao.rays.size(); ++i) {
+        if (diffuse.active[i] == 0) continue;
+        const vec3 dir = diffuse.rays[i].dir;
+        directions.insert({dir.x, dir.y, dir.z});
+        EXPECT_EQ(diffuse.rays[i].org, ao.rays[i].org);
+        EXPECT_EQ(diffuse.rays[i].tfar, kInfiniteT);
+    }
+    // Two of them may be equal by chance.
+    EXPECT_GT(directions.size(), diffuse.active_count - diffuse.active_count / 100);
+}
+
+}  // namespace
+}  // namespace mray::bench

@@ -1,0 +1,207 @@
+// Hits of triangles and quads, intervals of rays, and rays that hit nothing.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "morphray/device.hpp"
+#include "tests/library/embree/door.h"
+
+namespace mray {
+namespace {
+
+using namespace door_test;
+
+TEST(DoorHits, HaveTheNormalAndWeightsOfEmbree) {
+    const Door door;
+    RTCScene scene = door.committed({door.triangle()});
+    const RTCRayHit hit = trace(scene, down(0.25f, 0.5f, 2));
+    EXPECT_EQ(hit.ray.tfar, 2);
+    EXPECT_EQ(hit.hit.u, 0.25f);
+    EXPECT_EQ(hit.hit.v, 0.5f);
+    EXPECT_EQ(hit.hit.Ng_z, 1);
+    EXPECT_EQ(hit.hit.geomID, 0u);
+    EXPECT_EQ(hit.hit.primID, 0u);
+    EXPECT_EQ(hit.hit.instID[0], kInvalid);
+    // From below the normal is the same.
+    EXPECT_EQ(trace(scene, make_ray({0.25f, 0.5f, -2}, {0, 0, 1})).hit.Ng_z, 1);
+    EXPECT_TRUE(is_occluded(scene, down(0.25f, 0.5f)));
+    EXPECT_FALSE(is_occluded(scene, down(0.75f, 0.5f)));
+    rtcReleaseScene(scene);
+}
+
+TEST(DoorHits, MissesAndBadRaysChangeNoBitAndAreNoErrors) {
+    const Door door;
+    RTCScene scene = door.committed({door.triangle()});
+    for (const RTCRayHit& bad :
+         {make_ray({kNan, 0, 1}, {0, 0, -1}), make_ray({0.2f, 0.2f, 1}, {kNan, 0, -1}),
+          make_ray({0.2f, 0.2f, 1}, {0, 0, -1}, kNan),
+          make_ray({0.2f, 0.2f, 1}, {0, 0, -1}, 0, kNan),
+          make_ray({0.2f, 0.2f, kInfinity}, {0, 0, -1}),
+          make_ray({0.2f, 0.2f, 1}, {0, 0, -kInfinity}), make_ray({0.2f, 0.2f, 0}, {0, 0, 0}),
+          make_ray({0.2f, 0.2f, 1}, {0, 0, -1}, 2, 0.5f),
+          make_ray({0.2f, 0.2f, 1}, {0, 0, -1}, 0, -1), down(2, 2)}) {
+        EXPECT_TRUE(are_same(trace(scene, bad), bad));
+        RTCRay ray = bad.ray;
+        occluded1(scene, ray);
+        EXPECT_EQ(std::memcmp(&ray, &bad.ray, sizeof ray), 0);
+    }
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    rtcReleaseScene(scene);
+}
+
+TEST(DoorHits, QuadsHaveOneIdAndOneSquareOfWeights) {
+    const Door door;
+    RTCScene scene = door.committed(
+        {door.quads({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {5, 0, 0}, {6, 0, 0}, {5, 1, 0}},
+                    {{{4, 5, 6, 6}}, {{0, 1, 2, 3}}})});
+    for (const auto& [x, y] : {std::array{0.25f, 0.5f}, std::array{0.75f, 0.875f}}) {
+        const RTCRayHit hit = trace(scene, down(x, y));
+        EXPECT_EQ(hit.hit.primID, 1u);
+        EXPECT_EQ(hit.hit.u, x);
+        EXPECT_EQ(hit.hit.v, y);
+        EXPECT_EQ(hit.hit.Ng_z, 1);
+    }
+    // A quad whose last corners are one is a triangle.
+    EXPECT_EQ(trace(scene, down(5.25f, 0.5f)).hit.primID, 0u);
+    EXPECT_EQ(trace(scene, down(5.75f, 0.5f)).hit.primID, kInvalid);
+    rtcReleaseScene(scene);
+}
+
+TEST(DoorHits, TrianglesTooFarAwayAreLeftOut) {
+    const Door door;
+    const auto expect_unit_triangle = [&](RTCScene scene) {
+        const RTCRayHit hit = trace(scene, down(0.25f, 0.5f));
+        EXPECT_EQ(hit.ray.tfar, 1);
+        EXPECT_EQ(hit.hit.u, 0.25f);
+        RTCBounds bounds;
+        rtcGetSceneBounds(scene, &bounds);
+        EXPECT_EQ(bounds.lower_x, 0);
+        EXPECT_EQ(bounds.upper_x, 1);
+        EXPECT_EQ(bounds.upper_z, 0);
+    };
+    for (const float far_x : {1.9e18f, 1e19f, 1e30f, -3e38f}) {
+        RTCScene child = door.committed(
+            {door.triangles({{far_x, 0, 0}, {1, 1, 0}, {0, 0, 1}}, {{0, 1, 2}}), door.triangle()});
+        RTCGeometry instance = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_INSTANCE);
+        rtcSetGeometryInstancedScene(instance, child);
+        RTCScene scene = door.committed({instance});
+        expect_unit_triangle(child);
+        expect_unit_triangle(scene);
+        rtcReleaseScene(scene);
+        rtcReleaseScene(child);
+    }
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+}
+
+TEST(DoorHits, BoundsAreThoseOfTheCommit) {
+    const Door door;
+    std::vector<Point> vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    const std::vector<unsigned int> indices = {0, 1, 2};
+    RTCGeometry mesh = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    const auto share = [&](std::vector<Point>& positions) {
+        rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                   positions.data(), 0, sizeof(Point), 3);
+    };
+    share(vertices);
+    rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices.data(), 0,
+                               12, 1);
+    RTCScene scene = door.committed({mesh});
+    const auto upper_x = [&] {
+        RTCBounds bounds;
+        rtcGetSceneBounds(scene, &bounds);
+        return bounds.upper_x;
+    };
+    // The next frame is written in place, and then in memory of its own.
+    vertices[1][0] = 5;
+    EXPECT_EQ(upper_x(), 1);
+    std::vector<Point> next = vertices;
+    share(next);
+    vertices = {};
+    EXPECT_EQ(upper_x(), 1);
+    rtcCommitScene(scene);
+    EXPECT_EQ(upper_x(), 5);
+    next[1][0] = 6;
+    rtcUpdateGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0);
+    EXPECT_EQ(upper_x(), 5);
+    rtcCommitScene(scene);
+    EXPECT_EQ(upper_x(), 6);
+    rtcReleaseScene(scene);
+}
+
+TEST(DoorHits, StridesAndSharedBuffersAreRead) {
+    const Door door;
+    struct Vertex {
+        float normal[3];
+        Point position;
+        float rest;
+    };
+    const std::vector<Vertex> vertices = {
+        {{}, {0, 0, 0}, 0}, {{}, {1, 0, 0}, 0}, {{}, {0, 1, 0}, 0}};
+    const std::vector<std::array<unsigned int, 5>> indices = {{9, 9, 0, 1, 2}};
+    RTCGeometry mesh = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, vertices.data(),
+                               12, sizeof(Vertex), vertices.size());
+    rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices.data(), 8,
+                               20, 1);
+    RTCScene scene = door.committed({mesh});
+    EXPECT_EQ(trace(scene, down(0.25f, 0.5f)).hit.v, 0.5f);
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    rtcReleaseScene(scene);
+}
+
+TEST(DoorHits, BoundsAreThoseOfTriangles) {
+    const Door door;
+    // Two vertices belong to no triangle. They stretch no scene so far that the triangle is a
+    // point.
+    RTCScene scene = door.committed({door.triangles(
+        {{-1, 0, 0}, {1, 0, 2}, {9, 9, 9}, {0, 3, 0}, {-3e38f, 2e38f, 1e38f}}, {{0, 1, 3}})});
+    const RTCRayHit hit = trace(scene, down(0, 1, 3));
+    EXPECT_NEAR(hit.hit.v, 1 / 3.0f, 1e-6f);
+    RTCBounds bounds;
+    rtcGetSceneBounds(scene, &bounds);
+    EXPECT_EQ(bounds.lower_x, -1);
+    EXPECT_EQ(bounds.upper_x, 1);
+    EXPECT_EQ(bounds.upper_y, 3);
+    EXPECT_EQ(bounds.upper_z, 2);
+    RTCLinearBounds linear = {};
+    rtcGetSceneLinearBounds(scene, &linear);
+    for (const RTCBounds& each : {linear.bounds0, linear.bounds1}) {
+        EXPECT_EQ(each.lower_x, -1);
+        EXPECT_EQ(each.upper_z, 2);
+    }
+    rtcGetSceneLinearBounds(scene, nullptr);
+    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_ARGUMENT);
+    RTCScene empty = door.committed({});
+    rtcGetSceneBounds(empty, &bounds);
+    EXPECT_EQ(bounds.lower_x, kInfinity);
+    EXPECT_EQ(bounds.upper_x, -kInfinity);
+    EXPECT_EQ(trace(empty, down(0, 0)).hit.geomID, kInvalid);
+    EXPECT_FALSE(is_occluded(empty, down(0, 0)));
+    rtcReleaseScene(scene);
+    rtcReleaseScene(empty);
+}
+
+TEST(DoorHits, SettingsChooseTheInstructionSetAndThreads) {
+    const std::vector<std::string> have = morphray::simd_targets();
+    const bool has_scalar = std::find(have.begin(), have.end(), "scalar") != have.end();
+    const std::string sse2 = has_scalar ? "scalar" : "";
+    const std::pair<const char*, morphray::CpuOptions> cases[] = {
+        {"verbose=1,tri_accel=bvh4.triangle4", {}},
+        {"threads=2,isa=sse2,verbose=1", {2, sse2}},
+        {" Verbose = 2, MAX_ISA = SSE2 , threads = 1", {1, sse2}},
+        {"isa=none,threads=-3,verbose=1", {}}};
+    for (const auto& [settings, options] : cases) {
+        testing::internal::CaptureStderr();
+        { const Door door(settings); }
+        EXPECT_EQ(
+            testing::internal::GetCapturedStderr(),
+            "morphray: in place of Embree, " + morphray::Device::cpu(options).description() + "\n")
+            << settings;
+    }
+}
+
+}  // namespace
+}  // namespace mray

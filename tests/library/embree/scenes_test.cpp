@@ -1,0 +1,208 @@
+// Commits: updates, refits, geometries that come and go, instances.
+#include <gtest/gtest.h>
+
+#include "tests/library/embree/door.h"
+
+namespace mray {
+namespace {
+
+using namespace door_test;
+
+int monitor_calls = 0;
+bool count_calls(void*, ssize_t, bool) {
+    ++monitor_calls;
+    return true;
+}
+
+TEST(DoorScenes, MovedPositionsBuildNothing) {
+    for (const RTCBuildQuality quality : {RTC_BUILD_QUALITY_REFIT, RTC_BUILD_QUALITY_MEDIUM}) {
+        const Door door;
+        // A build tells the monitor of its memory; a refit takes none.
+        rtcSetDeviceMemoryMonitorFunction(door.device, count_calls, nullptr);
+        Waves waves(24);
+        RTCGeometry mesh = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_TRIANGLE);
+        rtcSetGeometryBuildQuality(mesh, quality);
+        rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                   waves.vertices.data(), 0, sizeof(Point), waves.vertices.size());
+        rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                   waves.indices.data(), 0, 12, waves.indices.size());
+        RTCScene scene = door.committed({mesh});
+        EXPECT_GT(monitor_calls, 0);
+        monitor_calls = 0;
+        for (int frame = 1; frame < 10; ++frame) {
+            for (Point& vertex : waves.vertices) vertex[2] += 0.01f;
+            rtcUpdateGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0);
+            rtcCommitGeometry(mesh);
+            rtcCommitScene(scene);
+        }
+        EXPECT_EQ(monitor_calls, 0);
+        rtcUpdateGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0);
+        rtcCommitScene(scene);
+        EXPECT_GT(monitor_calls, 0);
+        EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+        rtcReleaseScene(scene);
+    }
+}
+
+TEST(DoorScenes, PositionsWrittenInPlaceAreSeenAfterBothCommits) {
+    const Door door;
+    RTCGeometry mesh = door.triangle();
+    RTCScene scene = door.committed({mesh});
+    for (const float z : {-1.0f, -2.0f, -3.0f}) {
+        auto* const points =
+            static_cast<Point*>(rtcGetGeometryBufferData(mesh, RTC_BUFFER_TYPE_VERTEX, 0));
+        for (int i = 0; i < 3; ++i) points[i][2] = z;
+        if (z == -2) rtcSetGeometryMask(mesh, kInvalid);
+        rtcCommitGeometry(mesh);
+        EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).ray.tfar, -z);
+        rtcCommitScene(scene);
+        EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).ray.tfar, 1 - z);
+    }
+    rtcReleaseScene(scene);
+}
+
+TEST(DoorScenes, GeometriesTakeTheLowestFreeIdOrThatOfTheCaller) {
+    const Door door;
+    RTCGeometry mesh = door.triangle();
+    RTCScene scene = rtcNewScene(door.device);
+    for (unsigned int id = 0; id < 6; ++id) EXPECT_EQ(rtcAttachGeometry(scene, mesh), id);
+    for (const unsigned int id : {4, 1}) rtcDetachGeometry(scene, id);
+    rtcAttachGeometryByID(scene, mesh, 6);
+    for (const unsigned int id : {1, 4, 7}) EXPECT_EQ(rtcAttachGeometry(scene, mesh), id);
+    // The second one is within the table of pointers, which the first one is not.
+    const std::vector<unsigned int> far_ids = {(1u << 20) + 33, (1u << 20) + 35, 1u << 28};
+    for (const unsigned int id : far_ids) rtcAttachGeometryByID(scene, mesh, id);
+    for (const unsigned int id : far_ids) EXPECT_EQ(rtcGetGeometry(scene, id), mesh) << id;
+    EXPECT_EQ(rtcGetGeometry(scene, (1u << 20) + 34), nullptr);
+    rtcSetGeometryUserData(mesh, &scene);
+    EXPECT_EQ(rtcGetGeometryUserData(mesh), &scene);
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    rtcReleaseGeometry(mesh);
+    rtcReleaseScene(scene);
+}
+
+TEST(DoorScenes, NewBuffersReplaceTheOldOnes) {
+    const Door door;
+    RTCScene scene = door.committed({door.triangle()});
+    const std::vector<Point> moved = {{0, 0, -4}, {1, 0, -4}, {0, 1, -4}};
+    rtcSetSharedGeometryBuffer(rtcGetGeometry(scene, 0), RTC_BUFFER_TYPE_VERTEX, 0,
+                               RTC_FORMAT_FLOAT3, moved.data(), 0, sizeof(Point), 3);
+    rtcCommitScene(scene);
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).ray.tfar, 5);
+    RTCBuffer buffer = rtcNewBuffer(door.device, 3 * sizeof(Point));
+    std::memcpy(rtcGetBufferData(buffer), moved.data(), 3 * sizeof(Point));
+    static_cast<Point*>(rtcGetBufferData(buffer))[0][2] = 0;
+    rtcSetGeometryBuffer(rtcGetGeometry(scene, 0), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                         buffer, 0, sizeof(Point), 3);
+    rtcReleaseBuffer(buffer);
+    rtcCommitScene(scene);
+    EXPECT_EQ(trace(scene, down(0, 0)).ray.tfar, 1);
+    rtcReleaseScene(scene);
+}
+
+TEST(DoorScenes, InstancesTakeAllLayoutsOfTransformations) {
+    const Door door;
+    RTCScene child = door.committed({door.triangle(), door.triangle(-1)});
+    // x and y change places, everything is twice as large and moved by (10, 20, 30).
+    const std::vector<float> rows = {0, 2, 0, 10, 2, 0, 0, 20, 0, 0, 2, 30};
+    const std::vector<float> columns = {0, 2, 0, 2, 0, 0, 0, 0, 2, 10, 20, 30};
+    std::vector<float> rows4 = rows;
+    rows4.insert(rows4.end(), {0, 0, 0, 1});
+    const std::vector<float> columns4 = {0, 2, 0, 0, 2, 0, 0, 0, 0, 0, 2, 0, 10, 20, 30, 1};
+    const std::pair<RTCFormat, std::vector<float>> layouts[] = {
+        {RTC_FORMAT_FLOAT3X4_ROW_MAJOR, rows},
+        {RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns},
+        {RTC_FORMAT_FLOAT4X4_ROW_MAJOR, rows4},
+        {RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, columns4}};
+    for (const auto& [format, floats] : layouts) {
+        RTCScene scene = instance_of(door, child, format, floats);
+        const RTCRayHit hit = trace(scene, down(11, 20.5f, 40));
+        EXPECT_EQ(hit.ray.tfar, 10);
+        EXPECT_EQ(hit.hit.instID[0], 1u);
+        EXPECT_EQ(hit.hit.geomID, 0u);
+        EXPECT_EQ(hit.hit.u, 0.25f);
+        EXPECT_EQ(hit.hit.v, 0.5f);
+        // In the space of the child.
+        EXPECT_EQ(hit.hit.Ng_z, 1);
+        std::vector<float> read(floats.size());
+        rtcGetGeometryTransform(rtcGetGeometry(scene, 1), 0, format, read.data());
+        EXPECT_EQ(read, floats);
+        rtcReleaseScene(scene);
+    }
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    rtcReleaseScene(child);
+}
+
+TEST(DoorScenes, InstancesOfInstancesAndQuaternions) {
+    const Door door;
+    RTCScene child = door.committed({door.triangle()});
+    RTCScene middle = instance_of(door, child, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
+                                  {1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0});
+    RTCGeometry instance = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(instance, middle);
+    RTCQuaternionDecomposition parts;
+    rtcInitQuaternionDecomposition(&parts);
+    // A quarter turn about z, by a quaternion of any length, then up by 2.
+    rtcQuaternionDecompositionSetQuaternion(&parts, 3, 0, 0, 3);
+    rtcQuaternionDecompositionSetTranslation(&parts, 0, 0, 2);
+    rtcSetGeometryTransformQuaternion(instance, 0, &parts);
+    RTCScene scene = door.committed({instance});
+    // (5.25, 0.5, 0) of the middle scene is at (-0.5, 5.25, 2).
+    const RTCRayHit hit = trace(scene, down(-0.5f, 5.25f, 3));
+    EXPECT_NEAR(hit.ray.tfar, 1, 1e-6);
+    EXPECT_NEAR(hit.hit.u, 0.25f, 1e-5);
+    EXPECT_EQ(hit.hit.instID[0], 0u);
+    // A moved instance is followed.
+    rtcQuaternionDecompositionSetTranslation(&parts, 0, 0, 1);
+    rtcSetGeometryTransformQuaternion(instance, 0, &parts);
+    rtcCommitGeometry(instance);
+    rtcCommitScene(scene);
+    EXPECT_NEAR(trace(scene, down(-0.5f, 5.25f, 3)).ray.tfar, 2, 1e-6);
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    for (RTCScene each : {scene, middle, child}) rtcReleaseScene(each);
+}
+
+TEST(DoorScenes, InterpolationFollowsTrianglesAndQuads) {
+    const Door door;
+    RTCGeometry quad = door.quads({{0, 0, 0}, {2, 0, 0}, {2, 1, 1}, {0, 1, 0}}, {{{0, 1, 2, 3}}});
+    float p[3];
+    float du[3];
+    float dv[3];
+    float zero[3] = {1, 1, 1};
+    rtcInterpolate2(quad, 0, 0.25f, 0.5f, RTC_BUFFER_TYPE_VERTEX, 0, p, du, dv, zero, zero, zero,
+                    3);
+    EXPECT_EQ(p[0], 0.5f);
+    EXPECT_EQ(p[1], 0.5f);
+    EXPECT_EQ(du[0], 2);
+    EXPECT_EQ(dv[1], 1);
+    EXPECT_EQ(zero[0], 0);
+    rtcInterpolate0(quad, 0, 0.75f, 0.75f, RTC_BUFFER_TYPE_VERTEX, 0, p, 3);
+    EXPECT_EQ(p[0], 1.5f);
+    EXPECT_EQ(p[2], 0.5f);
+    const float weights[] = {1, 2, 3, 4};
+    rtcSetGeometryVertexAttributeCount(quad, 1);
+    rtcSetSharedGeometryBuffer(quad, RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE, 0, RTC_FORMAT_FLOAT, weights,
+                               0, 4, 4);
+    rtcInterpolate0(quad, 0, 0.5f, 0, RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE, 0, p, 1);
+    EXPECT_EQ(p[0], 1.5f);
+    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    rtcReleaseGeometry(quad);
+}
+
+TEST(DoorScenes, InstancesOfAnotherSceneAreSeenAfterACommit) {
+    const Door door;
+    RTCScene first = door.committed({door.triangle()});
+    RTCScene second = door.committed({door.triangle(-1)});
+    RTCGeometry instance = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(instance, first);
+    RTCScene scene = door.committed({instance});
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).ray.tfar, 1);
+    rtcSetGeometryInstancedScene(instance, second);
+    rtcCommitGeometry(instance);
+    rtcCommitScene(scene);
+    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).ray.tfar, 2);
+    for (RTCScene each : {scene, first, second}) rtcReleaseScene(each);
+}
+
+}  // namespace
+}  // namespace mray

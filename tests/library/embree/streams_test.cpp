@@ -1,0 +1,200 @@
+// Packets and streams answer as single rays do, bit for bit.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/library/embree/door.h"
+
+namespace mray {
+namespace {
+
+using namespace door_test;
+
+/// Camera rays row by row, which are traced in packets, and rays of all directions.
+std::vector<RTCRayHit> mixed_rays() {
+    std::vector<RTCRayHit> rays;
+    for (int y = 0; y < 40; ++y)
+        for (int x = 0; x < 48; ++x)
+            rays.push_back(make_ray({0.5f, 0.5f, 2}, {0.012f * static_cast<float>(x - 24),
+                                                      0.012f * static_cast<float>(y - 20), -1}));
+    for (int i = 0; i < 500; ++i) {
+        const float a = 0.7f * static_cast<float>(i);
+        rays.push_back(make_ray({std::sin(a), std::cos(3 * a), 0.3f},
+                                {std::cos(a), std::sin(2 * a), -0.2f * std::sin(a)}));
+    }
+    for (std::size_t i = 0; i < rays.size(); ++i) rays[i].ray.id = static_cast<unsigned int>(i);
+    return rays;
+}
+
+class DoorStreams : public testing::Test {
+protected:
+    DoorStreams() {
+        const Waves waves(40);
+        scene_ =
+            door_.committed({door_.triangles(waves.vertices, waves.indices), door_.triangle()});
+        for (RTCRayHit& ray : expected_) intersect1(scene_, ray);
+        for (const RTCRayHit& ray : mixed_rays()) {
+            RTCRay occluded = ray.ray;
+            occluded1(scene_, occluded);
+            occluded_.push_back(occluded);
+        }
+    }
+    ~DoorStreams() override {
+        EXPECT_EQ(door_.error(), RTC_ERROR_NONE);
+        rtcReleaseScene(scene_);
+    }
+
+    void expect_hits(const std::vector<RTCRayHit>& rays) const {
+        ASSERT_EQ(rays.size(), expected_.size());
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            ASSERT_TRUE(are_same(rays[i], expected_[i])) << i;
+    }
+    void expect_occlusion(const std::vector<RTCRay>& rays) const {
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            ASSERT_EQ(std::memcmp(&rays[i], &occluded_[i], sizeof(RTCRay)), 0) << i;
+    }
+
+    template <class Packet, class RayPacket, std::size_t n, class Intersect, class Occluded>
+    void check_packets(Intersect intersect, Occluded occluded) const {
+        std::vector<RTCRayHit> rays = mixed_rays();
+        std::vector<RTCRay> shadows(rays.size());
+        for (std::size_t first = 0; first < rays.size(); first += n) {
+            Packet packet;
+            std::memset(&packet, 0x5A, sizeof packet);
+            alignas(64) int valid[n];
+            auto* const floats = reinterpret_cast<float*>(&packet);
+            for (std::size_t i = 0; i < n; ++i) {
+                // Some lanes are off.
+                const bool is_on = first + i < rays.size() && (first + i) % 7 != 0;
+                valid[i] = is_on ? -1 : 0;
+                if (!is_on) continue;
+                const auto* const from = reinterpret_cast<const float*>(&rays[first + i]);
+                for (std::size_t k = 0; k < kMembers; ++k)
+                    std::memcpy(&floats[k * n + i], &from[k], 4);
+            }
+            RayPacket shadow;
+            std::memcpy(&shadow, &packet, sizeof shadow);
+            const Packet before = packet;
+            trace_packet(intersect, valid, scene_, &packet);
+            trace_packet(occluded, valid, scene_, &shadow);
+            const auto* const old = reinterpret_cast<const float*>(&before);
+            const auto* const dark = reinterpret_cast<const float*>(&shadow);
+            for (std::size_t i = 0; i < n; ++i) {
+                if (valid[i] == 0) {
+                    for (std::size_t k = 0; k < kMembers; ++k)
+                        ASSERT_EQ(std::memcmp(&floats[k * n + i], &old[k * n + i], 4), 0);
+                    if (first + i < rays.size()) {
+                        intersect1(scene_, rays[first + i]);
+                        shadows[first + i] = occluded_[first + i];
+                    }
+                    continue;
+                }
+                auto* const to = reinterpret_cast<float*>(&rays[first + i]);
+                for (std::size_t k = 0; k < kMembers; ++k)
+                    std::memcpy(&to[k], &floats[k * n + i], 4);
+                auto* const ray = reinterpret_cast<float*>(&shadows[first + i]);
+                for (std::size_t k = 0; k < 12; ++k) std::memcpy(&ray[k], &dark[k * n + i], 4);
+            }
+        }
+        expect_hits(rays);
+        expect_occlusion(shadows);
+    }
+
+    static constexpr std::size_t kMembers = MORPHRAY_EMBREE == 3 ? 20 : 21;
+    Door door_;
+    RTCScene scene_;
+    std::vector<RTCRayHit> expected_ = mixed_rays();
+    std::vector<RTCRay> occluded_;
+};
+
+TEST_F(DoorStreams, PacketsEqualSingleRays) {
+    check_packets<RTCRayHit4, RTCRay4, 4>(rtcIntersect4, rtcOccluded4);
+    check_packets<RTCRayHit8, RTCRay8, 8>(rtcIntersect8, rtcOccluded8);
+    check_packets<RTCRayHit16, RTCRay16, 16>(rtcIntersect16, rtcOccluded16);
+}
+
+#if MORPHRAY_EMBREE == 3
+
+std::vector<RTCRay> rays_of(const std::vector<RTCRayHit>& hits) {
+    std::vector<RTCRay> rays;
+    for (const RTCRayHit& hit : hits) rays.push_back(hit.ray);
+    return rays;
+}
+
+TEST_F(DoorStreams, StreamsOfRaysEqualSingleRays) {
+    Query query;
+    std::vector<RTCRayHit> rays = mixed_rays();
+    const auto count = static_cast<unsigned int>(rays.size());
+    std::vector<RTCRay> shadows = rays_of(rays);
+    rtcIntersect1M(scene_, &query.context, rays.data(), count, sizeof(RTCRayHit));
+    rtcOccluded1M(scene_, &query.context, shadows.data(), count, sizeof(RTCRay));
+    expect_hits(rays);
+    expect_occlusion(shadows);
+
+    rays = mixed_rays();
+    shadows = rays_of(rays);
+    std::vector<RTCRayHit*> pointers;
+    std::vector<RTCRay*> shadow_pointers;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        pointers.push_back(&rays[i]);
+        shadow_pointers.push_back(&shadows[i]);
+    }
+    rtcIntersect1Mp(scene_, &query.context, pointers.data(), count);
+    rtcOccluded1Mp(scene_, &query.context, shadow_pointers.data(), count);
+    expect_hits(rays);
+    expect_occlusion(shadows);
+}
+
+TEST_F(DoorStreams, LongStreamsAreTracedToTheEnd) {
+    // More than are traced at a time.
+    const std::vector<RTCRayHit> once = mixed_rays();
+    std::vector<RTCRayHit> rays;
+    while (rays.size() < 140'000) rays.insert(rays.end(), once.begin(), once.end());
+    Query query;
+    rtcIntersect1M(scene_, &query.context, rays.data(), static_cast<unsigned int>(rays.size()),
+                   sizeof(RTCRayHit));
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        ASSERT_TRUE(are_same(rays[i], expected_[i % once.size()])) << i;
+}
+
+TEST_F(DoorStreams, StreamsOfPacketsAndArraysEqualSingleRays) {
+    Query query;
+    std::vector<RTCRayHit> rays = mixed_rays();
+    // 605 packets of 4, with a gap behind each; one packet of all, and arrays.
+    constexpr unsigned int kN = 4;
+    const auto m = static_cast<unsigned int>(rays.size() / kN);
+    const std::size_t stride = kN * 80 + 16;
+    std::vector<char> bytes(m * stride);
+    const auto at = [&](std::size_t i, std::size_t k) {
+        return reinterpret_cast<float*>(bytes.data() + i / kN * stride) + k * kN + i % kN;
+    };
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        for (std::size_t k = 0; k < 20; ++k)
+            std::memcpy(at(i, k), reinterpret_cast<const float*>(&rays[i]) + k, 4);
+    rtcIntersectNM(scene_, &query.context, reinterpret_cast<RTCRayHitN*>(bytes.data()), kN, m,
+                   stride);
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        for (std::size_t k = 0; k < 20; ++k)
+            std::memcpy(reinterpret_cast<float*>(&rays[i]) + k, at(i, k), 4);
+    expect_hits(rays);
+
+    const std::vector<RTCRayHit> asked = mixed_rays();
+    const auto n = static_cast<unsigned int>(asked.size());
+    std::vector<std::vector<float>> arrays(20, std::vector<float>(n));
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t k = 0; k < 20; ++k)
+            std::memcpy(&arrays[k][i], reinterpret_cast<const float*>(&asked[i]) + k, 4);
+    RTCRayHitNp pointers;
+    auto* const members = reinterpret_cast<float**>(&pointers);
+    for (std::size_t k = 0; k < 20; ++k) members[k] = arrays[k].data();
+    rtcIntersectNp(scene_, &query.context, &pointers, n);
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t k = 0; k < 20; ++k)
+            std::memcpy(reinterpret_cast<float*>(&rays[i]) + k, &arrays[k][i], 4);
+    expect_hits(rays);
+}
+
+#endif
+
+}  // namespace
+}  // namespace mray

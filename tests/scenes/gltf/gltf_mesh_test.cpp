@@ -1,0 +1,476 @@
+// Meshes, nodes and materials of glTF files.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/scenes/gltf/gltf_builder.h"
+#include "tests/scenes/gltf/opened_gltf.h"
+
+namespace mray {
+namespace {
+
+using namespace test;
+
+using Triangles = std::vector<uvec3>;
+
+/// Five points of a strip.
+const std::vector<float> kFive = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 2, 0};
+
+GltfBuilder five_points(int mode, const std::vector<std::uint8_t>& indices = {}) {
+    GltfBuilder builder;
+    Json more = {{"mode", mode}};
+    if (!indices.empty()) more["indices"] = builder.add_accessor(indices, "SCALAR");
+    builder.add(
+        "nodes",
+        {{"mesh", builder.add_mesh({{"POSITION", builder.add_accessor(kFive, "VEC3")}}, more)}});
+    return builder;
+}
+
+TEST(GltfMesh, IsReadFromTextAndFromBinary) {
+    const GltfBuilder builder = triangle_file();
+    for (const auto& [bytes, name] :
+         {std::pair(builder.gltf(), "a.gltf"), std::pair(builder.glb(), "a.glb"),
+          std::pair(builder.glb(), "a.GLB")}) {
+        const OpenedGltf scene(bytes, {}, name);
+        EXPECT_EQ(scene.clip().topology().triangles, (Triangles{{0, 1, 2}}));
+        EXPECT_EQ(scene.at(0), (std::vector<vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
+        EXPECT_EQ(scene.clip().last_frame(), 0);
+        EXPECT_FALSE(scene.clip().fps());
+        EXPECT_TRUE(scene.warnings().empty());
+    }
+}
+
+TEST(GltfMesh, BufferInAFileBesideIt) {
+    GltfBuilder builder = triangle_file();
+    TemporaryFolder folder;
+    folder.write("sub/my buffer.bin", builder.bytes);
+    builder.json["buffers"] = {
+        {{"byteLength", builder.bytes.size()}, {"uri", "sub/my%20buffer.bin"}}};
+    const std::string path = folder.write("scene.gltf", builder.gltf());
+    EXPECT_EQ(open_scene(path)->topology().triangles.size(), 1u);
+}
+
+TEST(GltfMesh, StripsAndFansAreTrianglesInTheOrderOfTheSpecification) {
+    EXPECT_EQ(OpenedGltf(five_points(5).gltf()).clip().topology().triangles,
+              (Triangles{{0, 1, 2}, {1, 3, 2}, {2, 3, 4}}));
+    EXPECT_EQ(OpenedGltf(five_points(6).gltf()).clip().topology().triangles,
+              (Triangles{{1, 2, 0}, {2, 3, 0}, {3, 4, 0}}));
+    EXPECT_EQ(OpenedGltf(five_points(5, {4, 3, 2, 0}).gltf()).clip().topology().triangles,
+              (Triangles{{4, 3, 2}, {3, 0, 2}}));
+}
+
+TEST(GltfMesh, IndicesOfAllTypes) {
+    const auto triangles = [](auto type) {
+        using T = decltype(type);
+        GltfBuilder builder;
+        const Json more = {{"indices", builder.add_accessor<T>({2, 1, 0, 3, 4, 2}, "SCALAR")}};
+        builder.add("nodes",
+                    {{"mesh", builder.add_mesh({{"POSITION", builder.add_accessor(kFive, "VEC3")}},
+                                               more)}});
+        return OpenedGltf(builder.gltf()).clip().topology().triangles;
+    };
+    const Triangles expected = {{2, 1, 0}, {3, 4, 2}};
+    EXPECT_EQ(triangles(std::uint8_t{}), expected);
+    EXPECT_EQ(triangles(std::uint16_t{}), expected);
+    EXPECT_EQ(triangles(std::uint32_t{}), expected);
+}
+
+TEST(GltfMesh, PointsAndLinesAreLeftOutWithAWarning) {
+    GltfBuilder builder = triangle_file();
+    Json line = builder.json["meshes"][0]["primitives"][0];
+    line["mode"] = 1;
+    builder.json["meshes"][0]["primitives"].push_back(line);
+    const OpenedGltf scene(builder.gltf());
+    EXPECT_EQ(scene.clip().topology().triangles.size(), 1u);
+    ASSERT_EQ(scene.warnings().size(), 1u);
+    EXPECT_NE(scene.warnings()[0].find("meshes[0].primitives[1]: points or lines"),
+              std::string::npos)
+        << scene.warnings()[0];
+
+    EXPECT_EQ(gltf_error(five_points(0).gltf()), "scene.gltf: its scene has no triangles");
+    EXPECT_EQ(gltf_error(five_points(0).gltf(), {.lenient = true}),
+              "scene.gltf: its scene has no triangles");
+    const OpenedGltf empty(five_points(0).gltf(), {.allow_empty = true});
+    EXPECT_TRUE(empty.clip().topology().triangles.empty());
+    EXPECT_TRUE(empty.clip().bounds().empty());
+}
+
+TEST(GltfNodes, TransformationsMultiplyDownTheTree) {
+    GltfBuilder builder;
+    const int mesh = builder.add_triangle();
+    const double h = std::sqrt(0.5);
+    // A quarter turn about z and twice the size, 10 to the right; in it, 1 along its own x.
+    builder.add("nodes", {{"translation", {10, 0, 0}},
+                          {"rotation", {0, 0, h, h}},
+                          {"scale", {2, 2, 2}},
+                          {"children", {1}}});
+    builder.add("nodes", {{"translation", {1, 0, 0}}, {"mesh", mesh}});
+    // The same by matrices, in columns.
+    builder.add("nodes", {{"matrix", {0, 2, 0, 0, -2, 0, 0, 0, 0, 0, 2, 0, 10, 0, 0, 1}},
+                          {"children", {3}}});
+    builder.add("nodes",
+                {{"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 1}}, {"mesh", mesh}});
+    const OpenedGltf scene(builder.gltf());
+    const std::vector<vec3> p = scene.at(0);
+    ASSERT_EQ(p.size(), 6u);
+    for (const std::size_t first : {0u, 3u}) {
+        expect_point(p[first], 10, 2, 0);
+        expect_point(p[first + 1], 10, 4, 0);
+        expect_point(p[first + 2], 8, 2, 0);
+    }
+}
+
+TEST(GltfNodes, MirroredMeshesKeepTheirOutside) {
+    GltfBuilder builder;
+    const int mesh = builder.add_triangle();
+    builder.add("nodes", {{"mesh", mesh}, {"scale", {-1, 1, 1}}, {"children", {1, 2}}});
+    // Mirrored twice, and by a matrix below one that does not mirror.
+    builder.add("nodes", {{"mesh", mesh}, {"scale", {1, -2, 1}}});
+    builder.add("nodes", {{"mesh", mesh}, {"scale", {2, 2, 2}}});
+    builder.add("nodes",
+                {{"mesh", mesh}, {"matrix", {0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}});
+    const OpenedGltf scene(builder.gltf());
+    const std::vector<uvec3>& triangles = scene.clip().topology().triangles;
+    ASSERT_EQ(triangles.size(), 4u);
+    EXPECT_EQ(triangles[0], uvec3(0, 2, 1));
+    EXPECT_EQ(triangles[1], uvec3(3, 4, 5));
+    EXPECT_EQ(triangles[2], uvec3(6, 8, 7));
+    EXPECT_EQ(triangles[3], uvec3(9, 11, 10));
+}
+
+TEST(GltfNodes, InstancesAreBakedDepthFirst) {
+    GltfBuilder builder;
+    const int mesh = builder.add_triangle();
+    builder.add("nodes", {{"children", {2, 1}}, {"mesh", mesh}});
+    builder.add("nodes", {{"mesh", mesh}, {"translation", {1, 0, 0}}});
+    builder.add("nodes", {{"children", {3}}, {"mesh", mesh}, {"translation", {2, 0, 0}}});
+    builder.add("nodes", {{"mesh", mesh}, {"translation", {0, 3, 0}}});
+    const OpenedGltf scene(builder.gltf());
+    const std::vector<vec3> p = scene.at(0);
+    ASSERT_EQ(p.size(), 12u);
+    EXPECT_EQ(p[0], vec3(0, 0, 0));
+    EXPECT_EQ(p[3], vec3(2, 0, 0));
+    EXPECT_EQ(p[6], vec3(2, 3, 0));
+    EXPECT_EQ(p[9], vec3(1, 0, 0));
+    EXPECT_EQ(scene.clip().topology().triangles[3], uvec3(9, 10, 11));
+}
+
+TEST(GltfNodes, TheDefaultSceneIsShown) {
+    GltfBuilder builder;
+    const int mesh = builder.add_triangle();
+    for (const int x : {1, 2, 3})
+        builder.add("nodes", {{"mesh", mesh}, {"translation", {x, 0, 0}}});
+    const auto xs = [&] {
+        const OpenedGltf scene(builder.gltf());
+        std::vector<float> result;
+        const std::vector<vec3> p = scene.at(0);
+        for (std::size_t i = 0; i < p.size(); i += 3) result.push_back(p[i].x);
+        return result;
+    };
+    EXPECT_EQ(xs(), (std::vector<float>{1, 2, 3}));
+    builder.json["scenes"] = {{{"nodes", {1}}}, {{"nodes", {2, 0}}}};
+    EXPECT_EQ(xs(), (std::vector<float>{2}));
+    builder.json["scene"] = 1;
+    EXPECT_EQ(xs(), (std::vector<float>{3, 1}));
+}
+
+/// A chain of four nodes, each 1 to the right of its parent and with the triangle, and a fifth node
+/// 100 to the right.
+GltfBuilder chain_of_four() {
+    GltfBuilder builder;
+    const int mesh = builder.add_triangle();
+    for (const int child : {1, 2, 3})
+        builder.add("nodes", {{"mesh", mesh}, {"translation", {1, 0, 0}}, {"children", {child}}});
+    builder.add("nodes", {{"mesh", mesh}, {"translation", {1, 0, 0}}});
+    builder.add("nodes", {{"mesh", mesh}, {"translation", {100, 0, 0}}});
+    return builder;
+}
+
+TEST(GltfNodes, ListedNodesWithParentsAreDrawnOnceWhereTheirParentsPlaceThem) {
+    GltfBuilder builder = chain_of_four();
+    const auto expect_xs = [&](const std::vector<int>& listed, const std::vector<float>& expected,
+                               const char* warning) {
+        builder.json["scenes"] = {{{"nodes", listed}}};
+        const OpenedGltf scene(builder.gltf());
+        const std::vector<vec3> p = scene.at(0);
+        std::vector<float> xs;
+        for (std::size_t i = 0; i < p.size(); i += 3) xs.push_back(p[i].x);
+        EXPECT_EQ(xs, expected);
+        ASSERT_EQ(scene.warnings().size(), 1u);
+        EXPECT_NE(scene.warnings()[0].find(warning), std::string::npos) << scene.warnings()[0];
+    };
+    // Children of listed nodes, before and after them; also with a node between that is not listed.
+    expect_xs(
+        {3, 4, 0, 1}, {100, 1, 2, 3, 4},
+        "scene.gltf: warning: scenes[0].nodes[0]: is 3, which has a parent; it is drawn once, "
+        "where its parents place it (and 1 more)");
+    expect_xs({4, 1, 3}, {100, 2, 3, 4}, "scenes[0].nodes[1]: is 1, which has a parent");
+    // A parent outside of the scene is not drawn.
+    expect_xs({3}, {4}, "scenes[0].nodes[0]: is 3, which has a parent");
+}
+
+TEST(GltfNodes, ParentsOutsideOfTheSceneMoveTheNodesThatItLists) {
+    GltfBuilder builder = chain_of_four();
+    builder.json["scenes"] = {{{"nodes", {2}}}};
+    builder.add_animation(0, "translation", {0, 1},
+                          builder.add_accessor<float>({0, 0, 0, 24, 0, 0}, "VEC3"));
+    const OpenedGltf scene(builder.gltf());
+    EXPECT_EQ(scene.clip().topology().vertex_count, 6u);
+    EXPECT_EQ(scene.at(12)[0], vec3(14, 0, 0));
+    EXPECT_EQ(scene.at(12)[3], vec3(15, 0, 0));
+    EXPECT_EQ(scene.clip().bounds().lower[0], 2);
+}
+
+TEST(GltfNodes, AChainOfFiftyThousandIsNoRecursion) {
+    GltfBuilder builder;
+    const int mesh = builder.add_triangle();
+    constexpr int kLength = 50000;
+    Json nodes = Json::array();
+    for (int i = 0; i + 1 < kLength; ++i)
+        nodes.push_back({{"children", {i + 1}}, {"translation", {1, 0, 0}}});
+    nodes.push_back({{"mesh", mesh}});
+    builder.json["nodes"] = nodes;
+    EXPECT_EQ(OpenedGltf(builder.gltf()).at(0)[0], vec3(kLength - 1, 0, 0));
+    // All listed, the last one first.
+    Json listed = Json::array();
+    for (int i = 0; i < kLength; ++i) listed.push_back(kLength - 1 - i);
+    builder.json["scenes"] = {{{"nodes", listed}}};
+    const OpenedGltf scene(builder.gltf());
+    EXPECT_EQ(scene.clip().topology().vertex_count, 3u);
+    EXPECT_EQ(scene.at(0)[0], vec3(kLength - 1, 0, 0));
+}
+
+TEST(GltfAccessors, InterleavedNormalizedAndSparse) {
+    GltfBuilder builder;
+    // Position and four bytes of something else, in turns.
+    const int view = builder.add_view<float>({0, 0, 0, 9, 1, 0, 0, 9, 0, 1, 0, 9}, 16);
+    const int replaced = builder.add_view<float>({5, 6, 7});
+    const int indices = builder.add_view<std::uint16_t>({1});
+    const int position =
+        builder.add("accessors", {{"bufferView", view},
+                                  {"componentType", 5126},
+                                  {"count", 3},
+                                  {"type", "VEC3"},
+                                  {"sparse",
+                                   {{"count", 1},
+                                    {"indices", {{"bufferView", indices}, {"componentType", 5123}}},
+                                    {"values", {{"bufferView", replaced}}}}}});
+    builder.add("nodes", {{"mesh", builder.add_mesh({{"POSITION", position}})}});
+    EXPECT_EQ(OpenedGltf(builder.gltf()).at(0),
+              (std::vector<vec3>{{0, 0, 0}, {5, 6, 7}, {0, 1, 0}}));
+}
+
+TEST(GltfAccessors, QuantizedPositions) {
+    const auto open = [](auto type, bool normalized, bool is_declared) {
+        using T = decltype(type);
+        GltfBuilder builder;
+        // Padded to four components of a stride.
+        const int view =
+            builder.add_view<T>({0, 0, 0, 0, 127, 0, 0, 0, 0, T(-127), 0, 0}, 4 * sizeof(T));
+        Json accessor = {{"bufferView", view},
+                         {"componentType", component_of<T>()},
+                         {"count", 3},
+                         {"type", "VEC3"}};
+        if (normalized) accessor["normalized"] = true;
+        builder.add("nodes",
+                    {{"mesh", builder.add_mesh({{"POSITION", builder.add("accessors", accessor)}})},
+                     {"scale", {2, 2, 2}}});
+        if (is_declared) {
+            builder.json["extensionsUsed"] = {"KHR_mesh_quantization"};
+            builder.json["extensionsRequired"] = {"KHR_mesh_quantization"};
+        }
+        return builder.gltf();
+    };
+    EXPECT_EQ(OpenedGltf(open(std::int8_t{}, true, true)).at(0)[1], vec3(2, 0, 0));
+    EXPECT_EQ(OpenedGltf(open(std::int8_t{}, true, true)).at(0)[2], vec3(0, -2, 0));
+    EXPECT_EQ(OpenedGltf(open(std::int16_t{}, false, true)).at(0)[2], vec3(0, -254, 0));
+    EXPECT_EQ(OpenedGltf(open(std::uint8_t{}, false, true)).at(0)[2], vec3(0, 258, 0));
+    EXPECT_EQ(gltf_error(open(std::int16_t{}, false, false)),
+              "scene.gltf: meshes[0].primitives[0].attributes.POSITION: positions are integers, "
+              "which need the extension KHR_mesh_quantization");
+}
+
+TEST(GltfMaterials, BaseColourIsTheAlbedo) {
+    GltfBuilder builder = triangle_file();
+    EXPECT_EQ(OpenedGltf(builder.gltf()).clip().topology().albedo[0], 0xFFFFFFu);
+    builder.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorFactor", {1, 0.5, 0, 1}}}}}};
+    builder.json["meshes"][0]["primitives"][0]["material"] = 0;
+    EXPECT_EQ(OpenedGltf(builder.gltf()).clip().topology().albedo[0], 0x0080FFu);
+}
+
+/// The triangle with texture coordinates and a clamped texture of images[0], which is not there.
+GltfBuilder textured_triangle() {
+    GltfBuilder builder;
+    const int mesh = builder.add_mesh(
+        {{"POSITION", builder.add_accessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3")},
+         {"TEXCOORD_0", builder.add_accessor<std::uint8_t>({0, 0, 255, 0, 0, 255}, "VEC2", true)}},
+        {{"material", 0}});
+    builder.add("nodes", {{"mesh", mesh}});
+    builder.json["materials"] = {
+        {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
+    builder.json["textures"] = {{{"source", 0}, {"sampler", 0}}};
+    builder.json["samplers"] = {{{"wrapS", 33071}, {"wrapT", 33071}}};
+    return builder;
+}
+
+TEST(GltfMaterials, TexturesAreFilesOrPartsOfTheBuffer) {
+    GltfBuilder builder = textured_triangle();
+    const int view = builder.add_view<std::uint8_t>({1, 2, 3, 4, 5});
+    builder.json["images"] = {{{"bufferView", view}, {"mimeType", "image/png"}}};
+    const std::string glb = builder.glb();
+    const OpenedGltf scene(glb, {}, "scene.glb");
+    const SceneTextures* textures = scene.clip().textures();
+    ASSERT_NE(textures, nullptr);
+    ASSERT_EQ(textures->files.size(), 1u);
+    EXPECT_TRUE(textures->files[0].clamp);
+    EXPECT_EQ(textures->files[0].place, "images[0]");
+    EXPECT_EQ(textures->files[0].content, nullptr);
+    EXPECT_EQ(glb.substr(textures->files[0].offset, textures->files[0].size),
+              std::string("\1\2\3\4\5"));
+    // v counts from the bottom here.
+    EXPECT_EQ(textures->texcoords[0], (Texcoords{Texcoord{0, 1}, {1, 1}, {0, 0}}));
+    EXPECT_EQ(textures->texture_ids, std::vector<std::uint32_t>{0});
+
+    builder.json["images"] = {{{"uri", "../colours.png"}}};
+    const OpenedGltf outside(builder.glb(), {}, "scene.glb");
+    EXPECT_EQ(outside.clip().textures(), nullptr);
+    ASSERT_EQ(outside.warnings().size(), 1u);
+    EXPECT_NE(outside.warnings()[0].find("outside of the scene's folder"), std::string::npos);
+}
+
+TEST(GltfMaterials, TexturesInDataUris) {
+    GltfBuilder builder = textured_triangle();
+    builder.json["images"] = {{{"uri", "data:image/png;base64,AQIDBAU%3d"}}};
+    // Another one repeats the same image.
+    builder.add("textures", {{"source", 0}});
+    builder.json["materials"].push_back(
+        {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 1}}}}}});
+    const OpenedGltf scene(builder.gltf());
+    EXPECT_TRUE(scene.warnings().empty());
+    ASSERT_NE(scene.clip().textures(), nullptr);
+    const std::vector<TextureFile>& files = scene.clip().textures()->files;
+    ASSERT_EQ(files.size(), 2u);
+    ASSERT_NE(files[0].content, nullptr);
+    EXPECT_EQ(*files[0].content, std::string("\1\2\3\4\5"));
+    EXPECT_EQ(files[0].offset, 0u);
+    EXPECT_EQ(files[0].size, 5u);
+    EXPECT_EQ(files[0].place, "images[0].uri");
+    EXPECT_TRUE(files[0].clamp);
+    EXPECT_FALSE(files[1].clamp);
+    EXPECT_EQ(files[1].content, files[0].content) << "one copy of the bytes";
+}
+
+TEST(GltfMaterials, TexturesInABufferInADataUri) {
+    GltfBuilder builder = textured_triangle();
+    const int view = builder.add_view<std::uint8_t>({1, 2, 3, 4, 5});
+    builder.json["images"] = {{{"bufferView", view}, {"mimeType", "image/jpeg"}}};
+    const OpenedGltf scene(builder.gltf());
+    EXPECT_TRUE(scene.warnings().empty());
+    ASSERT_NE(scene.clip().textures(), nullptr);
+    const TextureFile& file = scene.clip().textures()->files.at(0);
+    ASSERT_NE(file.content, nullptr);
+    EXPECT_EQ(*file.content, builder.bytes);
+    EXPECT_EQ(file.content->substr(file.offset, file.size), std::string("\1\2\3\4\5"));
+
+    builder.json["bufferViews"][static_cast<std::size_t>(view)]["byteLength"] = 0;
+    const OpenedGltf empty(builder.gltf());
+    EXPECT_EQ(empty.clip().textures(), nullptr);
+    ASSERT_EQ(empty.warnings().size(), 1u);
+    EXPECT_NE(empty.warnings()[0].find("images[0]: has no bytes; its triangles have"),
+              std::string::npos);
+}
+
+TEST(GltfMaterials, TexturesInDataUrisThatCannotBeReadAreLeftOut) {
+    GltfBuilder builder = textured_triangle();
+    for (const auto& [uri, warning] :
+         {std::pair{"data:image/png,abc", "is a data: URI that is not in base 64"},
+          {"data:image/png;base64,ab*d", "has characters that are not base 64, or is cut"},
+          {"data:image/png;base64,AQI", "has characters that are not base 64, or is cut"},
+          {"data:image/png;base64,", "has no bytes"}}) {
+        builder.json["images"] = {{{"uri", uri}}};
+        const OpenedGltf scene(builder.gltf());
+        EXPECT_EQ(scene.clip().textures(), nullptr);
+        ASSERT_EQ(scene.warnings().size(), 1u) << uri;
+        EXPECT_NE(scene.warnings()[0].find(std::string("scene.gltf: warning: images[0].uri: ") +
+                                           warning + "; its triangles have their colour alone"),
+                  std::string::npos)
+            << scene.warnings()[0];
+    }
+}
+
+TEST(GltfMaterials, MasksAreWhereAlphaTimesTheFactorIsBelowTheCutoff) {
+    GltfBuilder builder = textured_triangle();
+    builder.json["images"] = {{{"uri", "data:image/png;base64,AQIDBAU="}}};
+    Json& material = builder.json["materials"][0];
+    const auto cutoff = [&] {
+        const OpenedGltf scene(builder.gltf());
+        EXPECT_TRUE(scene.warnings().empty());
+        return scene.clip().textures()->files.at(0).alpha_cutoff;
+    };
+    EXPECT_EQ(cutoff(), 0);
+    material["alphaCutoff"] = 0.25;
+    EXPECT_EQ(cutoff(), 0);
+    material["alphaMode"] = "MASK";
+    EXPECT_EQ(cutoff(), 0.25f);
+    material["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 0.5};
+    EXPECT_EQ(cutoff(), 0.5f);
+    material.erase("alphaCutoff");
+    EXPECT_EQ(cutoff(), 1);
+    // Nothing is left of it.
+    material["alphaCutoff"] = 0.75;
+    EXPECT_EQ(gltf_error(builder.gltf()), "scene.gltf: its scene has no triangles");
+    material["alphaMode"] = "OPAQUE";
+    EXPECT_EQ(cutoff(), 0);
+    // One image with and without holes is two textures.
+    material["alphaMode"] = "MASK";
+    material["alphaCutoff"] = 0.25;
+    builder.json["materials"].push_back(material);
+    builder.json["materials"][1].erase("alphaMode");
+    builder.json["meshes"][0]["primitives"].push_back(
+        Json(builder.json["meshes"][0]["primitives"][0]));
+    builder.json["meshes"][0]["primitives"][1]["material"] = 1;
+    const OpenedGltf both(builder.gltf());
+    ASSERT_EQ(both.clip().textures()->files.size(), 2u);
+    EXPECT_EQ(both.clip().textures()->files[0].alpha_cutoff, 0.5f);
+    EXPECT_EQ(both.clip().textures()->files[1].alpha_cutoff, 0);
+    EXPECT_EQ(both.clip().textures()->texture_ids, (std::vector<std::uint32_t>{0, 1}));
+}
+
+TEST(GltfMaterials, ThatBlendAreOpaqueWithOneWarning) {
+    GltfBuilder builder = triangle_file();
+    builder.json["materials"] = {{{"alphaMode", "BLEND"}}, {{"alphaMode", "BLEND"}}};
+    const OpenedGltf scene(builder.gltf());
+    ASSERT_EQ(scene.warnings().size(), 1u);
+    EXPECT_NE(scene.warnings()[0].find("materials[0].alphaMode: is BLEND; shown opaque"),
+              std::string::npos)
+        << scene.warnings()[0];
+}
+
+TEST(GltfNormals, CornersThatShareThemAreSmooth) {
+    GltfBuilder builder;
+    // Two triangles; vertices 3 and 4 repeat 1 and 2, one of them with another normal.
+    const std::vector<float> positions = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, -0.0f, 0, 1, 0, 1, 1, 0};
+    const std::vector<float> normals = {0, 0, 1, 0, 0, 1, 0, 0, 1, -0.0f, 0, 1, 0, 1, 0, 0, 0, 1};
+    builder.add("nodes",
+                {{"mesh", builder.add_mesh({{"POSITION", builder.add_accessor(positions, "VEC3")},
+                                            {"NORMAL", builder.add_accessor(normals, "VEC3")}})}});
+    const OpenedGltf scene(builder.gltf());
+    const auto smooth = scene.clip().smooth_corners();
+    ASSERT_EQ(smooth.size(), 2u);
+    EXPECT_EQ(smooth[0], uvec3(0, 1, 2));
+    EXPECT_EQ(smooth[1], uvec3(1, 4, 5));
+    EXPECT_TRUE(OpenedGltf(triangle_file().gltf()).clip().smooth_corners().empty());
+}
+
+TEST(GltfMesh, PrimitivesWithTheSameAccessorsShareTheirVertices) {
+    GltfBuilder builder = five_points(4, {0, 1, 2});
+    Json second = builder.json["meshes"][0]["primitives"][0];
+    second["indices"] = builder.add_accessor<std::uint8_t>({2, 3, 4}, "SCALAR");
+    builder.json["meshes"][0]["primitives"].push_back(second);
+    const OpenedGltf scene(builder.gltf());
+    EXPECT_EQ(scene.clip().topology().vertex_count, 5u);
+    EXPECT_EQ(scene.clip().topology().triangles, (Triangles{{0, 1, 2}, {2, 3, 4}}));
+}
+
+}  // namespace
+}  // namespace mray

@@ -1,0 +1,36 @@
+// Closed scenes are seen from inside.
+#include "scenes/inside_view.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "scenes/procedural/procedural.h"
+
+namespace mray {
+namespace {
+
+TEST(InsideView, IsThatOfClosedScenesUnlessAViewIsGiven) {
+    for (const char* name : {"hall", "room", "kitchen"}) {
+        const std::unique_ptr<Clip> clip = make_procedural(name);
+        const WorldBounds bounds = clip->bounds();
+        ViewSpec view = with_inside_view({}, *clip);
+        ASSERT_TRUE(view.eye && view.target && view.light) << name;
+        for (const Point& point : {*view.eye, *view.target, *view.light}) {
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                EXPECT_GT(point[axis], bounds.lower[axis]) << name;
+                EXPECT_LT(point[axis], bounds.upper[axis]) << name;
+            }
+        }
+        view = with_inside_view({.target = Point{1, 2, 3}, .light = Point{4, 5, 6}}, *clip);
+        EXPECT_EQ(view, (ViewSpec{.target = Point{1, 2, 3}, .light = Point{4, 5, 6}}));
+        // The light stays inside.
+        view = with_inside_view({.eye = Point{1, 2, 3}}, *clip);
+        EXPECT_FALSE(view.target);
+        EXPECT_TRUE(view.light);
+    }
+    EXPECT_EQ(with_inside_view({}, *make_procedural("cloth", 500)), ViewSpec{});
+}
+
+}  // namespace
+}  // namespace mray

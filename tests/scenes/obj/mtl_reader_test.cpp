@@ -1,0 +1,118 @@
+#include "scenes/obj/mtl_reader.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/thrown_error.h"
+
+namespace mray {
+namespace {
+
+using namespace test;
+
+struct Library {
+    MaterialMap materials;
+    std::vector<std::string> warnings;
+};
+Library read(const std::string& text, bool lenient = false) {
+    Library library;
+    read_mtl_text(
+        text, "a.mtl", "a.mtl", lenient,
+        [&](const Warning& w) { library.warnings.push_back(w.line()); }, library.materials);
+    return library;
+}
+
+TEST(MtlReader, ReadsLinearColoursOfEightBits) {
+    const auto materials = read("newmtl a\nKa 1 1 1\nKd 0 0.5 1\nmap_Kd x.png\n").materials;
+    ASSERT_EQ(materials.size(), 1u);
+    EXPECT_EQ(materials.at("a").albedo, 0xFF8000u);
+}
+TEST(MtlReader, AcceptsEveryLineEndAndAByteOrderMark) {
+    for (const char* text :
+         {"newmtl a\nKd 1 0 0", "newmtl a\r\nKd 1 0 0\r\n", "\rnewmtl a\rKd 1 0 0\r",
+          "\xEF\xBB\xBFnewmtl a\n\n\tKd 1 0 0 # red\n"}) {
+        EXPECT_EQ(read(text).materials.at("a").albedo, 0x0000FFu) << text;
+    }
+}
+TEST(MtlReader, ClampsColours) {
+    EXPECT_EQ(read("newmtl a\nKd 2 -1 1e30\n").materials.at("a").albedo, 0xFF00FFu);
+}
+TEST(MtlReader, OneNumberIsGrey) {
+    EXPECT_EQ(read("newmtl a\nKd 1\n").materials.at("a").albedo, 0xFFFFFFu);
+}
+TEST(MtlReader, MaterialWithoutColourIsTheDefault) {
+    const Library library = read("Kd 1 0 0\nnewmtl a\nNs 5\nnewmtl b\nKd spectral f.rfl\n");
+    EXPECT_EQ(library.materials.at("a").albedo, kDefaultAlbedo);
+    EXPECT_EQ(library.materials.at("b").albedo, kDefaultAlbedo);
+    EXPECT_EQ(library.warnings.size(), 1u);
+}
+TEST(MtlReader, FirstMaterialOfANameStays) {
+    EXPECT_EQ(read("newmtl a\nKd 1 0 0\nnewmtl a\nKd 0 1 0\n").materials.at("a").albedo, 0x0000FFu);
+}
+TEST(MtlReader, ColoursThatAreNotFiniteNumbersAreRefusedWithTheirLine) {
+    for (const char* kd :
+         {"nan 0 0", "0 inf 0", "0 0 1e400", "a b c", "0,5 0 0", "1 2", "1 2 3 4", "", "0x1 0 0"}) {
+        const std::string text = fmt::format("newmtl a\nKd {}\n", kd);
+        const std::string message = message_of([&] { read(text); });
+        EXPECT_TRUE(message.starts_with("a.mtl:2: ")) << kd << ": " << message;
+        const Library library = read(text, true);
+        EXPECT_EQ(library.materials.at("a").albedo, kDefaultAlbedo);
+        ASSERT_EQ(library.warnings.size(), 1u);
+        EXPECT_TRUE(library.warnings[0].starts_with("a.mtl:2: warning: Kd")) << kd;
+    }
+}
+TEST(MtlReader, TexturesKeepTheirFileAndPlace) {
+    const auto materials = read("newmtl a\nmap_Kd -clamp on x y.png\nnewmtl b\n").materials;
+    const Material& a = materials.at("a");
+    ASSERT_NE(a.map, nullptr);
+    EXPECT_EQ(a.map->file, "x y.png");
+    EXPECT_EQ(a.map->place, "a.mtl:2");
+    EXPECT_EQ(a.albedo, kDefaultAlbedo);
+    EXPECT_EQ(a.textured_albedo, 0xFFFFFFu);
+    EXPECT_EQ(materials.at("b").map, nullptr);
+}
+TEST(MtlReader, OptionsOfTexturesThatAreNotReadAreAWarning) {
+    const Library library = read("newmtl a\nmap_Kd -mm 0 2 x.png\nmap_Kd -t 1 1 1 y.png\n");
+    EXPECT_EQ(library.materials.at("a").map->file, "y.png");
+    ASSERT_EQ(library.warnings.size(), 1u);
+    EXPECT_EQ(library.warnings[0],
+              "a.mtl:2: warning: option -mm of map_Kd is not read; ignored (and 1 more)");
+}
+TextureMap map_of(const std::string& arguments) {
+    return *read("newmtl a\nmap_Kd " + arguments + "\n").materials.at("a").map;
+}
+TEST(MtlReader, NamesOfTexturesMayHaveBlanksQuotesAndBackslashes) {
+    EXPECT_EQ(map_of("  a b.png\t").file, "a b.png");
+    EXPECT_EQ(map_of("\"a b.png\"").file, "a b.png");
+    EXPECT_EQ(map_of("C:\\x\\a.png").file, "C:/x/a.png");
+    EXPECT_EQ(map_of("-odd.png").file, "-odd.png");
+}
+TEST(MtlReader, ScalesOffsetsAndClampsOfTexturesAreRead) {
+    const TextureMap map = map_of("-s 2 3 1 -o 0.5 -clamp on -blendu on a b.png");
+    EXPECT_EQ(map.file, "a b.png");
+    EXPECT_EQ(map.scale, (std::array<float, 2>{2, 3}));
+    EXPECT_EQ(map.offset, (std::array<float, 2>{0.5f, 0}));
+    EXPECT_TRUE(map.clamp);
+    EXPECT_FALSE(map_of("-clamp off a.png").clamp);
+    // A file whose name is a number.
+    EXPECT_EQ(map_of("-s 2 3 4").file, "4");
+    EXPECT_EQ(map_of("-s 2 3 4").scale, (std::array<float, 2>{2, 3}));
+}
+TEST(MtlReader, TexturesWithoutTheirValuesAreRefused) {
+    for (const char* text : {"", "-s", "-s x a.png", "-o inf a.png", "-clamp a.png",
+                             "-clamp maybe a.png", "-mm 1 a.png", "-clamp on"}) {
+        const std::string message = message_of([&] { map_of(text); });
+        EXPECT_TRUE(message.starts_with("a.mtl:2: map_Kd ")) << text << ": " << message;
+    }
+}
+TEST(MtlReader, NulBytesAreRefused) {
+    EXPECT_EQ(kind_of([] { read(std::string("newmtl a\0b\n", 11)); }), ErrorKind::kBadInput);
+}
+TEST(MtlReader, AMillionMaterialsAreRead) {
+    std::string text;
+    for (int i = 0; i < 1'000'000; ++i) text += fmt::format("newmtl m{}\nKd 1 0 0\n", i);
+    EXPECT_EQ(read(text).materials.size(), 1'000'000u);
+}
+
+}  // namespace
+}  // namespace mray

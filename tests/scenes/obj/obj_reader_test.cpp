@@ -1,0 +1,380 @@
+#include "scenes/obj/obj_reader.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <clocale>
+#include <cmath>
+#include <locale>
+#include <numeric>
+
+#include "scenes/mesh/mesh_rules.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/thrown_error.h"
+
+namespace mray {
+namespace {
+
+using namespace test;
+namespace fs = std::filesystem;
+
+const std::string kVertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+const std::string kTriangle = kVertices + "f 1 2 3\n";
+
+struct Reading {
+    FileMesh mesh;
+    std::vector<std::string> warnings;
+};
+
+Reading read(const std::string& text, MeshFileOptions options = {}) {
+    const TemporaryFolder folder;
+    Reading reading;
+    options.warn = [&](const Warning& warning) { reading.warnings.push_back(warning.line()); };
+    reading.mesh = read_obj(folder.write("a.obj", text), options);
+    return reading;
+}
+
+MeshFileOptions lenient() {
+    MeshFileOptions options;
+    options.lenient = true;
+    return options;
+}
+
+// The message without the folder: "a.obj:4: ...".
+std::string refusal(const std::string& text, const MeshFileOptions& options = {}) {
+    const auto error = error_of([&] { read(text, options); });
+    if (!error) return "";
+    EXPECT_EQ(error->kind(), ErrorKind::kBadInput) << error->what();
+    const std::string message = error->what();
+    EXPECT_EQ(message.find('\n'), std::string::npos);
+    EXPECT_NE(message.find("; "), std::string::npos) << "does not say what to do: " << message;
+    return message.substr(message.find("a.obj"));
+}
+
+bool refused_at(const std::string& text, int line) {
+    const std::string message = refusal(text);
+    return message.starts_with(fmt::format("a.obj:{}: ", line));
+}
+
+void expect_the_triangle(const std::string& text) {
+    const Reading reading = read(text);
+    EXPECT_EQ(reading.mesh.positions, (std::vector<vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
+    EXPECT_EQ(reading.mesh.faces.corners, (std::vector<std::uint32_t>{0, 1, 2}));
+    EXPECT_EQ(reading.mesh.faces.corner_counts, std::vector<std::uint32_t>{3});
+}
+
+TEST(ObjReader, ReadsATriangle) {
+    expect_the_triangle(kTriangle);
+    EXPECT_TRUE(read(kTriangle).warnings.empty());
+}
+
+TEST(ObjReader, EmptyFileIsRefused) { EXPECT_EQ(refusal("").substr(0, 19), "a.obj: no vertices;"); }
+TEST(ObjReader, FileOfCommentsIsRefused) { EXPECT_NE(refusal("# one\n\n  # two\n"), ""); }
+TEST(ObjReader, HtmlIsRefused) {
+    EXPECT_NE(refusal("<!DOCTYPE html>\n<html><body>\nvery lost\n</body></html>\n"), "");
+}
+TEST(ObjReader, BinaryNoiseIsRefused) {
+    std::string noise;
+    std::uint32_t state = 1;
+    for (int i = 0; i < 4096; ++i) {
+        state = state * 1664525u + 1013904223u;
+        noise += static_cast<char>(state >> 24);
+    }
+    EXPECT_NE(refusal(noise), "");
+    EXPECT_NE(refusal(std::string("\x89PNG\r\n\x1A\n\0\0\0\rIHDR", 16)), "");
+    EXPECT_NE(refusal(std::string(4096, '\x82')), "");
+}
+
+TEST(ObjReader, ByteOrderMarkIsAccepted) { expect_the_triangle("\xEF\xBB\xBF" + kTriangle); }
+TEST(ObjReader, Utf16IsRefusedWithAHint) {
+    for (const bool little : {true, false}) {
+        std::string text = little ? "\xFF\xFE" : "\xFE\xFF";
+        for (const char c : kTriangle) {
+            text += little ? std::string{c, '\0'} : std::string{'\0', c};
+        }
+        EXPECT_NE(refusal(text).find("UTF-16"), std::string::npos);
+        EXPECT_NE(refusal(text.substr(2)).find("UTF-16"), std::string::npos);
+    }
+}
+
+std::string with_line_ends(const std::string& text, const std::string& line_end) {
+    std::string result;
+    for (const char c : text) result += c == '\n' ? line_end : std::string{c};
+    return result;
+}
+TEST(ObjReader, CrLfIsAccepted) { expect_the_triangle(with_line_ends(kTriangle, "\r\n")); }
+TEST(ObjReader, CrOnlyIsAccepted) { expect_the_triangle(with_line_ends(kTriangle, "\r")); }
+TEST(ObjReader, MissingFinalNewlineIsAccepted) { expect_the_triangle(kVertices + "f 1 2 3"); }
+TEST(ObjReader, LineNumbersCountEveryKindOfLineEnd) {
+    for (const char* line_end : {"\n", "\r\n", "\r"}) {
+        EXPECT_TRUE(refused_at(with_line_ends(kVertices + "\nf 1 2 9\n", line_end), 5));
+    }
+    EXPECT_TRUE(refused_at(kVertices + "f 1 \\\n 2 \\\n 3\nf 0 1 2\n", 7));
+}
+
+TEST(ObjReader, FileCutInsideAFaceIsRefusedAndLenientlyAccepted) {
+    MeshFileOptions options = lenient();
+    // Most of these files have no other face.
+    options.allow_empty = true;
+    for (const char* face : {"f 1 2", "f 1 2 ", "f 1", "f ", "f 1 2 3\nf 1 2/"}) {
+        EXPECT_NE(refusal(kVertices + face), "") << face;
+        EXPECT_EQ(read(kVertices + face, options).warnings.size() > 0, true) << face;
+    }
+    EXPECT_TRUE(refused_at(kTriangle + "f 1 2", 5));
+    EXPECT_EQ(read(kTriangle + "f 1 2", lenient()).mesh.faces.corner_counts.size(), 1u);
+}
+TEST(ObjReader, FileCutInsideANumberIsRefused) {
+    for (const char* vertex :
+         {"v 0 0 1e", "v 0 0 -", "v 0 0 1e-", "v 0 0 .", "v 0 0", "v 0", "v"}) {
+        EXPECT_TRUE(refused_at(kTriangle + vertex, 5)) << vertex;
+    }
+}
+
+TEST(ObjReader, CoordinatesThatAreNotFiniteAreRefused) {
+    for (const char* x : {"nan", "-nan", "NaN", "inf", "-inf", "Infinity", "1e400", "-1e999"}) {
+        EXPECT_TRUE(refused_at(fmt::format("v 0 0 0\nv {} 0 0\nv 0 1 0\nf 1 2 3\n", x), 2)) << x;
+    }
+}
+TEST(ObjReader, CoordinatesBeyond1e30AreRefused) {
+    EXPECT_TRUE(refused_at("v 0 0 0\nv 0 0 1e38\nv 0 1 0\nf 1 2 3\n", 2));
+    EXPECT_TRUE(refused_at("v 0 0 0\nv 0 0 -1.1e30\nv 0 1 0\nf 1 2 3\n", 2));
+    EXPECT_EQ(refusal("v 0 0 0\nv 0 0 1e30\nv 0 1 0\nf 1 2 3\n"), "");
+}
+TEST(ObjReader, LenientlyKeepsCoordinatesThatAreNotFinite) {
+    const Reading reading =
+        read("v nan 0 1e38\nv inf -inf 0\nv 0 1 -1e999\nf 1 2 3\nf 3 2 1\n", lenient());
+    const std::vector<vec3>& p = reading.mesh.positions;
+    ASSERT_EQ(p.size(), 3u);
+    EXPECT_TRUE(std::isnan(p[0].x));
+    EXPECT_EQ(p[0].z, 1e38f);
+    EXPECT_EQ(p[1].x, INFINITY);
+    EXPECT_EQ(p[1].y, -INFINITY);
+    EXPECT_EQ(p[2].z, -INFINITY);
+    EXPECT_EQ(reading.mesh.faces.corners, (std::vector<std::uint32_t>{0, 1, 2, 2, 1, 0}));
+    ASSERT_EQ(reading.warnings.size(), 1u);
+    EXPECT_NE(reading.warnings[0].find("a.obj:1: warning: "), std::string::npos);
+    EXPECT_NE(reading.warnings[0].find("(and 4 more)"), std::string::npos);
+}
+TEST(ObjReader, DenormalsAreKeptAndUnderflowIsZero) {
+    const auto mesh = read("v 1e-42 -1e-45 1e-999\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").mesh;
+    EXPECT_EQ(std::bit_cast<unsigned>(mesh.positions[0].x), 714u);
+    EXPECT_EQ(std::bit_cast<unsigned>(mesh.positions[0].y), 0x80000001u);
+    EXPECT_EQ(std::bit_cast<unsigned>(mesh.positions[0].z), 0u);
+}
+TEST(ObjReader, DecimalCommaIsRefusedWithAHint) {
+    EXPECT_NE(refusal("v 0,5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").find("comma"), std::string::npos);
+}
+TEST(ObjReader, WordsAndHexadecimalNumbersAreRefused) {
+    EXPECT_TRUE(refused_at("v a b c\n" + kTriangle, 1));
+    EXPECT_TRUE(refused_at("v 0x1p0 0 0\n" + kTriangle, 1));
+    EXPECT_TRUE(refused_at("v 1 2 3 colour\n" + kTriangle, 1));
+}
+TEST(ObjReader, VertexOfFewerThanThreeNumbersIsRefused) {
+    for (const char* vertex : {"v\n", "v \n", "v 1\n", "v 1 2\n", "v 1 2 # 3\n"}) {
+        EXPECT_TRUE(refused_at(vertex + kTriangle, 1)) << vertex;
+    }
+}
+TEST(ObjReader, WeightAndVertexColourAreIgnored) {
+    expect_the_triangle("v 0 0 0 1\nv 1 0 0 1 .5 .5 .5\nv 0 1 0 .2 .3 .4\nf 1 2 3\n");
+}
+
+TEST(ObjReader, IndicesOutOfRangeAreRefused) {
+    for (const char* face :
+         {"f 0 1 2", "f 1 2 4", "f 1 2 2147483647", "f 1 2 2147483648", "f 1 2 -2147483648",
+          "f 1 2 4294967299", "f 1 2 99999999999999999999", "f 1 2 18446744073709551619",
+          "f -4 -2 -1", "f -1 -2 -9223372036854775809"}) {
+        EXPECT_TRUE(refused_at(kVertices + face + "\n", 4)) << face;
+    }
+}
+TEST(ObjReader, MalformedCornersAreRefused) {
+    for (const char* face :
+         {"f /1 /2 /3", "f 1/// 2/// 3///", "f 1//1/ 2 3", "f / / /", "f a b c", "f 1 2.5 3",
+          "f 1 2 3x", "f 1 2 ++3", "f 1 2 +", "f 1 2 +-3", "f 1/+ 2 3", "f 1/a 2 3", "f 1/1/b 2 3",
+          "f 1/2/3/4 2 3", "f 1,2,3", "f 1 2 3 \\"}) {
+        EXPECT_TRUE(refused_at(kVertices + face, 4)) << face;
+    }
+}
+TEST(ObjReader, CornersMayLackNumbersAndHaveASign) {
+    for (const char* face : {"f 1/ 2/ 3/", "f 1// 2// 3//", "f +1 +2 +3", "f 1/1/ 2/ 3//1",
+                             "f +1/+1/+1 2/-1 +3//-1"}) {
+        expect_the_triangle(kVertices + face + "\n");
+    }
+    const auto mesh =
+        read(kVertices + "vn 0 0 1\nvn 0 1 0\nf 1//+2 2// 3//\n", {.normals = true}).mesh;
+    EXPECT_EQ(mesh.faces.corners, (std::vector<std::uint32_t>{0, 1, 2}));
+}
+TEST(ObjReader, LenientlyLeavesOutFacesThatCannotBeRead) {
+    const Reading reading = read(kVertices +
+                                     "f 1 2 3\nf 0 1 2\nf a b c\nf 1 2 4\nf 1\nf\nf -4 1 2\n"
+                                     "f 1 2 99999999999999999999\nf 3 2 1\n",
+                                 lenient());
+    EXPECT_EQ(reading.mesh.faces.corners, (std::vector<std::uint32_t>{0, 1, 2, 2, 1, 0}));
+    EXPECT_EQ(reading.mesh.albedo.size(), 2u);
+    EXPECT_EQ(reading.warnings.size(), 2u);
+}
+TEST(ObjReader, RelativeIndicesCountFromTheVerticesSoFar) {
+    const auto mesh = read(kVertices + "f -3 -2 -1\n" + kVertices + "f -3 -2 -1\n").mesh;
+    EXPECT_EQ(mesh.faces.corners, (std::vector<std::uint32_t>{0, 1, 2, 3, 4, 5}));
+}
+TEST(ObjReader, IndexBeforeItsVertexIsAccepted) { expect_the_triangle("f 1 2 3\n" + kVertices); }
+TEST(ObjReader, AllFormsOfCornersAreRead) {
+    const auto mesh = read(kVertices +
+                           "vt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf 1//1 2//1 3//1\n"
+                           "f 1/1 2/1 3/1\nf 1/-1/-1 2/-1/-1 3/99/999999999\n")
+                          .mesh;
+    EXPECT_EQ(mesh.faces.corners, (std::vector<std::uint32_t>{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2}));
+}
+
+TEST(ObjReader, FileWithoutFacesIsRefusedUnlessAllowed) {
+    EXPECT_EQ(refusal(kVertices).substr(0, 16), "a.obj: no faces;");
+    EXPECT_EQ(refusal(kVertices, lenient()).substr(0, 16), "a.obj: no faces;");
+    MeshFileOptions allow_empty;
+    allow_empty.allow_empty = true;
+    EXPECT_EQ(read(kVertices, allow_empty).mesh.positions.size(), 3u);
+    EXPECT_EQ(read(kVertices, allow_empty).warnings.size(), 1u);
+    EXPECT_TRUE(read("", allow_empty).mesh.positions.empty());
+    EXPECT_EQ(refusal("", lenient()).substr(0, 19), "a.obj: no vertices;");
+    EXPECT_NE(refusal("v nan 0 0\n", allow_empty), "");
+}
+TEST(ObjReader, FaceOfTwoCornersIsLeftOutWithAWarning) {
+    const Reading reading = read(kVertices + "f 1 2\nf 1 2 3\nf 2 3\n");
+    EXPECT_EQ(reading.mesh.faces.corner_counts.size(), 1u);
+    ASSERT_EQ(reading.warnings.size(), 1u);
+    EXPECT_NE(
+        reading.warnings[0].find("a.obj:4: warning: face of 2 corners; left out (and 1 more)"),
+        std::string::npos);
+}
+TEST(ObjReader, DegenerateAndDuplicateFacesAreKept) {
+    const auto mesh = read(kVertices + "f 1 1 1\nf 1 1 2\nf 1 2 3\nf 1 2 3\n").mesh;
+    EXPECT_EQ(mesh.faces.corner_counts.size(), 4u);
+    EXPECT_EQ(mesh.faces.corners.size(), 12u);
+}
+
+TEST(ObjReader, BackslashContinuesALine) {
+    expect_the_triangle(kVertices + "f 1 \\\n 2 3\n");
+    expect_the_triangle(kVertices + "f 1 \\\r\n 2\\\r\n3\r\n");
+    expect_the_triangle("v 0 0\\\n0\nv 1 0 0\nv 0 1 0\nf\\\n1 2 3\n");
+    expect_the_triangle("# a path such as C:\\\n" + kTriangle);
+}
+TEST(ObjReader, LineOfMoreThanAMebibyteIsRefused) {
+    const std::string blanks(kMaxObjLineBytes + 1, ' ');
+    EXPECT_TRUE(refused_at("v 0 0 0 " + blanks + "\n" + kTriangle, 1));
+    EXPECT_TRUE(refused_at("#" + blanks + "\n" + kTriangle, 1));
+    EXPECT_TRUE(refused_at("o" + blanks + "\n" + kTriangle, 1));
+    EXPECT_TRUE(refused_at(std::string(kMaxObjLineBytes + 1, 'v'), 1));
+    expect_the_triangle(fmt::format("#{:200000}\n", "x") + kTriangle);
+}
+TEST(ObjReader, NulAndControlBytesAreRefused) {
+    EXPECT_TRUE(refused_at(kTriangle + std::string("\0\0\0v 5 5 5\n", 11), 5));
+    EXPECT_TRUE(refused_at(kTriangle + std::string("# \0\n", 4), 5));
+    EXPECT_TRUE(refused_at("o \x01\n" + kTriangle, 1));
+}
+TEST(ObjReader, BlanksAndTrailingCommentsAreIgnored) {
+    expect_the_triangle("  v\t0  0\t0 \n\tv 1 0 0\nv 0 1 0 # last\n f  1\t2 3  # 4\n");
+}
+TEST(ObjReader, OtherStatementsAreIgnored) {
+    const Reading reading =
+        read("o x\ng y\ns off\np 1\nl 1 2\ncurv 0 1 1 2\nvt 0\nvn a b\nfoo bar\n" + kTriangle);
+    EXPECT_EQ(reading.mesh.faces.corner_counts.size(), 1u);
+    EXPECT_TRUE(reading.warnings.empty());
+}
+TEST(ObjReader, ErrorSuppressesWarnings) {
+    int warnings = 0;
+    const TemporaryFolder folder;
+    MeshFileOptions options;
+    options.warn = [&](const Warning&) { ++warnings; };
+    EXPECT_EQ(kind_of([&] { read_obj(folder.write("a.obj", "usemtl x\nf 1 2\n"), options); }),
+              ErrorKind::kBadInput);
+    EXPECT_EQ(warnings, 0);
+}
+TEST(ObjReader, PolygonsAreReadWhole) {
+    std::string text;
+    for (int i = 0; i < 300; ++i) text += fmt::format("v {} 0 0\n", i);
+    text += "f";
+    for (int i = 1; i <= 300; ++i) text += fmt::format(" {}", i);
+    const auto mesh = read(text + "\nf 1 2 3 4\n").mesh;
+    EXPECT_EQ(mesh.faces.corner_counts, (std::vector<std::uint32_t>{300, 4}));
+    std::vector<std::uint32_t> corners(300);
+    std::iota(corners.begin(), corners.end(), 0u);
+    corners.insert(corners.end(), {0, 1, 2, 3});
+    EXPECT_EQ(mesh.faces.corners, corners);
+}
+
+class CommaPunctuation : public std::numpunct<char> {
+    char do_decimal_point() const override { return ','; }
+    char do_thousands_sep() const override { return '.'; }
+    std::string do_grouping() const override { return "\3"; }
+};
+TEST(ObjReader, DecimalsDoNotDependOnTheLocale) {
+    const std::string c_locale = std::setlocale(LC_ALL, nullptr);
+    const std::locale before =
+        std::locale::global(std::locale(std::locale(), new CommaPunctuation));
+    for (const char* name : {"de_DE.UTF-8", "tr_TR.UTF-8"}) {
+        std::setlocale(LC_ALL, name);  // has no effect if the locale is not installed
+        const TemporaryFolder folder;
+        folder.write("a.mtl", "newmtl m\nKd 0.5 0.25 1.0\n");
+        const auto mesh = read_obj(folder.write(
+            "a.obj", "mtllib a.mtl\nusemtl m\nv 0.5 0 0\nv 1.5 0 0\nv 0 1.5 0\nf 1 2 3\n"));
+        EXPECT_EQ(mesh.positions[0].x, 0.5f);
+        EXPECT_EQ(mesh.positions[1].x, 1.5f);
+        EXPECT_EQ(mesh.albedo[0], 0xFF4080u);
+        const fs::path broken =
+            folder.write("b.obj", kVertices + std::string(2000, '\n') + "f 1 2 5000\n");
+        const std::string message = message_of([&] { read_obj(broken); });
+        EXPECT_NE(message.find("b.obj:2004: vertex 5000 of 3"), std::string::npos) << message;
+    }
+    std::locale::global(before);
+    std::setlocale(LC_ALL, c_locale.c_str());
+}
+
+TEST(MeshRules, MoreTrianglesThanTheLimitAreRefused) {
+    MeshRules rules(false, 4);
+    const auto place = [] { return std::string("a.obj:1"); };
+    rules.count_face(5, place);
+    rules.count_face(3, place);
+    EXPECT_EQ(kind_of([&] { rules.count_face(3, place); }), ErrorKind::kLimit);
+    EXPECT_EQ(kMaxTriangles, std::uint64_t{1} << 28);
+}
+
+MeshFileOptions with_normals() {
+    MeshFileOptions options;
+    options.normals = true;
+    return options;
+}
+
+TEST(ObjNormals, NumberCornersThatShareOne) {
+    // Two triangles over the edge 2 3: the corners at 2 share a normal that is written twice, those
+    // at 3 have different ones.
+    const FileMesh mesh = read(kVertices +
+                                   "v 1 1 0\nvn 0 0 1\nvn 0 0 1.0\nvn 0 -0 1\nvn 1 0 0\n"
+                                   "f 1//1 2//1 3//1\nf 2//2 4//3 3//-1\n",
+                               with_normals())
+                              .mesh;
+    EXPECT_EQ(mesh.smooth, (std::vector<std::uint32_t>{0, 1, 2, 1, 4, 5}));
+}
+
+TEST(ObjNormals, CornersWithoutOneHaveNumbersOfTheirOwn) {
+    const FileMesh mesh =
+        read(kVertices + "vn 0 0 1\nf 1//1 2 3\nf 1//1 2 3//7\nf 1//-2 2 3//1\n", with_normals())
+            .mesh;
+    EXPECT_EQ(mesh.smooth, (std::vector<std::uint32_t>{0, 1, 2, 0, 4, 5, 6, 7, 8}));
+}
+
+TEST(ObjNormals, AreLeftOutUnlessAskedForAndThere) {
+    const std::string text = kVertices + "vn 0 0 1\nf 1//1 2//1 3//1\n";
+    EXPECT_TRUE(read(text).mesh.smooth.empty());
+    EXPECT_TRUE(read(kVertices + "vn 0 0 1\nf 1 2 3\n", with_normals()).mesh.smooth.empty());
+}
+
+TEST(ObjNormals, FacesThatAreLeftOutHaveNone) {
+    MeshFileOptions options = with_normals();
+    options.lenient = true;
+    const FileMesh mesh =
+        read(kVertices + "vn nan 0 1\nf 1//1 2//1 9//1\nf 1//1 2//1 3//1\n", options).mesh;
+    EXPECT_EQ(mesh.faces.corners.size(), 3u);
+    EXPECT_EQ(mesh.smooth, (std::vector<std::uint32_t>{0, 1, 2}));
+}
+
+}  // namespace
+}  // namespace mray

@@ -1,0 +1,215 @@
+// Textures of OBJ files: their files, and the texture coordinates of corners.
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "scenes/obj/obj_reader.h"
+#include "scenes/source/open_scene.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/thrown_error.h"
+
+namespace mray {
+namespace {
+
+using namespace test;
+namespace fs = std::filesystem;
+
+const std::string kSquare = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
+const std::string kFace = "f 1/1 2/2 3/3 4/4\n";
+constexpr Albedo kWhite = 0xFFFFFF;
+
+struct Textured {
+    FileMesh mesh;
+    std::vector<std::string> warnings;
+};
+Textured read_textures(const TemporaryFolder& folder, const std::string& text,
+                       bool lenient = false) {
+    Textured result;
+    MeshFileOptions options;
+    options.lenient = lenient;
+    options.textures = true;
+    options.warn = [&](const Warning& warning) { result.warnings.push_back(warning.line()); };
+    result.mesh = read_obj(folder.write("a.obj", text), options);
+    return result;
+}
+
+/// A folder with a.mtl, whose material `m` has these statements, and the images a.png and b.png.
+struct Folder : TemporaryFolder {
+    explicit Folder(const std::string& material) {
+        write("a.mtl", "newmtl m\n" + material);
+        write("a.png", "-");
+        write("b.png", "-");
+    }
+};
+
+TEST(ObjTextures, FacesHaveTheTextureOfTheirMaterialAndTheCoordinatesOfTheirCorners) {
+    const Folder folder("map_Kd a.png\nnewmtl n\nKd 1 0 0\nmap_Kd b.png\nnewmtl p\nKd 0 1 0\n");
+    const Textured result = read_textures(
+        folder, "mtllib a.mtl\n" + kSquare + kFace + "usemtl m\n" + kFace +
+                    "usemtl n\nf -4/-1 -3/-2 -2/-3\nusemtl p\n" + kFace + "usemtl m\n" + kFace);
+    EXPECT_TRUE(result.warnings.empty());
+    const FileMesh& mesh = result.mesh;
+    ASSERT_EQ(mesh.textures.size(), 2u);
+    EXPECT_EQ(mesh.textures[0].path, fs::canonical(folder.path() / "a.png").native());
+    EXPECT_EQ(mesh.face_textures, (std::vector<std::uint32_t>{kNoTexture, 0, 1, kNoTexture, 0}));
+    EXPECT_EQ(mesh.albedo, (std::vector<Albedo>{kDefaultAlbedo, kWhite, 0xFF, 0xFF00, kWhite}));
+    ASSERT_EQ(mesh.texcoords.size(), 19u);
+    EXPECT_EQ(mesh.texcoords[1], (Texcoord{0, 0}));  // has no texture
+    EXPECT_EQ(mesh.texcoords[5], (Texcoord{1, 0}));
+    EXPECT_EQ(mesh.texcoords[8], (Texcoord{0, 1}));
+    EXPECT_EQ(mesh.texcoords[9], (Texcoord{1, 1}));
+}
+
+TEST(ObjTextures, AreNotKeptWithoutOne) {
+    const Folder folder("Kd 1 0 0\n");
+    const FileMesh mesh = read_textures(folder, "mtllib a.mtl\nusemtl m\n" + kSquare + kFace).mesh;
+    EXPECT_TRUE(mesh.textures.empty());
+    EXPECT_TRUE(mesh.face_textures.empty());
+    EXPECT_TRUE(mesh.texcoords.empty());
+    EXPECT_EQ(mesh.albedo[0], 0xFFu);
+}
+
+TEST(ObjTextures, ScaleAndOffsetChangeCoordinates) {
+    const Folder folder("map_Kd -s 2 4 -o 0.5 -1 a.png\n");
+    const FileMesh mesh = read_textures(folder, "mtllib a.mtl\nusemtl m\n" + kSquare + kFace).mesh;
+    EXPECT_EQ(mesh.texcoords[2], (Texcoord{2.5f, 3}));
+    EXPECT_EQ(mesh.texcoords[0], (Texcoord{0.5f, -1}));
+}
+
+TEST(ObjTextures, OneFileIsOneTextureUnlessItClamps) {
+    const Folder folder(
+        "map_Kd a.png\nnewmtl n\nmap_Kd ./a.png\nnewmtl o\nmap_Kd -clamp on a.png\n");
+    const FileMesh mesh = read_textures(folder, "mtllib a.mtl\n" + kSquare + "usemtl m\n" + kFace +
+                                                    "usemtl n\n" + kFace + "usemtl o\n" + kFace)
+                              .mesh;
+    ASSERT_EQ(mesh.textures.size(), 2u);
+    EXPECT_FALSE(mesh.textures[0].clamp);
+    EXPECT_TRUE(mesh.textures[1].clamp);
+    EXPECT_EQ(mesh.face_textures, (std::vector<std::uint32_t>{0, 0, 1}));
+}
+
+TEST(ObjTextures, MissingFileIsAWarningAndLeavesTheColour) {
+    const Folder folder("Kd 0 0 1\nmap_Kd none.png\nnewmtl n\nmap_Kd none.png\n");
+    const Textured result = read_textures(
+        folder, "mtllib a.mtl\n" + kSquare + "usemtl m\n" + kFace + kFace + "usemtl n\n" + kFace);
+    EXPECT_TRUE(result.mesh.textures.empty());
+    EXPECT_EQ(result.mesh.albedo, (std::vector<Albedo>{0xFF0000, 0xFF0000, kDefaultAlbedo}));
+    ASSERT_EQ(result.warnings.size(), 1u);
+    EXPECT_NE(result.warnings[0].find("a.mtl:3: warning: map_Kd: "), std::string::npos);
+    EXPECT_NE(result.warnings[0].find("none.png: no such file"), std::string::npos)
+        << result.warnings[0];
+}
+
+TEST(ObjTextures, FileOfAnotherFolderIsSearchedBesideTheLibraryAndNowhereElse) {
+    const TemporaryFolder folder;
+    folder.write("secret.png", "-");
+    folder.write("scene/a.png", "-");
+    folder.write("scene/a.mtl",
+                 "newmtl m\nmap_Kd C:\\maps\\a.png\nnewmtl n\nmap_Kd ../secret.png\n"
+                 "newmtl o\nmap_Kd /etc/passwd\n");
+    std::vector<std::string> warnings;
+    MeshFileOptions options;
+    options.textures = true;
+    options.warn = [&](const Warning& warning) { warnings.push_back(warning.line()); };
+    const FileMesh mesh =
+        read_obj(folder.write("scene/a.obj", "mtllib a.mtl\n" + kSquare + "usemtl m\n" + kFace +
+                                                 "usemtl n\n" + kFace + "usemtl o\n" + kFace),
+                 options);
+    EXPECT_EQ(mesh.face_textures, (std::vector<std::uint32_t>{0, kNoTexture, kNoTexture}));
+    ASSERT_EQ(mesh.textures.size(), 1u);
+    EXPECT_EQ(fs::path(mesh.textures[0].path).filename(), "a.png");
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].find("not followed"), std::string::npos) << warnings[0];
+    EXPECT_NE(warnings[0].find("(and 1 more)"), std::string::npos) << warnings[0];
+}
+
+TEST(ObjTextures, FacesWithoutCoordinatesHaveTheirColourAlone) {
+    const Folder folder("Kd 1 0 0\nmap_Kd a.png\n");
+    const Textured result =
+        read_textures(folder, "mtllib a.mtl\nusemtl m\n" + kSquare + "f 1/1 2/2 3\n" +
+                                  "f 1//1 2//1 3//1\nf 1/9 2/9 3/9\n" + kFace);
+    EXPECT_EQ(result.mesh.face_textures,
+              (std::vector<std::uint32_t>{kNoTexture, kNoTexture, kNoTexture, 0}));
+    ASSERT_EQ(result.warnings.size(), 1u);
+    EXPECT_NE(result.warnings[0].find("without texture coordinates"), std::string::npos);
+    EXPECT_NE(result.warnings[0].find("(and 2 more)"), std::string::npos);
+}
+
+TEST(ObjTextures, CoordinatesThatAreNotFiniteAreZeroWithAWarning) {
+    const Folder folder("map_Kd a.png\n");
+    const std::string text =
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt nan 0.5\nvt x inf\nvt 0.25\nf 1/1 2/2 3/3\n";
+    const Textured result = read_textures(folder, "mtllib a.mtl\nusemtl m\n" + text);
+    EXPECT_EQ(result.mesh.texcoords, (std::vector<Texcoord>{{0, 0.5f}, {0, 0}, {0.25f, 0}}));
+    ASSERT_EQ(result.warnings.size(), 1u);
+    EXPECT_NE(result.warnings[0].find("a.obj:6: warning: texture coordinate 'nan'"),
+              std::string::npos)
+        << result.warnings[0];
+}
+
+TEST(ObjTextures, BlackColourBelowATextureIsWhite) {
+    const Folder folder("Kd 0 0 0\nmap_Kd a.png\nnewmtl n\nKd 0 0 0\n");
+    const Textured result = read_textures(
+        folder, "mtllib a.mtl\n" + kSquare + "usemtl m\n" + kFace + "usemtl n\n" + kFace);
+    EXPECT_EQ(result.mesh.albedo, (std::vector<Albedo>{kWhite, 0}));
+    ASSERT_EQ(result.warnings.size(), 1u);
+    EXPECT_NE(result.warnings[0].find("a.mtl:3: warning: Kd of material 'm' is black"),
+              std::string::npos)
+        << result.warnings[0];
+}
+
+TEST(ObjTextures, BrokenStatementIsRefusedWithItsLineOrLeftOut) {
+    const Folder folder("Kd 1 0 0\nmap_Kd -s x a.png\n");
+    const std::string text = "mtllib a.mtl\nusemtl m\n" + kSquare + kFace;
+    const std::string message = message_of([&] { read_textures(folder, text); });
+    EXPECT_NE(message.find("a.mtl:3: map_Kd '-s x a.png' has -s 'x'"), std::string::npos)
+        << message;
+    const Textured result = read_textures(folder, text, true);
+    EXPECT_TRUE(result.mesh.textures.empty());
+    EXPECT_EQ(result.mesh.albedo[0], 0xFFu);
+    EXPECT_EQ(result.warnings.size(), 1u);
+}
+
+TEST(ObjTextures, FacesThatAreLeftOutTakeTheirCornersAlong) {
+    const Folder folder("map_Kd a.png\n");
+    const FileMesh mesh =
+        read_textures(folder,
+                      "mtllib a.mtl\nusemtl m\n" + kSquare +
+                          "f 1/1 2/x 3/3\nf 1/1 2/2\nf 1/1 2/2 9/3\nf 4/4 3/3 2/2\n",
+                      true)
+            .mesh;
+    ASSERT_EQ(mesh.face_textures.size(), 1u);
+    EXPECT_EQ(mesh.texcoords, (std::vector<Texcoord>{{0, 1}, {1, 1}, {1, 0}}));
+}
+
+TEST(ObjTextures, OfASequenceAreThoseOfItsFirstFile) {
+    const Folder folder("map_Kd a.png\n");
+    // A concave polygon, whose triangles are no fan.
+    const std::string face = "f 1/1 2/2 3/3 4/4 5/5\n";
+    const std::string texcoords = "vt 0 0\nvt 4 0\nvt 4 4\nvt 2 1\nvt 0 4\n";
+    const auto positions = [](int z) {
+        std::string text;
+        for (const char* xy : {"0 0", "4 0", "4 4", "2 1", "0 4"})
+            text += std::string("v ") + xy + " " + std::to_string(z) + "\n";
+        return text;
+    };
+    folder.write("f_1.obj", "mtllib a.mtl\nusemtl m\n" + positions(0) + texcoords + face);
+    folder.write("f_2.obj", positions(1) + "f 1 2 3 4 5\n");
+    const auto clip = open_scene(folder.file("f_%d.obj"));
+    ASSERT_NE(clip->textures(), nullptr);
+    const SceneTextures& textures = *clip->textures();
+    EXPECT_EQ(textures.files.size(), 1u);
+    EXPECT_EQ(textures.texture_ids, (std::vector<std::uint32_t>{0, 0, 0}));
+    ASSERT_EQ(textures.texcoords.size(), 3u);
+    std::vector<vec3> points(5);
+    clip->positions(1, points);
+    for (std::size_t i = 0; i < 3; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            const vec3 p = points[clip->topology().triangles[i][k]];
+            EXPECT_EQ(textures.texcoords[i][static_cast<std::size_t>(k)], (Texcoord{p.x, p.y}));
+        }
+    }
+}
+
+}  // namespace
+}  // namespace mray

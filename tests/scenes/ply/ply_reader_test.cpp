@@ -1,0 +1,342 @@
+#include "scenes/ply/ply_reader.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "scenes/obj/obj_reader.h"
+#include "scenes/source/open_scene.h"
+#include "tests/scenes/ply/ply_files.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/thrown_error.h"
+
+namespace mray {
+namespace {
+
+using namespace test;
+
+const std::vector<std::vector<double>> kCorners = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+const PlyPart kSquare = ply_vertices(kCorners);
+const PlyPart kTwoFaces = ply_faces({{3, 0, 1, 2}, {4, 0, 1, 2, 3}});
+const std::vector<std::uint32_t> kTwoFacesCorners = {0, 1, 2, 0, 1, 2, 3};
+
+struct Reading {
+    FileMesh mesh;
+    std::vector<std::string> warnings;
+};
+
+Reading read(const std::string& bytes, MeshFileOptions options = {}) {
+    const TemporaryFolder folder;
+    Reading reading;
+    options.warn = [&](const Warning& warning) { reading.warnings.push_back(warning.line()); };
+    reading.mesh = read_ply(folder.write("a.ply", bytes), options);
+    return reading;
+}
+
+std::unique_ptr<Clip> open(const std::string& bytes, const char* name = "a.ply") {
+    const TemporaryFolder folder;
+    return open_scene(folder.write(name, bytes).native());
+}
+
+void expect_the_square(const std::string& bytes) {
+    const Reading reading = read(bytes);
+    EXPECT_TRUE(reading.warnings.empty()) << reading.warnings[0];
+    EXPECT_EQ(reading.mesh.positions,
+              (std::vector<vec3>{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}));
+    EXPECT_EQ(reading.mesh.faces.corners, kTwoFacesCorners);
+    EXPECT_EQ(reading.mesh.faces.corner_counts, (std::vector<std::uint32_t>{3, 4}));
+}
+
+TEST(PlyReader, ReadsEveryTypeOfCoordinatesInEveryEncoding) {
+    for (const PlyEncoding encoding : kPlyEncodings) {
+        for (const char* type :
+             {"char", "uchar", "short", "ushort", "int", "uint", "float", "double", "int8", "uint8",
+              "int16", "uint16", "int32", "uint32", "float32", "float64"}) {
+            SCOPED_TRACE(ply_format(encoding) + " " + type);
+            expect_the_square(ply(encoding, {ply_vertices(kCorners, type), kTwoFaces}));
+        }
+    }
+}
+
+TEST(PlyReader, ReadsEveryTypeOfListsInEveryEncoding) {
+    for (const PlyEncoding encoding : kPlyEncodings) {
+        for (const char* count : {"char", "uchar", "short", "ushort", "int", "uint"}) {
+            for (const char* index : {"char", "uchar", "short", "ushort", "int", "uint"}) {
+                SCOPED_TRACE(fmt::format("{} {} {}", ply_format(encoding), count, index));
+                const std::string types = fmt::format("{} {}", count, index);
+                expect_the_square(ply(encoding, {kSquare, ply_faces(kTwoFaces.items, types)}));
+            }
+        }
+    }
+}
+
+TEST(PlyReader, SkipsElementsAndPropertiesThatItDoesNotKnow) {
+    const PlyPart camera = {
+        "camera", {"float view_px", "uchar a", "double b"}, {{1, 2, 3}, {4, 5, 6}}};
+    const PlyPart edges = {"edge",
+                           {"int v1", "list uchar float f", "short v2"},
+                           {{1, 3, 0.5, 1.5, 2.5, 7}, {1, 0, 9}}};
+    const PlyPart nothing = {"nothing", {}, {}};
+    PlyPart vertices = {"vertex", {"uchar flag", "float x", "double q", "float z", "float y"}, {}};
+    for (const auto& p : kCorners) vertices.items.push_back({7, p[0], 0.25, p[2], p[1]});
+    PlyPart listed = {"vertex", {"float x", "list uchar short l", "float y", "float z"}, {}};
+    for (const auto& p : kCorners) listed.items.push_back({p[0], 2, 1, 1, p[1], p[2]});
+    const PlyPart faces = {"face",
+                           {"uchar flags", "list uchar uint vertex_index", "list int double uv"},
+                           {{1, 3, 0, 1, 2, 1, 0.5}, {2, 4, 0, 1, 2, 3, 0}}};
+    for (const PlyEncoding encoding : kPlyEncodings) {
+        SCOPED_TRACE(ply_format(encoding));
+        expect_the_square(ply(encoding, {camera, vertices, edges, kTwoFaces, nothing}));
+        expect_the_square(ply(encoding, {edges, faces, camera, kSquare}));
+        expect_the_square(ply(encoding, {listed, faces, edges}));
+    }
+}
+
+TEST(PlyReader, LineEndsAndBlanksMakeNoDifference) {
+    const std::vector<PlyPart> parts = {kSquare, kTwoFaces};
+    for (const PlyEncoding encoding : kPlyEncodings) {
+        for (const char* end : {"\n", "\r\n", "\r"}) {
+            SCOPED_TRACE(ply_format(encoding));
+            expect_the_square(ply(encoding, parts, end));
+        }
+    }
+    // The first byte after a header with CR alone is a line feed.
+    PlyPart ten = ply_vertices({{10, 0, 0}, {1, 0, 0}, {0, 1, 0}}, "uchar");
+    const Reading reading =
+        read(ply(PlyEncoding::kLittleEndian, {ten, ply_faces({{3, 0, 1, 2}})}, "\r"));
+    EXPECT_EQ(reading.mesh.positions[0], vec3(10, 0, 0));
+
+    std::string text = ply(PlyEncoding::kText, parts);
+    std::string spread = "ply \ncomment a\nobj_info b c\n\n";
+    for (const char c : text.substr(4)) {
+        if (c == '\n')
+            spread += " \t\r\n";
+        else
+            spread += c;
+        if (c == ' ') spread += "  ";
+    }
+    expect_the_square(spread + "\n \n\r\n");
+    text.pop_back();
+    expect_the_square(text);
+}
+
+TEST(PlyReader, TextIsRoundedCorrectlyWhateverItsType) {
+    // The double between two floats that is closest to the middle would be rounded twice.
+    for (const char* type : {"float", "double"}) {
+        const std::string text = fmt::format(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty {0} x\nproperty {0} y\n"
+            "property {0} z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+            "0.1 1e-42 1.000000059604644775390626\n+1 -0 .5\n1E2 3. 4\n3 0 1 2\n",
+            type);
+        const Reading reading = read(text);
+        EXPECT_EQ(reading.mesh.positions[0].x, 0.1f);
+        EXPECT_EQ(std::bit_cast<unsigned>(reading.mesh.positions[0].y), 714u);
+        EXPECT_EQ(reading.mesh.positions[0].z, std::nextafter(1.0f, 2.0f));
+        EXPECT_EQ(std::bit_cast<unsigned>(reading.mesh.positions[1].y), 0x80000000u);
+        EXPECT_EQ(reading.mesh.positions[2], vec3(100, 3, 4));
+    }
+}
+
+TEST(PlyReader, MeshesBeyondTheBufferAreEqualInAllEncodings) {
+    constexpr int kSide = 190;
+    PlyPart vertices = ply_vertices({});
+    vertices.properties.push_back("uchar flag");
+    for (int i = 0; i < kSide * kSide; ++i)
+        vertices.items.push_back({i % kSide * 0.25, i / kSide * 0.5, i % 7 * 0.125, 1});
+    PlyPart faces = ply_faces({}, "ushort int");
+    PlyPart triangles = ply_faces({});
+    for (int i = 0; i + kSide + 1 < kSide * kSide; ++i) {
+        std::vector<double> face = {4, i + 0., i + 1., i + kSide + 1., i + kSide + 0.};
+        if (i % 5 == 0) face = {3, i + 0., i + 1., i + kSide + 0.};
+        triangles.items.push_back(face);
+        if (i % 9000 == 17) {
+            face = {30000};
+            for (int k = 0; k < 30000; ++k) face.push_back(k);
+        }
+        faces.items.push_back(face);
+    }
+    for (const PlyPart* part : {&faces, &triangles}) {
+        const Reading text = read(ply(PlyEncoding::kText, {vertices, *part}));
+        EXPECT_EQ(text.mesh.faces.corner_counts.size(), part->items.size());
+        EXPECT_EQ(text.mesh.positions[kSide + 3], vec3(0.75f, 0.5f, (kSide + 3) % 7 * 0.125f));
+        for (const PlyEncoding encoding : {PlyEncoding::kLittleEndian, PlyEncoding::kBigEndian}) {
+            const Reading binary = read(ply(encoding, {vertices, *part}));
+            EXPECT_EQ(binary.mesh.positions, text.mesh.positions);
+            EXPECT_EQ(binary.mesh.faces, text.mesh.faces);
+        }
+    }
+}
+
+TEST(PlyReader, PolygonsBecomeTheTrianglesOfTheirObjFile) {
+    // Concave, and not flat.
+    const std::vector<std::vector<double>> positions = {{0, 0, 0},   {4, 0, 0.5}, {4, 4, 0},
+                                                        {2, 1, 0},   {0, 4, 0},   {-1, 2, 1},
+                                                        {0.5, 2, 0}, {7, 7, 7}};
+    const std::vector<std::vector<double>> faces = {
+        {7, 0, 1, 2, 3, 4, 5, 6}, {5, 0, 1, 3, 2, 7}, {3, 4, 4, 4}};
+    std::string obj;
+    for (const auto& p : positions) obj += fmt::format("v {} {} {}\n", p[0], p[1], p[2]);
+    for (const auto& face : faces) {
+        obj += "f";
+        for (std::size_t i = 1; i < face.size(); ++i) obj += fmt::format(" {}", face[i] + 1);
+        obj += "\n";
+    }
+    const auto expected = open(obj, "a.obj");
+    for (const PlyEncoding encoding : kPlyEncodings) {
+        const auto actual = open(ply(encoding, {ply_vertices(positions), ply_faces(faces)}));
+        EXPECT_EQ(actual->topology().triangles, expected->topology().triangles);
+        EXPECT_EQ(actual->topology().albedo, expected->topology().albedo);
+        EXPECT_EQ(topology_hash(actual->topology()), topology_hash(expected->topology()));
+        EXPECT_EQ(actual->smooth_corners().data(), actual->topology().triangles.data());
+    }
+}
+
+TEST(PlyReader, TrianglesHaveTheMeanOfTheColoursOfTheirVertices) {
+    for (const PlyEncoding encoding : kPlyEncodings) {
+        PlyPart vertices = {
+            "vertex",
+            {"float x", "float y", "float z", "uchar red", "uchar green", "uchar blue",
+             "uchar alpha"},
+            {{0, 0, 0, 255, 0, 128, 9}, {1, 0, 0, 255, 0, 128, 9}, {0, 1, 0, 0, 255, 128, 9}}};
+        const PlyPart faces = ply_faces({{3, 0, 1, 2}});
+        // Squares are linear: (128 / 255)^2 * 255 is 64.25.
+        EXPECT_EQ(open(ply(encoding, {vertices, faces}))->topology().albedo,
+                  std::vector<Albedo>{170u | 85u << 8 | 64u << 16});
+        for (std::size_t i = 3; i < 6; ++i) {
+            vertices.properties[i].replace(0, 5, i == 4 ? "double" : "float");
+            for (auto& item : vertices.items) item[i] /= 128;
+        }
+        // Clamped after the mean.
+        EXPECT_EQ(open(ply(encoding, {vertices, faces}))->topology().albedo,
+                  std::vector<Albedo>{255u | 169u << 8 | 255u << 16});
+        vertices.properties[3] = "int red";
+        const Reading reading = read(ply(encoding, {vertices, faces}));
+        ASSERT_EQ(reading.warnings.size(), 1u);
+        EXPECT_NE(reading.warnings[0].find("a.ply:3: warning: colours of this type"),
+                  std::string::npos);
+        EXPECT_TRUE(reading.mesh.vertex_colours.empty());
+        vertices.properties[3] = "float r";
+        EXPECT_TRUE(read(ply(encoding, {vertices, faces})).warnings.empty());
+        EXPECT_EQ(open(ply(encoding, {vertices, faces}))->topology().albedo,
+                  std::vector<Albedo>{kDefaultAlbedo});
+    }
+}
+
+TEST(PlyReader, VerticesOfEqualPositionAndNormalAreSmoothTogether) {
+    // Vertices 1 2 stand twice: 4 has the normal of 1 and 5 has another one than 2.
+    const PlyPart vertices = {"vertex",
+                              {"float x", "float y", "float z", "float nx", "float ny", "float nz"},
+                              {{0, 0, 0, 0, 0, 1},
+                               {1, 0, 0, 0, 0, 1},
+                               {0, 1, 0, 0, 0, 1},
+                               {1, 1, 0, 0, 0, 1},
+                               {1, 0, 0, 0, -0.0, 1},
+                               {0, 1, 0, 1, 0, 0},
+                               {9, 9, 9, 1, 0, 0}}};
+    for (const PlyEncoding encoding : kPlyEncodings) {
+        const auto clip = open(ply(encoding, {vertices, ply_faces({{3, 0, 1, 2}, {3, 4, 3, 5}})}));
+        const std::span<const uvec3> smooth = clip->smooth_corners();
+        ASSERT_EQ(smooth.size(), 2u);
+        EXPECT_EQ(smooth[1].x, smooth[0].y);
+        EXPECT_NE(smooth[1].z, smooth[0].z);
+        EXPECT_NE(smooth[0].x, smooth[0].y);
+        for (const uvec3& t : smooth) EXPECT_LT(std::max({t.x, t.y, t.z}), 6u);
+    }
+}
+
+TEST(PlyReader, StripsBecomeTrianglesOfOneSide) {
+    const PlyPart strips = {
+        "tristrips", {"list int int vertex_indices"}, {{9, 0, 1, 3, 2, -1, 0, 1, 2, -1}}};
+    for (const PlyEncoding encoding : kPlyEncodings) {
+        const Reading reading = read(ply(encoding, {kSquare, strips}));
+        EXPECT_EQ(reading.mesh.faces.corners,
+                  (std::vector<std::uint32_t>{0, 1, 3, 3, 1, 2, 0, 1, 2}));
+        EXPECT_EQ(reading.mesh.faces.corner_counts, (std::vector<std::uint32_t>{3, 3, 3}));
+    }
+}
+
+TEST(PlyReader, LenientReadingAcceptsWhatItAcceptsInObjFiles) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    for (const PlyEncoding encoding : kPlyEncodings) {
+        auto corners = kCorners;
+        corners[1][1] = nan;
+        corners[2][2] = 1e31;
+        const PlyPart faces = ply_faces(
+            {{3, 0, 1, 2}, {1, 0}, {3, 0, 1, 7}, {3, 0, -1, 2}, {0}, {2, 0, 1}, {3, 1, 2, 3}});
+        const Reading reading =
+            read(ply(encoding, {ply_vertices(corners), faces}), {.lenient = true});
+        EXPECT_TRUE(std::isnan(reading.mesh.positions[1].y));
+        EXPECT_EQ(reading.mesh.positions[2].z, 1e31f);
+        EXPECT_EQ(reading.mesh.faces.corners, (std::vector<std::uint32_t>{0, 1, 2, 1, 2, 3}));
+        ASSERT_EQ(reading.warnings.size(), 2u);
+        EXPECT_NE(reading.warnings[0].find("left out (and 4 more)"), std::string::npos);
+        EXPECT_NE(reading.warnings[1].find("kept as it is (and 1 more)"), std::string::npos);
+
+        const std::string clouds = ply(encoding, {kSquare});
+        EXPECT_EQ(message_of([&] { read(clouds); }).substr(0, 0), "");
+        EXPECT_EQ(error_of([&] { read(clouds); })->remedy(), Remedy::kAllowEmpty);
+        EXPECT_EQ(read(clouds, {.allow_empty = true}).warnings.size(), 1u);
+    }
+}
+
+TEST(PlyReader, DoublesBeyondFloatsAreInfinite) {
+    auto corners = kCorners;
+    corners[0] = {1e300, -1e300, 1e-300};
+    for (const PlyEncoding encoding : kPlyEncodings) {
+        const Reading reading =
+            read(ply(encoding, {ply_vertices(corners, "double"), kTwoFaces}), {.lenient = true});
+        EXPECT_EQ(reading.mesh.positions[0], vec3(std::numeric_limits<float>::infinity(),
+                                                  -std::numeric_limits<float>::infinity(), 0));
+    }
+}
+
+TEST(PlyReader, BytesAfterTheLastItemAreAWarning) {
+    for (const PlyEncoding encoding : kPlyEncodings) {
+        const Reading reading = read(ply(encoding, {kSquare, kTwoFaces}) + "abc");
+        ASSERT_EQ(reading.warnings.size(), 1u);
+        EXPECT_NE(reading.warnings[0].find("3 bytes after the last item; ignored"),
+                  std::string::npos);
+    }
+}
+
+TEST(PlySequence, ClipsAndCachesAreThoseOfObjFiles) {
+    const TemporaryFolder folder;
+    for (int i = 0; i < 3; ++i) {
+        auto corners = kCorners;
+        corners[0][2] = i;
+        folder.write(fmt::format("c/f_{:04}.ply", i + 5),
+                     ply(kPlyEncodings[i], {ply_vertices(corners), kTwoFaces}));
+    }
+    for (const char* name : {"c", "c/f_%04d.ply", "c/f_*.ply"}) {
+        const auto clip = open_scene(folder.file(name));
+        EXPECT_EQ(clip->last_frame() - clip->first_frame(), 2);
+        std::vector<vec3> positions(4);
+        clip->positions(clip->first_frame() + 1.5, positions);
+        EXPECT_EQ(positions[0], vec3(0, 0, 1.5f));
+    }
+    folder.write("c/f_0008.obj", "v 0 0 0\n");
+    EXPECT_NE(message_of([&] {
+                  open_scene(folder.file("c"));
+              }).find("f_0005.ply and f_0008.obj have different formats"),
+              std::string::npos);
+    folder.write("c/f_0006.ply", ply(PlyEncoding::kText, {kSquare, ply_faces({{3, 0, 1, 2}})}));
+    EXPECT_NE(message_of([&] {
+                  open_scene(folder.file("c/f_%04d.ply"));
+              }).find("f_0006.ply: frame 6 has 1 faces instead of the 2 of"),
+              std::string::npos);
+
+    std::string cache("POINTCACHE2\0\1\0\0\0\4\0\0\0\0\0\0\0\0\0\x80\x3f\1\0\0\0", 32);
+    cache += ply_body(PlyEncoding::kLittleEndian,
+                      {ply_vertices({{5, 6, 7}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}})});
+    const auto clip =
+        open_scene(folder.file("c/f_0005.ply"), {.cache = folder.write("a.pc2", cache).native()});
+    std::vector<vec3> positions(4);
+    clip->positions(0, positions);
+    EXPECT_EQ(positions[0], vec3(5, 6, 7));
+}
+
+}  // namespace
+}  // namespace mray

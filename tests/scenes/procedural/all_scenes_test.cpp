@@ -1,0 +1,199 @@
+// Properties of all built-in scenes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/base/errors.h"
+#include "common/base/hash.h"
+#include "scenes/procedural/procedural.h"
+#include "scenes/procedural/scenes.h"
+#include "tests/scenes/procedural/mesh_checks.h"
+
+namespace mray {
+namespace {
+
+using MakeMesh = DeformingMesh (*)(std::uint64_t);
+
+const std::map<std::string, MakeMesh>& makers() {
+    static const std::map<std::string, MakeMesh> all = {
+        {"cloth", make_cloth},     {"twist", make_twist},       {"herd", make_herd},
+        {"explode", make_explode}, {"shuffle", make_shuffle},   {"soup", make_soup},
+        {"spikes", make_spikes},   {"collapse", make_collapse}, {"wave", make_wave},
+        {"orbits", make_orbits},   {"gather", make_gather},     {"teleport", make_teleport},
+        {"swing", make_swing},     {"hall", make_hall},         {"room", make_room},
+        {"kitchen", make_kitchen}, {"hair", make_hair},         {"degenerate", make_degenerate}};
+    return all;
+}
+
+std::vector<std::string> names() {
+    std::vector<std::string> all;
+    for (const ProceduralScene& scene : procedural_scenes()) all.push_back(scene.name);
+    return all;
+}
+
+std::uint64_t hash_at(const Clip& clip, double frame) {
+    const std::vector<vec3> positions = positions_of(clip, frame);
+    return Hasher().add(std::span(positions)).digest();
+}
+
+class EveryScene : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Builtin, EveryScene, testing::ValuesIn(names()),
+                         [](const auto& parameter) { return parameter.param; });
+
+TEST_P(EveryScene, HasAboutAsManyTrianglesAsAskedFor) {
+    const struct {
+        std::uint64_t request;
+        double tolerance;
+    } cases[] = {{100, 0.25},   {333, 0.12},    {1000, 0.06},    {5000, 0.03},
+                 {20000, 0.02}, {100000, 0.01}, {300000, 0.005}, {1000000, 0.003}};
+    for (const auto& [request, tolerance] : cases) {
+        const DeformingMesh mesh = makers().at(GetParam())(request);
+        EXPECT_NEAR(static_cast<double>(mesh.topology.triangles.size()), double(request),
+                    tolerance * double(request))
+            << request;
+    }
+}
+
+TEST_P(EveryScene, HasValidIndicesAndOneAlbedoATriangleAndNoStrayVertex) {
+    for (const std::uint64_t request : {1, 50, 777, 4000}) {
+        const auto clip = make_procedural(GetParam(), request);
+        const Topology& topology = clip->topology();
+        EXPECT_EQ(topology.albedo.size(), topology.triangles.size());
+        std::vector<bool> used(topology.vertex_count, false);
+        for (const uvec3& t : topology.triangles) {
+            for (int i = 0; i < 3; ++i) {
+                ASSERT_LT(t[i], topology.vertex_count);
+                used[t[i]] = true;
+            }
+            ASSERT_TRUE(t.x != t.y && t.y != t.z && t.z != t.x);
+        }
+        EXPECT_EQ(std::count(used.begin(), used.end(), false), 0);
+    }
+}
+
+TEST_P(EveryScene, GivesATinyRequestItsSmallestMesh) {
+    const auto clip = make_procedural(GetParam(), 1);
+    EXPECT_GE(clip->topology().triangles.size(), 1u);
+    EXPECT_LE(clip->topology().triangles.size(), 100u);
+}
+
+TEST_P(EveryScene, HasItsDefaultSizeWhenNoneIsAskedFor) {
+    const auto scenes = procedural_scenes();
+    const auto scene = std::find_if(scenes.begin(), scenes.end(),
+                                    [](const auto& s) { return s.name == GetParam(); });
+    const auto clip = make_procedural(GetParam());
+    EXPECT_NEAR(static_cast<double>(clip->topology().triangles.size()) / scene->default_triangles,
+                1, 0.02);
+    EXPECT_GE(scene->default_triangles, 20000u);
+    EXPECT_LE(scene->default_triangles, 100000u);
+    EXPECT_EQ(clip->name(), GetParam());
+}
+
+TEST_P(EveryScene, IsTheSameEachTimeItIsMade) {
+    const auto first = make_procedural(GetParam(), 9000);
+    const auto second = make_procedural(GetParam(), 9000);
+    EXPECT_EQ(topology_hash(first->topology()), topology_hash(second->topology()));
+    EXPECT_EQ(first->topology().albedo, second->topology().albedo);
+    for (const double frame : {0.0, 3.0, 7.3, 24.0}) {
+        EXPECT_EQ(hash_at(*first, frame), hash_at(*second, frame)) << frame;
+    }
+}
+
+TEST_P(EveryScene, HasThePositionsThatItHasOnEveryMachine) {
+    // XXH3 of the positions at frame 7.3 of the scene of 1000 triangles.
+    const std::map<std::string, std::uint64_t> expected = {
+        {"cloth", 0x5B45F1AE35FA322F},   {"twist", 0xF3B99C5CB7992B02},
+        {"herd", 0x22667D2A6A2DDB38},    {"explode", 0x61045BB321F11BD0},
+        {"shuffle", 0x058E8DC6C5DDEA47}, {"soup", 0xF4D0B89303796DD7},
+        {"spikes", 0xACE67F2A40506A62},  {"collapse", 0x854F0E241CC206F1},
+        {"wave", 0xE2673A6AF2BB2B7E},    {"orbits", 0xD92D7920893AFD82},
+        {"gather", 0xA2DC48A42FE4756A},  {"teleport", 0x41FAE2EE20ECC5E0},
+        {"swing", 0x47008D09067DD1BF},   {"hall", 0xB5C8AC4AB8E23D02},
+        {"room", 0x5C47E6331BD85C45},    {"kitchen", 0x804A071980C3E662},
+        {"hair", 0xAB412CDF685515E8},    {"degenerate", 0xF2539552CC3A7FCD}};
+    EXPECT_EQ(hash_at(*make_procedural(GetParam(), 1000), 7.3), expected.at(GetParam()));
+}
+
+TEST_P(EveryScene, HasTheBoundsOfItsFirstFrame) {
+    const auto clip = make_procedural(GetParam(), 3000);
+    ASSERT_EQ(clip->first_frame(), 0);
+    ASSERT_EQ(clip->last_frame(), 24);
+    const WorldBounds bounds = bounds_of(positions_of(*clip, 0));
+    for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_EQ(clip->bounds().lower[axis], bounds.lower[axis]);
+        EXPECT_EQ(clip->bounds().upper[axis], bounds.upper[axis]);
+    }
+}
+
+TEST_P(EveryScene, MovesEachVertexAlikeInWhateverRangesItIsAsked) {
+    const DeformingMesh mesh = makers().at(GetParam())(1500);
+    const std::uint32_t count = mesh.topology.vertex_count;
+    std::vector<vec3> whole(count);
+    mesh.move(9.7, {0, count}, whole);
+    for (const std::uint32_t step : {1u, 7u, 100u, 1001u}) {
+        std::vector<vec3> parts(count, vec3(NAN, NAN, NAN));
+        for (std::uint32_t begin = 0; begin < count; begin += step) {
+            mesh.move(9.7, {begin, std::min(begin + step, count)}, parts);
+        }
+        EXPECT_EQ(parts, whole) << step;
+    }
+}
+
+TEST_P(EveryScene, HoldsItsFirstAndLastFrameOutsideOfTheClip) {
+    const auto clip = make_procedural(GetParam(), 200);
+    EXPECT_EQ(positions_of(*clip, -3), positions_of(*clip, 0));
+    EXPECT_EQ(positions_of(*clip, 1e30), positions_of(*clip, 24));
+}
+
+TEST_P(EveryScene, Moves) {
+    const auto clip = make_procedural(GetParam(), 2000);
+    EXPECT_NE(positions_of(*clip, 0), positions_of(*clip, 3));
+}
+
+TEST(MakeProcedural, NamesTheNearestSceneForAnUnknownOne) {
+    const struct {
+        const char* name;
+        const char* nearest;
+    } cases[] = {{"clot", "cloth"}, {"Twist", "twist"},      {"soap", "soup"},
+                 {"herds", "herd"}, {"colapse", "collapse"}, {"expolde", "explode"}};
+    for (const auto& [name, nearest] : cases) {
+        try {
+            make_procedural(name);
+            ADD_FAILURE() << name;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kBadArgument);
+            EXPECT_NE(std::string(error.what()).find(std::string("'") + nearest + "'"),
+                      std::string::npos)
+                << error.what();
+        }
+    }
+}
+
+TEST(MakeProcedural, RefusesEmptyAndEndlessNames) {
+    EXPECT_THROW(make_procedural(""), Error);
+    try {
+        make_procedural(std::string(10'000'000, 'x'));
+        ADD_FAILURE();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kBadArgument);
+        EXPECT_LT(std::string(error.what()).size(), 300u);
+    }
+}
+
+TEST(MakeProcedural, RefusesMoreThan2To28Triangles) {
+    for (const std::uint64_t request : {(std::uint64_t{1} << 28) + 1, ~std::uint64_t{0}}) {
+        try {
+            make_procedural("cloth", request);
+            ADD_FAILURE() << request;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kLimit);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace mray

@@ -1,0 +1,273 @@
+#include "scenes/sequence/keyframe_clip.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "scenes/interpolate.h"
+#include "scenes/source/open_scene.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/thrown_error.h"
+
+namespace mray {
+namespace {
+
+using namespace test;
+
+// A triangle at x, moved by frame.
+std::string triangle_at(const std::string& x) {
+    return "v " + x + " 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+}
+
+struct Opened {
+    /// The files are read when frames need them.
+    std::unique_ptr<TemporaryFolder> folder = std::make_unique<TemporaryFolder>();
+    std::unique_ptr<Clip> clip;
+    std::vector<std::string> warnings;
+};
+
+Opened open_frames(const std::vector<std::string>& texts, ClipOptions options = {}) {
+    Opened opened;
+    for (std::size_t i = 0; i < texts.size(); ++i) {
+        if (!texts[i].empty()) opened.folder->write(fmt::format("f_{}.obj", i), texts[i]);
+    }
+    options.warn = [&](const Warning& warning) { opened.warnings.push_back(warning.line()); };
+    opened.clip = open_scene((opened.folder->path() / "f_%d.obj").native(), options);
+    return opened;
+}
+
+std::vector<vec3> positions_at(const Clip& clip, double frame) {
+    std::vector<vec3> positions(clip.topology().vertex_count);
+    clip.positions(frame, positions);
+    return positions;
+}
+
+float x_at(const Opened& opened, double frame) { return positions_at(*opened.clip, frame)[0].x; }
+
+TEST(KeyframeClip, GivesKeyframesBitForBitAndInterpolatesBetween) {
+    const Opened opened = open_frames({triangle_at("0.1"), triangle_at("1e-42"), triangle_at("4")});
+    EXPECT_EQ(opened.clip->first_frame(), 0);
+    EXPECT_EQ(opened.clip->last_frame(), 2);
+    EXPECT_EQ(x_at(opened, 0), 0.1f);
+    EXPECT_EQ(std::bit_cast<unsigned>(x_at(opened, 1)), 714u);
+    EXPECT_EQ(x_at(opened, 1.25), 1e-42f + (4.0f - 1e-42f) * 0.25f);
+    EXPECT_EQ(x_at(opened, 0.7), 0.1f + (1e-42f - 0.1f) * 0.7f);
+    EXPECT_EQ(x_at(opened, 2), 4.0f);
+    EXPECT_EQ(x_at(opened, std::nextafter(2.0, 0.0)), 4.0f);
+    // 1 + (1e-9 - 1) is 0 in float.
+    const Opened shrinking = open_frames({triangle_at("1"), triangle_at("1e-9")});
+    EXPECT_EQ(x_at(shrinking, std::nextafter(1.0, 0.0)), 1e-9f);
+}
+
+TEST(KeyframeClip, IsSmoothOverVerticesOrAsTheFirstFileSays) {
+    const Opened without = open_frames({triangle_at("0"), triangle_at("1")});
+    EXPECT_EQ(without.clip->smooth_corners().data(), without.clip->topology().triangles.data());
+    // A square and a triangle at its edge 2 3, with a crease there at vertex 3 only.
+    const std::string both =
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 1\nvn 0 0 1\nvn 1 0 0\n"
+        "f 1//1 2//1 3//1 4//1\nf 2//1 5//2 3//2\n";
+    const Opened given = open_frames({both, both});
+    const Topology& topology = given.clip->topology();
+    const std::span<const uvec3> smooth = given.clip->smooth_corners();
+    ASSERT_EQ(smooth.size(), 3u);
+    const auto number = [&](std::size_t prim, std::uint32_t vertex) {
+        for (int k = 0; k < 3; ++k)
+            if (topology.triangles[prim][k] == vertex) return smooth[prim][k];
+        return ~0u;
+    };
+    // The same in both triangles of the square.
+    for (const std::uint32_t vertex : {0u, 1u, 2u, 3u}) {
+        const std::uint32_t first = number(0, vertex);
+        const std::uint32_t second = number(1, vertex);
+        if (first != ~0u && second != ~0u) {
+            EXPECT_EQ(first, second);
+        }
+    }
+    const auto in_square = [&](std::uint32_t vertex) {
+        return std::min(number(0, vertex), number(1, vertex));
+    };
+    EXPECT_EQ(number(2, 1), in_square(1));
+    EXPECT_NE(number(2, 2), in_square(2));
+}
+
+TEST(KeyframeClip, TakesAFrameFromTheKeyframesAroundIt) {
+    const Opened opened = open_frames({triangle_at("1"), triangle_at("3"), triangle_at("nan")});
+    EXPECT_EQ(x_at(opened, 0), 1.0f);
+    EXPECT_EQ(x_at(opened, 0.25), 1.5f);
+    // Frame 1 does not need the damaged keyframe after it.
+    EXPECT_EQ(x_at(opened, 1), 3.0f);
+    EXPECT_EQ(x_at(opened, -7), 1.0f);
+    EXPECT_EQ(kind_of([&] { x_at(opened, 1.25); }), ErrorKind::kBadInput);
+}
+
+TEST(KeyframeClip, ClampsFramesToItsRange) {
+    const Opened opened = open_frames({triangle_at("1"), triangle_at("2")});
+    EXPECT_EQ(x_at(opened, -5), 1.0f);
+    EXPECT_EQ(x_at(opened, 99), 2.0f);
+    EXPECT_EQ(x_at(opened, std::numeric_limits<double>::quiet_NaN()), 1.0f);
+    EXPECT_EQ(x_at(opened, std::numeric_limits<double>::infinity()), 2.0f);
+}
+
+TEST(KeyframeClip, BoundsAreThoseOfTheFirstFrame) {
+    const WorldBounds bounds = open_frames({triangle_at("-7"), triangle_at("9")}).clip->bounds();
+    EXPECT_EQ(bounds.lower[0], -7);
+    EXPECT_EQ(bounds.upper[0], 1);
+    EXPECT_EQ(bounds.lower[1], 0);
+    EXPECT_EQ(bounds.upper[1], 1);
+    EXPECT_EQ(bounds.upper[2], 0);
+}
+
+TEST(Interpolate, NeverLeavesTheInterval) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<float> mantissa(-2, 2);
+    std::uniform_int_distribution<int> exponent(-149, 99);
+    std::uniform_real_distribution<float> unit(0, 1);
+    const float nearly_one = std::nextafter(1.0f, 0.0f);
+    for (int i = 0; i < 2'000'000; ++i) {
+        const int scale = exponent(random);
+        const float a = std::ldexp(mantissa(random), scale);
+        const float b = std::ldexp(mantissa(random), i % 2 ? scale : exponent(random));
+        const float f = i % 3 == 0 ? nearly_one : std::min(unit(random), nearly_one);
+        const float x = interpolate(a, b, f);
+        ASSERT_GE(x, std::min(a, b)) << a << " " << b << " " << f;
+        ASSERT_LE(x, std::max(a, b)) << a << " " << b << " " << f;
+    }
+}
+
+TEST(KeyframeClip, ColoursAndTrianglesAreThoseOfTheFirstFrame) {
+    const TemporaryFolder folder;
+    folder.write("a.mtl", "newmtl a\nKd 1 0 0\n");
+    const std::string quad = "v 0 0 0\nv 4 0 0\nv 1 1 0\nv 0 4 0\nusemtl a\nf 1 2 3 4\nf 1 2 3\n";
+    // In the second frame the notch is elsewhere: the same faces, but another triangulation.
+    const std::string moved = "v 0 0 0\nv 1 1 0\nv 4 4 0\nv 0 4 0\nf 1 2 3 4\nf 1 2 3\n";
+    folder.write("f_0.obj", "mtllib a.mtl\n" + quad);
+    folder.write("f_1.obj", moved);
+    const auto clip = open_scene(folder.path().native());
+    EXPECT_EQ(clip->topology().albedo, (std::vector<Albedo>{0xFF, 0xFF, 0xFF}));
+    EXPECT_EQ(clip->topology().triangles.size(), 3u);
+    EXPECT_EQ(clip->topology().triangles[2], uvec3(0, 1, 2));
+}
+
+TEST(KeyframeClip, FrameOfOtherVertexCountIsRefusedByName) {
+    const auto error = error_of([] {
+        x_at(open_frames({triangle_at("0"), triangle_at("1"), "v 0 0 0\n" + triangle_at("2")}), 2);
+    });
+    ASSERT_TRUE(error);
+    EXPECT_EQ(error->kind(), ErrorKind::kBadInput);
+    EXPECT_NE(
+        std::string(error->what()).find("f_2.obj: frame 2 has 4 vertices instead of the 3 of "),
+        std::string::npos)
+        << error->what();
+    EXPECT_NE(std::string(error->what()).find("separate runs"), std::string::npos);
+}
+
+TEST(KeyframeClip, FrameOfTheSameCountsButOtherFacesIsRefusedByName) {
+    const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
+    const std::string message = message_of([&] {
+        x_at(open_frames({vertices + "f 1 2 3\nf 2 4 3\n", vertices + "f 1 2 3\nf 3 2 4\n"}), 1);
+    });
+    EXPECT_NE(message.find("f_1.obj: frame 1 has other vertices in face 2 than "),
+              std::string::npos)
+        << message;
+    EXPECT_NE(message_of([&] {
+                  x_at(open_frames({vertices + "f 1 2 3\n", vertices + "f 1 2 3\nf 3 2 4\n"}), 1);
+              }).find("2 faces instead of the 1 of "),
+              std::string::npos);
+    EXPECT_NE(message_of([&] {
+                  x_at(open_frames(
+                           {vertices + "f 1 2 3 4\nf 1 2 3\n", vertices + "f 1 2 3\nf 4 1 2 3\n"}),
+                       1);
+              }).find("face 1"),
+              std::string::npos);
+}
+
+TEST(KeyframeClip, FrameThatExplodesFailsWhenItIsAskedFor) {
+    for (const char* x : {"nan", "inf", "1e31", "-3e38"}) {
+        const Opened opened = open_frames({triangle_at("0"), triangle_at("1"), triangle_at(x),
+                                           triangle_at("3"), triangle_at("4")});
+        EXPECT_EQ(x_at(opened, 0), 0.0f);
+        EXPECT_EQ(x_at(opened, 0.5), 0.5f);
+        EXPECT_EQ(x_at(opened, 1), 1.0f);
+        for (const double frame : {1.5, 2.0, 2.75}) {
+            const auto error = error_of([&] { x_at(opened, frame); });
+            ASSERT_TRUE(error) << frame;
+            EXPECT_EQ(error->kind(), ErrorKind::kBadInput);
+            EXPECT_NE(std::string(error->what()).find("f_2.obj:1: "), std::string::npos);
+            EXPECT_NE(std::string(error->what()).find(": frame 2: "), std::string::npos);
+        }
+        EXPECT_EQ(x_at(opened, 3), 3.0f);
+        EXPECT_EQ(x_at(opened, 3.5), 3.5f);
+        EXPECT_TRUE(opened.warnings.empty());
+    }
+}
+
+TEST(KeyframeClip, FrameThatCannotBeReadFailsWhenItIsUsed) {
+    const Opened opened = open_frames({triangle_at("0"), "v 0 0\n", triangle_at("2")});
+    EXPECT_EQ(x_at(opened, 0), 0.0f);
+    EXPECT_EQ(kind_of([&] { x_at(opened, 1); }), ErrorKind::kBadInput);
+    EXPECT_EQ(x_at(opened, 2), 2.0f);
+}
+
+TEST(KeyframeClip, FirstFrameThatExplodesIsRefused) {
+    EXPECT_EQ(kind_of([] {
+                  open_frames({triangle_at("nan"), triangle_at("1")});
+              }),
+              ErrorKind::kBadInput);
+}
+
+TEST(KeyframeClip, LenientlyPassesOnWhatIsNotFinite) {
+    ClipOptions options;
+    options.lenient = true;
+    const Opened opened =
+        open_frames({triangle_at("nan"), triangle_at("1"), triangle_at("-inf")}, options);
+    EXPECT_TRUE(std::isnan(x_at(opened, 0)));
+    EXPECT_TRUE(std::isnan(x_at(opened, 0.5)));
+    EXPECT_EQ(x_at(opened, 1), 1.0f);
+    EXPECT_EQ(x_at(opened, 2), -INFINITY);
+    EXPECT_EQ(opened.clip->bounds().lower[0], 0);
+    EXPECT_EQ(opened.clip->bounds().upper[0], 1);
+}
+
+TEST(KeyframeClip, MissingFrameIsHeldOrInterpolatedAsAsked) {
+    const std::vector<std::string> texts = {triangle_at("0"), "", "", triangle_at("6"),
+                                            triangle_at("7")};
+    EXPECT_EQ(kind_of([&] { open_frames(texts); }), ErrorKind::kBadInput);
+    ClipOptions options;
+    options.missing = MissingFrames::kHold;
+    const Opened held = open_frames(texts, options);
+    EXPECT_EQ(held.clip->last_frame(), 4);
+    EXPECT_EQ(x_at(held, 1), 0.0f);
+    EXPECT_EQ(x_at(held, 1.5), 0.0f);
+    EXPECT_EQ(x_at(held, 2), 0.0f);
+    EXPECT_EQ(x_at(held, 2.5), 3.0f);
+    EXPECT_EQ(x_at(held, 3), 6.0f);
+    EXPECT_EQ(x_at(held, 3.5), 6.5f);
+    EXPECT_EQ(x_at(held, 4), 7.0f);
+    options.missing = MissingFrames::kSkip;
+    const Opened skipped = open_frames(texts, options);
+    EXPECT_EQ(skipped.clip->last_frame(), 4);
+    EXPECT_EQ(x_at(skipped, 1.5), 3.0f);
+    EXPECT_EQ(x_at(skipped, 3.5), 6.5f);
+}
+
+TEST(KeyframeClip, CollapsingToAPlaneOrAPointIsFine) {
+    const std::string flat = "v 0 0 0\nv 1 0 0\nv 1 0 0\nf 1 2 3\n";
+    const std::string point = "v 5 5 5\nv 5 5 5\nv 5 5 5\nf 1 2 3\n";
+    const Opened opened = open_frames({triangle_at("0"), flat, point, triangle_at("0")});
+    EXPECT_TRUE(opened.warnings.empty());
+    EXPECT_EQ(positions_at(*opened.clip, 2)[2], vec3(5, 5, 5));
+}
+
+TEST(KeyframeClip, ManyFramesAreInTheirPlaces) {
+    std::vector<std::string> texts;
+    for (int i = 0; i < 300; ++i) texts.push_back(triangle_at(std::to_string(i)));
+    const Opened opened = open_frames(texts);
+    for (int i = 0; i < 300; ++i) ASSERT_EQ(x_at(opened, i), static_cast<float>(i));
+}
+
+}  // namespace
+}  // namespace mray

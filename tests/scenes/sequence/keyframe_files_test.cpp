@@ -1,0 +1,133 @@
+#include "scenes/sequence/keyframe_files.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/temporary_folder.h"
+#include "tests/support/thrown_error.h"
+
+namespace mray {
+namespace {
+
+using namespace test;
+namespace fs = std::filesystem;
+
+void write_all(const TemporaryFolder& folder, std::initializer_list<const char*> names) {
+    for (const char* name : names) folder.write(name, "");
+}
+
+std::vector<std::pair<double, std::string>> listed(const std::vector<KeyframeFile>& files) {
+    std::vector<std::pair<double, std::string>> result;
+    for (const KeyframeFile& file : files) {
+        result.emplace_back(file.frame, file.path.filename().native());
+    }
+    return result;
+}
+
+using Listed = std::vector<std::pair<double, std::string>>;
+
+ClipOptions with_missing(MissingFrames missing) {
+    ClipOptions options;
+    options.missing = missing;
+    return options;
+}
+
+TEST(KeyframeFilesOfFolder, AreInTheOrderOfTheirNumbers) {
+    const TemporaryFolder folder;
+    write_all(folder, {"f10.obj", "f9.obj", "f8.OBJ", "f11.obj", "readme.txt", "f.mtl", ".f7.obj"});
+    folder.write("f12.obj/file", "");
+    fs::rename(folder.path() / "f8.OBJ", folder.path() / "f8.obj");
+    EXPECT_EQ(listed(files_of_folder(folder.path(), {})),
+              (Listed{{0, "f8.obj"}, {1, "f9.obj"}, {2, "f10.obj"}, {3, "f11.obj"}}));
+}
+
+TEST(KeyframeFilesOfFolder, GreatestCommonStepIsOneFrame) {
+    const TemporaryFolder folder;
+    write_all(folder, {"a_0100.obj", "a_0110.obj", "a_0120.obj"});
+    EXPECT_EQ(listed(files_of_folder(folder.path(), {})),
+              (Listed{{0, "a_0100.obj"}, {1, "a_0110.obj"}, {2, "a_0120.obj"}}));
+}
+
+TEST(KeyframeFilesOfFolder, OneFileNeedsNoNumber) {
+    const TemporaryFolder folder;
+    write_all(folder, {"mesh.obj"});
+    EXPECT_EQ(listed(files_of_folder(folder.path(), {})), (Listed{{0, "mesh.obj"}}));
+}
+
+TEST(KeyframeFilesOfFolder, WithoutObjFilesIsBadInput) {
+    const TemporaryFolder folder;
+    EXPECT_EQ(kind_of([&] { files_of_folder(folder.path(), {}); }), ErrorKind::kBadInput);
+    write_all(folder, {"a.txt", ".obj"});
+    EXPECT_EQ(kind_of([&] { files_of_folder(folder.path(), {}); }), ErrorKind::kBadInput);
+    EXPECT_EQ(kind_of([&] { files_of_folder(folder.path() / "none", {}); }), ErrorKind::kBadInput);
+}
+
+TEST(KeyframeFilesOfFolder, NamesThatDifferAreRefused) {
+    for (const auto& names : {std::vector<const char*>{"a_1.obj", "b_2.obj"},
+                              {"a_1.obj", "a_2_low.obj"},
+                              {"a.obj", "b.obj"},
+                              {"a.obj", "a1.obj"},
+                              {"a_1.obj", "a_01.obj"},
+                              {"a_1.obj", "a_1234567890123456789.obj"}}) {
+        const TemporaryFolder folder;
+        for (const char* name : names) folder.write(name, "");
+        EXPECT_EQ(kind_of([&] { files_of_folder(folder.path(), {}); }), ErrorKind::kBadInput)
+            << names[0];
+    }
+}
+
+TEST(KeyframeFilesOfFolder, RefusalNamesTwoFiles) {
+    const TemporaryFolder folder;
+    write_all(folder, {"x.obj", "y.obj"});
+    const std::string message = message_of([&] { files_of_folder(folder.path(), {}); });
+    EXPECT_NE(message.find(": x.obj and y.obj are not frames"), std::string::npos) << message;
+}
+
+TEST(KeyframeFilesOfFolder, MissingFrameIsRefusedByNameUnlessAskedFor) {
+    const TemporaryFolder folder;
+    for (int i = 1; i <= 12; ++i) {
+        if (i != 7) folder.write(fmt::format("f_{:02}.obj", i), "");
+    }
+    const std::string message = message_of([&] { files_of_folder(folder.path(), {}); });
+    EXPECT_NE(message.find("f_07.obj: frame is missing; "), std::string::npos) << message;
+    for (const MissingFrames missing : {MissingFrames::kHold, MissingFrames::kSkip}) {
+        ClipOptions options = with_missing(missing);
+        std::vector<std::string> warnings;
+        options.warn = [&](const Warning& warning) { warnings.push_back(warning.line()); };
+        const Listed files = listed(files_of_folder(folder.path(), options));
+        EXPECT_EQ(files.size(), 11u);
+        EXPECT_EQ(files[6], (std::pair<double, std::string>{7, "f_08.obj"}));
+        ASSERT_EQ(warnings.size(), 1u);
+        EXPECT_NE(warnings[0].find("f_07.obj: warning: frame is missing; "), std::string::npos);
+    }
+}
+
+TEST(KeyframeFilesOfPattern, KeepTheNumbersOfTheirNames) {
+    const TemporaryFolder folder;
+    write_all(folder, {"f_009.obj", "f_010.obj", "f_011.obj", "g_001.obj", "f_12.obj", "f_0.obj"});
+    EXPECT_EQ(listed(files_of_pattern((folder.path() / "f_%03d.obj").native(), {})),
+              (Listed{{9, "f_009.obj"}, {10, "f_010.obj"}, {11, "f_011.obj"}}));
+}
+
+TEST(KeyframeFilesOfPattern, MissingFrameIsRefusedByNameUnlessAskedFor) {
+    const TemporaryFolder folder;
+    write_all(folder, {"f_5.obj", "f_6.obj", "f_9.obj", "f_11.obj"});
+    const std::string pattern = (folder.path() / "f_%d.obj").native();
+    const std::string message = message_of([&] { files_of_pattern(pattern, {}); });
+    EXPECT_NE(message.find("f_7.obj: frame is missing and 2 more; "), std::string::npos) << message;
+    EXPECT_EQ(listed(files_of_pattern(pattern, with_missing(MissingFrames::kHold))),
+              (Listed{{5, "f_5.obj"}, {6, "f_6.obj"}, {9, "f_9.obj"}, {11, "f_11.obj"}}));
+}
+
+TEST(KeyframeFilesOfPattern, WithoutFilesAreBadInput) {
+    const TemporaryFolder folder;
+    EXPECT_EQ(kind_of([&] { files_of_pattern((folder.path() / "f_%d.obj").native(), {}); }),
+              ErrorKind::kBadInput);
+    EXPECT_EQ(kind_of([&] { files_of_pattern((folder.path() / "none/f_%d.obj").native(), {}); }),
+              ErrorKind::kBadInput);
+    EXPECT_EQ(kind_of([&] { files_of_pattern((folder.path() / "f_%s.obj").native(), {}); }),
+              ErrorKind::kBadArgument);
+}
+
+}  // namespace
+}  // namespace mray
