@@ -10,8 +10,6 @@ const char* remedy_text(Remedy remedy) {
             return " --allow-empty accepts it";
         case Remedy::kReplaceMissing:
             return ", or use --missing hold or --missing skip";
-        case Remedy::kIndexAgain:
-            return "; write it again by `morphray index`";
         case Remedy::kNone:
             break;
     }

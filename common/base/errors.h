@@ -25,7 +25,6 @@ enum class Remedy {
     kLenient,         // ClipOptions::lenient
     kAllowEmpty,      // ClipOptions::allow_empty
     kReplaceMissing,  // ClipOptions::missing other than kFail
-    kIndexAgain,      // an index file that is of this clip
 };
 
 /// what() is one line, `file:line: what is wrong; what to do` where there is a file and a line.

@@ -100,8 +100,8 @@ vec3 SceneSpace::point_to_scene(const double world[3], const char* what) const {
 SceneSpace space_of_frame(const WorldBounds& reference, const WorldBounds& frame) {
     const SceneSpace space(reference);
     if (frame.empty() || (holds(space, frame.lower) && holds(space, frame.upper))) return space;
-    WorldBounds both = frame;
-    if (!reference.empty()) both.extend(reference.lower, reference.upper);
+    WorldBounds both = reference;
+    both.extend(frame.lower, frame.upper);
     return SceneSpace(both);
 }
 

@@ -77,8 +77,8 @@ TEST(Render, FramesBetweenWholeFramesAreInterpolated) {
     folder.write("s/f_0.obj", square_at(0));
     folder.write("s/f_1.obj", square_at(10));
     const std::string halfway = folder.write("halfway.obj", square_at(5));
-    // The same view of all: bounds, and with them the camera, differ between the scenes.
-    const Names view = {"--eye", "5,0,20", "--target", "5,0,0"};
+    // The same view of all: bounds, and with them camera and light, differ between the scenes.
+    const Names view = {"--eye", "5,0,20", "--target", "5,0,0", "--light", "5,9,20"};
     const auto with = [&](Names more) {
         more.insert(more.end(), view.begin(), view.end());
         return more;
