@@ -27,7 +27,7 @@ bool is_exact(std::uint32_t opcode) {
         {10, 22},    // extensions, entry points, types up to float
         {22, 33},    // types
         {41, 46},    // constants
-        {48, 51},    // specialisation constants, but no operations on them
+        {48, 51},    // specialisation constants
         {54, 57},    // functions
         {59, 62},    // variables, loads, stores
         {65, 66},    // access chains
@@ -102,8 +102,10 @@ std::vector<std::string> inexact_operations(const SpirvModule& module) {
     for (const gpu::SpirvInstruction& i : module.instructions()) {
         const bool rounds = i.opcode == kOpFAdd || i.opcode == kOpFSub || i.opcode == kOpFMul ||
                             i.opcode == kOpVectorTimesScalar;
-        if (!is_exact(i.opcode)) {
-            found.push_back("opcode " + std::to_string(i.opcode));
+        // What is computed when a kernel is specialised is on integers.
+        const std::uint32_t opcode = i.opcode == kOpSpecConstantOp ? i.operands[2] : i.opcode;
+        if (!is_exact(opcode)) {
+            found.push_back("opcode " + std::to_string(opcode));
         } else if (i.opcode == kOpExtInst && !is_exact_extended(i.operands[3])) {
             found.push_back("extended instruction " + std::to_string(i.operands[3]));
         } else if (rounds && uncontracted.count(i.operands[1]) == 0) {

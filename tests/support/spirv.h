@@ -17,6 +17,7 @@ enum SpirvOp : std::uint32_t {
     kOpName = 5,
     kOpMemberName = 6,
     kOpExtInst = 12,
+    kOpSpecConstantOp = 52,
     kOpExecutionMode = 16,
     kOpCapability = 17,
     kOpTypeStruct = 30,
