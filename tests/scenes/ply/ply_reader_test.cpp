@@ -323,8 +323,9 @@ TEST(PlySequence, ClipsAndCachesAreThoseOfObjFiles) {
               }).find("f_0005.ply and f_0008.obj have different formats"),
               std::string::npos);
     folder.write("c/f_0006.ply", ply(PlyEncoding::kText, {kSquare, ply_faces({{3, 0, 1, 2}})}));
+    std::vector<vec3> positions(4);
     EXPECT_NE(message_of([&] {
-                  open_scene(folder.file("c/f_%04d.ply"));
+                  open_scene(folder.file("c/f_%04d.ply"))->positions(6, positions);
               }).find("f_0006.ply: frame 6 has 1 faces instead of the 2 of"),
               std::string::npos);
 
@@ -333,7 +334,6 @@ TEST(PlySequence, ClipsAndCachesAreThoseOfObjFiles) {
                       {ply_vertices({{5, 6, 7}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}})});
     const auto clip =
         open_scene(folder.file("c/f_0005.ply"), {.cache = folder.write("a.pc2", cache).native()});
-    std::vector<vec3> positions(4);
     clip->positions(0, positions);
     EXPECT_EQ(positions[0], vec3(5, 6, 7));
 }
