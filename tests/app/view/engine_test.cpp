@@ -126,7 +126,7 @@ TEST_F(EngineTest, EndsWhileItTraces) {
 
 class SlowTreeTest : public EngineTest {
 protected:
-    SlowTreeTest() : EngineTest("builtin:hair:400000") {
+    SlowTreeTest() : EngineTest("builtin:soup:400000") {
         options_.tree.split = SplitMethod::kSweep;
         options_.backend.threads = 1;
     }
