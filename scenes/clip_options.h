@@ -8,7 +8,7 @@
 #include <string>
 
 #include "common/base/warning.h"
-#include "scenes/mesh/file_mesh.h"
+#include "scenes/mesh/mesh_file.h"
 
 namespace mray {
 
@@ -23,8 +23,6 @@ struct ClipOptions {
     MissingFrames missing = MissingFrames::kFail;
     /// A PC2 or MDD file with the positions of a mesh file's vertices; empty: none.
     std::string cache = {};
-    /// Formats of meshes beyond mesh_formats().
-    std::span<const MeshFormat> more_formats = {};
     /// The animation of a glTF file, by its name or its index; empty: the first.
     std::string animation = {};
     /// Whether Clip::animations() are wanted. One that cannot be read is then a warning.

@@ -37,8 +37,8 @@ WorldBounds bounds_of_frames(const Clip& clip) {
     return all;
 }
 
-/// Returns the field of view of views from inside, in degrees.
-double inside_fov(const Clip& clip) { return clip.name() == "hall" ? 70 : 65; }
+/// The field of view of views from inside, in degrees.
+constexpr double kInsideFov = 70;
 
 }  // namespace
 
@@ -67,7 +67,7 @@ BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSp
     if (kind == ViewKind::kFill && clip.inside_view()) {
         scene.view_kind = ViewKind::kInside;
         scene.view = with_inside_view(view, clip);
-        scene.view.fov = inside_fov(clip);
+        scene.view.fov = kInsideFov;
     } else if (kind == ViewKind::kFill) {
         scene.view = fill_view(view, clip.bounds(), scene.space, scene.bvh);
     } else {

@@ -253,8 +253,8 @@ private:
 std::vector<SceneSet> scene_sets() {
     std::vector<SceneSet> sets = {
         {"default", {"builtin:spikes:70000", "builtin:cloth:180000", "builtin:herd:1000000"}},
-        {"interiors", {"builtin:hall", "builtin:room", "builtin:kitchen:500000"}},
-        {"hard", {"builtin:hair", "builtin:degenerate"}}};
+        {"interiors", {"builtin:hall"}},
+        {"hard", {"builtin:soup", "builtin:shuffle"}}};
     std::vector<std::string> all;
     for (const SceneSet& set : sets) all.insert(all.end(), set.scenes.begin(), set.scenes.end());
     sets.push_back({"all", std::move(all)});

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "scenes/mesh/file_mesh.h"
+#include "scenes/mesh/mesh_file.h"
 #include "scenes/warning_count.h"
 
 namespace mray {

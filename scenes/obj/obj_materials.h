@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "scenes/mesh/file_mesh.h"
+#include "scenes/mesh/mesh_file.h"
 #include "scenes/obj/mtl_reader.h"
 #include "scenes/warning_count.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "scenes/mesh/file_mesh.h"
+#include "scenes/mesh/mesh_file.h"
 #include "scenes/mesh/mesh_rules.h"
 #include "scenes/ply/ply_header.h"
 

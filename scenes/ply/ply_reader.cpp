@@ -1,4 +1,4 @@
-#include "scenes/ply/ply_reader.h"
+#include "scenes/mesh/mesh_file.h"
 
 #include <fmt/format.h>
 

@@ -6,7 +6,7 @@
 
 #include "common/interop/platform.h"
 #include "common/scene/mesh.h"
-#include "scenes/polygons/polygons.h"
+#include "scenes/mesh/mesh_file.h"
 #include "scenes/warning_count.h"
 
 namespace mray {

@@ -2,13 +2,20 @@
 #include <cmath>
 #include <utility>
 
-#include "scenes/procedural/parts/colours.h"
-#include "scenes/procedural/parts/surfaces.h"
+#include "scenes/procedural/helpers.h"
 #include "scenes/procedural/scenes.h"
+#include "scenes/procedural/surfaces.h"
 #include "scenes/trig.h"
 
 namespace mray {
 namespace {
+
+/// The height of two waves that run across the sheet, at (x, z), both in [-1, 1].
+double wave_height(double x, double z, double frame) {
+    constexpr double kHeight = 0.12;
+    return kHeight *
+           (sin_turns(1.5 * x + 0.5 * z - frame / 12) + sin_turns(2.5 * z - x + frame / 24));
+}
 
 constexpr double kRadiansPerTurn = 6.283185307179586476925;
 

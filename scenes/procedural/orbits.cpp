@@ -2,12 +2,9 @@
 #include <cmath>
 #include <vector>
 
-#include "scenes/procedural/parts/colours.h"
-#include "scenes/procedural/parts/integer_root.h"
-#include "scenes/procedural/parts/random.h"
-#include "scenes/procedural/parts/rotation.h"
-#include "scenes/procedural/parts/surfaces.h"
+#include "scenes/procedural/helpers.h"
 #include "scenes/procedural/scenes.h"
+#include "scenes/procedural/surfaces.h"
 
 namespace mray {
 namespace {
@@ -60,14 +57,6 @@ glm::dvec3 after_jumps(std::uint32_t ball, double frame) {
     return radius * uniform_direction(kSeed, ball, draw + 3);
 }
 
-/// At rest in even frames, a little aside in odd ones.
-glm::dvec3 swinging(std::uint32_t ball, double frame) {
-    constexpr double kAside = 0.05;
-    const bool aside = std::fmod(std::floor(frame), 2) != 0;
-    const glm::dvec3 place = on_orbit(ball, 0);
-    return aside ? place + kAside * uniform_direction(kSeed, ball, 7) : place;
-}
-
 using Centre = glm::dvec3 (*)(std::uint32_t ball, double frame);
 
 DeformingMesh make_moving_balls(std::uint64_t triangles, Centre centre_of) {
@@ -106,7 +95,5 @@ DeformingMesh make_orbits(std::uint64_t triangles) {
 DeformingMesh make_teleport(std::uint64_t triangles) {
     return make_moving_balls(triangles, after_jumps);
 }
-
-DeformingMesh make_swing(std::uint64_t triangles) { return make_moving_balls(triangles, swinging); }
 
 }  // namespace mray

@@ -23,23 +23,12 @@ constexpr std::array kEntries = {
     Entry{{"cloth", "a sheet that comes down waving over a ball", 60000}, make_cloth},
     Entry{{"twist", "a column of boxes twisted by up to 4 turns", 40000}, make_twist},
     Entry{{"herd", "animals walking on static hills", 80000}, make_herd},
-    Entry{{"explode", "a hollow sphere bursting into turning chunks", 60000}, make_explode},
     Entry{{"shuffle", "a torus whose triangles change places", 40000}, make_shuffle},
     Entry{{"soup", "separate small triangles in motion", 30000}, make_soup},
     Entry{{"spikes", "a closed ball with pulsing spikes", 60000}, make_spikes},
-    Entry{{"collapse", "a closed mesh shrinking to a plane and to a point", 20000}, make_collapse},
-    Entry{{"wave", "a sheet that waves run over", 40000}, make_wave},
     Entry{{"orbits", "balls on crossing orbits", 40000}, make_orbits},
-    Entry{{"gather", "chunks of a sphere flying apart and back", 60000}, make_gather},
     Entry{{"teleport", "balls that jump elsewhere all at once", 40000}, make_teleport},
-    Entry{{"swing", "balls that step aside and back", 40000}, make_swing},
     Entry{{"hall", "a hall from inside: columns, beams, cables, waving banners", 80000}, make_hall},
-    Entry{{"room", "a room from inside: chairs of thin bars, clutter, a curtain", 60000},
-          make_room},
-    Entry{{"kitchen", "a kitchen from inside: cupboards, tiles, many vessels, a towel", 100000},
-          make_kitchen},
-    Entry{{"hair", "a ball with swaying hair of thin strips", 60000}, make_hair},
-    Entry{{"degenerate", "a sheet half of whose triangles have no area", 40000}, make_degenerate},
 };
 
 constexpr auto kScenes = [] {

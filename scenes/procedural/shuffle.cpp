@@ -2,10 +2,9 @@
 #include <cmath>
 #include <vector>
 
-#include "scenes/procedural/parts/colours.h"
-#include "scenes/procedural/parts/random.h"
-#include "scenes/procedural/parts/surfaces.h"
+#include "scenes/procedural/helpers.h"
 #include "scenes/procedural/scenes.h"
+#include "scenes/procedural/surfaces.h"
 #include "scenes/trig.h"
 
 namespace mray {

@@ -5,9 +5,9 @@
 
 #include <glm/geometric.hpp>
 
-#include "scenes/procedural/parts/colours.h"
-#include "scenes/procedural/parts/surfaces.h"
+#include "scenes/procedural/helpers.h"
 #include "scenes/procedural/scenes.h"
+#include "scenes/procedural/surfaces.h"
 #include "scenes/trig.h"
 
 namespace mray {

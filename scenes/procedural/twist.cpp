@@ -1,7 +1,6 @@
 #include <algorithm>
 
-#include "scenes/procedural/parts/colours.h"
-#include "scenes/procedural/parts/integer_root.h"
+#include "scenes/procedural/helpers.h"
 #include "scenes/procedural/scenes.h"
 #include "scenes/trig.h"
 

@@ -10,9 +10,8 @@
 #include "common/base/errors.h"
 #include "common/base/hash.h"
 #include "common/text/message_text.h"
-#include "scenes/keyframes/first_mesh.h"
-#include "scenes/keyframes/streamed_clip.h"
-#include "scenes/mesh_files/mesh_file.h"
+#include "scenes/mesh/mesh_file.h"
+#include "scenes/sequence/streamed_clip.h"
 
 namespace mray {
 namespace {
@@ -57,7 +56,6 @@ public:
         positions_only_.lenient = options.lenient;
         positions_only_.allow_empty = options.allow_empty;
         positions_only_.materials = false;
-        positions_only_.more_formats = options.more_formats;
     }
 
     std::size_t count() const override { return files_.size(); }

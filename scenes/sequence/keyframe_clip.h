@@ -11,7 +11,7 @@
 
 namespace mray {
 
-/// Each file (at least one) is a keyframe (scenes/keyframes/streamed_clip.h). If
+/// Each file (at least one) is a keyframe (scenes/sequence/streamed_clip.h). If
 /// options.missing is kHold, a missing frame repeats the frame before it; otherwise it is
 /// interpolated.
 ///

@@ -5,20 +5,23 @@
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
+#include <optional>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "common/base/errors.h"
 #include "common/base/folder_entries.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
-#include "scenes/mesh_files/mesh_file.h"
-#include "scenes/sequence/frame_pattern.h"
+#include "scenes/mesh/mesh_file.h"
 
 namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::string_view kDigits = "0123456789";
 
 struct NumberedName {
     std::string name;
@@ -33,21 +36,13 @@ struct NumberedName {
     throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", shown(path), what), remedy);
 }
 
-bool is_mesh_name(const std::string& name, const ClipOptions& options) {
-    return name[0] != '.' && mesh_format_of(name, options.more_formats) != nullptr;
-}
-
-void require_one_format(const fs::path& folder, const std::vector<NumberedName>& names,
-                        const ClipOptions& options) {
-    const auto format = [&](const NumberedName& name) {
-        return mesh_format_of(name.name, options.more_formats);
-    };
+void require_one_format(const fs::path& folder, const std::vector<NumberedName>& names) {
+    const MeshFormat* const first = mesh_format_of(names[0].name);
     for (const NumberedName& name : names) {
-        if (format(name) == format(names[0])) continue;
-        fail(folder,
-             fmt::format("{} and {} have different formats, which one clip does not mix; "
-                         "give a pattern such as frame_%04d{}, or one file",
-                         shown(names[0].name), shown(name.name), format(names[0])->extension));
+        if (mesh_format_of(name.name) == first) continue;
+        fail(folder, fmt::format("{} and {} have different formats, which one clip does not mix; "
+                                 "give a pattern such as frame_%04d{}, or one file",
+                                 shown(names[0].name), shown(name.name), first->extension));
     }
 }
 
@@ -66,7 +61,6 @@ std::vector<std::string> file_names(const fs::path& folder) {
 }
 
 NumberedName split_name(const fs::path& folder, const std::string& name) {
-    constexpr std::string_view kDigits = "0123456789";
     const std::size_t stem = name.rfind('.');
     const std::size_t last = name.find_last_of(kDigits, stem);
     if (last == std::string::npos) return {name, name, "", "", 0};
@@ -83,36 +77,124 @@ NumberedName split_name(const fs::path& folder, const std::string& name) {
 
 void require_alike(const fs::path& folder, const std::vector<NumberedName>& names) {
     for (std::size_t i = 1; i < names.size(); ++i) {
-        if (names[i].prefix != names[0].prefix || names[i].suffix != names[0].suffix ||
-            names[i].digits.empty() || names[0].digits.empty()) {
-            fail(folder,
-                 fmt::format("{} and {} are not frames of one sequence; give a pattern such "
-                             "as frame_%04d.obj, or one file",
-                             shown(names[0].name), shown(names[i].name)));
+        const NumberedName& first = names[0];
+        if (names[i].prefix == first.prefix && names[i].suffix == first.suffix &&
+            !names[i].digits.empty() && !first.digits.empty()) {
+            continue;
         }
-    }
-    for (std::size_t i = 1; i < names.size(); ++i) {
-        if (names[i].number == names[i - 1].number) {
-            fail(folder, fmt::format("{} and {} are the same frame; remove one",
-                                     shown(names[i - 1].name), shown(names[i].name)));
-        }
+        fail(folder, fmt::format("{} and {} are not frames of one sequence; give a pattern such "
+                                 "as frame_%04d.obj, or one file",
+                                 shown(first.name), shown(names[i].name)));
     }
 }
 
-// One message for all missing files, with the name of the first.
-void report_missing(const fs::path& folder, const std::string& first, std::uint64_t count,
-                    const ClipOptions& options) {
-    const std::string more = count > 1 ? fmt::format(" and {} more", count - 1) : "";
+/// The files in the order of their numbers; frames are `number` of each. Reports missing ones.
+template <class Number>
+std::vector<KeyframeFile> numbered_files(const fs::path& folder, std::vector<NumberedName> names,
+                                         std::uint64_t step, const ClipOptions& options,
+                                         const Number& number) {
+    std::vector<KeyframeFile> files;
+    std::string first_missing;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        files.push_back({static_cast<double>(number(names[i])), folder / names[i].name});
+        if (i == 0) continue;
+        const NumberedName& before = names[i - 1];
+        if (names[i].number == before.number) {
+            fail(folder, fmt::format("{} and {} are the same frame; remove one", shown(before.name),
+                                     shown(names[i].name)));
+        }
+        if (first_missing.empty() && names[i].number - before.number > step) {
+            first_missing = fmt::format("{}{:0{}}{}", before.prefix, before.number + step,
+                                        before.digits.size(), before.suffix);
+        }
+    }
+    if (first_missing.empty()) return files;
+    const double missing =
+        files.back().frame - files.front().frame + 1 - static_cast<double>(files.size());
+    const std::string more = missing > 1 ? fmt::format(" and {} more", missing - 1) : "";
     if (options.missing == MissingFrames::kFail) {
-        fail(folder / first, fmt::format("frame is missing{}; add it", more),
+        fail(folder / first_missing, fmt::format("frame is missing{}; add it", more),
              Remedy::kReplaceMissing);
     }
     if (options.warn) {
-        options.warn({shown(folder / first), fmt::format("frame is missing{}; {}", more,
-                                                         options.missing == MissingFrames::kHold
-                                                             ? "the frame before is held"
-                                                             : "its neighbours are interpolated")});
+        options.warn(
+            {shown(folder / first_missing), fmt::format("frame is missing{}; {}", more,
+                                                        options.missing == MissingFrames::kHold
+                                                            ? "the frame before is held"
+                                                            : "its neighbours are interpolated")});
     }
+    return files;
+}
+
+void sort_by_number(std::vector<NumberedName>& names) {
+    std::stable_sort(names.begin(), names.end(), [](const NumberedName& a, const NumberedName& b) {
+        return a.number < b.number;
+    });
+}
+
+[[noreturn]] void refuse(const std::string& pattern, const char* what) {
+    throw Error(ErrorKind::kBadArgument,
+                fmt::format("pattern {}: {}; write one %d, %0Nd (N from 1 to 9) or * in the file "
+                            "name, and %% for a percent sign",
+                            in_quotes(pattern), what));
+}
+
+/// A pattern with a place for a number of at least `width` digits; 0: of any width.
+struct NamePattern {
+    std::string folder;
+    std::string prefix;
+    std::string suffix;
+    std::size_t width = 0;
+
+    std::optional<NumberedName> match(const std::string& name) const {
+        constexpr std::size_t kMostDigits = 9;
+        if (name.size() <= prefix.size() + suffix.size() || !name.starts_with(prefix) ||
+            !name.ends_with(suffix)) {
+            return std::nullopt;
+        }
+        const std::string digits =
+            name.substr(prefix.size(), name.size() - prefix.size() - suffix.size());
+        if (digits.size() > kMostDigits || digits.find_first_not_of(kDigits) != std::string::npos) {
+            return std::nullopt;
+        }
+        const auto number = static_cast<std::uint64_t>(*parse_integer(digits));
+        if (width > 0 && fmt::format("{:0{}}", number, width) != digits) return std::nullopt;
+        return NumberedName{name, prefix, digits, suffix, number};
+    }
+};
+
+NamePattern read_pattern(const std::string& pattern) {
+    NamePattern result;
+    const bool is_glob = pattern.find('*') != std::string::npos;
+    const std::size_t name_at = pattern.rfind('/') + 1;  // npos + 1 is 0
+    std::string text;
+    bool numbered = false;
+    for (std::size_t i = 0; i < pattern.size(); ++i) {
+        if (i == name_at) result.folder = std::exchange(text, {});
+        if (pattern[i] != (is_glob ? '*' : '%')) {
+            text += pattern[i];
+            continue;
+        }
+        const std::string_view rest = std::string_view(pattern).substr(i + 1);
+        if (!is_glob && rest.starts_with('%')) {
+            text += '%';
+            ++i;
+            continue;
+        }
+        const bool padded = rest.size() >= 3 && rest[0] == '0' && rest[1] >= '1' &&
+                            rest[1] <= '9' && rest[2] == 'd';
+        if (!is_glob && !padded && !rest.starts_with('d')) refuse(pattern, "unknown use of '%'");
+        if (i < name_at) refuse(pattern, "frame number in a folder's name");
+        if (numbered) refuse(pattern, "two frame numbers");
+        numbered = true;
+        result.prefix = std::exchange(text, {});
+        if (is_glob) continue;
+        result.width = padded ? static_cast<std::size_t>(rest[1] - '0') : 1;
+        i += padded ? 3 : 1;
+    }
+    result.suffix = text;
+    if (!numbered) refuse(pattern, "no frame number");
+    return result;
 }
 
 }  // namespace
@@ -120,108 +202,34 @@ void report_missing(const fs::path& folder, const std::string& first, std::uint6
 std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const ClipOptions& options) {
     std::vector<NumberedName> names;
     for (const std::string& name : file_names(folder)) {
-        if (is_mesh_name(name, options)) names.push_back(split_name(folder, name));
+        if (name[0] != '.' && mesh_format_of(name) != nullptr)
+            names.push_back(split_name(folder, name));
     }
     if (names.empty()) {
-        fail(folder, fmt::format("no {} file in this folder; check the path",
-                                 extensions_of_meshes(options.more_formats)));
+        fail(folder,
+             fmt::format("no {} file in this folder; check the path", extensions_of_meshes()));
     }
-    require_one_format(folder, names, options);
-    std::stable_sort(names.begin(), names.end(), [](const NumberedName& a, const NumberedName& b) {
-        return a.number < b.number;
-    });
+    require_one_format(folder, names);
+    sort_by_number(names);
     require_alike(folder, names);
-
+    const std::uint64_t first = names[0].number;
     std::uint64_t step = 0;
-    for (std::size_t i = 1; i < names.size(); ++i) {
-        step = std::gcd(step, names[i].number - names[i - 1].number);
-    }
-    std::vector<KeyframeFile> files;
-    std::string first_missing;
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        const std::uint64_t offset = names[i].number - names[0].number;
-        const std::uint64_t frame = step == 0 ? 0 : offset / step;
-        files.push_back({static_cast<double>(frame), folder / names[i].name});
-        if (i > 0 && first_missing.empty() && names[i].number - names[i - 1].number > step) {
-            first_missing = fmt::format("{}{:0{}}{}", names[i].prefix, names[i - 1].number + step,
-                                        names[i - 1].digits.size(), names[i].suffix);
-        }
-    }
-    const auto missing =
-        static_cast<std::uint64_t>(files.back().frame) + 1 - std::uint64_t{files.size()};
-    if (missing > 0) report_missing(folder, first_missing, missing, options);
-    return files;
+    for (const NumberedName& name : names) step = std::gcd(step, name.number - first);
+    return numbered_files(folder, names, step, options, [&](const NumberedName& name) {
+        return step == 0 ? 0 : (name.number - first) / step;
+    });
 }
 
 std::vector<KeyframeFile> files_of_pattern(const std::string& text, const ClipOptions& options) {
-    const FramePattern pattern(text);
-    const fs::path folder = pattern.folder().empty() ? "." : pattern.folder();
-    std::vector<std::uint64_t> numbers;
-    for (const std::string& name : file_names(folder)) {
-        if (const auto number = pattern.number_of(name)) numbers.push_back(*number);
-    }
-    if (numbers.empty()) fail(text, "no file matches this pattern; check the path");
-    std::sort(numbers.begin(), numbers.end());
-
-    std::vector<KeyframeFile> files;
-    files.reserve(numbers.size());
-    for (const std::uint64_t number : numbers) {
-        files.push_back(
-            {static_cast<double>(number), fs::path(pattern.folder()) / pattern.file_name(number)});
-    }
-    const std::uint64_t missing = numbers.back() - numbers.front() + 1 - numbers.size();
-    if (missing > 0) {
-        const auto gap = std::adjacent_find(numbers.begin(), numbers.end(),
-                                            [](auto a, auto b) { return b != a + 1; });
-        report_missing(pattern.folder(), pattern.file_name(*gap + 1), missing, options);
-    }
-    return files;
-}
-
-std::vector<KeyframeFile> files_of_glob(const std::string& glob, const ClipOptions& options) {
-    const std::size_t star = glob.find('*');
-    const std::size_t name_at = glob.rfind('/') + 1;  // npos + 1 is 0
-    if (star == std::string::npos || star < name_at ||
-        glob.find('*', star + 1) != std::string::npos) {
-        throw Error(ErrorKind::kBadArgument,
-                    fmt::format("pattern {}: write one * for the frame number, in the file name",
-                                in_quotes(glob)));
-    }
-    const fs::path parent = glob.substr(0, name_at);
-    const fs::path folder = parent.empty() ? "." : parent;
-    const std::string prefix = glob.substr(name_at, star - name_at);
-    const std::string suffix = glob.substr(star + 1);
+    const NamePattern pattern = read_pattern(text);
     std::vector<NumberedName> names;
-    for (const std::string& name : file_names(folder)) {
-        if (name.size() <= prefix.size() + suffix.size() || !name.starts_with(prefix) ||
-            !name.ends_with(suffix)) {
-            continue;
-        }
-        const std::string digits =
-            name.substr(prefix.size(), name.size() - prefix.size() - suffix.size());
-        constexpr std::size_t kMostDigits = 9;
-        const bool is_number = digits.find_first_not_of("0123456789") == std::string::npos;
-        if (!is_number || digits.size() > kMostDigits) continue;
-        const auto number = static_cast<std::uint64_t>(*parse_integer(digits));
-        names.push_back({name, prefix, digits, suffix, number});
+    for (const std::string& name : file_names(pattern.folder.empty() ? "." : pattern.folder)) {
+        if (auto match = pattern.match(name)) names.push_back(std::move(*match));
     }
-    if (names.empty()) fail(glob, "no file matches this pattern; check the path");
-    std::stable_sort(names.begin(), names.end(), [](const NumberedName& a, const NumberedName& b) {
-        return a.number < b.number;
-    });
-    require_alike(folder, names);
-    std::vector<KeyframeFile> files;
-    std::string first_missing;
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        files.push_back({static_cast<double>(names[i].number), parent / names[i].name});
-        if (i > 0 && first_missing.empty() && names[i].number > names[i - 1].number + 1) {
-            first_missing = fmt::format("{}{:0{}}{}", prefix, names[i - 1].number + 1,
-                                        names[i - 1].digits.size(), suffix);
-        }
-    }
-    const std::uint64_t missing = names.back().number - names.front().number + 1 - names.size();
-    if (missing > 0) report_missing(parent, first_missing, missing, options);
-    return files;
+    if (names.empty()) fail(text, "no file matches this pattern; check the path");
+    sort_by_number(names);
+    return numbered_files(pattern.folder, names, 1, options,
+                          [](const NumberedName& name) { return name.number; });
 }
 
 }  // namespace mray

@@ -23,13 +23,10 @@ struct KeyframeFile {
 std::vector<KeyframeFile> files_of_folder(const std::filesystem::path& folder,
                                           const ClipOptions& options);
 
-/// The files that match a pattern (FramePattern), from the first number to the last; frames are the
-/// numbers in the names. Throws Error: kBadArgument for a bad pattern, kBadInput if no file
-/// matches, and for missing files as above.
+/// The files that match a path with one %d, %0Nd (N from 1 to 9) or * in its file name, where * is
+/// a number of any width and %% a percent sign; frames are the numbers in the names. The text never
+/// reaches printf. Throws Error: kBadArgument for a bad pattern, kBadInput if no file matches, and
+/// for missing files as above.
 std::vector<KeyframeFile> files_of_pattern(const std::string& pattern, const ClipOptions& options);
-
-/// The same for a pattern with one * in the file name, for numbers of any width: what shells leave
-/// alone in quotes. Throws Error(kBadArgument) for more, and for a * in a folder's name.
-std::vector<KeyframeFile> files_of_glob(const std::string& glob, const ClipOptions& options);
 
 }  // namespace mray

@@ -11,11 +11,11 @@
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
 #include "scenes/gltf/gltf_clip.h"
-#include "scenes/mesh_files/mesh_file.h"
-#include "scenes/point_cache/cached_clip.h"
+#include "scenes/mesh/mesh_file.h"
 #include "scenes/procedural/procedural.h"
 #include "scenes/sequence/keyframe_clip.h"
 #include "scenes/sequence/keyframe_files.h"
+#include "scenes/sequence/point_cache.h"
 
 namespace mray {
 namespace {
@@ -78,11 +78,11 @@ std::unique_ptr<Clip> open_with_cache(const std::string& spec, const ClipOptions
     std::error_code error;
     const fs::path path(spec);
     if (spec.starts_with(kBuiltinPrefix) || fs::is_directory(path, error) ||
-        mesh_format_of(path, options.more_formats) == nullptr) {
+        mesh_format_of(path) == nullptr) {
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("scene {}: the positions of a point cache need one {} file with "
                                 "their triangles",
-                                in_quotes(spec), extensions_of_meshes(options.more_formats)));
+                                in_quotes(spec), extensions_of_meshes()));
     }
     return open_cached(path, options.cache, spec, options);
 }
@@ -109,20 +109,17 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const ClipOptions& opt
     if (fs::is_directory(status)) {
         return open_keyframes(files_of_folder(path, options), spec, options);
     }
-    if (status.type() == fs::file_type::not_found && spec.find('%') != std::string::npos) {
-        return open_keyframes(files_of_pattern(spec, options), spec, options);
-    }
     if (status.type() == fs::file_type::not_found) {
-        if (spec.find('*') != std::string::npos)
-            return open_keyframes(files_of_glob(spec, options), spec, options);
+        if (spec.find_first_of("%*") != std::string::npos)
+            return open_keyframes(files_of_pattern(spec, options), spec, options);
         require_no_builtin(spec);
     }
     if (has_gltf_name(path)) return open_gltf(path, spec, options);
-    if (fs::is_regular_file(status) && mesh_format_of(path, options.more_formats) == nullptr) {
+    if (fs::is_regular_file(status) && mesh_format_of(path) == nullptr) {
         throw Error(ErrorKind::kBadInput,
                     fmt::format("{}: not a scene file; give an {} file, a folder of those, a "
                                 "pattern, a .gltf or .glb file, or builtin:NAME",
-                                shown(path), extensions_of_meshes(options.more_formats)));
+                                shown(path), extensions_of_meshes()));
     }
     return open_keyframes({{0.0, path}}, spec, options);
 }

@@ -18,7 +18,7 @@ struct LongCommand {
 // Each takes long enough to be seen at work, on any machine.
 std::vector<LongCommand> long_commands(const TemporaryFolder& folder) {
     const std::string cloth = "builtin:cloth:5000";
-    const std::string hair = "builtin:hair:1000000";
+    const std::string hair = "builtin:soup:1000000";
     return {
         {{"render", cloth, "--backend", "brute", "--size", "1024x1024", "--rays", "shadow",
           "--frames", "3..24", "--out", folder.file("images")},

@@ -7,11 +7,8 @@
 
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
-#include "morphray/morphray.hpp"
 #include "tests/fuzz/case/case_text.h"
-#include "tests/fuzz/generate/calls.h"
 #include "tests/fuzz/generate/generator.h"
-#include "tests/fuzz/judge/call_check.h"
 #include "tests/fuzz/judge/referee.h"
 #include "tests/fuzz/shrink/shrinker.h"
 #include "tests/support/same_bits.h"
@@ -30,7 +27,7 @@ TEST(CaseText, ReadsBackBitForBit) {
     special.view.eye = Point{-0.0, 5e-324, 0.1};
     special.rays = {{{1, 2, 3}, {0, -0.0, 1e-300}, 0, std::numeric_limits<double>::infinity()}};
     for (std::uint64_t seed = 0; seed < 200; ++seed)
-        cases.insert(cases.end(), {make_case(seed), make_questions(seed), make_calls(seed)});
+        cases.insert(cases.end(), {make_case(seed), make_questions(seed)});
     for (const FuzzCase& made : cases) {
         const FuzzCase read = read_case(to_text(made, "a remark\nof two lines"), "made");
         ASSERT_EQ(to_text(read), to_text(made));
@@ -39,13 +36,12 @@ TEST(CaseText, ReadsBackBitForBit) {
         ASSERT_TRUE(test::same_bytes(read.rays, made.rays));
         ASSERT_TRUE(test::same_bytes(read.points, made.points));
         ASSERT_EQ(read.asks_questions, made.asks_questions);
-        ASSERT_EQ(read.calls, made.calls);
     }
 }
 
 TEST(CaseText, NamesTheLineOfWhatItCannotRead) {
-    for (const char* text : {"size 4 4\nsize 4", "cause x\nv 1 2 3", "# x\nfov 1x", "t 0 0 0\nw 1",
-                             "cause x\ncall walk 0 0 1", "cause x\ncall update 9 0 1"}) {
+    for (const char* text :
+         {"size 4 4\nsize 4", "cause x\nv 1 2 3", "# x\nfov 1x", "t 0 0 0\nw 1"}) {
         try {
             read_case(text, "broken.txt");
             FAIL() << text;
@@ -182,38 +178,6 @@ TEST_P(Planted, ErrorIsSeenAndMadeSmall) {
 INSTANTIATE_TEST_SUITE_P(Errors, Planted,
                          testing::Values(Asked::kImage, Asked::kClosestHits, Asked::kHitCounts,
                                          Asked::kAllHits, Asked::kClosestPoints));
-
-TEST(Calls, ShrinkToTheOnesThatFail) {
-    FuzzCase failing;
-    for (std::uint32_t i = 0; i < 20; ++i)
-        failing.calls.push_back({static_cast<CallKind>(i % 11), i % 3, 100 + i, i});
-    // An attach before rays of at least 13.
-    const FuzzCase small = shrink(failing, [](const FuzzCase& one) {
-        const auto attach = std::ranges::find(one.calls, CallKind::kAttach, &Call::kind);
-        return std::any_of(attach, one.calls.end(), [](const Call& call) {
-            return call.kind == CallKind::kRays && call.number >= 13;
-        });
-    });
-    ASSERT_EQ(small.calls.size(), 2u);
-    EXPECT_EQ(small.calls[0].number, 0u);
-    EXPECT_EQ(small.calls[1].number, 13u);
-}
-
-TEST(Calls, OfOtherRaysHaveOtherAnswers) {
-    const CallDevices cpu{"cpu", {morphray::Device::cpu({.threads = 1})}};
-    FuzzCase fuzz_case;
-    fuzz_case.calls = {{CallKind::kBuild, 0, 3, 1},
-                       {CallKind::kMove, 0, 0, 2},
-                       {CallKind::kUpdate, 0, 0, 3},
-                       {CallKind::kRays, 0, 40, 4}};
-    const CallModel model(fuzz_case);
-    EXPECT_FALSE(model.compare(cpu).has_value());
-    EXPECT_EQ(model.question_count(), 40u);
-    ++fuzz_case.calls[3].number;
-    const std::optional<CallDifference> found = model.compare(cpu);
-    ASSERT_TRUE(found.has_value());
-    EXPECT_EQ(found->call, 3u);
-}
 
 }  // namespace
 }  // namespace mray::fuzz

@@ -67,7 +67,6 @@ set(places
     "^(GLFW/|imgui|backends/)"  "^app/view/"
     "^png\\.h$"                 "^(tests/|app/files/png_reader\\.cpp$)"
     "^j(peglib|error)\\.h$"      "^(tests/|app/files/jpeg_reader\\.cpp$)"
-    "^assimp/"                  "^app/files/formats/assimp_[a-z]+\\.cpp$"
     "^(OpenEXR/|Iex\\.h$)"      "^(tests/|app/files/exr_writer\\.cpp$)"
     "^benchmark/"               "^lab/bench/"
     "^embree[0-9]+/"            "^(lab/embree\\.h$|library/embree/|tests/library/embree/)"

@@ -67,19 +67,21 @@ vec3 turned_about_y(vec3 p, double angle) {
 std::vector<Motion> hard_motions() {
     const std::vector<double> some = {0, 1, 2, 3, 5, 8, 12, 12, 18, 24};
     std::vector<Motion> motions;
-    for (const char* name :
-         {"wave", "cloth", "twist", "herd", "orbits", "explode", "gather", "shuffle", "soup"}) {
+    for (const char* name : {"cloth", "twist", "herd", "orbits", "shuffle", "soup"}) {
         motions.push_back(of_builtin(name, some));
     }
     // Whole, plane, whole, point, whole.
-    const std::vector<double> folds = {0, 1, 2, 3, 4, 5, 6, 7, 8};
-    motions.push_back(of_builtin("collapse", folds));
-    motions.push_back(of_builtin("collapse", folds));
-    motions.back().name = "collapse, built in the point";
-    motions.back().build_at = 6;
-    motions.push_back(of_builtin("collapse", folds));
-    motions.back().name = "collapse, built in the plane";
-    motions.back().build_at = 2;
+    const auto fold = [](std::size_t pose, auto, vec3 p) {
+        const std::size_t phase = pose % 8;
+        return phase == 2 ? vec3(p.x, 0, p.z) : phase == 6 ? vec3(0.25f, 0, 0) : p;
+    };
+    const auto folding = [&](const char* name, std::size_t build_at) {
+        motions.push_back(of_scene(name, icosphere(3), 9, fold));
+        motions.back().build_at = build_at;
+    };
+    folding("collapse", 0);
+    folding("collapse, built in the point", 6);
+    folding("collapse, built in the plane", 2);
 
     const double pi = std::acos(-1.0);
     motions.push_back(of_scene("8 turns", torus(24, 16), 9, [&](std::size_t pose, auto, vec3 p) {

@@ -1,10 +1,7 @@
 #include "app/files/formats/format_table.h"
 
-#include <span>
-
-#include "app/files/formats/optional_formats.h"
 #include "common/report/table.h"
-#include "scenes/mesh_files/mesh_file.h"
+#include "scenes/mesh/mesh_file.h"
 
 namespace mray::app {
 namespace {
@@ -34,10 +31,8 @@ constexpr FileFormat kOthers[] = {
 
 std::vector<FileFormat> file_formats() {
     std::vector<FileFormat> formats;
-    for (const std::span<const MeshFormat> meshes : {mesh_formats(), optional_mesh_formats()}) {
-        for (const MeshFormat& mesh : meshes)
-            formats.push_back({"mesh", mesh.name, mesh.extension, true, false, mesh.content});
-    }
+    for (const MeshFormat& mesh : mesh_formats())
+        formats.push_back({"mesh", mesh.name, mesh.extension, true, false, mesh.content});
     formats.insert(formats.end(), std::begin(kOthers), std::end(kOthers));
     return formats;
 }

@@ -19,7 +19,7 @@ struct FileFormat {
 };
 
 /// All formats of this build, those of meshes first; those that messages and help name come from
-/// the same table of meshes (scenes/mesh_files/mesh_file.h).
+/// the same table of meshes (scenes/mesh/mesh_file.h).
 std::vector<FileFormat> file_formats();
 
 /// As `info --formats` prints them.

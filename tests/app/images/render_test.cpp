@@ -49,13 +49,13 @@ TEST(Render, OneFrameNeedsNoSheet) {
 
 TEST(Render, ListsOfFramesAreTheImagesOfTheirFrames) {
     TemporaryFolder list;
-    EXPECT_EQ(render("builtin:explode:500", list, {"--frames", "0..4:2,7,20.5"}).code, 0);
+    EXPECT_EQ(render("builtin:orbits:500", list, {"--frames", "0..4:2,7,20.5"}).code, 0);
     EXPECT_EQ(list.names(),
               (Names{"out", "out/frame_0000.0.png", "out/frame_0002.0.png", "out/frame_0004.0.png",
                      "out/frame_0007.0.png", "out/frame_0020.5.png", "out/sheet.png"}));
     // Frame 7 has left the bounds of the first frame.
     TemporaryFolder one;
-    EXPECT_EQ(render("builtin:explode:500", one, {"--frames", "7"}).code, 0);
+    EXPECT_EQ(render("builtin:orbits:500", one, {"--frames", "7"}).code, 0);
     EXPECT_EQ(read_file(list.path() / "out/frame_0007.0.png"),
               read_file(one.path() / "out/frame_0007.png"));
 }

@@ -85,7 +85,7 @@ TEST_F(Baseline, AToleranceThatIsLargeEnoughPasses) {
 TEST_F(Baseline, OtherScenesFramesAndOptionsAreRefused) {
     for (const auto& [pointer, value, why] :
          std::vector<std::tuple<std::string, Json, std::string>>{
-             {"/scene", "wave", "is of scene 'wave'"},
+             {"/scene", "twist", "is of scene 'twist'"},
              {"/triangles", 7, "7 triangles"},
              {"/width", 64, "64x96"},
              {"/rays", "ao", "rays 'ao'"},

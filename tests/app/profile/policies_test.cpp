@@ -15,7 +15,7 @@ using Json = nlohmann::json;
 std::vector<std::string> render(const TemporaryFolder& folder,
                                 const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {
-        "render", "builtin:explode:800", "--size", "48x48", "--frames", "0..12:2",
+        "render", "builtin:orbits:800", "--size", "48x48", "--frames", "0..12:2",
         "--out",  folder.file("out"),    "--json", "-"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
@@ -89,7 +89,7 @@ TEST(Policies, UnknownPoliciesAndBadBudgetsAreRefused) {
         EXPECT_NE(outcome.err.find(option), std::string::npos) << outcome.err;
     }
     for (const char* list : {"refit,refit", "refit,", ",", "refit auto"}) {
-        EXPECT_EQ(run({"profile", "builtin:wave:500", "--policies", list}).code, 2) << list;
+        EXPECT_EQ(run({"profile", "builtin:cloth:500", "--policies", list}).code, 2) << list;
     }
 }
 
@@ -180,8 +180,8 @@ TEST(ProfilePolicies, CsvAndTraceEventsHoldEveryFrame) {
 
 TEST(ProfilePolicies, PlotNeedsAnEndingAndPolicies) {
     EXPECT_EQ(run(compare({"--plot", "chart.jpg"})).code, 2);
-    EXPECT_EQ(run({"profile", "builtin:wave:500", "--plot", "chart.svg"}).code, 2);
-    EXPECT_EQ(run({"profile", "builtin:wave:500", "--trace-events", "e.json"}).code, 2);
+    EXPECT_EQ(run({"profile", "builtin:cloth:500", "--plot", "chart.svg"}).code, 2);
+    EXPECT_EQ(run({"profile", "builtin:cloth:500", "--trace-events", "e.json"}).code, 2);
 }
 
 TEST(ProfilePolicies, WithoutGnuplotPlotIsUnavailableBeforeAnythingIsMeasured) {

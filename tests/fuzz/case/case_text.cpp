@@ -105,27 +105,6 @@ private:
         return Point{read_number<double>(), read_number<double>(), read_number<double>()};
     }
 
-    std::uint64_t long_count() {
-        const std::string text = word();
-        std::uint64_t value = 0;
-        const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (read.ec != std::errc() || read.ptr != text.data() + text.size())
-            fail(fmt::format("'{}' is not a count", text));
-        return value;
-    }
-    Call call() {
-        const std::string text = word();
-        const auto found = std::find(kCallWords.begin(), kCallWords.end(), text);
-        if (found == kCallWords.end()) fail(fmt::format("'{}' is no call", text));
-        Call call;
-        call.kind = static_cast<CallKind>(found - kCallWords.begin());
-        call.scene = count();
-        if (call.scene >= kCallScenes) fail(fmt::format("there are {} scenes", kCallScenes));
-        call.number = count();
-        call.seed = long_count();
-        return call;
-    }
-
     std::uint32_t ray_kind() {
         const std::string text = word();
         for (const std::uint32_t kind : {kRaysPrimary, kRaysShadow, kRaysAo})
@@ -182,8 +161,6 @@ private:
             out.rays.push_back(ray);
         } else if (key == "questions") {
             out.asks_questions = true;
-        } else if (key == "call") {
-            out.calls.push_back(call());
         } else if (key == "point") {
             out.points.push_back(
                 vec3{read_number<float>(), read_number<float>(), read_number<float>()});
@@ -204,10 +181,6 @@ std::string to_text(const FuzzCase& fuzz_case, const std::string& remarks) {
     std::string text;
     std::istringstream lines(remarks);
     for (std::string line; std::getline(lines, line);) text += fmt::format("# {}\n", line);
-    for (const Call& call : fuzz_case.calls)
-        text += fmt::format("call {} {} {} {}\n", kCallWords[static_cast<std::size_t>(call.kind)],
-                            call.scene, call.number, call.seed);
-    if (!fuzz_case.calls.empty()) return text;
     if (fuzz_case.has_image()) text += view_text(fuzz_case.view);
     text += fmt::format("build-at {}\nframe {}\n", fuzz_case.build_at, number(fuzz_case.frame));
     for (const uvec3& t : fuzz_case.triangles) text += fmt::format("t {} {} {}\n", t.x, t.y, t.z);

@@ -13,7 +13,6 @@
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
 #include "scenes/scene_frames.h"
-#include "tests/fuzz/case/call.h"
 
 namespace mray::fuzz {
 
@@ -33,8 +32,6 @@ struct FuzzCase {
     /// about the points.
     bool asks_questions = false;
     std::vector<vec3> points;
-    /// Calls of the public interface; a case that has any has nothing else.
-    std::vector<Call> calls;
 
     bool has_image() const { return view.width > 0; }
 };

@@ -7,7 +7,6 @@
 #include "app/base/exit_code.h"
 #include "app/terminal/interrupt.h"
 #include "cpu/cpu_backend.h"
-#include "tests/fuzz/generate/calls.h"
 #include "tests/fuzz/generate/generator.h"
 #include "tests/fuzz/shrink/report.h"
 
@@ -62,10 +61,6 @@ bool is_over(const FuzzOptions& options, const Progress& progress) {
     return progress.tally.failed_cases >= options.most_failures || app::interrupted();
 }
 
-std::vector<std::vector<CallDevices>> call_devices(const Process& process) {
-    return process.vulkan ? vulkan_call_devices() : cpu_call_devices();
-}
-
 int run_campaign(const FuzzOptions& options, const Process& process) {
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend({.threads = 1});
     const Variants variants = process.vulkan ? vulkan_variants() : cpu_variants();
@@ -82,26 +77,6 @@ int run_campaign(const FuzzOptions& options, const Process& process) {
         report_failure({options.out, name, process.vulkan}, fuzz_case, findings.front(), referee);
     };
     return try_seeds(options, process, progress, variants.groups, try_seed);
-}
-
-int run_calls(const FuzzOptions& options, const Process& process) {
-    const auto groups = call_devices(process);
-    Progress progress(process);
-    const auto try_seed = [&](std::uint64_t seed, const std::vector<CallDevices>& group) {
-        const FuzzCase fuzz_case = make_calls(seed);
-        const CallModel model(fuzz_case);
-        ++progress.tally.cases;
-        progress.tally.questions += model.question_count();
-        for (const CallDevices& devices : group) {
-            const std::optional<CallDifference> found = model.compare(devices);
-            if (!found) continue;
-            ++progress.tally.failed_cases;
-            const std::string name = fmt::format("calls-{}-{}", process.name(), seed);
-            report_failure({options.out, name, process.vulkan}, fuzz_case, *found, devices);
-            return;
-        }
-    };
-    return try_seeds(options, process, progress, groups, try_seed);
 }
 
 }  // namespace mray::fuzz

@@ -3,10 +3,8 @@
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "common/base/stopwatch.h"
-#include "tests/fuzz/judge/call_check.h"
 #include "tests/fuzz/judge/referee.h"
 #include "tests/fuzz/run/options.h"
 #include "tests/fuzz/run/process.h"
@@ -40,11 +38,7 @@ private:
 /// Whether a loop over cases must end: enough failures, or SIGINT or SIGTERM.
 bool is_over(const FuzzOptions& options, const Progress& progress);
 
-/// The devices of a process on which calls are played, in groups.
-std::vector<std::vector<CallDevices>> call_devices(const Process& process);
-
-/// Tries a process's part of make_case(), make_questions() or make_calls(). Returns an exit code.
+/// Tries a process's part of make_case() or make_questions(). Returns an exit code.
 int run_campaign(const FuzzOptions& options, const Process& process);
-int run_calls(const FuzzOptions& options, const Process& process);
 
 }  // namespace mray::fuzz

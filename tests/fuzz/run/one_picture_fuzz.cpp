@@ -10,7 +10,6 @@
 #include "common/base/errors.h"
 #include "tests/fuzz/run/campaign.h"
 #include "tests/fuzz/run/replay.h"
-#include "tests/fuzz/run/sweep.h"
 
 namespace mray::fuzz {
 namespace {
@@ -20,12 +19,6 @@ std::function<int(const Process&)> work_of(const FuzzOptions& options) {
         case Mode::kOnePicture:
         case Mode::kQuestions:
             return [&](const Process& process) { return run_campaign(options, process); };
-        case Mode::kCalls:
-            return [&](const Process& process) { return run_calls(options, process); };
-        case Mode::kSweep:
-            return [&, scene = open_sweep(options)](const Process& process) {
-                return run_sweep(options, scene, process);
-            };
         case Mode::kReplay:
             break;
     }

@@ -26,24 +26,13 @@ void add_mode(CLI::App& app, Mode mode, const char* name, const char* what, std:
     }
     command->add_option("--out", options.out, "where failures are written (out/fuzz)");
     command->add_option("--seed", options.seed, "seed of the cases (1)");
-    command->add_option("--cases", options.cases, "cases to try (2000), or eyes of a sweep (all)")
+    command->add_option("--cases", options.cases, "cases to try (2000)")
         ->check(CLI::Range(std::uint64_t{1}, kMostCount));
     command->add_option("--failures", options.most_failures, "end after this many failures (10)")
         ->check(CLI::Range(std::uint64_t{1}, kMostCount));
-    if (mode == Mode::kSweep) {
-        command->add_option("SCENE", options.scene, "builtin:NAME[:TRIANGLES], or a file")
-            ->required();
-        command->add_option("--every", options.every, "every N-th triangle (1)")
-            ->check(CLI::Range(1u, 1u << 30));
-        command->add_option("--frame", options.frame, "the frame of the scene (0)")
-            ->check(CLI::NonNegativeNumber);
-        command->add_option("--side", options.side, "width and height of the images (16)")
-            ->check(CLI::Range(1, 1024));
-    } else {
-        command->add_option("--hours", options.hours, "try cases for this many hours")
-            ->check(CLI::PositiveNumber);
-        command->add_option("--case", options.only_case, "only the case of this seed");
-    }
+    command->add_option("--hours", options.hours, "try cases for this many hours")
+        ->check(CLI::PositiveNumber);
+    command->add_option("--case", options.only_case, "only the case of this seed");
 }
 
 }  // namespace
@@ -63,9 +52,6 @@ ParsedFuzzOptions parse_fuzz_options(int count, char** arguments) {
     add_mode(app, Mode::kOnePicture, "one-picture", "random images", backend, options);
     add_mode(app, Mode::kQuestions, "questions", "all hits, windings, closest points", backend,
              options);
-    add_mode(app, Mode::kCalls, "calls", "random calls of the library", backend, options);
-    add_mode(app, Mode::kSweep, "sweep", "eyes in the planes of a scene's triangles", backend,
-             options);
     add_mode(app, Mode::kReplay, "replay", "cases from text files", backend, options);
     try {
         app.parse(count, arguments);
@@ -75,8 +61,7 @@ ParsedFuzzOptions parse_fuzz_options(int count, char** arguments) {
     }
     options.cpu = backend != "vulkan";
     options.vulkan = backend != "cpu";
-    if (options.hours == 0 && options.cases == 0 && options.mode != Mode::kSweep)
-        options.cases = 2000;
+    if (options.hours == 0 && options.cases == 0) options.cases = 2000;
     return parsed;
 }
 

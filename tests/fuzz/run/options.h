@@ -9,7 +9,7 @@
 
 namespace mray::fuzz {
 
-enum class Mode { kOnePicture, kQuestions, kCalls, kSweep, kReplay };
+enum class Mode { kOnePicture, kQuestions, kReplay };
 
 struct FuzzOptions {
     Mode mode = Mode::kOnePicture;
@@ -22,12 +22,6 @@ struct FuzzOptions {
     std::uint64_t most_failures = 10;
     std::optional<std::uint64_t> only_case;
     std::string out = "out/fuzz";
-
-    // sweep
-    std::string scene;
-    std::uint32_t every = 1;
-    double frame = 0;
-    std::uint32_t side = 16;
 
     // replay
     std::vector<std::string> files;

@@ -13,7 +13,6 @@ std::vector<NamedCase> read_cases(const std::vector<std::string>& files) {
     std::vector<NamedCase> cases;
     for (const std::string& file : files) {
         cases.push_back({file, read_case_file(file)});
-        if (!cases.back().fuzz_case.calls.empty()) continue;
         // Refuse invalid cases before processes start.
         try {
             const FuzzScene scene(cases.back().fuzz_case);
@@ -27,28 +26,15 @@ std::vector<NamedCase> read_cases(const std::vector<std::string>& files) {
 int run_replay(const std::vector<NamedCase>& cases, const Process& process) {
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend({.threads = 1});
     const Variants variants = process.vulkan ? vulkan_variants() : cpu_variants();
-    const auto devices = call_devices(process);
     Referee referee(*brute);
     Progress progress(process);
     std::uint64_t number = 0;
     for (const auto& [name, fuzz_case] : cases) {
         progress.begin(++number);
         std::vector<std::string> differences;
-        if (!fuzz_case.calls.empty()) {
-            const CallModel model(fuzz_case);
-            ++progress.tally.cases;
-            for (const auto& group : devices) {
-                for (const CallDevices& one : group) {
-                    if (const auto found = model.compare(one))
-                        differences.push_back(one.name + ": " + describe(*found, fuzz_case));
-                }
-            }
-            progress.tally.failed_cases += differences.empty() ? 0 : 1;
-        } else {
-            for (const auto& group : variants.groups) {
-                for (const Finding& finding : check_case(referee, fuzz_case, group, progress.tally))
-                    differences.push_back(describe(finding));
-            }
+        for (const auto& group : variants.groups) {
+            for (const Finding& finding : check_case(referee, fuzz_case, group, progress.tally))
+                differences.push_back(describe(finding));
         }
         for (const std::string& difference : differences)
             fmt::print("{} on {}: {}\n", name, process.name(), difference);

@@ -58,15 +58,4 @@ void report_failure(const FailureName& name, const FuzzCase& fuzz_case, const Fi
     });
 }
 
-void report_failure(const FailureName& name, const FuzzCase& fuzz_case,
-                    const CallDifference& difference, const CallDevices& devices) {
-    const auto text = [&](const CallDifference& found, const FuzzCase& one) {
-        return devices.name + ": " + describe(found, one);
-    };
-    report(name, fuzz_case, text(difference, fuzz_case), [&](const FuzzCase& smaller) {
-        const std::optional<CallDifference> found = CallModel(smaller).compare(devices);
-        return found && found->what == difference.what ? text(*found, smaller) : std::string();
-    });
-}
-
 }  // namespace mray::fuzz

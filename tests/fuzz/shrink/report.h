@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <string>
 
-#include "tests/fuzz/judge/call_check.h"
 #include "tests/fuzz/judge/referee.h"
 
 namespace mray::fuzz {
@@ -17,11 +16,9 @@ struct FailureName {
     bool is_on_vulkan = false;
 };
 
-/// Shrinks the failure for the variant of the finding, or for these devices, writes it as text and
+/// Shrinks the failure for the variant of the finding, writes it as text and
 /// prints it with the line that replays it. Throws Error(kOutput).
 void report_failure(const FailureName& name, const FuzzCase& fuzz_case, const Finding& finding,
                     Referee& referee);
-void report_failure(const FailureName& name, const FuzzCase& fuzz_case,
-                    const CallDifference& difference, const CallDevices& devices);
 
 }  // namespace mray::fuzz

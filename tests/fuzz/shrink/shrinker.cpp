@@ -31,10 +31,7 @@ public:
     FuzzCase shrink() {
         lose_image();
         for (bool again = true; again && trials_ > 0;) {
-            again = lose(&FuzzCase::calls);
-            for (std::size_t i = 0; i < best_.calls.size(); ++i) again |= lessen(i);
-            if (!best_.calls.empty()) continue;
-            again |= lose_poses();
+            again = lose_poses();
             again |= lose(&FuzzCase::triangles);
             again |= lose_idle_vertices();
             again |= lose(&FuzzCase::rays);
@@ -72,18 +69,6 @@ private:
             }
         }
         return is_smaller;
-    }
-
-    /// Lessens the number of a call: its meshes, rays, points or pixels.
-    bool lessen(std::size_t i) {
-        const std::uint32_t number = best_.calls[i].number;
-        for (const std::uint32_t less : {0u, 1u, number / 2, number - 1}) {
-            if (less >= number) continue;
-            FuzzCase smaller = best_;
-            smaller.calls[i].number = less;
-            if (take(std::move(smaller))) return true;
-        }
-        return false;
     }
 
     void lose_image() {

@@ -12,7 +12,7 @@ namespace mray::fuzz {
 using Fails = std::function<bool(const FuzzCase&)>;
 
 /// Returns a failing case that has lost what it can lose: its image, poses, triangles, unused
-/// vertices, rays, points, calls with their meshes, rays of pixels, and pixels. Ends early after
+/// vertices, rays, points, rays of pixels, and pixels. Ends early after
 /// `trials` calls of `fails`.
 FuzzCase shrink(const FuzzCase& failing, const Fails& fails, std::size_t trials = 3000);
 

@@ -1,5 +1,4 @@
-// All that takes bytes from outside, each as a function of these bytes: readers of files, of rays
-// and of the command line. Both drivers (tests/fuzz/drivers) call them.
+// The readers of files that others made, each as a function of bytes.
 #pragma once
 
 #include <span>
@@ -10,7 +9,7 @@ namespace mray::fuzz {
 
 /// Takes the bytes as a user would give them. Returns what is wrong with the outcome. Returns an
 /// empty text if it is a value that keeps the promises of its type, or an error of the project
-/// about the input (exit codes 2, 3 and 6) in one line that names the file. Not thread-safe.
+/// about the input (exit codes 3 and 6) in one line that names the file. Not thread-safe.
 using FailureFunction = std::string (*)(std::string_view bytes);
 
 /// An OBJ file; what follows a line `====` is the material library m.mtl beside it.
@@ -22,20 +21,9 @@ std::string gltf_failure(std::string_view bytes);
 /// Positions of a mesh of three vertices.
 std::string pc2_failure(std::string_view bytes);
 std::string mdd_failure(std::string_view bytes);
-/// The file of `trace --rays`, as text and as an array of floats.
-std::string rays_failure(std::string_view bytes);
-/// The file of `query --points`.
-std::string points_failure(std::string_view bytes);
-/// The arguments of the program, each ended by a NUL. The command is not run.
-std::string options_failure(std::string_view bytes);
-/// A file of `render --hits`.
-std::string hits_failure(std::string_view bytes);
 /// Images of `diff`, and textures.
 std::string png_failure(std::string_view bytes);
 std::string jpeg_failure(std::string_view bytes);
-/// The files of `profile --baseline`, `crosscheck --expect` and `probe`.
-std::string baseline_failure(std::string_view bytes);
-std::string golden_failure(std::string_view bytes);
 
 struct Target {
     /// The name of the folder with its corpus, too.

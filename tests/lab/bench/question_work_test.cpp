@@ -59,7 +59,7 @@ TEST(QuestionWork, PointsAreTheSameOnEachCallAndWhereTheyAreSaidToBe) {
 }
 
 TEST(QuestionWork, VerticesThatAreNotFiniteLeavePointsAndRaysFinite) {
-    const BenchScene scene = open("builtin:degenerate");
+    const BenchScene scene = open("builtin:soup");
     for (const vec3& p : points_near_surface(scene, 1000))
         EXPECT_TRUE(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
     for (const Ray& ray : random_rays(scene, 1000)) {

@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "scenes/interpolate.h"
-#include "scenes/keyframes/keyframe_cache.h"
-#include "scenes/keyframes/streamed_clip.h"
+#include "scenes/sequence/streamed_clip.h"
 
 namespace mray {
 namespace {
@@ -41,27 +40,8 @@ std::unique_ptr<Clip> counted_clip(std::size_t count, std::uint32_t vertices,
                             std::make_unique<CountedSource>(count, reads), {});
 }
 
-// Four keyframes are beyond KeyframeCache::kResidentBytes.
-constexpr std::uint32_t kLarge = KeyframeCache::kResidentBytes / sizeof(vec3) / 3;
-
-TEST(KeyframeCache, KeepsAllOfASmallClip) {
-    KeyframeCache cache(3, kLarge);
-    EXPECT_TRUE(cache.keeps_all());
-    for (std::size_t i = 0; i < 3; ++i) cache.add(i, std::make_shared<std::vector<vec3>>(i));
-    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(cache.find(i)->size(), i);
-}
-
-TEST(KeyframeCache, KeepsTheTwoOfALargeClipThatWereUsedLast) {
-    KeyframeCache cache(4, kLarge);
-    EXPECT_FALSE(cache.keeps_all());
-    for (std::size_t i = 0; i < 2; ++i) cache.add(i, std::make_shared<std::vector<vec3>>(i));
-    EXPECT_NE(cache.find(0), nullptr);
-    cache.add(2, std::make_shared<std::vector<vec3>>(2));
-    EXPECT_NE(cache.find(0), nullptr);
-    EXPECT_EQ(cache.find(1), nullptr);
-    EXPECT_NE(cache.find(2), nullptr);
-    EXPECT_EQ(cache.find(3), nullptr);
-}
+// Four keyframes are beyond the 128 MiB that stay in memory.
+constexpr std::uint32_t kLarge = (std::uint32_t{128} << 20) / sizeof(vec3) / 3;
 
 TEST(StreamedClip, ReadsTheKeyframesOfASmallClipOnce) {
     std::atomic<int> reads = 0;

@@ -1,7 +1,7 @@
 // Colours of OBJ files from material libraries.
 #include <gtest/gtest.h>
 
-#include "scenes/obj/obj_reader.h"
+#include "scenes/mesh/mesh_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 

@@ -1,4 +1,4 @@
-#include "scenes/obj/obj_reader.h"
+#include "scenes/mesh/mesh_file.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 
 #include <set>
 
-#include "scenes/obj/obj_reader.h"
+#include "scenes/mesh/mesh_file.h"
 #include "scenes/source/open_scene.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "scenes/ply/ply_reader.h"
+#include "scenes/mesh/mesh_file.h"
 #include "tests/scenes/ply/ply_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"

@@ -1,4 +1,4 @@
-#include "scenes/ply/ply_reader.h"
+#include "scenes/mesh/mesh_file.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "scenes/obj/obj_reader.h"
 #include "scenes/source/open_scene.h"
 #include "tests/scenes/ply/ply_files.h"
 #include "tests/support/temporary_folder.h"

@@ -1,4 +1,4 @@
-#include "scenes/point_cache/cached_clip.h"
+#include "scenes/sequence/point_cache.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "scenes/interpolate.h"
-#include "scenes/point_cache/point_cache.h"
 #include "scenes/source/open_scene.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
@@ -245,22 +244,6 @@ TEST(CachedClip, NeedsOneMeshFile) {
         message_of([&] { open_scene(mesh, missing); }).ends_with("no such file; check the path"));
     const ClipOptions is_folder{.cache = folder.path().native()};
     EXPECT_EQ(kind_of([&] { open_scene(mesh, is_folder); }), ErrorKind::kBadInput);
-}
-
-TEST(CachedClip, MddSamplesOfManyPointsAreSwappedToTheLastNumber) {
-    for (const std::uint32_t points : {1u, 2u, 16384u, 16385u, 40001u}) {
-        std::string bytes;
-        append(bytes, std::uint32_t{2}, true);
-        append(bytes, points, true);
-        for (int i = 0; i < 2; ++i) append(bytes, 0.0f, true);
-        for (std::uint32_t i = 0; i < 6 * points; ++i) append(bytes, static_cast<float>(i), true);
-        const TemporaryFolder folder;
-        const PointCache cache(folder.write("a.mdd", bytes));
-        std::vector<vec3> sample(points);
-        cache.read(1, sample);
-        for (std::uint32_t i = 0; i < 3 * points; ++i)
-            ASSERT_EQ(sample[i / 3][static_cast<int>(i % 3)], static_cast<float>(3 * points + i));
-    }
 }
 
 TEST(CachedClip, TellsOfAFileThatChangesWhileItIsOpen) {

@@ -3,8 +3,7 @@
 
 #include <cmath>
 
-#include "scenes/procedural/parts/integer_root.h"
-#include "scenes/procedural/parts/random.h"
+#include "scenes/procedural/helpers.h"
 #include "scenes/trig.h"
 
 namespace mray {

@@ -154,64 +154,6 @@ TEST(Twist, StartsAsAnUprightColumnFourTimesAsHighAsWide) {
     EXPECT_NEAR(highest, 4, 0.05);
 }
 
-TEST(Collapse, LiesInAPlaneOrAPointInSomeFramesAndIsWholeBetween) {
-    const auto clip = make_procedural("collapse", 2000);
-    const std::vector<vec3> whole = positions_of(*clip, 0);
-    const auto spread = [](const std::vector<vec3>& points, int axis) {
-        const auto [lower, upper] = std::minmax_element(
-            points.begin(), points.end(), [&](vec3 a, vec3 b) { return a[axis] < b[axis]; });
-        return (*upper)[axis] - (*lower)[axis];
-    };
-    for (const double frame : {2.0, 10.0, 18.0}) {
-        const std::vector<vec3> flat = positions_of(*clip, frame);
-        EXPECT_EQ(spread(flat, 1), 0);
-        EXPECT_GT(spread(flat, 0), 1.9f);
-        EXPECT_GT(spread(flat, 2), 1.9f);
-    }
-    for (const double frame : {6.0, 14.0, 22.0}) {
-        const std::vector<vec3> point = positions_of(*clip, frame);
-        for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(spread(point, axis), 0);
-    }
-    for (const double frame : {4.0, 8.0, 12.0, 16.0, 20.0, 24.0}) {
-        EXPECT_EQ(positions_of(*clip, frame), whole);
-    }
-}
-
-TEST(Explode, StartsAsAHollowSphereAndSpreads) {
-    const auto clip = make_procedural("explode", 20000);
-    const auto radius = [](vec3 p) { return std::hypot(p.x, p.y, p.z); };
-    for (const vec3& p : positions_of(*clip, 0)) {
-        EXPECT_NEAR(std::fabs(radius(p) - 0.9f), 0.1f, 1e-6f);
-    }
-    float mean = 0;
-    const std::vector<vec3> end = positions_of(*clip, 24);
-    for (const vec3& p : end) mean += radius(p) / static_cast<float>(end.size());
-    EXPECT_GT(mean, 2);
-}
-
-TEST(Explode, KeepsItsChunksRigid) {
-    const DeformingMesh mesh = make_explode(5000);
-    const std::vector<vec3> start = moved(mesh, 0);
-    const std::vector<vec3> later = moved(mesh, 17.3);
-    for (const uvec3& t : mesh.topology.triangles) {
-        for (int k = 0; k < 3; ++k) {
-            const vec3 before = start[t[k]] - start[t[(k + 1) % 3]];
-            const vec3 after = later[t[k]] - later[t[(k + 1) % 3]];
-            ASSERT_NEAR(std::hypot(after.x, after.y, after.z),
-                        std::hypot(before.x, before.y, before.z), 2e-6);
-        }
-    }
-}
-
-TEST(Gather, EndsAsItBeganAndIsApartBetween) {
-    const auto clip = make_procedural("gather", 5000);
-    EXPECT_EQ(positions_of(*clip, 24), positions_of(*clip, 0));
-    EXPECT_EQ(positions_of(*clip, 0), positions_of(*make_procedural("explode", 5000), 0));
-    double farthest = 0;
-    for (const vec3& p : positions_of(*clip, 12)) farthest = std::max<double>(farthest, p.x);
-    EXPECT_GT(farthest, 2);
-}
-
 TEST(Orbits, KeepsItsBallsRigidAndMovesAllOfThem) {
     const DeformingMesh mesh = make_orbits(3000);
     const std::vector<vec3> before = moved(mesh, 0);
@@ -251,6 +193,27 @@ TEST(Cloth, EndsHangingAroundTheBall) {
     };
     EXPECT_GT(lowest(0), 2.0f);
     EXPECT_LT(lowest(24), 0.6f);
+}
+
+TEST(Hall, IsClosedRoundTheEyesThatLookAtIt) {
+    {
+        const DeformingMesh mesh = make_hall(5000);
+        // The first twelve triangles are the walls.
+        const auto walls = std::span(mesh.topology.triangles).first(12);
+        EXPECT_EQ(open_edges(walls), 0u);
+        const std::vector<vec3> positions = moved(mesh, 4);
+        EXPECT_LT(mesh_volume6(walls, positions), 0);
+        vec3 lower = positions[0];
+        vec3 upper = positions[0];
+        for (const vec3& p : std::span(positions).first(8)) {
+            lower = glm::min(lower, p);
+            upper = glm::max(upper, p);
+        }
+        for (const vec3& p : positions) {
+            EXPECT_EQ(glm::min(lower, p), lower);
+            EXPECT_EQ(glm::max(upper, p), upper);
+        }
+    }
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 namespace mray {
 
 /// Frames are those of the samples, each of which is a keyframe
-/// (scenes/keyframes/streamed_clip.h). A sample with coordinates that are not finite
+/// (scenes/sequence/streamed_clip.h). A sample with coordinates that are not finite
 /// or beyond 1e30 cannot be used; if options.lenient, such coordinates are kept, with a warning.
 ///
 /// Throws Error(kBadInput) for files that cannot be read, and for another number of points than the

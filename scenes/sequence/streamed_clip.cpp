@@ -1,16 +1,107 @@
-#include "scenes/keyframes/streamed_clip.h"
+#include "scenes/sequence/streamed_clip.h"
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
+#include <map>
 #include <mutex>
 #include <utility>
 
+#include "common/text/message_text.h"
 #include "scenes/interpolate.h"
-#include "scenes/keyframes/keyframe_cache.h"
+#include "scenes/polygons/triangulate.h"
 
 namespace mray {
 namespace {
+
+/// Gives the triangles that the faces were divided into what their corners have.
+void set_corners(const FileMesh& mesh, std::span<const uvec3> triangles, std::vector<uvec3>& smooth,
+                 SceneTextures& textures) {
+    if (mesh.smooth.empty() && mesh.textures.empty()) return;
+    const std::vector<uvec3> corners = corners_of_triangles(mesh.faces, triangles);
+    if (!mesh.smooth.empty()) {
+        smooth.reserve(corners.size());
+        for (const uvec3& t : corners)
+            smooth.emplace_back(mesh.smooth[t.x], mesh.smooth[t.y], mesh.smooth[t.z]);
+    }
+    if (mesh.textures.empty()) return;
+    textures.files = mesh.textures;
+    textures.texcoords.reserve(corners.size());
+    for (const uvec3& t : corners)
+        textures.texcoords.push_back(
+            {mesh.texcoords[t.x], mesh.texcoords[t.y], mesh.texcoords[t.z]});
+    textures.texture_ids.reserve(corners.size());
+    for (std::size_t face = 0; face < mesh.face_textures.size(); ++face) {
+        textures.texture_ids.insert(textures.texture_ids.end(), mesh.faces.corner_counts[face] - 2,
+                                    mesh.face_textures[face]);
+    }
+}
+
+void set_albedo(const FileMesh& mesh, Topology& topology) {
+    if (mesh.albedo.empty() && mesh.vertex_colours.empty()) {
+        topology.albedo.assign(topology.triangles.size(), kDefaultAlbedo);
+        return;
+    }
+    topology.albedo.reserve(topology.triangles.size());
+    for (std::size_t face = 0; face < mesh.albedo.size(); ++face) {
+        topology.albedo.insert(topology.albedo.end(), mesh.faces.corner_counts[face] - 2,
+                               mesh.albedo[face]);
+    }
+    if (mesh.vertex_colours.empty()) return;
+    for (const uvec3& t : topology.triangles) {
+        const std::vector<vec3>& colours = mesh.vertex_colours;
+        const vec3 mean = (colours[t.x] + colours[t.y] + colours[t.z]) / 3.0f;
+        topology.albedo.push_back(albedo_of(mean.x, mean.y, mean.z));
+    }
+}
+
+/// The positions of a keyframe, in world space. They stay in memory while a pointer to them exists.
+using KeyframePositions = std::shared_ptr<const std::vector<vec3>>;
+
+/// Keeps all keyframes of a clip of up to 128 MiB, otherwise the two that were used last: as many
+/// as a frame between keyframes needs. Threads may share one.
+class KeyframeCache {
+public:
+    KeyframeCache(std::size_t keyframe_count, std::size_t vertex_count)
+        : keeps_all_(vertex_count == 0 ||
+                     keyframe_count <= kResidentBytes / (vertex_count * sizeof(vec3))) {}
+
+    /// The positions of a keyframe; null if they are not here.
+    KeyframePositions find(std::size_t keyframe) const {
+        const std::scoped_lock lock(mutex_);
+        const auto found = entries_.find(keyframe);
+        if (found == entries_.end()) return nullptr;
+        found->second.last_use = ++uses_;
+        return found->second.positions;
+    }
+
+    void add(std::size_t keyframe, KeyframePositions positions) {
+        const std::scoped_lock lock(mutex_);
+        entries_.insert_or_assign(keyframe, Entry{std::move(positions), ++uses_});
+        if (keeps_all_ || entries_.size() <= kFew) return;
+        entries_.erase(std::min_element(entries_.begin(), entries_.end(), [](auto& a, auto& b) {
+            return a.second.last_use < b.second.last_use;
+        }));
+    }
+
+    /// Whether nothing that is added leaves again.
+    bool keeps_all() const { return keeps_all_; }
+
+private:
+    static constexpr std::size_t kResidentBytes = std::size_t{128} << 20;
+    static constexpr std::size_t kFew = 2;
+
+    struct Entry {
+        KeyframePositions positions;
+        std::uint64_t last_use = 0;
+    };
+
+    bool keeps_all_;
+    mutable std::mutex mutex_;
+    mutable std::uint64_t uses_ = 0;
+    mutable std::map<std::size_t, Entry> entries_;
+};
 
 /// A frame between two keyframes, by their indices: its positions are interpolate() of theirs at f
 /// in [0, 1). A keyframe is between itself and itself, at 0.
@@ -127,6 +218,24 @@ private:
 };
 
 }  // namespace
+
+FirstMesh read_first_mesh(const std::filesystem::path& path, const ClipOptions& options) {
+    FileMesh mesh = read_mesh_file(path, {.lenient = options.lenient,
+                                          .allow_empty = options.allow_empty,
+                                          .normals = true,
+                                          .textures = true,
+                                          .warn = options.warn});
+    FirstMesh first;
+    Topology& topology = first.topology;
+    topology.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
+    topology.triangles =
+        triangulate(mesh.faces, mesh.positions, shown(path), options.lenient, options.warn);
+    set_corners(mesh, topology.triangles, first.smooth, first.textures);
+    set_albedo(mesh, topology);
+    first.faces = std::move(mesh.faces);
+    first.positions = std::move(mesh.positions);
+    return first;
+}
 
 std::unique_ptr<Clip> stream_keyframes(ClipParts parts, std::unique_ptr<KeyframeSource> source,
                                        const ClipOptions& options) {

@@ -1,4 +1,4 @@
-#include "scenes/procedural/parts/surfaces.h"
+#include "scenes/procedural/surfaces.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "scenes/point_cache/point_cache.h"
+#include "scenes/sequence/point_cache.h"
 
 #include <fmt/format.h>
 
@@ -6,15 +6,63 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
-#include <string>
+#include <optional>
+#include <span>
 #include <string_view>
+#include <utility>
 
 #include "common/base/errors.h"
+#include "common/base/input_file.h"
 #include "common/text/message_text.h"
+#include "scenes/mesh/mesh_rules.h"
+#include "scenes/sequence/streamed_clip.h"
 
 namespace mray {
 namespace {
+
+/// A file in one of two formats, told apart by its first bytes and its name:
+///
+/// - PC2 (Autodesk 3ds Max, Blender): "POINTCACHE2" and a zero; version 1, the number of points,
+/// the
+///   first frame, the frames from a sample to the next, the number of samples; then x, y, z of
+///   every point of every sample. Little-endian, 32 bits a number.
+/// - MDD (NewTek LightWave; its name ends with .mdd): the numbers of samples and points; a time for
+///   each sample, which is not used; then as above. Big-endian. Samples are frames 0, 1, 2, ...
+///
+/// Threads may share one.
+class PointCache {
+public:
+    /// Reads the head. Throws Error(kBadInput) with the file and the reason if it is not such a
+    /// file, if its size is not what the head says, or if it has no samples.
+    explicit PointCache(const std::filesystem::path& path);
+
+    const std::filesystem::path& path() const { return file_.path(); }
+    std::size_t sample_count() const { return sample_count_; }
+    std::uint32_t point_count() const { return point_count_; }
+    /// The frame of a sample; frames increase.
+    double frame(std::size_t sample) const {
+        return first_frame_ + static_cast<double>(sample) * frames_per_sample_;
+    }
+    /// Reads the positions of a sample; out has point_count() entries. Throws Error(kBadInput) if
+    /// the file cannot be read.
+    void read(std::size_t sample, std::span<vec3> out) const;
+
+private:
+    void read_pc2_head();
+    void read_mdd_head();
+    [[noreturn]] void fail(const std::string& what) const;
+    void require_size() const;
+
+    InputFile file_;
+    bool is_big_endian_ = false;
+    std::uint64_t head_size_ = 0;
+    std::size_t sample_count_ = 0;
+    std::uint32_t point_count_ = 0;
+    double first_frame_ = 0;
+    double frames_per_sample_ = 1;
+};
 
 // With its zero at the end.
 constexpr std::string_view kPc2Name("POINTCACHE2\0", 12);
@@ -48,8 +96,6 @@ bool is_mdd_name(const std::filesystem::path& path) {
     const std::string extension = path.extension().native();
     return extension == ".mdd" || extension == ".MDD";
 }
-
-}  // namespace
 
 PointCache::PointCache(const std::filesystem::path& path) : file_(path) {
     static_assert(std::endian::native == std::endian::little);
@@ -131,6 +177,52 @@ void PointCache::read(std::size_t sample, std::span<vec3> out) const {
         offset += part.size_bytes();
         out = out.subspan(part.size());
     }
+}
+
+class CacheSource : public KeyframeSource {
+public:
+    CacheSource(const std::filesystem::path& cache, bool lenient)
+        : cache_(cache), lenient_(lenient) {}
+
+    std::uint32_t point_count() const { return cache_.point_count(); }
+
+    std::size_t count() const override { return cache_.sample_count(); }
+    double frame(std::size_t keyframe) const override { return cache_.frame(keyframe); }
+
+    std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const override {
+        cache_.read(keyframe, out);
+        const auto bad = std::ranges::find_if_not(
+            out, [](const vec3& p) { return MeshRules::are_good(std::span(&p, 1)); });
+        if (bad == out.end()) return std::nullopt;
+        const std::string place = shown(cache_.path());
+        const std::string what =
+            fmt::format("frame {}: vertex {} has a coordinate that is not finite or beyond 1e30",
+                        frame(keyframe), bad - out.begin());
+        if (lenient_) return Warning{place, what + "; kept as it is"};
+        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; repair it", place, what),
+                    Remedy::kLenient);
+    }
+
+private:
+    PointCache cache_;
+    bool lenient_;
+};
+
+}  // namespace
+
+std::unique_ptr<Clip> open_cached(const std::filesystem::path& mesh,
+                                  const std::filesystem::path& cache, const std::string& name,
+                                  const ClipOptions& options) {
+    FirstMesh first = read_first_mesh(mesh, options);
+    auto source = std::make_unique<CacheSource>(cache, options.lenient);
+    if (source->point_count() != first.topology.vertex_count) {
+        throw Error(ErrorKind::kBadInput,
+                    fmt::format("{}: has {} points, but {} has {} vertices; give the mesh that "
+                                "the cache was written for",
+                                shown(cache), source->point_count(), shown(mesh),
+                                first.topology.vertex_count));
+    }
+    return stream_keyframes({.name = name, .first = std::move(first)}, std::move(source), options);
 }
 
 }  // namespace mray

@@ -1,0 +1,116 @@
+// A mesh as a file has it, and the formats that are read.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/interop/platform.h"
+#include "common/scene/mesh.h"
+#include "common/scene/textures.h"
+#include "scenes/warning_count.h"
+
+namespace mray {
+
+/// Face i has corner_counts[i] >= 3 corners; all corners follow one another in `corners`.
+struct Polygons {
+    std::vector<std::uint32_t> corners;
+    std::vector<std::uint32_t> corner_counts;
+    bool operator==(const Polygons&) const = default;
+};
+
+struct MeshFileOptions {
+    /// Accept coordinates that are not finite or beyond 1e30 and leave out faces that cannot be
+    /// read, with a warning each.
+    bool lenient = false;
+    /// Accept a file without faces, or without anything.
+    bool allow_empty = false;
+    /// Read colours and material libraries; otherwise every albedo is kDefaultAlbedo.
+    bool materials = true;
+    /// Read which corners share a normal.
+    bool normals = false;
+    /// Read texture coordinates and the textures of materials.
+    bool textures = false;
+    WarnFunction warn = {};
+};
+
+/// The faces of the file that have three corners or more, in their order.
+struct FileMesh {
+    /// Each vertex of the file, in the file's units, correctly rounded to float.
+    std::vector<vec3> positions;
+    Polygons faces;
+    /// One for each face; empty: kDefaultAlbedo for all.
+    std::vector<Albedo> albedo;
+    /// Linear colours of the vertices, finite; a triangle has the mean of its three. Empty: none.
+    /// If there are any, `albedo` is empty.
+    std::vector<vec3> vertex_colours;
+    /// For each corner of `faces` a number, below that of all corners: corners of one position with
+    /// equal normals have the same number, those without a normal a number of their own. Empty if
+    /// the file has no normals, or they are not read.
+    std::vector<std::uint32_t> smooth;
+    /// The textures that faces use. Empty if there are none, or they are not read; then the arrays
+    /// below are empty, too.
+    std::vector<TextureFile> textures;
+    /// For each face an index of `textures`, or kNoTexture.
+    std::vector<std::uint32_t> face_textures;
+    /// For each corner of `faces`; 0 where a face has no texture.
+    std::vector<Texcoord> texcoords;
+};
+
+/// A format of files with one mesh each.
+struct MeshFormat {
+    std::string_view name;
+    /// With its dot, in lower case.
+    std::string_view extension;
+    /// The things that are read from a file, in words.
+    std::string_view content;
+    /// Throws Error: kBadInput with the file and the place in it, kLimit.
+    FileMesh (*read)(const std::filesystem::path& path, const MeshFileOptions& options);
+};
+
+/// A longer line is not OBJ text. Faces are exempt: a polygon of 200,000 corners is one line of
+/// 1.3 MB.
+inline constexpr std::size_t kMaxObjLineBytes = std::size_t{1} << 20;
+
+/// Reads positions, faces and, from the material libraries beside the file, diffuse colours and
+/// the names of textures; normals only for FileMesh::smooth. A texture that is not there, or not in
+/// the folder of its library, is a warning, and its faces have their colour alone; so do faces
+/// without texture coordinates. Checks the words of faces
+/// before tinyobjloader parses them. Leaves out faces of two corners with a warning; keeps
+/// degenerate faces. Gives warnings only if it does not throw. Throws Error: kBadInput with file
+/// and line, kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its own options.
+FileMesh read_obj(const std::filesystem::path& path, const MeshFileOptions& options = {});
+
+/// Reads a PLY file (Greg Turk, "The PLY Polygon File Format", 1994), in text or binary with either
+/// order of bytes: of the element `vertex` the positions x y z, the colours red green blue and the
+/// normals nx ny nz, the latter for FileMesh::smooth alone; of `face` the list vertex_indices or
+/// vertex_index; of `tristrips` the same list, in which -1 ends a strip. Skips all others. Faults
+/// of coordinates and faces are those of OBJ files (MeshRules).
+///
+/// Colours of type uchar are those of images, whose squares are linear; others are linear.
+/// Normals tell which corners are smooth together: those of vertices with equal positions and
+/// normals.
+///
+/// Checks the numbers of the header against the size of the file before it takes memory for them.
+/// Gives warnings only if it does not throw. Throws Error: kBadInput with the file and the line, or
+/// the byte of a binary file; kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its own
+/// options.
+FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& options = {});
+
+/// The formats that every build reads.
+std::span<const MeshFormat> mesh_formats();
+
+/// The format whose extension the name has, in letters of either case; null if there is none.
+const MeshFormat* mesh_format_of(const std::filesystem::path& path);
+
+/// The extensions of all formats for messages: ".obj or .ply".
+std::string extensions_of_meshes();
+
+/// Reads a file in the format of its name; a name of no format is read as OBJ. Throws what
+/// MeshFormat::read throws.
+FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options);
+
+}  // namespace mray

@@ -1,0 +1,65 @@
+// Helpers of the built-in scenes: counts, colours, turns and pseudorandom numbers.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include "common/scene/mesh.h"
+#include "scenes/trig.h"
+
+namespace mray {
+
+/// The largest n with n^3 <= x, for x up to 2^60. std::cbrt rounds differently in different libms.
+constexpr std::uint32_t cube_root(std::uint64_t x) {
+    std::uint64_t root = 0;
+    for (std::uint64_t bit = std::uint64_t{1} << 20; bit > 0; bit >>= 1) {
+        const std::uint64_t next = root | bit;
+        if (next * next * next <= x) root = next;
+    }
+    return static_cast<std::uint32_t>(root);
+}
+
+constexpr Albedo rgb(std::uint32_t r, std::uint32_t g, std::uint32_t b) {
+    return r | (g << 8) | (b << 16);
+}
+
+/// Distinct colours for parts, repeating.
+constexpr Albedo palette(std::uint64_t i) {
+    constexpr std::array<Albedo, 8> colours = {
+        rgb(176, 42, 30),  rgb(28, 98, 150),  rgb(208, 140, 26), rgb(40, 120, 60),
+        rgb(120, 60, 140), rgb(24, 136, 130), rgb(206, 92, 40),  rgb(170, 160, 130)};
+    return colours[i % colours.size()];
+}
+
+/// p turned about the unit vector axis (Rodrigues' formula).
+inline glm::dvec3 rotate(const glm::dvec3& p, const glm::dvec3& axis, CosSin turn) {
+    return turn.cos * p + turn.sin * glm::cross(axis, p) +
+           (1 - turn.cos) * glm::dot(axis, p) * axis;
+}
+
+/// Based on: Guy L. Steele Jr., Doug Lea, Christine H. Flood. Fast splittable pseudorandom number
+/// generators. OOPSLA 2014: the finaliser of SplitMix64, here on a counter.
+inline std::uint64_t hash_bits(std::uint64_t seed, std::uint64_t index) {
+    std::uint64_t z = (seed << 40) + (index + 1) * 0x9E3779B97F4A7C15u;
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+    return z ^ (z >> 31);
+}
+
+/// The k-th draw for an index: uniform in [0, 1).
+inline double uniform(std::uint64_t seed, std::uint64_t index, std::uint64_t k = 0) {
+    return static_cast<double>(hash_bits(seed + k, index) >> 11) * 0x1p-53;
+}
+
+/// A direction, uniform on the unit sphere, from draws k and k + 1.
+inline glm::dvec3 uniform_direction(std::uint64_t seed, std::uint64_t index, std::uint64_t k = 0) {
+    const double y = 2 * uniform(seed, index, k) - 1;
+    const double around = uniform(seed, index, k + 1);
+    const double ring = std::sqrt(1 - y * y);
+    return {ring * cos_turns(around), y, ring * sin_turns(around)};
+}
+
+}  // namespace mray

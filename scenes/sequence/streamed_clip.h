@@ -1,0 +1,68 @@
+// A clip whose keyframes are read when frames need them.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/warning.h"
+#include "scenes/clip.h"
+#include "scenes/clip_options.h"
+
+namespace mray {
+
+struct FirstMesh {
+    Topology topology;
+    /// As Clip::smooth_corners(), but empty if the file has no normals.
+    std::vector<uvec3> smooth;
+    SceneTextures textures;
+    /// The faces that the triangles were made of.
+    Polygons faces;
+    std::vector<vec3> positions;
+};
+
+/// Reads a mesh file. Throws Error(kBadInput).
+FirstMesh read_first_mesh(const std::filesystem::path& path, const ClipOptions& options);
+
+/// One file for each keyframe, or one file for all. Threads may share one.
+class KeyframeSource {
+public:
+    virtual ~KeyframeSource() = default;
+
+    virtual std::size_t count() const = 0;
+    /// The frame of a keyframe; frames increase.
+    virtual double frame(std::size_t keyframe) const = 0;
+
+    /// Reads the positions of a keyframe, in world space, into `out`, which has an entry for each
+    /// vertex. Returns a warning about them. Throws Error(kBadInput) for a keyframe that cannot be
+    /// used, with its file and frame.
+    virtual std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const = 0;
+};
+
+/// The parts of a clip besides its keyframes.
+struct ClipParts {
+    /// As Clip::name().
+    std::string name;
+    /// The triangles. Its faces are not used.
+    FirstMesh first;
+    /// Whether first.positions are those of keyframe 0.
+    bool has_first_keyframe = false;
+    /// Whether a frame without a keyframe repeats the frame before it; otherwise it is
+    /// interpolated.
+    bool holds = false;
+};
+
+/// Positions between keyframes are interpolated component by component
+/// (scenes/interpolate.h); at a keyframe they equal the file's bit for bit. Memory holds the
+/// keyframes of a clip of up to 128 MiB, otherwise the two that were used last.
+///
+/// Opening reads the first keyframe. Any other one is read when a frame needs it, and one that
+/// cannot be used, or has another topology, makes positions() of that frame throw Error(kBadInput).
+std::unique_ptr<Clip> stream_keyframes(ClipParts parts, std::unique_ptr<KeyframeSource> source,
+                                       const ClipOptions& options);
+
+}  // namespace mray
