@@ -61,7 +61,6 @@ inline const std::array kConstants = {
     PROOFS_CONSTANT(kSlabReciprocal),
     Constant{"kUnfusedDilation", cpu::kUnfusedDilation},
     Constant{"kFusedSlabRounding", cpu::kFusedSlabRounding},
-    PROOFS_CONSTANT(kBoxDilation),
     PROOFS_CONSTANT(kDepthMargin),
     PROOFS_CONSTANT(kSurfaceOffset),
     Constant{"kDepthSlackOfMargin", depth_slack_of_margin()},

@@ -19,7 +19,6 @@
 # step: kLeavingError 0.5
 # step: kBehindError 0.5
 # step: kDepthlessBound 0.99999
-# step: kBoxDilation 0.5
 # step: kUnfusedDilation 0.5
 # step: kFusedSlabRounding 0.9999998
 # step: kRcpUlp 2
