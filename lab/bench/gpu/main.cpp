@@ -39,7 +39,6 @@ void run(const std::vector<std::string>& arguments) {
         const BenchScene scene = open_bench_scene(spec, options.view_kind, options.view);
         fmt::print("{}", table_header());
         bench_vulkan(scene, options.repeat, report);
-        fmt::print("{}", count_table(scene));
     }
 }
 

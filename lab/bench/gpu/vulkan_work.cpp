@@ -60,8 +60,6 @@ public:
         trace("primary", kRaysPrimary, kPeerCamera);
         trace("shadow", kRaysShadow, kPeerShadow);
         trace("ao", kRaysAo, kPeerAo);
-        trace_with(kTestGroups, "without quarters");
-        trace_with(kTestQuarters, "without groups");
         trace_diffuse();
         refit();
         frame();
@@ -134,28 +132,6 @@ private:
             rays == kRaysPrimary ? pixels()
                                  : count_hits(frame) * rays_per_hit(rays, params.ao_count);
         report(work, peer, clocks, Unit::kMrayPerSecond, ray_count, ray_count, mismatches);
-    }
-
-    /// Camera rays that leave out some boxes, beside those that test all.
-    void trace_with(std::uint32_t boxes, const char* name) {
-        gpu::Tuning tuning;
-        tuning.boxes = boxes;
-        const std::unique_ptr<Backend> other = gpu::make_tuned_backend(shared_, tuning);
-        other->set_scene(scene_.topology(), scene_.positions, scene_.bvh);
-        ImageParams params = scene_.params;
-        params.rays = kRaysPrimary;
-        Frame frame;
-        frame.with_pixels = frame.with_hits = false;
-        const auto method = [&](const char* label, Backend& backend) {
-            return DeviceMethod{label, [&] {
-                                    backend.trace_image(params, frame);
-                                    return backend.finish().trace_ms;
-                                }};
-        };
-        const DeviceMethod all = method("vulkan", *ours_);
-        const DeviceMethod some = method(name, *other);
-        report("primary", some, time_both(all, some, repeat_), Unit::kMrayPerSecond, pixels(),
-               pixels(), 0);
     }
 
     void trace_diffuse() {

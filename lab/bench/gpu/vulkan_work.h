@@ -16,11 +16,6 @@ namespace mray::bench {
 void bench_vulkan(const BenchScene& scene, int repeat,
                   const std::function<void(const Row&)>& report);
 
-/// A table of what a ray costs on the device: boxes, triangles and bytes, counted on the CPU for
-/// some rays of the camera and some diffuse ones, by the tree as it is and by parts of it, and by
-/// the peer's.
-std::string count_table(const BenchScene& scene);
-
 /// The name and driver of the device.
 std::string device_line();
 
