@@ -19,7 +19,7 @@ constexpr ImGuiWindowFlags kOverlayText = kOverlay | ImGuiWindowFlags_NoInputs |
 constexpr ImU32 kOverlayColour = IM_COL32(15, 17, 18, 235);
 constexpr float kMargin = 8;
 
-/// Inputs and what they do, as in docs/guide/view.md.
+/// Inputs and what they do, as in docs/guide/options.md.
 constexpr std::pair<const char*, const char*> kInputs[] = {
     {"drag", "orbit"},
     {"shift-drag", "pan"},
