@@ -1,5 +1,5 @@
 # Functions that the scripts share: install what is missing, configure, build. To be sourced by
-# bash with `root` set to the checkout. Exit codes are the program's (docs/guide/exit_codes.md): 4 when
+# bash with `root` set to the checkout. Exit codes are the program's (docs/guide/options.md): 4 when
 # packages cannot be had, 70 when the build fails.
 
 : "${root:?}"

@@ -1,4 +1,4 @@
-// Exit codes of the program (docs/guide/exit_codes.md).
+// Exit codes of the program (docs/guide/options.md).
 #pragma once
 
 #include "common/base/errors.h"

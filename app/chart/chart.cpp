@@ -15,7 +15,6 @@
 #include "common/report/plot.h"
 #include "common/report/shell_text.h"
 #include "lab/accuracy/charts/chart_folder.h"
-#include "lab/accuracy/charts/chart_page.h"
 #include "lab/accuracy/charts/charts.h"
 
 namespace mray::app {
@@ -59,10 +58,10 @@ ChartInput middle_frame(const SceneFrames& frames) {
     return {std::filesystem::path(clip.name()).filename().string(), topology, std::move(positions)};
 }
 
-std::vector<Chart> make_charts(std::vector<SceneFrames>& scenes, const ChartContext& context,
+std::vector<Chart> make_charts(const std::vector<SceneFrames>& scenes, const ChartContext& context,
                                Progress& progress) {
     std::vector<ChartInput> inputs;
-    for (SceneFrames& scene : scenes) inputs.push_back(middle_frame(scene));
+    for (const SceneFrames& scene : scenes) inputs.push_back(middle_frame(scene));
     std::vector<Chart> charts;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
         const std::string suffix = inputs.size() == 1 ? "" : fmt::format("_{}", i + 1);
@@ -72,21 +71,11 @@ std::vector<Chart> make_charts(std::vector<SceneFrames>& scenes, const ChartCont
         charts.push_back(accuracy_chart(context, inputs[i], suffix));
         begin("placement");
         charts.push_back(placement_chart(context, inputs[i], suffix));
-        begin("packets");
-        charts.push_back(packet_chart(context, inputs[i], suffix));
-        begin("cones");
-        charts.push_back(cone_chart(context, inputs[i], suffix));
-        begin("policies");
-        charts.push_back(policy_chart(context, scenes[i], suffix));
-        begin("trees");
-        charts.push_back(tree_chart(context, scenes[i], suffix));
         begin("boxes");
         charts.push_back(box_chart(context, inputs[i], suffix));
     }
     progress.begin("failures", StepPart::kHidden);
     charts.push_back(failure_chart(context, inputs));
-    progress.begin("scaling", StepPart::kHidden);
-    charts.push_back(scaling_chart(context));
     return charts;
 }
 
@@ -97,9 +86,8 @@ std::filesystem::path parent_of(const std::filesystem::path& folder) {
 }
 
 std::size_t steps_of(std::size_t scenes, const Effort& effort) {
-    return scenes * (accuracy_steps() + placement_steps(effort) + packet_steps() + cone_steps() +
-                     policy_steps() + tree_steps() + box_steps() + 1) +
-           failure_steps() + scaling_steps(effort);
+    return scenes * (accuracy_steps() + placement_steps(effort) + box_steps() + 1) +
+           failure_steps();
 }
 
 }  // namespace
@@ -112,42 +100,30 @@ ExitCode draw_charts(const Options& options, const Messages& messages) {
     for (const std::string& scene : options.scenes)
         scenes.push_back(open_scene_of(options, scene, messages));
 
-    const Effort& effort = options.quick ? quick_effort() : full_effort();
-    const std::string machine = machine_text();
-    const std::string command = command_text(options);
+    const Effort& effort = options.quick ? kQuickEffort : kFullEffort;
     Progress progress("charting", "", steps_of(scenes.size(), effort), progress_mode(options));
     std::uint64_t done = 0;
-    const auto backend_maker = [&options](BackendChoice choice) {
-        return [&options, choice] { return make_backend(choice, options.backend, Messages()); };
-    };
-    const ChartContext context{.effort = effort,
-                               .threads = options.backend.threads,
-                               .make_cpu_backend = backend_maker(BackendChoice::kCpu),
-                               .make_vulkan_backend = backend_maker(BackendChoice::kVulkan),
-                               .footer = fmt::format("{}; {}", machine, command),
-                               .step =
-                                   [&] {
-                                       throw_if_interrupted();
-                                       progress.update(++done);
-                                   },
-                               .check = throw_if_interrupted};
+    const ChartContext context{
+        .effort = effort,
+        .make_vulkan_backend =
+            [&] { return make_backend(BackendChoice::kVulkan, options.backend, Messages()); },
+        .footer = fmt::format("{}; {}", machine_text(), command_text(options)),
+        .step =
+            [&] {
+                throw_if_interrupted();
+                progress.update(++done);
+            },
+        .check = throw_if_interrupted};
     const std::vector<Chart> charts = make_charts(scenes, context, progress);
     progress.finish();
-    std::vector<PagedChart> paged;
     for (const Chart& chart : charts) {
         throw_if_interrupted();
-        PagedChart& page = paged.emplace_back(&chart);
-        if (chart.figure.panels.empty()) continue;
         const std::string csv = chart.table.csv();
-        page.svg = plot::draw(chart.figure, csv, "svg");
         folder.write(chart.name + ".csv", csv);
-        folder.write(chart.name + ".svg", page.svg);
-        folder.write(chart.name + ".png", plot::draw(chart.figure, csv, "png"));
+        folder.write(chart.name + ".svg", plot::draw(chart.figure, csv, "svg"));
     }
-    folder.write("index.html", chart_page(paged, machine, command));
     folder.keep();
-    messages.print(fmt::format("{} charts: {}\n", charts.size(),
-                               (std::filesystem::path(options.out) / "index.html").string()));
+    messages.print(fmt::format("{} charts: {}\n", charts.size(), options.out));
     return ExitCode::kOk;
 }
 

@@ -1,14 +1,12 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <optional>
 #include <vector>
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
 #include "common/report/shell_text.h"
 #include "common/version.h"
-#include "lab/bench/gpu/vulkan_work.h"
 #include "lab/bench/machine.h"
 #include "lab/bench/options.h"
 #include "lab/bench/report.h"
@@ -27,25 +25,18 @@ std::size_t most_rays(const BenchScene& scene) {
 /// The rays of a scene, made before anything is timed. Kinds that no chosen work needs are missing.
 struct SceneWorks {
     TraceWork primary;
-    /// For the work "packet": shadow rays, and ambient occlusion of a whole image.
-    std::optional<TraceWork> shadow;
-    std::optional<TraceWork> ao;
-    /// All others that are compared with Embree.
     std::vector<TraceWork> traced;
 };
 
 SceneWorks make_works(const BenchScene& scene, const BenchOptions& options) {
-    SceneWorks works{make_primary_work(scene.params), {}, {}, {}};
-    const bool whole = options.wants("packet");
-    const bool shadow = options.wants("shadow") || whole;
+    SceneWorks works{make_primary_work(scene.params), {}};
     if (options.wants("one-ray")) works.traced.push_back(make_row_work(scene.params));
-    if (!shadow && !options.wants("diffuse") && !options.wants("ao")) return works;
+    if (!options.wants("shadow") && !options.wants("diffuse") && !options.wants("ao")) return works;
     const AlignedVector<Hit> hits = reference_hits(scene.bvh, works.primary);
     const auto secondary = [&](WorkKind kind, auto... more) {
         return make_secondary_work(works.primary, hits, scene.mesh(), kind, more...);
     };
-    if (shadow) works.shadow = secondary(WorkKind::kShadow);
-    if (whole) works.ao = secondary(WorkKind::kAo, scene.params.ao_count);
+    if (options.wants("shadow")) works.traced.push_back(secondary(WorkKind::kShadow));
     if (options.wants("diffuse")) works.traced.push_back(secondary(WorkKind::kDiffuse));
     if (options.wants("ao")) {
         for (const std::uint32_t samples : options.ao_samples)
@@ -59,31 +50,15 @@ void run_traced_works(const Rig& rig, const BenchScene& scene, const SceneWorks&
                       const BenchOptions& options) {
     std::vector<const TraceWork*> traced;
     if (options.wants("primary")) traced.push_back(&works.primary);
-    if (options.wants("shadow")) traced.push_back(&*works.shadow);
     for (const TraceWork& work : works.traced) traced.push_back(&work);
-    const bool any_order = options.wants("any-order");
-    if (traced.empty() && !any_order) return;
+    if (traced.empty()) return;
     const EmbreeScenes embree(rig.devices, scene);
     for (const TraceWork* work : traced) bench_trace(rig, scene, embree, *work);
-    if (any_order) {
-        bench_any_order(rig, scene, embree, works.primary,
-                        reference_hits(scene.bvh, works.primary));
-    }
 }
 
 void run_works(const Rig& rig, const BenchScene& scene, const SceneWorks& works,
                const BenchOptions& options) {
     run_traced_works(rig, scene, works, options);
-    if (options.wants("packet")) {
-        for (const TraceWork* work : {&works.primary, &*works.shadow, &*works.ao}) {
-            bench_packet(rig, scene, *work);
-        }
-    }
-    if (options.wants("vulkan")) {
-        bench_vulkan(scene, rig.repeat, rig.report);
-        fmt::print("{}", count_table(scene));
-    }
-    if (options.wants("library")) bench_library(rig, scene);
     if (options.wants("queries")) bench_queries(rig, scene);
     if (options.wants("frame")) bench_frame(rig, scene, works.primary);
     if (options.wants("refit")) bench_refit(rig, scene, works.primary);

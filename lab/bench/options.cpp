@@ -190,10 +190,8 @@ private:
             fmt::format("{} ({})", fmt::join(kWorks, ","), fmt::join(o.works, ",")),
             [&o](auto& option, auto& value) { o.works = parse_works(option, value); });
         add("--ao-samples", "N,...",
-            fmt::format(
-                "rays of a pixel in the work ao, each a work of its own ({}); the first also "
-                "for packet and vulkan ({})",
-                fmt::join(o.ao_samples, ","), o.view.ao_count),
+            fmt::format("rays of a pixel in the work ao, each a work of its own ({})",
+                        fmt::join(o.ao_samples, ",")),
             [&o](auto& option, auto& value) {
                 o.ao_samples = parse_samples(option, value);
                 o.view.ao_count = o.ao_samples.front();

@@ -19,9 +19,8 @@ inline ViewSpec few_ao_samples() {
     return view;
 }
 
-inline constexpr const char* kWorks[] = {"primary",   "shadow",  "diffuse", "ao",     "one-ray",
-                                         "refit",     "build",   "packet",  "vulkan", "library",
-                                         "any-order", "queries", "frame"};
+inline constexpr const char* kWorks[] = {"primary", "shadow", "diffuse", "ao",   "one-ray",
+                                         "refit",   "build",  "queries", "frame"};
 
 /// Sets of built-in scenes.
 struct SceneSet {

@@ -17,8 +17,7 @@ struct Peer {
     std::string group;
     /// One ray a call: compared with ours that do so, and with streams.
     bool one_ray = false;
-    /// Called before each round, not timed; in the calling thread's arena, like `trace`.
-    std::function<void()> prepare;
+    /// Runs in the calling thread's arena.
     std::function<void(const WorkPart&)> trace;
     /// The answers of the last trace of each part. Peers may have records in common, which hold
     /// those of the last one.

@@ -17,7 +17,7 @@ struct Row {
     std::uint64_t triangles = 0;
     /// fill, whole or given
     std::string view;
-    /// primary, shadow, diffuse, ao-N, one-ray, refit, build, library, any-order, queries or frame
+    /// primary, shadow, diffuse, ao-N, one-ray, refit, build, queries or frame
     std::string work;
     int threads = 0;
     /// Rays that were traced, or points asked about; 0 for refits and builds.

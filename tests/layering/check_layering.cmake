@@ -71,7 +71,6 @@ set(places
     "^benchmark/"               "^lab/bench/"
     "^embree[0-9]+/"            "^(lab/embree\\.h$|library/embree/|tests/library/embree/)"
     "^lab/embree\\.h$"         "^lab/(bench/embree|accuracy/methods)/"
-    "^tiny_bvh\\.h$"            "^lab/bench/tinybvh/"
     "^meshoptimizer\\.h$"       "^(scenes/gltf/file/compressed_view\\.cpp|tests/scenes/gltf/.*)$"
     "^CGAL/"                    "^(lab/bench|tests/lab)/cgal/"
     "^pybind11/"                "^library/python/module/"

@@ -117,15 +117,7 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
         .panels = {panel_of(fmt::format("{} pixels of a camera", pixels), "camera", pixels),
                    panel_of(fmt::format("{} rays at vertices, edges, faces", aimed.size()), "aimed",
                             aimed.size())}};
-    return {"accuracy" + suffix,
-            fmt::format(
-                "Up is faster ({}), left is more accurate; methods above \"none\" gave no wrong "
-                "answer. No method is better in both than one with a ring. Rules are scalar code "
-                "that traces one ray after the other, to compare their answers; ours use SIMD but "
-                "for the reference, and packets trace many rays at a time: heights of the two "
-                "kinds do not compare rules.",
-                speed_title()),
-            table_of(points), figure};
+    return {"accuracy" + suffix, table_of(points), figure};
 }
 
 }  // namespace mray::accuracy

@@ -70,10 +70,7 @@ Chart box_chart(const ChartContext& context, const ChartInput& input, const std:
                     .y = "\"Mray/s\"",
                     .series = "method",
                     .xlabel = speed_title("camera rays by one scalar traversal")}}};
-    return {"boxes" + suffix,
-            "The program's rule over one plain traversal; only the box test or the precision of "
-            "the boxes differs.",
-            table, figure};
+    return {"boxes" + suffix, table, figure};
 }
 
 }  // namespace mray::accuracy

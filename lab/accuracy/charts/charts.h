@@ -18,10 +18,7 @@ namespace mray::accuracy {
 struct Chart {
     /// The name of its files without an ending.
     std::string name;
-    /// One or two sentences on how to read the chart.
-    std::string caption;
     Table table;
-    /// Without panels if there is nothing to draw.
     plot::Figure figure;
 };
 
@@ -35,22 +32,24 @@ struct Effort {
     std::size_t placed_rays;
     std::vector<double> offsets;
     std::vector<double> scales;
-    /// The most frames of a clip, at least 2.
-    std::size_t policy_frames;
-    /// Points that cones of 1,024 rays start from.
-    std::size_t cone_points;
-    std::vector<std::uint64_t> triangle_counts;
 };
-/// Takes about a minute, or about ten, for a scene on two cores.
-const Effort& quick_effort();
-const Effort& full_effort();
+/// Takes about half a minute for a scene on two cores.
+inline const Effort kQuickEffort{.side = 256,
+                                 .aimed_rays = 50'000,
+                                 .rounds = 3,
+                                 .placed_rays = 6'000,
+                                 .offsets = {1e3, 1e5},
+                                 .scales = {1e-6, 1, 1e6}};
+/// Takes some minutes.
+inline const Effort kFullEffort{.side = 1024,
+                                .aimed_rays = 500'000,
+                                .rounds = 5,
+                                .placed_rays = 50'000,
+                                .offsets = {1e3, 1e4, 1e5, 1e6, 1e7},
+                                .scales = {1e-6, 1e-4, 1e-2, 1, 1e2, 1e4, 1e6}};
 
 struct ChartContext {
     const Effort& effort;
-    /// CPU threads of builds; 0: as many as the machine has.
-    int threads = 0;
-    /// Makes the CPU backend.
-    MakeBackend make_cpu_backend;
     /// Makes the Vulkan backend; throws Error(kUnavailable) if there is none.
     MakeBackend make_vulkan_backend;
     /// The text below every image: machine and command.
@@ -71,12 +70,7 @@ struct ChartInput {
 // The number of steps of each chart.
 std::size_t accuracy_steps();
 std::size_t placement_steps(const Effort& effort);
-std::size_t packet_steps();
-std::size_t cone_steps();
-std::size_t policy_steps();
-std::size_t tree_steps();
 std::size_t box_steps();
-std::size_t scaling_steps(const Effort& effort);
 std::size_t failure_steps();
 
 /// Mray/s against wrong answers per million rays for all methods, at the origin. `suffix`
@@ -87,19 +81,8 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
 /// rays.
 Chart placement_chart(const ChartContext& context, const ChartInput& input,
                       const std::string& suffix);
-/// The size of a packet of camera rays against Mray/s.
-Chart packet_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
-/// The angle of cones of any-hit rays against Mray/s: packets, streams, single rays.
-Chart cone_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
-/// Time of trace, quality of the tree and time of update by frame, for each update policy. A scene
-/// with one frame has neither table nor image, and the caption says so.
-Chart policy_chart(const ChartContext& context, SceneFrames& scene, const std::string& suffix);
-/// Kinds of trees against Mray/s of the program's tracers.
-Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::string& suffix);
 /// Box tests and precisions of nodes: Mray/s, bytes and wrong answers.
 Chart box_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
-/// The number of triangles against build, refit and trace.
-Chart scaling_chart(const ChartContext& context);
 /// Failure scenes against methods; `more` are added to the program's own scenes.
 Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more);
 

@@ -140,11 +140,7 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
                                           .shade = "wrong/M",
                                           .note = "Mray/s",
                                           .end = "end"}}};
-    return {"failures",
-            "Rows are scenes, columns are methods; one thread traces each cell. Most rays aim at "
-            "vertices, edges and faces, some of them along an axis. Dark cells are scenes for "
-            "which a method is unusable; violet cells ended in a crash, or not in time.",
-            table_of(cells), figure};
+    return {"failures", table_of(cells), figure};
 }
 
 }  // namespace mray::accuracy

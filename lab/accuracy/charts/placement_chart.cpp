@@ -105,12 +105,7 @@ Chart placement_chart(const ChartContext& context, const ChartInput& input,
         .columns = 2,
         .panel_height = 440,
         .panels = {panel_of("moved along (1, 1, 1)", "offset"), panel_of("scaled", "scale")}};
-    return {
-        "placement" + suffix,
-        "Rays at vertices, edges and faces. Every answer is compared with the exact one for the "
-        "floats that the method was given, so rounding of coordinates by the offset does not "
-        "count as an error.",
-        table_of(rows), figure};
+    return {"placement" + suffix, table_of(rows), figure};
 }
 
 }  // namespace mray::accuracy

@@ -1,5 +1,5 @@
 // Decides exactly what a ray hits, and classifies answers. Shares no code with the tracers;
-// docs/guide/accuracy.md has the definitions.
+// docs/guide/crosscheck.md has the definitions.
 #pragma once
 
 #include <optional>

@@ -3,9 +3,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include "lab/bench/embree/embree_calls.h"
 #include "lab/bench/embree/embree_records.h"
-#include "lab/bench/embree/made_packets.h"
 
 namespace mray::bench {
 namespace {

@@ -32,7 +32,7 @@ private:
 };
 
 /// Embree's ways to trace a work over each of its scenes, which outlive the peers, as does the
-/// work. Records in memory are traced by fast scenes only.
+/// work.
 std::vector<Peer> embree_peers(const EmbreeScenes& scenes, const TraceWork& work);
 
 }  // namespace mray::bench

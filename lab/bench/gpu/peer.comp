@@ -93,9 +93,7 @@ void main() {
         if (i < args.ray_count) hits[i] = trace(rays[i], false);
         return;
     }
-    uint in_image = gl_WorkGroupID.x % args.tile_count;
-    uint sample_index = gl_WorkGroupID.x / args.tile_count;
-    uvec2 tile = uvec2(in_image % args.tile_columns, in_image / args.tile_columns);
+    uvec2 tile = uvec2(gl_WorkGroupID.x % args.tile_columns, gl_WorkGroupID.x / args.tile_columns);
     uvec2 pixel = tile * kTileSize + uvec2((lane & 1u) | (lane >> 1u & 2u) | (lane >> 2u & 4u),
                                            (lane >> 1u & 1u) | (lane >> 2u & 2u) | (lane >> 3u & 4u));
     if (pixel.x >= args.params.width || pixel.y >= args.params.height) return;
@@ -109,13 +107,7 @@ void main() {
     if (hit.prim_id == kNoPrim) return;
     int triangle = int(hit.prim_id);
     Surface s = surface_at(ray, hit, vertex(triangle, 0), vertex(triangle, 1), vertex(triangle, 2));
-    bool is_traced = true;
-    if (kMode == kPeerShadow) {
-        is_traced = faces_light(s, args.params.light);
-        ray = shadow_ray(s, args.params.light);
-    } else {
-        ray = ao_ray(s, pixel.x, pixel.y, sample_index, args.params.ao_tfar);
-    }
-    bool is_occluded = !is_traced || trace(ray, true).prim_id != kNoPrim;
-    occluded[sample_index * args.params.width * args.params.height + index] = is_occluded ? 1u : 0u;
+    ray = shadow_ray(s, args.params.light);
+    bool is_lit = faces_light(s, args.params.light) && trace(ray, true).prim_id == kNoPrim;
+    occluded[index] = is_lit ? 0u : 1u;
 }

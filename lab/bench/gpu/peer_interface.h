@@ -10,8 +10,7 @@ SHARED_BEGIN
 // Values of specialisation constant 0: the rays, and whether they need any hit or the closest.
 SHARED_CONST uint kPeerCamera = 0u;
 SHARED_CONST uint kPeerShadow = 1u;  // from the hits of kPeerCamera
-SHARED_CONST uint kPeerAo = 2u;      // the same, params.ao_count a pixel
-SHARED_CONST uint kPeerRays = 3u;    // closest hits of rays in memory
+SHARED_CONST uint kPeerRays = 2u;    // closest hits of rays in memory
 
 // A node is four vec4s: the boxes of both children as (lower x, upper x, lower y, upper y) of each
 // and (lower z, upper z) of both, then the children: a node, or ~(8 * first triangle + count).
@@ -23,8 +22,6 @@ SHARED_CONST uint kPeerMaxStack = 64u;
 struct PeerArguments {
     ImageParams params;
     uint tile_columns;
-    /// Tiles of the image; those of kPeerAo are its samples', one after the other.
-    uint tile_count;
     /// For kPeerRays.
     uint ray_count;
 };

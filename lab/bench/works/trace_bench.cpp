@@ -4,7 +4,6 @@
 #include "common/base/thread_arena.h"
 #include "lab/bench/paper_2007/work_tracer.h"
 #include "lab/bench/peer.h"
-#include "lab/bench/tinybvh/tinybvh_peer.h"
 #include "lab/bench/works/ours.h"
 #include "lab/bench/works/works.h"
 
@@ -48,7 +47,6 @@ public:
         return {.name = "paper-2007",
                 .group = "paper-2007",
                 .one_ray = false,
-                .prepare = [] {},
                 .trace = [this](const WorkPart& part) { tracer_.trace(part); },
                 .answers = [this] { return tracer_.answers(); }};
     }
@@ -59,8 +57,7 @@ private:
 };
 
 PartMethod method_of(const Peer& peer, ThreadArena& arena, std::span<const WorkPart> parts) {
-    return {peer.name, [&] { arena.execute([&] { peer.prepare(); }); },
-            [&peer, &arena, parts](std::size_t part) {
+    return {peer.name, {}, [&peer, &arena, parts](std::size_t part) {
                 arena.execute([&] { peer.trace(parts[part]); });
             }};
 }
@@ -88,7 +85,6 @@ bool comparable(const OurTracer& tracer, const Peer& peer) {
 
 TraceAnswers answers_of(const Peer& peer, ThreadArena& arena, const TraceWork& work) {
     return arena.execute([&] {
-        peer.prepare();
         peer.trace(work.whole());
         return peer.answers();
     });
@@ -106,7 +102,6 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& em
 
     std::vector<Peer> peers = finalists_of(embree_peers(embree, work), arena, parts);
     std::optional<PaperPeer> paper;
-    for (Peer& peer : tinybvh_peers(scene, work)) peers.push_back(std::move(peer));
     if (work.kind == WorkKind::kPrimary || work.kind == WorkKind::kShadow)
         peers.push_back(paper.emplace(scene, work).peer());
 

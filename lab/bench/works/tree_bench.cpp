@@ -17,7 +17,6 @@ namespace {
 
 AlignedVector<Hit> embree_hits(const EmbreeScene& scene, const TraceWork& work) {
     const std::unique_ptr<EmbreeTracer> tracer = embree_ways(work.kind).front().make(work);
-    tracer->reset();
     tracer->trace(scene, work.whole());
     return tracer->answers().hits;
 }

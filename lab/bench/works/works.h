@@ -51,20 +51,6 @@ void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& prima
 /// nothing for a clip of one frame.
 void bench_frame(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
 
-/// Traces a work with packets (ambient occlusion: batches) of every size, against single rays over
-/// the same tree.
-void bench_packet(const Rig& rig, const BenchScene& scene, const TraceWork& work);
-
-/// Compares calls of the public interface with the calls behind the seam that do the same: camera
-/// rays, rays in any order in calls of several sizes, and updates.
-void bench_library(const Rig& rig, const BenchScene& scene);
-
-/// Hands rays in any order to the public interface in one call, against Embree's single rays in a
-/// loop: those of the camera, diffuse ones from `hits`, which are those of `primary`, and rays from
-/// anywhere in the box in all directions.
-void bench_any_order(const Rig& rig, const BenchScene& scene, const EmbreeScenes& embree,
-                     const TraceWork& primary, std::span<const Hit> hits);
-
 /// Asks the public interface about all triangles, as many times as an image has pixels: closest
 /// points, against Embree's point queries and, if the build has it, CGAL's AABB_tree; the number of
 /// hits of camera rays and random rays, and which points are inside, against Embree's single rays

@@ -255,7 +255,7 @@ void expect_never_wrong(const TestScene& scene, const std::string& name, std::si
 TEST(HitRule, IsNeverWrongOnFailureScenes) {
     for (const accuracy::FailureScene& one : accuracy::failure_scenes()) {
         // From far away one ulp of t is larger than the detail's triangles
-        // (docs/guide/accuracy.md).
+        // (docs/guide/crosscheck.md).
         if (one.name == "detail 1 in 1e6") continue;
         expect_never_wrong(TestScene(one.positions, one.topology.triangles), one.name, 10000);
     }

@@ -7,7 +7,6 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/camera.h"
 #include "cpu/reference/scalar_tracer.h"
-#include "lab/bench/full_window.h"
 #include "tests/support/test_scene.h"
 
 namespace mray::bench {

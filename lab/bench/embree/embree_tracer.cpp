@@ -2,10 +2,8 @@
 #include <array>
 #include <cstring>
 
-#include "lab/bench/embree/embree_calls.h"
 #include "lab/bench/embree/embree_records.h"
-#include "lab/bench/embree/made_packets.h"
-#include "lab/bench/embree/record_ways.h"
+#include "lab/bench/embree/embree_tracer.h"
 
 namespace mray::bench {
 namespace {
@@ -66,8 +64,6 @@ public:
             hits_.resize(work.rays.size() / N);
         }
     }
-
-    void reset() override {}
 
     void trace(const EmbreeScene& scene, const WorkPart& part) override {
         for_each_tile(*work_, part, [&](const TileRays& tile) {
@@ -147,8 +143,6 @@ class MadeStreamTracer final : public EmbreeTracer {
 public:
     explicit MadeStreamTracer(const TraceWork& work) : work_(&work), answers_(work) {}
 
-    void reset() override {}
-
     void trace(const EmbreeScene& scene, const WorkPart& part) override {
         for_each_tile(*work_, part, [&](const TileRays& tile) {
             const FlushedDenormals flushed;
@@ -189,10 +183,13 @@ private:
     TraceAnswers answers_;
 };
 
-}  // namespace
+/// Stands for a stream of a tile's single rays where the rays of a packet are counted.
+constexpr int kStream = 0;
 
+/// Packets of N rays (1, 4, 8, 16 or kStream; 1: single rays). Null for a stream if Embree has
+/// none.
 template <int N>
-std::unique_ptr<EmbreeTracer> trace_made(const TraceWork& work) {
+std::unique_ptr<EmbreeTracer> make_tracer(const TraceWork& work) {
     if constexpr (N != kStream) {
         if (work.any_hit()) return std::make_unique<MadeTracer<N, true>>(work);
         return std::make_unique<MadeTracer<N, false>>(work);
@@ -204,10 +201,20 @@ std::unique_ptr<EmbreeTracer> trace_made(const TraceWork& work) {
     }
 }
 
-template std::unique_ptr<EmbreeTracer> trace_made<kStream>(const TraceWork&);
-template std::unique_ptr<EmbreeTracer> trace_made<1>(const TraceWork&);
-template std::unique_ptr<EmbreeTracer> trace_made<4>(const TraceWork&);
-template std::unique_ptr<EmbreeTracer> trace_made<8>(const TraceWork&);
-template std::unique_ptr<EmbreeTracer> trace_made<16>(const TraceWork&);
+}  // namespace
+
+std::vector<EmbreeWay> embree_ways(WorkKind kind) {
+    const bool any = kind == WorkKind::kShadow || kind == WorkKind::kAo;
+    const std::string name = any ? "Occluded" : "Intersect";
+    std::vector<EmbreeWay> ways = {{name + "1", true, make_tracer<1>}};
+    if (kind == WorkKind::kOneRay) return ways;
+    ways.push_back({name + "16", false, make_tracer<16>});
+    if (kind == WorkKind::kPrimary || kind == WorkKind::kShadow) return ways;
+    ways.push_back({name + "1", false, make_tracer<1>});
+    ways.push_back({name + "4", false, make_tracer<4>});
+    ways.push_back({name + "8", false, make_tracer<8>});
+    if (embree::kHasStreams) ways.push_back({name + "1M", false, make_tracer<kStream>});
+    return ways;
+}
 
 }  // namespace mray::bench
