@@ -20,7 +20,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 
 @pytest.fixture
 def backend(monkeypatch):
-    monkeypatch.syspath_prepend(str(ROOT / "python"))
+    monkeypatch.syspath_prepend(str(ROOT / "library/python"))
     module = importlib.import_module("morphray_build")
     # The package that the tests run with, instead of one more build.
     package = pathlib.Path(morphray.__file__).parent
