@@ -18,8 +18,3 @@ option(MORPHRAY_CONTROL_FLOW "Mark targets of indirect jumps, for shadow stacks 
 if(MORPHRAY_CONTROL_FLOW AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|i.86")
     target_compile_options(morphray_options INTERFACE -fcf-protection)
 endif()
-option(MORPHRAY_COVERAGE "Count which lines run (gcov)" OFF)
-if(MORPHRAY_COVERAGE)
-    target_compile_options(morphray_options INTERFACE --coverage -fprofile-update=atomic)
-    target_link_options(morphray_options INTERFACE --coverage)
-endif()

@@ -8,25 +8,16 @@ constexpr std::align_val_t kAlignment{64};
 
 }  // namespace
 
-Buffer::Buffer(Device& device, std::size_t size) : device_(&device), size_(size) {
+Buffer::Buffer(Device& device, std::size_t size) : device_(&device), size_(size), is_own_(true) {
     if (size > SIZE_MAX / 2) throw std::bad_alloc();
-    device.take_memory(size + kPadding);
-    try {
-        data_ = static_cast<char*>(::operator new(size + kPadding, kAlignment));
-    } catch (...) {
-        device.give_memory(size + kPadding);
-        throw;
-    }
-    owned_ = size + kPadding;
+    data_ = static_cast<char*>(::operator new(size + kPadding, kAlignment));
 }
 
 Buffer::Buffer(Device& device, void* data, std::size_t size)
     : device_(&device), size_(size), data_(static_cast<char*>(data)) {}
 
 Buffer::~Buffer() {
-    if (owned_ == 0) return;
-    ::operator delete(data_, kAlignment);
-    device_->give_memory(owned_);
+    if (is_own_) ::operator delete(data_, kAlignment);
 }
 
 }  // namespace mray::embree

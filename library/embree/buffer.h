@@ -21,13 +21,11 @@ public:
     Device& device() const { return *device_; }
     char* data() const { return data_; }
     std::size_t size() const { return size_; }
-    bool is_borrowed() const { return owned_ == 0; }
 
 private:
     Ref<Device> device_;
     std::size_t size_;
-    /// 0 if the bytes are borrowed.
-    std::size_t owned_ = 0;
+    bool is_own_ = false;
     char* data_;
 };
 

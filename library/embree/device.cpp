@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cctype>
-#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <iterator>
-#include <optional>
-#include <string_view>
 #include <vector>
 
-#include "library/embree/thread_owned.h"
 #include "morphray/error.hpp"
 
 namespace mray::embree {
@@ -29,7 +26,10 @@ struct Errors {
     std::string last_message;
 };
 
-Errors& errors() { return ThreadOwned<Errors>::get(); }
+Errors& errors() {
+    thread_local Errors mine;
+    return mine;
+}
 
 std::uint64_t number_of(const Device* device) {
     return device == nullptr ? kNoDevice : device->number();
@@ -69,46 +69,14 @@ RTCError code_of(morphray::ErrorCode code) {
     }
 }
 
-/// The best of our instruction sets on this machine that is no newer than one of Embree's names;
-/// nothing for a name that says nothing.
-std::optional<std::string> target_of(std::string_view isa) {
-    // Embree's names in order, and the best of ours that needs no more.
-    constexpr std::pair<std::string_view, std::string_view> kNames[] = {
-        {"sse", "scalar"},      {"sse2", "scalar"}, {"sse3", "scalar"}, {"ssse3", "ssse3"},
-        {"sse4.1", "ssse3"},    {"sse41", "ssse3"}, {"sse4.2", "sse4"}, {"sse42", "sse4"},
-        {"avx", "sse4"},        {"avxi", "sse4"},   {"avx2", "avx2"},   {"avx512", "avx512"},
-        {"avx512skx", "avx512"}};
-    const auto named = std::find_if(std::begin(kNames), std::end(kNames),
-                                    [&](const auto& name) { return name.first == isa; });
-    if (named == std::end(kNames)) return std::nullopt;
-    const std::vector<std::string> have = morphray::simd_targets();
-    for (auto level = named; level >= std::begin(kNames); --level) {
-        if (std::find(have.begin(), have.end(), level->second) != have.end())
-            return std::string(level->second);
-    }
-    return std::nullopt;
-}
-
-Settings read_settings(const char* config) {
-    Settings settings;
-    morphray::CpuOptions& options = settings.options;
+morphray::CpuOptions read_settings(const char* config) {
+    morphray::CpuOptions options;
     std::string text = config == nullptr ? "" : config;
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     std::erase_if(text, [](unsigned char c) { return std::isspace(c) != 0; });
-    for (std::size_t begin = 0; begin < text.size();) {
-        const std::size_t end = std::min(text.find(',', begin), text.size());
-        const std::string setting = text.substr(begin, end - begin);
-        const std::size_t equals = setting.find('=');
-        const std::string name = setting.substr(0, equals);
-        const std::string value = equals == std::string::npos ? "" : setting.substr(equals + 1);
-        if (name == "threads") options.threads = std::clamp(std::atoi(value.c_str()), 0, 1024);
-        if (name == "isa" || name == "max_isa")
-            options.simd = target_of(value).value_or(options.simd);
-        if (name == "verbose") settings.is_verbose = std::atoi(value.c_str()) > 0;
-        begin = end + 1;
-    }
-    return settings;
+    const std::size_t found = ("," + text).find(",threads=");
+    if (found != std::string::npos)
+        options.threads = std::clamp(std::atoi(&text[found + std::strlen("threads=")]), 0, 1024);
+    return options;
 }
 
 #if MORPHRAY_EMBREE == 3
@@ -149,35 +117,12 @@ void fail_unsupported(const std::string& what) {
     throw Unsupported{{RTC_ERROR_INVALID_OPERATION, what + " not supported by morphray"}};
 }
 
-Device::Device(const char* config) : Device(read_settings(config)) {}
-
-Device::Device(const Settings& settings)
-    : number_(next_number()),
-      is_verbose_(settings.is_verbose),
-      tracer_(morphray::Device::cpu(settings.options)) {
-    if (is_verbose_)
-        std::fprintf(stderr, "morphray: in place of Embree, %s\n", tracer_.description().c_str());
-}
+Device::Device(const char* config)
+    : number_(next_number()), tracer_(morphray::Device::cpu(read_settings(config))) {}
 
 void Device::set_error_function(RTCErrorFunction function, void* user) {
     error_function_ = function;
     error_user_ = user;
-}
-
-void Device::set_memory_function(RTCMemoryMonitorFunction function, void* user) {
-    memory_function_ = function;
-    memory_user_ = user;
-}
-
-void Device::take_memory(std::size_t bytes) {
-    if (memory_function_ == nullptr || bytes == 0) return;
-    if (!memory_function_(memory_user_, static_cast<ssize_t>(bytes), false))
-        throw Failure{RTC_ERROR_OUT_OF_MEMORY, "the memory monitor refused memory"};
-}
-
-void Device::give_memory(std::size_t bytes) noexcept {
-    if (memory_function_ != nullptr && bytes != 0)
-        memory_function_(memory_user_, -static_cast<ssize_t>(bytes), true);
 }
 
 void Device::call_error_function(const Failure& failure) const {
@@ -195,7 +140,6 @@ void report(Device* device, const Failure& failure) noexcept {
         if (!is_taken) slots.push_back({number, failure.code});
         last_message = failure.message;
         if (device == nullptr) return;
-        if (device->is_verbose()) std::fprintf(stderr, "morphray: %s\n", failure.message.c_str());
         device->call_error_function(failure);
     } catch (...) {
         // There is no memory to note that there is no memory.
@@ -264,10 +208,9 @@ void rtcSetDeviceErrorFunction(RTCDevice device, RTCErrorFunction function, void
                  [&](Device& d) { d.set_error_function(function, user); });
 }
 
-void rtcSetDeviceMemoryMonitorFunction(RTCDevice device, RTCMemoryMonitorFunction function,
-                                       void* user) {
-    with<Device>("rtcSetDeviceMemoryMonitorFunction", device,
-                 [&](Device& d) { d.set_memory_function(function, user); });
+/// The function is never called.
+void rtcSetDeviceMemoryMonitorFunction(RTCDevice device, RTCMemoryMonitorFunction, void*) {
+    with<Device>("rtcSetDeviceMemoryMonitorFunction", device, [](Device&) {});
 }
 
 #if MORPHRAY_EMBREE == 4

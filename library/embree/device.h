@@ -29,44 +29,25 @@ struct Unsupported : Failure {};
 /// Throws Unsupported: `what` is the subject of a sentence.
 [[noreturn]] void fail_unsupported(const std::string& what);
 
-/// The settings in the text of rtcNewDevice().
-struct Settings {
-    morphray::CpuOptions options = {};
-    bool is_verbose = false;
-};
-
-/// Threads may use one at the same time, but for its two callbacks.
+/// Threads may use one at the same time, but for its callback.
 class Device final : public Object {
 public:
-    /// Reads Embree's text of settings: isa=, max_isa=, threads= and verbose= count, the others are
-    /// known and have no meaning here. Null: none.
+    /// Of Embree's text of settings threads= counts; results depend on none of them. Null: none.
     explicit Device(const char* config);
 
     const morphray::Device& tracer() const { return tracer_; }
 
     void set_error_function(RTCErrorFunction function, void* user);
-    void set_memory_function(RTCMemoryMonitorFunction function, void* user);
-    /// Tells the memory monitor of memory that a scene is about to take. Throws Failure if it
-    /// refuses.
-    void take_memory(std::size_t bytes);
-    void give_memory(std::size_t bytes) noexcept;
 
     /// Names the device in slots of errors; no other device has the number.
     std::uint64_t number() const { return number_; }
-    /// Whether the settings ask for messages.
-    bool is_verbose() const { return is_verbose_; }
     void call_error_function(const Failure& failure) const;
 
 private:
-    explicit Device(const Settings& settings);
-
     std::uint64_t number_;
-    bool is_verbose_ = false;
     morphray::Device tracer_;
     RTCErrorFunction error_function_ = nullptr;
     void* error_user_ = nullptr;
-    RTCMemoryMonitorFunction memory_function_ = nullptr;
-    void* memory_user_ = nullptr;
 };
 
 /// Notes an error in this thread's slot of the device, or that of no device, unless the slot has an

@@ -61,7 +61,6 @@ public:
 
     const BufferView& indices() const { return indices_; }
     const BufferView& vertices() const { return vertices_.front(); }
-    std::uint32_t prim_count() const { return static_cast<std::uint32_t>(indices_.count); }
     /// Throws Unsupported if time steps differ, which is motion blur.
     void require_static() const;
 

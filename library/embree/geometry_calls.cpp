@@ -204,12 +204,9 @@ void rtcSetGeometryTransform(RTCGeometry geometry, unsigned int step, enum RTCFo
                   [&](Geometry& g) { g.set_transform(step, read_transform(format, floats)); });
 }
 
-void rtcSetGeometryTransformQuaternion(RTCGeometry geometry, unsigned int step,
-                                       const struct RTCQuaternionDecomposition* parts) {
-    with_geometry("rtcSetGeometryTransformQuaternion", geometry, [&](Geometry& g) {
-        if (parts == nullptr) fail_argument("the transformation is null");
-        g.set_transform(step, to_transform(*parts));
-    });
+void rtcSetGeometryTransformQuaternion(RTCGeometry geometry, unsigned int,
+                                       const struct RTCQuaternionDecomposition*) {
+    refuse("rtcSetGeometryTransformQuaternion", geometry, "quaternions are");
 }
 
 void rtcGetGeometryTransform(RTCGeometry geometry, float, enum RTCFormat format, void* floats) {
@@ -219,6 +216,12 @@ void rtcGetGeometryTransform(RTCGeometry geometry, float, enum RTCFormat format,
     });
 }
 
+void rtcInterpolate(const struct RTCInterpolateArguments* asked) {
+    refuse("rtcInterpolate", asked == nullptr ? nullptr : asked->geometry, "interpolation is");
+}
+void rtcInterpolateN(const struct RTCInterpolateNArguments* asked) {
+    refuse("rtcInterpolateN", asked == nullptr ? nullptr : asked->geometry, "interpolation is");
+}
 void rtcSetGeometryUserPrimitiveCount(RTCGeometry geometry, unsigned int) {
     refuse("rtcSetGeometryUserPrimitiveCount", geometry, "user geometries are");
 }

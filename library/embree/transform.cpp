@@ -106,25 +106,4 @@ void write_transform(const Transform& transform, RTCFormat format, void* floats)
     }
 }
 
-/// Translation times rotation times a triangular matrix of scale, skew and shift.
-Transform to_transform(const RTCQuaternionDecomposition& parts) {
-    double r = double{parts.quaternion_r};
-    double i = double{parts.quaternion_i};
-    double j = double{parts.quaternion_j};
-    double k = double{parts.quaternion_k};
-    const double norm = std::sqrt(r * r + i * i + j * j + k * k);
-    for (double* const part : {&r, &i, &j, &k}) *part /= norm;
-    const Transform rotation = {
-        {{r * r + i * i - j * j - k * k, 2 * (i * j + r * k), 2 * (i * k - r * j)},
-         {2 * (i * j - r * k), r * r - i * i + j * j - k * k, 2 * (j * k + r * i)},
-         {2 * (i * k + r * j), 2 * (j * k - r * i), r * r - i * i - j * j + k * k},
-         {double{parts.translation_x}, double{parts.translation_y}, double{parts.translation_z}}}};
-    const Transform scale = {
-        {{double{parts.scale_x}, 0, 0},
-         {double{parts.skew_xy}, double{parts.scale_y}, 0},
-         {double{parts.skew_xz}, double{parts.skew_yz}, double{parts.scale_z}},
-         {double{parts.shift_x}, double{parts.shift_y}, double{parts.shift_z}}}};
-    return rotation * scale;
-}
-
 }  // namespace mray::embree

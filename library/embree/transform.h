@@ -24,6 +24,5 @@ Transform operator*(const Transform& outer, const Transform& inner);
 Transform read_transform(RTCFormat format, const void* floats);
 /// Writes one.
 void write_transform(const Transform& transform, RTCFormat format, void* floats);
-Transform to_transform(const RTCQuaternionDecomposition& parts);
 
 }  // namespace mray::embree

@@ -55,22 +55,6 @@ TEST(LibraryErrors, RefuseMeshesWhoseArraysDoNotFit) {
     EXPECT_EQ(error_of_mesh(view), "bad_input");
 }
 
-TEST(LibraryErrors, AcceptScenesOfNothing) {
-    const std::vector<morphray::Ray> rays = {{{0, 0, 3}, 0, {0, 0, -1}}};
-    for (const MeshView& mesh : {MeshView{}, MeshView{{rays.data(), 2, 12}, {}}}) {
-        Scene scene = Scene::build(mesh);
-        EXPECT_EQ(count_hits(hits_of(scene, rays)), 0u);
-        scene.update();
-        EXPECT_FALSE(scene.occluded(rays[0]));
-        EXPECT_EQ(scene.render({.width = 4, .height = 4}).hits.size(), 16u);
-    }
-    Scene scene = Scene::build(std::span<const MeshView>());
-    scene.update();
-    EXPECT_EQ(scene.triangle_count(), 0u);
-    EXPECT_EQ(scene.attach({}), 0u);
-    scene.update();
-}
-
 TEST(LibraryErrors, RefuseUnsuitableOptions) {
     const UserMesh mesh(icosphere(1));
     const auto with = [&](const morphray::SceneOptions& options) {
@@ -85,36 +69,6 @@ TEST(LibraryErrors, RefuseUnsuitableOptions) {
     EXPECT_EQ(with({}), "none");
     EXPECT_EQ(error_of([] { Device::cpu({.threads = -1}); }), "bad_argument");
     EXPECT_EQ(error_of([] { Device::cpu({.simd = "mmx"}); }), "bad_argument");
-}
-
-TEST(LibraryErrors, ListThePoliciesForATextThatIsNone) {
-    using morphray::parse_update_policy;
-    EXPECT_TRUE(std::holds_alternative<morphray::Refit>(parse_update_policy("refit")));
-    EXPECT_TRUE(std::holds_alternative<morphray::Rebuild>(parse_update_policy("rebuild")));
-    EXPECT_TRUE(std::holds_alternative<morphray::Auto>(parse_update_policy("auto")));
-    EXPECT_EQ(std::get<morphray::Every>(parse_update_policy("every:12")).poses, 12u);
-    for (const char* text : {"", "every", "every:0", "every:-1", "every:1000001", "Auto"}) {
-        EXPECT_EQ(error_of([&] { parse_update_policy(text); }), "bad_argument") << text;
-        EXPECT_NE(message_of([&] { parse_update_policy(text); }).find("refit, rebuild, every:K"),
-                  std::string::npos);
-    }
-}
-
-TEST(LibraryErrors, NameTheBudgetThatIsNoFiniteNumberFromZeroOn) {
-    const UserMesh mesh(icosphere(1));
-    const auto with = [&](const morphray::Auto& update) {
-        return message_of([&] { Scene::build(mesh.view(), Device::cpu(), {.update = update}); });
-    };
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    const std::pair<double, std::string> values[] = {
-        {NAN, "nan"}, {-2.5, "-2.5"}, {kInfinity, "inf"}, {-kInfinity, "-inf"}};
-    for (const auto& [value, text] : values) {
-        const std::string rest = " is " + text + "; give a finite number that is not negative";
-        EXPECT_EQ(with({.budget_ms = value}), "Auto: budget_ms" + rest);
-        EXPECT_EQ(with({.budget = value}), "Auto: budget" + rest);
-    }
-    EXPECT_EQ(with({.budget_ms = 0, .budget = 0}), "none");
-    EXPECT_EQ(with({.budget_ms = 1e300, .budget = 1e300}), "none");
 }
 
 TEST(LibraryErrors, SayWhichPositionsAreNotInTheMesh) {
@@ -197,15 +151,6 @@ TEST(LibraryErrors, RefuseScenesThatWereMovedFrom) {
     EXPECT_EQ(error_of([&] { scene.device(); }), "bad_argument");
     scene = std::move(other);
     EXPECT_EQ(error_of([&] { scene.update(); }), "none");
-}
-
-TEST(LibraryErrors, ADeviceThatWasMovedFromIsStillOne) {
-    Device device = Device::cpu();
-    Device other = Device::brute_force();
-    const Device moved = std::move(device);
-    EXPECT_EQ(device.name(), "cpu");
-    device = std::move(other);
-    EXPECT_EQ(device.name() + other.name() + moved.name(), "brutebrutecpu");
 }
 
 TEST(LibraryErrors, ASecondThreadInUpdateIsToldSo) {

@@ -41,16 +41,6 @@ TEST(HitsFile, IsReadBackAsItWasWritten) {
     }
 }
 
-TEST(HitsFile, MayHaveNoImages) {
-    const TemporaryFolder folder;
-    const std::string file = folder.write("a.hits", "").string();
-    morphray::HitsWriter(31, 17).write(file);
-    const morphray::HitsFile read = morphray::read_hits(file);
-    EXPECT_EQ(read.width, 31u);
-    EXPECT_EQ(read.height, 17u);
-    EXPECT_TRUE(read.images.empty());
-}
-
 TEST(HitsFile, OfAnotherShapeIsRefused) {
     const TemporaryFolder folder;
     const std::string file = folder.write("a.hits", "").string();
@@ -85,25 +75,6 @@ TEST(HitsFile, OfAnotherShapeIsRefused) {
     EXPECT_EQ(error_of([&] { writer.write("/no/such/folder/a.hits"); }), "output");
     const morphray::HitsWriter other = std::move(writer);
     EXPECT_EQ(error_of([&] { writer.write(file); }), "bad_argument");
-}
-
-TEST(HitsFile, WithoutImagesTakesNoMemoryForTheirSize) {
-    const TemporaryFolder folder;
-    const std::string bytes("MRHITS1\0\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF\0\0\0\0", 20);
-    const morphray::HitsFile file = morphray::read_hits(folder.write("a.hits", bytes).string());
-    EXPECT_EQ(file.width, 0xFFFFFFFFu);
-    EXPECT_TRUE(file.images.empty());
-}
-
-TEST(HitsFile, HasRoomForOneMesh) {
-    const UserMesh mesh(icosphere(2));
-    const std::vector<morphray::MeshView> meshes = {morphray::MeshView{}, mesh.view()};
-    const morphray::Scene scene =
-        morphray::Scene::build(std::span<const morphray::MeshView>(meshes));
-    morphray::HitsWriter writer(8, 8);
-    const morphray::Image image = scene.render({.width = 8, .height = 8});
-    EXPECT_GT(count_hits(image.hits), 0u);
-    EXPECT_EQ(error_of([&] { writer.add(image); }), "bad_argument");
 }
 
 TEST(HitsFile, HasImagesOfOneShape) {

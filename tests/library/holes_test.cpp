@@ -62,19 +62,6 @@ TEST(Holes, CountTheRaysThatPassThem) {
     EXPECT_EQ(image.ray_count, before.ray_count + leaf_count + 2 * changed_count);
 }
 
-TEST(Holes, NoneAreInOpaqueTexels) {
-    const Ground ground;
-    const Leaf opaque({kSolid, kSolid});
-    Leaf plain({kSolid, kSolid});
-    plain.textures[0].alpha_cutoff = 0;
-    for (const View& view : views()) {
-        const Image image = build({ground.view(), opaque.view()}).render(view);
-        const Image expected = build({ground.view(), plain.view()}).render(view);
-        EXPECT_EQ(image.pixels, expected.pixels);
-        EXPECT_EQ(image.ray_count, expected.ray_count) << "holes cost nothing where there are none";
-    }
-}
-
 TEST(Holes, HalfOfATextureIsHalfOfAMesh) {
     const Ground ground;
     const Leaf leaf({kClear, kSolid});
@@ -89,36 +76,6 @@ TEST(Holes, HalfOfATextureIsHalfOfAMesh) {
         EXPECT_NE(image.pixels, whole.pixels);
         EXPECT_NE(image.occlusion, whole.occlusion) << "the light passes, too";
     }
-}
-
-TEST(Holes, ShowSurfacesThatFaceAwayFromTheLight) {
-    const Ground ground;
-    const Leaf leaf({kClear, kSolid});
-    Leaf half({kSolid, kSolid});
-    half.points[0].x = half.points[3].x = 0;
-    for (View view : views()) {
-        view.light = morphray::Point{0.5, 0.5, -4};
-        const Image image = build({ground.view(), leaf.view()}).render(view);
-        const Image expected = build({ground.view(), half.view()}).render(view);
-        EXPECT_EQ(image.pixels, expected.pixels);
-        EXPECT_EQ(image.occlusion, expected.occlusion);
-    }
-}
-
-TEST(Holes, OfOneLeafShowTheNext) {
-    const Ground ground;
-    const Leaf left({kClear, kSolid}), right({kSolid, kClear});
-    Leaf low_left({kClear, kSolid}, 0.5f), low({kSolid, kSolid}, 0.25f);
-    const std::vector<MeshView> meshes = {ground.view(), left.view(), right.view(), low_left.view(),
-                                          low.view()};
-    Leaf first_half({kSolid, kSolid}), second_half({kSolid, kSolid}),
-        low_half({kSolid, kSolid}, 0.5f);
-    for (Leaf* leaf : {&first_half, &low_half}) leaf->points[0].x = leaf->points[3].x = 0;
-    second_half.points[1].x = second_half.points[2].x = 0;
-    const std::vector<MeshView> solid = {ground.view(), first_half.view(), second_half.view(),
-                                         low_half.view(), low.view()};
-    for (const View& view : views())
-        EXPECT_EQ(build(meshes).render(view).pixels, build(solid).render(view).pixels);
 }
 
 TEST(Holes, AreTheSameOnEveryDeviceOfTheCpu) {

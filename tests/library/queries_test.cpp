@@ -44,28 +44,6 @@ TEST(Queries, AreTheSameForEachInstructionSet) {
     }
 }
 
-TEST(Queries, AreTheSameForEachSizeOfBatch) {
-    const UserMesh mesh(star(3, 8));
-    const Scene scene = Scene::build(mesh.view());
-    const std::vector<morphray::Ray> rays = world_rays(mesh, kRays, 5);
-    const std::vector<morphray::Hit> expected = hits_of(scene, rays);
-    std::vector<std::uint8_t> occluded(rays.size());
-    scene.occluded(rays, std::span<std::uint8_t>(occluded));
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        ASSERT_EQ(scene.intersect(rays[i]), expected[i]);
-        ASSERT_EQ(scene.occluded(rays[i]), bool{expected[i]});
-        ASSERT_EQ(occluded[i] != 0, bool{expected[i]});
-    }
-    for (const std::size_t size :
-         {std::size_t{1}, std::size_t{255}, std::size_t{256}, std::size_t{257}}) {
-        std::vector<morphray::Hit> some(size);
-        scene.intersect(std::span(rays).first(size), std::span<morphray::Hit>(some));
-        expect_same_hits(some,
-                         {expected.begin(), expected.begin() + static_cast<std::ptrdiff_t>(size)});
-    }
-    scene.intersect(std::span<const morphray::Ray>(), std::span<morphray::Hit>());
-}
-
 /// Few rays are traced one by one, more of them in streams.
 TEST(Queries, OfFewRaysAreThoseOfOneRayForEachInstructionSet) {
     const UserMesh mesh(torus(60, 40));
@@ -309,57 +287,6 @@ TEST(Queries, TrianglesWithoutAreaAreHitOnlyIfTheirCornersDiffer) {
         mesh.triangles = {corner, 2, 3};
         EXPECT_EQ(count_hits(hits_of(Scene::build(mesh.view()), rays)), 0u);
     }
-}
-
-TEST(Queries, ManyThreadsMayAskOneScene) {
-    const UserMesh mesh(torus(60, 40));
-    const Scene scene = Scene::build(mesh.view());
-    const std::vector<morphray::Ray> rays = world_rays(mesh, 5000, 7);
-    const std::vector<morphray::Hit> expected = hits_of(scene, rays);
-    std::vector<std::size_t> different(4);
-    std::vector<std::thread> threads;
-    for (std::size_t& count : different) {
-        threads.emplace_back([&] {
-            for (int round = 0; round < 5; ++round) {
-                const std::vector<morphray::Hit> hits = hits_of(scene, rays);
-                for (std::size_t i = 0; i < rays.size(); ++i) {
-                    count += !(hits[i] == expected[i]);
-                    if (i % 10 == 0) count += !(scene.intersect(rays[i]) == expected[i]);
-                }
-                scene.render({.width = 20, .height = 20});
-            }
-        });
-    }
-    for (std::thread& thread : threads) thread.join();
-    for (const std::size_t count : different) EXPECT_EQ(count, 0u);
-}
-
-TEST(Queries, ImagesAndTreesAreThoseOfBruteForceAndTheScalarTarget) {
-    const UserMesh mesh(torus(24, 16));
-    const Scene scene = Scene::build(mesh.view());
-    const Scene brute = scene.on(Device::brute_force());
-    const Scene scalar = scene.on(Device::cpu({.simd = "scalar"}));
-    EXPECT_EQ(scene.tree_statistics().hash, scalar.tree_statistics().hash);
-    EXPECT_GT(scene.tree_statistics().node_count, 1u);
-    for (const morphray::Rays rays :
-         {morphray::Rays::primary, morphray::Rays::shadow, morphray::Rays::ao}) {
-        const morphray::View view{.width = 80, .height = 60, .rays = rays, .ao_count = 4};
-        const morphray::Image image = scene.render(view);
-        EXPECT_GT(count_hits(image.hits), 500u);
-        EXPECT_EQ(image.hits_hash, brute.render(view).hits_hash);
-        const morphray::Comparison comparison = morphray::compare(image, scalar.render(view));
-        EXPECT_TRUE(comparison.equal()) << morphray::describe(comparison);
-        EXPECT_EQ(comparison.compared, 4800u);
-    }
-}
-
-TEST(Compare, RefusesImagesWhoseSamplesMakeNoSquare) {
-    UserMesh mesh(icosphere(2));
-    morphray::Image image = Scene::build(mesh.view()).render({.width = 10, .height = 10});
-    image.width = image.height = 1;
-    image.pixels.resize(1);
-    image.samples = 100;
-    EXPECT_EQ(error_of([&] { morphray::compare(image, image); }), "bad_argument");
 }
 
 TEST(Compare, NamesTheFirstHitsThatDiffer) {

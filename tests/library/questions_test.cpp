@@ -329,43 +329,6 @@ TEST(ClosestPoints, HaveDefinedAnswersForBadPointsAndEmptyScenes) {
     }
 }
 
-TEST(ClosestPoints, RefuseWhatCannotBeMeant) {
-    const UserMesh mesh = cube();
-    const Scene scene = Scene::build(mesh.view());
-    const std::vector<Vec3> points(2);
-    std::vector<ClosestPoint> closest(2);
-    std::vector<ClosestPoint> fewer(1);
-    const auto code_of = [](auto work) {
-        try {
-            work();
-        } catch (const morphray::Error& error) {
-            return error.code();
-        }
-        return ErrorCode::internal;
-    };
-    EXPECT_EQ(code_of([&] { scene.closest_points(points, fewer); }), ErrorCode::bad_argument);
-    EXPECT_EQ(code_of([&] { scene.closest_points(points, closest, kNan); }),
-              ErrorCode::bad_argument);
-    EXPECT_EQ(code_of([&] { scene.closest_points(points, closest, -1); }), ErrorCode::bad_argument);
-    std::vector<float> signed_distances(2);
-    for (const float bad : {-1.0f, kNan}) {
-        EXPECT_EQ(
-            code_of([&] { scene.signed_distance(points, signed_distances, FillRule::odd, bad); }),
-            ErrorCode::bad_argument);
-    }
-    const Ray ray = {.org = {0, 0, 0}, .dir = {0, 0, 1}};
-    EXPECT_EQ(code_of([&] { scene.intersect(ray, Hit{.t = kNan, .prim_id = 0, .geom_id = 0}); }),
-              ErrorCode::bad_argument);
-    EXPECT_FALSE(scene.intersect(ray, Hit{}));
-    const std::atomic<bool> cancelled = true;
-    const std::vector<Vec3> many(100000);
-    std::vector<float> distances(many.size());
-    EXPECT_EQ(code_of([&] {
-                  scene.signed_distance(many, distances, FillRule::nonzero, kInfinity, &cancelled);
-              }),
-              ErrorCode::cancelled);
-}
-
 TEST(Questions, AreCancelledByAFlagThatIsTrueBefore) {
     expect_all_are_cancelled_on(Device::cpu());
     expect_all_are_cancelled_on(Device::brute_force());

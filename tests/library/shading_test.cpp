@@ -77,21 +77,6 @@ TEST(Shading, SmoothNormalsMakeMoreColoursThanTriangles) {
     EXPECT_GT(colours(smooth_view(mesh), false).size(), 3 * flat.size());
 }
 
-TEST(Shading, NumbersOfSmoothCornersMayBeOthersThanVertices) {
-    const UserMesh mesh(torus(30, 20));
-    // The same numbers from another array, and the same sharing by other numbers.
-    const std::vector<std::uint32_t> copy = mesh.triangles;
-    std::vector<std::uint32_t> other = mesh.triangles;
-    for (std::uint32_t& number : other) number = 900 - number;
-    const View view = view_of(Shading::lit, 1);
-    const std::uint64_t expected = Scene::build(smooth_view(mesh)).render(view).image_hash;
-    for (const std::vector<std::uint32_t>* numbers : {&copy, &std::as_const(other)}) {
-        morphray::MeshView shaded = mesh.view();
-        shaded.smooth = *numbers;
-        EXPECT_EQ(Scene::build(shaded).render(view).image_hash, expected);
-    }
-}
-
 TEST(Shading, SeveralMeshesKeepTheirOwnNormals) {
     const UserMesh mesh(torus(30, 20));
     const UserMesh plane = [] {
@@ -113,76 +98,6 @@ TEST(Shading, SeveralMeshesKeepTheirOwnNormals) {
     EXPECT_EQ(scene.attach(plane.view()), 0u);
     scene.update();
     EXPECT_EQ(scene.render(view).image_hash, before);
-}
-
-TEST(Shading, ABackdropShowsTheBackgroundWhereNothingDarkensIt) {
-    UserMesh square;
-    square.points = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
-    square.triangles = {0, 1, 2, 0, 2, 3};
-    morphray::MeshView backdrop = square.view();
-    backdrop.backdrop = true;
-    View view = view_of(Shading::lit, 1);
-    view.eye = morphray::Point{0, 0, 3};
-    const Image empty = Scene::build(std::span<const morphray::MeshView>()).render(view);
-    EXPECT_EQ(Scene::build(backdrop).render(view).pixels, empty.pixels);
-    EXPECT_NE(Scene::build(square.view()).render(view).pixels, empty.pixels);
-}
-
-// The sums over squares of 4 x 4 pixels never fall from the top down, and take more values than 8
-// bits do.
-TEST(Shading, UpVectorsMayHaveAnyFiniteLength) {
-    const UserMesh mesh(icosphere(2));
-    const Scene scene = Scene::build(mesh.view());
-    const auto hash = [&](double length) {
-        return scene
-            .render({.up = {length, length, 0},
-                     .width = 32,
-                     .height = 32,
-                     .shading = morphray::Shading::lit})
-            .image_hash;
-    };
-    // The length of the first is beyond the range of doubles.
-    EXPECT_EQ(hash(0x1.8p1023), hash(1.5));
-    EXPECT_EQ(hash(0x1p-1000), hash(1));
-}
-
-TEST(Shading, TheSkyHasNoBands) {
-    for (const std::uint32_t samples : {1u, 16u}) {
-        const View view{.width = 8, .height = 1024, .shading = Shading::lit, .samples = samples};
-        const Image sky = Scene::build(std::span<const morphray::MeshView>()).render(view);
-        std::set<std::uint32_t> reds;
-        std::uint32_t last = 0;
-        for (std::uint32_t y = 0; y < 1024; y += 4) {
-            std::uint32_t sum = 0;
-            for (std::uint32_t i = 0; i < 16; ++i)
-                sum += sky.pixels[std::size_t{y + i / 4} * 8 + i % 4] & 0xFF;
-            EXPECT_GE(sum, last) << y;
-            last = sum;
-            reds.insert(sum);
-        }
-        // An 8-bit channel alone has 86 steps from the top down.
-        EXPECT_GT(reds.size(), 200u);
-    }
-}
-
-TEST(Shading, SamplesOfOneColourAreThatColour) {
-    const UserMesh mesh(torus(30, 20));
-    const Scene scene = Scene::build(mesh.view());
-    View view = view_of(Shading::plain, 1);
-    view.eye = morphray::Point{50, 50, 50};
-    view.target = morphray::Point{100, 50, 50};
-    const Image one = scene.render(view);
-    view.samples = 64;
-    const Image many = scene.render(view);
-    EXPECT_EQ(many.hits.size(), 64 * one.hits.size());
-    // The background has a colour for each row of samples.
-    for (std::size_t i = 0; i < one.pixels.size(); ++i) {
-        for (int shift = 0; shift < 24; shift += 8) {
-            const int a = static_cast<int>(one.pixels[i] >> shift & 0xFF);
-            const int b = static_cast<int>(many.pixels[i] >> shift & 0xFF);
-            EXPECT_LE(std::abs(a - b), 1) << i;
-        }
-    }
 }
 
 TEST(Shading, UsesTheMemoryOfAnImageAgain) {
@@ -239,24 +154,6 @@ TEST(Shading, TracesTheRaysOfPlainImages) {
     }
 }
 
-TEST(Shading, RendersInManyThreads) {
-    UserMesh mesh(torus(30, 20));
-    const Scene scene = Scene::build(smooth_view(mesh));
-    const View view = view_of(Shading::lit, 4);
-    const Image expected = scene.render(view);
-    std::vector<std::thread> threads;
-    for (int i = 0; i < 4; ++i) {
-        threads.emplace_back([&] {
-            Image image;
-            for (int k = 0; k < 5; ++k) {
-                scene.render(view, image);
-                EXPECT_TRUE(morphray::compare(expected, image).equal());
-            }
-        });
-    }
-    for (std::thread& thread : threads) thread.join();
-}
-
 TEST(Shading, RefusesWhatItCannotDo) {
     const UserMesh mesh(torus(6, 4));
     const Scene scene = Scene::build(mesh.view());
@@ -282,18 +179,6 @@ TEST(Shading, RefusesWhatItCannotDo) {
                                           static_cast<std::uint32_t>(mesh.triangles.size()));
     wrong.smooth = high;
     EXPECT_EQ(error_of([&] { Scene::build(wrong); }), "bad_argument");
-}
-
-TEST(Shading, OfAnImageThatIsUsedAgainHasTimesOfItsOwn) {
-    const UserMesh mesh(torus(20, 16));
-    const Scene scene = Scene::build(mesh.view());
-    Image image;
-    View view = {.width = 40, .height = 30, .shading = morphray::Shading::lit};
-    scene.render(view, image);
-    EXPECT_GT(image.shade_ms, 0);
-    view.shading = morphray::Shading::plain;
-    scene.render(view, image);
-    EXPECT_EQ(image.shade_ms, 0);
 }
 
 }  // namespace

@@ -117,27 +117,6 @@ TEST(SmoothShadows, NothingThatFacesTheLightIsDarkOnACoarseBall) {
     }
 }
 
-TEST(SmoothShadows, EverythingThatFacesAwayIsDark) {
-    const Ball ball(1);
-    const Scene scene = Scene::build(view_with_normals(ball.mesh));
-    for (const Point& light : kLights) {
-        const Image image = scene.render(lit_view(kEyes[1], {0, 0, 0}, light));
-        const Image flat = scene.render([&] {
-            View view = lit_view(kEyes[1], {0, 0, 0}, light);
-            view.flat = true;
-            return view;
-        }());
-        EXPECT_GT(image.ray_count, flat.ray_count);
-        for (std::size_t i = 0; i < image.hits.size(); ++i) {
-            if (!image.hits[i]) continue;
-            EXPECT_LE(image.occlusion[i], flat.occlusion[i]) << "light is added alone";
-            if (ball.facing(image.hits[i], light) < -1e-6) {
-                EXPECT_EQ(image.occlusion[i], flat.occlusion[i]) << i;
-            }
-        }
-    }
-}
-
 TEST(SmoothShadows, FlatMeshesAreAsTheBackendTracesThem) {
     const Ball ball(1);
     const Scene flat = Scene::build(ball.mesh.view());
@@ -157,60 +136,6 @@ TEST(SmoothShadows, FlatMeshesAreAsTheBackendTracesThem) {
         EXPECT_EQ(image.hits_hash, plain.hits_hash);
         EXPECT_EQ(image.ray_count, plain.ray_count);
     }
-}
-
-TEST(SmoothShadows, OtherBodiesKeepTheirShadows) {
-    const Ball ball(1);
-    UserMesh roof;
-    roof.points = {{-3, 3, -3}, {3, 3, -3}, {3, 3, 3}, {-3, 3, 3}};
-    roof.triangles = {0, 1, 2, 0, 2, 3};
-    const Scene scene = build({view_with_normals(ball.mesh), roof.view()});
-    for (const Point& eye : kEyes) {
-        const Image image = scene.render(lit_view(eye, {0, 0, 0}, {0.5, 6, 0.25}));
-        for (std::size_t i = 0; i < image.hits.size(); ++i) {
-            if (image.hits[i] && image.hits[i].geom_id == 0) {
-                EXPECT_EQ(image.occlusion[i], 1u) << i;
-            }
-        }
-    }
-}
-
-// The light is asked from a point above the roof, which is nearer to the triangle than that.
-TEST(SmoothShadows, ARoofCloseToATriangleKeepsItDark) {
-    const Ball ball(1);
-    // The middle of a triangle, and the unit vector outwards.
-    Vector middle = {};
-    for (std::size_t k = 0; k < 3; ++k)
-        for (std::size_t axis = 0; axis < 3; ++axis) middle[axis] += ball.corner(k)[axis] / 3;
-    Vector out = middle;
-    for (double& x : out) x /= norm(middle);
-    const auto above = [&](double height) {
-        Point p;
-        for (std::size_t axis = 0; axis < 3; ++axis) p[axis] = middle[axis] + height * out[axis];
-        return p;
-    };
-    const double gap = (1 - norm(middle)) / 2;
-    UserMesh roof;
-    for (const int corner : {0, 1, 2}) {
-        const Point centre = above(gap);
-        const Vector to = minus(ball.corner(static_cast<std::size_t>(corner)), middle);
-        roof.points.push_back({static_cast<float>(centre[0] + 3 * to[0]),
-                               static_cast<float>(centre[1] + 3 * to[1]),
-                               static_cast<float>(centre[2] + 3 * to[2])});
-    }
-    roof.triangles = {0, 1, 2};
-    const Scene scene = build({view_with_normals(ball.mesh), roof.view()});
-    View view = lit_view(above(gap * 0.9), middle, above(5));
-    view.up = {out[1], out[2], out[0]};
-    view.fov = 120;
-    const Image image = scene.render(view);
-    std::size_t seen = 0;
-    for (std::size_t i = 0; i < image.hits.size(); ++i) {
-        if (!image.hits[i] || image.hits[i].prim_id != 0) continue;
-        ++seen;
-        EXPECT_EQ(image.occlusion[i], 1u) << i;
-    }
-    EXPECT_GT(seen, image.hits.size() / 2);
 }
 
 TEST(SmoothShadows, AreTheSameOnEveryDeviceOfTheCpu) {

@@ -129,25 +129,6 @@ TEST(Textures, ImageIsUprightFromItsTopRowDown) {
     }
 }
 
-TEST(Textures, OfOneTexelAreAnAlbedo) {
-    const TexturedSquare square;
-    for (const std::uint32_t colour : {kRed, kWhite, 0xFF00FFu}) {
-        const std::vector<TextureView> textures = {
-            {.texels = std::span(&colour, 1), .width = 1, .height = 1}};
-        const std::vector<std::uint32_t> albedo(2, colour);
-        MeshView plain = square.view();
-        plain.albedo = albedo;
-        const View view = square_view(20);
-        const Image expected = Scene::build(plain).render(view);
-        EXPECT_EQ(Scene::build(square.textured(textures)).render(view).pixels, expected.pixels);
-        // Multiplied by white.
-        const std::vector<std::uint32_t> white(2, kWhite);
-        MeshView both = square.textured(textures);
-        both.albedo = white;
-        EXPECT_EQ(Scene::build(both).render(view).pixels, expected.pixels);
-    }
-}
-
 TEST(Textures, AreMeansWhereTexelsAreSmall) {
     const TexturedSquare square;
     std::vector<std::uint32_t> texels;
@@ -168,44 +149,6 @@ TEST(Textures, AreMeansWhereTexelsAreSmall) {
             EXPECT_NEAR(channel(image), channel(expected), 2);
         }
     }
-}
-
-TEST(Textures, StayWithTheirMeshes) {
-    const TexturedMesh first(torus(30, 20), 1);
-    TexturedMesh second(torus(30, 20), 2);
-    for (morphray::Vec3& p : second.points) p.z += 1.5f;
-    const UserMesh plain(icosphere(2));
-    const std::vector<MeshView> meshes = {plain.view(), first.textured(), second.textured()};
-    View view = textured_view();
-    view.eye = morphray::Point{1, 2, 6};
-    view.target = morphray::Point{0, 0, 0};
-    view.light = morphray::Point{5, 5, 5};
-    const morphray::SceneOptions options{.bounds = morphray::Box{{-4, -4, -4}, {4, 4, 4}}};
-    const auto build = [&](const std::vector<MeshView>& of) {
-        return Scene::build(std::span<const MeshView>(of), Device::cpu(), options);
-    };
-    Scene scene = build(meshes);
-    const std::vector<std::uint32_t> before = scene.render(view).pixels;
-    scene.detach(1);
-    scene.update();
-    const std::vector<MeshView> rest = {plain.view(), second.textured()};
-    EXPECT_EQ(scene.render(view).pixels, build(rest).render(view).pixels);
-    EXPECT_EQ(scene.attach(first.textured()), 1u);
-    scene.update();
-    EXPECT_EQ(scene.render(view).pixels, before);
-}
-
-TEST(Textures, CoordinatesThatAreNotFiniteCountAsZero) {
-    TexturedMesh mesh(torus(12, 8));
-    std::vector<float> zeros = mesh.texcoords;
-    for (std::size_t i = 0; i < zeros.size(); i += 5) {
-        mesh.texcoords[i] = i % 2 == 0 ? NAN : INFINITY;
-        zeros[i] = 0;
-    }
-    MeshView with_zeros = mesh.textured();
-    with_zeros.texcoords = zeros;
-    EXPECT_EQ(Scene::build(mesh.textured()).render(textured_view()).pixels,
-              Scene::build(with_zeros).render(textured_view()).pixels);
 }
 
 TEST(Textures, ArraysThatDoNotFitAreRefused) {

@@ -186,26 +186,6 @@ TEST(SceneUpdate, MeshesComeAndGo) {
     EXPECT_EQ(count_hits(hits_of(scene, rays)), 0u);
 }
 
-// In linear time: a list that is searched for each of so many would take minutes.
-TEST(SceneUpdate, ManyMeshesComeAndGo) {
-    constexpr std::uint32_t kMeshes = 20'000;
-    const std::vector<morphray::Vec3> points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    const std::vector<std::uint32_t> triangle = {0, 1, 2};
-    const morphray::MeshView view{morphray::packed(points), triangle};
-    const std::vector<morphray::MeshView> views(kMeshes, view);
-    Scene scene = Scene::build(std::span<const morphray::MeshView>(views));
-    for (const std::uint32_t id : {17u, kMeshes - 1, 5u, 6u}) scene.detach(id);
-    EXPECT_EQ(error_of([&] { scene.detach(17); }), "bad_argument");
-    for (const std::uint32_t id : {5u, 6u, 17u, kMeshes - 1, kMeshes})
-        EXPECT_EQ(scene.attach(view), id);
-    for (std::uint32_t id = 0; id < kMeshes; ++id) scene.detach(id);
-    EXPECT_EQ(scene.attach(view), 0u);
-    scene.detach(0);
-    scene.update();
-    EXPECT_EQ(scene.intersect({.org = {0.25f, 0.25f, 1}, .dir = {0, 0, -1}}).geom_id, kMeshes);
-    EXPECT_EQ(scene.attach(view), 0u);
-}
-
 TEST(SceneUpdate, TheLowestGeometryWinsAmongEqualHits) {
     const UserMesh mesh(icosphere(2));
     const std::vector<morphray::MeshView> twice = {mesh.view(), mesh.view()};
@@ -280,34 +260,6 @@ void scribble(UserMesh& mesh) {
     for (morphray::Vec3& p : mesh.points) p = {bad, bad, bad};
 }
 
-TEST(SceneUpdate, ReadsOnlyTheRangeThatIsNamedOutsideTheBounds) {
-    const UserMesh rest(torus(30, 20));
-    const UserMesh rest_ball(icosphere(2));
-    const SceneOptions options{.bounds = Box{{-2, -2, -2}, {2, 2, 2}}};
-    for (const bool leaves_before : {false, true}) {
-        UserMesh mesh = rest;
-        UserMesh ball = rest_ball;
-        const std::vector<morphray::MeshView> views = {mesh.view(), ball.view()};
-        Scene scene =
-            Scene::build(std::span<const morphray::MeshView>(views), Device::cpu(), options);
-        UserMesh known = rest;
-        if (leaves_before) known.points[0] = {5e5f, 3, 3};
-        mesh.points = known.points;
-        scene.update();
-
-        // Low bits of such a coordinate are lost in scene space.
-        for (const float far : {1e6f, 100.0f, 1.0f}) {
-            scribble(mesh);
-            scribble(ball);
-            known.points[7] = {far, 1e-12f, 0.5f};
-            mesh.points[7] = known.points[7];
-            scene.update(0, 7, 1);
-            expect_as_new(scene, {known.view(), rest_ball.view()}, options,
-                          world_rays(known, 1000, 21), std::to_string(far));
-        }
-    }
-}
-
 TEST(SceneUpdate, ReadsNoMeshThatDoesNotDeform) {
     const UserMesh rest(torus(30, 20));
     const UserMesh rest_ball(icosphere(2));
@@ -374,19 +326,6 @@ std::vector<Step> steps_of_poses(Ask ask) {
         ask(scene, world_rays(mesh, 6000, static_cast<std::uint64_t>(pose)));
     }
     return steps;
-}
-
-TEST(SceneUpdate, TellsHowLongEachReadingTook) {
-    const UserMesh mesh(torus(60, 20));
-    Scene scene = Scene::build(mesh.view());
-    std::set<double> times;
-    for (int pose = 0; pose < 10; ++pose) {
-        const double ms = scene.update().read_ms;
-        EXPECT_GT(ms, 0);
-        EXPECT_EQ(scene.last_update().read_ms, ms);
-        times.insert(ms);
-    }
-    EXPECT_GT(times.size(), 1u);
 }
 
 TEST(SceneUpdate, DeterministicDecisionsCountEachScenesRays) {
@@ -464,69 +403,6 @@ TEST(SceneUpdate, PositionsThatAreNotFiniteAreLeftOut) {
     mesh.points = rest.points;
     scene.update();
     expect_same_hits(hits_of(scene, rays), before, "finite again");
-}
-
-TEST(SceneUpdate, BoundsAreThoseOfThePositionsToTheLastBit) {
-    UserMesh mesh(icosphere(1));
-    Scene scene = Scene::build(mesh.view());
-    for (morphray::Vec3& p : mesh.points) p.y = std::abs(p.y) + 0x1p-50f;
-    mesh.points[3].y = -5.49999987e-13f;
-    scene.update();
-    EXPECT_EQ(scene.bounds().lower[1], double{-5.49999987e-13f});
-    mesh.points[3].y = -1e-20f;
-    scene.update();
-    EXPECT_EQ(scene.bounds().lower[1], double{-1e-20f});
-}
-
-TEST(SceneUpdate, ATwinGoesItsOwnWay) {
-    const UserMesh rest(torus(40, 20));
-    UserMesh mesh = rest;
-    const SceneOptions options{.bounds = kBounds, .update = morphray::Refit{}};
-    Scene scene = Scene::build(mesh.view(), Device::cpu(), options);
-    sway(mesh, rest, 3);
-    scene.update();
-    Scene twin = scene.on(Device::cpu({.threads = 1}));
-    EXPECT_EQ(twin.tree_statistics().hash, scene.tree_statistics().hash);
-    const std::vector<morphray::Ray> rays = world_rays(mesh, 1000, 18);
-    const std::vector<morphray::Hit> before = hits_of(scene, rays);
-    expect_same_hits(hits_of(twin, rays), before);
-    sway(mesh, rest, 6);
-    twin.update();
-    expect_same_hits(hits_of(scene, rays), before);
-    expect_as_new(twin, {mesh.view()}, options, rays, "twin");
-    scene.update();
-    EXPECT_EQ(twin.tree_statistics().hash, scene.tree_statistics().hash);
-}
-
-TEST(SceneUpdate, ManyScenesShareADevice) {
-    const Device device = Device::cpu();
-    const UserMesh mesh(icosphere(3));
-    const std::vector<morphray::Ray> rays = world_rays(mesh, 500, 19);
-    std::vector<Scene> scenes;
-    for (int i = 0; i < 10; ++i) scenes.push_back(Scene::build(mesh.view(), device));
-    for (const Scene& scene : scenes)
-        expect_same_hits(hits_of(scene, rays), hits_of(scenes.front(), rays));
-}
-
-TEST(SceneUpdate, ImagesCountAsQueries) {
-    const UserMesh rest(torus(60, 40));
-    bool is_kept[2];
-    for (const bool renders : {false, true}) {
-        UserMesh mesh = rest;
-        Scene scene = Scene::build(
-            mesh.view(), Device::cpu(),
-            {.bounds = kBounds, .update = morphray::Auto{.budget = 0.5, .deterministic = true}});
-        morphray::Image image;
-        bool is_refitted = true;
-        for (int pose = 1; pose < 30; ++pose) {
-            sway(mesh, rest, 2 * pose);
-            is_refitted &= scene.update().step == Step::refit;
-            if (renders) scene.render({.width = 256, .height = 256}, image);
-        }
-        is_kept[renders ? 1 : 0] = is_refitted;
-    }
-    EXPECT_TRUE(is_kept[0]) << "nothing was asked, so that a better tree would save nothing";
-    EXPECT_FALSE(is_kept[1]);
 }
 
 }  // namespace

@@ -45,29 +45,6 @@ TEST(View, WithoutHitsHasTheSamePixels) {
     }
 }
 
-TEST(View, DoesNotShowWhatAnImageBeforeItHad) {
-    const UserMesh mesh(torus(30, 20));
-    const Scene scene = Scene::build(mesh.view());
-    View near{.width = 64, .height = 48, .shading = Shading::lit, .hits = false};
-    View far = near;
-    far.eye = morphray::Point{30, 20, 40};
-    near.ao_count = far.ao_count = 0;
-    const auto alone = [&](View view) {
-        view.hits = true;
-        return Scene::build(mesh.view()).render(view);
-    };
-    const Image expected_near = alone(near);
-    const Image expected_far = alone(far);
-    for (int i = 0; i < 3; ++i) {
-        for (const std::uint32_t width : {64u, 63u, 64u})
-            scene.render({.width = width, .hits = false});
-        EXPECT_EQ(scene.render(near).pixels, expected_near.pixels);
-        const Image image = scene.render(far);
-        EXPECT_EQ(image.pixels, expected_far.pixels);
-        EXPECT_EQ(image.ray_count, expected_far.ray_count);
-    }
-}
-
 TEST(View, ThatIsCancelledThrowsAndTheNextIsWhole) {
     const UserMesh mesh(torus(30, 20));
     const Scene scene = Scene::build(mesh.view());
@@ -81,22 +58,6 @@ TEST(View, ThatIsCancelledThrowsAndTheNextIsWhole) {
     view.shading = Shading::lit;
     cancel = false;
     EXPECT_EQ(scene.render(view).pixels, expected.pixels);
-}
-
-TEST(View, IsCancelledByAnotherThread) {
-    const UserMesh mesh(torus(100, 80));
-    const Scene scene = Scene::build(mesh.view());
-    std::atomic<bool> cancel = false;
-    // Takes minutes if nothing ends it.
-    const View view{.width = 8000,
-                    .height = 8000,
-                    .rays = morphray::Rays::ao,
-                    .ao_count = 256,
-                    .hits = false,
-                    .cancel = &cancel};
-    std::thread other([&] { cancel = true; });
-    EXPECT_EQ(error_of([&] { scene.render(view); }), "cancelled");
-    other.join();
 }
 
 TEST(View, SaysWhichPartIsDone) {
@@ -170,27 +131,6 @@ TEST(SceneBuild, IsCancelledAndSaysWhichPartIsDone) {
     }
 }
 
-TEST(SceneBuild, OfATwinIsCancelledByItsOwnFlag) {
-    UserMesh mesh(torus(100, 80));
-    auto cancel = std::make_unique<std::atomic<bool>>(false);
-    std::optional<Scene> scene = Scene::build(
-        mesh.view(), Device::cpu(), {.update = morphray::Rebuild{}, .cancel = cancel.get()});
-    Scene free = scene->on(Device::cpu());
-    std::atomic<bool> cancel_twin = false;
-    Scene twin = scene->on(Device::cpu(), &cancel_twin);
-    *cancel = true;
-    mesh.points[0].x += 0.1f;
-    for (Scene* const copy : {&free, &twin})
-        EXPECT_EQ(copy->update().step, morphray::Step::rebuild);
-    // It need not outlive the copies.
-    scene.reset();
-    cancel.reset();
-    cancel_twin = true;
-    mesh.points[0].x += 0.1f;
-    EXPECT_EQ(free.update().step, morphray::Step::rebuild);
-    EXPECT_EQ(error_of([&] { twin.update(); }), "cancelled");
-}
-
 struct Batch {
     std::vector<Ray> rays;
     Coherence coherence;
@@ -248,21 +188,6 @@ TEST(Queries, ThatAreCancelledThrowAndTheNextAreWhole) {
     }
 }
 
-TEST(Queries, AreCancelledByAnotherThread) {
-    const UserMesh mesh(torus(300, 200));
-    const Scene scene = Scene::build(mesh.view(), Device::brute_force());
-    // Take hours if nothing ends them.
-    for (const Batch& batch : batches(2048)) {
-        const std::vector<Ray>& rays = batch.rays;
-        std::vector<Hit> hits(rays.size());
-        std::atomic<bool> cancel = false;
-        std::thread other([&] { cancel = true; });
-        EXPECT_EQ(error_of([&] { scene.intersect(rays, hits, batch.coherence, &cancel); }),
-                  "cancelled");
-        other.join();
-    }
-}
-
 TEST(TreeBoxes, CoverTheSceneAtEachDepth) {
     const UserMesh mesh(torus(60, 40));
     const Scene scene = Scene::build(mesh.view());
@@ -289,11 +214,6 @@ TEST(TreeBoxes, CoverTheSceneAtEachDepth) {
     }
     EXPECT_TRUE(scene.tree_boxes(depth + 1).empty());
     EXPECT_TRUE(scene.tree_boxes(0xFFFFFFFFu).empty());
-}
-
-TEST(TreeBoxes, OfNothingAreNone) {
-    const UserMesh mesh;
-    EXPECT_TRUE(Scene::build(mesh.view()).tree_boxes(0).empty());
 }
 
 }  // namespace

@@ -97,48 +97,6 @@ TEST(LibraryOnVulkan, AnswersQuestionsAsTheCpuAfterEachUpdate) {
 
 TEST(LibraryOnVulkan, FindsVisibleHits) { expect_visible_hits_on(vulkan(), 20); }
 
-// Such an image is divided into other regions.
-TEST(LibraryOnVulkan, AnImageThatMayBeCancelledIsTheSame) {
-    const UserMesh mesh(torus(40, 24));
-    const Scene scene = Scene::build(mesh.view(), vulkan());
-    const Scene twin = scene.on(Device::cpu());
-    const std::atomic<bool> cancel = false;
-    for (const auto& [width, height] : {std::pair{97u, 61u}, {1000u, 9u}, {7u, 900u}, {600u, 500u}})
-        for (const morphray::Rays rays :
-             {morphray::Rays::primary, morphray::Rays::shadow, morphray::Rays::ao}) {
-            std::atomic<float> done = 0;
-            morphray::View view{.width = width, .height = height, .rays = rays, .ao_count = 3};
-            const morphray::Image expected = twin.render(view);
-            view.cancel = &cancel;
-            view.done = &done;
-            const morphray::Comparison image = morphray::compare(scene.render(view), expected);
-            EXPECT_TRUE(image.equal()) << morphray::describe(image);
-            EXPECT_FLOAT_EQ(done, 1);
-        }
-}
-
-TEST(LibraryOnVulkan, ImagesAreCancelledBeforeTheyAreDone) {
-    const UserMesh mesh(torus(40, 24));
-    const Scene scene = Scene::build(mesh.view(), vulkan());
-    // Each takes minutes if nothing ends it.
-    for (morphray::View view : {morphray::View{.rays = morphray::Rays::ao},
-                                morphray::View{.shading = morphray::Shading::lit, .samples = 4}}) {
-        view.width = view.height = 2048;
-        view.ao_count = 256;
-        std::atomic<bool> cancel = false;
-        std::atomic<float> done = 0;
-        view.cancel = &cancel;
-        view.done = &done;
-        std::thread other([&] {
-            while (done == 0) std::this_thread::yield();
-            cancel = true;
-        });
-        EXPECT_EQ(error_of([&] { scene.render(view); }), "cancelled");
-        other.join();
-        EXPECT_LT(done, 1);
-    }
-}
-
 TEST(LibraryOnVulkan, QuestionsAreCancelledByAFlagThatIsTrueBefore) {
     expect_all_are_cancelled_on(vulkan());
 }
@@ -225,84 +183,6 @@ TEST(LibraryOnVulkan, ScenesAndThreadsShareADevice) {
         for (std::thread& thread : threads) thread.join();
         EXPECT_EQ(different[0] + different[1], 0u);
     }
-}
-
-/// Scenes take what a device has compiled, and give it back.
-TEST(LibraryOnVulkan, ThreadsMakeAndDropScenesOfOneDevice) {
-    const UserMesh mesh(icosphere(2));
-    const std::vector<morphray::Ray> rays = world_rays(mesh, 100, 33);
-    const std::vector<morphray::Hit> expected =
-        hits_of(Scene::build(mesh.view(), Device::cpu()), rays);
-    std::atomic<int> different = 0;
-    // Only the first scenes of a device compile.
-    for (int turn = 0; turn < 3; ++turn) {
-        const Device device = Device::vulkan();
-        run_together(6, [&](std::size_t) {
-            int mine = 0;
-            for (int k = 0; k < 4; ++k)
-                mine += hits_of(Scene::build(mesh.view(), device), rays) == expected ? 0 : 1;
-            different += mine;
-        });
-    }
-    EXPECT_EQ(different, 0);
-}
-
-/// Each const member that uses the device is called alone: no other one orders the threads. The
-/// first call after an update refits.
-TEST(LibraryOnVulkan, ThreadsAskOneScene) {
-    UserMesh mesh(icosphere(2));
-    const std::vector<morphray::Ray> rays = world_rays(mesh, 300, 34);
-    const std::vector<morphray::Vec3> points(300, {0.1f, 0.2f, 0.3f});
-    const morphray::SceneOptions options{.update = morphray::Refit{}};
-    Scene scene = Scene::build(mesh.view(), vulkan(), options);
-    Scene cpu = scene.on(Device::cpu());
-    std::vector<morphray::Hit> hits;
-    std::uint64_t tree = 0;
-    std::uint64_t image = 0;
-    const std::vector<std::function<bool()>> calls = {
-        [&] { return hits_of(scene, rays) == hits; },
-        [&] { return scene.intersect(rays[0]) == hits[0]; },
-        [&] {
-            std::vector<std::int32_t> windings(points.size());
-            scene.winding(points, windings);
-            return windings == std::vector<std::int32_t>(points.size(), 1);
-        },
-        [&] { return scene.on(Device::cpu()).tree_statistics().hash == tree; },
-        [&] { return scene.tree_statistics().hash == tree; },
-        [&] { return scene.render({.width = 40, .height = 30}).hits_hash == image; },
-    };
-    for (std::size_t i = 0; i < calls.size(); ++i) {
-        for (int pose = 0; pose < 4; ++pose) {
-            grow(mesh, 1.02f);
-            scene.update();
-            cpu.update();
-            hits = hits_of(cpu, rays);
-            tree = cpu.tree_statistics().hash;
-            image = cpu.render({.width = 40, .height = 30}).hits_hash;
-            std::atomic<int> different = 0;
-            run_together(3, [&](std::size_t) {
-                int mine = 0;
-                for (int k = 0; k < 4; ++k) mine += calls[i]() ? 0 : 1;
-                different += mine;
-            });
-            EXPECT_EQ(different, 0) << i << ", pose " << pose;
-        }
-    }
-}
-
-TEST(LibraryOnVulkan, QueriesThatAreCancelledThrowAndTheNextAreWhole) {
-    const UserMesh mesh(torus(40, 24));
-    const Scene scene = Scene::build(mesh.view(), vulkan());
-    const std::vector<morphray::Ray> rays = world_rays(mesh, 500, 32);
-    const std::vector<morphray::Hit> expected = hits_of(scene, rays);
-    std::vector<morphray::Hit> hits(rays.size());
-    std::vector<std::uint8_t> dark(rays.size());
-    std::atomic<bool> cancel = true;
-    EXPECT_EQ(error_of([&] { scene.intersect(rays, hits, {}, &cancel); }), "cancelled");
-    EXPECT_EQ(error_of([&] { scene.occluded(rays, dark, {}, &cancel); }), "cancelled");
-    cancel = false;
-    scene.intersect(rays, hits, {}, &cancel);
-    expect_same_hits(hits, expected);
 }
 
 TEST(LibraryOnVulkan, UnknownDevicesAreRefused) {

@@ -43,20 +43,6 @@ std::vector<PrimBox> boxes_of(const std::vector<Part>& parts) {
     return boxes;
 }
 
-/// Throws Failure if the caller has replaced memory of its own, which it may have freed since.
-void require_buffers(const std::vector<Part>& parts) {
-    const auto may_be_gone = [](const BufferView& committed, const BufferView& now) {
-        return committed.data != now.data && committed.buffer && committed.buffer->is_borrowed();
-    };
-    for (const Part& part : parts) {
-        if (may_be_gone(part.vertices, part.mesh().vertices()) ||
-            may_be_gone(part.indices, part.mesh().indices())) {
-            fail_operation(
-                "buffers were replaced between the commit of the scene and its first point query");
-        }
-    }
-}
-
 void write_matrix(const Transform& transform, float (&matrix)[16]) {
     write_transform(transform, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, matrix);
 }
@@ -155,7 +141,6 @@ bool query_point(RTCScene scene, RTCPointQuery* query, RTCPointQueryContext* con
                  Function function, void* user) {
     return with<SceneObject>("rtcPointQuery", scene, [&](SceneObject& s) {
         if (query == nullptr || context == nullptr) fail_argument("query or context is null");
-        s.note_point_query();
         return visit_near(s.committed(), *query, *context, function, user);
     });
 }
@@ -167,7 +152,6 @@ bool query_points(const int* valid, RTCScene scene, Packet* queries, RTCPointQue
     return with<SceneObject>("rtcPointQuery", scene, [&](SceneObject& s) {
         if (valid == nullptr || queries == nullptr || context == nullptr)
             fail_argument("valid, queries or context is null");
-        s.note_point_query();
         bool has_changed = false;
         for (std::size_t i = 0; i < n; ++i) {
             if (valid[i] != -1) continue;
@@ -184,27 +168,9 @@ bool query_points(const int* valid, RTCScene scene, Packet* queries, RTCPointQue
 }  // namespace
 
 const BoxTree& Committed::boxes() const {
-    if (const BoxTree* const made = boxes_.load(std::memory_order_acquire)) return *made;
     const std::scoped_lock lock(boxes_mutex_);
-    if (made_boxes_ == nullptr) {
-        if (!noted_boxes_) {
-            require_buffers(parts);
-            noted_boxes_ = boxes_of(parts);
-        }
-        made_boxes_ = std::make_unique<BoxTree>(std::move(*noted_boxes_));
-    }
-    boxes_.store(made_boxes_.get(), std::memory_order_release);
+    if (made_boxes_ == nullptr) made_boxes_ = std::make_unique<BoxTree>(boxes_of(parts));
     return *made_boxes_;
-}
-
-void Committed::note_boxes() {
-    if (made_boxes_ == nullptr && !noted_boxes_) noted_boxes_ = boxes_of(parts);
-}
-
-void Committed::forget_boxes() {
-    noted_boxes_.reset();
-    boxes_ = nullptr;
-    made_boxes_ = nullptr;
 }
 
 }  // namespace mray::embree

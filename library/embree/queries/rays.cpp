@@ -13,7 +13,6 @@
 #include "library/embree/queries/layouts.h"
 #include "library/embree/queries/query.h"
 #include "library/embree/scene/scene.h"
-#include "library/embree/thread_owned.h"
 
 namespace mray::embree {
 namespace {
@@ -179,7 +178,7 @@ void trace(const char* call, RTCScene scene, const QueryOptions& options, const 
     guarded(call, device_of(scene), [&] {
         const Query query(committed_of(scene, first), options, kind);
         if (!query.committed().scene) return;
-        Batch& batch = ThreadOwned<Batch>::get();
+        thread_local Batch batch;
         for (std::size_t begin = 0; begin < count; begin += kBatch) {
             const std::size_t end = std::min(count, begin + kBatch);
             batch.resize(end - begin);

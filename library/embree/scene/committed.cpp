@@ -1,9 +1,8 @@
 #include "library/embree/scene/committed.h"
 
 #include <array>
+#include <atomic>
 #include <set>
-
-#include "library/embree/thread_owned.h"
 
 namespace mray::embree {
 namespace {
@@ -40,7 +39,7 @@ void Committed::read_settings() {
 }
 
 std::span<const std::uint8_t> Committed::visible(unsigned int ray_mask) const {
-    Answers& answers = ThreadOwned<Answers>::get();
+    thread_local Answers answers;
     for (const Answers::Answer& answer : answers.all) {
         if (answer.settings_number == settings_number && answer.ray_mask == ray_mask)
             return answer.is_visible;

@@ -1,7 +1,6 @@
 // A scene as it was committed.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -39,8 +38,6 @@ struct Committed {
     /// Whether a mesh has a filter for hits, or for occlusion.
     bool filters_hits = false;
     bool filters_occlusion = false;
-    /// The bytes that the memory monitor was told of.
-    std::size_t bytes = 0;
 
     /// Changes with each read_settings(); no two scenes have the same.
     std::uint64_t settings_number = 0;
@@ -55,18 +52,14 @@ struct Committed {
     /// By part, 1 for those that a ray with this mask does not pass by. Valid until the thread's
     /// next call.
     std::span<const std::uint8_t> visible(unsigned int ray_mask) const;
-    /// A tree of all primitives, made by the first call at a pose. Threads may call it at the same
-    /// time. It reads the buffers unless note_boxes() has. Throws Failure if they were replaced.
+    /// A tree of all primitives, made from the buffers by the first call at a pose. Threads may
+    /// call it at the same time.
     const BoxTree& boxes() const;
-    /// Reads the buffers for boxes(), at a commit: the caller may write the next pose after it.
-    void note_boxes();
-    void forget_boxes();
+    void forget_boxes() { made_boxes_ = nullptr; }
 
 private:
     mutable std::mutex boxes_mutex_;
-    mutable std::atomic<const BoxTree*> boxes_ = nullptr;
     mutable std::unique_ptr<const BoxTree> made_boxes_;
-    mutable std::optional<std::vector<PrimBox>> noted_boxes_;
 };
 
 }  // namespace mray::embree

@@ -12,19 +12,6 @@
 namespace mray::embree {
 namespace {
 
-/// Bytes of a vertex and a triangle that morphray::Scene says it takes, and a normal.
-constexpr std::size_t kVertexBytes = 12;
-constexpr std::size_t kTriangleBytes = 76;
-
-std::size_t bytes_of(const std::vector<Part>& parts) {
-    std::size_t bytes = 0;
-    for (const Part& part : parts) {
-        bytes += kVertexBytes * part.vertices.count * (part.has_own_positions ? 2 : 1) +
-                 kTriangleBytes * part.triangle_count();
-    }
-    return bytes;
-}
-
 std::size_t triangle_count(const std::vector<Part>& parts) {
     std::size_t count = 0;
     for (const Part& part : parts) count += part.triangle_count();
@@ -85,11 +72,23 @@ void announce_unsupported(const std::string& reason) {
     std::fprintf(stderr, "morphray: %s: no ray of such scenes hits\n", reason.c_str());
 }
 
+/// Encloses the triangles that can be hit, and no vertex that none of them has.
+RTCBounds bounds_of(const Committed& committed) {
+    Bounds all;
+    for (const Part& part : committed.parts) all.add(part.bounds);
+    RTCBounds result = {};
+    result.lower_x = all.lower[0];
+    result.lower_y = all.lower[1];
+    result.lower_z = all.lower[2];
+    result.upper_x = all.upper[0];
+    result.upper_y = all.upper[1];
+    result.upper_z = all.upper[2];
+    return result;
+}
+
 }  // namespace
 
 SceneObject::SceneObject(Device& device) : device_(&device) {}
-
-SceneObject::~SceneObject() { forget(); }
 
 unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
     if (&geometry.device() != device_.get()) fail_argument("the geometry is of another device");
@@ -102,12 +101,6 @@ unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
     if (id > kMost) fail_argument("the geometry ID is too large");
     if (attachments_.contains(id))
         fail_operation("the geometry ID " + std::to_string(id) + " is taken");
-    // IDs far apart are found in attachments_ alone.
-    constexpr std::size_t kMostSparse = std::size_t{1} << 20;
-    if (id < by_id_.size() || id < 4 * attachments_.size() + kMostSparse) {
-        if (id >= by_id_.size()) by_id_.resize(std::size_t{id} + 1);
-        by_id_[id] = &geometry;
-    }
     attachments_.emplace(id, Ref<Geometry>(&geometry));
     return id;
 }
@@ -117,12 +110,10 @@ void SceneObject::detach(unsigned int id) {
     const auto found = attachments_.find(id);
     if (found == attachments_.end()) fail_operation("no geometry has the ID " + std::to_string(id));
     attachments_.erase(found);
-    if (id < by_id_.size()) by_id_[id] = nullptr;
     lowest_free_ = std::min(lowest_free_, id);
 }
 
 Geometry* SceneObject::find(unsigned int id) const {
-    if (id < by_id_.size() && by_id_[id] != nullptr) return by_id_[id];
     const auto found = attachments_.find(id);
     return found == attachments_.end() ? nullptr : found->second.get();
 }
@@ -139,26 +130,16 @@ void SceneObject::set_build_quality(RTCBuildQuality quality) {
     quality_ = quality;
 }
 
-void SceneObject::set_progress_function(RTCProgressMonitorFunction function, void* user) {
-    progress_function_ = function;
-    progress_user_ = user;
-}
-
-void SceneObject::report_progress(double part) const {
-    if (progress_function_ != nullptr && !progress_function_(progress_user_, part))
-        throw Failure{RTC_ERROR_CANCELLED, "the progress monitor ended the commit"};
-}
-
 void SceneObject::commit() {
     const std::scoped_lock lock(commit_mutex_);
     try {
         commit_parts(collect_parts(attachments()));
     } catch (const Unsupported& what) {
         announce_unsupported(what.message);
-        forget();
+        committed_ = nullptr;
         throw;
     } catch (...) {
-        forget();
+        committed_ = nullptr;
         throw;
     }
 }
@@ -171,34 +152,20 @@ void SceneObject::commit_parts(std::vector<Part> parts) {
         have_same_versions(committed_->parts, parts)) {
         return;
     }
-    report_progress(0);
     if (!is_kept || !update(parts)) build(std::move(parts));
     committed_->is_robust = is_robust;
     committed_->read_settings();
-    if (has_point_queries_.load(std::memory_order_relaxed)) committed_->note_boxes();
-    report_progress(1);
-}
-
-void SceneObject::forget() {
-    if (committed_ != nullptr) device_->give_memory(committed_->bytes);
-    committed_ = nullptr;
 }
 
 void SceneObject::build(std::vector<Part> parts) {
-    forget();
+    committed_ = nullptr;
     auto made = std::make_unique<Committed>();
     made->way = {quality_, is_any_refitted(parts)};
     made->parts = std::move(parts);
     for (Part& part : made->parts) part.find_used_vertices();
     prepare(made->parts);
-    made->bytes = bytes_of(made->parts);
-    device_->take_memory(made->bytes);
     committed_ = std::move(made);
     committed_->scene = build_tree(committed_->parts, committed_->way, device_->tracer());
-    if (device_->is_verbose()) {
-        std::fprintf(stderr, "morphray: built a tree of %zu triangles\n",
-                     triangle_count(committed_->parts));
-    }
 }
 
 /// Follows positions and transformations: `parts` have those of the caller.
@@ -294,10 +261,9 @@ void rtcJoinCommitScene(RTCScene scene) {
     with<SceneObject>("rtcJoinCommitScene", scene, [](SceneObject& s) { s.commit(); });
 }
 
-void rtcSetSceneProgressMonitorFunction(RTCScene scene, RTCProgressMonitorFunction function,
-                                        void* user) {
-    with<SceneObject>("rtcSetSceneProgressMonitorFunction", scene,
-                      [&](SceneObject& s) { s.set_progress_function(function, user); });
+/// The function is never called.
+void rtcSetSceneProgressMonitorFunction(RTCScene scene, RTCProgressMonitorFunction, void*) {
+    with<SceneObject>("rtcSetSceneProgressMonitorFunction", scene, [](SceneObject&) {});
 }
 
 void rtcSetSceneBuildQuality(RTCScene scene, enum RTCBuildQuality quality) {
@@ -311,4 +277,18 @@ void rtcSetSceneFlags(RTCScene scene, enum RTCSceneFlags flags) {
 
 RTCSceneFlags rtcGetSceneFlags(RTCScene scene) {
     return with<SceneObject>("rtcGetSceneFlags", scene, [](SceneObject& s) { return s.flags(); });
+}
+
+void rtcGetSceneBounds(RTCScene scene, struct RTCBounds* bounds) {
+    with<SceneObject>("rtcGetSceneBounds", scene, [&](SceneObject& s) {
+        if (bounds == nullptr) fail_argument("the bounds are null");
+        *bounds = bounds_of(s.committed());
+    });
+}
+
+void rtcGetSceneLinearBounds(RTCScene scene, struct RTCLinearBounds* bounds) {
+    with<SceneObject>("rtcGetSceneLinearBounds", scene, [&](SceneObject& s) {
+        if (bounds == nullptr) fail_argument("the bounds are null");
+        bounds->bounds0 = bounds->bounds1 = bounds_of(s.committed());
+    });
 }

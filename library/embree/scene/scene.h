@@ -1,7 +1,6 @@
 // Scenes: attached geometries, and what a commit makes of them.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <mutex>
@@ -16,7 +15,6 @@ namespace mray::embree {
 class SceneObject final : public Object {
 public:
     explicit SceneObject(Device& device);
-    ~SceneObject() override;
 
     Device& device() const { return *device_; }
 
@@ -35,7 +33,6 @@ public:
     void set_flags(RTCSceneFlags flags);
     RTCSceneFlags flags() const { return flags_; }
     void set_build_quality(RTCBuildQuality quality);
-    void set_progress_function(RTCProgressMonitorFunction function, void* user);
 
     /// Brings queries to the geometries. Several threads may call it: the first one works, the
     /// others wait. Throws Failure or morphray::Error; then queries are refused until a later
@@ -46,35 +43,23 @@ public:
         if (committed_ == nullptr) fail_operation("the scene is not committed");
         return *committed_;
     }
-    /// To be called by each point query: from the first one on, commits make ready for others.
-    void note_point_query() {
-        if (!has_point_queries_.load(std::memory_order_relaxed))
-            has_point_queries_.store(true, std::memory_order_relaxed);
-    }
 
 private:
     void commit_parts(std::vector<Part> parts);
-    void forget();
     void build(std::vector<Part> parts);
     /// Returns false if the tree has other triangles than it must have at these positions.
     bool update(const std::vector<Part>& parts);
-    void report_progress(double part) const;
 
     Ref<Device> device_;
     mutable std::mutex mutex_;
     Attachments attachments_;
-    /// The geometries by ID, for find(); null for some that are attached.
-    std::vector<Geometry*> by_id_;
     /// All IDs below are taken.
     unsigned int lowest_free_ = 0;
     RTCSceneFlags flags_ = RTC_SCENE_FLAG_NONE;
     RTCBuildQuality quality_ = RTC_BUILD_QUALITY_MEDIUM;
-    RTCProgressMonitorFunction progress_function_ = nullptr;
-    void* progress_user_ = nullptr;
 
     std::mutex commit_mutex_;
     std::unique_ptr<Committed> committed_;
-    std::atomic<bool> has_point_queries_ = false;
 };
 
 }  // namespace mray::embree

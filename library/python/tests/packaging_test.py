@@ -76,20 +76,6 @@ def test_component_python_is_installed_whole(tmp_path):
     assert used.stdout.startswith(str(folder))
 
 
-def test_component_python_of_a_build_without_it_is_an_error(tmp_path):
-    done = cmake("-S", str(ROOT), "-B", str(tmp_path / "build"), "-G", "Ninja",
-                 "-DMORPHRAY_PYTHON=OFF",
-                 "-DMORPHRAY_TESTS=OFF", "-DMORPHRAY_VULKAN=OFF", "-DMORPHRAY_PROGRAM=OFF")
-    assert done.returncode == 0, done.stderr
-    done = cmake("--install", str(tmp_path / "build"), "--component", "python", "--prefix",
-                 str(tmp_path / "prefix"))
-    assert done.returncode != 0
-    # CMake breaks lines.
-    message = " ".join(done.stderr.split())
-    assert "This build has no Python package. Configure with -DMORPHRAY_PYTHON=ON" in message
-    assert not (tmp_path / "prefix").exists()
-
-
 def test_source_archive_has_the_backend(backend, tmp_path):
     if not (ROOT / ".git").exists():
         return  # this is such an archive

@@ -181,16 +181,6 @@ def test_no_rays_give_no_hits():
         assert scene.test_occlusions(rays).shape == shape[:-1]
 
 
-def test_rays_that_cannot_hit_anything_hit_nothing():
-    scene = morphray.Scene(*triangle())
-    rays = np.repeat(DOWN, 5, axis=0)
-    rays[0, 0] = np.nan
-    rays[1, 5] = np.inf
-    rays[2, 3:] = 0
-    rays[3, 2] = 1e30
-    assert (scene.intersect(rays)["prim_id"] != morphray.INVALID_ID).tolist() == [False] * 4 + [True]
-
-
 def test_results_are_written_to_out():
     points, triangles = grid(10)
     scene = morphray.Scene(points, triangles)
@@ -205,33 +195,3 @@ def test_results_are_written_to_out():
     scene.intersect(rays, part[1:-1])
     assert_same_bits(part[1:-1].copy(), hits)
     assert part[0] == part[-1] == np.zeros((), morphray.hit_dtype)
-
-
-def test_rays_of_eight_numbers_are_not_copied():
-    import tracemalloc
-
-    points, triangles = grid(10)
-    scene = morphray.Scene(points, triangles)
-    rays = random_rays(points, 100_000)
-    hits = np.empty(len(rays), morphray.hit_dtype)
-    tracemalloc.start()  # numpy reports its arrays to it
-    scene.intersect(rays, hits)
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert peak < 10_000
-
-
-def test_both_ends_of_a_ray_count_but_not_its_origin():
-    scene = morphray.Scene(*triangle())
-    ray = np.array([[0.2, 0.3, 1, 0, 0, 0, -1, np.inf]], np.float32)
-    for height, tnear, tfar, is_hit in [
-        (0, 0, np.inf, False), (0, -1, np.inf, False), (0, -1, 0, False),
-        (1, 1, np.inf, True), (1, 0, 1, True), (1, 1, 1, True),
-        (1, np.nextafter(np.float32(1), np.float32(2)), np.inf, False),
-        (1, 0, np.nextafter(np.float32(1), np.float32(0)), False),
-    ]:
-        ray[0, 2], ray[0, 3], ray[0, 7] = height, tnear, tfar
-        assert (scene.intersect(ray)["prim_id"][0] == 0) == is_hit, (height, tnear, tfar)
-        assert scene.occluded(ray)[0] == is_hit
-        rays = np.repeat(ray[:, [0, 1, 2, 4, 5, 6]], 3, 0)
-        assert scene.test_occlusions(rays, tnear=tnear, tfar=tfar).tolist() == [is_hit] * 3

@@ -78,33 +78,6 @@ def test_hits_beyond_max_hits_are_counted():
         assert_same_bits(part.hits, whole.hits[:listed].copy())
 
 
-def test_all_hits_has_its_rays():
-    scene = morphray.Scene(*cube())
-    rays = np.array([[[0.5, 0.25, -1, 0, 0, 1], [5, 5, 5, 1, 0, 0]],
-                     [[0.5, 0.25, 0.5, 0, 0, 1], [0.5, 0.25, 9, 0, 0, -1]]], np.float32)
-    all_hits = scene.intersect_all(rays)
-    assert all_hits.offsets.tolist() == [0, 2, 2, 3, 5]
-    assert all_hits.ray_ids.tolist() == [0, 0, 2, 3, 3]
-    assert scene.count(rays).tolist() == [[2, 0], [1, 2]]
-    assert all_hits.of_ray(3)["t"].tolist() == [8, 9]
-    for ray in [-1, 4]:
-        with pytest.raises(IndexError, match=f"no ray {ray} among 4"):
-            all_hits.of_ray(ray)
-
-
-def test_a_ray_through_an_edge_or_a_vertex_crosses_a_closed_mesh_once():
-    points, triangles = sphere()
-    scene = morphray.Scene(points, triangles)
-    rays = np.zeros((len(points), 6), np.float32)
-    rays[:, 3:] = points
-    assert (scene.count(rays) == 1).all()
-    assert scene.count(rays, crossing="each").max() > 3
-    # Along the diagonals of a cube's sides.
-    cut = np.array([[0.5, 0.5, -1, 0, 0, 1]], np.float32)
-    assert morphray.Scene(*cube()).count(cut).tolist() == [2]
-    assert morphray.Scene(*cube()).count(cut, crossing="each").tolist() == [4]
-
-
 def test_rays_of_all_layouts_are_the_same_rays():
     points, triangles = grid(3)
     scene = morphray.Scene(points, triangles)
@@ -139,19 +112,6 @@ def test_winding_adds_up_over_meshes():
     signed = scene.signed_distance(where)
     assert np.array_equal(signed < 0, winding != 0)
     assert_same_bits(np.abs(signed), scene.closest_points(where)["distance"].copy())
-
-
-def test_insides_are_exact_next_to_the_surface():
-    scene = morphray.Scene(*cube())
-    one, above = np.float32(1), np.nextafter(np.float32(1), np.float32(2))
-    below = np.nextafter(one, np.float32(0))
-    tiny = np.float32(1e-9)
-    points = np.array([[0.5, 0.5, below], [0.5, 0.5, one], [0.5, 0.5, above], [tiny, 0.5, 0.5],
-                       [-tiny, 0.5, 0.5], [0, 0, 0], [one, one, above]], np.float32)
-    inside = [True, True, False, True, False, True, False]
-    assert scene.contains(points).tolist() == inside
-    assert (scene.signed_distance(points) > 0).tolist() == [not i for i in inside]
-    assert scene.signed_distance(points)[1] == scene.signed_distance(points)[5] == 0
 
 
 def closest_by_numpy(points, triangles, where):
@@ -245,24 +205,6 @@ def test_scenes_without_triangles_and_no_questions_have_answers():
             assert ask(nowhere).shape == shape[:-1]
 
 
-def test_points_and_rays_that_are_not_finite_have_answers():
-    scene = morphray.Scene(*cube())
-    where = np.full((4, 3), 0.5, np.float32)
-    where[0, 0], where[1, 1], where[2] = np.nan, np.inf, -np.inf
-    assert scene.winding(where).tolist() == [0, 0, 0, 1]
-    assert scene.contains(where).tolist() == [False, False, False, True]
-    distances = scene.signed_distance(where)
-    assert np.isnan(distances[:3]).all() and distances[3] == -0.5
-    assert (scene.closest_points(where)["distance"] == [np.inf] * 3 + [0.5]).all()
-    rays = np.repeat(np.array([[0.5, 0.25, -1, 0, 0, 1]], np.float32), 4, 0)
-    rays[0, 0], rays[1, 5], rays[2, 3:] = np.nan, np.inf, 0
-    assert scene.count(rays).tolist() == [0, 0, 0, 2]
-    points, triangles = cube()
-    points[7] = np.nan
-    holed = morphray.Scene(points, triangles)
-    assert holed.count(np.array([[0.25, 0.3, -1, 0, 0, 1]], np.float32)) == [1]
-
-
 def test_results_are_written_to_out():
     points, triangles = sphere()
     scene = morphray.Scene(points, triangles)
@@ -278,10 +220,3 @@ def test_results_are_written_to_out():
     assert scene.closest_points(where, out=out) is out
     assert_same_bits(scene.closest_points(where), out)
     assert_same_bits(scene.closest_points(where[:, ::-1])[:, ::-1].copy(), out)
-
-
-def test_arrays_outlive_all_hits():
-    rays = np.repeat(DOWN, 10_000, 0)
-    hits = morphray.Scene(*triangle()).intersect_all(rays).hits
-    assert hits.shape == (10_000,) and (hits["t"] == 1).all()
-    hits["t"] = 2  # they belong to the caller

@@ -1,8 +1,6 @@
 """Arguments that do not fit are refused with a reason."""
 
-import copy
 import pickle
-import random
 
 import numpy as np
 import pytest
@@ -227,28 +225,6 @@ def test_bad_options(options, error, reason):
 
 
 @pytest.mark.parametrize(
-    "meshes, error",
-    [
-        (3, TypeError),
-        ([3], TypeError),
-        ([(POINTS,)], ValueError),
-        ([(POINTS, TRIANGLES, True, None, 1)], TypeError),
-        ([(POINTS, TRIANGLES, True, None, None, 1)], ValueError),
-        ([(POINTS, TRIANGLES, None)], TypeError),
-        (POINTS, TypeError),
-    ],
-)
-def test_bad_lists_of_meshes(meshes, error):
-    with pytest.raises(error):
-        morphray.Scene(meshes)
-
-
-def test_albedo_belongs_into_the_meshes_of_a_list():
-    with pytest.raises(TypeError, match="into each mesh"):
-        morphray.Scene([(POINTS, TRIANGLES)], albedo=np.zeros(1, np.uint32))
-
-
-@pytest.mark.parametrize(
     "arguments, error",
     [
         ((-1,), ValueError),
@@ -265,12 +241,6 @@ def test_bad_ranges(arguments, error):
     scene = morphray.Scene(POINTS, TRIANGLES)
     with pytest.raises(error):
         scene.update(*arguments)
-
-
-def test_ranges_outside_of_a_mesh_are_named():
-    scene = morphray.Scene(POINTS, TRIANGLES)
-    with pytest.raises(morphray.Error, match="4294967295 positions from number 1 on, of a mesh that has 3"):
-        scene.update(0, 1, 2**32 - 1)
 
 
 @pytest.mark.parametrize(
@@ -327,54 +297,6 @@ def test_bad_comparisons():
         morphray.compare(image, scene.render((4, 5)))
 
 
-def test_objects_that_were_not_initialised_are_refused(tmp_path):
-    scene = morphray.Scene.__new__(morphray.Scene)
-    for work in [
-        scene.update, scene.tree_statistics, scene.last_update, scene.render,
-        lambda: scene.intersect(DOWN), lambda: scene.cast_rays(DOWN), lambda: scene.device,
-        lambda: scene.intersect_all(DOWN), lambda: scene.count(DOWN), lambda: scene.winding(POINTS),
-        lambda: scene.contains(POINTS), lambda: scene.closest_points(POINTS),
-        lambda: scene.signed_distance(POINTS),
-        lambda: scene.on("cpu"), lambda: scene.detach(0),
-        lambda: scene.attach(POINTS, TRIANGLES), lambda: repr(scene),
-        lambda: morphray.compare(morphray.Scene([]), scene, DOWN),
-        lambda: morphray.HitsWriter.__new__(morphray.HitsWriter).write(tmp_path / "hits"),
-    ]:
-        with pytest.raises(TypeError, match="has not been called"):
-            work()
-    for name in ["Comparison", "Device", "Image", "ImageHits", "TreeStatistics", "Update",
-                 "VulkanDeviceInfo"]:
-        cls = getattr(morphray, name)
-        for work in [cls, lambda: cls.__new__(cls)]:
-            with pytest.raises(TypeError, match="made by other calls"):
-                work()
-
-
-def objects_of_each_class():
-    scene = morphray.Scene(POINTS, TRIANGLES)
-    image = scene.render((4, 4))
-    return {
-        "Cancel": (morphray.Cancel(), "ends calls of its own process"),
-        "Comparison": (morphray.compare(image, image), "its array differences can"),
-        "Device": (scene.device, "make a device in each process"),
-        "HitsWriter": (morphray.HitsWriter(4, 4), "write its file"),
-        "Image": (image, "its arrays pixels, hits and occlusion can"),
-        "Scene": (scene, "build a scene in each process"),
-        "TreeStatistics": (scene.tree_statistics(), "take the values"),
-        "Update": (scene.last_update(), "take the values"),
-    }
-
-
-@pytest.mark.parametrize("name", objects_of_each_class())
-def test_objects_that_cannot_be_pickled_or_copied_say_what_to_do_instead(name):
-    item, instead = objects_of_each_class()[name]
-    works = [lambda n=n: pickle.dumps(item, n) for n in range(pickle.HIGHEST_PROTOCOL + 1)]
-    works += [item.__reduce__, lambda: copy.copy(item), lambda: copy.deepcopy(item)]
-    for work in works:
-        with pytest.raises(TypeError, match=f"{name}: cannot be pickled or copied; .*{instead}"):
-            work()
-
-
 def test_arrays_meshes_and_errors_are_pickled():
     scene = morphray.Scene(POINTS, TRIANGLES)
     image = scene.render((4, 4), rays="shadow")
@@ -391,41 +313,6 @@ def test_arrays_meshes_and_errors_are_pickled():
     error = pickle.loads(pickle.dumps(caught.value))
     assert (type(error), str(error), error.code) == (
         morphray.Error, str(caught.value), "bad_argument")
-
-
-@pytest.mark.filterwarnings("ignore:The truth value of an empty array")
-def test_any_arguments_are_refused_or_accepted():
-    """Calls with arguments of all kinds end with a result or with an exception of ours."""
-    choose = random.Random(5)
-    points, triangles = grid(3)
-    scene = morphray.Scene(points, triangles)
-    values = [
-        None, 0, -1, 3.5, "x", b"y", [], (), (1, 2, 3), (4, 4), points, triangles, np.array(3),
-        np.zeros((0, 3), np.float32), np.zeros((2, 0), np.float32), float("nan"), 1e300, 2**70,
-        True, scene, object(), np.zeros((3, 3)), points[::-1], np.zeros((5, 16), np.float32)[:, ::2],
-        np.zeros((4, 6), np.float32), np.zeros(4, morphray.hit_dtype),
-        np.zeros(4, morphray.ray_dtype), "cpu", {}, np.ma.zeros((3, 3), np.float32),
-        np.zeros((3, 3), "S3"), np.zeros((1, 3), object),
-    ]
-    methods = ["update", "intersect", "occluded", "cast_rays", "test_occlusions", "on", "attach",
-               "intersect_all", "count", "winding", "contains", "closest_points",
-               "signed_distance", "detach", "last_update", "tree_statistics"]
-    keywords = ["device", "bounds", "update", "budget_ms", "split", "albedo", "refit_on", "deforms",
-                "textures"]
-    calls = [getattr(scene, name) for name in methods]
-    calls += [morphray.Scene, morphray.compare, morphray.HitsWriter, morphray.read_hits]
-    calls.append(lambda *a: scene.render((4, 4), **dict(zip(["eye", "target", "up", "fov"], a))))
-    calls.append(lambda *a: morphray.Scene(points, triangles,
-                                           **{choose.choice(keywords): value for value in a}))
-    refused = 0
-    for _ in range(3000):
-        arguments = [choose.choice(values) for _ in range(choose.randrange(4))]
-        try:
-            choose.choice(calls)(*arguments)
-        except (TypeError, ValueError, morphray.Error):
-            refused += 1
-    assert refused > 1000
-    assert morphray.Scene(points, triangles).intersect(DOWN)["prim_id"] != morphray.INVALID_ID
 
 
 def test_eight_numbers_with_limits_are_refused():

@@ -62,15 +62,6 @@ def test_build_releases_the_gil(large):
     assert_gil_is_released(lambda: morphray.Scene(*large, device=device, split="sweep"))
 
 
-def test_update_releases_the_gil(large):
-    points, triangles = large
-    points = points.copy()
-    device = morphray.Device.cpu(threads=1)
-    scene = morphray.Scene(points, triangles, device=device, update="rebuild", split="sweep")
-    points[:, 2] *= 2
-    assert_gil_is_released(scene.update)
-
-
 def test_queries_release_the_gil(brute):
     rays = random_rays(grid(100)[0], 3000)
     for call in [brute.intersect, brute.occluded, brute.cast_rays]:
@@ -84,13 +75,6 @@ def test_queries_release_the_gil(brute):
         assert_gil_is_released(lambda: call(questions))
     assert_gil_is_released(lambda: morphray.compare(brute, brute, rays))
     assert_gil_is_released(lambda: brute.render((64, 64)))
-
-
-def test_files_of_hits_release_the_gil(tmp_path):
-    image = morphray.Scene(*grid(2)).render((2048, 2048))
-    writer = morphray.HitsWriter(2048, 2048)
-    assert_gil_is_released(lambda: writer.add(image))
-    assert_gil_is_released(lambda: writer.write(tmp_path / "image.hits"))
 
 
 def test_many_threads_may_query_one_scene():
@@ -147,48 +131,6 @@ def run_until(is_enough, works):
     return codes
 
 
-def test_points_may_change_during_an_update():
-    """The hits of that update are any, but nothing breaks, and the next update is right."""
-    points, triangles = grid(60)
-    rest = points.copy()
-    rays = random_rays(points, 1000)
-    scene = morphray.Scene(points, triangles, update="every:3")
-    expected = morphray.Scene(rest, triangles).intersect(rays)
-    end = threading.Event()
-
-    def write():
-        random = np.random.default_rng(1)
-        while not end.is_set():
-            points[:] = random.normal(size=points.shape) * 10.0 ** random.integers(-30, 30)
-            points[random.integers(len(points), size=50)] = [np.nan, np.inf, 0]
-
-    writer = threading.Thread(target=write)
-    writer.start()
-    for _ in range(200):
-        scene.update()
-        scene.cast_rays(rays)
-    end.set()
-    writer.join()
-    points[:] = rest
-    scene.update()
-    twin = morphray.Scene(rest, triangles)
-    assert np.count_nonzero(expected["prim_id"] != morphray.INVALID_ID) > 300
-    assert scene.bounds[0].tolist() == pytest.approx(twin.bounds[0].tolist(), abs=1e-6)
-    assert_same_bits(scene.intersect(rays), expected)
-
-
-def test_second_update_is_busy(large):
-    scene = morphray.Scene(*large, update="rebuild")
-
-    def change():
-        large[0][0, 2] += np.float32(0.001)
-        scene.update()
-
-    codes = run_until(lambda seen: any(seen), [change, change])
-    assert set().union(*codes) == {"busy"}
-    scene.update()
-
-
 def test_query_during_an_update_is_busy(large):
     points, triangles = large
     points = points.copy()
@@ -203,28 +145,3 @@ def test_query_during_an_update_is_busy(large):
     assert codes[0] <= {"busy"} and codes[1] == {"busy"}
     scene.update()
     assert scene.intersect(rays).shape == (2000,)
-
-
-def test_scenes_of_one_device_are_independent():
-    device = morphray.Device.cpu()
-    failures = []
-
-    def work(seed):
-        try:
-            points, triangles = grid(20, seed)
-            scene = morphray.Scene(points, triangles, device=device)
-            rays = random_rays(points, 500)
-            for _ in range(5):
-                points[:, 2] *= np.float32(1.1)
-                scene.update()
-                twin = scene.on("brute")
-                assert not morphray.compare(scene, twin, rays)
-        except BaseException as error:
-            failures.append(error)
-
-    threads = [threading.Thread(target=work, args=(seed,)) for seed in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert not failures

@@ -1,7 +1,5 @@
 """morphray.trimesh answers as trimesh does, in float64, for any mesh with vertices and faces."""
 
-import copy
-import pickle
 
 import numpy as np
 import pytest
@@ -176,39 +174,6 @@ def test_a_mesh_that_changes_is_followed(mesh_class):
     assert rays.contains_points([[0, 0, -0.5]]).all()
 
 
-def test_questions_after_ctrl_c_are_about_the_mesh_as_it_is():
-    class Interrupted:
-        """A scene to which Ctrl-C comes when it has been updated."""
-
-        def __init__(self, scene):
-            self.scene = scene
-
-        def update(self):
-            self.scene.update()
-            raise KeyboardInterrupt
-
-    mesh = Mesh(*grid(4))
-    rest = mesh.vertices
-    ray = morphray.trimesh.RayMeshIntersector(mesh)
-    down = [[0.1, 0.2, 5.0]], [[0, 0, -1]]
-    before = ray.intersects_location(*down)[0]
-    ray._followed.scene = Interrupted(ray._followed.scene)
-    mesh.vertices = rest + [0.5, 0, 1]
-    with pytest.raises(KeyboardInterrupt):
-        ray.intersects_location(*down)
-    mesh.vertices = rest
-    assert np.array_equal(ray.intersects_location(*down)[0], before)
-
-
-def test_contents_are_not_read_again_while_their_hash_stays():
-    mesh = HashedMesh(*cube())
-    rays, _ = queries(mesh)
-    assert rays.intersects_any(*UP)[0]
-    mesh.vertices = None  # not read
-    mesh.__class__ = type("Same", (HashedMesh,), {"__hash__": lambda self: rays._followed._key})
-    assert rays.intersects_any(*UP)[0]
-
-
 def test_meshes_without_triangles_and_no_questions_have_answers():
     for mesh in [Mesh(np.zeros((0, 3)), np.zeros((0, 3), int)), Mesh([[1, 2, 3]], [])]:
         rays, nearest = queries(mesh)
@@ -266,12 +231,3 @@ def test_bad_arguments(ask, error, reason):
     with pytest.raises(error, match=reason):
         ask(rays, nearest)
     assert rays.contains_points([[0.5, 0.5, 0.5]]).all()
-
-
-def test_queries_are_copied_and_pickled_without_their_scene():
-    rays, nearest = queries(Mesh(*cube()))
-    assert rays.intersects_any(*UP)[0] and nearest.on_surface([[0, 0, 2]])[1] == 1
-    for twin in [pickle.loads(pickle.dumps(rays)), copy.copy(rays), copy.deepcopy(rays)]:
-        assert twin.intersects_first(*UP).tolist() == rays.intersects_first(*UP).tolist()
-    for twin in [pickle.loads(pickle.dumps(nearest)), copy.copy(nearest), copy.deepcopy(nearest)]:
-        assert twin.on_surface([[0, 0, 2]])[1] == 1

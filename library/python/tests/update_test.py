@@ -1,7 +1,6 @@
 """Arrays that are borrowed, and trees that follow them."""
 
 import gc
-import sys
 import tracemalloc
 import weakref
 
@@ -79,26 +78,6 @@ def test_update_tells_what_it_did():
     assert morphray.Scene(points, triangles, update="refit").update().cost_ratio == 1
 
 
-def test_part_of_a_mesh_is_updated_alone():
-    points, triangles = grid(8)
-    rays = random_rays(points, 1000)
-    scene = morphray.Scene(points, triangles, bounds=BOUNDS)
-    old = points.copy()
-    points += np.float32(0.25)
-    scene.update(0, 10, 20)
-    old[10:30] += np.float32(0.25)
-    assert_same_bits(scene.intersect(rays), brute_force(old, triangles, rays, bounds=BOUNDS))
-    scene.update(0, 5)
-    old[5:] = points[5:]
-    assert_same_bits(scene.intersect(rays), brute_force(old, triangles, rays, bounds=BOUNDS))
-    scene.update(geom_id=0)
-    assert_same_bits(scene.intersect(rays), brute_force(points, triangles, rays, bounds=BOUNDS))
-    for bad in [(1,), (0, 10**6, 1), (0, 0, 10**6)]:
-        with pytest.raises(morphray.Error) as caught:
-            scene.update(*bad)
-        assert caught.value.code == "bad_argument"
-
-
 def test_field_of_a_structured_array_is_read_in_place():
     points, triangles = grid(8)
     rays = random_rays(points, 1000)
@@ -148,56 +127,6 @@ def test_scene_keeps_the_array_that_its_caller_forgot():
     assert alive() is None
 
 
-def test_detached_arrays_are_let_go_by_the_next_update():
-    points, triangles = triangle()
-    other = points.copy()
-    scene = morphray.Scene(points, triangles)
-    count = sys.getrefcount(other)
-    geom_id = scene.attach(other, triangles)
-    scene.update()
-    assert sys.getrefcount(other) > count
-    scene.detach(geom_id)
-    assert sys.getrefcount(other) > count
-    assert scene.update().step == "build"
-    assert sys.getrefcount(other) == count
-
-
-def test_failed_build_keeps_no_array():
-    points, _ = triangle()
-    count = sys.getrefcount(points)
-    with pytest.raises(morphray.Error):
-        morphray.Scene(points, np.array([[0, 1, 9]], np.uint32))
-    assert sys.getrefcount(points) == count
-
-
-def test_arrays_of_a_scene_cannot_be_resized():
-    points, triangles = triangle()
-    scene = morphray.Scene(points, triangles)
-    base = np.zeros((4, 3), np.float32)
-    scene.attach(base[1:], triangles)
-    for array in [points, base]:
-        with pytest.raises(ValueError):
-            array.resize((1000, 3), refcheck=False)
-    scene.update()
-
-
-def test_array_with_other_memory_is_refused_until_it_is_attached_again():
-    first, triangles = triangle()
-    points = first[:]
-    scene = morphray.Scene(points, triangles)
-    # The way of pickle gives an array other memory in each version of numpy; that of `first` stays.
-    points.__setstate__(np.full((3, 3), 7, np.float32).__reduce__()[2])
-    assert points.ctypes.data != first.ctypes.data
-    with pytest.raises(ValueError, match="attach it again"):
-        scene.update()
-    with pytest.raises(ValueError, match="attach it again"):
-        scene.cast_rays(DOWN)
-    scene.detach(0)
-    scene.attach(points, triangles)
-    assert scene.update().step == "build"
-    assert scene.bounds[0].tolist() == [7, 7, 7]
-
-
 def test_several_meshes():
     first, triangles = triangle()
     second = first + np.float32([0, 0, 0.5])
@@ -237,21 +166,6 @@ def test_scenes_without_triangles_have_no_hits():
         assert not scene.occluded(DOWN)
         assert scene.render((4, 4)).hits["prim_id"].min() == morphray.INVALID_ID
     assert (morphray.Scene([]).bounds[0] > morphray.Scene([]).bounds[1]).all()
-
-
-def test_points_that_are_not_finite_make_their_triangles_unhittable():
-    points, triangles = grid(8)
-    rays = random_rays(points, 1000)
-    points[10] = np.nan
-    points[40, 1] = np.inf
-    scene = morphray.Scene(points, triangles)
-    hits = scene.intersect(rays)
-    assert_same_bits(hits, brute_force(points, triangles, rays))
-    gone = np.isin(triangles, [10, 40]).any(axis=1)
-    assert not gone[hits["prim_id"][hits["prim_id"] != morphray.INVALID_ID]].any()
-    points[:] = np.nan
-    scene.update()
-    assert not scene.occluded(rays).any()
 
 
 @pytest.mark.parametrize("dtype", ["u4", "i4", "u8", "i8", ">u4"])

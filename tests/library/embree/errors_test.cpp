@@ -12,63 +12,6 @@ namespace {
 
 using namespace door_test;
 
-TEST(DoorErrors, NullHandlesAreErrorsOfTheThread) {
-    ASSERT_EQ(rtcGetDeviceError(nullptr), RTC_ERROR_NONE);
-    const auto expect_error = [](const char* call) {
-        EXPECT_EQ(rtcGetDeviceError(nullptr), RTC_ERROR_INVALID_ARGUMENT) << call;
-    };
-    rtcRetainDevice(nullptr), expect_error("rtcRetainDevice");
-    rtcReleaseDevice(nullptr), expect_error("rtcReleaseDevice");
-    rtcReleaseScene(nullptr), expect_error("rtcReleaseScene");
-    rtcReleaseGeometry(nullptr), expect_error("rtcReleaseGeometry");
-    rtcReleaseBuffer(nullptr), expect_error("rtcReleaseBuffer");
-    EXPECT_EQ(rtcNewScene(nullptr), nullptr), expect_error("rtcNewScene");
-    EXPECT_EQ(rtcNewGeometry(nullptr, RTC_GEOMETRY_TYPE_TRIANGLE), nullptr);
-    expect_error("rtcNewGeometry");
-    EXPECT_EQ(rtcNewBuffer(nullptr, 5), nullptr), expect_error("rtcNewBuffer");
-    rtcCommitScene(nullptr), expect_error("rtcCommitScene");
-    rtcJoinCommitScene(nullptr), expect_error("rtcJoinCommitScene");
-    rtcCommitGeometry(nullptr), expect_error("rtcCommitGeometry");
-    EXPECT_EQ(rtcAttachGeometry(nullptr, nullptr), kInvalid), expect_error("rtcAttachGeometry");
-    rtcDetachGeometry(nullptr, 0), expect_error("rtcDetachGeometry");
-    EXPECT_EQ(rtcGetGeometry(nullptr, 0), nullptr), expect_error("rtcGetGeometry");
-    rtcSetGeometryMask(nullptr, 1), expect_error("rtcSetGeometryMask");
-    rtcUpdateGeometryBuffer(nullptr, RTC_BUFFER_TYPE_VERTEX, 0);
-    expect_error("rtcUpdateGeometryBuffer");
-    EXPECT_EQ(rtcSetNewGeometryBuffer(nullptr, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, 3),
-              nullptr);
-    expect_error("rtcSetNewGeometryBuffer");
-    rtcInterpolate(nullptr), expect_error("rtcInterpolate");
-    rtcGetSceneBounds(nullptr, nullptr), expect_error("rtcGetSceneBounds");
-    EXPECT_FALSE(rtcPointQuery(nullptr, nullptr, nullptr, nullptr, nullptr));
-    expect_error("rtcPointQuery");
-    RTCRayHit ray = down(0, 0);
-    intersect1(nullptr, ray), expect_error("rtcIntersect1");
-    occluded1(nullptr, ray.ray), expect_error("rtcOccluded1");
-    RTCRayHit16* const none = nullptr;
-    trace_packet(rtcIntersect16, nullptr, nullptr, none), expect_error("rtcIntersect16");
-
-    const Door door;
-    RTCScene scene = door.committed({door.triangle()});
-    const auto expect_here = [&](const char* call) {
-        EXPECT_EQ(door.error(), RTC_ERROR_INVALID_ARGUMENT) << call;
-    };
-    rtcAttachGeometry(scene, nullptr), expect_here("rtcAttachGeometry");
-    trace_packet(rtcIntersect16, nullptr, scene, none), expect_here("rtcIntersect16");
-    rtcGetSceneBounds(scene, nullptr), expect_here("rtcGetSceneBounds");
-    rtcSetGeometryTransform(rtcGetGeometry(scene, 0), 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, nullptr);
-    expect_here("rtcSetGeometryTransform");
-    rtcSetSharedGeometryBuffer(rtcGetGeometry(scene, 0), RTC_BUFFER_TYPE_VERTEX, 0,
-                               RTC_FORMAT_FLOAT3, nullptr, 0, 12, 3);
-    expect_here("rtcSetSharedGeometryBuffer");
-    // A null context is none.
-    Query query;
-    query.is_bare = true;
-    EXPECT_EQ(trace(scene, down(0.25f, 0.25f), query).hit.geomID, 0u);
-    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
-    rtcReleaseScene(scene);
-}
-
 struct Messages {
     std::vector<RTCError> codes;
     std::string last;
@@ -216,60 +159,6 @@ TEST(DoorErrors, BuffersAreChecked) {
     rtcReleaseGeometry(mesh);
 }
 
-TEST(DoorErrors, CallsThatAnObjectDoesNotTakeAreInvalidOperations) {
-    const Door door;
-    RTCScene scene = door.committed({door.triangle()});
-    RTCGeometry mesh = rtcGetGeometry(scene, 0);
-    RTCGeometry instance = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_INSTANCE);
-    const auto expect_error = [&](const char* call) {
-        EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION) << call;
-    };
-    float matrix[16] = {};
-    constexpr RTCFormat kMatrix = RTC_FORMAT_FLOAT4X4_ROW_MAJOR;
-    rtcAttachGeometryByID(scene, mesh, 0), expect_error("a taken ID");
-    rtcDetachGeometry(scene, 7), expect_error("an ID of no geometry");
-    rtcSetGeometryTransform(mesh, 0, kMatrix, matrix), expect_error("a mesh's transformation");
-    rtcGetGeometryTransform(mesh, 0, kMatrix, matrix), expect_error("a mesh's transformation");
-    rtcSetGeometryInstancedScene(mesh, scene), expect_error("a mesh's scene");
-    rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3, matrix), expect_error("no matrix");
-    rtcSetGeometryTransform(instance, 1, kMatrix, matrix), expect_error("a time step");
-    rtcSetGeometryVertexAttributeCount(instance, 1), expect_error("an instance's attributes");
-    rtcSetGeometryIntersectFilterFunction(instance, nullptr), expect_error("a filter of hits");
-    rtcSetGeometryOccludedFilterFunction(instance, nullptr), expect_error("a filter of shadows");
-    rtcReleaseGeometry(instance);
-    rtcReleaseScene(scene);
-}
-
-TEST(DoorErrors, ObjectsOfAnotherDeviceAreRefused) {
-    const Door door;
-    const Door other;
-    RTCScene scene = door.committed({});
-    RTCGeometry mesh = other.triangle();
-    EXPECT_EQ(rtcAttachGeometry(scene, mesh), kInvalid);
-    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_ARGUMENT);
-    rtcAttachGeometryByID(scene, mesh, 3);
-    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_ARGUMENT);
-    EXPECT_EQ(rtcGetGeometry(scene, 3), nullptr);
-    RTCBuffer buffer = rtcNewBuffer(door.device, 36);
-    rtcSetGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, buffer, 0, 12, 3);
-    EXPECT_EQ(other.error(), RTC_ERROR_INVALID_ARGUMENT);
-    rtcReleaseBuffer(buffer);
-    rtcReleaseGeometry(mesh);
-    rtcReleaseScene(scene);
-}
-
-TEST(DoorErrors, ARangeOfTimesDoesNotEndBeforeItBegins) {
-    const Door door;
-    RTCGeometry mesh = door.triangle();
-    rtcSetGeometryTimeRange(mesh, 0.5f, 0.5f);
-    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
-    rtcSetGeometryTimeRange(mesh, 1, 0);
-    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_ARGUMENT);
-    rtcReleaseGeometry(mesh);
-}
-
-bool refuse(void*, double) { return false; }
-
 TEST(DoorErrors, ScenesThatAreNotCommittedAnswerNothing) {
     const Door door;
     RTCScene scene = door.scene({door.triangle()});
@@ -279,12 +168,6 @@ TEST(DoorErrors, ScenesThatAreNotCommittedAnswerNothing) {
     EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION);
     rtcCommitScene(scene);
     EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, 0u);
-    rtcSetSceneProgressMonitorFunction(scene, refuse, nullptr);
-    rtcDisableGeometry(rtcGetGeometry(scene, 0));
-    rtcCommitScene(scene);
-    EXPECT_EQ(door.error(), RTC_ERROR_CANCELLED);
-    EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).hit.geomID, kInvalid);
-    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION);
     rtcReleaseScene(scene);
 }
 

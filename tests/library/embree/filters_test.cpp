@@ -165,21 +165,6 @@ TEST_F(DoorFilters, RaysOfAPacketHaveMasksOfTheirOwn) {
     rtcReleaseScene(scene);
 }
 
-TEST_F(DoorFilters, MasksOfGeometriesThatAreGoneAreForgotten) {
-    RTCGeometry masked = door_.triangle(-1);
-    rtcSetGeometryMask(masked, 2);
-    RTCScene scene = door_.committed({door_.triangle(), masked});
-    RTCRayHit ray = down(0.25f, 0.25f);
-    ray.ray.mask = 0;
-    EXPECT_EQ(trace(scene, ray).hit.geomID, kInvalid);
-    EXPECT_FALSE(is_occluded(scene, ray));
-    rtcDetachGeometry(scene, 1);
-    rtcCommitScene(scene);
-    EXPECT_EQ(trace(scene, ray).hit.geomID, 0u);
-    EXPECT_TRUE(is_occluded(scene, ray));
-    rtcReleaseScene(scene);
-}
-
 void count_and_reject(const RTCFilterFunctionNArguments* arguments) {
     ++*static_cast<int*>(arguments->geometryUserPtr);
     arguments->valid[0] = 0;
@@ -197,38 +182,6 @@ TEST_F(DoorFilters, TheSecondOneSeesNoHitThatTheFirstOneRejects) {
     EXPECT_EQ(count, 1);
     EXPECT_TRUE(seen_.t.empty());
     rtcReleaseScene(scene);
-}
-
-void see_instance(const RTCFilterFunctionNArguments* arguments) {
-    static_cast<std::vector<unsigned int>*>(arguments->geometryUserPtr)
-        ->push_back(arguments->context->instID[0]);
-}
-
-TEST_F(DoorFilters, TheContextHasTheInstanceDuringTheCallAlone) {
-    RTCGeometry mesh = door_.triangle();
-    std::vector<unsigned int> instances;
-    rtcSetGeometryUserData(mesh, &instances);
-    rtcSetGeometryIntersectFilterFunction(mesh, see_instance);
-    RTCScene child = door_.committed({mesh});
-    RTCGeometry instance = rtcNewGeometry(door_.device, RTC_GEOMETRY_TYPE_INSTANCE);
-    rtcSetGeometryInstancedScene(instance, child);
-    RTCScene scene = door_.committed({door_.triangle(-9), instance});
-    RTCRayHit ray = down(0.25f, 0.25f);
-    Query query;
-    query.context.instID[0] = 7;
-#if MORPHRAY_EMBREE == 3
-    rtcIntersect1(scene, &query.context, &ray);
-#else
-    RTCIntersectArguments arguments;
-    rtcInitIntersectArguments(&arguments);
-    arguments.context = &query.context;
-    rtcIntersect1(scene, &ray, &arguments);
-#endif
-    EXPECT_EQ(ray.hit.instID[0], 1u);
-    EXPECT_EQ(instances, std::vector<unsigned int>{1});
-    EXPECT_EQ(query.context.instID[0], 7u);
-    rtcReleaseScene(scene);
-    rtcReleaseScene(child);
 }
 
 }  // namespace

@@ -96,41 +96,6 @@ TEST(DoorHits, TrianglesTooFarAwayAreLeftOut) {
     EXPECT_EQ(door.error(), RTC_ERROR_NONE);
 }
 
-TEST(DoorHits, BoundsAreThoseOfTheCommit) {
-    const Door door;
-    std::vector<Point> vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    const std::vector<unsigned int> indices = {0, 1, 2};
-    RTCGeometry mesh = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    const auto share = [&](std::vector<Point>& positions) {
-        rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                   positions.data(), 0, sizeof(Point), 3);
-    };
-    share(vertices);
-    rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices.data(), 0,
-                               12, 1);
-    RTCScene scene = door.committed({mesh});
-    const auto upper_x = [&] {
-        RTCBounds bounds;
-        rtcGetSceneBounds(scene, &bounds);
-        return bounds.upper_x;
-    };
-    // The next frame is written in place, and then in memory of its own.
-    vertices[1][0] = 5;
-    EXPECT_EQ(upper_x(), 1);
-    std::vector<Point> next = vertices;
-    share(next);
-    vertices = {};
-    EXPECT_EQ(upper_x(), 1);
-    rtcCommitScene(scene);
-    EXPECT_EQ(upper_x(), 5);
-    next[1][0] = 6;
-    rtcUpdateGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0);
-    EXPECT_EQ(upper_x(), 5);
-    rtcCommitScene(scene);
-    EXPECT_EQ(upper_x(), 6);
-    rtcReleaseScene(scene);
-}
-
 TEST(DoorHits, StridesAndSharedBuffersAreRead) {
     const Door door;
     struct Vertex {
@@ -182,25 +147,6 @@ TEST(DoorHits, BoundsAreThoseOfTriangles) {
     EXPECT_FALSE(is_occluded(empty, down(0, 0)));
     rtcReleaseScene(scene);
     rtcReleaseScene(empty);
-}
-
-TEST(DoorHits, SettingsChooseTheInstructionSetAndThreads) {
-    const std::vector<std::string> have = morphray::simd_targets();
-    const bool has_scalar = std::find(have.begin(), have.end(), "scalar") != have.end();
-    const std::string sse2 = has_scalar ? "scalar" : "";
-    const std::pair<const char*, morphray::CpuOptions> cases[] = {
-        {"verbose=1,tri_accel=bvh4.triangle4", {}},
-        {"threads=2,isa=sse2,verbose=1", {2, sse2}},
-        {" Verbose = 2, MAX_ISA = SSE2 , threads = 1", {1, sse2}},
-        {"isa=none,threads=-3,verbose=1", {}}};
-    for (const auto& [settings, options] : cases) {
-        testing::internal::CaptureStderr();
-        { const Door door(settings); }
-        EXPECT_EQ(
-            testing::internal::GetCapturedStderr(),
-            "morphray: in place of Embree, " + morphray::Device::cpu(options).description() + "\n")
-            << settings;
-    }
 }
 
 }  // namespace

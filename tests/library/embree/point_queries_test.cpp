@@ -53,16 +53,6 @@ std::vector<unsigned int> visited_from(RTCScene scene, Point at) {
     return visited;
 }
 
-TEST(DoorPointQueries, VisitNoPrimitiveWithoutACorner) {
-    const Door door;
-    const std::vector<Point> vertices = {
-        {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {kInfinity, 0, 0}, {0, kNan, 0}};
-    RTCScene scene = door.committed({door.triangles(
-        vertices, {{0, 1, 9}, {0, 1, 3}, {4, 1, 2}, {0, 1, 2}, {0, 4, 2}, {kInvalid, 1, 2}})});
-    EXPECT_EQ(visited_from(scene, {0, 0, 5}), std::vector<unsigned int>{3});
-    rtcReleaseScene(scene);
-}
-
 /// The triangles of a column in the order in which a query at y = 0 visits them. `heights` has the
 /// y of each.
 std::vector<unsigned int> visited_from_below(const std::vector<float>& heights) {
@@ -200,79 +190,6 @@ TEST(DoorPointQueries, StartAtTheTopOfTheCallersInstances) {
     EXPECT_TRUE(ask(child, {0.2f, 0.2f, 3}, 0.6f).prims.empty());
     EXPECT_EQ(door.error(), RTC_ERROR_NONE);
     for (RTCScene each : {nested, child}) rtcReleaseScene(each);
-}
-
-TEST(DoorPointQueries, SeeThePrimitivesOfTheCommit) {
-    const Door door;
-    std::vector<Point> vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    const std::vector<unsigned int> indices = {0, 1, 2};
-    for (const RTCSceneFlags flags : {RTC_SCENE_FLAG_NONE, RTC_SCENE_FLAG_DYNAMIC}) {
-        RTCGeometry mesh = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_TRIANGLE);
-        const auto share = [&](std::vector<Point>& positions) {
-            rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                       positions.data(), 0, sizeof(Point), 3);
-        };
-        share(vertices);
-        rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices.data(),
-                                   0, 12, 1);
-        RTCScene scene = door.committed({mesh}, flags);
-        const auto is_near = [&](float z) {
-            RTCPointQuery query = {0.2f, 0.2f, z, 0, 0.5f};
-            RTCPointQueryContext context;
-            rtcInitPointQueryContext(&context);
-            std::vector<unsigned int> prims;
-            rtcPointQuery(scene, &query, &context, note_prim, &prims);
-            return !prims.empty();
-        };
-        const auto lift = [&](std::vector<Point>& positions, float z) {
-            for (Point& p : positions) p[2] = z;
-        };
-        // Memory that the first query would read is gone.
-        std::vector<Point> next = vertices;
-        share(next);
-        EXPECT_FALSE(is_near(0));
-        EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION);
-        rtcCommitScene(scene);
-        EXPECT_TRUE(is_near(0));
-        // Each next pose is written before a query about the one that is committed.
-        for (int pose = 1; pose < 4; ++pose) {
-            lift(next, static_cast<float>(pose));
-            EXPECT_TRUE(is_near(static_cast<float>(pose) - 1));
-            rtcUpdateGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0);
-            rtcCommitScene(scene);
-        }
-        lift(next, 9);
-        EXPECT_TRUE(is_near(3));
-        std::vector<Point> last = next;
-        share(last);
-        next = {};
-        EXPECT_TRUE(is_near(3));
-        EXPECT_EQ(door.error(), RTC_ERROR_NONE);
-        rtcReleaseScene(scene);
-    }
-}
-
-bool note_first(RTCPointQueryFunctionArguments* arguments) {
-    static_cast<std::vector<unsigned int>*>(arguments->userPtr)->push_back(1);
-    return false;
-}
-bool note_second(RTCPointQueryFunctionArguments* arguments) {
-    static_cast<std::vector<unsigned int>*>(arguments->userPtr)->push_back(2);
-    return false;
-}
-
-TEST(DoorPointQueries, AskTheFunctionOfTheCallAndThenThatOfTheGeometry) {
-    const Door door;
-    RTCGeometry mesh = door.triangle();
-    rtcSetGeometryPointQueryFunction(mesh, note_second);
-    RTCScene scene = door.committed({mesh});
-    RTCPointQuery query = {0, 0, 0, 0, 1};
-    RTCPointQueryContext context;
-    rtcInitPointQueryContext(&context);
-    std::vector<unsigned int> order;
-    rtcPointQuery(scene, &query, &context, note_first, &order);
-    EXPECT_EQ(order, (std::vector<unsigned int>{1, 2}));
-    rtcReleaseScene(scene);
 }
 
 }  // namespace
