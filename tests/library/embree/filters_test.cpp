@@ -130,10 +130,6 @@ Packet traced_with_masks(RTCScene scene, Function function) {
     return packet;
 }
 
-void note_size(const RTCFilterFunctionNArguments* arguments) {
-    *static_cast<unsigned int*>(arguments->geometryUserPtr) = arguments->N;
-}
-
 TEST_F(DoorFilters, RaysOfAPacketHaveMasksOfTheirOwn) {
     RTCGeometry upper = door_.triangle(0);
     rtcSetGeometryMask(upper, 2);
