@@ -11,5 +11,5 @@ if grep -HnE '^ *# *include' "${headers[@]}" |
     echo "headers: not the standard library" >&2
     exit 1
 fi
-printf '%s\0' "${headers[@]}" | xargs -0 -n 1 -P 2 "$cxx" -std=c++20 -fsyntax-only -Wall -Wextra -Wpedantic \
-    -Wshadow -Wconversion -Werror -Wno-pragma-once-outside-header -I"$include" -I"$generated" -xc++
+printf '%s\0' "${headers[@]}" | xargs -0 -I{} -P 2 "$cxx" -std=c++20 -fsyntax-only -Wall -Wextra -Wpedantic \
+    -Wshadow -Wconversion -Werror -I"$include" -I"$generated" -include {} -xc++ /dev/null

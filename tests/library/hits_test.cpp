@@ -41,42 +41,6 @@ TEST(HitsFile, IsReadBackAsItWasWritten) {
     }
 }
 
-TEST(HitsFile, OfAnotherShapeIsRefused) {
-    const TemporaryFolder folder;
-    const std::string file = folder.write("a.hits", "").string();
-    const UserMesh mesh(icosphere(1));
-    morphray::HitsWriter writer(4, 4);
-    const morphray::Scene scene = morphray::Scene::build(mesh.view());
-    writer.add(scene.render({.width = 4, .height = 4}));
-    writer.write(file);
-    const std::string good = bytes_of(file);
-    const auto read = [&](const std::string& bytes) {
-        return error_of([&] { morphray::read_hits(folder.write("b.hits", bytes).string()); });
-    };
-    EXPECT_EQ(read(good), "none");
-    EXPECT_EQ(read(""), "bad_input");
-    EXPECT_EQ(read(good.substr(0, 19)), "bad_input");
-    EXPECT_EQ(read(good.substr(0, good.size() - 1)), "bad_input");
-    EXPECT_EQ(read(good + '\0'), "bad_input");
-    std::string other_magic = good;
-    other_magic[0] = 'X';
-    EXPECT_EQ(read(other_magic), "bad_input");
-    // Sizes whose product does not fit into 64 bits, or into the file.
-    for (const std::size_t field : {8, 12, 16}) {
-        std::string bytes = good;
-        std::memset(&bytes[field], 0xFF, 4);
-        EXPECT_EQ(read(bytes), "bad_input") << field;
-        std::memset(&bytes[8], 0xFF, 12);
-        EXPECT_EQ(read(bytes), "bad_input") << field;
-    }
-    EXPECT_EQ(error_of([&] { morphray::read_hits(file + ".missing"); }), "bad_input");
-    EXPECT_EQ(error_of([&] { writer.add(scene.render({.width = 4, .height = 3})); }),
-              "bad_argument");
-    EXPECT_EQ(error_of([&] { writer.write("/no/such/folder/a.hits"); }), "output");
-    const morphray::HitsWriter other = std::move(writer);
-    EXPECT_EQ(error_of([&] { writer.write(file); }), "bad_argument");
-}
-
 TEST(HitsFile, HasImagesOfOneShape) {
     const UserMesh mesh(icosphere(2));
     const morphray::Scene scene = morphray::Scene::build(mesh.view());

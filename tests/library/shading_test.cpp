@@ -100,36 +100,6 @@ TEST(Shading, SeveralMeshesKeepTheirOwnNormals) {
     EXPECT_EQ(scene.render(view).image_hash, before);
 }
 
-TEST(Shading, UsesTheMemoryOfAnImageAgain) {
-    UserMesh mesh(torus(30, 20));
-    const Scene scene = Scene::build(smooth_view(mesh));
-    Image again;
-    for (const Shading shading : kShadings) {
-        for (const std::uint32_t samples : {16u, 1u, 4u}) {
-            View view = view_of(shading, samples);
-            const Image image = scene.render(view);
-            scene.render(view, again);
-            EXPECT_TRUE(morphray::compare(image, again).equal());
-            EXPECT_EQ(again.width, 45u);
-            EXPECT_EQ(again.samples, samples);
-            EXPECT_EQ(again.hits_hash, image.hits_hash);
-            EXPECT_EQ(again.ray_count, image.ray_count);
-            const std::uint32_t* const pixels = again.pixels.data();
-            scene.render(view, again);
-            if (shading != Shading::plain || samples != 1) {
-                EXPECT_EQ(again.pixels.data(), pixels);
-            }
-            view.hits = false;
-            scene.render(view, again);
-            EXPECT_EQ(again.pixels, image.pixels);
-            EXPECT_EQ(again.image_hash, image.image_hash);
-            EXPECT_EQ(again.hits_hash, 0u);
-            EXPECT_TRUE(again.hits.empty() && again.occlusion.empty());
-            EXPECT_EQ(error_of([&] { morphray::compare(image, again); }), "bad_argument");
-        }
-    }
-}
-
 TEST(Shading, TracesTheRaysOfPlainImages) {
     UserMesh mesh(torus(30, 20));
     const Scene scene = Scene::build(smooth_view(mesh));

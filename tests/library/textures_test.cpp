@@ -97,21 +97,6 @@ TEST(Textures, AreTheSameOnEveryDevice) {
               scene.render(textured_view()).pixels);
 }
 
-TEST(Textures, ShowOnlyInLitImages) {
-    const TexturedMesh mesh(torus(30, 20));
-    MeshView plain = mesh.view();
-    std::vector<std::uint32_t> albedo;
-    for (const std::uint32_t id : mesh.ids)
-        albedo.push_back(id == kNoTexture ? 0x00BFBFBF : kWhite);
-    plain.albedo = albedo;
-    for (const Shading shading : {Shading::plain, Shading::normal, Shading::prim}) {
-        View view = textured_view();
-        view.shading = shading;
-        EXPECT_EQ(Scene::build(mesh.textured()).render(view).pixels,
-                  Scene::build(plain).render(view).pixels);
-    }
-}
-
 TEST(Textures, ImageIsUprightFromItsTopRowDown) {
     const TexturedSquare square;
     // Red and green above, blue and white below.
@@ -149,35 +134,6 @@ TEST(Textures, AreMeansWhereTexelsAreSmall) {
             EXPECT_NEAR(channel(image), channel(expected), 2);
         }
     }
-}
-
-TEST(Textures, ArraysThatDoNotFitAreRefused) {
-    TexturedMesh mesh(torus(12, 8));
-    const auto refusal = [&](auto change) {
-        MeshView view = mesh.textured();
-        std::vector<TextureView> textures = mesh.textures;
-        change(view, textures);
-        if (!view.textures.empty()) view.textures = textures;
-        return error_of([&] { Scene::build(view); });
-    };
-    using Views = std::vector<TextureView>;
-    EXPECT_EQ(refusal([](MeshView&, Views&) {}), "none");
-    EXPECT_EQ(refusal([](MeshView& m, Views&) { m.textures = {}; }), "bad_argument");
-    EXPECT_EQ(refusal([](MeshView& m, Views&) { m.texcoords = {}; }), "bad_argument");
-    EXPECT_EQ(refusal([](MeshView& m, Views&) { m.texture_ids = m.texture_ids.first(3); }),
-              "bad_argument");
-    EXPECT_EQ(refusal([](MeshView&, Views& t) { t[0].width = 0; }), "bad_argument");
-    EXPECT_EQ(refusal([](MeshView&, Views& t) { t[1].texels = {}; }), "bad_argument");
-    EXPECT_EQ(refusal([](MeshView&, Views& t) { t[0].width = 15; }), "bad_argument");
-    EXPECT_EQ(refusal([](MeshView&, Views& t) { t[0].height = 0x40000001; }), "limit");
-    EXPECT_EQ(refusal([](MeshView&, Views& t) { t[0].wrap = static_cast<morphray::Wrap>(9); }),
-              "bad_argument");
-    for (const float cutoff : {-0.5f, 1.5f, NAN}) {
-        EXPECT_EQ(refusal([&](MeshView&, Views& t) { t[1].alpha_cutoff = cutoff; }),
-                  "bad_argument");
-    }
-    mesh.ids[7] = 2;
-    EXPECT_EQ(refusal([](MeshView&, Views&) {}), "bad_argument");
 }
 
 }  // namespace

@@ -60,16 +60,6 @@ TEST(View, ThatIsCancelledThrowsAndTheNextIsWhole) {
     EXPECT_EQ(scene.render(view).pixels, expected.pixels);
 }
 
-TEST(View, SaysWhichPartIsDone) {
-    const UserMesh mesh(torus(30, 20));
-    const Scene scene = Scene::build(mesh.view());
-    for (const Shading shading : {Shading::plain, Shading::lit, Shading::depth, Shading::sah}) {
-        std::atomic<float> done = 0;
-        scene.render({.width = 45, .height = 31, .shading = shading, .samples = 4, .done = &done});
-        EXPECT_FLOAT_EQ(done, 1);
-    }
-}
-
 TEST(View, OfAnySizeSamplesAndShadingIsCancelledBeforeItIsDone) {
     const UserMesh mesh(torus(100, 80));
     const Scene scene = Scene::build(mesh.view());

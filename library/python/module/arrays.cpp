@@ -91,7 +91,7 @@ void read(const py::array& array, QueryArray& queries) {
     queries.count = 1;
     for (const py::ssize_t size : queries.shape) queries.count *= static_cast<std::size_t>(size);
     const py::array packed = contiguous(array);
-    queries.pin = Pinned(packed);
+    queries.array = packed;
     queries.data = static_cast<const float*>(packed.data());
 }
 
@@ -120,22 +120,6 @@ const py::dtype& closest_dtype() {
         dtype_of("[('point', 'f4', (3,)), ('distance', 'f4'), ('u', 'f4'), ('v', 'f4'), "
                  "('prim_id', 'u4'), ('geom_id', 'u4'), ('feature', 'u4')]"));
     return *dtype;
-}
-
-Pinned::Pinned(const py::array& array) {
-    py::object next = array;
-    while (next && py::isinstance<py::array>(next)) {
-        const auto link = py::reinterpret_borrow<py::array>(next);
-        links_.push_back({link, py::weakref(static_cast<const py::handle&>(link)), link.data()});
-        next = link.base();
-    }
-}
-
-bool Pinned::is_in_place() const {
-    for (const Link& link : links_) {
-        if (link.array.data() != link.data) return false;
-    }
-    return true;
 }
 
 py::array points_array(const py::object& points, const std::string& name) {

@@ -21,26 +21,6 @@ const py::dtype& ray_dtype();
 const py::dtype& hit_dtype();
 const py::dtype& closest_dtype();
 
-/// Keeps the memory of an array, and of the arrays that it is a view of, where it is. numpy refuses
-/// to resize an array that has a weak reference, even where `refcheck=False` lets it pass over
-/// strong ones.
-class Pinned {
-public:
-    Pinned() = default;
-    explicit Pinned(const py::array& array);
-
-    /// False once an array has been given other memory, by assigning to its attribute `data`.
-    bool is_in_place() const;
-
-private:
-    struct Link {
-        py::array array;
-        py::object weak_reference;
-        const void* data;
-    };
-    std::vector<Link> links_;
-};
-
 /// An array of shape (V, 3) of float32 as positions; the last axis is contiguous. Throws TypeError
 /// for what is no such array and ValueError for a shape or strides that do not fit.
 Positions positions_of(const py::array& points, const std::string& name);
@@ -57,7 +37,7 @@ std::vector<std::uint32_t> albedo_of(const py::object& albedo, const std::string
 struct QueryArray {
     /// "rays" or "points".
     const char* name = "";
-    Pinned pin = {};
+    py::array array = {};
     const float* data = nullptr;
     std::size_t count = 0;
     std::size_t columns = 8;

@@ -3,8 +3,6 @@
 
 #include "library/python/module/arrays.h"
 #include "library/python/module/bindings.h"
-#include "library/python/module/gil_release.h"
-#include "library/python/module/objects.h"
 #include "library/python/module/scene.h"
 
 namespace morphray::python {
@@ -22,7 +20,7 @@ Comparison compare_any(const py::object& first, const py::object& second, const 
         if (!rays.is_none()) throw py::type_error("compare: two images take no rays");
         const auto& a = first.cast<const Image&>();
         const auto& b = second.cast<const Image&>();
-        const GilRelease release;
+        const py::gil_scoped_release release;
         return compare(a, b, keep);
     }
     throw py::type_error("compare: two scenes or two images are needed");
@@ -54,29 +52,26 @@ py::array differences_of(const Comparison& comparison) {
 }  // namespace
 
 void bind_compare(py::module_& module) {
-    auto comparison_class =
-        py::class_<Comparison>(module, "Comparison",
-                               R"(The hits that differ in any bit. True if there are any:
+    py::class_<Comparison>(module, "Comparison",
+                           R"(The hits that differ in any bit. True if there are any:
 
     assert not morphray.compare(scene, twin, rays)
 
 str() has a line for each of the first ones.)")
-            .def_readonly("compared", &Comparison::compared, "The number of rays or pixels.")
-            .def_readonly("different", &Comparison::different, "The number of those that differ.")
-            .def_property_readonly("equal", &Comparison::equal, "Whether none differs.")
-            .def_property_readonly(
-                "differences", &differences_of,
-                R"(A structured array of the first ones that differ, in ascending order.
+        .def_readonly("compared", &Comparison::compared, "The number of rays or pixels.")
+        .def_readonly("different", &Comparison::different, "The number of those that differ.")
+        .def_property_readonly("equal", &Comparison::equal, "Whether none differs.")
+        .def_property_readonly(
+            "differences", &differences_of,
+            R"(A structured array of the first ones that differ, in ascending order.
 
 Fields: index (of the ray, or of the pixel, row by row), first and second (hit_dtype).)")
-            .def("__bool__", [](const Comparison& comparison) { return !comparison.equal(); })
-            .def("__str__", &describe)
-            .def("__repr__", [](const Comparison& comparison) {
-                return "<morphray.Comparison " + std::to_string(comparison.different) + " of " +
-                       std::to_string(comparison.compared) + " differ>";
-            });
-    forbid_new(comparison_class);
-    forbid_pickling(comparison_class, "its array differences can");
+        .def("__bool__", [](const Comparison& comparison) { return !comparison.equal(); })
+        .def("__str__", &describe)
+        .def("__repr__", [](const Comparison& comparison) {
+            return "<morphray.Comparison " + std::to_string(comparison.different) + " of " +
+                   std::to_string(comparison.compared) + " differ>";
+        });
     module.def("compare", &compare_any,
                R"(compare(first, second, rays=None, keep=10)
 --

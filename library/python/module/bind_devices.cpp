@@ -2,8 +2,6 @@
 #include <pybind11/stl.h>
 
 #include "library/python/module/bindings.h"
-#include "library/python/module/gil_release.h"
-#include "library/python/module/objects.h"
 #include "morphray/device.hpp"
 
 namespace morphray::python {
@@ -15,7 +13,7 @@ Device device_of(const py::object& device, const std::string& name) {
     if (!py::isinstance<py::str>(device))
         throw py::type_error(name + ": a morphray.Device or a str is needed");
     const auto text = device.cast<std::string>();
-    const GilRelease release;
+    const py::gil_scoped_release release;
     if (text == "cpu") return Device::cpu();
     if (text == "vulkan") return Device::vulkan();
     if (text == "brute") return Device::brute_force();
@@ -47,20 +45,19 @@ std::optional<Point> optional_point_of(const py::object& point, const std::strin
 }
 
 void bind_devices(py::module_& module) {
-    auto device_class =
-        py::class_<Device>(
-            module, "Device",
-            R"(Where scenes live and rays are traced. Made by cpu(), vulkan() or brute_force().
+    py::class_<Device>(
+        module, "Device",
+        R"(Where scenes live and rays are traced. Made by cpu(), vulkan() or brute_force().
 
 Threads may use a device at the same time, for any number of scenes. A scene keeps its device
 alive. Scenes that share a Device of Vulkan start it once; the string "vulkan" starts another one.)")
-            .def_static(
-                "cpu",
-                [](int threads, const std::string& simd) {
-                    const GilRelease release;
-                    return Device::cpu({.threads = threads, .simd = simd});
-                },
-                R"(cpu(threads=0, simd="")
+        .def_static(
+            "cpu",
+            [](int threads, const std::string& simd) {
+                const py::gil_scoped_release release;
+                return Device::cpu({.threads = threads, .simd = simd});
+            },
+            R"(cpu(threads=0, simd="")
 --
 
 The processors of this machine. Results do not depend on the arguments.
@@ -70,14 +67,14 @@ simd:    an instruction set of simd_targets(), "" for the best one, "off" for po
 
 Raises Error "bad_argument" for an unknown instruction set or negative threads, and "unavailable"
 for an instruction set that the machine lacks.)",
-                arg("threads") = 0, arg("simd") = "")
-            .def_static(
-                "vulkan",
-                [](const std::string& device, bool validate) {
-                    const GilRelease release;
-                    return Device::vulkan({.device = device, .validate = validate});
-                },
-                R"(vulkan(device="", validate=False)
+            arg("threads") = 0, arg("simd") = "")
+        .def_static(
+            "vulkan",
+            [](const std::string& device, bool validate) {
+                const py::gil_scoped_release release;
+                return Device::vulkan({.device = device, .validate = validate});
+            },
+            R"(vulkan(device="", validate=False)
 --
 
 A Vulkan 1.1 device. Starting it compiles its kernels, which takes from 0.1 s to some seconds.
@@ -87,47 +84,41 @@ device:   an index of vulkan_devices(), a part of the name of one device, or a U
 validate: enable the Khronos validation layer.
 
 Raises Error "unavailable".)",
-                arg("device") = "", arg("validate") = false)
-            .def_static(
-                "brute_force",
-                [](int threads, const std::string& simd) {
-                    const GilRelease release;
-                    return Device::brute_force({.threads = threads, .simd = simd});
-                },
-                R"(brute_force(threads=0, simd="")
+            arg("device") = "", arg("validate") = false)
+        .def_static(
+            "brute_force",
+            [](int threads, const std::string& simd) {
+                const py::gil_scoped_release release;
+                return Device::brute_force({.threads = threads, .simd = simd});
+            },
+            R"(brute_force(threads=0, simd="")
 --
 
 Tests every triangle for every ray, without a tree. For checks of small scenes.)",
-                arg("threads") = 0, arg("simd") = "")
-            .def_property_readonly("name", &Device::name, R"("cpu", "vulkan" or "brute".)")
-            .def_property_readonly("description", &Device::description,
-                                   "For people: instruction set and threads, or name and driver.")
-            .def("__repr__", [](const Device& device) {
-                return "<morphray.Device " + device.name() + ": " + device.description() + ">";
-            });
+            arg("threads") = 0, arg("simd") = "")
+        .def_property_readonly("name", &Device::name, R"("cpu", "vulkan" or "brute".)")
+        .def_property_readonly("description", &Device::description,
+                               "For people: instruction set and threads, or name and driver.")
+        .def("__repr__", [](const Device& device) {
+            return "<morphray.Device " + device.name() + ": " + device.description() + ">";
+        });
 
-    forbid_new(device_class);
-    forbid_pickling(device_class, "make a device in each process");
-    auto info_class =
-        py::class_<VulkanDeviceInfo>(module, "VulkanDeviceInfo", "A device of vulkan_devices().")
-            .def_readonly("index", &VulkanDeviceInfo::index)
-            .def_readonly("name", &VulkanDeviceInfo::name)
-            .def_readonly("type", &VulkanDeviceInfo::type,
-                          R"("discrete", "integrated", "virtual", "cpu" or "other".)")
-            .def_readonly("driver", &VulkanDeviceInfo::driver)
-            .def_readonly("uuid", &VulkanDeviceInfo::uuid)
-            .def_readonly("memory_bytes", &VulkanDeviceInfo::memory_bytes)
-            .def_readonly("unusable", &VulkanDeviceInfo::unusable,
-                          R"("" if Device.vulkan() can use the device; otherwise what it lacks.)")
-            .def("__repr__", [](const VulkanDeviceInfo& info) {
-                return "<morphray.VulkanDeviceInfo " + std::to_string(info.index) + ": " +
-                       info.name + (info.unusable.empty() ? "" : ", unusable: " + info.unusable) +
-                       ">";
-            });
+    py::class_<VulkanDeviceInfo>(module, "VulkanDeviceInfo", "A device of vulkan_devices().")
+        .def_readonly("index", &VulkanDeviceInfo::index)
+        .def_readonly("name", &VulkanDeviceInfo::name)
+        .def_readonly("type", &VulkanDeviceInfo::type,
+                      R"("discrete", "integrated", "virtual", "cpu" or "other".)")
+        .def_readonly("driver", &VulkanDeviceInfo::driver)
+        .def_readonly("uuid", &VulkanDeviceInfo::uuid)
+        .def_readonly("memory_bytes", &VulkanDeviceInfo::memory_bytes)
+        .def_readonly("unusable", &VulkanDeviceInfo::unusable,
+                      R"("" if Device.vulkan() can use the device; otherwise what it lacks.)")
+        .def("__repr__", [](const VulkanDeviceInfo& info) {
+            return "<morphray.VulkanDeviceInfo " + std::to_string(info.index) + ": " + info.name +
+                   (info.unusable.empty() ? "" : ", unusable: " + info.unusable) + ">";
+        });
 
-    forbid_new(info_class);
-    forbid_pickling(info_class, "take the values that you need");
-    module.def("vulkan_devices", &vulkan_devices, py::call_guard<GilRelease>(),
+    module.def("vulkan_devices", &vulkan_devices, py::call_guard<py::gil_scoped_release>(),
                R"(vulkan_devices()
 --
 

@@ -5,12 +5,9 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
-#include <optional>
 
 #include "library/python/module/arrays.h"
 #include "library/python/module/bindings.h"
-#include "library/python/module/gil_release.h"
-#include "library/python/module/objects.h"
 #include "library/python/module/options.h"
 #include "morphray/hits.hpp"
 #include "morphray/image.hpp"
@@ -29,17 +26,18 @@ struct SizedHits {
 };
 
 /// Threads take turns.
-struct PyHitsWriter : ZeroFilled {
-    std::optional<HitsWriter> writer;
+struct PyHitsWriter {
+    PyHitsWriter(std::uint32_t width, std::uint32_t height) : writer(width, height) {}
+
+    HitsWriter writer;
     std::mutex mutex;
 
     /// Calls `work(writer)` without the GIL.
     template <class Work>
     void use(Work work) {
-        if (!writer) throw py::type_error("HitsWriter: __init__() has not been called");
-        const GilRelease release;
+        const py::gil_scoped_release release;
         const std::scoped_lock lock(mutex);
-        work(*writer);
+        work(writer);
     }
 };
 
@@ -103,52 +101,48 @@ std::vector<SizedHits> read_sized_hits(const std::filesystem::path& file) {
 }  // namespace
 
 void bind_images(py::module_& module) {
-    auto image_class =
-        py::class_<Image>(module, "Image",
-                          R"(An image of Scene.render() with the hits that it was made from.
+    py::class_<Image>(module, "Image",
+                      R"(An image of Scene.render() with the hits that it was made from.
 
 The arrays are read-only views, row by row from the top; they keep the image alive. The
 arrays can be pickled, the image cannot.)")
-            .def_readonly("width", &Image::width, "In pixels.")
-            .def_readonly("height", &Image::height, "In pixels.")
-            .def_readonly("samples", &Image::samples, "Camera rays a pixel.")
-            .def_property_readonly("pixels", &pixels_of,
-                                   "(height, width, 4) uint8: red, green, blue, alpha, in sRGB.")
-            .def_property_readonly("hits", &hits_of,
-                                   R"((height, width) of hit_dtype: the hit of each camera ray.
+        .def_readonly("width", &Image::width, "In pixels.")
+        .def_readonly("height", &Image::height, "In pixels.")
+        .def_readonly("samples", &Image::samples, "Camera rays a pixel.")
+        .def_property_readonly("pixels", &pixels_of,
+                               "(height, width, 4) uint8: red, green, blue, alpha, in sRGB.")
+        .def_property_readonly("hits", &hits_of,
+                               R"((height, width) of hit_dtype: the hit of each camera ray.
 
 t is the depth along the viewing direction, in world space. With several samples a pixel both sides
 are longer by the square root of their number.)")
-            .def_property_readonly("occlusion", &occlusion_of,
-                                   R"((height, width) uint32: occluded rays of each camera ray.
+        .def_property_readonly("occlusion", &occlusion_of,
+                               R"((height, width) uint32: occluded rays of each camera ray.
 
 Of its shadow ray and its ambient-occlusion rays. With several samples shaped as hits.)")
-            .def_readonly("ray_count", &Image::ray_count, "The rays that were traced.")
-            .def_readonly("trace_ms", &Image::trace_ms, "The time of the trace in milliseconds.")
-            .def_readonly(
-                "hits_hash", &Image::hits_hash,
-                R"(XXH3 (64 bits) of hits and occlusion: the same on every device and machine.
+        .def_readonly("ray_count", &Image::ray_count, "The rays that were traced.")
+        .def_readonly("trace_ms", &Image::trace_ms, "The time of the trace in milliseconds.")
+        .def_readonly("hits_hash", &Image::hits_hash,
+                      R"(XXH3 (64 bits) of hits and occlusion: the same on every device and machine.
 
 f"{image.hits_hash:016x}" is what the program `morphray render --json` reports.)")
-            .def_readonly("image_hash", &Image::image_hash, "XXH3 (64 bits) of the pixels.")
-            .def(
-                "save",
-                [](const Image& image, const std::filesystem::path& file) {
-                    const GilRelease release;
-                    write_png(file.string(), image);
-                },
-                R"(save(self, path)
+        .def_readonly("image_hash", &Image::image_hash, "XXH3 (64 bits) of the pixels.")
+        .def(
+            "save",
+            [](const Image& image, const std::filesystem::path& file) {
+                const py::gil_scoped_release release;
+                write_png(file.string(), image);
+            },
+            R"(save(self, path)
 --
 
 Writes a PNG file: as a whole, or not at all. Raises Error "output" if it cannot be written.)",
-                arg("path"))
-            .def("__repr__", [](const Image& image) {
-                return "<morphray.Image " + std::to_string(image.width) + "x" +
-                       std::to_string(image.height) + ">";
-            });
+            arg("path"))
+        .def("__repr__", [](const Image& image) {
+            return "<morphray.Image " + std::to_string(image.width) + "x" +
+                   std::to_string(image.height) + ">";
+        });
 
-    forbid_new(image_class);
-    forbid_pickling(image_class, "its arrays pixels, hits and occlusion can");
     py::class_<PyHitsWriter> writer_class(module, "HitsWriter", R"(HitsWriter(width, height)
 --
 
@@ -158,9 +152,8 @@ Little-endian: char[8] "MRHITS1\0"; uint32 width, height, number of images; then
 width * height times {float32 t, u, v; uint32 prim_id}, and width * height times uint32 occlusion.)");
     writer_class
         .def(py::init([](const py::object& width, const py::object& height) {
-                 auto writer = std::make_unique<PyHitsWriter>();
-                 writer->writer.emplace(uint32_of(width, "width"), uint32_of(height, "height"));
-                 return writer;
+                 return std::make_unique<PyHitsWriter>(uint32_of(width, "width"),
+                                                       uint32_of(height, "height"));
              }),
              "__init__(self, width, height)\n--\n\nSee the class.", arg("width"), arg("height"))
         .def(
@@ -185,20 +178,14 @@ which the file has no place.)",
 
 Writes the file with the images so far: as a whole, or not at all. Raises Error "output".)",
             arg("path"));
-    forbid_pickling(writer_class, "write its file");
 
-    auto hits_class =
-        py::class_<SizedHits>(module, "ImageHits", "The hits of an image, from read_hits().")
-            .def_readonly("width", &SizedHits::width, "In pixels.")
-            .def_readonly("height", &SizedHits::height, "In pixels.")
-            .def_property_readonly("hits", &file_hits_of,
-                                   "(height, width) of hit_dtype, read-only.")
-            .def_property_readonly(
-                "occlusion", &file_occlusion_of,
-                "(height, width) uint32, read-only: occluded rays of each pixel.");
-    forbid_new(hits_class);
-    forbid_pickling(hits_class, "its arrays hits and occlusion can");
-    module.def("read_hits", &read_sized_hits, py::call_guard<GilRelease>(),
+    py::class_<SizedHits>(module, "ImageHits", "The hits of an image, from read_hits().")
+        .def_readonly("width", &SizedHits::width, "In pixels.")
+        .def_readonly("height", &SizedHits::height, "In pixels.")
+        .def_property_readonly("hits", &file_hits_of, "(height, width) of hit_dtype, read-only.")
+        .def_property_readonly("occlusion", &file_occlusion_of,
+                               "(height, width) uint32, read-only: occluded rays of each pixel.");
+    module.def("read_hits", &read_sized_hits, py::call_guard<py::gil_scoped_release>(),
                R"(read_hits(path)
 --
 

@@ -19,6 +19,13 @@ namespace morphray::python {
 namespace {
 
 using py::arg;
+using Flag = std::atomic<bool>;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+std::span<const Vec3> points_in(const QueryArray& array) {
+    return {reinterpret_cast<const Vec3*>(array.data), array.count};
+}
 
 /// Results with one Number a query, which the library writes as numbers of type `Written`. The two
 /// differ by a sign at most, or in name: numbers of signed types are what numpy indexes and counts
@@ -27,7 +34,6 @@ template <class Number, class Written, class Work>
 py::array answer(const QueryArray& queries, const py::object& out, Work work) {
     static_assert(sizeof(Number) == sizeof(Written));
     py::array results = results_for(queries, out, py::dtype::of<Number>());
-    const Pinned pin(results);
     work(std::span(static_cast<Written*>(results.mutable_data()), queries.count));
     return results;
 }
@@ -47,7 +53,16 @@ py::object intersect_all(PyScene& scene, const py::object& rays, const std::stri
                          const py::object& max_hits, const py::object& cancel) {
     AllHitsOptions options{.crossing = crossing_named(crossing)};
     if (!max_hits.is_none()) options.max_hits = uint32_of(max_hits, "max_hits");
-    AllHits all = scene.intersect_all(rays_of(rays), options, cancel_of(cancel));
+    const QueryArray array = rays_of(rays);
+    AllHits all;
+    scene.ask(array, cancel_of(cancel), [&](const Scene& asked, const Flag* cancelled) {
+        options.cancel = cancelled;
+        // One batch: the answer takes as much memory as converted rays.
+        for_each_batch(array, std::max<std::size_t>(array.count, 1), 0, kInfinity,
+                       [&](std::size_t, std::span<const Ray> batch) {
+                           all = asked.intersect_all(batch, options);
+                       });
+    });
     const py::dtype numbers = py::dtype::of<std::int64_t>();
     py::array offsets = array_of<std::int64_t>(numbers, std::move(all.offsets));
     py::array hits = array_of<Hit>(hit_dtype(), std::move(all.hits));
@@ -62,7 +77,13 @@ py::array count(PyScene& scene, const py::object& rays, const py::object& out,
     const Crossing rule = crossing_named(crossing);
     const Coherence known = coherence_of(coherence);
     return answer<std::int64_t, std::uint64_t>(array, out, [&](std::span<std::uint64_t> counts) {
-        scene.count(array, known, rule, counts, cancel_of(cancel));
+        scene.ask(array, cancel_of(cancel), [&](const Scene& asked, const Flag* cancelled) {
+            for_each_batch(array, batch_size(array, known), 0, kInfinity,
+                           [&](std::size_t first, std::span<const Ray> batch) {
+                               asked.count(batch, counts.subspan(first, batch.size()), rule, known,
+                                           cancelled);
+                           });
+        });
     });
 }
 
@@ -70,7 +91,9 @@ py::array winding(PyScene& scene, const py::object& points, const py::object& ou
                   const py::object& cancel) {
     const QueryArray array = query_points_of(points);
     return answer<std::int32_t, std::int32_t>(array, out, [&](std::span<std::int32_t> windings) {
-        scene.winding(array, windings, cancel_of(cancel));
+        scene.ask(array, cancel_of(cancel), [&](const Scene& asked, const Flag* cancelled) {
+            asked.winding(points_in(array), windings, cancelled);
+        });
     });
 }
 
@@ -79,7 +102,9 @@ py::array contains(PyScene& scene, const py::object& points, const py::object& o
     const QueryArray array = query_points_of(points);
     const FillRule fill = rule_named(rule);
     return answer<bool, std::uint8_t>(array, out, [&](std::span<std::uint8_t> inside) {
-        scene.contains(array, fill, inside, cancel_of(cancel));
+        scene.ask(array, cancel_of(cancel), [&](const Scene& asked, const Flag* cancelled) {
+            asked.contains(points_in(array), inside, fill, cancelled);
+        });
     });
 }
 
@@ -97,10 +122,11 @@ py::array closest_points(PyScene& scene, const py::object& points,
                          const py::object& cancel) {
     const QueryArray array = query_points_of(points);
     py::array results = results_for(array, out, closest_dtype());
-    const Pinned pin(results);
     const std::span closest(static_cast<ClosestPoint*>(results.mutable_data()), array.count);
-    scene.closest_points(array, max_distance.value_or(std::numeric_limits<float>::infinity()),
-                         closest, cancel_of(cancel));
+    scene.ask(array, cancel_of(cancel), [&](const Scene& asked, const Flag* cancelled) {
+        asked.closest_points(points_in(array), closest, max_distance.value_or(kInfinity),
+                             cancelled);
+    });
     widen_features(closest);
     return results;
 }
@@ -110,9 +136,11 @@ py::array signed_distance(PyScene& scene, const py::object& points, const py::ob
                           const py::object& cancel) {
     const QueryArray array = query_points_of(points);
     const FillRule fill = rule_named(rule);
-    const float most = max_distance.value_or(std::numeric_limits<float>::infinity());
+    const float most = max_distance.value_or(kInfinity);
     return answer<float, float>(array, out, [&](std::span<float> distances) {
-        scene.signed_distance(array, fill, most, distances, cancel_of(cancel));
+        scene.ask(array, cancel_of(cancel), [&](const Scene& asked, const Flag* cancelled) {
+            asked.signed_distance(points_in(array), distances, fill, most, cancelled);
+        });
     });
 }
 

@@ -3,7 +3,6 @@
 
 #include "library/python/module/arrays.h"
 #include "library/python/module/bindings.h"
-#include "library/python/module/objects.h"
 #include "library/python/module/options.h"
 #include "library/python/module/scene.h"
 #include "library/python/module/scene_docs.h"
@@ -85,7 +84,6 @@ py::array intersect(PyScene& scene, const py::object& rays, const py::object& ou
                     const py::object& coherence) {
     const QueryArray array = rays_of(rays);
     py::array hits = results_for(array, out, hit_dtype());
-    const Pinned pin(hits);
     scene.intersect(array, coherence_of(coherence),
                     {static_cast<Hit*>(hits.mutable_data()), array.count});
     return hits;
@@ -95,7 +93,6 @@ py::array occluded_in(PyScene& scene, const QueryArray& rays, float tnear, float
                       const py::object& out, const py::object& coherence) {
     // 0 and 1 in a byte.
     py::array results = results_for(rays, out, py::dtype::of<bool>());
-    const Pinned pin(results);
     scene.occluded(rays, coherence_of(coherence), tnear, tfar,
                    {static_cast<std::uint8_t*>(results.mutable_data()), rays.count});
     return results;
@@ -172,7 +169,6 @@ void bind_cancel(py::module_& module) {
         .def("set", &Cancel::set, kCancelSetDoc)
         .def("clear", &Cancel::clear, kCancelClearDoc)
         .def("is_set", &Cancel::is_set, kCancelIsSetDoc);
-    forbid_pickling(cancel_class, "it ends calls of its own process alone");
 }
 
 py::tuple bounds(PyScene& scene) {
@@ -182,42 +178,36 @@ py::tuple bounds(PyScene& scene) {
 }
 
 void bind_update(py::module_& module) {
-    auto update_class =
-        py::class_<Update>(module, "Update", kUpdateDoc)
-            .def_property_readonly(
-                "step", [](const Update& update) { return to_string(update.step); }, kStepDoc)
-            .def_readonly("reason", &Update::reason, "Why, as a clause for people.")
-            .def_readonly("cost_ratio", &Update::cost_ratio, kCostRatioDoc)
-            .def_readonly("build_pending", &Update::build_pending,
-                          "Whether a tree is being built in the background.")
-            .def_property_readonly("milliseconds", &Update::milliseconds, "The sum of all parts.")
-            .def_readonly("read_ms", &Update::read_ms, "Reading the arrays of points.")
-            .def_readonly("upload_ms", &Update::upload_ms, "Positions and trees to the device.")
-            .def_readonly("refit_ms", &Update::refit_ms)
-            .def_readonly("decide_ms", &Update::decide_ms, "Finding the cost ratio, and deciding.")
-            .def_readonly("restructure_ms", &Update::restructure_ms)
-            .def_readonly("rebuild_ms", &Update::rebuild_ms)
-            .def("__repr__", [](const Update& update) {
-                return std::string("<morphray.Update ") + to_string(update.step) + ": " +
-                       update.reason + ">";
-            });
-    forbid_new(update_class);
-    forbid_pickling(update_class, "take the values that you need");
-    auto tree_class =
-        py::class_<TreeStatistics>(module, "TreeStatistics", "Of Scene.tree_statistics().")
-            .def_readonly("sah_cost", &TreeStatistics::sah_cost, kSahCostDoc)
-            .def_readonly("node_count", &TreeStatistics::node_count)
-            .def_readonly("leaf_count", &TreeStatistics::leaf_count)
-            .def_readonly("depth", &TreeStatistics::depth)
-            .def_readonly("bytes", &TreeStatistics::bytes)
-            .def_readonly("hash", &TreeStatistics::hash,
-                          "XXH3 (64 bits) of nodes and leaves: the same on every device.")
-            .def("__repr__", [](const TreeStatistics& tree) {
-                return "<morphray.TreeStatistics " + std::to_string(tree.node_count) + " nodes, " +
-                       std::to_string(tree.leaf_count) + " leaves>";
-            });
-    forbid_new(tree_class);
-    forbid_pickling(tree_class, "take the values that you need");
+    py::class_<Update>(module, "Update", kUpdateDoc)
+        .def_property_readonly(
+            "step", [](const Update& update) { return to_string(update.step); }, kStepDoc)
+        .def_readonly("reason", &Update::reason, "Why, as a clause for people.")
+        .def_readonly("cost_ratio", &Update::cost_ratio, kCostRatioDoc)
+        .def_readonly("build_pending", &Update::build_pending,
+                      "Whether a tree is being built in the background.")
+        .def_property_readonly("milliseconds", &Update::milliseconds, "The sum of all parts.")
+        .def_readonly("read_ms", &Update::read_ms, "Reading the arrays of points.")
+        .def_readonly("upload_ms", &Update::upload_ms, "Positions and trees to the device.")
+        .def_readonly("refit_ms", &Update::refit_ms)
+        .def_readonly("decide_ms", &Update::decide_ms, "Finding the cost ratio, and deciding.")
+        .def_readonly("restructure_ms", &Update::restructure_ms)
+        .def_readonly("rebuild_ms", &Update::rebuild_ms)
+        .def("__repr__", [](const Update& update) {
+            return std::string("<morphray.Update ") + to_string(update.step) + ": " +
+                   update.reason + ">";
+        });
+    py::class_<TreeStatistics>(module, "TreeStatistics", "Of Scene.tree_statistics().")
+        .def_readonly("sah_cost", &TreeStatistics::sah_cost, kSahCostDoc)
+        .def_readonly("node_count", &TreeStatistics::node_count)
+        .def_readonly("leaf_count", &TreeStatistics::leaf_count)
+        .def_readonly("depth", &TreeStatistics::depth)
+        .def_readonly("bytes", &TreeStatistics::bytes)
+        .def_readonly("hash", &TreeStatistics::hash,
+                      "XXH3 (64 bits) of nodes and leaves: the same on every device.")
+        .def("__repr__", [](const TreeStatistics& tree) {
+            return "<morphray.TreeStatistics " + std::to_string(tree.node_count) + " nodes, " +
+                   std::to_string(tree.leaf_count) + " leaves>";
+        });
 }
 
 }  // namespace
@@ -305,9 +295,6 @@ void bind_scene(py::module_& module) {
             return "<morphray.Scene on " + scene.device().name() + ">";
         });
     bind_questions(scene_class);
-    forbid_pickling(scene_class,
-                    "its points are borrowed and its tree is on a device: build a scene in each "
-                    "process, or call on() for another one in this process");
 }
 
 }  // namespace morphray::python

@@ -7,9 +7,9 @@
 #include <functional>
 #include <vector>
 
-#include "library/python/module/objects.h"
-
 namespace morphray::python {
+
+namespace py = pybind11;
 
 /// Runs `work`, which is told by `cancel` to end early. Called with the GIL, which it gives up
 /// meanwhile. Python runs handlers of signals in its main thread alone: a call from there waits
@@ -18,28 +18,20 @@ namespace morphray::python {
 void run_interruptibly(std::atomic<bool>& cancel, const std::function<void()>& work);
 
 /// Ends the calls that it has been given to. The GIL, which all members need, guards it.
-class Cancel : public ZeroFilled {
+class Cancel {
 public:
     void set() {
-        require_initialised();
         is_set_ = true;
         for (std::atomic<bool>* const call : calls_) *call = true;
     }
-    void clear() {
-        require_initialised();
-        is_set_ = false;
-    }
-    bool is_set() const {
-        require_initialised();
-        return is_set_;
-    }
+    void clear() { is_set_ = false; }
+    bool is_set() const { return is_set_; }
 
     /// While it lives, set() makes `cancel` true.
     class Use {
     public:
         Use(Cancel* owner, std::atomic<bool>& cancel) : owner_(owner), cancel_(cancel) {
             if (owner_ == nullptr) return;
-            owner_->require_initialised();
             owner_->calls_.push_back(&cancel_);
             if (owner_->is_set_) cancel_ = true;
         }
@@ -54,11 +46,6 @@ public:
     };
 
 private:
-    void require_initialised() const {
-        if (!is_initialised_) throw py::type_error("Cancel: __init__() has not been called");
-    }
-
-    bool is_initialised_ = true;
     bool is_set_ = false;
     std::vector<std::atomic<bool>*> calls_;
 };

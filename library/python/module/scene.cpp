@@ -6,8 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "library/python/module/gil_release.h"
-
 namespace morphray::python {
 namespace {
 
@@ -21,47 +19,7 @@ constexpr std::size_t kManyRays = std::size_t{1} << 14;
 constexpr std::size_t kManyTriangles = std::size_t{1} << 16;
 constexpr std::size_t kManyTests = std::size_t{1} << 24;
 
-/// Calls `work(first, rays)` for batches of the rays as those of C++; without rays, once: it may
-/// have an error to throw.
-template <class Work>
-void for_each_batch(const QueryArray& rays, std::size_t batch_size, float tnear, float tfar,
-                    Work work) {
-    std::vector<Ray> converted;
-    std::size_t first = 0;
-    do {
-        const std::size_t count = std::min(batch_size, rays.count - first);
-        const float* from = rays.data + first * rays.columns;
-        if (rays.columns == 8) {
-            // Ray is laid out as eight floats.
-            work(first, std::span(reinterpret_cast<const Ray*>(from), count));
-        } else {
-            converted.resize(count);
-            for (Ray& ray : converted) {
-                ray = {{from[0], from[1], from[2]}, tnear, {from[3], from[4], from[5]}, tfar};
-                from += 6;
-            }
-            work(first, std::span<const Ray>(converted));
-        }
-        first += count;
-    } while (first < rays.count);
-}
-
-/// The rays that are converted together: whole rows of an image, in eights, as tiles have them.
-std::size_t converted_size(Coherence coherence) {
-    const std::size_t rows = 8 * std::max<std::size_t>(coherence.width, 1);
-    return std::max(kBatch / rows, std::size_t{1}) * rows;
-}
-
-/// All rays in one batch where nothing has to be converted.
-std::size_t batch_size(const QueryArray& rays, Coherence coherence) {
-    return rays.columns == 8 ? std::max<std::size_t>(rays.count, 1) : converted_size(coherence);
-}
-
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-std::span<const Vec3> points_in(const QueryArray& array) {
-    return {reinterpret_cast<const Vec3*>(array.data), array.count};
-}
 
 /// Calls `work(cancel)`, without the GIL. Handlers of signals can end what is long, and `owner` can
 /// end anything if it is not null.
@@ -73,7 +31,7 @@ void trace(bool is_long, Cancel* owner, Work work) {
         run_interruptibly(cancel, [&] { work(&cancel); });
         return;
     }
-    const GilRelease release;
+    const py::gil_scoped_release release;
     work(&cancel);
 }
 
@@ -127,7 +85,39 @@ void write_cast(std::span<const Hit> hits, std::size_t first, std::span<const Co
     }
 }
 
+/// The rays that are converted together: whole rows of an image, in eights, as tiles have them.
+std::size_t converted_size(Coherence coherence) {
+    const std::size_t rows = 8 * std::max<std::size_t>(coherence.width, 1);
+    return std::max(kBatch / rows, std::size_t{1}) * rows;
+}
+
 }  // namespace
+
+std::size_t batch_size(const QueryArray& rays, Coherence coherence) {
+    return rays.columns == 8 ? std::max<std::size_t>(rays.count, 1) : converted_size(coherence);
+}
+
+void for_each_batch(const QueryArray& rays, std::size_t batch_size, float tnear, float tfar,
+                    const std::function<void(std::size_t, std::span<const Ray>)>& work) {
+    std::vector<Ray> converted;
+    std::size_t first = 0;
+    do {
+        const std::size_t count = std::min(batch_size, rays.count - first);
+        const float* from = rays.data + first * rays.columns;
+        if (rays.columns == 8) {
+            // Ray is laid out as eight floats.
+            work(first, std::span(reinterpret_cast<const Ray*>(from), count));
+        } else {
+            converted.resize(count);
+            for (Ray& ray : converted) {
+                ray = {{from[0], from[1], from[2]}, tnear, {from[3], from[4], from[5]}, tfar};
+                from += 6;
+            }
+            work(first, std::span<const Ray>(converted));
+        }
+        first += count;
+    } while (first < rays.count);
+}
 
 BorrowedMesh borrow(const py::object& points, const py::object& triangles, bool deforms,
                     const py::object& albedo, const py::object& textures,
@@ -135,7 +125,7 @@ BorrowedMesh borrow(const py::object& points, const py::object& triangles, bool 
     const py::array array = points_array(points, place + "points");
     BorrowedMesh mesh;
     mesh.positions = positions_of(array, place + "points");
-    mesh.points = Pinned(array);
+    mesh.points = array;
     mesh.triangles = std::make_shared<const std::vector<std::uint32_t>>(
         indices_of(triangles, place + "triangles"));
     mesh.albedo = albedo_of(albedo, place + "albedo");
@@ -171,33 +161,18 @@ void PyScene::build_interruptibly(std::size_t triangles, const std::function<voi
         run_interruptibly(cancel_build_, work);
         return;
     }
-    const GilRelease release;
+    const py::gil_scoped_release release;
     work();
 }
 
 /// Cancels a background build and waits for its end.
 PyScene::~PyScene() {
-    const GilRelease release;
+    const py::gil_scoped_release release;
     scene_.reset();
 }
 
-void PyScene::require_initialised() const {
-    if (!scene_) throw py::type_error("Scene: __init__() has not been called");
-}
-
-void PyScene::require_in_place(const Meshes& meshes) {
-    for (const auto& [geom_id, mesh] : meshes) {
-        if (mesh.points.is_in_place()) continue;
-        throw py::value_error("points of geom_id " + std::to_string(geom_id) +
-                              ": the array has been given other memory; detach the mesh and "
-                              "attach it again");
-    }
-}
-
 Update PyScene::update(bool takes_bounds) {
-    require_initialised();
     const ChangeUse use(uses_);
-    require_in_place(next_meshes_);
     Update update;
     Meshes meshes = next_meshes_;
     std::size_t triangles = 0;
@@ -210,9 +185,7 @@ Update PyScene::update(bool takes_bounds) {
 }
 
 Update PyScene::update(std::uint32_t geom_id, std::size_t first, std::optional<std::size_t> count) {
-    require_initialised();
     const ChangeUse use(uses_);
-    require_in_place(next_meshes_);
     if (!count) {
         const auto mesh = meshes_.find(geom_id);
         const std::size_t all = mesh == meshes_.end() ? 0 : mesh->second.positions.count;
@@ -225,11 +198,10 @@ Update PyScene::update(std::uint32_t geom_id, std::size_t first, std::optional<s
 }
 
 std::uint32_t PyScene::attach(BorrowedMesh mesh) {
-    require_initialised();
     const ChangeUse use(uses_);
     std::uint32_t geom_id = 0;
     {
-        const GilRelease release;
+        const py::gil_scoped_release release;
         geom_id = scene_->attach(mesh.view());
     }
     mesh.forget_colours();
@@ -238,7 +210,6 @@ std::uint32_t PyScene::attach(BorrowedMesh mesh) {
 }
 
 void PyScene::detach(std::uint32_t geom_id) {
-    require_initialised();
     const ChangeUse use(uses_);
     scene_->detach(geom_id);
     next_meshes_.erase(geom_id);
@@ -251,7 +222,6 @@ bool PyScene::is_long(std::size_t rays) const {
 }
 
 void PyScene::intersect(const QueryArray& rays, Coherence coherence, std::span<Hit> hits) {
-    require_initialised();
     const QueryUse use(uses_);
     trace(is_long(rays.count), nullptr, [&](const std::atomic<bool>* cancel) {
         for_each_batch(rays, batch_size(rays, coherence), 0, kInfinity,
@@ -264,7 +234,6 @@ void PyScene::intersect(const QueryArray& rays, Coherence coherence, std::span<H
 
 void PyScene::occluded(const QueryArray& rays, Coherence coherence, float tnear, float tfar,
                        std::span<std::uint8_t> occluded) {
-    require_initialised();
     const QueryUse use(uses_);
     trace(is_long(rays.count), nullptr, [&](const std::atomic<bool>* cancel) {
         for_each_batch(rays, batch_size(rays, coherence), tnear, tfar,
@@ -276,9 +245,7 @@ void PyScene::occluded(const QueryArray& rays, Coherence coherence, float tnear,
 }
 
 void PyScene::cast(const QueryArray& rays, Coherence coherence, const CastHits& out) {
-    require_initialised();
     const QueryUse use(uses_);
-    require_in_place(meshes_);
     // By geom_id.
     std::vector<Corners> meshes(meshes_.empty() ? 0 : std::size_t{meshes_.rbegin()->first} + 1);
     for (const auto& [geom_id, mesh] : meshes_) meshes[geom_id] = {mesh.positions, *mesh.triangles};
@@ -293,71 +260,16 @@ void PyScene::cast(const QueryArray& rays, Coherence coherence, const CastHits& 
     });
 }
 
-/// Calls `work(cancel)` for questions that any triangle may have a part in the answer of.
-template <class Work>
-void PyScene::ask(const QueryArray& queries, Cancel* cancel, Work work) {
-    require_initialised();
+void PyScene::ask(const QueryArray& queries, Cancel* cancel,
+                  const std::function<void(const Scene&, const std::atomic<bool>*)>& work) {
     const QueryUse use(uses_);
     const bool is_long =
         queries.count >= kManyRays || queries.count * scene_->triangle_count() >= kManyTests;
-    trace(is_long, cancel, work);
-}
-
-AllHits PyScene::intersect_all(const QueryArray& rays, AllHitsOptions options, Cancel* cancel) {
-    AllHits all;
-    ask(rays, cancel, [&](const std::atomic<bool>* cancelled) {
-        options.cancel = cancelled;
-        // One batch: the answer takes as much memory as converted rays.
-        for_each_batch(rays, std::max<std::size_t>(rays.count, 1), 0, kInfinity,
-                       [&](std::size_t, std::span<const Ray> batch) {
-                           all = scene_->intersect_all(batch, options);
-                       });
-    });
-    return all;
-}
-
-void PyScene::count(const QueryArray& rays, Coherence coherence, Crossing crossing,
-                    std::span<std::uint64_t> counts, Cancel* cancel) {
-    ask(rays, cancel, [&](const std::atomic<bool>* cancelled) {
-        for_each_batch(rays, batch_size(rays, coherence), 0, kInfinity,
-                       [&](std::size_t first, std::span<const Ray> batch) {
-                           scene_->count(batch, counts.subspan(first, batch.size()), crossing,
-                                         coherence, cancelled);
-                       });
-    });
-}
-
-void PyScene::winding(const QueryArray& points, std::span<std::int32_t> windings, Cancel* cancel) {
-    ask(points, cancel, [&](const std::atomic<bool>* cancelled) {
-        scene_->winding(points_in(points), windings, cancelled);
-    });
-}
-
-void PyScene::contains(const QueryArray& points, FillRule rule, std::span<std::uint8_t> inside,
-                       Cancel* cancel) {
-    ask(points, cancel, [&](const std::atomic<bool>* cancelled) {
-        scene_->contains(points_in(points), inside, rule, cancelled);
-    });
-}
-
-void PyScene::closest_points(const QueryArray& points, float max_distance,
-                             std::span<ClosestPoint> closest, Cancel* cancel) {
-    ask(points, cancel, [&](const std::atomic<bool>* cancelled) {
-        scene_->closest_points(points_in(points), closest, max_distance, cancelled);
-    });
-}
-
-void PyScene::signed_distance(const QueryArray& points, FillRule rule, float max_distance,
-                              std::span<float> distances, Cancel* cancel) {
-    ask(points, cancel, [&](const std::atomic<bool>* cancelled) {
-        scene_->signed_distance(points_in(points), distances, rule, max_distance, cancelled);
-    });
+    trace(is_long, cancel, [&](const std::atomic<bool>* cancelled) { work(*scene_, cancelled); });
 }
 
 Comparison PyScene::compare(PyScene& other, const QueryArray& rays, std::size_t keep) {
-    require_initialised();
     const QueryUse use(uses_);
-    other.require_initialised();
     const QueryUse use_of_other(other.uses_);
     Comparison result;
     const auto compare_batch = [&](std::size_t first, std::span<const Ray> batch,
@@ -382,7 +294,6 @@ Comparison PyScene::compare(PyScene& other, const QueryArray& rays, std::size_t 
 }
 
 Image PyScene::render(View view, Cancel* cancel) {
-    require_initialised();
     const QueryUse use(uses_);
     std::atomic<bool> cancelled = false;
     const Cancel::Use use_of_cancel(cancel, cancelled);
@@ -393,12 +304,11 @@ Image PyScene::render(View view, Cancel* cancel) {
 }
 
 std::unique_ptr<PyScene> PyScene::on(const Device& device) {
-    require_initialised();
     const QueryUse use(uses_);
     std::unique_ptr<PyScene> twin(new PyScene);
     twin->meshes_ = meshes_;
     twin->next_meshes_ = next_meshes_;
-    const GilRelease release;
+    const py::gil_scoped_release release;
     twin->scene_ = scene_->on(device, &twin->cancel_build_);
     return twin;
 }

@@ -10,9 +10,7 @@
 #include <vector>
 
 #include "library/python/module/arrays.h"
-#include "library/python/module/gil_release.h"
 #include "library/python/module/interruptible.h"
-#include "library/python/module/objects.h"
 #include "library/python/module/textures.h"
 #include "library/python/module/use_guard.h"
 #include "morphray/compare.hpp"
@@ -22,7 +20,7 @@ namespace morphray::python {
 
 /// A mesh that a scene borrows.
 struct BorrowedMesh {
-    Pinned points;
+    py::array points;
     Positions positions;
     std::shared_ptr<const std::vector<std::uint32_t>> triangles;
     std::vector<std::uint32_t> albedo;
@@ -57,8 +55,15 @@ struct CastHits {
     float* primitive_normals;
 };
 
+/// All rays where nothing has to be converted, and otherwise as many as are converted together.
+std::size_t batch_size(const QueryArray& rays, Coherence coherence);
+/// Calls `work(first, rays)` for batches of rays as those of C++; without rays, once: it may have
+/// an error to throw. Rays of six numbers have these limits.
+void for_each_batch(const QueryArray& rays, std::size_t batch_size, float tnear, float tfar,
+                    const std::function<void(std::size_t, std::span<const Ray>)>& work);
+
 /// Members are called with the GIL, and give it up while they work.
-class PyScene : public ZeroFilled {
+class PyScene {
 public:
     PyScene(std::vector<BorrowedMesh> meshes, const Device& device, const SceneOptions& options);
     ~PyScene();
@@ -74,17 +79,10 @@ public:
                   std::span<std::uint8_t> occluded);
     void cast(const QueryArray& rays, Coherence coherence, const CastHits& out);
 
-    /// Questions: long ones end early when `cancel`, which may be null, is set.
-    AllHits intersect_all(const QueryArray& rays, AllHitsOptions options, Cancel* cancel);
-    void count(const QueryArray& rays, Coherence coherence, Crossing crossing,
-               std::span<std::uint64_t> counts, Cancel* cancel);
-    void winding(const QueryArray& points, std::span<std::int32_t> windings, Cancel* cancel);
-    void contains(const QueryArray& points, FillRule rule, std::span<std::uint8_t> inside,
-                  Cancel* cancel);
-    void closest_points(const QueryArray& points, float max_distance,
-                        std::span<ClosestPoint> closest, Cancel* cancel);
-    void signed_distance(const QueryArray& points, FillRule rule, float max_distance,
-                         std::span<float> distances, Cancel* cancel);
+    /// Calls `work(scene, cancelled)` for questions that any triangle may have a part in the answer
+    /// of: long ones end early when `cancel`, which may be null, is set.
+    void ask(const QueryArray& queries, Cancel* cancel,
+             const std::function<void(const Scene&, const std::atomic<bool>*)>& work);
 
     Comparison compare(PyScene& other, const QueryArray& rays, std::size_t keep);
     std::unique_ptr<PyScene> on(const Device& device);
@@ -94,27 +92,19 @@ public:
     /// Calls `work(scene)` as a query.
     template <class Work>
     auto query(Work work) {
-        require_initialised();
         const QueryUse use(uses_);
-        const GilRelease release;
+        const py::gil_scoped_release release;
         return work(*scene_);
     }
 
-    const Device& device() const {
-        require_initialised();
-        return scene_->device();
-    }
+    const Device& device() const { return scene_->device(); }
 
 private:
     using Meshes = std::map<std::uint32_t, BorrowedMesh>;
 
     PyScene() = default;
-    void require_initialised() const;
-    static void require_in_place(const Meshes& meshes);
     bool is_long(std::size_t rays) const;
     void build_interruptibly(std::size_t triangles, const std::function<void()>& work);
-    template <class Work>
-    void ask(const QueryArray& queries, Cancel* cancel, Work work);
 
     /// Those of the last update(), and those that the next one will have.
     Meshes meshes_;

@@ -18,7 +18,7 @@ points:    (V, 3) float32, in any units. Borrowed: each update() reads the array
            into it (points[:] = ...). The three numbers of a point are next to each other; points
            may be any distance apart, as in a field of a structured array or in a slice. The array
            may be read-only. Points that are NaN or infinite make their triangles unhittable.
-           While the scene lives, numpy refuses to resize the array.
+           While the scene lives, do not resize the array.
 triangles: (T, 3) uint32, int32, uint64 or int64: three indices of points each. Copied once.
            Without triangles, points is a list of meshes: morphray.Mesh, or tuples of
            (points, triangles[, deforms[, albedo[, textures]]]), with geom_ids 0, 1, ... in order.
@@ -49,9 +49,6 @@ works.
 Ctrl-C, and any signal whose handler raises, ends queries and images in the main thread, and leaves
 the scene as it was; `out` then has any contents. It ends Scene() and update() of many triangles, too,
 and a scene whose update() it ended is of no use any more. attach() and on() run to their end first.
-
-Pickling and copying raise TypeError: points are borrowed, and the tree is on a device. Build a
-scene in each process; on() makes another one in this process.
 
 Raises TypeError for what is no array or has another dtype, ValueError for a shape or strides that
 do not fit, Error "bad_input" for an index that is out of range, "bad_argument" for empty or
@@ -91,7 +88,7 @@ With geom_id it reads count points of one mesh from first on, or all from there;
 those of the last update. Takes time in proportion to what moved.
 
 Raises Error "bad_argument" for a mesh or points that are not there, "busy", "limit" and
-"device_lost"; ValueError if an array has been given other memory.)";
+"device_lost".)";
 
 inline constexpr const char* kNewBoundsDoc =
     R"(update_with_new_bounds(self)

@@ -57,6 +57,9 @@ class _CastHits(TypedDict):
 # That of the classes of pybind11.
 class _Type(type): ...
 
+class _Made(metaclass=_Type):
+    def __init__(self, *args: Any, **kwargs: Any) -> None: ...
+
 class Error(RuntimeError):
     code: str
 
@@ -66,7 +69,7 @@ class Cancel(metaclass=_Type):
     def clear(self) -> None: ...
     def is_set(self) -> bool: ...
 
-class Device(metaclass=_Type):
+class Device(_Made):
     @staticmethod
     def cpu(threads: int = 0, simd: str = "") -> Device: ...
     @staticmethod
@@ -78,7 +81,7 @@ class Device(metaclass=_Type):
     @property
     def description(self) -> str: ...
 
-class VulkanDeviceInfo(metaclass=_Type):
+class VulkanDeviceInfo(_Made):
     @property
     def index(self) -> int: ...
     @property
@@ -97,7 +100,7 @@ class VulkanDeviceInfo(metaclass=_Type):
 def vulkan_devices() -> list[VulkanDeviceInfo]: ...
 def simd_targets() -> list[str]: ...
 
-class Update(metaclass=_Type):
+class Update(_Made):
     @property
     def step(self) -> str: ...
     @property
@@ -121,7 +124,7 @@ class Update(metaclass=_Type):
     @property
     def rebuild_ms(self) -> float: ...
 
-class TreeStatistics(metaclass=_Type):
+class TreeStatistics(_Made):
     @property
     def sah_cost(self) -> float: ...
     @property
@@ -323,7 +326,7 @@ class Scene(metaclass=_Type):
     @property
     def vertex_count(self) -> int: ...
 
-class Image(metaclass=_Type):
+class Image(_Made):
     @property
     def width(self) -> int: ...
     @property
@@ -351,7 +354,7 @@ class HitsWriter(metaclass=_Type):
     def add(self, image: Image) -> None: ...
     def write(self, path: _Path) -> None: ...
 
-class ImageHits(metaclass=_Type):
+class ImageHits(_Made):
     @property
     def width(self) -> int: ...
     @property
@@ -363,7 +366,7 @@ class ImageHits(metaclass=_Type):
 
 def read_hits(path: _Path) -> list[ImageHits]: ...
 
-class Comparison(metaclass=_Type):
+class Comparison(_Made):
     @property
     def compared(self) -> int: ...
     @property

@@ -22,7 +22,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 points, triangles = grid(100)
 slow = morphray.Scene(points, triangles, device=morphray.Device.brute_force(threads=1))
 fast = morphray.Scene(points, triangles, device=morphray.Device.cpu(threads=1))
-rays = random_rays(points, 2_000_000)
+rays = random_rays(points, 300_000)
 six = np.ascontiguousarray(rays[:, [0, 1, 2, 4, 5, 6]])
 where = np.ascontiguousarray(rays[:, :3]) * np.float32(0.3)
 calls = {
@@ -165,7 +165,7 @@ def test_cancel_ends_images_in_any_thread(options):
     assert scene.render(size, **options).image_hash == expected
 
 
-def questions(scene, count=500_000):
+def questions(scene, count=100_000):
     rays = random_rays(grid(100)[0], count)
     where = rays[:, :3].copy() * 0.3
     return {"intersect_all": lambda cancel: scene.intersect_all(rays, cancel=cancel),

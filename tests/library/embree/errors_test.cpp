@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
-#include <cstdlib>
 #include <thread>
 
 #include "tests/library/embree/door.h"
@@ -71,23 +70,6 @@ TEST(DoorErrors, WhatIsNotSupportedIsNamed) {
     rtcCollide(scene, scene, nullptr, nullptr);
     EXPECT_EQ(door.error(), RTC_ERROR_INVALID_OPERATION);
     rtcReleaseScene(scene);
-}
-
-TEST(DoorErrors, TheUserIsToldOnceOfScenesThatAreRefused) {
-    // Programs may show no errors. In a process of its own, the first time.
-    GTEST_FLAG_SET(death_test_style, "threadsafe");
-    EXPECT_EXIT(
-        {
-            for (int i = 0; i < 2; ++i) {
-                const Door door;
-                rtcReleaseScene(
-                    door.committed({rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_GRID)}));
-            }
-            std::exit(0);
-        },
-        testing::ExitedWithCode(0),
-        "^morphray: grids are not supported by morphray: no ray of such scenes "
-        "hits\n$");
 }
 
 TEST(DoorErrors, MotionBlurIsRefusedUnlessNothingMoves) {

@@ -130,25 +130,6 @@ Packet traced_with_masks(RTCScene scene, Function function) {
     return packet;
 }
 
-void note_size(const RTCFilterFunctionNArguments* arguments) {
-    *static_cast<unsigned int*>(arguments->geometryUserPtr) = arguments->N;
-}
-
-TEST_F(DoorFilters, OfPacketsAreCalledForOneRayAsThePropertiesSay) {
-    RTCGeometry mesh = door_.triangle();
-    unsigned int size = 0;
-    rtcSetGeometryUserData(mesh, &size);
-    rtcSetGeometryIntersectFilterFunction(mesh, note_size);
-    RTCScene scene = door_.committed({mesh});
-    traced_with_masks<RTCRayHit8>(scene, rtcIntersect8);
-    EXPECT_EQ(size, 1u);
-    for (const RTCDeviceProperty property :
-         {RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED,
-          RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED})
-        EXPECT_EQ(rtcGetDeviceProperty(door_.device, property), 0);
-    rtcReleaseScene(scene);
-}
-
 TEST_F(DoorFilters, RaysOfAPacketHaveMasksOfTheirOwn) {
     RTCGeometry upper = door_.triangle(0);
     rtcSetGeometryMask(upper, 2);

@@ -25,26 +25,6 @@ TEST(DoorScenes, PositionsWrittenInPlaceAreSeenAfterBothCommits) {
     rtcReleaseScene(scene);
 }
 
-TEST(DoorScenes, GeometriesTakeTheLowestFreeIdOrThatOfTheCaller) {
-    const Door door;
-    RTCGeometry mesh = door.triangle();
-    RTCScene scene = rtcNewScene(door.device);
-    for (unsigned int id = 0; id < 6; ++id) EXPECT_EQ(rtcAttachGeometry(scene, mesh), id);
-    for (const unsigned int id : {4, 1}) rtcDetachGeometry(scene, id);
-    rtcAttachGeometryByID(scene, mesh, 6);
-    for (const unsigned int id : {1, 4, 7}) EXPECT_EQ(rtcAttachGeometry(scene, mesh), id);
-    // The second one is within the table of pointers, which the first one is not.
-    const std::vector<unsigned int> far_ids = {(1u << 20) + 33, (1u << 20) + 35, 1u << 28};
-    for (const unsigned int id : far_ids) rtcAttachGeometryByID(scene, mesh, id);
-    for (const unsigned int id : far_ids) EXPECT_EQ(rtcGetGeometry(scene, id), mesh) << id;
-    EXPECT_EQ(rtcGetGeometry(scene, (1u << 20) + 34), nullptr);
-    rtcSetGeometryUserData(mesh, &scene);
-    EXPECT_EQ(rtcGetGeometryUserData(mesh), &scene);
-    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
-    rtcReleaseGeometry(mesh);
-    rtcReleaseScene(scene);
-}
-
 TEST(DoorScenes, NewBuffersReplaceTheOldOnes) {
     const Door door;
     RTCScene scene = door.committed({door.triangle()});

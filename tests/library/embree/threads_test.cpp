@@ -102,41 +102,6 @@ TEST(DoorThreads, CommitScenesOfTheirOwnAtTheSameTime) {
     rtcReleaseScene(child);
 }
 
-/// Packets of 16 are traced in memory that each thread keeps.
-TEST(DoorThreads, TracePacketsInMemoryOfTheirOwn) {
-    const Door door;
-    const Waves waves(20);
-    RTCScene scene = door.committed({door.triangles(waves.vertices, waves.indices)});
-    const auto work = [&](std::size_t seed) {
-        std::vector<float> found;
-        alignas(64) std::array<int, 16> valid;
-        valid.fill(-1);
-        for (std::size_t k = 0; k < 100; ++k) {
-            RTCRayHit16 packet;
-            std::memset(&packet, 0, sizeof packet);
-            for (std::size_t i = 0; i < 16; ++i) {
-                packet.ray.org_x[i] = static_cast<float>((seed * 31 + k * 7 + i) % 97) / 97;
-                packet.ray.org_y[i] = static_cast<float>((seed * 17 + k * 3 + i) % 89) / 89;
-                packet.ray.org_z[i] = 1;
-                packet.ray.dir_z[i] = -1;
-                packet.ray.tfar[i] = kInfinity;
-                packet.ray.mask[i] = kInvalid;
-                packet.hit.geomID[i] = kInvalid;
-            }
-            trace_packet(rtcIntersect16, valid.data(), scene, &packet);
-            found.insert(found.end(), packet.ray.tfar, packet.ray.tfar + 16);
-        }
-        return found;
-    };
-    std::array<std::vector<float>, 4> expected;
-    for (std::size_t i = 0; i < expected.size(); ++i) expected[i] = work(i);
-    std::array<std::vector<float>, 4> found;
-    run_together(found.size(), [&](std::size_t i) { found[i] = work(i); });
-    EXPECT_EQ(found, expected);
-    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
-    rtcReleaseScene(scene);
-}
-
 bool count_primitives(RTCPointQueryFunctionArguments* arguments) {
     ++*static_cast<int*>(arguments->userPtr);
     return false;

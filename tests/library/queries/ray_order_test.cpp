@@ -1,6 +1,4 @@
 // Rays in an order in which neighbours are alike.
-#include "library/src/queries/ray_order.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,8 +15,6 @@ using morphray::Coherence;
 using morphray::Device;
 using morphray::Ray;
 using morphray::Scene;
-using morphray::detail::kLeastSorted;
-using morphray::detail::RaySorter;
 
 constexpr std::size_t kMany = 20000;
 
@@ -85,23 +81,6 @@ TEST(Queries, OfManyRaysAreThoseOfOneRayWhateverTheCallerSaysOfThem) {
             }
         }
     }
-}
-
-TEST(Queries, OfMoreRaysThanAreSortedAtOnceAreThoseOfSmallCalls) {
-    const UserMesh mesh(star(3, 8));
-    const Scene scene = Scene::build(mesh.view());
-    const std::vector<Ray> rays = world_rays(mesh, RaySorter::kMost + kMany, 9);
-    std::vector<morphray::Hit> expected(rays.size());
-    for (std::size_t i = 0; i < rays.size(); i += kLeastSorted / 2) {
-        const std::size_t size = std::min(kLeastSorted / 2, rays.size() - i);
-        scene.intersect(std::span(rays).subspan(i, size), std::span(expected).subspan(i, size));
-    }
-    expect_same_hits(hits_of(scene, rays, Coherence::sort()), expected);
-    std::vector<std::uint64_t> counts(rays.size());
-    scene.count(rays, counts, morphray::Crossing::each, Coherence::sort());
-    std::size_t different = 0;
-    for (std::size_t i = 0; i < rays.size(); ++i) different += (counts[i] > 0) != bool(expected[i]);
-    EXPECT_EQ(different, 0u);
 }
 
 TEST(Queries, OfManyRaysInAnyOrderAreCancelled) {
