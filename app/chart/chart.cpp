@@ -1,26 +1,99 @@
-#include "app/chart/chart.h"
-
+// morphray-chart: what `morphray chart` starts (app/commands/start_chart.cpp), with all its
+// arguments. Draws charts of speed against accuracy.
 #include <fmt/format.h>
+#include <stdlib.h>
+#include <sys/stat.h>
 
+#include <cerrno>
 #include <cmath>
+#include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <thread>
 
 #include "app/backends/backends.h"
+#include "app/base/exit_code.h"
+#include "app/base/options.h"
 #include "app/base/output_folder.h"
 #include "app/clip/frames.h"
+#include "app/process.h"
 #include "app/terminal/interrupt.h"
+#include "app/terminal/messages.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
+#include "common/base/output_file.h"
 #include "common/report/plot.h"
 #include "common/report/shell_text.h"
-#include "lab/accuracy/charts/chart_folder.h"
 #include "lab/accuracy/charts/charts.h"
 
 namespace mray::app {
 namespace {
 
 using namespace accuracy;
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& path, const std::string& why) {
+    throw Error(ErrorKind::kOutput, fmt::format("{}: {}", path.string(), why));
+}
+
+/// A temporary folder beside `path`, which keep() renames to `path`. Without keep() the destructor
+/// removes it with its content.
+class ChartFolder {
+public:
+    /// Throws Error(kOutput) if `path` exists and is not an empty folder, or if no folder can be
+    /// created beside it.
+    explicit ChartFolder(const std::filesystem::path& path);
+    ~ChartFolder();
+    ChartFolder(const ChartFolder&) = delete;
+    ChartFolder& operator=(const ChartFolder&) = delete;
+
+    void write(const std::string& name, std::string_view text) const;
+    /// Renames the folder to `path`. Throws Error(kOutput).
+    void keep();
+
+private:
+    std::filesystem::path path_;
+    std::filesystem::path temporary_;
+};
+
+ChartFolder::ChartFolder(const fs::path& path)
+    // "a/b/" would otherwise have the parent "a/b".
+    : path_(path.has_filename() ? path : path.parent_path()) {
+    std::error_code error;
+    if (fs::exists(path_, error)) {
+        if (!fs::is_directory(path_, error))
+            fail(path_, "is not a folder; name one that does not exist yet");
+        if (!fs::is_empty(path_, error))
+            fail(path_, "is not empty; name another folder, or empty this one");
+    }
+    const fs::path parent = path_.has_parent_path() ? path_.parent_path() : ".";
+    make_output_folder(parent);
+    std::string name = (parent / (path_.filename().string() + ".partial-XXXXXX")).string();
+    if (mkdtemp(name.data()) == nullptr)
+        fail(path_, fmt::format("{}; choose another folder", std::strerror(errno)));
+    temporary_ = name;
+    // mkdtemp makes the folder private; give it the mode of any new folder.
+    const mode_t mask = umask(0);
+    umask(mask);
+    chmod(name.c_str(), 0777 & ~mask);
+}
+
+ChartFolder::~ChartFolder() {
+    std::error_code error;
+    if (!temporary_.empty()) fs::remove_all(temporary_, error);
+}
+
+void ChartFolder::write(const std::string& name, std::string_view text) const {
+    write_file(temporary_ / name, text);
+}
+
+void ChartFolder::keep() {
+    std::error_code error;
+    fs::rename(temporary_, path_, error);
+    if (error) fail(path_, fmt::format("{}; choose another folder", error.message()));
+    temporary_.clear();
+}
 
 std::string machine_text() {
     std::string model = "unknown processor";
@@ -90,8 +163,7 @@ std::size_t steps_of(std::size_t scenes, const Effort& effort) {
            failure_steps();
 }
 
-}  // namespace
-
+/// Writes the charts of all scenes into the folder --out, as a whole or not at all.
 ExitCode draw_charts(const Options& options, const Messages& messages) {
     plot::require_gnuplot("chart");
     const OutputFolder parent(parent_of(options.out));
@@ -127,4 +199,12 @@ ExitCode draw_charts(const Options& options, const Messages& messages) {
     return ExitCode::kOk;
 }
 
+ExitCode run_command(const Options& options, const Messages& messages) {
+    if (options.command == Command::kChart) return draw_charts(options, messages);
+    throw Error(ErrorKind::kBadArgument, "this program draws charts alone; start morphray");
+}
+
+}  // namespace
 }  // namespace mray::app
+
+int main(int argc, char** argv) { mray::app::run_process(argc, argv, mray::app::run_command); }

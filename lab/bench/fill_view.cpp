@@ -76,11 +76,9 @@ const char* name_of(ViewKind kind) {
         case ViewKind::kWhole:
             return "whole";
         case ViewKind::kInside:
-            return "inside";
-        case ViewKind::kGiven:
             break;
     }
-    return "given";
+    return "inside";
 }
 
 ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const SceneSpace& space,

@@ -13,10 +13,10 @@ namespace mray::bench {
 /// kWhole is the default camera, which keeps the whole clip in the image. kFill looks from the
 /// same eye, by the same light, at the part of that image which is full, so that (nearly) every
 /// pixel sees the scene. kInside is kFill in a scene that is closed: the eye and the light are in
-/// it. kGiven is a view whose eye or target is given.
-enum class ViewKind { kFill, kWhole, kInside, kGiven };
+/// it.
+enum class ViewKind { kFill, kWhole, kInside };
 
-/// "fill", "whole", "inside", "given"
+/// "fill", "whole" or "inside"
 const char* name_of(ViewKind kind);
 
 /// The view of kFill: `whole` with eye, target, fov and light set. `bvh` is the tree of the scene,

@@ -65,14 +65,6 @@ void run_works(const Rig& rig, const BenchScene& scene, const SceneWorks& works,
     if (options.wants("build")) bench_build(rig, scene, works.primary);
 }
 
-/// The options of lab/bench/run and `morphray render` that give this view of the scene.
-std::string view_line(const BenchScene& scene) {
-    const ViewSpec& view = scene.view;
-    return fmt::format("{}: --eye {:.6g} --target {:.6g} --fov {:.6g} --light {:.6g}\n", scene.name,
-                       fmt::join(*view.eye, ","), fmt::join(*view.target, ","), view.fov,
-                       fmt::join(*view.light, ","));
-}
-
 /// The shell command that repeats this run.
 std::string command_line(std::span<const std::string> arguments) {
     return arguments.empty() ? "./lab/bench/run" : "./lab/bench/run " + shell_line(arguments);
@@ -84,9 +76,7 @@ void run(std::span<const std::string> arguments) {
         fmt::print("{}", usage());
         return;
     }
-    for (const std::string& file : {options.json, options.csv}) {
-        if (!file.empty()) check_writable(file);
-    }
+    if (!options.csv.empty()) check_writable(options.csv);
     const ReportHead head{machine_name(),
                           machine_isa(),
                           EmbreeDevice::version(),
@@ -101,12 +91,11 @@ void run(std::span<const std::string> arguments) {
         rows.push_back(row);
         fmt::print("{}", table_line(row));
         std::fflush(stdout);
-        if (!options.json.empty()) write_file(options.json, to_json(head, rows));
         if (!options.csv.empty()) write_file(options.csv, to_csv(head, rows));
     };
     for (const std::string& spec : options.scenes) {
         const BenchScene scene = open_bench_scene(spec, options.view_kind, options.view);
-        fmt::print("{}{}", view_line(scene), table_header());
+        fmt::print("{}", table_header());
         const SceneWorks works = make_works(scene, options);
         for (const int threads : options.threads) {
             const std::vector<EmbreeDevice> devices = embree_devices(threads, options.embree);

@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <functional>
-#include <optional>
 #include <string_view>
 
 #include "common/base/errors.h"
@@ -28,17 +27,6 @@ int parse_up_to(int most, const std::string& option, std::string_view text) {
         refuse(option, text, fmt::format("a whole number from 1 to {}", most));
     }
     return static_cast<int>(*value);
-}
-
-Point parse_point(const std::string& option, const std::string& text) {
-    const std::vector<std::string_view> parts = split(text, ',');
-    Point point{};
-    for (std::size_t i = 0; i < 3; ++i) {
-        const auto value = i < parts.size() ? parse_finite_double(parts[i]) : std::nullopt;
-        if (!value || parts.size() != 3) refuse(option, text, "X,Y,Z");
-        point[i] = *value;
-    }
-    return point;
 }
 
 std::vector<std::string> parse_works(const std::string& option, const std::string& text) {
@@ -103,12 +91,6 @@ ViewKind parse_view(const std::string& option, const std::string& text) {
     refuse(option, text, "fill or whole");
 }
 
-double parse_fov(const std::string& option, const std::string& text) {
-    const auto value = parse_finite_double(text);
-    if (!value || *value <= 0 || *value >= 180) refuse(option, text, "degrees above 0, below 180");
-    return *value;
-}
-
 /// The options, each of which writes into one BenchOptions.
 class BenchParser {
 public:
@@ -137,12 +119,6 @@ public:
             return options_;
         } catch (const CLI::ParseError& error) {
             explain(error, arguments);
-        }
-        if (options_.view.eye || options_.view.target) {
-            if (!given_view_.empty()) {
-                refuse("--view", given_view_, "neither --eye nor --target beside it");
-            }
-            options_.view_kind = ViewKind::kGiven;
         }
         if (only_given_) options_.scenes.clear();
         options_.scenes.insert(options_.scenes.end(), given_scenes_.begin(), given_scenes_.end());
@@ -173,8 +149,6 @@ private:
 
     void add_outputs() {
         BenchOptions& o = options_;
-        add("--json", "FILE", "a report for programs",
-            [&o](auto&, auto& value) { o.json = value; });
         add("--csv", "FILE", "the rows as comma-separated values",
             [&o](auto&, auto& value) { o.csv = value; });
     }
@@ -213,18 +187,7 @@ private:
             });
         add("--view", "fill|whole",
             "what fills the image: the scene, or the whole clip with its surroundings (fill)",
-            [this](auto& option, auto& value) {
-                options_.view_kind = parse_view(option, value);
-                given_view_ = value;
-            });
-        add("--eye", "X,Y,Z", "a view of your own of every scene, instead of --view",
-            [&view](auto& option, auto& value) { view.eye = parse_point(option, value); });
-        add("--target", "X,Y,Z", "what the eye looks at",
-            [&view](auto& option, auto& value) { view.target = parse_point(option, value); });
-        add("--fov", "DEGREES", "field of view (45); with --view fill, before it is narrowed",
-            [&view](auto& option, auto& value) { view.fov = parse_fov(option, value); });
-        add("--light", "X,Y,Z", "point light",
-            [&view](auto& option, auto& value) { view.light = parse_point(option, value); });
+            [this](auto& option, auto& value) { options_.view_kind = parse_view(option, value); });
     }
 
     [[noreturn]] void explain(const CLI::ParseError& error,
@@ -241,7 +204,6 @@ private:
 
     BenchOptions options_;
     std::vector<std::string> given_scenes_;
-    std::string given_view_;
     bool only_given_ = false;
     CLI::App app_;
 };

@@ -45,7 +45,6 @@ struct BenchOptions {
     ViewSpec view = few_ao_samples();
     /// Settings of Embree's device in addition to the threads.
     std::string embree;
-    std::string json;
     std::string csv;
     bool help = false;
 

@@ -2,44 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "common/report/build_record.h"
-#include "common/report/json_writer.h"
 #include "common/report/table.h"
-#include "common/text/number_text.h"
 
 namespace mray::bench {
 namespace {
-
-/// Rounds to a number of significant digits.
-double rounded(double x, int digits) {
-    return parse_double(fmt::format("{:.{}g}", x, digits)).value_or(x);
-}
-
-Json to_json(const Row& row) {
-    const Mismatches& m = row.mismatches;
-    return {{"scene", row.scene},
-            {"triangles", row.triangles},
-            {"view", row.view},
-            {"work", row.work},
-            {"threads", row.threads},
-            {"rays", row.rays},
-            {"hit_share", rounded(row.hit_share, 4)},
-            {"tracer", row.tracer},
-            {"target", row.target},
-            {"unit", name_of(row.unit)},
-            {"ours", rounded(row.ours, 6)},
-            {"peer", row.peer},
-            {"peer_value", rounded(row.peer_value, 6)},
-            {"ratio", rounded(row.ratio.median, 6)},
-            {"ours_at_best", rounded(row.ours_at_best, 6)},
-            {"peer_at_best", rounded(row.peer_at_best, 6)},
-            {"ratio_at_best", rounded(row.ratio.least, 6)},
-            {"ratio_min", rounded(row.ratio.min, 6)},
-            {"ratio_max", rounded(row.ratio.max, 6)},
-            {"mismatches", m.total()},
-            {"mismatch_kinds", {{"hit", m.hit}, {"prim_id", m.prim_id}, {"t", m.t}}},
-            {"largest_difference", rounded(row.largest_difference, 4)}};
-}
 
 constexpr const char* kTableFormat =
     "{:<24}  {:>9}  {:<6}  {:<7}  {:>2}  {:>6}  {:<19}  {:<55}  {:<11}  {:>9}  {:>9}  {:>7}  "
@@ -61,20 +27,6 @@ std::string table_line(const Row& row) {
         fmt::format("{:.2f}", row.peer_value), fmt::format("{:.2f}", row.ratio.median),
         fmt::format("{:.2f}", row.ratio.least),
         fmt::format("{:.2f} - {:.2f}", row.ratio.min, row.ratio.max), row.mismatches.total());
-}
-
-std::string to_json(const ReportHead& head, std::span<const Row> rows) {
-    Json json = {{"schema", "morphray-bench/2"},
-                 {"machine", head.machine},
-                 {"isa", head.isa},
-                 {"embree", head.embree},
-                 {"left_out", head.left_out},
-                 {"version", head.version},
-                 {"command", head.command},
-                 {"built_with", build_record_json()},
-                 {"rows", Json::array()}};
-    for (const Row& row : rows) json["rows"].push_back(to_json(row));
-    return json_text(json);
 }
 
 std::string to_csv(const ReportHead& head, std::span<const Row> rows) {

@@ -15,7 +15,7 @@ enum class Unit { kMrayPerSecond, kNsPerTriangle, kNsPerQuery, kMs };
 struct Row {
     std::string scene;
     std::uint64_t triangles = 0;
-    /// fill, whole or given
+    /// fill, whole or inside
     std::string view;
     /// primary, shadow, diffuse, ao-N, one-ray, refit, build, queries or frame
     std::string work;

@@ -1,5 +1,5 @@
 // morphray on a Vulkan device beside the peer on the same device: camera, shadow and diffuse rays,
-// and a refit beside a copy of as many bytes. Scenes, --repeat, --size, --csv and --json are those
+// and a refit beside a copy of as many bytes. Scenes, --repeat, --size, and --csv are those
 // of lab/bench/run. Mismatches are rays that hit another triangle than by the peer's rule.
 #include <fmt/format.h>
 
@@ -219,7 +219,6 @@ void run(const std::vector<std::string>& arguments) {
         rows.push_back(row);
         fmt::print("{}", table_line(row));
         std::fflush(stdout);
-        if (!options.json.empty()) write_file(options.json, to_json(head, rows));
         if (!options.csv.empty()) write_file(options.csv, to_csv(head, rows));
     };
     for (const std::string& spec : options.scenes) {

@@ -2,6 +2,7 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -15,13 +16,64 @@
 #include "common/base/output_file.h"
 #include "common/report/shell_text.h"
 #include "common/report/table.h"
+#include "common/simd/simd_target.h"
 #include "lab/bench/interleave.h"
 #include "lab/bench/machine.h"
 #include "lab/bench/two_builds/build_functions.h"
-#include "lab/bench/two_builds/options.h"
 
 namespace mray::bench {
 namespace {
+
+struct CompareOptions {
+    /// The shared objects.
+    std::string this_build, other_build;
+    std::vector<std::string> scenes = {"builtin:spikes:70000", "builtin:cloth:180000",
+                                       "builtin:herd:1000000", "builtin:hall", "builtin:room"};
+    std::vector<std::string> works = {"primary", "shadow", "diffuse", "ao", "one-ray"};
+    std::vector<std::string> simd = {best_simd_target().name};
+    int repeat = 7;
+    std::uint32_t flush_mib = 0;
+    std::string csv;
+    /// The text that --help asks for, else empty.
+    std::string help;
+};
+
+void add_options(CLI::App& app, CompareOptions& options) {
+    app.add_option("THIS", options.this_build, "the shared object of a build")->required();
+    app.add_option("OTHER", options.other_build, "that of the build to compare with")->required();
+    app.add_option("SCENE", options.scenes,
+                   "a mesh file, a folder or pattern of them, builtin:NAME[:TRIANGLES]");
+    app.add_option("--work", options.works, "some of primary, shadow, diffuse, ao, one-ray")
+        ->delimiter(',')
+        ->allow_extra_args(false);
+    app.add_option("--simd", options.simd, "instruction sets (the best one)")
+        ->delimiter(',')
+        ->allow_extra_args(false);
+    app.add_option("--repeat", options.repeat, "rounds after one to warm up")
+        ->check(CLI::Range(1, 10000))
+        ->capture_default_str();
+    app.add_option("--flush", options.flush_mib,
+                   "MiB that are written before each round, to empty the caches")
+        ->check(CLI::Range(0, 65536))
+        ->capture_default_str();
+    app.add_option("--csv", options.csv, "the rows as comma-separated values");
+}
+
+/// Names of works, scenes and instruction sets are left to the builds.
+CompareOptions parse_compare_options(std::span<const std::string> arguments) {
+    CompareOptions options;
+    CLI::App app("Traces works of the benchmark by two builds in one process, in turn.",
+                 "morphray_compare_builds");
+    add_options(app, options);
+    try {
+        app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+    } catch (const CLI::CallForHelp&) {
+        options.help = app.help();
+    } catch (const CLI::ParseError& error) {
+        throw Error(ErrorKind::kBadArgument, fmt::format("{}; see --help", error.what()));
+    }
+    return options;
+}
 
 constexpr const char* kTracers[] = {"packet", "stream", "single"};
 constexpr std::size_t kColumns = 11;

@@ -27,22 +27,12 @@ TEST(ParseOptions, AddsScenesToTheBuiltInOnes) {
     EXPECT_EQ(refusal_of({"--only"}), "--only: expected a SCENE");
 }
 
-TEST(ParseOptions, FillsTheImageUnlessAnEyeOrATargetIsGiven) {
-    EXPECT_EQ(parse({}).view_kind, ViewKind::kFill);
-    EXPECT_EQ(parse({"--view", "whole"}).view_kind, ViewKind::kWhole);
-    EXPECT_EQ(parse({"--eye", "1,2,3"}).view_kind, ViewKind::kGiven);
-    EXPECT_EQ(parse({"--target", "1,2,3"}).view_kind, ViewKind::kGiven);
-    EXPECT_EQ(parse({"--light", "1,2,3", "--fov", "60"}).view_kind, ViewKind::kFill);
-    EXPECT_EQ(refusal_of({"--view", "fill", "--eye", "1,2,3"}),
-              "--view fill: expected neither --eye nor --target beside it");
-}
-
 TEST(ParseOptions, ReadsLists) {
     EXPECT_EQ(parse({"--threads", "1,3"}).threads, (std::vector<int>{1, 3}));
     EXPECT_EQ(parse({"--work", "ao,build"}).works, (std::vector<std::string>{"ao", "build"}));
     EXPECT_EQ(parse({"--ao-samples", "2,8"}).ao_samples, (std::vector<std::uint32_t>{2, 8}));
     EXPECT_EQ(parse({"--ao-samples", "3,8"}).view.ao_count, 3u);
-    EXPECT_EQ(*parse({"--eye", "1,-2.5,3e2"}).view.eye, (Point{1, -2.5, 300}));
+    EXPECT_EQ(parse({"--view", "whole"}).view_kind, ViewKind::kWhole);
 }
 
 }  // namespace
