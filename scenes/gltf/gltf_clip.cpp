@@ -14,8 +14,7 @@
 #include "common/text/ascii.h"
 #include "common/text/message_text.h"
 #include "scenes/gltf/gltf_scene.h"
-#include "scenes/gltf/motion/pose.h"
-#include "scenes/gltf/motion/skinning.h"
+#include "scenes/gltf/pose.h"
 
 namespace mray {
 namespace {

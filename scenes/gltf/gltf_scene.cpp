@@ -2,16 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <bit>
+#include <cstdint>
+#include <span>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include <glm/geometric.hpp>
 
 #include "common/base/errors.h"
-#include "scenes/gltf/file/gltf_file.h"
+#include "common/base/hash.h"
 #include "scenes/gltf/materials.h"
-#include "scenes/gltf/smooth_groups.h"
 #include "scenes/mesh/mesh_rules.h"
 
 namespace mray::gltf {
@@ -21,14 +24,56 @@ constexpr std::uint64_t kMaxVertices = 3 * kMaxTriangles;
 // Each has a weight in every pose.
 constexpr std::uint64_t kMaxTargets = std::uint64_t{1} << 22;
 
+/// Numbers for corners: those of one position with equal normals have the same.
+class SmoothGroups {
+public:
+    /// For each vertex the group of those with its position and normal.
+    std::vector<std::uint32_t> groups_of(std::span<const vec3> positions,
+                                         std::span<const vec3> normals) {
+        std::vector<std::uint32_t> groups(normals.size());
+        for (std::size_t i = 0; i < groups.size(); ++i) {
+            const vec3& p = positions[i];
+            const vec3& n = normals[i];
+            const Corner corner{bits(p.x), bits(p.y), bits(p.z), bits(n.x), bits(n.y), bits(n.z)};
+            const auto next = static_cast<std::uint32_t>(numbers_.size());
+            groups[i] = groups_.try_emplace(corner, next).first->second;
+            if (groups[i] == next) numbers_.push_back(kNone);
+        }
+        return groups;
+    }
+
+    /// The number of a corner of a group: that of the first one, which is its own.
+    std::uint32_t number_of(std::uint32_t group, std::uint32_t corner) {
+        if (numbers_[group] == kNone) numbers_[group] = corner;
+        return numbers_[group];
+    }
+
+private:
+    struct Corner {
+        std::uint32_t px, py, pz, nx, ny, nz;
+        bool operator==(const Corner&) const = default;
+    };
+    struct CornerHash {
+        std::size_t operator()(const Corner& corner) const {
+            return static_cast<std::size_t>(hash_of(corner));
+        }
+    };
+    /// Those of 0 for -0.
+    static std::uint32_t bits(float x) { return std::bit_cast<std::uint32_t>(x + 0.0f); }
+
+    static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+    std::unordered_map<Corner, std::uint32_t, CornerHash> groups_;
+    std::vector<std::uint32_t> numbers_;
+};
+
 class SceneReader {
 public:
     SceneReader(const std::filesystem::path& path, const ClipOptions& options)
-        : options_(options), file_(path, budget_, options.warn), accessors_(file_, budget_) {}
+        : options_(options), file_(path, options.warn), accessors_(file_) {}
 
     GltfScene run() {
         const std::size_t animation = find_animation(file_, options_.animation);
-        scene_.tree = read_nodes(file_, budget_, options_.warn);
+        scene_.tree = read_nodes(file_, options_.warn);
         materials_ = read_materials(file_, options_);
         read_meshes();
         if (file_.count("animations") > 0) {
@@ -223,7 +268,6 @@ private:
     }
 
     const ClipOptions& options_;
-    ContentBudget budget_;
     GltfFile file_;
     Accessors accessors_;
     Materials materials_;

@@ -11,10 +11,9 @@
 #include "common/scene/textures.h"
 #include "scenes/clip.h"
 #include "scenes/clip_options.h"
+#include "scenes/gltf/animation.h"
 #include "scenes/gltf/meshes.h"
-#include "scenes/gltf/motion/animation.h"
 #include "scenes/gltf/nodes.h"
-#include "scenes/gltf/skins.h"
 
 namespace mray::gltf {
 

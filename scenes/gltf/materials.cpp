@@ -12,8 +12,6 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "scenes/gltf/file/extensions.h"
-#include "scenes/gltf/file/uri.h"
 #include "scenes/obj/mtl_reader.h"
 #include "scenes/trig.h"
 #include "scenes/warning_count.h"
@@ -33,11 +31,8 @@ struct BaseColour {
 
 BaseColour base_colour_of(const JsonAt& material) {
     if (const auto metal = material.find("pbrMetallicRoughness")) {
-        const BaseColour base = {metal->find("baseColorFactor"), metal->find("baseColorTexture")};
-        if (base.factor || base.texture) return base;
+        return {metal->find("baseColorFactor"), metal->find("baseColorTexture")};
     }
-    if (const auto glossy = extension_of(material, "KHR_materials_pbrSpecularGlossiness"))
-        return {glossy->find("diffuseFactor"), glossy->find("diffuseTexture")};
     return {};
 }
 
@@ -170,11 +165,6 @@ private:
         const JsonAt view = file_.element(
             "bufferViews",
             image.at("bufferView").index_below(file_.count("bufferViews"), "buffer views"));
-        if (extension_of(view, kMeshopt)) {
-            warn(image,
-                 fmt::format("is in a compressed buffer view, which is not read{}", kLeftOut));
-            return std::nullopt;
-        }
         const Buffer& buffer =
             file_.buffers()[view.at("buffer").index_below(file_.buffers().size(), "buffers")];
         const std::uint64_t offset = view.count_or("byteOffset", 0);

@@ -8,7 +8,7 @@
 #include "common/scene/mesh.h"
 #include "common/scene/textures.h"
 #include "scenes/clip_options.h"
-#include "scenes/gltf/file/gltf_file.h"
+#include "scenes/gltf/gltf_file.h"
 #include "scenes/gltf/meshes.h"
 
 namespace mray::gltf {
@@ -31,8 +31,7 @@ struct Materials {
     TexcoordUses texcoord_uses() const;
 };
 
-/// Reads baseColorFactor and baseColorTexture of every material, or what stands for them in
-/// KHR_materials_pbrSpecularGlossiness where there is no other colour. Images are files in the
+/// Reads baseColorFactor and baseColorTexture of every material. Images are files in the
 /// folder of the glTF file, data: URIs, or parts of a buffer; those that are missing or lie outside
 /// of the folder, data: URIs that are not in base 64, and those of unknown extensions are left out
 /// with a warning. Throws Error(kBadInput) for indices out of range and factors that are no

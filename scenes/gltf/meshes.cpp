@@ -4,19 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <span>
 #include <string>
 #include <utility>
 
 #include "common/base/errors.h"
-#include "scenes/gltf/file/extensions.h"
-#include "scenes/gltf/influences.h"
-#include "scenes/gltf/triangles.h"
 #include "scenes/mesh/mesh_rules.h"
 
 namespace mray::gltf {
 namespace {
 
-constexpr std::uint64_t kTriangles = 4;
+constexpr std::uint64_t kFirstTriangleMode = 4;
 
 using Integers = Wanted::Integers;
 
@@ -27,17 +26,96 @@ std::vector<vec3> as_vectors(const std::vector<float>& values) {
     return vectors;
 }
 
-double length_of(const vec3& v) {
-    const double x = static_cast<double>(v.x);
-    const double y = static_cast<double>(v.y);
-    const double z = static_cast<double>(v.z);
-    return std::sqrt(x * x + y * y + z * z);
-}
-
 void require_count(const Accessor& accessor, std::size_t vertex_count) {
     if (accessor.count == vertex_count) return;
     accessor.at.at("count").fail(fmt::format("is {}, but the positions of its primitive are {}",
                                              accessor.count, vertex_count));
+}
+
+/// JOINTS_n and WEIGHTS_n for n = 0, 1, ...: four numbers a vertex each.
+struct InfluenceSets {
+    std::vector<std::vector<std::uint32_t>> joints;
+    std::vector<std::vector<float>> weights;
+};
+
+constexpr std::size_t kPerSet = 4;
+
+/// The largest number of weights above 0 that a vertex has, at least 1.
+std::size_t most_used(const InfluenceSets& sets, std::size_t vertex_count) {
+    std::size_t most = 1;
+    for (std::size_t vertex = 0; vertex < vertex_count; ++vertex) {
+        std::size_t used = 0;
+        for (const std::vector<float>& weights : sets.weights)
+            for (std::size_t k = 0; k < kPerSet; ++k) used += weights[kPerSet * vertex + k] > 0;
+        most = std::max(most, used);
+    }
+    return most;
+}
+
+void require_weights(const JsonAt& at, std::span<const float> weights) {
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+        // False for NaN, too; weights are far below this.
+        constexpr float kMost = 1e30f;
+        if (weights[i] >= 0 && weights[i] <= kMost) continue;
+        at.fail(fmt::format("vertex {} has the weight {}; must be finite and at least 0",
+                            i / kPerSet, weights[i]));
+    }
+}
+
+Influences joined_influences(const InfluenceSets& sets,
+                             const std::function<void(std::size_t vertex)>& unweighted) {
+    const std::size_t vertex_count = sets.joints.front().size() / kPerSet;
+    Influences result;
+    result.per_vertex = most_used(sets, vertex_count);
+    result.joints.reserve(vertex_count * result.per_vertex);
+    result.weights.reserve(vertex_count * result.per_vertex);
+    for (std::size_t vertex = 0; vertex < vertex_count; ++vertex) {
+        const std::size_t begin = result.joints.size();
+        const auto add = [&](std::uint32_t joint, float weight) {
+            result.joints.push_back(static_cast<std::uint16_t>(joint));
+            result.weights.push_back(weight);
+            result.joint_limit = std::max(result.joint_limit, joint + 1);
+        };
+        for (std::size_t set = 0; set < sets.joints.size(); ++set) {
+            for (std::size_t k = 0; k < kPerSet; ++k) {
+                const float weight = sets.weights[set][kPerSet * vertex + k];
+                if (weight > 0) add(sets.joints[set][kPerSet * vertex + k], weight);
+            }
+        }
+        if (result.joints.size() == begin) {
+            unweighted(vertex);
+            add(sets.joints[0][kPerSet * vertex], 1);
+        }
+        // The joint of a weight that is not needed is one that moves the vertex.
+        while (result.joints.size() < begin + result.per_vertex) add(result.joints[begin], 0);
+    }
+    return result;
+}
+
+enum class TriangleMode : std::uint8_t { kTriangles = 4, kStrip = 5, kFan = 6 };
+
+std::size_t count_triangles(TriangleMode mode, std::size_t corner_count) {
+    return mode == TriangleMode::kTriangles ? corner_count / 3 : corner_count - 2;
+}
+
+/// The triangles of at least three corners, as the specification orders them (glTF 2.0, 3.7.2.1).
+/// Without indices the corners are vertices 0, 1, 2, ...
+std::vector<uvec3> triangles_of(TriangleMode mode, std::span<const std::uint32_t> indices,
+                                std::size_t corner_count) {
+    const auto vertex = [&](std::size_t corner) {
+        return indices.empty() ? static_cast<std::uint32_t>(corner) : indices[corner];
+    };
+    std::vector<uvec3> triangles(count_triangles(mode, corner_count));
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        if (mode == TriangleMode::kTriangles) {
+            triangles[i] = {vertex(3 * i), vertex(3 * i + 1), vertex(3 * i + 2)};
+        } else if (mode == TriangleMode::kStrip) {
+            triangles[i] = {vertex(i), vertex(i + 1 + i % 2), vertex(i + 2 - i % 2)};
+        } else {
+            triangles[i] = {vertex(i + 1), vertex(i + 2), vertex(0)};
+        }
+    }
+    return triangles;
 }
 
 std::uint64_t index_of(const JsonAt& reference) { return reference.count(); }
@@ -96,15 +174,15 @@ Mesh MeshReader::read(std::size_t index) {
 }
 
 void MeshReader::read_primitive(const JsonAt& at, Mesh& mesh, std::map<SetKey, std::size_t>& sets) {
-    const std::uint64_t mode = at.count_or("mode", kTriangles);
+    const std::uint64_t mode = at.count_or("mode", kFirstTriangleMode);
     if (mode > 6) at.at("mode").fail(fmt::format("is {}; must be from 0 to 6", mode));
     const JsonAt attributes = at.at("attributes");
-    if (mode < kTriangles || !attributes.find("POSITION")) {
+    if (mode < kFirstTriangleMode || !attributes.find("POSITION")) {
         left_out_.add([&] {
-            return Warning{
-                file_.name(),
-                fmt::format("{}: {}; left out", at.path(),
-                            mode < kTriangles ? "points or lines, no triangles" : "no positions")};
+            return Warning{file_.name(),
+                           fmt::format("{}: {}; left out", at.path(),
+                                       mode < kFirstTriangleMode ? "points or lines, no triangles"
+                                                                 : "no positions")};
         });
         return;
     }
@@ -176,9 +254,9 @@ MorphTarget MeshReader::read_target(const JsonAt& at, std::size_t vertex_count) 
         target.deltas = read_vectors(*position, "displacements", vertex_count);
     }
     for (std::size_t i = 0; i < target.deltas.size(); ++i) {
-        const double length = length_of(target.deltas[i]);
-        if (!std::isfinite(length)) position->fail(fmt::format("element {} is not finite", i));
-        target.reach = std::max(target.reach, length);
+        const vec3& d = target.deltas[i];
+        if (!std::isfinite(d.x) || !std::isfinite(d.y) || !std::isfinite(d.z))
+            position->fail(fmt::format("element {} is not finite", i));
     }
     return target;
 }

@@ -10,7 +10,7 @@
 #include "common/interop/platform.h"
 #include "common/scene/textures.h"
 #include "scenes/clip_options.h"
-#include "scenes/gltf/file/accessor.h"
+#include "scenes/gltf/accessor.h"
 #include "scenes/warning_count.h"
 
 namespace mray::gltf {
@@ -20,8 +20,6 @@ struct MorphTarget {
     /// The vertices that it moves, in increasing order; empty: as many as there are deltas, from 0.
     std::vector<std::uint32_t> vertices;
     std::vector<vec3> deltas;
-    /// The largest length of a delta.
-    double reach = 0;
 };
 
 /// Joints of a skin that move a vertex: `per_vertex` entries each, of which those that are not

@@ -6,14 +6,10 @@
 #include <cmath>
 #include <span>
 
-#include "scenes/gltf/motion/interpolation.h"
 #include "scenes/warning_count.h"
 
 namespace mray::gltf {
 namespace {
-
-// The bytes of a node and of its place in lists. There are poses after the JSON only.
-constexpr std::uint64_t kNodeBytes = sizeof(Node) + 16;
 
 void read_matrix(const JsonAt& at, Node& node) {
     std::array<double, 16> m = {};
@@ -140,15 +136,23 @@ std::vector<std::uint32_t> scene_of(const GltfFile& file, const NodeTree& tree,
     return order;
 }
 
+// Joints are numbers of 16 bits.
+constexpr std::size_t kMaxJoints = 65536;
+
+Affine matrix_of(const float* m) {
+    Affine matrix;
+    for (std::size_t k = 0; k < 4; ++k) {
+        matrix.column[k] = {static_cast<double>(m[4 * k]), static_cast<double>(m[4 * k + 1]),
+                            static_cast<double>(m[4 * k + 2])};
+    }
+    return matrix;
+}
+
 }  // namespace
 
-NodeTree read_nodes(const GltfFile& file, ContentBudget& budget, const WarnFunction& warn) {
+NodeTree read_nodes(const GltfFile& file, const WarnFunction& warn) {
     NodeTree tree;
     const std::size_t count = file.count("nodes");
-    if (!budget.take(count * kNodeBytes)) {
-        file.root().at("nodes").fail(fmt::format(
-            "has {} nodes, too many for the memory that JSON leaves; split the scene", count));
-    }
     tree.nodes.reserve(count);
     for (std::size_t i = 0; i < count; ++i)
         tree.nodes.push_back(read_node(file.element("nodes", i), file));
@@ -163,6 +167,34 @@ NodeTree read_nodes(const GltfFile& file, ContentBudget& budget, const WarnFunct
         if (!is_reached[i]) file.element("nodes", i).fail("is its own ancestor");
     tree.scene = scene_of(file, tree, warn);
     return tree;
+}
+
+Skin read_skin(const GltfFile& file, Accessors& accessors, std::size_t index) {
+    const JsonAt at = file.element("skins", index);
+    const JsonAt joints = at.at("joints");
+    const std::size_t joint_count = joints.size();
+    if (joint_count == 0 || joint_count > kMaxJoints)
+        joints.fail(fmt::format("has {} joints; must be from 1 to {}", joint_count, kMaxJoints));
+    Skin skin;
+    for (std::size_t i = 0; i < joint_count; ++i)
+        skin.joints.push_back(joints[i].index_below(file.count("nodes"), "nodes"));
+    skin.inverse_binds.resize(joint_count);
+    const auto reference = at.find("inverseBindMatrices");
+    if (!reference) return skin;
+    const Accessor accessor = accessors.open(*reference);
+    if (accessor.count < joint_count) {
+        accessor.at.at("count").fail(
+            fmt::format("is {}, but {} has {} joints", accessor.count, at.path(), joint_count));
+    }
+    const std::vector<float> values = accessors.floats(accessor, {16, "MAT4"});
+    for (std::size_t i = 0; i < joint_count; ++i) {
+        for (std::size_t k = 0; k < 16; ++k) {
+            if (!std::isfinite(values[16 * i + k]))
+                reference->fail(fmt::format("matrix {} is not finite", i));
+        }
+        skin.inverse_binds[i] = matrix_of(&values[16 * i]);
+    }
+    return skin;
 }
 
 }  // namespace mray::gltf

@@ -1,13 +1,12 @@
-// The nodes of a glTF file.
+// Nodes and skins of a glTF file.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <vector>
 
-#include "common/base/warning.h"
-#include "scenes/gltf/file/gltf_file.h"
-#include "scenes/gltf/motion/affine.h"
+#include "scenes/gltf/accessor.h"
+#include "scenes/gltf/transforms.h"
 
 namespace mray::gltf {
 
@@ -38,6 +37,17 @@ struct NodeTree {
 /// Throws Error(kBadInput) for indices out of range, a node with two parents, one that is its own
 /// ancestor, a matrix together with other transformations, numbers that are not a transformation,
 /// and more nodes than the budget has memory for. Warns of a scene that lists nodes with parents.
-NodeTree read_nodes(const GltfFile& file, ContentBudget& budget, const WarnFunction& warn);
+NodeTree read_nodes(const GltfFile& file, const WarnFunction& warn);
+
+struct Skin {
+    /// Indices of nodes, at least one.
+    std::vector<std::uint32_t> joints;
+    /// For each joint the map from the mesh to the joint's space.
+    std::vector<Affine> inverse_binds;
+};
+
+/// Throws Error(kBadInput) for a skin without joints or with more than 65536, and for fewer or
+/// other matrices than joints.
+Skin read_skin(const GltfFile& file, Accessors& accessors, std::size_t index);
 
 }  // namespace mray::gltf

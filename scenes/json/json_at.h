@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "scenes/json/content_budget.h"
 
 namespace mray {
 
@@ -49,24 +48,13 @@ public:
     using Error::Error;
 };
 
-/// How far a parser is, at a value or a member's name.
-struct JsonProgress {
-    /// Arrays and objects around the value.
-    int depth = 0;
-    /// Values and names up to here.
-    std::size_t values = 0;
-    /// The length of a value or name that is a text, in bytes.
-    std::size_t text_bytes = 0;
-};
-
-/// Parses a text. Throws JsonSyntaxError, JsonValueError for a number beyond the largest double,
-/// and what `check` throws, which is called at each value.
-JsonTree parse_json(std::string_view text, void (*check)(const JsonProgress&) = nullptr);
+/// Parses a text. Throws JsonSyntaxError, and JsonValueError for a number beyond the largest
+/// double.
+JsonTree parse_json(std::string_view text);
 
 /// Parses the JSON text of a file, whose name in messages is `file`. Throws Error(kBadInput) with
-/// the byte for a text that is not JSON, for brackets in more than 64 others, and for values that
-/// take more than the budget: some hundred bytes each, data: URIs as much as any short text.
-JsonTree parse_json(std::string_view text, const std::string& file, ContentBudget& budget);
+/// the byte for a text that is not JSON.
+JsonTree parse_json(std::string_view text, const std::string& file);
 
 /// A value and its place. Member functions but those that ask for the type throw JsonValueError,
 /// kBadInput and "file: place: what is wrong", for a value of another type. Tree and file name must

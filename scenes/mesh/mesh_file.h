@@ -11,16 +11,10 @@
 #include "common/interop/platform.h"
 #include "common/scene/mesh.h"
 #include "common/scene/textures.h"
+#include "scenes/polygons/triangulate.h"
 #include "scenes/warning_count.h"
 
 namespace mray {
-
-/// Face i has corner_counts[i] >= 3 corners; all corners follow one another in `corners`.
-struct Polygons {
-    std::vector<std::uint32_t> corners;
-    std::vector<std::uint32_t> corner_counts;
-    bool operator==(const Polygons&) const = default;
-};
 
 struct MeshFileOptions {
     /// Accept coordinates that are not finite or beyond 1e30 and leave out faces that cannot be

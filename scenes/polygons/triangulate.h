@@ -1,15 +1,23 @@
 // Polygons to triangles.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "common/interop/platform.h"
 #include "common/scene/mesh.h"
-#include "scenes/mesh/mesh_file.h"
 #include "scenes/warning_count.h"
 
 namespace mray {
+
+/// Face i has corner_counts[i] >= 3 corners; all corners follow one another in `corners`.
+struct Polygons {
+    std::vector<std::uint32_t> corners;
+    std::vector<std::uint32_t> corner_counts;
+    bool operator==(const Polygons&) const = default;
+};
 
 /// A polygon of n corners may take this times n steps. A simple polygon of fewer than 150 corners
 /// never takes as many, a larger one only if it is constructed to. 200,000 corners are refused

@@ -55,8 +55,7 @@ set(engine_users "^app/(backends/|commands/(crosscheck|profile|probe|pixel_probe
 set(engine_data "^common/(bvh/(bvh_stats|builder/bvh_builder)|update/policy/(policy_spec|update_policy))\\.h$")
 
 # The order of the folders of scenes/ and common/: one may include those before it.
-set(order_of_scenes polygons json mesh obj ply mesh_files keyframes sequence point_cache gltf
-    procedural source)
+set(order_of_scenes polygons json mesh obj ply sequence gltf procedural source)
 set(order_of_common interop text base simd scene bvh image update report)
 
 # Where a library may be included: the regular expression of the header, then that of the files.
@@ -71,7 +70,6 @@ set(places
     "^benchmark/"               "^lab/bench/"
     "^embree[0-9]+/"            "^(lab/embree\\.h$|library/embree/|tests/library/embree/)"
     "^lab/embree\\.h$"         "^lab/(bench/embree|accuracy/methods)/"
-    "^meshoptimizer\\.h$"       "^(scenes/gltf/file/compressed_view\\.cpp|tests/scenes/gltf/.*)$"
     "^CGAL/"                    "^(lab/bench|tests/lab)/cgal/"
     "^pybind11/"                "^library/python/module/"
     "^gmp(xx)?\\.h$"            "^lab/accuracy/"

@@ -1,8 +1,7 @@
 // reader_fuzz TARGET [--seed N] [--cases N] [--hours N] [--out DIR] FILE...: gives a target
 // (tests/fuzz/targets/targets.h) the files, and bytes made of them by N changes or for N hours.
 // Prints the seed of a case that fails and writes its bytes to DIR, also after a crash. Exit codes:
-// 0 all good, 1 a failure, 2 usage. It needs no compiler but that of the program; with clang
-// `tests/fuzz/fuzz TARGET` runs libFuzzer over the same targets.
+// 0 all good, 1 a failure, 2 usage.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/resource.h>

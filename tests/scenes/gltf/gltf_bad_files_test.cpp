@@ -317,56 +317,7 @@ TEST(BadGltf, TextThatIsNoGltf) {
     EXPECT_EQ(gltf_error(R"({"asset": {"version": "2.0"}, "scene": 1e999})"),
               "scene.gltf: JSON has a number that is too large");
     EXPECT_EQ(gltf_error(std::string(1000000, '[')),
-              "scene.gltf: JSON has brackets in more than 64 others");
-    EXPECT_EQ(gltf_error("{\"a\":" + std::string(1000000, '{')),
-              "scene.gltf: byte 7 of its text is not JSON; is it a glTF file?");
-}
-
-/// An array that has `text`, `count` times.
-std::string array_of(const std::string& text, std::size_t count) {
-    std::string array(1, '[');
-    for (std::size_t i = 0; i < count; ++i) array.append(i == 0 ? "" : ",").append(text);
-    return array.append("]");
-}
-
-TEST(BadGltf, JsonThatTakesMuchMoreMemoryThanItsText) {
-    const std::string expected =
-        "scene.gltf: JSON has values that take more than 56 MiB; split the scene";
-    for (const char* const value : {"0", "{}", "[]", "[0]", R"({"":0})", R"("")"})
-        EXPECT_EQ(gltf_error(array_of(value, 2000000)), expected) << value;
-    const std::string many(60000000, 'a');
-    EXPECT_EQ(gltf_error(array_of('"' + many + '"', 1)), expected);
-    // A buffer may be as large as the file.
-    EXPECT_EQ(
-        gltf_error(R"({"asset": {"version": "3.0"}, "buffers": [{"uri": "data:,)" + many + "\"}]}"),
-        "scene.gltf: asset.version: is '3.0'; only glTF 2.0 is read, convert the file");
-}
-
-TEST(BadGltf, NodesThatTakeMuchMoreMemoryThanTheirText) {
-    Json json = triangle_file().json;
-    json["nodes"] = "NODES";
-    std::string text = json.dump();
-    text.replace(text.find("\"NODES\""), 7, array_of("{}", 400000));
-    EXPECT_EQ(gltf_error(text),
-              "scene.gltf: nodes: has 400000 nodes, too many for the memory that JSON leaves; "
-              "split the scene");
-}
-
-TEST(BadGltf, ManyAccessorsOfTheSameBytesAskForNoMoreMemory) {
-    GltfBuilder builder;
-    const int view = builder.add_view(std::vector<float>(300000));
-    Json primitives = Json::array();
-    for (int i = 0; i < 2000; ++i) {
-        const int position = builder.add(
-            "accessors",
-            {{"bufferView", view}, {"componentType", 5126}, {"count", 99999}, {"type", "VEC3"}});
-        primitives.push_back({{"attributes", {{"POSITION", position}}}});
-    }
-    builder.add("meshes", {{"primitives", primitives}});
-    builder.add("nodes", {{"mesh", 0}});
-    EXPECT_NE(gltf_error(builder.glb(), {}, "a.glb")
-                  .find("all accessors together take more than 16 times the bytes of the buffers"),
-              std::string::npos);
+              "scene.gltf: byte 1000001 of its text is not JSON; is it a glTF file?");
 }
 
 TEST(BadGltf, TooManyInstancesAreRefusedWithTheirPlace) {

@@ -96,18 +96,5 @@ TEST(GltfTextureTransform, MayNameOtherCoordinates) {
     EXPECT_EQ(shown_with(info)[0], (Texcoord{9, -8}));
 }
 
-TEST(GltfMaterials, DiffuseColourStandsForAMissingBaseColour) {
-    GltfBuilder builder = triangle_file();
-    builder.json["materials"] = {
-        {{"extensions",
-          {{"KHR_materials_pbrSpecularGlossiness", {{"diffuseFactor", {1, 0.5, 0, 1}}}}}}}};
-    builder.json["meshes"][0]["primitives"][0]["material"] = 0;
-    EXPECT_EQ(OpenedGltf(builder.gltf()).clip().topology().albedo[0], 0x0080FFu);
-    builder.json["materials"][0]["pbrMetallicRoughness"] = {{"metallicFactor", 0}};
-    EXPECT_EQ(OpenedGltf(builder.gltf()).clip().topology().albedo[0], 0x0080FFu);
-    builder.json["materials"][0]["pbrMetallicRoughness"] = {{"baseColorFactor", {0, 0, 1, 1}}};
-    EXPECT_EQ(OpenedGltf(builder.gltf()).clip().topology().albedo[0], 0xFF0000u);
-}
-
 }  // namespace
 }  // namespace mray

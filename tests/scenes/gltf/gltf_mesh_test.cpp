@@ -40,16 +40,6 @@ TEST(GltfMesh, IsReadFromTextAndFromBinary) {
     }
 }
 
-TEST(GltfMesh, BufferInAFileBesideIt) {
-    GltfBuilder builder = triangle_file();
-    TemporaryFolder folder;
-    folder.write("sub/my buffer.bin", builder.bytes);
-    builder.json["buffers"] = {
-        {{"byteLength", builder.bytes.size()}, {"uri", "sub/my%20buffer.bin"}}};
-    const std::string path = folder.write("scene.gltf", builder.gltf());
-    EXPECT_EQ(open_scene(path)->topology().triangles.size(), 1u);
-}
-
 TEST(GltfMesh, StripsAndFansAreTrianglesInTheOrderOfTheSpecification) {
     EXPECT_EQ(OpenedGltf(five_points(5).gltf()).clip().topology().triangles,
               (Triangles{{0, 1, 2}, {1, 3, 2}, {2, 3, 4}}));
@@ -57,22 +47,6 @@ TEST(GltfMesh, StripsAndFansAreTrianglesInTheOrderOfTheSpecification) {
               (Triangles{{1, 2, 0}, {2, 3, 0}, {3, 4, 0}}));
     EXPECT_EQ(OpenedGltf(five_points(5, {4, 3, 2, 0}).gltf()).clip().topology().triangles,
               (Triangles{{4, 3, 2}, {3, 0, 2}}));
-}
-
-TEST(GltfMesh, IndicesOfAllTypes) {
-    const auto triangles = [](auto type) {
-        using T = decltype(type);
-        GltfBuilder builder;
-        const Json more = {{"indices", builder.add_accessor<T>({2, 1, 0, 3, 4, 2}, "SCALAR")}};
-        builder.add("nodes",
-                    {{"mesh", builder.add_mesh({{"POSITION", builder.add_accessor(kFive, "VEC3")}},
-                                               more)}});
-        return OpenedGltf(builder.gltf()).clip().topology().triangles;
-    };
-    const Triangles expected = {{2, 1, 0}, {3, 4, 2}};
-    EXPECT_EQ(triangles(std::uint8_t{}), expected);
-    EXPECT_EQ(triangles(std::uint16_t{}), expected);
-    EXPECT_EQ(triangles(std::uint32_t{}), expected);
 }
 
 TEST(GltfMesh, PointsAndLinesAreLeftOutWithAWarning) {
@@ -207,18 +181,6 @@ TEST(GltfNodes, ListedNodesWithParentsAreDrawnOnceWhereTheirParentsPlaceThem) {
     expect_xs({4, 1, 3}, {100, 2, 3, 4}, "scenes[0].nodes[1]: is 1, which has a parent");
     // A parent outside of the scene is not drawn.
     expect_xs({3}, {4}, "scenes[0].nodes[0]: is 3, which has a parent");
-}
-
-TEST(GltfNodes, ParentsOutsideOfTheSceneMoveTheNodesThatItLists) {
-    GltfBuilder builder = chain_of_four();
-    builder.json["scenes"] = {{{"nodes", {2}}}};
-    builder.add_animation(0, "translation", {0, 1},
-                          builder.add_accessor<float>({0, 0, 0, 24, 0, 0}, "VEC3"));
-    const OpenedGltf scene(builder.gltf());
-    EXPECT_EQ(scene.clip().topology().vertex_count, 6u);
-    EXPECT_EQ(scene.at(12)[0], vec3(14, 0, 0));
-    EXPECT_EQ(scene.at(12)[3], vec3(15, 0, 0));
-    EXPECT_EQ(scene.clip().bounds().lower[0], 2);
 }
 
 TEST(GltfNodes, AChainOfFiftyThousandIsNoRecursion) {
@@ -360,26 +322,6 @@ TEST(GltfMaterials, TexturesInDataUris) {
     EXPECT_EQ(files[1].content, files[0].content) << "one copy of the bytes";
 }
 
-TEST(GltfMaterials, TexturesInABufferInADataUri) {
-    GltfBuilder builder = textured_triangle();
-    const int view = builder.add_view<std::uint8_t>({1, 2, 3, 4, 5});
-    builder.json["images"] = {{{"bufferView", view}, {"mimeType", "image/jpeg"}}};
-    const OpenedGltf scene(builder.gltf());
-    EXPECT_TRUE(scene.warnings().empty());
-    ASSERT_NE(scene.clip().textures(), nullptr);
-    const TextureFile& file = scene.clip().textures()->files.at(0);
-    ASSERT_NE(file.content, nullptr);
-    EXPECT_EQ(*file.content, builder.bytes);
-    EXPECT_EQ(file.content->substr(file.offset, file.size), std::string("\1\2\3\4\5"));
-
-    builder.json["bufferViews"][static_cast<std::size_t>(view)]["byteLength"] = 0;
-    const OpenedGltf empty(builder.gltf());
-    EXPECT_EQ(empty.clip().textures(), nullptr);
-    ASSERT_EQ(empty.warnings().size(), 1u);
-    EXPECT_NE(empty.warnings()[0].find("images[0]: has no bytes; its triangles have"),
-              std::string::npos);
-}
-
 TEST(GltfMaterials, TexturesInDataUrisThatCannotBeReadAreLeftOut) {
     GltfBuilder builder = textured_triangle();
     for (const auto& [uri, warning] :
@@ -436,16 +378,6 @@ TEST(GltfMaterials, MasksAreWhereAlphaTimesTheFactorIsBelowTheCutoff) {
     EXPECT_EQ(both.clip().textures()->texture_ids, (std::vector<std::uint32_t>{0, 1}));
 }
 
-TEST(GltfMaterials, ThatBlendAreOpaqueWithOneWarning) {
-    GltfBuilder builder = triangle_file();
-    builder.json["materials"] = {{{"alphaMode", "BLEND"}}, {{"alphaMode", "BLEND"}}};
-    const OpenedGltf scene(builder.gltf());
-    ASSERT_EQ(scene.warnings().size(), 1u);
-    EXPECT_NE(scene.warnings()[0].find("materials[0].alphaMode: is BLEND; shown opaque"),
-              std::string::npos)
-        << scene.warnings()[0];
-}
-
 TEST(GltfNormals, CornersThatShareThemAreSmooth) {
     GltfBuilder builder;
     // Two triangles; vertices 3 and 4 repeat 1 and 2, one of them with another normal.
@@ -460,16 +392,6 @@ TEST(GltfNormals, CornersThatShareThemAreSmooth) {
     EXPECT_EQ(smooth[0], uvec3(0, 1, 2));
     EXPECT_EQ(smooth[1], uvec3(1, 4, 5));
     EXPECT_TRUE(OpenedGltf(triangle_file().gltf()).clip().smooth_corners().empty());
-}
-
-TEST(GltfMesh, PrimitivesWithTheSameAccessorsShareTheirVertices) {
-    GltfBuilder builder = five_points(4, {0, 1, 2});
-    Json second = builder.json["meshes"][0]["primitives"][0];
-    second["indices"] = builder.add_accessor<std::uint8_t>({2, 3, 4}, "SCALAR");
-    builder.json["meshes"][0]["primitives"].push_back(second);
-    const OpenedGltf scene(builder.gltf());
-    EXPECT_EQ(scene.clip().topology().vertex_count, 5u);
-    EXPECT_EQ(scene.clip().topology().triangles, (Triangles{{0, 1, 2}, {2, 3, 4}}));
 }
 
 }  // namespace

@@ -134,15 +134,6 @@ TEST(GltfAnimation, IsChosenByNameOrIndex) {
     EXPECT_EQ(OpenedGltf(builder.gltf(), {.fps = 30}).clip().last_frame(), 30);
 }
 
-TEST(GltfAnimation, LastFrameIsWholeDespiteTheRoundingOfTimes) {
-    GltfBuilder builder = triangle_file();
-    const int values = builder.add_accessor<float>({0, 0, 0, 1, 0, 0}, "VEC3");
-    builder.add_animation(0, "translation", {0, static_cast<float>(49.0 / 24)}, values);
-    const OpenedGltf scene(builder.gltf());
-    EXPECT_EQ(scene.clip().last_frame(), 49);
-    EXPECT_EQ(scene.at(49)[0].x, 1);
-}
-
 /// Two morph targets, the second of them sparse, with weights that move.
 GltfBuilder morphed() {
     GltfBuilder builder;
@@ -320,15 +311,6 @@ TEST(GltfSkins, TheBindPoseIsTheMeshBitForBit) {
     const std::vector<vec3> p = OpenedGltf(builder.gltf()).at(0);
     for (std::size_t i = 0; i < 3; ++i)
         EXPECT_EQ(p[i], vec3(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]));
-}
-
-TEST(GltfClip, BitsDoNotDependOnThreads) {
-    const OpenedGltf scene(SkinnedRow(2).gltf());
-    const std::vector<vec3> expected = scene.at(7.25);
-    for (const std::size_t threads : {1u, 2u, 5u}) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        EXPECT_EQ(scene.at(7.25), expected);
-    }
 }
 
 TEST(GltfClip, BoundsAreThoseOfTheFirstFrame) {

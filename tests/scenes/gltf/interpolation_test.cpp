@@ -1,4 +1,4 @@
-#include "scenes/gltf/motion/interpolation.h"
+#include "scenes/gltf/transforms.h"
 
 #include <gtest/gtest.h>
 

@@ -73,26 +73,5 @@ TEST(JsonAt, TextsThatAreNotJsonAreRefusedWithTheByte) {
     EXPECT_EQ(refusal([] { parse_json("[1e999]"); }), "JSON has a number that is too large");
 }
 
-TEST(JsonAt, ACheckSeesEachValueAndMayEndTheParse) {
-    static std::vector<JsonProgress> seen;
-    parse_json(R"({"a": ["text", 1]})", [](const JsonProgress& parsed) { seen.push_back(parsed); });
-    std::size_t values = 0;
-    int depth = 0;
-    std::size_t text_bytes = 0;
-    for (const JsonProgress& parsed : seen) {
-        values = std::max(values, parsed.values);
-        depth = std::max(depth, parsed.depth);
-        text_bytes = std::max(text_bytes, parsed.text_bytes);
-    }
-    EXPECT_EQ(values, 5u);
-    EXPECT_EQ(depth, 2);
-    EXPECT_EQ(text_bytes, 4u);
-    EXPECT_THROW(parse_json("[[1",
-                            [](const JsonProgress& parsed) {
-                                if (parsed.depth > 0) throw std::invalid_argument("deep");
-                            }),
-                 std::invalid_argument);
-}
-
 }  // namespace
 }  // namespace mray

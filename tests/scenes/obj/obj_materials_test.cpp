@@ -73,22 +73,5 @@ TEST(ObjMaterials, LibraryOutsideOfTheFolderIsNotOpened) {
         EXPECT_NE(warnings[0].find("not followed"), std::string::npos) << warnings[0];
     }
 }
-TEST(ObjMaterials, BrokenColourIsRefused) {
-    const TemporaryFolder folder;
-    folder.write("a.mtl", "newmtl a\n\nKd nan 0 0\n");
-    const std::string message =
-        message_of([&] { read_coloured(folder, "mtllib a.mtl\n" + kTriangle); });
-    EXPECT_NE(message.find("a.mtl:3: Kd"), std::string::npos) << message;
-}
-TEST(ObjMaterials, AreIgnoredOnRequest) {
-    const TemporaryFolder folder;
-    MeshFileOptions options;
-    options.materials = false;
-    options.warn = [](const Warning& warning) { ADD_FAILURE() << warning.line(); };
-    const auto mesh =
-        read_obj(folder.write("a.obj", "mtllib none.mtl\nusemtl x\n" + kTriangle), options);
-    EXPECT_EQ(mesh.albedo[0], kDefaultAlbedo);
-}
-
 }  // namespace
 }  // namespace mray

@@ -60,15 +60,6 @@ TEST(ObjTextures, FacesHaveTheTextureOfTheirMaterialAndTheCoordinatesOfTheirCorn
     EXPECT_EQ(mesh.texcoords[9], (Texcoord{1, 1}));
 }
 
-TEST(ObjTextures, AreNotKeptWithoutOne) {
-    const Folder folder("Kd 1 0 0\n");
-    const FileMesh mesh = read_textures(folder, "mtllib a.mtl\nusemtl m\n" + kSquare + kFace).mesh;
-    EXPECT_TRUE(mesh.textures.empty());
-    EXPECT_TRUE(mesh.face_textures.empty());
-    EXPECT_TRUE(mesh.texcoords.empty());
-    EXPECT_EQ(mesh.albedo[0], 0xFFu);
-}
-
 TEST(ObjTextures, ScaleAndOffsetChangeCoordinates) {
     const Folder folder("map_Kd -s 2 4 -o 0.5 -1 a.png\n");
     const FileMesh mesh = read_textures(folder, "mtllib a.mtl\nusemtl m\n" + kSquare + kFace).mesh;
@@ -135,29 +126,6 @@ TEST(ObjTextures, FacesWithoutCoordinatesHaveTheirColourAlone) {
     EXPECT_NE(result.warnings[0].find("(and 2 more)"), std::string::npos);
 }
 
-TEST(ObjTextures, CoordinatesThatAreNotFiniteAreZeroWithAWarning) {
-    const Folder folder("map_Kd a.png\n");
-    const std::string text =
-        "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt nan 0.5\nvt x inf\nvt 0.25\nf 1/1 2/2 3/3\n";
-    const Textured result = read_textures(folder, "mtllib a.mtl\nusemtl m\n" + text);
-    EXPECT_EQ(result.mesh.texcoords, (std::vector<Texcoord>{{0, 0.5f}, {0, 0}, {0.25f, 0}}));
-    ASSERT_EQ(result.warnings.size(), 1u);
-    EXPECT_NE(result.warnings[0].find("a.obj:6: warning: texture coordinate 'nan'"),
-              std::string::npos)
-        << result.warnings[0];
-}
-
-TEST(ObjTextures, BlackColourBelowATextureIsWhite) {
-    const Folder folder("Kd 0 0 0\nmap_Kd a.png\nnewmtl n\nKd 0 0 0\n");
-    const Textured result = read_textures(
-        folder, "mtllib a.mtl\n" + kSquare + "usemtl m\n" + kFace + "usemtl n\n" + kFace);
-    EXPECT_EQ(result.mesh.albedo, (std::vector<Albedo>{kWhite, 0}));
-    ASSERT_EQ(result.warnings.size(), 1u);
-    EXPECT_NE(result.warnings[0].find("a.mtl:3: warning: Kd of material 'm' is black"),
-              std::string::npos)
-        << result.warnings[0];
-}
-
 TEST(ObjTextures, BrokenStatementIsRefusedWithItsLineOrLeftOut) {
     const Folder folder("Kd 1 0 0\nmap_Kd -s x a.png\n");
     const std::string text = "mtllib a.mtl\nusemtl m\n" + kSquare + kFace;
@@ -168,18 +136,6 @@ TEST(ObjTextures, BrokenStatementIsRefusedWithItsLineOrLeftOut) {
     EXPECT_TRUE(result.mesh.textures.empty());
     EXPECT_EQ(result.mesh.albedo[0], 0xFFu);
     EXPECT_EQ(result.warnings.size(), 1u);
-}
-
-TEST(ObjTextures, FacesThatAreLeftOutTakeTheirCornersAlong) {
-    const Folder folder("map_Kd a.png\n");
-    const FileMesh mesh =
-        read_textures(folder,
-                      "mtllib a.mtl\nusemtl m\n" + kSquare +
-                          "f 1/1 2/x 3/3\nf 1/1 2/2\nf 1/1 2/2 9/3\nf 4/4 3/3 2/2\n",
-                      true)
-            .mesh;
-    ASSERT_EQ(mesh.face_textures.size(), 1u);
-    EXPECT_EQ(mesh.texcoords, (std::vector<Texcoord>{{0, 1}, {1, 1}, {1, 0}}));
 }
 
 TEST(ObjTextures, OfASequenceAreThoseOfItsFirstFile) {

@@ -94,34 +94,6 @@ TEST(PlyReader, SkipsElementsAndPropertiesThatItDoesNotKnow) {
     }
 }
 
-TEST(PlyReader, LineEndsAndBlanksMakeNoDifference) {
-    const std::vector<PlyPart> parts = {kSquare, kTwoFaces};
-    for (const PlyEncoding encoding : kPlyEncodings) {
-        for (const char* end : {"\n", "\r\n", "\r"}) {
-            SCOPED_TRACE(ply_format(encoding));
-            expect_the_square(ply(encoding, parts, end));
-        }
-    }
-    // The first byte after a header with CR alone is a line feed.
-    PlyPart ten = ply_vertices({{10, 0, 0}, {1, 0, 0}, {0, 1, 0}}, "uchar");
-    const Reading reading =
-        read(ply(PlyEncoding::kLittleEndian, {ten, ply_faces({{3, 0, 1, 2}})}, "\r"));
-    EXPECT_EQ(reading.mesh.positions[0], vec3(10, 0, 0));
-
-    std::string text = ply(PlyEncoding::kText, parts);
-    std::string spread = "ply \ncomment a\nobj_info b c\n\n";
-    for (const char c : text.substr(4)) {
-        if (c == '\n')
-            spread += " \t\r\n";
-        else
-            spread += c;
-        if (c == ' ') spread += "  ";
-    }
-    expect_the_square(spread + "\n \n\r\n");
-    text.pop_back();
-    expect_the_square(text);
-}
-
 TEST(PlyReader, TextIsRoundedCorrectlyWhateverItsType) {
     // The double between two floats that is closest to the middle would be rounded twice.
     for (const char* type : {"float", "double"}) {
@@ -136,36 +108,6 @@ TEST(PlyReader, TextIsRoundedCorrectlyWhateverItsType) {
         EXPECT_EQ(reading.mesh.positions[0].z, std::nextafter(1.0f, 2.0f));
         EXPECT_EQ(std::bit_cast<unsigned>(reading.mesh.positions[1].y), 0x80000000u);
         EXPECT_EQ(reading.mesh.positions[2], vec3(100, 3, 4));
-    }
-}
-
-TEST(PlyReader, MeshesBeyondTheBufferAreEqualInAllEncodings) {
-    constexpr int kSide = 190;
-    PlyPart vertices = ply_vertices({});
-    vertices.properties.push_back("uchar flag");
-    for (int i = 0; i < kSide * kSide; ++i)
-        vertices.items.push_back({i % kSide * 0.25, i / kSide * 0.5, i % 7 * 0.125, 1});
-    PlyPart faces = ply_faces({}, "ushort int");
-    PlyPart triangles = ply_faces({});
-    for (int i = 0; i + kSide + 1 < kSide * kSide; ++i) {
-        std::vector<double> face = {4, i + 0., i + 1., i + kSide + 1., i + kSide + 0.};
-        if (i % 5 == 0) face = {3, i + 0., i + 1., i + kSide + 0.};
-        triangles.items.push_back(face);
-        if (i % 9000 == 17) {
-            face = {30000};
-            for (int k = 0; k < 30000; ++k) face.push_back(k);
-        }
-        faces.items.push_back(face);
-    }
-    for (const PlyPart* part : {&faces, &triangles}) {
-        const Reading text = read(ply(PlyEncoding::kText, {vertices, *part}));
-        EXPECT_EQ(text.mesh.faces.corner_counts.size(), part->items.size());
-        EXPECT_EQ(text.mesh.positions[kSide + 3], vec3(0.75f, 0.5f, (kSide + 3) % 7 * 0.125f));
-        for (const PlyEncoding encoding : {PlyEncoding::kLittleEndian, PlyEncoding::kBigEndian}) {
-            const Reading binary = read(ply(encoding, {vertices, *part}));
-            EXPECT_EQ(binary.mesh.positions, text.mesh.positions);
-            EXPECT_EQ(binary.mesh.faces, text.mesh.faces);
-        }
     }
 }
 
@@ -278,26 +220,6 @@ TEST(PlyReader, LenientReadingAcceptsWhatItAcceptsInObjFiles) {
         EXPECT_EQ(message_of([&] { read(clouds); }).substr(0, 0), "");
         EXPECT_EQ(error_of([&] { read(clouds); })->remedy(), Remedy::kAllowEmpty);
         EXPECT_EQ(read(clouds, {.allow_empty = true}).warnings.size(), 1u);
-    }
-}
-
-TEST(PlyReader, DoublesBeyondFloatsAreInfinite) {
-    auto corners = kCorners;
-    corners[0] = {1e300, -1e300, 1e-300};
-    for (const PlyEncoding encoding : kPlyEncodings) {
-        const Reading reading =
-            read(ply(encoding, {ply_vertices(corners, "double"), kTwoFaces}), {.lenient = true});
-        EXPECT_EQ(reading.mesh.positions[0], vec3(std::numeric_limits<float>::infinity(),
-                                                  -std::numeric_limits<float>::infinity(), 0));
-    }
-}
-
-TEST(PlyReader, BytesAfterTheLastItemAreAWarning) {
-    for (const PlyEncoding encoding : kPlyEncodings) {
-        const Reading reading = read(ply(encoding, {kSquare, kTwoFaces}) + "abc");
-        ASSERT_EQ(reading.warnings.size(), 1u);
-        EXPECT_NE(reading.warnings[0].find("3 bytes after the last item; ignored"),
-                  std::string::npos);
     }
 }
 

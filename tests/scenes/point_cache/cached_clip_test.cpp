@@ -129,22 +129,6 @@ TEST(CachedClip, GivesSamplesBitForBitAndInterpolatesBetween) {
     EXPECT_TRUE(with_pc2.warnings().empty());
 }
 
-TEST(CachedClip, HasTheFramesOfItsSamples) {
-    CachedScene scene(pc2({.first_frame = 10, .frames_per_sample = 0.3f}, {1, 2, 3}));
-    const std::unique_ptr<Clip> clip = scene.open();
-    const auto step = static_cast<double>(0.3f);
-    EXPECT_EQ(clip->first_frame(), 10);
-    EXPECT_EQ(clip->last_frame(), 10 + 2 * step);
-    for (int i = 0; i < 3; ++i) {
-        const double frame = 10 + i * step;
-        EXPECT_EQ(x_at(*clip, frame), static_cast<float>(i + 1));
-        EXPECT_LE(x_at(*clip, std::nextafter(frame, 0.0)), static_cast<float>(i + 1));
-        EXPECT_GE(x_at(*clip, std::nextafter(frame, 99.0)), static_cast<float>(i + 1));
-    }
-    CachedScene one(pc2({.samples = 1}, {7}));
-    EXPECT_EQ(x_at(*one.open(), 3), 7.0f);
-}
-
 TEST(CachedClip, TellsWhichSampleIsNotFinite) {
     for (const float bad : {std::nanf(""), kInfinity, -2e30f}) {
         CachedScene scene(pc2({.samples = 4}, {1, 2, bad, 3}));

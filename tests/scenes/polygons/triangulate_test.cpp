@@ -124,16 +124,6 @@ TEST(Triangulate, CombSpiralAndHoleAreCoveredOnce) {
                   "hole");
 }
 
-TEST(Triangulate, CornerInTheMiddleOfAnEdgeGetsNoFlatTriangle) {
-    for (int shift = 0; shift < 5; ++shift) {
-        std::vector<vec3> quad = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}};
-        std::rotate(quad.begin(), quad.begin() + shift, quad.end());
-        for (const uvec3& t : triangles_of(quad)) {
-            EXPECT_GT(length(area_vector(quad[t.x], quad[t.y], quad[t.z])), 0) << shift;
-        }
-    }
-}
-
 TEST(Triangulate, FacesWithoutAnAnswerStillGetTheirNumberOfTriangles) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const float inf = std::numeric_limits<float>::infinity();
@@ -155,15 +145,6 @@ TEST(Triangulate, FacesWithoutAnAnswerStillGetTheirNumberOfTriangles) {
             EXPECT_TRUE(t.x != t.y && t.y != t.z && t.z != t.x);
         }
     }
-}
-
-TEST(Triangulate, TrianglesComeInTheOrderOfTheFaces) {
-    Polygons faces;
-    faces.corner_counts = {3, 4, 3};
-    faces.corners = {0, 1, 2, 0, 1, 2, 3, 2, 1, 0};
-    const std::vector<vec3> square = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-    EXPECT_EQ(triangulate(faces, square, "a.obj", false, {}),
-              (std::vector<uvec3>{{0, 1, 2}, {0, 1, 2}, {0, 2, 3}, {2, 1, 0}}));
 }
 
 std::vector<vec3> ring(int count, double outer) {
@@ -228,13 +209,5 @@ TEST(Triangulate, CrossingEdgesOfAHundredThousandCornersEnd) {
 }
 
 // A bent quad whose normal has equal components along x and y: it is cut as it is seen along x.
-TEST(Triangulate, ProjectsAlongTheFirstOfTheLargestComponents) {
-    EXPECT_EQ(triangles_of({{-2, 3, -2}, {-2, 0, 1}, {3, -2, 1}, {-3, 1, 0}}),
-              (std::vector<uvec3>{{1, 2, 3}, {0, 1, 3}}));
-    // The same with y, z, x for x, y, z is cut as it is seen along the new x, which is the old y.
-    EXPECT_EQ(triangles_of({{3, -2, -2}, {0, 1, -2}, {-2, 1, 3}, {1, 0, -3}}),
-              (std::vector<uvec3>{{0, 1, 2}, {0, 2, 3}}));
-}
-
 }  // namespace
 }  // namespace mray

@@ -72,24 +72,6 @@ TEST_P(EveryScene, HasValidIndicesAndOneAlbedoATriangleAndNoStrayVertex) {
     }
 }
 
-TEST_P(EveryScene, GivesATinyRequestItsSmallestMesh) {
-    const auto clip = make_procedural(GetParam(), 1);
-    EXPECT_GE(clip->topology().triangles.size(), 1u);
-    EXPECT_LE(clip->topology().triangles.size(), 100u);
-}
-
-TEST_P(EveryScene, HasItsDefaultSizeWhenNoneIsAskedFor) {
-    const auto scenes = procedural_scenes();
-    const auto scene = std::find_if(scenes.begin(), scenes.end(),
-                                    [](const auto& s) { return s.name == GetParam(); });
-    const auto clip = make_procedural(GetParam());
-    EXPECT_NEAR(static_cast<double>(clip->topology().triangles.size()) / scene->default_triangles,
-                1, 0.02);
-    EXPECT_GE(scene->default_triangles, 20000u);
-    EXPECT_LE(scene->default_triangles, 100000u);
-    EXPECT_EQ(clip->name(), GetParam());
-}
-
 TEST_P(EveryScene, IsTheSameEachTimeItIsMade) {
     const auto first = make_procedural(GetParam(), 9000);
     const auto second = make_procedural(GetParam(), 9000);
@@ -134,17 +116,6 @@ TEST_P(EveryScene, MovesEachVertexAlikeInWhateverRangesItIsAsked) {
         }
         EXPECT_EQ(parts, whole) << step;
     }
-}
-
-TEST_P(EveryScene, HoldsItsFirstAndLastFrameOutsideOfTheClip) {
-    const auto clip = make_procedural(GetParam(), 200);
-    EXPECT_EQ(positions_of(*clip, -3), positions_of(*clip, 0));
-    EXPECT_EQ(positions_of(*clip, 1e30), positions_of(*clip, 24));
-}
-
-TEST_P(EveryScene, Moves) {
-    const auto clip = make_procedural(GetParam(), 2000);
-    EXPECT_NE(positions_of(*clip, 0), positions_of(*clip, 3));
 }
 
 TEST(MakeProcedural, NamesTheNearestSceneForAnUnknownOne) {

@@ -104,14 +104,6 @@ TEST(KeyframeClip, TakesAFrameFromTheKeyframesAroundIt) {
     EXPECT_EQ(kind_of([&] { x_at(opened, 1.25); }), ErrorKind::kBadInput);
 }
 
-TEST(KeyframeClip, ClampsFramesToItsRange) {
-    const Opened opened = open_frames({triangle_at("1"), triangle_at("2")});
-    EXPECT_EQ(x_at(opened, -5), 1.0f);
-    EXPECT_EQ(x_at(opened, 99), 2.0f);
-    EXPECT_EQ(x_at(opened, std::numeric_limits<double>::quiet_NaN()), 1.0f);
-    EXPECT_EQ(x_at(opened, std::numeric_limits<double>::infinity()), 2.0f);
-}
-
 TEST(KeyframeClip, BoundsAreThoseOfTheFirstFrame) {
     const WorldBounds bounds = open_frames({triangle_at("-7"), triangle_at("9")}).clip->bounds();
     EXPECT_EQ(bounds.lower[0], -7);
@@ -212,26 +204,6 @@ TEST(KeyframeClip, FrameThatCannotBeReadFailsWhenItIsUsed) {
     EXPECT_EQ(x_at(opened, 2), 2.0f);
 }
 
-TEST(KeyframeClip, FirstFrameThatExplodesIsRefused) {
-    EXPECT_EQ(kind_of([] {
-                  open_frames({triangle_at("nan"), triangle_at("1")});
-              }),
-              ErrorKind::kBadInput);
-}
-
-TEST(KeyframeClip, LenientlyPassesOnWhatIsNotFinite) {
-    ClipOptions options;
-    options.lenient = true;
-    const Opened opened =
-        open_frames({triangle_at("nan"), triangle_at("1"), triangle_at("-inf")}, options);
-    EXPECT_TRUE(std::isnan(x_at(opened, 0)));
-    EXPECT_TRUE(std::isnan(x_at(opened, 0.5)));
-    EXPECT_EQ(x_at(opened, 1), 1.0f);
-    EXPECT_EQ(x_at(opened, 2), -INFINITY);
-    EXPECT_EQ(opened.clip->bounds().lower[0], 0);
-    EXPECT_EQ(opened.clip->bounds().upper[0], 1);
-}
-
 TEST(KeyframeClip, MissingFrameIsHeldOrInterpolatedAsAsked) {
     const std::vector<std::string> texts = {triangle_at("0"), "", "", triangle_at("6"),
                                             triangle_at("7")};
@@ -252,21 +224,6 @@ TEST(KeyframeClip, MissingFrameIsHeldOrInterpolatedAsAsked) {
     EXPECT_EQ(skipped.clip->last_frame(), 4);
     EXPECT_EQ(x_at(skipped, 1.5), 3.0f);
     EXPECT_EQ(x_at(skipped, 3.5), 6.5f);
-}
-
-TEST(KeyframeClip, CollapsingToAPlaneOrAPointIsFine) {
-    const std::string flat = "v 0 0 0\nv 1 0 0\nv 1 0 0\nf 1 2 3\n";
-    const std::string point = "v 5 5 5\nv 5 5 5\nv 5 5 5\nf 1 2 3\n";
-    const Opened opened = open_frames({triangle_at("0"), flat, point, triangle_at("0")});
-    EXPECT_TRUE(opened.warnings.empty());
-    EXPECT_EQ(positions_at(*opened.clip, 2)[2], vec3(5, 5, 5));
-}
-
-TEST(KeyframeClip, ManyFramesAreInTheirPlaces) {
-    std::vector<std::string> texts;
-    for (int i = 0; i < 300; ++i) texts.push_back(triangle_at(std::to_string(i)));
-    const Opened opened = open_frames(texts);
-    for (int i = 0; i < 300; ++i) ASSERT_EQ(x_at(opened, i), static_cast<float>(i));
 }
 
 }  // namespace

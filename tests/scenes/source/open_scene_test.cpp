@@ -140,17 +140,6 @@ TEST(OpenScene, BuiltinOfNoNumberOfTrianglesIsToldOneThatOpens) {
     }
 }
 
-TEST(OpenScene, BuiltinWithoutANameIsToldAllNames) {
-    for (const char* spec : {"builtin:", "builtin::500"}) {
-        const std::string message = message_of([&] { open_scene(spec); });
-        EXPECT_NE(message.find("the name is missing; "), std::string::npos) << message;
-        EXPECT_NE(message.find("cloth, twist, herd, explode, shuffle, soup, spikes, collapse, "
-                               "wave, orbits, gather, teleport, swing"),
-                  std::string::npos)
-            << message;
-    }
-}
-
 TEST(OpenScene, AcceptsASceneWithoutFacesWhenAsked) {
     const TemporaryFolder folder;
     for (const char* text : {"", "v 1 2 3\n"}) {
@@ -161,32 +150,6 @@ TEST(OpenScene, AcceptsASceneWithoutFacesWhenAsked) {
         EXPECT_TRUE(clip->topology().triangles.empty());
         EXPECT_EQ(clip->bounds().empty(), clip->topology().vertex_count == 0);
     }
-}
-
-TEST(OpenScene, PolygonsBecomeTrianglesInTheOrderOfTheFaces) {
-    const TemporaryFolder folder;
-    const auto clip = open_scene(folder
-                                     .write("a.obj",
-                                            "v 0 0 0\nv 4 0 0\nv 1 1 0\nv 0 4 0\n"
-                                            "f 1 1 1\nf 1 2\nf 2 3 4 1\nf 1 2 3\n")
-                                     .native());
-    const std::vector<uvec3>& triangles = clip->topology().triangles;
-    ASSERT_EQ(triangles.size(), 4u);
-    EXPECT_EQ(triangles[0], uvec3(0, 0, 0));
-    EXPECT_EQ(triangles[3], uvec3(0, 1, 2));
-}
-
-TEST(OpenScene, PolygonOfTwoHundredThousandCornersIsRead) {
-    constexpr int kCount = 200'000;
-    std::string text;
-    for (int i = 0; i < kCount; ++i) {
-        text += fmt::format("v {} {} 0\n", i, i % 2 * 100);
-    }
-    text += "f";
-    for (int i = 1; i <= kCount; ++i) text += fmt::format(" {}", i);
-    const TemporaryFolder folder;
-    EXPECT_EQ(open_scene(folder.write("a.obj", text).native())->topology().triangles.size(),
-              kCount - 2u);
 }
 
 TEST(OpenScene, NamesThatAreNotUtf8Work) {

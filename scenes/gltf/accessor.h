@@ -3,13 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "scenes/gltf/file/gltf_file.h"
+#include "scenes/gltf/gltf_file.h"
 
 namespace mray::gltf {
 
@@ -61,17 +60,15 @@ struct Wanted {
     enum class Integers { kNone, kNormalized, kAny } integers = Integers::kNone;
 };
 
-/// Reads accessors. All together may take what the budget has, 16 times the bytes of the buffers,
-/// 5 times those that are decompressed and what JSON leaves of 56 MiB, so that a few bytes of JSON
-/// cannot ask for more memory than there is.
+/// Reads accessors.
 ///
 /// Every function throws Error(kBadInput) with the place of the member that is wrong: an index, an
 /// offset, a stride or a count out of range or not aligned, a type that is not wanted, an accessor
 /// without a buffer view that has more elements than all buffers have bytes.
 class Accessors {
 public:
-    /// Keeps the references.
-    Accessors(const GltfFile& file, ContentBudget& budget);
+    /// Keeps the reference.
+    explicit Accessors(const GltfFile& file);
 
     /// `reference` is the member that has the index of the accessor.
     Accessor open(const JsonAt& reference);
@@ -85,25 +82,20 @@ public:
                                         bool allow_32_bits);
 
 private:
-    /// The bytes of a buffer view, decompressed ones if it is compressed, and where they begin in
-    /// their buffer.
+    /// The bytes of a buffer view, and where they begin in their buffer.
     struct View {
         std::string_view bytes;
         std::uint64_t offset = 0;
     };
-    View view_of(const JsonAt& view, std::size_t index);
+    View view_of(const JsonAt& view);
     PackedArray packed(const JsonAt& owner, std::size_t view_index, std::uint64_t offset,
                        Component component, std::size_t width, std::size_t count,
                        bool may_have_stride);
     void open_sparse(const JsonAt& sparse, Component component, Accessor& accessor);
     std::vector<std::uint32_t> sparse_indices(const Accessor& accessor);
-    void take(const Accessor& accessor, std::uint64_t bytes);
 
     const GltfFile& file_;
     std::size_t view_count_;
-    ContentBudget& budget_;
-    /// Compressed views that have been opened, by their indices.
-    std::map<std::size_t, std::string> decompressed_;
 };
 
 }  // namespace mray::gltf

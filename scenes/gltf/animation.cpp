@@ -1,4 +1,4 @@
-#include "scenes/gltf/motion/animation.h"
+#include "scenes/gltf/animation.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "common/base/errors.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
-#include "scenes/gltf/motion/interpolation.h"
+#include "scenes/gltf/transforms.h"
 #include "scenes/warning_count.h"
 
 namespace mray::gltf {

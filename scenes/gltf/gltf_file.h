@@ -1,4 +1,4 @@
-// A glTF 2.0 file with its buffers.
+// A glTF 2.0 file with its buffers, and the files and bytes that its URIs name.
 #pragma once
 
 #include <cstddef>
@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,6 +17,23 @@
 
 namespace mray::gltf {
 
+/// Allows positions and directions of 8 and 16 bits.
+inline constexpr std::string_view kQuantization = "KHR_mesh_quantization";
+/// Moves, turns and scales the texture coordinates of a texture.
+inline constexpr std::string_view kTextureTransform = "KHR_texture_transform";
+
+/// Returns what the extension of this name says of an object; nothing if it says nothing.
+std::optional<JsonAt> extension_of(const JsonAt& at, std::string_view name);
+
+/// The bytes of a "data:" URI in base 64; nothing for other URIs. Throws Error(kBadInput) for one
+/// that is not in base 64.
+std::optional<std::string> data_of_uri(const JsonAt& uri);
+
+/// The file that a relative URI names (RFC 3986: %20 is a blank), which lies in the folder of the
+/// glTF file at `scene_file`, links resolved. Throws Error(kBadInput) for a URI with a scheme such
+/// as "file:" or "http:", and what side_file() throws.
+std::filesystem::path file_of_uri(const JsonAt& uri, const std::filesystem::path& scene_file);
+
 /// Bytes of a buffer, and where they are on the disk.
 struct Buffer {
     std::string_view bytes;
@@ -24,21 +42,17 @@ struct Buffer {
     std::uint64_t offset_in_file = 0;
     /// The content of a data: URI, in which `bytes` lie; otherwise null.
     std::shared_ptr<const std::string> data = {};
-    /// Its views are compressed ones, whose bytes are elsewhere; it has none itself.
-    bool is_placeholder = false;
 };
 
 /// The JSON of a .gltf or .glb file and the content of its buffers, from the file, from data: URIs
 /// and from files in its folder.
 class GltfFile {
 public:
-    /// Takes from the budget what the JSON takes, and adds 16 times the bytes of the buffers.
-    ///
     /// Throws Error: kBadInput with the place in the JSON (other versions, extensions that are
     /// required and unknown, buffers that are missing, outside of the folder or shorter than they
     /// say), kLimit for a file of more than 4 GiB. Warns of extensions that are required and left
     /// out.
-    GltfFile(const std::filesystem::path& path, ContentBudget& budget, const WarnFunction& warn);
+    GltfFile(const std::filesystem::path& path, const WarnFunction& warn);
     GltfFile(const GltfFile&) = delete;
     GltfFile& operator=(const GltfFile&) = delete;
 

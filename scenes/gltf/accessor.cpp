@@ -1,4 +1,4 @@
-#include "scenes/gltf/file/accessor.h"
+#include "scenes/gltf/accessor.h"
 
 #include <fmt/format.h>
 
@@ -11,8 +11,6 @@
 #include <utility>
 
 #include "common/text/message_text.h"
-#include "scenes/gltf/file/compressed_view.h"
-#include "scenes/gltf/file/extensions.h"
 
 namespace mray::gltf {
 namespace {
@@ -146,18 +144,9 @@ void require(const Accessor& accessor, const Wanted& wanted) {
 
 }  // namespace
 
-Accessors::Accessors(const GltfFile& file, ContentBudget& budget)
-    : file_(file), view_count_(file.count("bufferViews")), budget_(budget) {}
+Accessors::Accessors(const GltfFile& file) : file_(file), view_count_(file.count("bufferViews")) {}
 
-Accessors::View Accessors::view_of(const JsonAt& view, std::size_t index) {
-    if (const auto compression = extension_of(view, kMeshopt)) {
-        auto known = decompressed_.find(index);
-        if (known == decompressed_.end()) {
-            std::string bytes = decompressed(view, *compression, file_.buffers(), budget_);
-            known = decompressed_.emplace(index, std::move(bytes)).first;
-        }
-        return {known->second};
-    }
+Accessors::View Accessors::view_of(const JsonAt& view) {
     const std::size_t buffer = view.at("buffer").index_below(file_.buffers().size(), "buffers");
     const std::uint64_t offset = view.count_or("byteOffset", 0);
     const std::uint64_t length = view.at("byteLength").count();
@@ -174,7 +163,7 @@ PackedArray Accessors::packed(const JsonAt& owner, std::size_t view_index, std::
                               Component component, std::size_t width, std::size_t count,
                               bool may_have_stride) {
     const JsonAt view = file_.element("bufferViews", view_index);
-    const auto [bytes, view_offset] = view_of(view, view_index);
+    const auto [bytes, view_offset] = view_of(view);
     const std::size_t element = width * size_of(component);
     std::uint64_t stride = element;
     if (const std::optional<JsonAt> given = view.find("byteStride"); given && may_have_stride) {
@@ -240,13 +229,7 @@ void Accessors::open_sparse(const JsonAt& sparse, Component component, Accessor&
                values.count_or("byteOffset", 0), component, accessor.width, count, false);
 }
 
-void Accessors::take(const Accessor& accessor, std::uint64_t bytes) {
-    if (budget_.take(bytes)) return;
-    accessor.at.fail("all accessors together take more than 16 times the bytes of the buffers");
-}
-
 std::vector<std::uint32_t> Accessors::sparse_indices(const Accessor& accessor) {
-    take(accessor, accessor.sparse_count * sizeof(std::uint32_t));
     std::vector<std::uint32_t> indices(accessor.sparse_count);
     read_integers(accessor.sparse_indices, indices.size(), 1, indices.data());
     for (std::size_t i = 0; i < indices.size(); ++i) {
@@ -260,7 +243,6 @@ std::vector<std::uint32_t> Accessors::sparse_indices(const Accessor& accessor) {
 std::vector<float> Accessors::floats(const Accessor& accessor, const Wanted& wanted) {
     require(accessor, wanted);
     const std::size_t width = accessor.width;
-    take(accessor, std::uint64_t{accessor.count} * width * sizeof(float));
     std::vector<float> values(accessor.count * width);
     if (!accessor.base.bytes.empty()) {
         read_floats(accessor.base, accessor.count, width, accessor.normalized, values.data());
@@ -277,7 +259,6 @@ SparseFloats Accessors::sparse_floats(const Accessor& accessor, const Wanted& wa
     SparseFloats sparse;
     if (accessor.sparse_count == 0) return sparse;
     sparse.indices = sparse_indices(accessor);
-    take(accessor, std::uint64_t{accessor.sparse_count} * accessor.width * sizeof(float));
     sparse.values.resize(accessor.sparse_count * accessor.width);
     read_floats(accessor.sparse_values, accessor.sparse_count, accessor.width, accessor.normalized,
                 sparse.values.data());
@@ -293,13 +274,11 @@ std::vector<std::uint32_t> Accessors::integers(const Accessor& accessor, std::si
             .fail(fmt::format("must be 5121 or 5123{} here, and not normalized",
                               allow_32_bits ? " or 5125" : ""));
     }
-    take(accessor, std::uint64_t{accessor.count} * width * sizeof(std::uint32_t));
     std::vector<std::uint32_t> values(accessor.count * width);
     if (!accessor.base.bytes.empty())
         read_integers(accessor.base, accessor.count, width, values.data());
     if (accessor.sparse_count == 0) return values;
     const std::vector<std::uint32_t> indices = sparse_indices(accessor);
-    take(accessor, std::uint64_t{accessor.sparse_count} * width * sizeof(std::uint32_t));
     std::vector<std::uint32_t> replaced(accessor.sparse_count * width);
     read_integers(accessor.sparse_values, accessor.sparse_count, width, replaced.data());
     for (std::size_t i = 0; i < indices.size(); ++i)

@@ -11,7 +11,7 @@
 
 #include "common/base/warning.h"
 #include "scenes/clip.h"
-#include "scenes/gltf/file/accessor.h"
+#include "scenes/gltf/accessor.h"
 
 namespace mray::gltf {
 

@@ -1,4 +1,4 @@
-// Vertices of a glTF scene at a time.
+// Where the nodes and vertices of a glTF scene are at a time.
 #pragma once
 
 #include <cstddef>
@@ -7,12 +7,20 @@
 #include <span>
 #include <vector>
 
-#include "common/interop/platform.h"
-#include "common/simd/simd_target.h"
-#include "scenes/gltf/motion/pose.h"
-#include "scenes/gltf/motion/skinned_places.h"
+#include "scenes/gltf/gltf_scene.h"
 
 namespace mray::gltf {
+
+struct Pose {
+    /// From the space of each node to world space.
+    std::vector<Affine> to_world;
+    /// weights[part][target]: one for each part of the scene and each morph target of its mesh.
+    std::vector<std::vector<double>> weights;
+};
+
+/// `seconds` before the first and after the last key are those keys. A pure function: the bits do
+/// not depend on machine, threads or earlier calls.
+Pose pose_at(const GltfScene& scene, double seconds);
 
 inline constexpr std::size_t kNoVertex = std::numeric_limits<std::size_t>::max();
 
@@ -23,11 +31,11 @@ inline constexpr std::size_t kNoVertex = std::numeric_limits<std::size_t>::max()
 class Skinning {
 public:
     /// The scene must outlive it.
-    explicit Skinning(const GltfScene& scene, const SimdTarget& target = best_simd_target());
+    explicit Skinning(const GltfScene& scene);
 
     /// Writes the positions of all vertices. Returns the first vertex that has a coordinate that is
     /// not finite or beyond 1e30, or kNoVertex. Runs on the threads of the calling arena; the bits
-    /// do not depend on their number, nor on the instruction set. O(vertices).
+    /// do not depend on their number. O(vertices).
     std::size_t place(const Pose& pose, std::span<vec3> out) const;
 
 private:
@@ -39,7 +47,6 @@ private:
     };
 
     const GltfScene& scene_;
-    PlaceSkinned place_skinned_;
     std::vector<Block> blocks_;
 };
 
