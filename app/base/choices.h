@@ -76,10 +76,6 @@ inline constexpr Choice<morphray::Shading> kShadings[] = {
 inline constexpr Choice<std::uint32_t> kSampleCounts[] = {
     {"1", 1}, {"4", 4}, {"16", 16}, {"64", 64}};
 inline constexpr Choice<const char*> kExrColours[] = {{"half", "half"}, {"float", "float"}};
-inline constexpr Choice<Comparison> kComparisons[] = {{"off", Comparison::kOff},
-                                                      {"side", Comparison::kSide},
-                                                      {"wipe", Comparison::kWipe},
-                                                      {"difference", Comparison::kDifference}};
 inline constexpr Choice<SplitMethod> kSplits[] = {{"binned", SplitMethod::kBinned},
                                                   {"sweep", SplitMethod::kSweep}};
 inline constexpr Choice<MissingFrames> kMissing[] = {

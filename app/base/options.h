@@ -64,9 +64,6 @@ enum class AnswerForm { kText, kJson, kNpy };
 /// Questions about a point.
 enum class Question { kInside, kWinding, kDistance, kClosest };
 
-/// How view shows the images of two backends.
-enum class Comparison { kOff, kSide, kWipe, kDifference };
-
 /// How render shades.
 struct ShadingOptions {
     /// Not given: lit, or plain with --rays.
@@ -151,11 +148,7 @@ struct Options {
 
     // view; `frame` is the first one that is shown
     std::string screenshot;
-    bool exits = false;
-    /// The number of images after which the viewer ends; 0: never.
-    std::uint64_t exit_after = 0;
     bool plays = false;
-    Comparison comparison = Comparison::kOff;
 
     // profile
     int repeat = 10;

@@ -23,8 +23,4 @@ std::uint64_t bytes_of(const char* file, const std::string& key) {
 
 std::uint64_t peak_memory_bytes() { return bytes_of("/proc/self/status", "VmHWM:"); }
 
-std::uint64_t resident_memory_bytes() { return bytes_of("/proc/self/status", "VmRSS:"); }
-
-std::uint64_t free_memory_bytes() { return bytes_of("/proc/meminfo", "MemAvailable:"); }
-
 }  // namespace mray::app

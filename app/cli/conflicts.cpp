@@ -76,17 +76,8 @@ void check_skipping(const Options& options) {
 
 void check_view(const Options& options) {
     check_shading(options);
-    if (options.exits && options.screenshot.empty())
-        refuse("--exit: ends after the screenshot; give --screenshot FILE.png too");
     if (!options.screenshot.empty() && !options.screenshot.ends_with(".png"))
         refuse("--screenshot: a .png file");
-    if (!options.screenshot.empty() && options.comparison != Comparison::kOff)
-        refuse(
-            "--screenshot, --compare: a screenshot is the image of one backend; leave one of "
-            "them out");
-    if (options.comparison != Comparison::kOff && options.backend.choice_given)
-        refuse(
-            "--compare, --backend: a comparison shows the CPU and Vulkan; leave one of them out");
 }
 
 /// probe needs frame and pixel.

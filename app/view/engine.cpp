@@ -1,8 +1,46 @@
 #include "app/view/engine.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
+#include "app/base/library_calls.h"
+#include "common/text/number_text.h"
+
 namespace mray::app {
+
+DifferenceImage difference_of(const TracedPane& first, const TracedPane& second) {
+    constexpr std::uint32_t kEqual = 0xFF000000u;
+    constexpr std::uint32_t kDifferent = 0xFFFFFFFFu;
+    DifferenceImage image;
+    image.pixels.resize(first.pixels.size());
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const bool differs = first.pixels[i] != second.pixels[i];
+        image.different += differs ? 1 : 0;
+        image.pixels[i] = differs ? kDifferent : kEqual;
+    }
+    return image;
+}
+
+std::string pixel_text(const PixelProbe& probe) {
+    std::string text = fmt::format("pixel {},{}, frame {}\n", probe.request.pixel.x,
+                                   probe.request.pixel.y, probe.request.image.frame);
+    for (std::size_t i = 0; i < probe.hits.size(); ++i) {
+        const morphray::Hit& hit = probe.hits[i];
+        text += probe.devices[i] + "\n";
+        if (!hit) {
+            text += "  miss\n";
+            continue;
+        }
+        // The ground is the scene's second mesh.
+        text += hit.geom_id == 0 ? fmt::format("  triangle {}\n", hit.prim_id) : "  ground\n";
+        for (const auto& [name, x] :
+             {std::pair("t", hit.t), std::pair("u", hit.u), std::pair("v", hit.v)})
+            text += fmt::format("  {} {:<17} {:.9g}\n", name, hex_text(x), x);
+    }
+    if (probe.hits.size() < 2) return text;
+    return text + (probe.hits[0] == probe.hits[1] ? "equal bit by bit\n" : "DIFFERENT\n");
+}
 
 Engine::Engine(const Options& options, const Clip& clip, const Messages& messages,
                std::function<void()> on_result)
@@ -79,19 +117,53 @@ void Engine::run() {
     on_result_();
 }
 
-TracedScene& Engine::scene(BackendChoice backend) {
-    return scenes_.try_emplace(backend, options_, clip_, backend, messages_, stops_, builds_)
-        .first->second;
+/// Brings the backend's scene to the request's frame; a change of the policy builds a new one.
+Engine::BackendScene& Engine::follow(const ImageRequest& request, BackendChoice backend) {
+    BackendScene& traced = scenes_[backend];
+    const bool is_new = !traced.scene || traced.update != request.update;
+    if (is_new) {
+        Options options = options_;
+        options.backend.choice = backend;
+        options.tree.update = request.update;
+        options.tree.update_config.record_cost_ratio = true;
+        // Whatever is shown first, the scene has its textures.
+        options.shading.shading = morphray::Shading::lit;
+        // --build-at is for the first tree; a change of settings builds where one is.
+        if (traced.scene) options.tree.build_at.reset();
+        traced.scene =
+            std::make_unique<ClipScene>(options, clip_, request.frame, messages_, stops_);
+        traced.update = request.update;
+    }
+    if (is_new || traced.frame != request.frame) traced.scene->advance(request.frame);
+    traced.frame = request.frame;
+    return traced;
+}
+
+TracedPane Engine::trace(const ImageRequest& request, BackendChoice backend) {
+    BackendScene& traced = follow(request, backend);
+    ShadingOptions shading = options_.shading;
+    shading.shading = request.shading;
+    shading.samples = request.samples;
+    traced.scene->render_pixels(request.view, shading, cancel_, traced.image);
+    return {.device = traced.scene->scene().device().description(),
+            .width = traced.image.width,
+            .height = traced.image.height,
+            .pixels = std::move(traced.image.pixels),
+            .rays = traced.image.ray_count,
+            .deform_ms = traced.scene->times().deform_ms,
+            .trace_ms = traced.image.trace_ms,
+            .update = traced.scene->update()};
 }
 
 void Engine::trace(const ImageRequest& request) {
     auto image = std::make_unique<TracedImage>();
     try {
         for (const BackendChoice backend : request.backends)
-            image->panes.push_back(scene(backend).trace(request, cancel_));
+            image->panes.push_back(trace(request, backend));
         if (request.box_depth >= 0) {
             const auto depth = static_cast<std::uint32_t>(request.box_depth);
-            image->boxes = scene(request.backends.front()).tree_boxes(depth);
+            const ClipScene& scene = *scenes_.at(request.backends.front()).scene;
+            image->boxes = call_library([&] { return scene.scene().tree_boxes(depth); });
         }
     } catch (const Error& error) {
         if (error.kind() == ErrorKind::kCancelled) {
@@ -116,10 +188,21 @@ void Engine::trace(const ImageRequest& request) {
 }
 
 void Engine::answer(const ProbeRequest& request) {
-    PixelProbe probe{request, {}};
+    PixelProbe probe{request, {}, {}};
     try {
-        for (const BackendChoice backend : request.image.backends)
-            probe.hits.push_back(scene(backend).probe(request.image, request.pixel));
+        ShadingOptions plain;
+        plain.shading = morphray::Shading::plain;
+        ViewSpec view = request.image.view;
+        view.rays = kRaysPrimary;
+        view.ao_count = 1;
+        for (const BackendChoice backend : request.image.backends) {
+            BackendScene& traced = follow(request.image, backend);
+            morphray::Image image;
+            traced.scene->render(view, plain, image);
+            probe.devices.push_back(traced.scene->scene().device().description());
+            probe.hits.push_back(
+                image.hits[std::size_t{request.pixel.y} * image.width + request.pixel.x]);
+        }
     } catch (const Error& error) {
         if (error.kind() == ErrorKind::kDeviceLost) throw;
         // The image of the same request says what is wrong.

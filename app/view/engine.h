@@ -11,9 +11,40 @@
 #include <optional>
 #include <thread>
 
-#include "app/view/traced_scene.h"
+#include "app/clip/clip_scene.h"
+#include "app/view/state.h"
 
 namespace mray::app {
+
+/// The image of one backend.
+struct TracedPane {
+    std::string device;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::vector<std::uint32_t> pixels;
+    std::uint64_t rays = 0;
+    double deform_ms = 0;
+    double trace_ms = 0;
+    /// The update to this pose.
+    morphray::Update update;
+};
+
+struct TracedImage {
+    ImageRequest request;
+    /// As many as there are backends, or none if `error` is set.
+    std::vector<TracedPane> panes;
+    std::vector<morphray::Box> boxes;
+    /// Why there is no image.
+    std::string error;
+};
+
+/// Where the images of two backends differ: white where two images of one size differ in any bit,
+/// black where they are equal.
+struct DifferenceImage {
+    std::vector<std::uint32_t> pixels;
+    std::uint64_t different = 0;
+};
+DifferenceImage difference_of(const TracedPane& first, const TracedPane& second);
 
 /// A pixel to describe.
 struct ProbeRequest {
@@ -21,11 +52,15 @@ struct ProbeRequest {
     Pixel pixel;
 };
 
-/// The hits of a pixel, one for each backend of the image.
+/// The hits of a pixel, one for each backend of the image, their t in world space along the view.
 struct PixelProbe {
     ProbeRequest request;
-    std::vector<TracedScene::PixelHit> hits;
+    std::vector<std::string> devices;
+    std::vector<morphray::Hit> hits;
 };
+/// A line for the pixel, for each backend the triangle, t, u and v in hexadecimal and decimal
+/// digits, and with two backends whether they are equal.
+std::string pixel_text(const PixelProbe& probe);
 
 /// Only the newest request counts: one that has not begun is replaced, and one that refines an
 /// image is cancelled. A probe goes first, and interrupts such an image. All members may be called
@@ -36,7 +71,7 @@ public:
     /// options, clip and on_result's context must outlive the engine.
     Engine(const Options& options, const Clip& clip, const Messages& messages,
            std::function<void()> on_result);
-    /// Cancels, and waits for the thread. After a signal the process may end before that.
+    /// Cancels, and waits for the thread.
     ~Engine();
     Engine(const Engine&) = delete;
     Engine& operator=(const Engine&) = delete;
@@ -47,25 +82,31 @@ public:
     /// it throws that: the loss of a device, or anything before the first image.
     std::unique_ptr<TracedImage> take();
     std::optional<PixelProbe> take_probe();
-    /// Whether a scene is made: textures are read and a tree is built, which says how far it is to
-    /// step_done() (app/terminal/progress.h).
-    bool builds() const { return builds_; }
 
 private:
+    /// The clip on one backend, at the frame of the last request.
+    struct BackendScene {
+        PolicySpec update;
+        double frame = 0;
+        std::unique_ptr<ClipScene> scene;
+        /// Its memory is used by the next image.
+        morphray::Image image;
+    };
+
     void run();
     bool next(std::optional<ImageRequest>& image, std::optional<ProbeRequest>& probe);
     void trace(const ImageRequest& request);
+    TracedPane trace(const ImageRequest& request, BackendChoice backend);
     void answer(const ProbeRequest& request);
-    TracedScene& scene(BackendChoice backend);
+    BackendScene& follow(const ImageRequest& request, BackendChoice backend);
 
     const Options& options_;
     const Clip& clip_;
     const Messages& messages_;
     std::function<void()> on_result_;
     std::atomic<bool> stops_ = false;
-    std::atomic<bool> builds_ = false;
     /// Scenes that the engine's thread alone uses.
-    std::map<BackendChoice, TracedScene> scenes_;
+    std::map<BackendChoice, BackendScene> scenes_;
     bool has_traced_ = false;
 
     std::mutex mutex_;

@@ -52,7 +52,7 @@ std::string small(std::string line) {
     line = std::regex_replace(line, std::regex("(builtin:[a-z]+)( |$)"), "$1:300$2");
     line = std::regex_replace(line, std::regex("--pixel [0-9,]+"), "--pixel 20,20 --size 40x40");
     // A window that ends by itself.
-    line = std::regex_replace(line, std::regex(" --play"), " --play --exit-after 1");
+    line = std::regex_replace(line, std::regex(" --play"), " --play --screenshot played.png");
     if (std::regex_search(line, std::regex("morphray (render|profile|crosscheck) ")))
         line += " --size 40x30";
 #ifndef MORPHRAY_HAS_VULKAN

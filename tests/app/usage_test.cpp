@@ -120,9 +120,7 @@ TEST(Usage, OptionsWithoutEffectAreRefused) {
              {"trace S --rays - -o - --max-hits 3", "--all"},
              {"query S --points - --ask winding --rule odd", "--rule"},
              {"info --bvh", "--bvh"},
-             {"info S --threads 2", "--threads"},
-             {"view S --compare side --backend cpu", "--backend"},
-             {"view S --exit", "--screenshot"}}) {
+             {"info S --threads 2", "--threads"}}) {
         std::istringstream words(line);
         std::vector<std::string> arguments(std::istream_iterator<std::string>(words), {});
         std::replace(arguments.begin(), arguments.end(), std::string("S"),

@@ -64,7 +64,7 @@ set(places
     "^hwy/"                     "^((cpu|common/simd|common/bvh|scenes/gltf)/.*-inl\\.h|tests/cpu/.*)$"
     "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/(gpu|faults)|library/examples)/"
     "^(gtest|gmock)/"           "^tests/"
-    "^(GLFW/|imgui|backends/)"  "^app/view/window/"
+    "^(GLFW/|imgui|backends/)"  "^app/view/"
     "^png\\.h$"                 "^(tests/|app/files/png_reader\\.cpp$)"
     "^j(peglib|error)\\.h$"      "^(tests/|app/files/jpeg_reader\\.cpp$)"
     "^assimp/"                  "^app/files/formats/assimp_[a-z]+\\.cpp$"

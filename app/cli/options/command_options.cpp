@@ -29,7 +29,7 @@ constexpr Example kRenderExamples[] = {
 constexpr Example kViewExamples[] = {
     {"A scene that plays", "morphray view builtin:cloth --play"},
     {"The first complete image of a frame, without anybody to close the window",
-     "morphray view builtin:cloth --frame 8 --screenshot cloth.png --exit"},
+     "morphray view builtin:cloth --frame 8 --screenshot cloth.png"},
 };
 constexpr Example kCrosscheckExamples[] = {
     {"Every backend and tree against brute force, with a page for people",
@@ -94,12 +94,10 @@ CommandSpec define_view(Options& options) {
     add_scene(adder, true);
     add_frame(adder, "the frame that is shown first (the first)");
     adder.add_flag("--play", "begin to play at once", options.plays);
-    adder.add_choice("--compare", "show the images of the CPU and of Vulkan (off)", kComparisons,
-                     options.comparison);
     add_view_options(adder, "1280x720", "those of --shading lit",
                      {0, "ambient-occlusion rays a camera ray, 0 to 256 (8 with lit, else 16)"});
     add_shading_options(adder, {false,
-                                "camera rays a pixel of a still image (64; 4 with lit and "
+                                "camera rays a pixel of a still image (16; 4 with lit and "
                                 "--screenshot)"});
     add_backend_options(adder, kBackends, kVulkanOrCpu);
     add_tree_options(adder, PolicySpec{PolicyKind::kAuto});
@@ -109,13 +107,8 @@ CommandSpec define_view(Options& options) {
         options.view.height = 720;
         options.tree.update = PolicySpec{PolicyKind::kAuto};
     };
-    adder.add_text("--screenshot", "FILE.png", "file of the first image that is complete",
+    adder.add_text("--screenshot", "FILE.png", "write the first complete image, and end",
                    options.screenshot);
-    adder.add_flag("--exit", "end after the screenshot", options.exits);
-    adder.add("--exit-after", "N", "end after so many images, and say how they came about",
-              [&options](const std::string& option, const std::string& value) {
-                  options.exit_after = parse_count(option, value, 1, 1'000'000'000);
-              });
     adder.add_flag("-q,--quiet", "no text", options.quiet);
     adder.add_flag("-v,--verbose", "say what is used and decided", options.verbose);
     return command;

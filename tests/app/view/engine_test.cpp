@@ -10,8 +10,6 @@
 #include "app/cli/command_line.h"
 #include "app/clip/clip_scene.h"
 #include "app/clip/render_command.h"
-#include "app/terminal/progress.h"
-#include "app/view/view_state.h"
 #include "common/base/errors.h"
 #include "scenes/source/open_scene.h"
 
@@ -26,7 +24,7 @@ protected:
                    std::vector<std::string>{"view", scene, "--backend", "cpu", "--size", "64x48"})
                    .options)),
           clip_(open_scene(options_.scene, {})),
-          state_(initial_state(options_, *clip_, BackendChoice::kCpu, 2)) {}
+          state_(initial_state(options_, *clip_, 2)) {}
 
     std::function<void()> signal() {
         return [this] { results_.release(); };
@@ -70,7 +68,6 @@ TEST_F(EngineTest, ImagesAreThoseOfTheLibrary) {
         scene.render(request.view, shading, expected);
         EXPECT_EQ(image->panes[0].pixels, expected.pixels);
         EXPECT_EQ(image->panes[0].rays, expected.ray_count);
-        EXPECT_TRUE(image->panes[0].has_update);
     }
 }
 
@@ -94,13 +91,13 @@ TEST_F(EngineTest, APixelIsProbedAfterTheImageInProgress) {
     const std::optional<PixelProbe> probe = engine.take_probe();
     ASSERT_TRUE(probe.has_value());
     ASSERT_EQ(probe->hits.size(), 1u);
-    EXPECT_TRUE(probe->hits[0].hit);
+    EXPECT_TRUE(probe->hits[0]);
 }
 
 TEST_F(EngineTest, AProbeInterruptsARefinementThatGoesOnAfterwards) {
     Engine engine(options_, *clip_, messages_, signal());
-    state_.width = 600;
-    state_.height = 400;
+    state_.view.width = 600;
+    state_.view.height = 400;
     const ImageRequest request = request_of(state_, last_step(state_));
     engine.post(request);
     engine.probe({request, {300, 200}});
@@ -109,8 +106,8 @@ TEST_F(EngineTest, AProbeInterruptsARefinementThatGoesOnAfterwards) {
 }
 
 TEST_F(EngineTest, EndsWhileItTraces) {
-    state_.width = 400;
-    state_.height = 300;
+    state_.view.width = 400;
+    state_.view.height = 300;
     state_.samples = 16;
     for (int i = 0; i < 8; ++i) {
         Engine engine(options_, *clip_, messages_, signal());
@@ -122,32 +119,6 @@ TEST_F(EngineTest, EndsWhileItTraces) {
         std::this_thread::sleep_for(std::chrono::milliseconds(4 * i));
         if (i % 2 == 0) engine.post(request_of(state_, 1));
     }
-}
-
-class SlowTreeTest : public EngineTest {
-protected:
-    SlowTreeTest() : EngineTest("builtin:hair:400000") {
-        options_.tree.split = SplitMethod::kSweep;
-        options_.backend.threads = 1;
-    }
-};
-
-TEST_F(SlowTreeTest, IsSaidToBeBuiltAndEndsWithTheEngine) {
-    Engine engine(options_, *clip_, messages_, signal());
-    EXPECT_FALSE(engine.builds());
-    engine.post(request_of(state_, 0));
-    // Until a part of the tree is there, which takes seconds.
-    while (!engine.builds() || !(step_done() > 0))
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    EXPECT_EQ(engine.take(), nullptr);
-}
-
-TEST_F(EngineTest, SaysThatNoTreeIsBuiltOnceTheImageIsThere) {
-    Engine engine(options_, *clip_, messages_, signal());
-    const ImageRequest request = request_of(state_, 0);
-    engine.post(request);
-    wait_for(engine, request);
-    EXPECT_FALSE(engine.builds());
 }
 
 TEST_F(EngineTest, AnErrorOfALaterRequestIsShownAndMended) {

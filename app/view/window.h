@@ -1,25 +1,18 @@
-// A window with OpenGL and Dear ImGui.
+// A window that shows an image with OpenGL, and Dear ImGui over it.
 #pragma once
 
-#include <functional>
+#include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "app/view/box_lines.h"
 
 struct GLFWwindow;
 
 namespace mray::app {
-
-/// A rectangle of the window in screen coordinates, from its upper left corner.
-struct ScreenRect {
-    float x = 0;
-    float y = 0;
-    float width = 0;
-    float height = 0;
-    bool contains(float px, float py) const {
-        return px >= x && py >= y && px < x + width && py < y + height;
-    }
-};
 
 /// A key of GLFW that went down.
 struct KeyPress {
@@ -38,34 +31,31 @@ public:
 
     /// Whether the user has closed it.
     bool closes() const;
-    void set_title(const std::string& title);
     /// Waits for input or wake(), at most so long; handles input.
     void wait(double seconds);
     /// Ends wait(). Any thread.
     static void wake();
-    /// Whether there was input since the last call.
-    bool take_input();
     /// The keys that went down since the last call, in order: also those that are up again.
-    std::vector<KeyPress> take_keys();
+    std::vector<KeyPress> take_keys() { return std::exchange(keys_, {}); }
     static double seconds();
 
+    /// Screen coordinates.
     float width() const;
     float height() const;
     /// Pixels a screen coordinate.
     float pixel_scale() const;
-    void set_vsync(bool on);
+
+    /// Takes 8-bit RGBA pixels, row by row from the top, and lines in pixels over them.
+    void set_image(std::uint32_t width, std::uint32_t height, std::span<const std::uint32_t> pixels,
+                   std::vector<ImageLine> lines);
 
     /// Begins a frame of Dear ImGui.
     void begin_frame();
-    /// Draws what `draw_scene` does with OpenGL, and over it Dear ImGui's frame; presents both.
-    void end_frame(const std::function<void()>& draw_scene);
-    void copy_to_clipboard(const std::string& text);
+    /// Draws the image in the left part of the window, of this width, and over it Dear ImGui's
+    /// frame; presents both.
+    void end_frame(float image_width);
 
 private:
-    struct InputLog {
-        bool has_any = true;
-        std::vector<KeyPress> keys;
-    };
     struct Library {
         Library();
         ~Library();
@@ -73,13 +63,14 @@ private:
     struct Close {
         void operator()(GLFWwindow* window) const;
     };
-    void start_imgui();
-    static InputLog& log_of(GLFWwindow* window);
-    static void watch_input(GLFWwindow* window);
+    void draw_image(float width) const;
 
     Library library_;
     std::unique_ptr<GLFWwindow, Close> window_;
-    InputLog input_;
+    std::vector<KeyPress> keys_;
+    unsigned texture_ = 0;
+    bool has_image_ = false;
+    std::vector<ImageLine> lines_;
 };
 
 }  // namespace mray::app

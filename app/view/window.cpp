@@ -1,4 +1,4 @@
-#include "app/view/window/window.h"
+#include "app/view/window.h"
 
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
@@ -9,7 +9,6 @@
 #include <cstdlib>
 #include <utility>
 
-#include "app/view/window/style.h"
 #include "common/base/errors.h"
 
 namespace mray::app {
@@ -25,28 +24,6 @@ namespace {
 }
 
 }  // namespace
-
-Window::InputLog& Window::log_of(GLFWwindow* window) {
-    return *static_cast<InputLog*>(glfwGetWindowUserPointer(window));
-}
-
-/// Callbacks of Dear ImGui are put behind these.
-void Window::watch_input(GLFWwindow* window) {
-    glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int mods) {
-        log_of(w).has_any = true;
-        if (action == GLFW_PRESS) log_of(w).keys.push_back({key, (mods & GLFW_MOD_CONTROL) != 0});
-    });
-    glfwSetMouseButtonCallback(window,
-                               [](GLFWwindow* w, int, int, int) { log_of(w).has_any = true; });
-    glfwSetCursorPosCallback(window,
-                             [](GLFWwindow* w, double, double) { log_of(w).has_any = true; });
-    glfwSetScrollCallback(window, [](GLFWwindow* w, double, double) { log_of(w).has_any = true; });
-    glfwSetCharCallback(window, [](GLFWwindow* w, unsigned) { log_of(w).has_any = true; });
-    glfwSetFramebufferSizeCallback(window,
-                                   [](GLFWwindow* w, int, int) { log_of(w).has_any = true; });
-    glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) { log_of(w).has_any = true; });
-    glfwSetWindowFocusCallback(window, [](GLFWwindow* w, int) { log_of(w).has_any = true; });
-}
 
 Window::Library::Library() {
 #ifdef GLFW_PLATFORM
@@ -75,38 +52,38 @@ Window::Window(const std::string& title, int width, int height) {
     glfwWindowHint(GLFW_STENCIL_BITS, 0);
     window_.reset(glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr));
     if (!window_) fail("no window can be opened");
-    glfwSetWindowUserPointer(window_.get(), &input_);
     glfwSetWindowSizeLimits(window_.get(), 640, 400, GLFW_DONT_CARE, GLFW_DONT_CARE);
     glfwMakeContextCurrent(window_.get());
-    watch_input(window_.get());
-    start_imgui();
-}
-
-Window::~Window() = default;
-
-void Window::start_imgui() {
+    glfwSwapInterval(1);
+    glfwSetWindowUserPointer(window_.get(), &keys_);
+    // Dear ImGui puts its callback before this one.
+    glfwSetKeyCallback(window_.get(), [](GLFWwindow* window, int key, int, int action, int mods) {
+        if (action != GLFW_PRESS) return;
+        static_cast<std::vector<KeyPress>*>(glfwGetWindowUserPointer(window))
+            ->push_back({key, (mods & GLFW_MOD_CONTROL) != 0});
+    });
+    glGenTextures(1, &texture_);
+    glBindTexture(GL_TEXTURE_2D, texture_);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     IMGUI_CHECKVERSION();
     ImGui::CreateContext();
     // No file of settings in the folder that the program is started in.
     ImGui::GetIO().IniFilename = nullptr;
-    set_style(pixel_scale());
+    ImGui::StyleColorsDark();
+    ImGui::GetStyle().WindowRounding = 0;
+    ImGui::GetStyle().Colors[ImGuiCol_WindowBg].w = 1;
     ImGui_ImplGlfw_InitForOpenGL(window_.get(), true);
     ImGui_ImplOpenGL2_Init();
 }
 
-bool Window::closes() const { return glfwWindowShouldClose(window_.get()) != 0; }
+Window::~Window() { glDeleteTextures(1, &texture_); }
 
-void Window::set_title(const std::string& title) {
-    glfwSetWindowTitle(window_.get(), title.c_str());
-}
+bool Window::closes() const { return glfwWindowShouldClose(window_.get()) != 0; }
 
 void Window::wait(double seconds) { glfwWaitEventsTimeout(seconds); }
 
 void Window::wake() { glfwPostEmptyEvent(); }
-
-bool Window::take_input() { return std::exchange(input_.has_any, false); }
-
-std::vector<KeyPress> Window::take_keys() { return std::exchange(input_.keys, {}); }
 
 double Window::seconds() { return glfwGetTime(); }
 
@@ -128,7 +105,42 @@ float Window::pixel_scale() const {
     return width() > 0 ? static_cast<float>(pixels) / width() : 1.0f;
 }
 
-void Window::set_vsync(bool on) { glfwSwapInterval(on ? 1 : 0); }
+void Window::set_image(std::uint32_t width, std::uint32_t height,
+                       std::span<const std::uint32_t> pixels, std::vector<ImageLine> lines) {
+    glBindTexture(GL_TEXTURE_2D, texture_);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, static_cast<GLsizei>(width),
+                 static_cast<GLsizei>(height), 0, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+    has_image_ = true;
+    lines_ = std::move(lines);
+}
+
+void Window::draw_image(float width) const {
+    const float height = this->height();
+    glEnable(GL_TEXTURE_2D);
+    glBindTexture(GL_TEXTURE_2D, texture_);
+    glTexEnvi(GL_TEXTURE_ENV, GL_TEXTURE_ENV_MODE, GL_REPLACE);
+    glBegin(GL_QUADS);
+    for (const auto& [x, y] :
+         {std::pair(0, 0), std::pair(1, 0), std::pair(1, 1), std::pair(0, 1)}) {
+        glTexCoord2i(x, y);
+        glVertex2f(static_cast<float>(x) * width, static_cast<float>(y) * height);
+    }
+    glEnd();
+    glDisable(GL_TEXTURE_2D);
+    if (lines_.empty()) return;
+    static_assert(sizeof(ImageLine) == 4 * sizeof(float));
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    glColor4f(1.0f, 0.75f, 0.2f, 0.6f);
+    glPushMatrix();
+    glScalef(1 / pixel_scale(), 1 / pixel_scale(), 1);
+    glEnableClientState(GL_VERTEX_ARRAY);
+    glVertexPointer(2, GL_FLOAT, 0, lines_.data());
+    glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(2 * lines_.size()));
+    glDisableClientState(GL_VERTEX_ARRAY);
+    glPopMatrix();
+    glDisable(GL_BLEND);
+}
 
 void Window::begin_frame() {
     ImGui_ImplOpenGL2_NewFrame();
@@ -136,25 +148,23 @@ void Window::begin_frame() {
     ImGui::NewFrame();
 }
 
-void Window::end_frame(const std::function<void()>& draw_scene) {
+void Window::end_frame(float image_width) {
     ImGui::Render();
     int width = 0;
     int height = 0;
     glfwGetFramebufferSize(window_.get(), &width, &height);
     glViewport(0, 0, width, height);
+    glClearColor(0.06f, 0.065f, 0.07f, 1);
+    glClear(GL_COLOR_BUFFER_BIT);
     glMatrixMode(GL_PROJECTION);
     glLoadIdentity();
     // Screen coordinates, downwards.
     glOrtho(0, this->width(), this->height(), 0, -1, 1);
     glMatrixMode(GL_MODELVIEW);
     glLoadIdentity();
-    draw_scene();
+    if (has_image_) draw_image(image_width);
     ImGui_ImplOpenGL2_RenderDrawData(ImGui::GetDrawData());
     glfwSwapBuffers(window_.get());
-}
-
-void Window::copy_to_clipboard(const std::string& text) {
-    glfwSetClipboardString(window_.get(), text.c_str());
 }
 
 }  // namespace mray::app

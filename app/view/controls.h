@@ -1,0 +1,39 @@
+// Mouse, keys and the panel: how the user changes the state.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "app/view/engine.h"
+#include "app/view/window.h"
+
+namespace mray::app {
+
+/// The actions that input asks for beyond the state.
+struct InputActions {
+    /// A place on the image that was clicked on, in screen coordinates.
+    std::optional<std::array<float, 2>> clicked;
+    bool quits = false;
+};
+
+/// Turns the input of Dear ImGui's current frame on the image, which is the part of the window
+/// without widgets, into movements of the camera and of time. Sizes of movements are parts of
+/// `height`. `first_camera` is the one to go back to.
+InputActions apply_input(float height, std::span<const KeyPress> keys, const Camera& first_camera,
+                         ViewState& state);
+
+/// What the panel says besides the state. The image may be null.
+struct PanelFacts {
+    const TracedImage* image = nullptr;
+    /// Pixels that differ, of a comparison.
+    std::optional<std::uint64_t> different;
+    std::string pixel;
+    std::string message;
+};
+
+/// Draws the panel at the right of the window.
+void draw_panel(float left, float width, float height, ViewState& state, const PanelFacts& facts);
+
+}  // namespace mray::app

@@ -1,0 +1,132 @@
+#include "app/view/state.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <glm/geometric.hpp>
+
+#include "common/scene/scene_space.h"
+#include "scenes/inside_view.h"
+
+namespace mray::app {
+namespace {
+
+using glm::dvec3;
+using morphray::Shading;
+
+constexpr double kPole = std::numbers::pi / 180;
+constexpr double kZoomRange = 1e6;
+constexpr std::uint32_t kSamples[] = {1, 4, 16, 64};
+
+struct Axes {
+    dvec3 right;
+    dvec3 up;
+    dvec3 forward;
+};
+
+Axes axes_of(const Camera& camera) {
+    const dvec3 forward = glm::normalize(to_dvec3(camera.target()) - to_dvec3(camera.eye()));
+    const dvec3 right = glm::normalize(glm::cross(forward, glm::normalize(to_dvec3(camera.up()))));
+    return {right, glm::cross(right, forward), forward};
+}
+
+bool has_ao(const ViewState& state) {
+    return state.shading == Shading::lit && state.view.ao_count > 0;
+}
+
+}  // namespace
+
+Camera::Camera(const ResolvedView& view, const Point& up, double fov_degrees)
+    : eye_(view.eye),
+      target_(view.target),
+      up_(up),
+      fov_(fov_degrees),
+      first_distance_(distance()) {}
+
+double Camera::distance() const { return glm::length(to_dvec3(eye_) - to_dvec3(target_)); }
+
+void Camera::orbit(double around, double over) {
+    const dvec3 pole = glm::normalize(to_dvec3(up_));
+    const Axes axes = axes_of(*this);
+    const dvec3 away = -glm::cross(pole, axes.right);
+    const double length = distance();
+    // The eye's direction from the target is cos(height) * away + sin(height) * pole.
+    const double height = std::asin(std::clamp(-glm::dot(axes.forward, pole), -1.0, 1.0));
+    const double limit = std::numbers::pi / 2 - kPole;
+    const double new_height = std::clamp(height + over, -limit, limit);
+    const dvec3 turned = std::cos(around) * away + std::sin(around) * glm::cross(pole, away);
+    eye_ = to_point(to_dvec3(target_) +
+                    length * (std::cos(new_height) * turned + std::sin(new_height) * pole));
+}
+
+void Camera::pan(double right, double down) {
+    const Axes axes = axes_of(*this);
+    const double height = distance() * 2 * std::tan(fov_ * std::numbers::pi / 360);
+    const dvec3 moved = height * (right * axes.right - down * axes.up);
+    eye_ = to_point(to_dvec3(eye_) - moved);
+    target_ = to_point(to_dvec3(target_) - moved);
+}
+
+void Camera::zoom(double factor) {
+    const double length =
+        std::clamp(distance() * factor, first_distance_ / kZoomRange, first_distance_ * kZoomRange);
+    eye_ = to_point(to_dvec3(target_) - length * axes_of(*this).forward);
+}
+
+void Playback::advance(double seconds) {
+    if (!playing || !(seconds > 0) || last_ <= first_) return;
+    frame_ = first_ + std::fmod(frame_ - first_ + seconds * frames_a_second, last_ - first_);
+}
+
+void Playback::seek(double frame) { frame_ = std::clamp(frame, first_, last_); }
+
+void Playback::step(int frames) {
+    playing = false;
+    seek(std::round(frame_) + frames);
+}
+
+ViewState initial_state(const Options& options, const Clip& clip, double frame) {
+    // Refuses impossible views with the messages of render.
+    ViewSpec spec = with_inside_view(options.view, clip);
+    const ResolvedView view = resolve_view(spec, clip.bounds());
+    spec.ao_count = std::max(spec.ao_count, 1u);
+    make_image_params(spec, clip.bounds(), SceneSpace(clip.bounds()));
+    ViewState state{.playback = Playback(clip.first_frame(), clip.last_frame(), frame),
+                    .camera = Camera(view, options.view.up, options.view.fov),
+                    .view = options.view};
+    state.playback.playing = options.plays;
+    state.view.light = view.light;
+    state.shading = options.shading.shading.value_or(Shading::lit);
+    state.update = options.tree.policy();
+    state.samples = options.shading.samples.value_or(state.samples);
+    state.backend = options.backend.choice;
+    return state;
+}
+
+int last_step(const ViewState& state) {
+    const auto* const found = std::find(std::begin(kSamples), std::end(kSamples), state.samples);
+    return static_cast<int>(found - std::begin(kSamples)) + (has_ao(state) ? 1 : 0);
+}
+
+ImageRequest request_of(const ViewState& state, int step) {
+    ImageRequest request;
+    const int level = has_ao(state) ? std::max(step - 1, 0) : step;
+    request.frame = state.playback.frame();
+    request.view = state.view;
+    request.view.eye = state.camera.eye();
+    request.view.target = state.camera.target();
+    request.view.ao_count = state.shading != Shading::lit ? std::max(state.view.ao_count, 1u)
+                            : step == 0                   ? 0
+                                                          : state.view.ao_count;
+    request.shading = state.shading;
+    request.samples =
+        kSamples[std::min<std::size_t>(static_cast<std::size_t>(level), std::size(kSamples) - 1)];
+    request.update = state.update;
+    request.backends = {state.backend};
+    if (state.shows_difference) request.backends = {BackendChoice::kCpu, BackendChoice::kVulkan};
+    request.box_depth = state.box_depth;
+    return request;
+}
+
+}  // namespace mray::app

@@ -1,0 +1,118 @@
+// The state of the viewer, which input changes, and the images that it asks for.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "app/base/options.h"
+#include "common/scene/camera_setup.h"
+#include "morphray/scene.hpp"
+#include "scenes/clip.h"
+
+namespace mray::app {
+
+/// A pinhole camera that orbits its target. All members keep eye and target apart and the view off
+/// the direction of `up`. Lengths are in world space, angles in radians.
+class Camera {
+public:
+    /// `view` has both eye and target, apart, and an `up` that is not parallel to the view.
+    Camera(const ResolvedView& view, const Point& up, double fov_degrees);
+
+    const Point& eye() const { return eye_; }
+    const Point& target() const { return target_; }
+    const Point& up() const { return up_; }
+    double fov_degrees() const { return fov_; }
+    double distance() const;
+
+    /// Turns the eye around the target: `around` the up direction, and `over` towards it; the eye
+    /// stays a degree away from the poles.
+    void orbit(double around, double over);
+    /// Moves eye and target by parts of the image's height at the target: what is there follows the
+    /// pointer. `down` is positive for a pointer that moves down.
+    void pan(double right, double down);
+    /// Multiplies the distance from the target, which stays within 1e-6 and 1e6 of the first one.
+    void zoom(double factor);
+
+private:
+    Point eye_;
+    Point target_;
+    Point up_;
+    double fov_;
+    double first_distance_;
+};
+
+/// The frame that is shown, and how it goes on.
+class Playback {
+public:
+    /// `start` is in [first, last].
+    Playback(double first, double last, double start) : first_(first), last_(last), frame_(start) {}
+
+    double frame() const { return frame_; }
+    double first() const { return first_; }
+    double last() const { return last_; }
+
+    /// Lets `seconds` of wall time pass: moves on if it is playing, and begins again at the end.
+    void advance(double seconds);
+    /// Shows a frame, the nearest possible one.
+    void seek(double frame);
+    /// Stops, and goes by whole frames from the nearest one.
+    void step(int frames);
+
+    bool playing = false;
+    /// Frames of the clip a second.
+    double frames_a_second = 24;
+
+private:
+    double first_;
+    double last_;
+    double frame_;
+};
+
+struct ImageRequest {
+    double frame = 0;
+    /// Eye, target and light are given.
+    ViewSpec view;
+    morphray::Shading shading = morphray::Shading::lit;
+    std::uint32_t samples = 1;
+    PolicySpec update;
+    /// One backend, or two to compare.
+    std::vector<BackendChoice> backends;
+    /// The depth of the boxes that are wanted from the first backend's tree; below 0 for none.
+    int box_depth = -1;
+
+    bool operator==(const ImageRequest&) const = default;
+
+    /// Whether it takes so long that a newer request should end it.
+    bool is_refined() const {
+        return samples > 1 || (shading == morphray::Shading::lit && view.ao_count > 0);
+    }
+};
+
+struct ViewState {
+    Playback playback;
+    Camera camera;
+    /// The view of the options, without camera.
+    ViewSpec view;
+    morphray::Shading shading = morphray::Shading::lit;
+    PolicySpec update = {};
+    /// Samples of a still image.
+    std::uint32_t samples = 16;
+    BackendChoice backend = BackendChoice::kAuto;
+    /// Whether the difference of the CPU's image and Vulkan's is shown.
+    bool shows_difference = false;
+    int box_depth = -1;
+};
+
+/// The state at the start. The options are those of with_render_defaults(). Throws Error for an
+/// impossible view.
+ViewState initial_state(const Options& options, const Clip& clip, double frame);
+
+/// The steps from a first, fast image to the one that is wanted, 0 being the first: a sample
+/// without ambient occlusion, a sample, and 4, 16 and 64 samples as far as ViewState::samples goes.
+int last_step(const ViewState& state);
+
+/// The image to trace at a step.
+ImageRequest request_of(const ViewState& state, int step);
+
+}  // namespace mray::app
