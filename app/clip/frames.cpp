@@ -6,7 +6,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "app/files/formats/optional_formats.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
 #include "common/scene/mesh.h"
@@ -80,7 +79,6 @@ std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages
     scene_options.allow_empty = options.allow_empty;
     scene_options.missing = options.missing;
     scene_options.cache = options.cache;
-    scene_options.more_formats = optional_mesh_formats();
     scene_options.animation = options.animation;
     scene_options.list_animations = options.command == Command::kInfo;
     scene_options.fps = options.fps;

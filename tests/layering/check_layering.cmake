@@ -67,7 +67,6 @@ set(places
     "^(GLFW/|imgui|backends/)"  "^app/view/"
     "^png\\.h$"                 "^(tests/|app/files/png_reader\\.cpp$)"
     "^j(peglib|error)\\.h$"      "^(tests/|app/files/jpeg_reader\\.cpp$)"
-    "^assimp/"                  "^app/files/formats/assimp_[a-z]+\\.cpp$"
     "^(OpenEXR/|Iex\\.h$)"      "^(tests/|app/files/exr_writer\\.cpp$)"
     "^benchmark/"               "^lab/bench/"
     "^embree[0-9]+/"            "^(lab/embree\\.h$|library/embree/|tests/library/embree/)"
@@ -78,8 +77,8 @@ set(places
     "^pybind11/"                "^library/python/module/"
     "^gmp(xx)?\\.h$"            "^lab/accuracy/"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
-    # One source that reads JSON, and one that writes it.
-    "^nlohmann/"                "^(scenes/json/json_at\\.cpp$|common/report/json_writer\\.cpp$|tests/)"
+    # One source that reads JSON, and one header for writing it.
+    "^nlohmann/"                "^(scenes/json/json_at\\.cpp$|common/report/json_writer\\.h$|tests/)"
     # The command lines of the program, of the benchmark and of the fuzzer.
     "^CLI/"                     "^(app/cli/command_line\\.cpp$|lab/bench/(two_builds/)?options\\.cpp$|tests/fuzz/run/options\\.cpp$)"
     "stb_image\\.h$"            "^$")

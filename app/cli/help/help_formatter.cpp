@@ -4,7 +4,6 @@
 #include <span>
 #include <variant>
 
-#include "app/files/formats/optional_formats.h"
 #include "scenes/mesh_files/mesh_file.h"
 
 namespace mray::app {
@@ -23,7 +22,7 @@ constexpr const char* kExitCodes =
     "SIGTERM.";
 
 std::string scene_note() {
-    const std::string meshes = extensions_of_meshes(optional_mesh_formats());
+    const std::string meshes = extensions_of_meshes({});
     return "SCENE is builtin:NAME[:TRIANGLES], a mesh file (" + meshes +
            "), a folder of such files, a pattern such as frame_%04d.obj or 'frame_*.obj', or a "
            ".gltf or .glb file. `morphray info` lists the built-in scenes.";

@@ -1,7 +1,6 @@
 // The formats of scenes as a user meets them.
 #include <gtest/gtest.h>
 
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "tests/app/program.h"
@@ -83,73 +82,6 @@ TEST(Formats, BadPlyIsBadInputAndLeavesNoImage) {
     EXPECT_EQ(folder.names(), std::vector<std::string>{"a.ply"});
     EXPECT_EQ(run({"info", path, "--lenient"}).code, 0);
 }
-
-#ifdef MORPHRAY_HAS_ASSIMP
-std::string stl(const std::vector<float>& corners, std::uint32_t count) {
-    std::string bytes(80, ' ');
-    bytes.append(reinterpret_cast<const char*>(&count), sizeof count);
-    for (std::size_t i = 0; i < corners.size(); i += 9) {
-        bytes.append(12, '\0');
-        bytes.append(reinterpret_cast<const char*>(corners.data() + i), 36);
-        bytes.append(2, '\0');
-    }
-    return bytes;
-}
-const std::vector<float> kTwoTriangles = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0};
-
-TEST(AssimpFormats, CornersOfAnStlFileAreVerticesAgain) {
-    const TemporaryFolder folder;
-    const std::string path = folder.write("a.stl", stl(kTwoTriangles, 2));
-    const Json json = Json::parse(run({"info", path, "--json", "-"}).out);
-    EXPECT_EQ(json["triangles"], 2);
-    EXPECT_EQ(json["vertices"], 4);
-}
-
-TEST(AssimpFormats, NodesPlaceTheirMeshes) {
-    const std::string dae = R"(<?xml version="1.0"?>
-<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset/>
-<library_geometries><geometry id="g"><mesh><source id="p"><float_array id="a" count="12">
-0 0 0 1 0 0 1 1 0 0 1 0</float_array><technique_common><accessor source="#a" count="4" stride="3">
-<param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>
-</accessor></technique_common></source><vertices id="v"><input semantic="POSITION" source="#p"/>
-</vertices><polylist count="1"><input semantic="VERTEX" source="#v" offset="0"/><vcount>4</vcount>
-<p>0 1 2 3</p></polylist></mesh></geometry></library_geometries><library_visual_scenes>
-<visual_scene id="s"><node id="n"><translate>10 0 0</translate><instance_geometry url="#g"/>
-<node id="m"><scale>2 4 2</scale><translate>2 0 0</translate><instance_geometry url="#g"/></node>
-</node></visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene>
-</COLLADA>)";
-    const TemporaryFolder folder;
-    const std::string path = folder.write("a.dae", dae);
-    const Json json = Json::parse(run({"info", path, "--json", "-"}).out);
-    EXPECT_EQ(json["triangles"], 4);
-    EXPECT_EQ(json["vertices"], 8);
-    EXPECT_EQ(json["bounds"]["lower"], (Json{10, 0, 0}));
-    EXPECT_EQ(json["bounds"]["upper"], (Json{16, 4, 0}));
-    expect_bad_scene(folder.write("cut.dae", dae.substr(0, 700)), "cut.dae: assimp cannot read it");
-}
-
-TEST(AssimpFormats, FilesPassOurChecks) {
-    const TemporaryFolder folder;
-    std::vector<float> bad = kTwoTriangles;
-    bad[4] = std::numeric_limits<float>::quiet_NaN();
-    expect_bad_scene(folder.write("nan.stl", stl(bad, 2)),
-                     "nan.stl: mesh 0, vertex 1: coordinate 'nan' is not finite; repair it");
-    bad[4] = 2e30f;
-    expect_bad_scene(folder.write("huge.stl", stl(bad, 2)), "is beyond 1e30; repair it");
-    expect_bad_scene(folder.write("claim.stl", stl(kTwoTriangles, 0xFFFFFFFF)), "claim.stl: ");
-    expect_bad_scene(folder.write("none.stl", stl({}, 0)), "none.stl: ");
-    expect_bad_scene(folder.write("empty.fbx", ""), "empty.fbx: assimp cannot read it");
-    expect_bad_scene(folder.write("text.fbx", "hello\n"), "text.fbx: assimp cannot read it");
-    const std::string whole = stl(kTwoTriangles, 2);
-    for (std::size_t size = 0; size < whole.size(); size += 7)
-        expect_bad_scene(folder.write("cut.stl", whole.substr(0, size)), "cut.stl: ");
-}
-#else
-TEST(AssimpFormats, AreNotReadWithoutAssimp) {
-    const TemporaryFolder folder;
-    expect_bad_scene(folder.write("a.stl", ""), "a.stl: not a scene file");
-}
-#endif
 
 }  // namespace
 }  // namespace mray::test

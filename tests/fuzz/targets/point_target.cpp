@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "app/files/point_reader.h"
+#include "app/files/ray_reader.h"
 #include "tests/fuzz/targets/outcome.h"
 #include "tests/fuzz/targets/targets.h"
 

@@ -1,8 +1,7 @@
-#include "app/files/formats/format_table.h"
+#include "app/files/format_table.h"
 
 #include <span>
 
-#include "app/files/formats/optional_formats.h"
 #include "common/report/table.h"
 #include "scenes/mesh_files/mesh_file.h"
 
@@ -23,7 +22,7 @@ constexpr FileFormat kOthers[] = {
     {"hits", "raw", "", true, true, "render --hits; diff reads them"},
     {"image", "PNG", ".png", true, true, "render, view, chart; diff reads them"},
     {"image", "OpenEXR", ".exr", false, true, "render --exr"},
-    {"report", "JSON", ".json", true, true, "--json; profile --baseline and crosscheck --expect"},
+    {"report", "JSON", ".json", true, true, "--json; profile --baseline"},
     {"report", "JUnit", ".xml", false, true, "crosscheck --junit"},
     {"report", "HTML", ".html", false, true, "crosscheck --html, chart"},
     {"report", "CSV", ".csv", false, true, "profile --csv, chart"},
@@ -34,10 +33,8 @@ constexpr FileFormat kOthers[] = {
 
 std::vector<FileFormat> file_formats() {
     std::vector<FileFormat> formats;
-    for (const std::span<const MeshFormat> meshes : {mesh_formats(), optional_mesh_formats()}) {
-        for (const MeshFormat& mesh : meshes)
-            formats.push_back({"mesh", mesh.name, mesh.extension, true, false, mesh.content});
-    }
+    for (const MeshFormat& mesh : mesh_formats())
+        formats.push_back({"mesh", mesh.name, mesh.extension, true, false, mesh.content});
     formats.insert(formats.end(), std::begin(kOthers), std::end(kOthers));
     return formats;
 }
