@@ -86,8 +86,8 @@ inline constexpr Choice<ProgressChoice> kProgress[] = {{"auto", ProgressChoice::
                                                        {"plain", ProgressChoice::kPlain},
                                                        {"json", ProgressChoice::kJson},
                                                        {"off", ProgressChoice::kOff}};
-inline constexpr Choice<AnswerForm> kAnswerForms[] = {
-    {"text", AnswerForm::kText}, {"json", AnswerForm::kJson}, {"npy", AnswerForm::kNpy}};
+inline constexpr Choice<AnswerForm> kAnswerForms[] = {{"text", AnswerForm::kText},
+                                                      {"json", AnswerForm::kJson}};
 inline constexpr Choice<morphray::Crossing> kCrossings[] = {{"each", morphray::Crossing::each},
                                                             {"owner", morphray::Crossing::owner}};
 inline constexpr Choice<morphray::FillRule> kFillRules[] = {

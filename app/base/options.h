@@ -59,7 +59,7 @@ struct BackendOptions {
 };
 
 /// The form of the answers of trace and query.
-enum class AnswerForm { kText, kJson, kNpy };
+enum class AnswerForm { kText, kJson };
 
 /// Questions about a point.
 enum class Question { kInside, kWinding, kDistance, kClosest };
@@ -131,9 +131,6 @@ struct Options {
     // crosscheck
     Reference reference = Reference::kAuto;
     std::string html;
-    std::string bless;
-    std::string expect;
-    bool strict = false;
     /// The number of rays and of points a frame that the backends are asked about.
     std::uint32_t query_count = 0;
 
@@ -154,7 +151,6 @@ struct Options {
     int repeat = 10;
     /// Update policies to compare; none: profile reports times of the stages.
     std::vector<PolicySpec> policies;
-    std::string trace_events;
     std::string plot;
     /// A report of an earlier run, and by how much a stage may be slower than there.
     std::string baseline;

@@ -120,16 +120,10 @@ void check_conflicts(const Options& options) {
                                 "leave one of them out",
                                 options.backend.device.empty() ? "--backend cpu" : "--device"));
     }
-    if (!options.bless.empty() && !options.expect.empty()) {
-        throw Error(ErrorKind::kBadArgument,
-                    "--bless, --expect: images are either written down or compared; leave one of "
-                    "them out");
-    }
     const char* taken_by = nullptr;
     for (const auto& [name, file] :
          {std::pair("--json", &options.json), std::pair("--junit", &options.junit),
-          std::pair("--html", &options.html), std::pair("--csv", &options.csv),
-          std::pair("--trace-events", &options.trace_events)}) {
+          std::pair("--html", &options.html), std::pair("--csv", &options.csv)}) {
         if (!is_stdout(*file)) continue;
         if (taken_by != nullptr) {
             throw Error(ErrorKind::kBadArgument,

@@ -54,8 +54,7 @@ std::vector<NamedFile> outputs_of(const Options& options) {
     for (const auto& [option, file] :
          {std::pair("--json", &options.json), std::pair("--junit", &options.junit),
           std::pair("--html", &options.html), std::pair("--csv", &options.csv),
-          std::pair("--hits", &options.hits), std::pair("--bless", &options.bless),
-          std::pair("--trace-events", &options.trace_events), std::pair("--plot", &options.plot),
+          std::pair("--hits", &options.hits), std::pair("--plot", &options.plot),
           std::pair("--screenshot", &options.screenshot)})
         add_file(files, option, *file);
     return files;
@@ -68,8 +67,7 @@ std::vector<NamedFile> inputs_of(const Options& options) {
     for (const std::string& file : options.compared_files) add_file(files, "the file", file);
     for (const auto& [option, file] :
          {std::pair("--cache", &options.cache), std::pair("--rays", &options.ray_file),
-          std::pair("--points", &options.point_file), std::pair("--expect", &options.expect),
-          std::pair("--baseline", &options.baseline)})
+          std::pair("--points", &options.point_file), std::pair("--baseline", &options.baseline)})
         add_file(files, option, *file);
     return files;
 }
@@ -80,8 +78,7 @@ bool is_name_of_images(const fs::path& file) {
     const auto is_like = [&name](std::string_view begin, std::string_view end) {
         return name.starts_with(begin) && name.ends_with(end);
     };
-    return is_like("frame_", ".png") || is_like("frame_", ".exr") || is_like("frame_", ".hits") ||
-           name == "sheet.png";
+    return is_like("frame_", ".png") || is_like("frame_", ".exr") || is_like("frame_", ".hits");
 }
 
 /// The folders with such files.

@@ -9,7 +9,7 @@
 #include "app/backends/backends.h"
 #include "app/backends/device_check.h"
 #include "app/base/library_calls.h"
-#include "app/files/texture_reader.h"
+#include "app/files/image_reader.h"
 #include "app/terminal/progress.h"
 #include "common/base/stopwatch.h"
 #include "scenes/inside_view.h"

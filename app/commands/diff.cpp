@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <optional>
 
 #include "app/base/library_calls.h"
-#include "app/base/output_folder.h"
 #include "app/commands/commands.h"
 #include "app/commands/diff/png_diff.h"
-#include "app/files/png_reader.h"
+#include "app/files/image_reader.h"
 #include "app/report/diff_report.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/output_file.h"
@@ -26,24 +24,16 @@ namespace {
 constexpr std::size_t kShownImages = 8;
 constexpr std::size_t kShownPixels = 3;
 
-/// The hits as a frame whose pixels are two greys, for hits and misses of the other file, so that
-/// they never differ.
-Frame frame_of(const morphray::HitsFile& file, std::size_t image,
-               const std::vector<std::uint32_t>& pixels) {
+/// The hits as a frame whose pixels never differ.
+Frame frame_of(const morphray::HitsFile& file, std::size_t image) {
     Frame frame;
     frame.width = file.width;
     frame.height = file.height;
-    frame.pixels = pixels;
+    frame.pixels.resize(file.images[image].hits.size());
     for (const morphray::Hit& hit : file.images[image].hits)
         frame.hits.push_back({hit.t, hit.u, hit.v, hit.prim_id});
     frame.occlusion = file.images[image].occlusion;
     return frame;
-}
-
-std::vector<std::uint32_t> greys(const std::vector<morphray::Hit>& hits) {
-    std::vector<std::uint32_t> pixels;
-    for (const morphray::Hit& hit : hits) pixels.push_back(hit ? 0xFFA0A0A0 : 0xFF303030);
-    return pixels;
 }
 
 std::string shape_of(const morphray::HitsFile& file) {
@@ -132,19 +122,10 @@ ExitCode run_diff(const Options& options, const Messages& messages) {
     const morphray::HitsFile expected = read(names[0]);
     const morphray::HitsFile actual = read(names[1]);
     require_same_shape(names, expected, actual);
-    std::optional<OutputFolder> folder;
-    if (!options.out.empty()) folder.emplace(options.out);
-
     DiffReport report{names[0], names[1], expected.width, expected.height, {}};
     for (std::size_t i = 0; i < expected.images.size(); ++i) {
         throw_if_interrupted();
-        const std::vector<std::uint32_t> pixels = greys(actual.images[i].hits);
-        const Frame a = frame_of(expected, i, pixels);
-        const Frame b = frame_of(actual, i, pixels);
-        report.images.push_back(compare_frames(a, b));
-        if (folder && report.images.back().total() != 0)
-            write_file(folder->path() / fmt::format("image_{:04}.png", i),
-                       encode_png(difference_image(a, b)));
+        report.images.push_back(compare_frames(frame_of(expected, i), frame_of(actual, i)));
     }
     if (!options.json.empty()) write_report(options.json, to_json(report));
     if (!takes_stdout({options.json}) && !options.quiet)

@@ -7,7 +7,7 @@
 #include "app/backends/backends.h"
 #include "app/clip/frames.h"
 #include "app/commands/commands.h"
-#include "app/files/formats/format_table.h"
+#include "app/files/format_table.h"
 #include "app/report/scene_report.h"
 #include "common/base/stopwatch.h"
 #include "common/report/build_record.h"

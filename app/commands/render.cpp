@@ -27,7 +27,6 @@
 #include "common/base/output_file.h"
 #include "common/base/stopwatch.h"
 #include "common/image/png.h"
-#include "common/report/contact_sheet.h"
 #include "common/report/table.h"
 #include "common/text/number_text.h"
 #include "morphray/hits.hpp"
@@ -99,7 +98,6 @@ public:
           folder_(folder),
           clip_(clip),
           tasks_(tasks),
-          thumbnails_(tasks.size()),
           behind_(images_behind(options, tasks.size())),
           queue_(behind_) {
         const ViewSpec& view = options.view;
@@ -143,7 +141,6 @@ public:
                 messages_.note(fmt::format("{} is rendered again: {}", task.file, reason));
             return false;
         }
-        add_thumbnail(i, *existing);
         report_.kept.push_back(task.frame);
         return true;
     }
@@ -193,10 +190,6 @@ public:
         for (std::size_t i = 0; i < write_ms_.size(); ++i)
             report_.frames[i].write_ms = write_ms_[i];
         report_.complete = complete;
-        std::erase_if(thumbnails_, [](const Image& image) { return image.pixels.empty(); });
-        if (thumbnails_.size() > 1) {
-            write_file(folder_ / "sheet.png", encode_png(contact_sheet(thumbnails_)));
-        }
         if (hits_) call_library([&] { hits_->write(options_.hits); });
         if (!options_.json.empty()) write_report(options_.json, to_json(report_));
         if (print_failure_) std::rethrow_exception(print_failure_);
@@ -207,12 +200,6 @@ public:
     }
 
 private:
-    /// For the sheet.
-    void add_thumbnail(std::size_t i, const Image& image) {
-        if (i % sheet_step(tasks_.size()) != 0) return;
-        thumbnails_[i] = contact_sheet({&image, 1}, thumbnail_width(tasks_.size()));
-    }
-
     /// Writes the outputs of a task. Runs in the queue's thread.
     void write(std::size_t i, std::uint64_t scene_hash, morphray::Image& traced) {
         const FrameTask& task = tasks_[i];
@@ -233,7 +220,6 @@ private:
         }
         Image image{traced.width, traced.height, std::move(traced.pixels)};
         write_file(folder_ / task.file, encode_png(image, texts));
-        add_thumbnail(i, image);
         traced.pixels = std::move(image.pixels);
         write_ms_.push_back(watch.ms());
     }
@@ -272,8 +258,6 @@ private:
     RenderReport report_;
     // While the queue has tasks, its thread alone uses these.
     std::optional<morphray::HitsWriter> hits_;
-    /// One for each task, empty until it is done.
-    std::vector<Image> thumbnails_;
     std::vector<double> write_ms_;
     std::vector<Column> columns_;
     bool prints_rows_ = true;

@@ -9,7 +9,7 @@
 #include "app/clip/posed_scene.h"
 #include "app/commands/commands.h"
 #include "app/files/ray_reader.h"
-#include "app/report/answers/ray_hits.h"
+#include "app/report/answers.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/text/message_text.h"

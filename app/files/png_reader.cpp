@@ -1,5 +1,5 @@
 // The only file of the program that includes libpng.
-#include "app/files/png_reader.h"
+#include "app/files/image_reader.h"
 
 #include <fmt/format.h>
 #include <png.h>

@@ -1,13 +1,12 @@
-#include "app/files/texture_reader.h"
+#include "app/files/image_reader.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <span>
 #include <string>
 
-#include "app/files/jpeg_reader.h"
-#include "app/files/png_reader.h"
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
 #include "common/text/message_text.h"
@@ -37,6 +36,16 @@ void require_part(const TextureFile& file, std::uint64_t bytes) {
 }
 
 }  // namespace
+
+void ImageLimits::require(const std::filesystem::path& path, std::uint64_t width,
+                          std::uint64_t height) const {
+    if (std::max(width, height) > side || width * height > pixels) {
+        throw Error(ErrorKind::kLimit,
+                    fmt::format("{}: has {}x{} pixels; at most {} a side and {} in all can be "
+                                "read, make it smaller",
+                                shown(path), width, height, side, pixels));
+    }
+}
 
 std::string texture_bytes(const TextureFile& file) {
     if (file.content) {

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/report/diff_report.h"
 #include "app/report/json_parts.h"
 #include "common/text/number_text.h"
@@ -39,6 +41,24 @@ Json head_of_diff(const Report& report) {
 }
 
 }  // namespace
+
+std::string colour_text(std::uint32_t pixel) {
+    std::string text = "#";
+    for (int shift = 0; shift < 32; shift += 8)
+        text += fmt::format("{:02x}", (pixel >> shift) & 0xFF);
+    return text;
+}
+
+std::uint64_t DiffReport::differing_images() const {
+    return static_cast<std::uint64_t>(std::ranges::count_if(
+        images, [](const FrameDifference& difference) { return difference.total() != 0; }));
+}
+
+std::uint64_t DiffReport::differing_pixels() const {
+    std::uint64_t count = 0;
+    for (const FrameDifference& difference : images) count += difference.total();
+    return count;
+}
 
 std::string to_json(const DiffReport& report) {
     Json json = head_of_diff(report);

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/files/formats/format_table.h"
+#include "app/files/format_table.h"
 #include "app/report/report_head.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/scene/degenerate_count.h"

@@ -43,11 +43,9 @@ void write_line(const char* prefix, std::string_view message) {
 Messages::Messages(const Options& options) : quiet_(options.quiet), verbose_(options.verbose) {
     std::vector<std::string> names = options.scenes;
     names.insert(names.end(), options.compared_files.begin(), options.compared_files.end());
-    names.insert(
-        names.end(),
-        {options.scene, options.out, options.json, options.csv, options.junit, options.hits,
-         options.ray_file, options.point_file, options.trace_events, options.plot, options.html,
-         options.bless, options.expect, options.screenshot, options.baseline, options.cache});
+    names.insert(names.end(), {options.scene, options.out, options.json, options.csv, options.junit,
+                               options.hits, options.ray_file, options.point_file, options.plot,
+                               options.html, options.screenshot, options.baseline, options.cache});
     for (const std::string& name : names) {
         if (name.empty() || name == "-" || name.starts_with("builtin:")) continue;
         // The files of a sequence begin like its pattern.

@@ -12,8 +12,6 @@
 #include "app/commands/crosscheck/cross_checker.h"
 #include "app/commands/probe/probe_sentence.h"
 #include "app/program.h"
-#include "app/report/crosscheck/crosscheck_text.h"
-#include "app/report/crosscheck/junit.h"
 #include "common/base/errors.h"
 #include "scenes/source/open_scene.h"
 #include "tests/support/temporary_folder.h"
@@ -161,15 +159,6 @@ TEST(Junit, RunThatEndedEarlyHasAnError) {
     EXPECT_NE(xml.find("tests=\"1\" failures=\"0\" errors=\"1\""), std::string::npos) << xml;
     EXPECT_NE(xml.find("<error message=\"Vulkan: the device was lost\"/>"), std::string::npos);
     EXPECT_NE(xml.find("<testsuites>"), std::string::npos);
-}
-
-TEST(Junit, WarningIsAFailureIfStrict) {
-    CheckReport report = planted_report();
-    report.warnings = {"a.obj: warning: odd"};
-    CheckRun run = run_of(report);
-    EXPECT_EQ(to_junit(run).find("<failure"), std::string::npos);
-    run.strict = true;
-    EXPECT_NE(to_junit(run).find("<failure message=\"a.obj: warning: odd\"/>"), std::string::npos);
 }
 
 TEST(Failure, HasTheExitCodeOfItsKind) {

@@ -82,9 +82,7 @@ CommandSpec define_query(Options& options) {
     const OptionAdder adder(command, options);
     add_scene(adder, true, "what to ask");
     add_frame(adder, kFirstFrame);
-    adder
-        .add_text("--points", "FILE|-", "a line `x y z` for each point, or an .npy file of N x 3",
-                  options.point_file)
+    adder.add_text("--points", "FILE|-", "a line `x y z` for each point", options.point_file)
         .required = true;
     adder
         .add("--ask", names_of<Question>(kQuestions) + ",...",

@@ -20,7 +20,7 @@ constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a GPU, else th
 
 // All lines work as they are (test Help.ExamplesWork).
 constexpr Example kRenderExamples[] = {
-    {"Every eighth frame into the folder cloth, and a contact sheet",
+    {"Every eighth frame into the folder cloth",
      "morphray render builtin:cloth --frames 0..24:8 --out cloth"},
     {"One image, quickly", "morphray render builtin:twist --frame 12 --samples 1 --out twist.png"},
     {"Four images of a second of an animation in a glTF file",
@@ -34,16 +34,14 @@ constexpr Example kViewExamples[] = {
 constexpr Example kCrosscheckExamples[] = {
     {"Every backend and tree against brute force, with a page for people",
      "morphray crosscheck builtin:cloth:500 --html crosscheck.html"},
-    {"The CPU alone, with hashes that another machine can compare",
-     "morphray crosscheck builtin:herd --backend cpu --bless hashes.json"},
     {"Also the answers to questions about all triangles",
      "morphray crosscheck builtin:spikes --backend cpu --queries 100"},
 };
 constexpr Example kDiffExamples[] = {
-    {"The hits of two devices or machines, with images of the pixels that differ",
+    {"The hits of two devices or machines",
      "morphray render builtin:cloth --frame 8 --hits a.hits -o a.png\n"
      "morphray render builtin:cloth --frame 8 --backend cpu --hits b.hits -o b.png\n"
-     "morphray diff a.hits b.hits --out differences"},
+     "morphray diff a.hits b.hits"},
 };
 constexpr Example kProbeExamples[] = {
     {"A pixel", "morphray probe builtin:cloth --frame 8 --pixel 512,600"},
@@ -68,8 +66,8 @@ constexpr Example kDevicesExamples[] = {
 };
 
 CommandSpec define_render(Options& options) {
-    CommandSpec command{"render", "Writes an image of each frame, and a contact sheet",
-                        Command::kRender, kRenderExamples};
+    CommandSpec command{"render", "Writes an image of each frame", Command::kRender,
+                        kRenderExamples};
     const OptionAdder adder(command, options);
     add_scene(adder, true);
     add_frames(adder, "all whole frames");
@@ -135,14 +133,8 @@ CommandSpec define_crosscheck(Options& options) {
                   options.query_count =
                       static_cast<std::uint32_t>(parse_count(option, value, 1, 1'000'000));
               });
-    adder.add_text("-o,--out", "DIR", "folder of difference images (out/crosscheck)", options.out);
     adder.add_text("--junit", "FILE|-", "a JUnit report; - is stdout", options.junit);
     adder.add_text("--html", "FILE|-", "a page that needs no network; - is stdout", options.html);
-    adder.add_text("--bless", "FILE", "file of the images' hashes to write, for --expect",
-                   options.bless);
-    adder.add_text("--expect", "FILE", "file of --bless that the images must agree with",
-                   options.expect);
-    adder.add_flag("--strict", "a warning is a failure: exit code 1", options.strict);
     add_report_options(adder, true);
     return command;
 }
@@ -153,7 +145,6 @@ CommandSpec define_diff(Options& options) {
     const OptionAdder adder(command, options);
     adder.add_arguments("files", "FILE FILE", "the expected hits or image, and the other",
                         {&options.compared_files, 2});
-    adder.add_text("-o,--out", "DIR", "folder of difference images (none)", options.out);
     adder.add_text("--json", "FILE|-", "a report for programs; - is stdout", options.json);
     adder.add_flag("-q,--quiet", "no result, only the exit code", options.quiet);
     return command;
@@ -202,8 +193,6 @@ CommandSpec define_profile(Options& options) {
                   options.tree.update = parse_update(option, value);
               });
     add_update_limits(adder);
-    adder.add_text("--trace-events", "FILE|-",
-                   "with --policies, the stages in Chrome's trace format", options.trace_events);
     adder.add_text("--plot", "FILE.svg|.png", "with --policies, charts (needs gnuplot)",
                    options.plot);
     adder.add_text("--baseline", "FILE.json",

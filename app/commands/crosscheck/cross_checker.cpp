@@ -167,7 +167,7 @@ void CrossChecker::compare_variant(const Variant& variant, double frame, const O
         variant.backend->trace_image(params_for(expected.rays), actual);
         row.trace_ms = variant.backend->finish().trace_ms;
         compare(expected.frame, actual, row);
-        on_row(row, expected.frame, actual);
+        on_row(row);
     }
     if (options_.query_count > 0 && !is_reference(query_row_.reference))
         compare_queries(variant, row.variant());
@@ -214,11 +214,6 @@ CheckedFrame CrossChecker::check(double frame, const std::vector<std::uint32_t>&
     trace_reference(positions, rebuilt, rays);
     ask_reference(positions, frame);
     CheckedFrame checked;
-    for (const Expected& expected : expected_) {
-        checked.references.push_back({frame, name_of_rays(expected.rays), expected.reference,
-                                      count_hits(expected.frame), hits_hash(expected.frame),
-                                      image_hash(expected.frame)});
-    }
     for (BackendPair& pair : backends_.vulkan) {
         refit(pair, positions);
         checked.trees.push_back(

@@ -54,7 +54,6 @@ struct CheckedFrame {
     /// One for each variant, if queries are compared.
     std::vector<QueryRow> queries;
     /// One for each kind of rays.
-    std::vector<ReferenceImage> references;
 };
 
 /// Runs two instances of each backend. One refits its own tree from frame to frame and traces it.
@@ -65,7 +64,7 @@ struct CheckedFrame {
 class CrossChecker {
 public:
     /// Receives each comparison as it is made.
-    using OnRow = std::function<void(const CheckRow&, const Frame& expected, const Frame& actual)>;
+    using OnRow = std::function<void(const CheckRow&)>;
     /// Is told before an image is traced, or a tree is built. Only the images that are no reference
     /// are compared.
     using OnImage = std::function<void(const std::string& name, bool is_compared)>;

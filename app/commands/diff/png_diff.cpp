@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "app/base/output_folder.h"
-#include "app/files/png_reader.h"
+#include "app/files/image_reader.h"
 #include "app/report/diff_report.h"
 #include "common/base/output_file.h"
 #include "common/text/message_text.h"
@@ -83,12 +82,6 @@ ExitCode run_png_diff(const Options& options, const Messages& messages) {
     ImageDiffReport report = compare_images(expected, actual);
     report.expected = names[0];
     report.actual = names[1];
-    if (!options.out.empty()) {
-        const OutputFolder folder(options.out);
-        if (!report.equal())
-            write_file(folder.path() / "difference.png",
-                       encode_png(difference_image(expected, actual)));
-    }
     if (!options.json.empty()) write_report(options.json, to_json(report));
     if (!takes_stdout({options.json})) messages.print(text_of(report));
     return report.equal() ? ExitCode::kOk : ExitCode::kCheckFailed;

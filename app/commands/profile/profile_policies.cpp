@@ -11,7 +11,6 @@
 #include "app/commands/profile/profile_head.h"
 #include "app/commands/profile/shown_rows.h"
 #include "app/report/policy_report.h"
-#include "app/report/trace_events.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
@@ -53,17 +52,15 @@ void publish(const PolicyReport& report, const Options& options, const ShownRows
              const Messages& messages) {
     if (!options.json.empty()) write_report(options.json, to_json(report));
     if (!options.csv.empty()) write_report(options.csv, policy_frames_table(report.backends).csv());
-    if (!options.trace_events.empty()) write_report(options.trace_events, trace_events(report));
     if (!options.plot.empty()) plot_policies(report, options.plot);
     shown.finish();
-    if (!takes_stdout({options.json, options.csv, options.trace_events}))
-        messages.print("\n" + policy_text(report));
+    if (!takes_stdout({options.json, options.csv})) messages.print("\n" + policy_text(report));
 }
 
 }  // namespace
 
 ExitCode profile_policies(const Options& options, const Messages& messages) {
-    check_reports({options.json, options.csv, options.trace_events, options.plot});
+    check_reports({options.json, options.csv, options.plot});
     if (!options.plot.empty()) require_plotter(options.plot);
     SceneFrames scene = open_frames(options, messages);
     const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kAll);
@@ -75,8 +72,7 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
     const std::vector<PolicySpec> policies =
         options.policies.empty() ? std::vector{options.tree.policy()} : options.policies;
     const RoundLines lines(policies, options.repeat);
-    ShownRows shown(lines.header(),
-                    !takes_stdout({options.json, options.csv, options.trace_events}), messages);
+    ShownRows shown(lines.header(), !takes_stdout({options.json, options.csv}), messages);
     const auto add_row = [&](int round, const PolicyRun& run) { shown.add(lines.row(round, run)); };
     std::optional<Progress> progress;
     std::uint64_t done = 0;

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/clip/render_command.h"
-#include "app/files/png_reader.h"
+#include "app/files/image_reader.h"
 #include "common/base/errors.h"
 #include "common/image/frame.h"
 #include "common/text/number_text.h"

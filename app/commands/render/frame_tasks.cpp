@@ -64,14 +64,4 @@ std::filesystem::path hits_file_of(const Options& options, const FrameTask& task
     return (std::filesystem::path(options.hits) / task.file).replace_extension(".hits");
 }
 
-std::size_t sheet_step(std::size_t frames) {
-    constexpr std::size_t kMostImages = 64;
-    return (frames + kMostImages - 1) / kMostImages;
-}
-
-std::uint32_t thumbnail_width(std::size_t frames) {
-    if (frames <= 4) return 768;
-    return frames <= 16 ? 384 : 192;
-}
-
 }  // namespace mray::app

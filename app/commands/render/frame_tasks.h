@@ -37,11 +37,4 @@ std::filesystem::path exr_file_of(const Options& options, const std::filesystem:
                                   const FrameTask& task);
 std::filesystem::path hits_file_of(const Options& options, const FrameTask& task);
 
-/// A contact sheet shows every n-th frame, so that it is about square for clips of any length.
-std::size_t sheet_step(std::size_t frames);
-
-/// Width of an image in a contact sheet of `frames`, which is about square and 1536 pixels wide.
-/// Only these small images stay in memory until the end.
-std::uint32_t thumbnail_width(std::size_t frames);
-
 }  // namespace mray::app

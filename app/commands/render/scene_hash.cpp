@@ -1,6 +1,6 @@
 #include "app/commands/render/scene_hash.h"
 
-#include "app/files/texture_reader.h"
+#include "app/files/image_reader.h"
 #include "common/base/errors.h"
 #include "common/base/hash.h"
 

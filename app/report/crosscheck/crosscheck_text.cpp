@@ -1,11 +1,9 @@
-#include "app/report/crosscheck/crosscheck_text.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "app/report/crosscheck/probe_command.h"
-#include "app/report/crosscheck/variants.h"
+#include "app/report/crosscheck/check_report.h"
+#include "common/report/shell_text.h"
 #include "common/report/table.h"
 #include "common/text/number_text.h"
 
@@ -77,18 +75,40 @@ std::string compared_queries(const CheckReport& report) {
     return text;
 }
 
-/// The images that --expect finds different.
-std::string unexpected_images(const CheckReport& report) {
-    if (report.expected.empty()) return "";
-    const auto differing = static_cast<std::size_t>(std::ranges::count_if(
-        report.expected, [](const ExpectedRow& row) { return !row.equal(); }));
-    std::string text = fmt::format("\nexpected images, {}: {}\n", report.expected.size(),
-                                   verdict(differing, report.expected.size()));
-    for (const ExpectedRow& row : report.expected) {
-        if (!row.equal())
-            text += fmt::format("  frame {}, {}: {}\n", row.frame, row.rays, row.problem);
+/// The `morphray probe` that traces one pixel of options.scene as the row's variant did, or as its
+/// reference. `build_at` is the frame that the refitted tree was built at.
+std::string probe_command(const Options& options, const CheckRow& row, const PixelDifference& pixel,
+                          double build_at, bool reference) {
+    std::vector<std::string> line = {"morphray", "probe", options.scene};
+    const auto add = [&line](const char* name, const std::string& value) {
+        line.insert(line.end(), {name, value});
+    };
+    add("--frame", fmt::format("{}", row.frame));
+    add("--pixel", fmt::format("{},{}", pixel.x, pixel.y));
+    add("--size", fmt::format("{}x{}", options.view.width, options.view.height));
+    add("--rays", row.rays);
+    // Pairs of a name and a value; probe refuses those that have no effect on these rays.
+    const std::vector<std::string> viewed = scene_view_arguments(options);
+    for (std::size_t i = 0; i + 1 < viewed.size(); i += 2) {
+        const std::string& name = viewed[i];
+        if (name.starts_with("--ao-") && row.rays != "ao") continue;
+        if (name == "--light" && row.rays != "shadow") continue;
+        add(name.c_str(), viewed[i + 1]);
     }
-    return text;
+    if (options.allow_empty) line.push_back("--allow-empty");
+    if (options.lenient) line.push_back("--lenient");
+    const std::string& backend = reference ? row.reference : row.backend;
+    add("--backend", backend);
+    if (backend == "cpu") add("--simd", reference || row.simd.empty() ? "off" : row.simd);
+    add("--update", reference ? "rebuild" : row.update);
+    if (!reference && row.update == "refit") {
+        add("--refit-on", row.refit_on);
+        add("--build-at", fmt::format("{}", build_at));
+    }
+    const std::string& device = row.device.empty() ? options.backend.device : row.device;
+    const bool on_device = row.backend == "vulkan" || row.refit_on == "vulkan";
+    if (!reference && on_device && !device.empty()) add("--device", device);
+    return shell_line(line);
 }
 
 }  // namespace
@@ -117,13 +137,25 @@ std::string query_text(const QueryRow& row) {
 
 std::string table_text(const CheckReport& report) {
     Table table({"variant", "images", "result", "trace ms"});
-    for (const Variant& variant : variants_of(report)) {
-        table.add({variant.name, fmt::format("{}", variant.rows.size()),
-                   verdict(variant.differing(), variant.rows.size()),
-                   fmt::format("{:.2f}", variant.trace_ms())});
+    std::vector<std::string> variants;
+    for (const CheckRow& row : report.rows)
+        if (std::ranges::find(variants, row.variant()) == variants.end())
+            variants.push_back(row.variant());
+    for (const std::string& variant : variants) {
+        std::size_t images = 0;
+        std::size_t differing = 0;
+        double trace_ms = 0;
+        for (const CheckRow& row : report.rows) {
+            if (row.variant() != variant) continue;
+            ++images;
+            differing += row.equal() ? 0 : 1;
+            trace_ms += row.trace_ms;
+        }
+        table.add({variant, fmt::format("{}", images), verdict(differing, images),
+                   fmt::format("{:.2f}", trace_ms)});
     }
     return table.text() + differing_images(report) + compared_trees(report) +
-           compared_queries(report) + unexpected_images(report);
+           compared_queries(report);
 }
 
 std::string summary_text(const CheckReport& report) {

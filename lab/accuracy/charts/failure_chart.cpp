@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <ctime>
 
 #include "common/report/guarded_run.h"
-#include "common/report/thread_clock.h"
 #include "lab/accuracy/charts/charts.h"
 #include "lab/accuracy/measure/measure.h"
 
@@ -14,6 +14,14 @@ namespace {
 constexpr std::uint32_t kLessSide = 8;
 // Some thousand times the time that a cell takes.
 constexpr unsigned kLimitS = 60;
+
+/// Milliseconds for which the calling thread has run. std::clock() advances in ticks of some
+/// milliseconds while the process has a limit of processor time.
+double thread_ms() {
+    std::timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
 
 struct Cell {
     std::size_t row = 0;

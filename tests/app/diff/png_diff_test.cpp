@@ -28,10 +28,9 @@ TEST(PngDiff, FindsEqualImagesEqual) {
     const TemporaryFolder folder;
     const std::string a = write_png(folder, "a.png", ramp(20, 10));
     const std::string b = write_png(folder, "b.PNG", ramp(20, 10));
-    const Outcome outcome = run({"diff", a, b, "--out", folder.file("none")});
+    const Outcome outcome = run({"diff", a, b});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.out, "image of 20x10: equal bit by bit\n");
-    EXPECT_FALSE(std::filesystem::exists(folder.file("none")));
 }
 
 TEST(PngDiff, CountsPixelsAndNamesTheLargestDifferenceOfEachChannel) {
@@ -42,7 +41,7 @@ TEST(PngDiff, CountsPixelsAndNamesTheLargestDifferenceOfEachChannel) {
     changed.pixels[5 * 20 + 6] += 9;         // red, more
     changed.pixels[7 * 20 + 8] -= 1u << 16;  // blue
     const std::string b = write_png(folder, "b.png", changed);
-    const Outcome text = run({"diff", a, b, "--out", folder.file("images")});
+    const Outcome text = run({"diff", a, b});
     EXPECT_EQ(text.code, 1) << text.err;
     for (const char* part :
          {"image of 20x10: 3 pixels differ of 200\n", "red    at most 9, by +9 at pixel 6,5\n",
@@ -50,7 +49,6 @@ TEST(PngDiff, CountsPixelsAndNamesTheLargestDifferenceOfEachChannel) {
           "pixel 4,3: expected #"}) {
         EXPECT_NE(text.out.find(part), std::string::npos) << part << text.out;
     }
-    EXPECT_TRUE(read_file(folder.file("images") + "/difference.png").starts_with("\x89PNG"));
     const Json json = Json::parse(run({"diff", a, b, "--json", "-"}).out);
     EXPECT_EQ(json["differing_pixels"], 3);
     EXPECT_EQ(json["channels"]["red"]["difference"], 9);

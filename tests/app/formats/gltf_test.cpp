@@ -112,12 +112,12 @@ TEST(GltfProgram, TimesChooseFramesInEveryCommand) {
     const std::string scene = folder.write("a.glb", moving_glb());
     EXPECT_EQ(render(scene, folder, {"--time", "0..0.5:0.25", "--fps", "2"}).code, 0);
     EXPECT_EQ(folder.names(), (Names{"a.glb", "out", "out/frame_0000.0.png", "out/frame_0000.5.png",
-                                     "out/frame_0001.0.png", "out/sheet.png"}));
+                                     "out/frame_0001.0.png"}));
     // Without a step, that of a frame.
     const TemporaryFolder each;
     EXPECT_EQ(render(scene, each, {"--time", "1..2", "--fps", "2"}).code, 0);
-    EXPECT_EQ(each.names(), (Names{"out", "out/frame_0002.png", "out/frame_0003.png",
-                                   "out/frame_0004.png", "out/sheet.png"}));
+    EXPECT_EQ(each.names(),
+              (Names{"out", "out/frame_0002.png", "out/frame_0003.png", "out/frame_0004.png"}));
     for (const Names& command :
          {Names{"crosscheck", scene, "--backend", "cpu", "--size", "8x8", "--rays", "primary"},
           Names{"profile", scene, "--backend", "cpu", "--size", "8x8", "--repeat", "1"},

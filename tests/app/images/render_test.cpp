@@ -36,8 +36,8 @@ TEST(Render, WritesAnImagePerFrameAndASheet) {
     const Outcome outcome = render("builtin:cloth:500", folder, {"--frames", "0..2"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.err, "");
-    EXPECT_EQ(folder.names(), (Names{"out", "out/frame_0000.png", "out/frame_0001.png",
-                                     "out/frame_0002.png", "out/sheet.png"}));
+    EXPECT_EQ(folder.names(),
+              (Names{"out", "out/frame_0000.png", "out/frame_0001.png", "out/frame_0002.png"}));
     EXPECT_EQ(lines(outcome.out).size(), 4u) << outcome.out;
 }
 
@@ -52,7 +52,7 @@ TEST(Render, ListsOfFramesAreTheImagesOfTheirFrames) {
     EXPECT_EQ(render("builtin:orbits:500", list, {"--frames", "0..4:2,7,20.5"}).code, 0);
     EXPECT_EQ(list.names(),
               (Names{"out", "out/frame_0000.0.png", "out/frame_0002.0.png", "out/frame_0004.0.png",
-                     "out/frame_0007.0.png", "out/frame_0020.5.png", "out/sheet.png"}));
+                     "out/frame_0007.0.png", "out/frame_0020.5.png"}));
     // Frame 7 has left the bounds of the first frame.
     TemporaryFolder one;
     EXPECT_EQ(render("builtin:orbits:500", one, {"--frames", "7"}).code, 0);

@@ -2,9 +2,7 @@
 #include <cstdint>
 #include <string>
 
-#include "app/files/image_limits.h"
-#include "app/files/jpeg_reader.h"
-#include "app/files/png_reader.h"
+#include "app/files/image_reader.h"
 #include "tests/fuzz/targets/outcome.h"
 #include "tests/fuzz/targets/targets.h"
 

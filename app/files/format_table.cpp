@@ -1,4 +1,6 @@
-#include "app/files/formats/format_table.h"
+#include "app/files/format_table.h"
+
+#include <span>
 
 #include "common/report/table.h"
 #include "scenes/mesh/mesh_file.h"
@@ -20,7 +22,7 @@ constexpr FileFormat kOthers[] = {
     {"hits", "raw", "", true, true, "render --hits; diff reads them"},
     {"image", "PNG", ".png", true, true, "render, view, chart; diff reads them"},
     {"image", "OpenEXR", ".exr", false, true, "render --exr"},
-    {"report", "JSON", ".json", true, true, "--json; profile --baseline and crosscheck --expect"},
+    {"report", "JSON", ".json", true, true, "--json; profile --baseline"},
     {"report", "JUnit", ".xml", false, true, "crosscheck --junit"},
     {"report", "HTML", ".html", false, true, "crosscheck --html, chart"},
     {"report", "CSV", ".csv", false, true, "profile --csv, chart"},
