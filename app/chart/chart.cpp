@@ -7,11 +7,11 @@
 #include <thread>
 
 #include "app/backends/backends.h"
-#include "app/base/output_folder.h"
 #include "app/clip/frames.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
+#include "common/base/output_file.h"
 #include "common/report/plot.h"
 #include "common/report/shell_text.h"
 #include "lab/accuracy/charts/chart_folder.h"
@@ -34,20 +34,13 @@ std::string machine_text() {
     return fmt::format("{}, {} threads", model, std::thread::hardware_concurrency());
 }
 
-std::string command_text(const Options& options) {
+std::string command_text(const ChartOptions& options) {
     std::vector<std::string> arguments{"morphray", "chart"};
     arguments.insert(arguments.end(), options.scenes.begin(), options.scenes.end());
     arguments.insert(arguments.end(), {"--out", options.out});
     if (options.quick) arguments.emplace_back("--quick");
     if (options.lenient) arguments.emplace_back("--lenient");
     return shell_line(arguments);
-}
-
-SceneFrames open_scene_of(const Options& options, const std::string& scene,
-                          const Messages& messages) {
-    Options one = options;
-    one.scene = scene;
-    return open_frames(one, messages);
 }
 
 /// The middle frame of a scene.
@@ -104,24 +97,24 @@ std::size_t steps_of(std::size_t scenes, const Effort& effort) {
 
 }  // namespace
 
-ExitCode draw_charts(const Options& options, const Messages& messages) {
+ExitCode draw_charts(const ChartOptions& options, const Messages& messages) {
     plot::require_gnuplot("chart");
-    const OutputFolder parent(parent_of(options.out));
+    make_output_folder(parent_of(options.out));
     ChartFolder folder(options.out);
     std::vector<SceneFrames> scenes;
     for (const std::string& scene : options.scenes)
-        scenes.push_back(open_scene_of(options, scene, messages));
+        scenes.emplace_back(open_clip({.scene = scene, .lenient = options.lenient}, messages));
 
     const Effort& effort = options.quick ? quick_effort() : full_effort();
     const std::string machine = machine_text();
     const std::string command = command_text(options);
-    Progress progress("charting", "", steps_of(scenes.size(), effort), progress_mode(options));
+    Progress progress("charting", steps_of(scenes.size(), effort), messages);
     std::uint64_t done = 0;
-    const auto backend_maker = [&options](BackendChoice choice) {
-        return [&options, choice] { return make_backend(choice, options.backend, Messages()); };
+    const auto backend_maker = [](BackendChoice choice) {
+        return [choice] { return make_backend(choice, {}, Messages()); };
     };
     const ChartContext context{.effort = effort,
-                               .threads = options.backend.threads,
+                               .threads = 0,
                                .make_cpu_backend = backend_maker(BackendChoice::kCpu),
                                .make_vulkan_backend = backend_maker(BackendChoice::kVulkan),
                                .footer = fmt::format("{}; {}", machine, command),
@@ -132,7 +125,6 @@ ExitCode draw_charts(const Options& options, const Messages& messages) {
                                    },
                                .check = throw_if_interrupted};
     const std::vector<Chart> charts = make_charts(scenes, context, progress);
-    progress.finish();
     std::vector<PagedChart> paged;
     for (const Chart& chart : charts) {
         throw_if_interrupted();

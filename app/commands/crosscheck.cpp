@@ -5,31 +5,18 @@
 #include <optional>
 
 #include "app/backends/backends.h"
-#include "app/base/output_folder.h"
 #include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/commands/crosscheck/scene_check.h"
 #include "app/report/crosscheck/check_report.h"
-#include "app/report/crosscheck/crosscheck_html.h"
-#include "app/report/crosscheck/crosscheck_text.h"
-#include "app/report/crosscheck/golden_images.h"
-#include "app/report/crosscheck/junit.h"
 #include "app/terminal/failure.h"
 #include "common/report/shell_text.h"
 
 namespace mray::app {
 namespace {
 
-constexpr std::uint32_t kDefaultSide = 256;
-
-Options with_defaults(Options options) {
-    if (!options.size_given) options.view.width = options.view.height = kDefaultSide;
-    if (options.out.empty()) options.out = "out/crosscheck";
-    return options;
-}
-
 /// The command line, ready for a shell.
-std::string command_text(const Options& options) {
+std::string command_text(const CrosscheckOptions& options) {
     std::vector<std::string> line = {"morphray"};
     line.insert(line.end(), options.arguments.begin(), options.arguments.end());
     return shell_line(line);
@@ -55,9 +42,8 @@ ExitCode worse(ExitCode a, ExitCode b) {
 /// Checks the scenes in turn and writes one set of reports, also about a run that ends early.
 class Crosscheck {
 public:
-    Crosscheck(const Options& options, const Messages& messages)
+    Crosscheck(const CrosscheckOptions& options, const Messages& messages)
         : options_(options), messages_(messages) {
-        run_.strict = options.strict;
         run_.environment.command = command_text(options);
         run_.environment.simd = options.backend.choice == BackendChoice::kVulkan
                                     ? std::vector<std::string>{}
@@ -76,12 +62,9 @@ public:
 
     /// Returns the exit code; throws what ends the run.
     ExitCode run() {
-        folder_.emplace(options_.out);
-        if (!options_.expect.empty()) expected_ = read_golden(options_.expect);
         find_devices();
         std::optional<CheckedBackends> backends;
-        const SceneCheckContext context{messages_, run_.environment.devices, backends,
-                                        expected_ ? &*expected_ : nullptr};
+        const SceneCheckContext context{messages_, run_.environment.devices, backends};
         ExitCode code = ExitCode::kOk;
         for (std::size_t i = 0; i < run_.scenes.size(); ++i) code = worse(code, check(i, context));
         return code;
@@ -110,23 +93,12 @@ public:
         if (failure) std::rethrow_exception(failure);
     }
 
-    /// Writes the hashes of a run without fault; otherwise says why not.
-    void bless() const {
-        if (options_.bless.empty()) return;
-        if (run_.complete() && run_.equal()) {
-            write_report(options_.bless, golden_text(options_, run_));
-        } else {
-            messages_.error(fmt::format(
-                "{}: not written, because not all images are there and equal", options_.bless));
-        }
-    }
-
 private:
     /// Throws the error of a scene that cannot be opened, if there is one, before that of a device
     /// that cannot be had: the one is to be mended on any machine.
     void find_devices() {
         try {
-            run_.environment.devices = devices_to_check(options_.backend);
+            run_.environment.devices = devices_to_check(options_.backend, options_.all_devices);
         } catch (const Error&) {
             for (CheckReport& report : run_.scenes) require_scene(report);
             throw;
@@ -134,10 +106,10 @@ private:
     }
 
     void require_scene(CheckReport& report) const {
-        Options one = options_;
+        SourceOptions one = options_.source;
         one.scene = report.spec;
         try {
-            open_frames(one, messages_);
+            open_clip(one, messages_);
         } catch (const Error& error) {
             report.error = error.what();
             throw;
@@ -146,12 +118,8 @@ private:
 
     ExitCode check(std::size_t index, const SceneCheckContext& context) {
         CheckReport& report = run_.scenes[index];
-        Options one = options_;
-        one.scene = report.spec;
-        // Images of several scenes would have the same names.
-        const std::filesystem::path folder =
-            run_.scenes.size() == 1 ? folder_->path()
-                                    : folder_->path() / fmt::format("scene_{}", index + 1);
+        CrosscheckOptions one = options_;
+        one.source.scene = report.spec;
         const std::size_t warned = messages_.warnings().size();
         const auto keep_warnings = [&] {
             const std::vector<std::string>& all = messages_.warnings();
@@ -159,7 +127,7 @@ private:
         };
         ExitCode code = ExitCode::kOk;
         try {
-            code = check_scene(one, folder, context, report);
+            code = check_scene(one, context, report);
             report.complete = code == ExitCode::kOk;
         } catch (const Error& error) {
             keep_warnings();
@@ -169,22 +137,18 @@ private:
             code = exit_code_of(error.kind());
         }
         keep_warnings();
-        if (options_.strict && !report.warnings.empty()) code = worse(code, ExitCode::kCheckFailed);
         return report.equal() ? code : ExitCode::kCheckFailed;
     }
 
-    const Options& options_;
+    const CrosscheckOptions& options_;
     const Messages& messages_;
-    std::optional<OutputFolder> folder_;
     CheckRun run_;
-    std::optional<GoldenImages> expected_;
 };
 
 }  // namespace
 
-ExitCode run_crosscheck(const Options& given, const Messages& messages) {
-    const Options options = with_defaults(given);
-    check_reports({options.json, options.junit, options.html, options.bless});
+ExitCode run_crosscheck(const CrosscheckOptions& options, const Messages& messages) {
+    check_reports({options.json, options.junit, options.html});
     Crosscheck crosscheck(options, messages);
     ExitCode code = ExitCode::kOk;
     try {
@@ -201,7 +165,6 @@ ExitCode run_crosscheck(const Options& given, const Messages& messages) {
         throw;
     }
     crosscheck.write_reports();
-    crosscheck.bless();
     return code;
 }
 

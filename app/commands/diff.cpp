@@ -1,19 +1,13 @@
-// morphray diff: compares two files of hits or two images, of other machines, devices or versions,
-// say.
+// morphray diff: compares two files of hits, of other machines, devices or versions.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <optional>
 
 #include "app/base/library_calls.h"
-#include "app/base/output_folder.h"
 #include "app/commands/commands.h"
-#include "app/commands/diff/png_diff.h"
-#include "app/files/png_reader.h"
 #include "app/report/diff_report.h"
 #include "app/terminal/interrupt.h"
-#include "common/base/output_file.h"
 #include "common/report/compare.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
@@ -26,24 +20,16 @@ namespace {
 constexpr std::size_t kShownImages = 8;
 constexpr std::size_t kShownPixels = 3;
 
-/// The hits as a frame whose pixels are two greys, for hits and misses of the other file, so that
-/// they never differ.
-Frame frame_of(const morphray::HitsFile& file, std::size_t image,
-               const std::vector<std::uint32_t>& pixels) {
+/// The hits as a frame whose pixels never differ.
+Frame frame_of(const morphray::HitsFile& file, std::size_t image) {
     Frame frame;
     frame.width = file.width;
     frame.height = file.height;
-    frame.pixels = pixels;
+    frame.pixels.resize(file.images[image].hits.size());
     for (const morphray::Hit& hit : file.images[image].hits)
         frame.hits.push_back({hit.t, hit.u, hit.v, hit.prim_id});
     frame.occlusion = file.images[image].occlusion;
     return frame;
-}
-
-std::vector<std::uint32_t> greys(const std::vector<morphray::Hit>& hits) {
-    std::vector<std::uint32_t> pixels;
-    for (const morphray::Hit& hit : hits) pixels.push_back(hit ? 0xFFA0A0A0 : 0xFF303030);
-    return pixels;
 }
 
 std::string shape_of(const morphray::HitsFile& file) {
@@ -62,28 +48,6 @@ void require_same_shape(const std::vector<std::string>& names, const morphray::H
         fmt::format("{}: has {}, but {} has {}; only files of the same size and number of "
                     "images can be compared",
                     shown(names[1]), shape_of(actual), shown(names[0]), shape_of(expected)));
-}
-
-/// The kind of a file, by its name.
-enum class FileKind { kHits, kPng };
-
-FileKind kind_of(const std::string& name) {
-    return is_png_name(name) ? FileKind::kPng : FileKind::kHits;
-}
-
-const char* kind_text(FileKind kind) {
-    return kind == FileKind::kPng ? "a PNG file" : "a file of hits";
-}
-
-void require_same_kind(const std::vector<std::string>& names) {
-    const FileKind expected = kind_of(names[0]);
-    const FileKind actual = kind_of(names[1]);
-    if (expected == actual) return;
-    throw Error(
-        ErrorKind::kBadInput,
-        fmt::format("{}: is {} by its name, but {} is {}; give two files of hits or two "
-                    "PNG files",
-                    shown(names[1]), kind_text(actual), shown(names[0]), kind_text(expected)));
 }
 
 std::string describe_hit(const Hit& hit, std::uint32_t occlusion) {
@@ -121,33 +85,22 @@ std::string summary(const DiffReport& report, const std::string& shape) {
 
 }  // namespace
 
-ExitCode run_diff(const Options& options, const Messages& messages) {
+ExitCode run_diff(const DiffOptions& options, const Messages& messages) {
     check_reports({options.json});
-    const std::vector<std::string>& names = options.compared_files;
-    require_same_kind(names);
-    if (kind_of(names[0]) == FileKind::kPng) return run_png_diff(options, messages);
+    const std::vector<std::string>& names = options.files;
     const auto read = [](const std::string& name) {
         return call_library([&] { return morphray::read_hits(name); });
     };
     const morphray::HitsFile expected = read(names[0]);
     const morphray::HitsFile actual = read(names[1]);
     require_same_shape(names, expected, actual);
-    std::optional<OutputFolder> folder;
-    if (!options.out.empty()) folder.emplace(options.out);
-
     DiffReport report{names[0], names[1], expected.width, expected.height, {}};
     for (std::size_t i = 0; i < expected.images.size(); ++i) {
         throw_if_interrupted();
-        const std::vector<std::uint32_t> pixels = greys(actual.images[i].hits);
-        const Frame a = frame_of(expected, i, pixels);
-        const Frame b = frame_of(actual, i, pixels);
-        report.images.push_back(compare_frames(a, b));
-        if (folder && report.images.back().total() != 0)
-            write_file(folder->path() / fmt::format("image_{:04}.png", i),
-                       encode_png(difference_image(a, b)));
+        report.images.push_back(compare_frames(frame_of(expected, i), frame_of(actual, i)));
     }
     if (!options.json.empty()) write_report(options.json, to_json(report));
-    if (!takes_stdout({options.json}) && !options.quiet)
+    if (!takes_stdout({options.json}))
         messages.print(describe_images(report) + summary(report, shape_of(actual)));
     return report.equal() ? ExitCode::kOk : ExitCode::kCheckFailed;
 }

@@ -6,13 +6,6 @@
 
 namespace mray::app {
 
-std::string colour_text(std::uint32_t pixel) {
-    std::string text = "#";
-    for (int shift = 0; shift < 32; shift += 8)
-        text += fmt::format("{:02x}", (pixel >> shift) & 0xFF);
-    return text;
-}
-
 std::uint64_t DiffReport::differing_images() const {
     return static_cast<std::uint64_t>(std::ranges::count_if(
         images, [](const FrameDifference& difference) { return difference.total() != 0; }));

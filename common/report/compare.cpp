@@ -15,20 +15,19 @@ struct DifferenceKind {
     std::uint64_t FrameDifference::*count;
     const char* one;
     const char* several;
-    std::uint32_t colour;
 };
 
 enum class Kind { kFalseMiss, kFalseHit, kPrimId, kT, kUv, kOcclusion, kColour };
 constexpr std::size_t kKindCount = 7;
 /// In the order of Kind.
 constexpr std::array<DifferenceKind, kKindCount> kKinds = {{
-    {&FrameDifference::false_miss, "false miss", "false misses", 0xFF0000FF},  // red
-    {&FrameDifference::false_hit, "false hit", "false hits", 0xFF00A5FF},      // orange
-    {&FrameDifference::prim_id, "prim_id", "prim_id", 0xFF00FFFF},             // yellow
-    {&FrameDifference::t, "t", "t", 0xFF00FF00},                               // green
-    {&FrameDifference::uv, "u or v", "u or v", 0xFFFFFF00},                    // cyan
-    {&FrameDifference::occlusion, "occlusion", "occlusion", 0xFFFF4040},       // blue
-    {&FrameDifference::colour, "colour", "colour", 0xFFFF00FF},                // magenta
+    {&FrameDifference::false_miss, "false miss", "false misses"},
+    {&FrameDifference::false_hit, "false hit", "false hits"},
+    {&FrameDifference::prim_id, "prim_id", "prim_id"},
+    {&FrameDifference::t, "t", "t"},
+    {&FrameDifference::uv, "u or v", "u or v"},
+    {&FrameDifference::occlusion, "occlusion", "occlusion"},
+    {&FrameDifference::colour, "colour", "colour"},
 }};
 
 const DifferenceKind& info(Kind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
@@ -63,23 +62,6 @@ void assert_comparable([[maybe_unused]] const Frame& expected,
     }
 }
 
-std::uint32_t grey(std::uint32_t pixel) {
-    const std::uint32_t sum =
-        (pixel & 0xFF) + 2 * ((pixel >> 8) & 0xFF) + ((pixel >> 16) & 0xFF);  // about luminance
-    return 0xFF000000 | (sum / 4) * 0x010101;
-}
-
-/// Paints the 3x3 pixels around (x, y) that exist.
-void paint_around(Image& image, std::uint32_t x, std::uint32_t y, std::uint32_t colour) {
-    const std::uint32_t left = x == 0 ? 0 : x - 1;
-    const std::uint32_t top = y == 0 ? 0 : y - 1;
-    for (std::uint32_t row = top; row <= y + 1 && row < image.height; ++row) {
-        for (std::uint32_t column = left; column <= x + 1 && column < image.width; ++column) {
-            image.pixels[std::size_t{row} * image.width + column] = colour;
-        }
-    }
-}
-
 }  // namespace
 
 FrameDifference compare_frames(const Frame& expected, const Frame& actual, std::size_t keep) {
@@ -100,29 +82,6 @@ FrameDifference compare_frames(const Frame& expected, const Frame& actual, std::
                                     .actual_pixel = actual.pixels[i]});
     }
     return difference;
-}
-
-Image marked_image(const Image& image, std::span<const PixelMark> marks) {
-    Image marked{.width = image.width, .height = image.height, .pixels = {}};
-    marked.pixels.reserve(image.pixels.size());
-    for (const std::uint32_t pixel : image.pixels) marked.pixels.push_back(grey(pixel));
-    for (const PixelMark& mark : marks) {
-        paint_around(marked, static_cast<std::uint32_t>(mark.index % image.width),
-                     static_cast<std::uint32_t>(mark.index / image.width), mark.colour);
-    }
-    // A neighbour's enlarged mark must not hide a pixel's own colour.
-    for (const PixelMark& mark : marks) marked.pixels[mark.index] = mark.colour;
-    return marked;
-}
-
-Image difference_image(const Frame& expected, const Frame& actual) {
-    assert_comparable(expected, actual);
-    std::vector<PixelMark> marks;
-    for (std::size_t i = 0; i < expected.hits.size(); ++i) {
-        const std::optional<Kind> kind = difference_at(expected, actual, i);
-        if (kind) marks.push_back({i, info(*kind).colour});
-    }
-    return marked_image({actual.width, actual.height, actual.pixels}, marks);
 }
 
 std::string describe(const FrameDifference& difference) {

@@ -3,12 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "common/image/frame.h"
-#include "common/image/png.h"
 
 namespace mray {
 
@@ -43,18 +41,6 @@ struct FrameDifference {
 
 /// Compares floats as bits. Both frames have the same size (asserted).
 FrameDifference compare_frames(const Frame& expected, const Frame& actual, std::size_t keep = 10);
-
-/// A pixel, numbered row by row from 0, and its colour in a difference image.
-struct PixelMark {
-    std::size_t index = 0;
-    std::uint32_t colour = 0;
-};
-
-/// The image in grey with each marked pixel in its colour, enlarged to 3x3. Marks lie in the image.
-Image marked_image(const Image& image, std::span<const PixelMark> marks);
-
-/// The actual image in grey with each differing pixel in the colour of its kind, enlarged to 3x3.
-Image difference_image(const Frame& expected, const Frame& actual);
 
 /// "12 pixels differ: 3 false misses, 9 prim_id" or "equal".
 std::string describe(const FrameDifference& difference);

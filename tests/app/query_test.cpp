@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "tests/app/npy_data.h"
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 
@@ -20,27 +19,6 @@ Outcome query(const std::string& scene, const std::string& points, Words more) {
     Words all = {"query", scene, "--points", "-"};
     all.insert(all.end(), more.begin(), more.end());
     return run(all, {.input = points});
-}
-
-/// A file of numpy with this header.
-std::string npy(const std::string& header, const std::string& data, char version = 1) {
-    std::string file = "\x93NUMPY";
-    file += version;
-    file += '\0';
-    file += static_cast<char>(header.size());
-    file.append(version == 1 ? 1 : 3, '\0');
-    return file + header + data;
-}
-
-template <class Number>
-std::string bytes_of(std::initializer_list<Number> numbers) {
-    return {reinterpret_cast<const char*>(numbers.begin()), numbers.size() * sizeof(Number)};
-}
-
-std::string header_of(const std::string& type, const std::string& shape,
-                      const std::string& order = "False") {
-    return fmt::format("{{'descr': '{}', 'fortran_order': {}, 'shape': {}, }}\n", type, order,
-                       shape);
 }
 
 TEST(Query, AnswersComeInTheOrderAsked) {
@@ -125,75 +103,6 @@ TEST(Query, JsonHasTheSameAnswers) {
                      "feature": "face"}},
         {"point": [null, 0, 0], "inside": false, "winding": 0, "distance": null,
          "closest": null}])"));
-}
-
-TEST(Query, NumpyFileHasARecordForEachPoint) {
-    TemporaryFolder folder;
-    const std::string scene = folder.write("t.obj", unit_triangle());
-    const std::string out = folder.file("answers.npy");
-    const Outcome outcome =
-        query(scene, "0.25 0.5 2\n-3 -4 0\n",
-              {"--ask", "inside,closest,winding", "--format", "npy", "--out", out});
-    ASSERT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_EQ(outcome.out, "");
-    const std::string data = npy_data(
-        read_file(out),
-        "{'descr': [('inside', '|b1'), ('closest_point', '<f4', (3,)), ('closest_distance', "
-        "'<f4'), "
-        "('prim_id', '<u4'), ('u', '<f4'), ('v', '<f4'), ('feature', '|u1'), ('winding', '<i4')], "
-        "'fortran_order': False, 'shape': (2,), }");
-    ASSERT_EQ(data.size(), 2u * 34);
-    EXPECT_EQ(value_at<float>(data, 1), 0.25f);
-    EXPECT_EQ(value_at<float>(data, 13), 2);
-    EXPECT_EQ(value_at<float>(data, 34 + 13), 5);
-    EXPECT_EQ(data[34 + 29], 2);  // a vertex
-}
-
-TEST(Query, ArraysOfNumpyAnswerLikeText) {
-    TemporaryFolder folder;
-    const std::string scene = folder.write("cube.obj", cube());
-    const std::string expected = query(scene, "0.25 0.5 0.125\n3 0 0\n", {"--ask", "distance"}).out;
-    const auto floats = bytes_of({0.25f, 0.5f, 0.125f, 3.0f, 0.0f, 0.0f});
-    const auto doubles = bytes_of({0.25, 0.5, 0.125, 3.0, 0.0, 0.0});
-    for (const std::string& file :
-         {npy(header_of("<f4", "(2, 3)"), floats), npy(header_of("<f8", "(2, 3)"), doubles),
-          npy(header_of("<f4", "(2, 3)"), floats, 2)}) {
-        const Outcome outcome = query(scene, file, {"--ask", "distance"});
-        EXPECT_EQ(outcome.out, expected) << outcome.err;
-    }
-    EXPECT_EQ(query(scene, npy(header_of("<f8", "(0, 3)"), ""), {"--ask", "distance"}).out, "");
-}
-
-TEST(Query, OtherArraysAreRefusedWithTheReason) {
-    TemporaryFolder folder;
-    const std::string scene = folder.write("cube.obj", cube());
-    const std::string out = folder.file("answers");
-    const std::string point = bytes_of({1.0f, 2.0f, 3.0f});
-    struct Case {
-        std::string file;
-        std::string reason;
-    };
-    for (const Case& c :
-         {Case{npy(header_of("<i4", "(1, 3)"), point), "the type '<i4'"},
-          Case{npy(header_of(">f4", "(1, 3)"), point), "the type '>f4'"},
-          Case{npy(header_of("<f4", "(3,)"), point), "the shape (3,)"},
-          Case{npy(header_of("<f4", "(1, 4)"), point), "the shape (1, 4)"},
-          Case{npy(header_of("<f4", "(x, 3)"), point), "the shape (x, 3)"},
-          Case{npy(header_of("<f4", "(1, 3)", "True"), point), "the order of Fortran"},
-          Case{npy(header_of("<f4", "(2, 3)"), point), "12 bytes are not 2 points of 12 bytes"},
-          Case{npy(header_of("<f4", "(18446744073709551615, 3)"), point), "12 bytes are not"},
-          Case{npy(header_of("<f4", "(1, 3)"), point + "x"), "13 bytes are not 1 points"},
-          Case{npy(header_of("<f4", "(1, 3)"), point).substr(0, 30), "its header is cut off"},
-          Case{npy("{}\n", point), "the type"}, Case{"\x93NUMPY\x02", "no whole array"}}) {
-        const std::string points = folder.write("points.npy", c.file);
-        const Outcome outcome =
-            run({"query", scene, "--points", points, "--ask", "inside", "--out", out});
-        EXPECT_EQ(outcome.code, 3) << c.reason;
-        EXPECT_TRUE(outcome.err.starts_with(points + ": ")) << outcome.err;
-        EXPECT_NE(outcome.err.find(c.reason), std::string::npos) << outcome.err;
-        EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
-        EXPECT_FALSE(std::filesystem::exists(out));
-    }
 }
 
 TEST(Query, SyntaxErrorNamesFileAndLine) {

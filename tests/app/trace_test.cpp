@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "tests/app/npy_data.h"
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 
@@ -263,23 +262,6 @@ TEST(Trace, JsonListsTheHitsOfEachRay) {
     EXPECT_EQ(closest["rays"],
               Json::parse(R"([{"hits": [{"t": 3, "prim_id": 0, "u": 0.125, "v": 0.625}]},
                               {"hits": []}])"));
-}
-
-TEST(Trace, NumpyFileHasARecordForEachHit) {
-    TemporaryFolder folder;
-    const std::string scene = folder.write("t.obj", square_at(0) + square_below(-2, 5));
-    const std::string file =
-        trace(scene, "9 9 9 0 0 -1\n0.5 0.25 3 0 0 -1\n", {"--all", "--format", "npy"}).out;
-    const std::string data = npy_data(
-        file,
-        "{'descr': [('ray', '<u8'), ('t', '<f8'), ('prim_id', '<u4'), ('u', '<f4'), ('v', '<f4')], "
-        "'fortran_order': False, 'shape': (2,), }");
-    ASSERT_EQ(data.size(), 2u * 28);
-    EXPECT_EQ(value_at<std::uint64_t>(data, 28), 1u);
-    EXPECT_EQ(value_at<double>(data, 28 + 8), 5);
-    EXPECT_EQ(value_at<std::uint32_t>(data, 28 + 16), 2u);
-    EXPECT_EQ(value_at<float>(data, 28 + 20), 0.125f);
-    EXPECT_EQ(value_at<float>(data, 28 + 24), 0.625f);
 }
 
 TEST(Trace, PipesAndDevicesAreNotReadAsRays) {

@@ -6,44 +6,26 @@
 #include <span>
 #include <utility>
 
-#include "app/base/output_folder.h"
-#include "app/base/remedy_text.h"
 #include "app/clip/frames.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
-#include "common/base/output_file.h"
 
 namespace mray::app {
 namespace {
 
-// Rows whose images a page shows.
-constexpr std::size_t kRowsWithImages = 8;
-
-std::string image_name(const CheckRow& row, const FrameDigits& digits) {
-    const std::string tree =
-        row.update == "refit" ? fmt::format("refit-{}", row.refit_on) : row.update;
-    const std::string simd = row.simd.empty() ? "" : "-" + row.simd;
-    const std::string device = row.device.empty() ? "" : "-device" + row.device;
-    return fmt::format("frame_{}-{}{}{}-{}-{}.png", frame_label(row.frame, digits), row.backend,
-                       simd, device, tree, row.rays);
-}
-
 /// The kinds of rays that are compared.
-std::vector<std::uint32_t> rays_of(const Options& options) {
-    if (options.rays_given) return {options.view.rays};
+std::vector<std::uint32_t> rays_of(const CrosscheckOptions& options) {
+    if (options.rays) return {*options.rays};
     return {kRaysPrimary, kRaysShadow, kRaysAo};
 }
 
 /// Runs the frames and gathers what the reports need.
 class FrameChecks {
 public:
-    FrameChecks(const Options& options, SceneFrames& scene, const std::filesystem::path& folder,
+    FrameChecks(const CrosscheckOptions& options, SceneFrames& scene,
                 const SceneCheckContext& context, CheckReport& report)
-        : options_(options),
-          folder_(folder),
-          context_(context),
-          rays_(rays_of(options)),
-          digits_(digits_of(report.frames, scene.clip())),
+        : rays_(rays_of(options)),
           checker_(options, scene, report.frames.front(), *context.backends),
           report_(report) {
         report_.device = checker_.device();
@@ -54,21 +36,15 @@ public:
             const std::string step = fmt::format("frame {}, {}", frame, name);
             is_compared ? progress.begin(step) : progress.prepare(step);
         };
-        const auto on_row = [&](const CheckRow& row, const Frame& expected, const Frame& actual) {
+        const auto on_row = [&](const CheckRow& row) {
             throw_if_interrupted();
             report_.rows.push_back(row);
-            if (!row.equal()) keep_image(row, expected, actual);
             progress.update(report_.rows.size());
         };
         const CheckedFrame checked = checker_.check(frame, rays_, on_image, on_row);
         report_.trees.insert(report_.trees.end(), checked.trees.begin(), checked.trees.end());
         report_.queries.insert(report_.queries.end(), checked.queries.begin(),
                                checked.queries.end());
-        for (const ReferenceImage& image : checked.references) {
-            report_.references.push_back(image);
-            if (context_.expected != nullptr)
-                report_.expected.push_back(context_.expected->compare(options_, image));
-        }
     }
 
     /// The number of comparisons of a frame.
@@ -79,27 +55,13 @@ public:
     }
 
 private:
-    void keep_image(const CheckRow& row, const Frame& expected, const Frame& actual) {
-        make_output_folder(folder_);
-        std::vector<std::byte> png = encode_png(difference_image(expected, actual));
-        write_file(folder_ / image_name(row, digits_), png);
-        if (!options_.html.empty() && report_.images.size() < kRowsWithImages)
-            report_.images.push_back({report_.rows.size() - 1, std::move(png)});
-    }
-
-    const Options& options_;
-    const std::filesystem::path& folder_;
-    const SceneCheckContext& context_;
     std::vector<std::uint32_t> rays_;
-    FrameDigits digits_;
     CrossChecker checker_;
     CheckReport& report_;
 };
 
-ExitCode check_frames(FrameChecks& checks, const Options& options, const Messages& messages,
-                      CheckReport& report) {
-    Progress progress("comparing", "image", report.frames.size() * checks.comparisons(),
-                      progress_mode(options));
+ExitCode check_frames(FrameChecks& checks, const Messages& messages, CheckReport& report) {
+    Progress progress("comparing", report.frames.size() * checks.comparisons(), messages);
     for (std::size_t i = 0; i < report.frames.size(); ++i) {
         try {
             checks.check(report.frames[i], progress);
@@ -111,29 +73,27 @@ ExitCode check_frames(FrameChecks& checks, const Options& options, const Message
             return ExitCode::kPartial;
         }
     }
-    progress.finish();
     return ExitCode::kOk;
 }
 
 }  // namespace
 
-ExitCode check_scene(const Options& options, const std::filesystem::path& folder,
-                     const SceneCheckContext& context, CheckReport& report) {
-    SceneFrames scene = open_frames(options, context.messages);
+ExitCode check_scene(const CrosscheckOptions& options, const SceneCheckContext& context,
+                     CheckReport& report) {
+    SceneFrames scene(open_clip(options.source, context.messages));
     const Clip& clip = scene.clip();
     const Topology& topology = clip.topology();
     report.head = {"crosscheck",          clip.name(),        topology.triangles.size(),
                    topology.vertex_count, options.view.width, options.view.height};
-    report.frames = select_frames(options, clip, DefaultFrames::kFew);
-    report.build_at = options.tree.build_at.value_or(report.frames.front());
+    report.frames = select_frames(options.frames, std::nullopt, clip, DefaultFrames::kFew);
+    report.build_at = report.frames.front();
     if (!context.backends)
         context.backends =
             make_checked_backends(options.backend, context.devices, context.messages);
-    std::optional<Progress> building(std::in_place, "building the tree", "", 0,
-                                     progress_mode(options));
-    FrameChecks checks(options, scene, folder, context, report);
+    std::optional<Progress> building(std::in_place, "building the tree", 0, context.messages);
+    FrameChecks checks(options, scene, context, report);
     building.reset();
-    return check_frames(checks, options, context.messages, report);
+    return check_frames(checks, context.messages, report);
 }
 
 }  // namespace mray::app

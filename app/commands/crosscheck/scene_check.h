@@ -1,15 +1,13 @@
 // The cross-check of one scene.
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <vector>
 
-#include "app/base/exit_code.h"
 #include "app/base/options.h"
 #include "app/commands/crosscheck/cross_checker.h"
 #include "app/report/crosscheck/check_report.h"
-#include "app/report/crosscheck/golden_images.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
 
 namespace mray::app {
@@ -21,14 +19,12 @@ struct SceneCheckContext {
     const std::vector<morphray::VulkanDeviceInfo>& devices;
     /// Made for the first scene.
     std::optional<CheckedBackends>& backends;
-    /// Null without --expect.
-    const GoldenImages* expected = nullptr;
 };
 
-/// Checks all frames of options.scene, and writes the images of differences into `folder`. `report`
-/// has what was compared also if this throws. Returns kPartial, after a message, if a frame after
-/// the first one cannot be read. Throws what scene, builder and backends throw.
-ExitCode check_scene(const Options& options, const std::filesystem::path& folder,
-                     const SceneCheckContext& context, CheckReport& report);
+/// Checks all frames of options.source.scene. `report` has what was compared also if this throws.
+/// Returns kPartial, after a message, if a frame after the first one cannot be read. Throws what
+/// scene, builder and backends throw.
+ExitCode check_scene(const CrosscheckOptions& options, const SceneCheckContext& context,
+                     CheckReport& report);
 
 }  // namespace mray::app

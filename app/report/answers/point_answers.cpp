@@ -6,8 +6,6 @@
 #include <iterator>
 
 #include "app/base/choices.h"
-#include "app/files/npy.h"
-#include "app/report/answers/record_bytes.h"
 #include "app/report/json_parts.h"
 
 namespace mray::app {
@@ -41,29 +39,12 @@ std::string json_of(const ClosestPoint& c) {
         json_point(c.point), json_number(c.distance), c.prim_id, c.u, c.v, name_of(c.feature));
 }
 
-/// The fields of a record, without a comma at the end.
-const char* fields_of(Question question) {
-    switch (question) {
-        case Question::kInside:
-            return "('inside', '|b1')";
-        case Question::kWinding:
-            return "('winding', '<i4')";
-        case Question::kDistance:
-            return "('distance', '<f4')";
-        case Question::kClosest:
-            break;
-    }
-    return "('closest_point', '<f4', (3,)), ('closest_distance', '<f4'), ('prim_id', '<u4'), "
-           "('u', '<f4'), ('v', '<f4'), ('feature', '|u1')";
-}
-
 }  // namespace
 
 void PointAnswers::add(std::span<const morphray::Vec3> points, const AnswerBatch& answers) {
     for (std::size_t i = 0; i < points.size(); ++i) {
         if (form_ == AnswerForm::kText) add_text(answers, i);
         if (form_ == AnswerForm::kJson) add_json(points[i], answers, i);
-        if (form_ == AnswerForm::kNpy) add_record(answers, i);
         ++point_count_;
     }
 }
@@ -94,28 +75,9 @@ void PointAnswers::add_json(const morphray::Vec3& point, const AnswerBatch& answ
     text_ += '}';
 }
 
-void PointAnswers::add_record(const AnswerBatch& answers, std::size_t i) {
-    for (const Question question : questions_) {
-        if (question == Question::kInside) append_bytes(text_, answers.inside[i]);
-        if (question == Question::kWinding) append_bytes(text_, answers.windings[i]);
-        if (question == Question::kDistance) append_bytes(text_, answers.distances[i]);
-        if (question == Question::kClosest) {
-            const ClosestPoint& c = answers.closest[i];
-            append_bytes(text_, c.point.x, c.point.y, c.point.z, c.distance, c.prim_id, c.u, c.v,
-                         c.feature);
-        }
-    }
-}
-
 std::string PointAnswers::file(const ReportHead& head, double frame,
                                morphray::FillRule rule) const {
     if (form_ == AnswerForm::kText) return text_;
-    if (form_ == AnswerForm::kNpy) {
-        std::string fields;
-        for (const Question question : questions_)
-            fields += fmt::format("{}{}", fields.empty() ? "" : ", ", fields_of(question));
-        return npy_file(fields, point_count_, text_);
-    }
     Json json = head_of(head);
     json["frame"] = frame;
     json["rule"] = name_in<morphray::FillRule>(kFillRules, rule);

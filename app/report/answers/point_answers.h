@@ -37,7 +37,6 @@ public:
 private:
     void add_text(const AnswerBatch& answers, std::size_t i);
     void add_json(const morphray::Vec3& point, const AnswerBatch& answers, std::size_t i);
-    void add_record(const AnswerBatch& answers, std::size_t i);
 
     AnswerForm form_;
     std::vector<Question> questions_;

@@ -6,8 +6,6 @@
 #include <iterator>
 
 #include "app/base/choices.h"
-#include "app/files/npy.h"
-#include "app/report/answers/record_bytes.h"
 #include "app/report/json_parts.h"
 
 namespace mray::app {
@@ -36,27 +34,20 @@ void RayHits::add(std::span<const morphray::Hit> hits, int exponent, std::uint64
         const double t = given_t(hit, exponent);
         if (form_ == AnswerForm::kText) {
             fmt::format_to(out, "H {:.9g} {} {:.9g} {:.9g}\n", t, hit.prim_id, hit.u, hit.v);
-        } else if (is_json) {
+        } else {
             fmt::format_to(out,
                            "{}{{\"t\": {:.9g}, \"prim_id\": {}, \"u\": {:.9g}, \"v\": {:.9g}}}",
                            &hit == hits.data() ? "" : ", ", t, hit.prim_id, hit.u, hit.v);
-        } else {
-            append_bytes(text_, ray_count_, t, hit.prim_id, hit.u, hit.v);
         }
     }
     if (is_json) text_ += "]}";
     ++ray_count_;
-    hit_count_ += hits.size();
     left_out_ += left_out;
     cut_rays_ += left_out > 0;
 }
 
 std::string RayHits::file(const ReportHead& head, double frame, morphray::Crossing crossing) const {
     if (form_ == AnswerForm::kText) return text_;
-    if (form_ == AnswerForm::kNpy)
-        return npy_file(
-            "('ray', '<u8'), ('t', '<f8'), ('prim_id', '<u4'), ('u', '<f4'), ('v', '<f4')",
-            hit_count_, text_);
     Json json = head_of(head);
     json["frame"] = frame;
     if (has_all_) json["crossing"] = name_in<morphray::Crossing>(kCrossings, crossing);

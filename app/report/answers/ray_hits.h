@@ -36,7 +36,6 @@ private:
     /// Lines, rows or bytes.
     std::string text_;
     std::uint64_t ray_count_ = 0;
-    std::size_t hit_count_ = 0;
     std::uint64_t left_out_ = 0;
     std::uint64_t cut_rays_ = 0;
 };

@@ -48,8 +48,7 @@ std::string describe(const QueryDifference& difference) {
 }
 
 std::size_t CheckReport::differing() const {
-    return count_differing(rows) + count_differing(trees) + count_differing(queries) +
-           count_differing(expected);
+    return count_differing(rows) + count_differing(trees) + count_differing(queries);
 }
 
 bool CheckRun::complete() const {
@@ -59,12 +58,6 @@ bool CheckRun::complete() const {
 
 bool CheckRun::equal() const {
     return std::ranges::all_of(scenes, [](const CheckReport& scene) { return scene.equal(); });
-}
-
-std::size_t CheckRun::warnings() const {
-    std::size_t count = 0;
-    for (const CheckReport& scene : scenes) count += scene.warnings.size();
-    return count;
 }
 
 }  // namespace mray::app

@@ -6,8 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "app/base/options.h"
 #include "app/report/report_head.h"
 #include "common/report/compare.h"
+#include "common/report/json_writer.h"
 #include "morphray/device.hpp"
 
 namespace mray::app {
@@ -56,17 +58,6 @@ struct TreeRow {
     bool equal() const { return cpu_hash == vulkan_hash; }
 };
 
-/// The image that the variants of a frame and a kind of rays are compared with.
-struct ReferenceImage {
-    double frame = 0;
-    std::string rays;
-    /// "brute" or "cpu".
-    std::string reference;
-    std::uint64_t hits = 0;
-    std::uint64_t hits_hash = 0;
-    std::uint64_t image_hash = 0;
-};
-
 /// The numbers of rays and points whose answers differ.
 struct QueryDifference {
     std::size_t all_hits = 0;
@@ -90,21 +81,6 @@ struct QueryRow {
     bool equal() const { return difference.total() == 0; }
 };
 
-/// A reference image and the hashes that --expect has for it.
-struct ExpectedRow {
-    double frame = 0;
-    std::string rays;
-    /// The difference in words; empty if there is none.
-    std::string problem;
-    bool equal() const { return problem.empty(); }
-};
-
-/// A page shows this PNG file, the difference image of a row.
-struct RowImage {
-    std::size_t row = 0;
-    std::vector<std::byte> png;
-};
-
 /// One scene.
 struct CheckReport {
     ReportHead head;
@@ -122,15 +98,8 @@ struct CheckReport {
     std::vector<TreeRow> trees;
     /// For --queries.
     std::vector<QueryRow> queries;
-    std::vector<ReferenceImage> references;
-    /// For --expect.
-    std::vector<ExpectedRow> expected;
-    /// The first rows that differ have images here if there is a page.
-    std::vector<RowImage> images;
 
-    std::size_t comparisons() const {
-        return rows.size() + trees.size() + queries.size() + expected.size();
-    }
+    std::size_t comparisons() const { return rows.size() + trees.size() + queries.size(); }
     std::size_t differing() const;
     bool equal() const { return differing() == 0; }
 };
@@ -148,17 +117,43 @@ struct CheckEnvironment {
 struct CheckRun {
     CheckEnvironment environment;
     std::vector<CheckReport> scenes;
-    /// Whether a warning is a failure.
-    bool strict = false;
     /// Why the run ended before its last scene, if it did.
     std::string error;
 
     bool complete() const;
     bool equal() const;
-    std::size_t warnings() const;
 };
 
 /// One scene: an object with its rows. Several: an object with "scenes", one such object each.
+Json crosscheck_json(const CheckRun& run);
 std::string to_json(const CheckRun& run);
+
+/// A test suite for each scene, with the environment as properties. It has a test case for each
+/// variant, frame and kind of rays, for each pair of trees and for each image that --expect
+/// compares. A scene that was not finished has one with an <error>. The root is the test suite, or
+/// <testsuites> for several scenes.
+std::string to_junit(const CheckRun& run);
+
+/// HTML that needs no other file and no network. It holds the object of --json with one more
+/// member, "details": the pixels, commands and difference images of rows that differ.
+std::string to_html(const CrosscheckOptions& options, const CheckRun& run);
+
+/// The first differing pixels of a comparison with both values, exactly, and for each the commands
+/// that trace it as the reference and as the variant. `build_at` is the frame that the refitted
+/// tree was built at.
+std::string describe_row(const CrosscheckOptions& options, const CheckRow& row, double build_at);
+
+/// "frame 3, vulkan, rebuild, against brute: 3 rays differ in all hits".
+std::string query_text(const QueryRow& row);
+
+/// A line for each variant, one for each image, each pair of trees and each set of answers that
+/// differ.
+std::string table_text(const CheckReport& report);
+
+/// "all 12 comparisons are equal bit by bit", or how many differ.
+std::string summary_text(const CheckReport& report);
+
+/// Everything about the scenes, one after the other; nothing about a scene that was not begun.
+std::string run_text(const CrosscheckOptions& options, const CheckRun& run);
 
 }  // namespace mray::app

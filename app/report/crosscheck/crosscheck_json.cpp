@@ -1,7 +1,9 @@
-#include "app/report/crosscheck/crosscheck_json.h"
-
 #include <fmt/format.h>
 
+#include <string_view>
+
+#include "app/report/crosscheck/check_report.h"
+#include "app/report/crosscheck/page.h"
 #include "app/report/json_parts.h"
 #include "common/text/number_text.h"
 #include "common/version.h"
@@ -49,20 +51,6 @@ Json of(const QueryRow& row) {
                                  {"closest", row.difference.closest}}}};
 }
 
-Json of(const ReferenceImage& image) {
-    return {{"frame", image.frame},
-            {"rays", image.rays},
-            {"reference", image.reference},
-            {"hits", image.hits},
-            {"hits_hash", hash_text(image.hits_hash)},
-            {"image_hash", hash_text(image.image_hash)}};
-}
-
-Json of(const ExpectedRow& row) {
-    return {
-        {"frame", row.frame}, {"rays", row.rays}, {"equal", row.equal()}, {"problem", row.problem}};
-}
-
 template <class Rows>
 Json list_of(const Rows& rows) {
     Json json = Json::array();
@@ -81,12 +69,8 @@ Json scene_json(Json json, const CheckReport& report) {
     json["rows"] = list_of(report.rows);
     json["trees"] = list_of(report.trees);
     json["queries"] = list_of(report.queries);
-    json["references"] = list_of(report.references);
-    json["expected"] = list_of(report.expected);
     return json;
 }
-
-}  // namespace
 
 Json environment_json(const CheckEnvironment& environment) {
     Json json = {{"version", kVersionDetail},
@@ -105,6 +89,29 @@ Json environment_json(const CheckEnvironment& environment) {
     return json;
 }
 
+// A page describes at most so many rows.
+constexpr std::size_t kDescribedRows = 100;
+
+/// Describes the rows that differ.
+Json details_of(const CrosscheckOptions& options, const CheckRun& run) {
+    Json details = Json::array();
+    CrosscheckOptions one = options;
+    std::size_t described = 0;
+    for (std::size_t scene = 0; scene < run.scenes.size(); ++scene) {
+        const CheckReport& report = run.scenes[scene];
+        one.source.scene = report.spec;
+        for (std::size_t row = 0; row < report.rows.size(); ++row) {
+            if (report.rows[row].equal() || ++described > kDescribedRows) continue;
+            details.push_back({{"scene", scene},
+                               {"row", row},
+                               {"text", describe_row(one, report.rows[row], report.build_at)}});
+        }
+    }
+    return details;
+}
+
+}  // namespace
+
 Json crosscheck_json(const CheckRun& run) {
     Json json;
     if (run.scenes.size() == 1) {
@@ -120,11 +127,22 @@ Json crosscheck_json(const CheckRun& run) {
     }
     json["complete"] = run.complete();
     json["equal"] = run.equal();
-    json["strict"] = run.strict;
     json["environment"] = environment_json(run.environment);
     return json;
 }
 
 std::string to_json(const CheckRun& run) { return json_text(crosscheck_json(run)); }
+
+std::string to_html(const CrosscheckOptions& options, const CheckRun& run) {
+    Json report = crosscheck_json(run);
+    report["details"] = details_of(options, run);
+    std::string json = json_text(report, -1);
+    // No "<" may end the element or begin a comment.
+    for (std::size_t at = 0; (at = json.find('<', at)) != std::string::npos;)
+        json.replace(at, 1, "\\u003c");
+    constexpr std::string_view kPlace = "{{report}}";
+    std::string page = kPage;
+    return page.replace(page.find(kPlace), kPlace.size(), json);
+}
 
 }  // namespace mray::app

@@ -1,11 +1,9 @@
-#include "app/report/crosscheck/crosscheck_text.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "app/report/crosscheck/probe_command.h"
-#include "app/report/crosscheck/variants.h"
+#include "app/report/crosscheck/check_report.h"
+#include "common/report/shell_text.h"
 #include "common/report/table.h"
 #include "common/text/number_text.h"
 
@@ -77,23 +75,40 @@ std::string compared_queries(const CheckReport& report) {
     return text;
 }
 
-/// The images that --expect finds different.
-std::string unexpected_images(const CheckReport& report) {
-    if (report.expected.empty()) return "";
-    const auto differing = static_cast<std::size_t>(std::ranges::count_if(
-        report.expected, [](const ExpectedRow& row) { return !row.equal(); }));
-    std::string text = fmt::format("\nexpected images, {}: {}\n", report.expected.size(),
-                                   verdict(differing, report.expected.size()));
-    for (const ExpectedRow& row : report.expected) {
-        if (!row.equal())
-            text += fmt::format("  frame {}, {}: {}\n", row.frame, row.rays, row.problem);
+/// The `morphray probe` that traces one pixel of options.source.scene as the row's variant did, or
+/// as its reference. `build_at` is the frame that the refitted tree was built at.
+std::string probe_command(const CrosscheckOptions& options, const CheckRow& row,
+                          const PixelDifference& pixel, double build_at, bool reference) {
+    std::vector<std::string> line = {"morphray", "probe", options.source.scene};
+    const auto add = [&line](const char* name, const std::string& value) {
+        line.insert(line.end(), {name, value});
+    };
+    add("--frame", fmt::format("{}", row.frame));
+    add("--pixel", fmt::format("{},{}", pixel.x, pixel.y));
+    add("--rays", row.rays);
+    const std::uint32_t rays = row.rays == "ao"       ? kRaysAo
+                               : row.rays == "shadow" ? kRaysShadow
+                                                      : kRaysPrimary;
+    for (const auto& part : {arguments_of(options.view, rays, false), arguments_of(options.source)})
+        line.insert(line.end(), part.begin(), part.end());
+    if (options.split != SplitMethod::kBinned) add("--build", "sweep");
+    const std::string& backend = reference ? row.reference : row.backend;
+    add("--backend", backend);
+    if (backend == "cpu") add("--simd", reference || row.simd.empty() ? "off" : row.simd);
+    add("--update", reference ? "rebuild" : row.update);
+    if (!reference && row.update == "refit") {
+        add("--refit-on", row.refit_on);
+        add("--build-at", fmt::format("{}", build_at));
     }
-    return text;
+    const std::string& device = row.device.empty() ? options.backend.device : row.device;
+    const bool on_device = row.backend == "vulkan" || row.refit_on == "vulkan";
+    if (!reference && on_device && !device.empty()) add("--device", device);
+    return shell_line(line);
 }
 
 }  // namespace
 
-std::string describe_row(const Options& options, const CheckRow& row, double build_at) {
+std::string describe_row(const CrosscheckOptions& options, const CheckRow& row, double build_at) {
     std::string text = fmt::format("\nframe {}, {}, {}: {}\n", row.frame, row.variant(), row.rays,
                                    describe(row.difference));
     const auto& pixels = row.difference.first;
@@ -117,13 +132,25 @@ std::string query_text(const QueryRow& row) {
 
 std::string table_text(const CheckReport& report) {
     Table table({"variant", "images", "result", "trace ms"});
-    for (const Variant& variant : variants_of(report)) {
-        table.add({variant.name, fmt::format("{}", variant.rows.size()),
-                   verdict(variant.differing(), variant.rows.size()),
-                   fmt::format("{:.2f}", variant.trace_ms())});
+    std::vector<std::string> variants;
+    for (const CheckRow& row : report.rows)
+        if (std::ranges::find(variants, row.variant()) == variants.end())
+            variants.push_back(row.variant());
+    for (const std::string& variant : variants) {
+        std::size_t images = 0;
+        std::size_t differing = 0;
+        double trace_ms = 0;
+        for (const CheckRow& row : report.rows) {
+            if (row.variant() != variant) continue;
+            ++images;
+            differing += row.equal() ? 0 : 1;
+            trace_ms += row.trace_ms;
+        }
+        table.add({variant, fmt::format("{}", images), verdict(differing, images),
+                   fmt::format("{:.2f}", trace_ms)});
     }
     return table.text() + differing_images(report) + compared_trees(report) +
-           compared_queries(report) + unexpected_images(report);
+           compared_queries(report);
 }
 
 std::string summary_text(const CheckReport& report) {
@@ -135,15 +162,15 @@ std::string summary_text(const CheckReport& report) {
     return text;
 }
 
-std::string run_text(const Options& options, const CheckRun& run) {
+std::string run_text(const CrosscheckOptions& options, const CheckRun& run) {
     std::string text;
-    Options one = options;
+    CrosscheckOptions one = options;
     for (const CheckReport& report : run.scenes) {
         if (report.comparisons() == 0) continue;
         if (run.scenes.size() > 1)
             text += fmt::format("{}{}\n\n", text.empty() ? "" : "\n", report.spec);
         text += table_text(report);
-        one.scene = report.spec;
+        one.source.scene = report.spec;
         std::size_t shown = 0;
         for (const CheckRow& row : report.rows) {
             if (row.equal() || ++shown > kShownRows) continue;

@@ -1,7 +1,6 @@
-#include "app/report/crosscheck/junit.h"
-
 #include <fmt/format.h>
 
+#include "app/report/crosscheck/check_report.h"
 #include "common/report/xml_text.h"
 #include "common/version.h"
 
@@ -50,11 +49,6 @@ std::string suite_of(const CheckRun& run, const CheckReport& report) {
     for (const QueryRow& row : report.queries)
         suite.add(row.variant, fmt::format("frame {} queries equal {}", row.frame, row.reference),
                   describe(row.difference));
-    for (const ExpectedRow& row : report.expected)
-        suite.add("expected", fmt::format("frame {} {} is as expected", row.frame, row.rays),
-                  row.problem);
-    if (run.strict && !report.warnings.empty())
-        suite.add("run", "gives no warning", fmt::format("{}", fmt::join(report.warnings, "; ")));
     const std::size_t failures = suite.failures;
     // A scene that was not begun has no error of its own.
     const std::string& error = report.complete || !report.error.empty() ? report.error : run.error;

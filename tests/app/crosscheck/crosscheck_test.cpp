@@ -14,8 +14,7 @@ using Json = nlohmann::json;
 using Words = std::vector<std::string>;
 
 Outcome crosscheck(const TemporaryFolder& folder, Words more) {
-    Words all = {"crosscheck", "builtin:cloth:400", "--backend", "cpu", "--size", "24x24",
-                 "--out",      folder.file("out")};
+    Words all = {"crosscheck", "builtin:cloth:400", "--backend", "cpu", "--size", "24x24"};
     all.insert(all.end(), more.begin(), more.end());
     return run(all);
 }
@@ -168,9 +167,8 @@ TEST(Crosscheck, JunitIsWellFormed) {
     folder.write("a <&\" scene/f_0.obj", square_at(0));
     folder.write("a <&\" scene/f_1.obj", square_at(3));
     const std::string junit = folder.file("report.xml");
-    const Outcome outcome =
-        run({"crosscheck", folder.file("a <&\" scene"), "--backend", "cpu", "--simd", "off",
-             "--size", "16x16", "--junit", junit, "--out", folder.file("out"), "-q"});
+    const Outcome outcome = run({"crosscheck", folder.file("a <&\" scene"), "--backend", "cpu",
+                                 "--simd", "off", "--size", "16x16", "--junit", junit, "-q"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.out, "");
     const std::string xml = read_file(junit);
@@ -182,9 +180,8 @@ TEST(Crosscheck, BadFrameInTheMiddleKeepsTheReportOfTheEarlierOnes) {
     TemporaryFolder folder;
     folder.write("s/f_0.obj", square_at(0));
     folder.write("s/f_1.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 3\nf 1 3 4\n");
-    const Outcome outcome =
-        run({"crosscheck", folder.file("s"), "--backend", "cpu", "--simd", "off", "--size", "16x16",
-             "--json", "-", "--out", folder.file("out")});
+    const Outcome outcome = run({"crosscheck", folder.file("s"), "--backend", "cpu", "--simd",
+                                 "off", "--size", "16x16", "--json", "-"});
     EXPECT_EQ(outcome.code, 8) << outcome.err;
     const Json json = Json::parse(outcome.out);
     EXPECT_EQ(json["complete"], false);

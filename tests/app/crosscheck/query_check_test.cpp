@@ -4,8 +4,6 @@
 #include <cmath>
 
 #include "app/commands/crosscheck/query_check.h"
-#include "app/report/crosscheck/crosscheck_text.h"
-#include "app/report/crosscheck/junit.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/cpu_backend.h"
 #include "tests/app/crosscheck/planted_checks.h"

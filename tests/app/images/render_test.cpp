@@ -36,8 +36,8 @@ TEST(Render, WritesAnImagePerFrameAndASheet) {
     const Outcome outcome = render("builtin:cloth:500", folder, {"--frames", "0..2"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.err, "");
-    EXPECT_EQ(folder.names(), (Names{"out", "out/frame_0000.png", "out/frame_0001.png",
-                                     "out/frame_0002.png", "out/sheet.png"}));
+    EXPECT_EQ(folder.names(),
+              (Names{"out", "out/frame_0000.png", "out/frame_0001.png", "out/frame_0002.png"}));
     EXPECT_EQ(lines(outcome.out).size(), 4u) << outcome.out;
 }
 
@@ -52,7 +52,7 @@ TEST(Render, ListsOfFramesAreTheImagesOfTheirFrames) {
     EXPECT_EQ(render("builtin:explode:500", list, {"--frames", "0..4:2,7,20.5"}).code, 0);
     EXPECT_EQ(list.names(),
               (Names{"out", "out/frame_0000.0.png", "out/frame_0002.0.png", "out/frame_0004.0.png",
-                     "out/frame_0007.0.png", "out/frame_0020.5.png", "out/sheet.png"}));
+                     "out/frame_0007.0.png", "out/frame_0020.5.png"}));
     // Frame 7 has left the bounds of the first frame.
     TemporaryFolder one;
     EXPECT_EQ(render("builtin:explode:500", one, {"--frames", "7"}).code, 0);
@@ -359,17 +359,6 @@ TEST(Render, BadFirstFrameLeavesNothing) {
     folder.write("s/f_1.obj", unit_triangle());
     EXPECT_EQ(render(folder.file("s"), folder).code, 3);
     EXPECT_EQ(folder.names(), (Names{"s", "s/f_0.obj", "s/f_1.obj"}));
-}
-
-TEST(Render, EmptySceneIsRefusedUnlessAllowed) {
-    TemporaryFolder folder;
-    const std::string scene = folder.write("empty.obj", "# nothing\n");
-    const Outcome refused = render(scene, folder);
-    EXPECT_EQ(refused.code, 3);
-    EXPECT_TRUE(refused.err.starts_with(scene + ": ")) << refused.err;
-    EXPECT_EQ(folder.names(), Names{"empty.obj"});
-    EXPECT_EQ(render(scene, folder, {"--allow-empty"}).code, 0);
-    EXPECT_TRUE(std::filesystem::exists(folder.path() / "out/frame_0000.png"));
 }
 
 TEST(Render, LenientAcceptsVerticesThatAreNotFinite) {

@@ -32,9 +32,7 @@ TEST(SkipExisting, KeepsWholeImagesOfTheSameOptions) {
     const TemporaryFolder folder;
     EXPECT_EQ(rendered(folder), 4u);
     const std::string first = read_file(folder.path() / "out/frame_0001.png");
-    const std::string sheet = read_file(folder.path() / "out/sheet.png");
     EXPECT_EQ(rendered(folder), 0u);
-    EXPECT_EQ(read_file(folder.path() / "out/sheet.png"), sheet);
     folder.write("out/frame_0001.png", first.substr(0, first.size() / 2));
     EXPECT_EQ(rendered(folder), 1u);
     EXPECT_EQ(read_file(folder.path() / "out/frame_0001.png"), first);

@@ -162,26 +162,18 @@ TEST(ProfilePolicies, TextHasEachRoundAndThenTheFiguresOfAll) {
     for (const std::string& line : text) EXPECT_LE(line.size(), 100u) << line;
 }
 
-TEST(ProfilePolicies, CsvAndTraceEventsHoldEveryFrame) {
+TEST(ProfilePolicies, CsvHoldsEveryFrame) {
     const TemporaryFolder folder;
-    const Outcome outcome = run(compare(
-        {"--csv", folder.file("frames.csv"), "--trace-events", folder.file("events.json")}));
+    const Outcome outcome = run(compare({"--csv", folder.file("frames.csv")}));
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("(best schedule)"), std::string::npos);
     EXPECT_NE(outcome.out.find("\nregret on cpu: beyond "), std::string::npos);
     EXPECT_EQ(lines(read_file(folder.file("frames.csv"))).size(), 1u + 18u);
-    const Json events = Json::parse(read_file(folder.file("events.json")));
-    std::set<std::string> stages;
-    for (const Json& event : events["traceEvents"]) {
-        if (event["ph"] == "X") stages.insert(event["name"]);
-    }
-    EXPECT_TRUE(stages.contains("trace") && stages.contains("refit") && stages.contains("rebuild"));
 }
 
 TEST(ProfilePolicies, PlotNeedsAnEndingAndPolicies) {
     EXPECT_EQ(run(compare({"--plot", "chart.jpg"})).code, 2);
     EXPECT_EQ(run({"profile", "builtin:wave:500", "--plot", "chart.svg"}).code, 2);
-    EXPECT_EQ(run({"profile", "builtin:wave:500", "--trace-events", "e.json"}).code, 2);
 }
 
 TEST(ProfilePolicies, WithoutGnuplotPlotIsUnavailableBeforeAnythingIsMeasured) {

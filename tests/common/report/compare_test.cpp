@@ -97,31 +97,5 @@ TEST(CompareFrames, KeepsTheFirstOnesAndCountsAll) {
     EXPECT_TRUE(compare_frames(sample_frame(), actual, 0).first.empty());
 }
 
-bool is_coloured(std::uint32_t pixel) {
-    return (pixel & 0xFF) != ((pixel >> 8) & 0xFF) || (pixel & 0xFF) != ((pixel >> 16) & 0xFF);
-}
-
-TEST(DifferenceImage, MarksAPixelAndItsNeighbours) {
-    Frame actual = sample_frame();
-    actual.hits[2 * 8 + 3].t = next_float(3.5f);
-    const Image image = difference_image(sample_frame(), actual);
-    for (std::uint32_t y = 0; y < 6; ++y) {
-        for (std::uint32_t x = 0; x < 8; ++x) {
-            const bool near = x >= 2 && x <= 4 && y >= 1 && y <= 3;
-            EXPECT_EQ(is_coloured(image.pixels[y * 8 + x]), near) << x << "," << y;
-        }
-    }
-}
-
-TEST(DifferenceImage, ShowsEveryPixelsOwnKindAmongNeighbours) {
-    Frame actual = sample_frame();
-    actual.hits[9].t = next_float(3.5f);
-    const Image alone = difference_image(sample_frame(), actual);
-    actual.pixels[10] ^= 1;
-    const Image both = difference_image(sample_frame(), actual);
-    EXPECT_EQ(both.pixels[9], alone.pixels[9]);
-    EXPECT_NE(both.pixels[10], both.pixels[9]);
-}
-
 }  // namespace
 }  // namespace mray

@@ -3,9 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "app/base/options.h"
 #include "app/commands/profile/baseline.h"
-#include "app/report/crosscheck/golden_images.h"
 #include "app/report/profile_report.h"
 #include "tests/fuzz/targets/case_file.h"
 #include "tests/fuzz/targets/outcome.h"
@@ -48,21 +46,6 @@ std::string baseline_failure(std::string_view bytes) {
         const app::ProfileReport baseline = app::read_baseline(file.path(), run, backends, frames);
         return app::compare_with_baseline(file.path(), baseline, run, 10).text.empty() ? "no text"
                                                                                        : "";
-    });
-}
-
-std::string golden_failure(std::string_view bytes) {
-    static CaseFile file("golden.json");
-    file.write(bytes);
-    return failure_of(file.path(), [&]() -> std::string {
-        const app::GoldenImages golden = app::read_golden(file.path());
-        app::Options options;
-        options.scene = "s";
-        options.view.width = 32;
-        options.view.height = 16;
-        const app::ExpectedRow row =
-            golden.compare(options, {.frame = 0, .rays = "primary", .reference = {}});
-        return row.problem.empty() ? "" : message_failure(row.problem, {});
     });
 }
 

@@ -33,9 +33,8 @@ std::string hits_failure(std::string_view bytes);
 /// Images of `diff`, and textures.
 std::string png_failure(std::string_view bytes);
 std::string jpeg_failure(std::string_view bytes);
-/// The files of `profile --baseline`, `crosscheck --expect` and `probe`.
+/// The files of `profile --baseline` and `probe`.
 std::string baseline_failure(std::string_view bytes);
-std::string golden_failure(std::string_view bytes);
 
 struct Target {
     /// The name of the folder with its corpus, too.
