@@ -1,32 +1,60 @@
 #include "app/program.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "app/backends/device_check.h"
 #include "app/cli/command_line.h"
-#include "app/terminal/failure.h"
 #include "app/terminal/interrupt.h"
-#include "app/terminal/messages.h"
 
 namespace mray::app {
+namespace {
 
-ExitCode explain_failure(const std::exception_ptr& failure, const Messages& messages) {
-    const Failure described = describe_failure(failure);
-    messages.error(described.message);
-    return described.code;
+// If stdin, stdout or stderr is closed, the next file that is opened would take its descriptor and
+// receive output. Opening /dev/null for the other direction occupies it, and its use keeps failing.
+void hold_standard_descriptors() {
+    for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+        if (::fcntl(fd, F_GETFD) >= 0) continue;
+        if (::open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0) return;
+    }
 }
 
-int run_program(std::span<const std::string> arguments, CommandRunner run_command) {
-    handle_signals();
+/// Ends the process. Destructors of libraries do not run: after a failed allocation Vulkan's loader
+/// leaves a mutex locked for which its own destructor waits. Sanitizers and coverage need exit().
+[[noreturn]] void end_process(ExitCode code) {
+    std::fflush(nullptr);
+#ifdef MORPHRAY_RUNS_EXIT_HANDLERS
+    std::exit(static_cast<int>(code));
+#else
+    std::_Exit(static_cast<int>(code));
+#endif
+}
+
+ExitCode run_program(const std::vector<std::string>& arguments, CommandRunner run_command) {
     Messages messages;
     try {
         const ParsedCommandLine parsed = parse_command_line(arguments);
-        if (!parsed.options) {
-            messages.print(parsed.text);
-            return static_cast<int>(ExitCode::kOk);
-        }
-        messages = Messages(*parsed.options);
-        return static_cast<int>(run_command(*parsed.options, messages));
+        messages = Messages(parsed.quiet, parsed.verbose);
+        if (parsed.options) return run_command(*parsed.options, messages);
+        messages.print(parsed.text);
+        return ExitCode::kOk;
     } catch (...) {
-        return static_cast<int>(explain_failure(std::current_exception(), messages));
+        const Failure failure = describe_failure(std::current_exception());
+        messages.error(failure.message);
+        return failure.code;
     }
+}
+
+}  // namespace
+
+void run_process(int argc, char** argv, CommandRunner run_command) {
+    hold_standard_descriptors();
+    allow_check_in_child();
+    handle_signals();
+    end_process(run_program({argv + (argc > 0 ? 1 : 0), argv + argc}, run_command));
 }
 
 }  // namespace mray::app

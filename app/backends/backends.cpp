@@ -74,14 +74,14 @@ std::vector<morphray::VulkanDeviceInfo> vulkan_devices() {
 #endif
 }
 
-std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options) {
+std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options, bool all) {
     if (options.choice == BackendChoice::kCpu) return {};
     check_vulkan();
     std::vector<morphray::VulkanDeviceInfo> devices = vulkan_devices();
 #ifdef MORPHRAY_HAS_VULKAN
     // Refuses a machine without a usable device, too.
     const std::uint32_t chosen = gpu::find_device(options.device).index;
-    if (!options.all_devices) {
+    if (!all) {
         std::erase_if(devices, [&](const auto& device) { return device.index != chosen; });
         return devices;
     }
@@ -100,27 +100,27 @@ std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions
                        [&](BackendChoice chosen) { return make_concrete(chosen, options); });
 }
 
-std::unique_ptr<Backend> make_refitter(const Options& options, const Backend& tracer,
-                                       const Messages& messages) {
+std::unique_ptr<Backend> make_refitter(RefitOn refit_on, const BackendOptions& options,
+                                       const Backend& tracer, const Messages& messages) {
     const bool traces_on_vulkan = tracer.info().name == "vulkan";
-    if (options.tree.refit_on == RefitOn::kVulkan && !traces_on_vulkan)
-        return make_backend(BackendChoice::kVulkan, options.backend, messages);
-    if (options.tree.refit_on == RefitOn::kCpu && traces_on_vulkan)
-        return make_backend(BackendChoice::kCpu, options.backend, messages);
+    if (refit_on == RefitOn::kVulkan && !traces_on_vulkan)
+        return make_backend(BackendChoice::kVulkan, options, messages);
+    if (refit_on == RefitOn::kCpu && traces_on_vulkan)
+        return make_backend(BackendChoice::kCpu, options, messages);
     return nullptr;
 }
 
-BuildConfig build_config(const Options& options) {
-    return {
-        .split = options.tree.split, .threads = options.backend.threads, .watch = command_watch()};
+BuildConfig build_config(SplitMethod split, const BackendOptions& options) {
+    return {.split = split, .threads = options.threads, .watch = command_watch()};
 }
 
-std::vector<BackendChoice> profiled_backends(const Options& options, const Messages& messages) {
-    if (options.backend.choice != BackendChoice::kAuto) return {options.backend.choice};
+std::vector<BackendChoice> profiled_backends(const BackendOptions& options,
+                                             const Messages& messages) {
+    if (options.choice != BackendChoice::kAuto) return {options.choice};
     try {
-        make_concrete(BackendChoice::kVulkan, options.backend);
+        make_concrete(BackendChoice::kVulkan, options);
     } catch (const Error& error) {
-        if (asks_for_vulkan(options.backend) || !is_lack_of_vulkan(error)) throw;
+        if (asks_for_vulkan(options) || !is_lack_of_vulkan(error)) throw;
         messages.warn({{}, fmt::format("{}; using the CPU instead", error.what())});
         return {BackendChoice::kCpu};
     }

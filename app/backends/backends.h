@@ -20,9 +20,9 @@ namespace mray::app {
 /// morphray::vulkan_devices(); throws Error(kUnavailable) without Vulkan.
 std::vector<morphray::VulkanDeviceInfo> vulkan_devices();
 
-/// The devices that crosscheck compares: none without Vulkan, each usable one if all_devices is
+/// The devices that crosscheck compares: none without Vulkan, each usable one if `all` is
 /// set, otherwise the one that the options choose. Throws Error(kUnavailable) if there is none.
-std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options);
+std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options, bool all);
 
 /// Whether an option requires Vulkan.
 bool asks_for_vulkan(const BackendOptions& options);
@@ -64,13 +64,14 @@ std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions
                                       const Messages& messages);
 
 /// The backend that refits for this tracer; null if the tracer does.
-std::unique_ptr<Backend> make_refitter(const Options& options, const Backend& tracer,
-                                       const Messages& messages);
+std::unique_ptr<Backend> make_refitter(RefitOn refit_on, const BackendOptions& options,
+                                       const Backend& tracer, const Messages& messages);
 
 /// How trees are built.
-BuildConfig build_config(const Options& options);
+BuildConfig build_config(SplitMethod split, const BackendOptions& options);
 
 /// The chosen backend; for kAuto the CPU and, if it is available, Vulkan.
-std::vector<BackendChoice> profiled_backends(const Options& options, const Messages& messages);
+std::vector<BackendChoice> profiled_backends(const BackendOptions& options,
+                                             const Messages& messages);
 
 }  // namespace mray::app

@@ -1,8 +1,6 @@
 // Options that take one of a few names.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <span>
 #include <string>
@@ -10,8 +8,7 @@
 #include <vector>
 
 #include "app/base/options.h"
-#include "common/base/errors.h"
-#include "common/text/nearest_name.h"
+#include "app/base/values.h"
 
 namespace mray::app {
 
@@ -47,22 +44,13 @@ T parse_choice(const std::string& option, const std::string& text,
         if (text == name) return value;
         names.emplace_back(name);
     }
-    // A GPU is a Vulkan device.
-    const bool has_vulkan = std::find(names.begin(), names.end(), "vulkan") != names.end();
-    const std::string hint =
-        text == "gpu" && has_vulkan ? "; did you mean vulkan?" : suggestion(text, names);
-    throw Error(ErrorKind::kBadArgument, fmt::format("{}: '{}' is not one of {}{}", option, text,
-                                                     fmt::join(names, ", "), hint));
+    reject_choice(option, text, names);
 }
 
 inline constexpr Choice<BackendChoice> kBackends[] = {{"auto", BackendChoice::kAuto},
                                                       {"cpu", BackendChoice::kCpu},
                                                       {"vulkan", BackendChoice::kVulkan},
                                                       {"brute", BackendChoice::kBrute}};
-inline constexpr Choice<BackendChoice> kProfiledBackends[] = {{"auto", BackendChoice::kAuto},
-                                                              {"cpu", BackendChoice::kCpu},
-                                                              {"vulkan", BackendChoice::kVulkan},
-                                                              {"brute", BackendChoice::kBrute}};
 inline constexpr Choice<BackendChoice> kCheckedBackends[] = {{"all", BackendChoice::kAuto},
                                                              {"cpu", BackendChoice::kCpu},
                                                              {"vulkan", BackendChoice::kVulkan}};
@@ -82,10 +70,6 @@ inline constexpr Choice<MissingFrames> kMissing[] = {
     {"fail", MissingFrames::kFail}, {"hold", MissingFrames::kHold}, {"skip", MissingFrames::kSkip}};
 inline constexpr Choice<RefitOn> kRefitOn[] = {{"cpu", RefitOn::kCpu},
                                                {"vulkan", RefitOn::kVulkan}};
-inline constexpr Choice<ProgressChoice> kProgress[] = {{"auto", ProgressChoice::kAuto},
-                                                       {"plain", ProgressChoice::kPlain},
-                                                       {"json", ProgressChoice::kJson},
-                                                       {"off", ProgressChoice::kOff}};
 inline constexpr Choice<AnswerForm> kAnswerForms[] = {{"text", AnswerForm::kText},
                                                       {"json", AnswerForm::kJson}};
 inline constexpr Choice<morphray::Crossing> kCrossings[] = {{"each", morphray::Crossing::each},

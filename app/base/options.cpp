@@ -1,26 +1,51 @@
 #include "app/base/options.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <system_error>
 
-#include "scenes/gltf/gltf_clip.h"
-
 namespace mray::app {
+namespace {
 
-bool has_seconds(const Options& options) {
-    return has_gltf_name(options.scene) && options.cache.empty();
+std::string text_of(const Point& p) { return fmt::format("{},{},{}", p[0], p[1], p[2]); }
+
+}  // namespace
+
+std::vector<std::string> arguments_of(const SourceOptions& source) {
+    std::vector<std::string> arguments;
+    const auto add = [&arguments](const char* name, const std::string& value) {
+        if (!value.empty()) arguments.insert(arguments.end(), {name, value});
+    };
+    if (source.missing != MissingFrames::kFail)
+        add("--missing", source.missing == MissingFrames::kHold ? "hold" : "skip");
+    add("--cache", source.cache);
+    add("--animation", source.animation);
+    if (source.fps) add("--fps", fmt::format("{}", *source.fps));
+    if (source.lenient) arguments.emplace_back("--lenient");
+    return arguments;
 }
 
-std::vector<std::string> scene_view_arguments(const Options& options) {
-    std::vector<std::string> kept;
-    const std::vector<std::string>& all = options.view_arguments;
-    for (std::size_t i = 0; i + 1 < all.size(); i += 2)
-        if (all[i] != "--fps" || has_seconds(options))
-            kept.insert(kept.end(), {all[i], all[i + 1]});
-    return kept;
+std::vector<std::string> arguments_of(const ViewSpec& view, std::uint32_t rays, bool is_lit) {
+    const ViewSpec standard;
+    std::vector<std::string> arguments;
+    const auto add = [&arguments](const char* name, const std::string& value) {
+        arguments.insert(arguments.end(), {name, value});
+    };
+    add("--size", fmt::format("{}x{}", view.width, view.height));
+    if (view.eye) add("--eye", text_of(*view.eye));
+    if (view.target) add("--target", text_of(*view.target));
+    if (view.up != standard.up) add("--up", text_of(view.up));
+    if (view.fov != standard.fov) add("--fov", fmt::format("{}", view.fov));
+    if (view.light && (is_lit || rays == kRaysShadow)) add("--light", text_of(*view.light));
+    if (is_lit || rays == kRaysAo) {
+        add("--ao-samples", fmt::format("{}", view.ao_count));
+        if (view.ao_distance > 0) add("--ao-distance", fmt::format("{}", view.ao_distance));
+    }
+    return arguments;
 }
 
-bool renders_one_image(const Options& options) {
+bool renders_one_image(const RenderOptions& options) {
     // A name that cannot be looked up is no folder; writing it says what is wrong.
     std::error_code error;
     return options.out.ends_with(".png") && !std::filesystem::is_directory(options.out, error);
@@ -33,29 +58,6 @@ const char* name_of_rays(std::uint32_t rays) {
 
 bool shows_tree(morphray::Shading shading) {
     return shading == morphray::Shading::steps || shading == morphray::Shading::sah;
-}
-
-const char* name_of(morphray::Shading shading) {
-    switch (shading) {
-        case morphray::Shading::lit:
-            return "lit";
-        case morphray::Shading::normal:
-            return "normal";
-        case morphray::Shading::depth:
-            return "depth";
-        case morphray::Shading::prim:
-            return "prim";
-        case morphray::Shading::steps:
-            return "steps";
-        case morphray::Shading::sah:
-            return "sah";
-        default:
-            return "plain";
-    }
-}
-
-const char* name_of(SplitMethod split) {
-    return split == SplitMethod::kBinned ? "binned" : "sweep";
 }
 
 }  // namespace mray::app

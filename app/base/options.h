@@ -1,15 +1,14 @@
-// The command line as plain data.
+// The options of the commands as plain data: a structure for each command.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
-#include <string_view>
+#include <variant>
 #include <vector>
 
-#include "app/base/numbers.h"
+#include "app/base/values.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
 #include "common/update/policy/update_policy.h"
@@ -19,44 +18,13 @@
 
 namespace mray::app {
 
-enum class Command {
-    kRender,
-    kCrosscheck,
-    kDiff,
-    kProbe,
-    kProfile,
-    kTrace,
-    kQuery,
-    kChart,
-    kInfo,
-    kDevices,
-    kView
-};
-
 enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
 
 /// Which backend refits: kOwn is the one that traces.
 enum class RefitOn { kOwn, kCpu, kVulkan };
 
-/// How progress is shown: kAuto is a bar on a terminal, elsewhere nothing.
-enum class ProgressChoice { kAuto, kPlain, kJson, kOff };
-
 /// The tracer whose images crosscheck expects.
 enum class Reference { kAuto, kBrute, kCpu };
-
-struct BackendOptions {
-    BackendChoice choice = BackendChoice::kAuto;
-    /// Whether --backend was given; otherwise trace and query take the CPU.
-    bool choice_given = false;
-    std::string device;
-    /// Whether crosscheck compares every usable device.
-    bool all_devices = false;
-    /// 0: as many as the machine has.
-    int threads = 0;
-    /// As cpu::CpuConfig::simd.
-    std::string simd;
-    bool validate = false;
-};
 
 /// The form of the answers of trace and query.
 enum class AnswerForm { kText, kJson };
@@ -64,154 +32,196 @@ enum class AnswerForm { kText, kJson };
 /// Questions about a point.
 enum class Question { kInside, kWinding, kDistance, kClosest };
 
-/// How render shades.
+/// A scene and how it is read. The members are those of ClipOptions.
+struct SourceOptions {
+    std::string scene;
+    MissingFrames missing = MissingFrames::kFail;
+    std::string cache = {};
+    std::string animation = {};
+    std::optional<double> fps = {};
+    bool lenient = false;
+    /// No option: trace accepts a scene without triangles.
+    bool allow_empty = false;
+};
+
+struct BackendOptions {
+    BackendChoice choice = BackendChoice::kAuto;
+    std::string device = {};
+    /// 0: as many as the machine has.
+    int threads = 0;
+    /// As cpu::CpuConfig::simd.
+    std::string simd = {};
+    bool validate = false;
+};
+
+/// How render and view shade.
 struct ShadingOptions {
-    /// Not given: lit, or plain with --rays.
-    std::optional<morphray::Shading> shading;
-    /// Not given: 4 with lit, else 1.
-    std::optional<std::uint32_t> samples;
+    morphray::Shading shading = morphray::Shading::lit;
+    std::uint32_t samples = 1;
     bool flat = false;
     /// "half" or "float": write EXR files, too; empty: none.
-    std::string exr;
+    std::string exr = {};
     /// Whether the scene stands on a plane that shows the background.
     bool ground = false;
 };
 
 struct TreeOptions {
-    /// None: none is given, and the command has no default.
-    std::optional<PolicySpec> update;
-    UpdateConfig update_config;
+    PolicySpec update = {};
+    UpdateConfig update_config = {};
     RefitOn refit_on = RefitOn::kOwn;
     SplitMethod split = SplitMethod::kBinned;
     /// The frame at whose positions the tree is built; none: the first selected frame.
-    std::optional<double> build_at;
-
-    /// The policy, which is given or the default of the command.
-    PolicySpec policy() const { return update.value_or(PolicySpec{}); }
-    bool has_policy(PolicyKind kind) const { return update && update->kind == kind; }
+    std::optional<double> build_at = {};
 };
 
-struct Options {
-    Command command = Command::kInfo;
-    std::string scene;
+/// What decides an image, of render and view.
+struct ImageOptions {
+    SourceOptions source = {};
+    ViewSpec view = {};
+    ShadingOptions shading = {};
+    BackendOptions backend = {};
+    TreeOptions tree = {.update = {PolicyKind::kAuto}};
+};
 
-    std::string frames;
-    /// Seconds, in place of frames.
-    std::string time;
-    /// ClipOptions::fps and animation.
-    std::optional<double> fps;
-    std::string animation;
-    MissingFrames missing = MissingFrames::kFail;
-    /// ClipOptions::cache.
-    std::string cache;
-    bool allow_empty = false;
-    bool lenient = false;
-
-    ViewSpec view;
-    bool size_given = false;
-    /// Whether --rays was given; otherwise crosscheck takes all three kinds.
-    bool rays_given = false;
-    bool ao_samples_given = false;
-    ShadingOptions shading;
-
-    BackendOptions backend;
-    TreeOptions tree;
-    /// render: images of an earlier run that are right are kept.
+struct RenderOptions {
+    ImageOptions image = {};
+    std::string frames = {};
+    /// Images of an earlier run that are right are kept.
     bool skip_existing = false;
+    std::string out = "out";
+    std::string hits = {};
+    std::string json = {};
+};
 
-    std::string out;
-    std::string json;
-    std::string csv;
-    std::string junit;
-    std::string hits;
-    ProgressChoice progress = ProgressChoice::kAuto;
-    bool quiet = false;
-    bool verbose = false;
+struct ViewOptions {
+    ImageOptions image = {.view = {.width = 1280, .height = 720}};
+    /// The first one that is shown; none: that of the scene.
+    std::optional<double> frame = {};
+    bool plays = false;
+    /// The file of the first image that is complete; with it no window stays open.
+    std::string screenshot = {};
+};
 
-    // crosscheck
+struct CrosscheckOptions {
+    std::vector<std::string> scenes = {};
+    /// Its scene is the one that is being checked.
+    SourceOptions source = {};
+    std::string frames = {};
+    ViewSpec view = {.width = 256, .height = 256};
+    /// The kind of rays that is compared; none: all three.
+    std::optional<std::uint32_t> rays = {};
+    BackendOptions backend = {};
+    SplitMethod split = SplitMethod::kBinned;
+    /// Whether every usable device is compared.
+    bool all_devices = false;
     Reference reference = Reference::kAuto;
-    std::string html;
     /// The number of rays and of points a frame that the backends are asked about.
     std::uint32_t query_count = 0;
-
-    // diff: the file that is expected, and the other one
-    std::vector<std::string> compared_files;
-
-    // probe
-    double frame = 0;
-    bool frame_given = false;
-    Pixel pixel;
-    bool pixel_given = false;
-
-    // view; `frame` is the first one that is shown
-    std::string screenshot;
-    bool plays = false;
-
-    // profile
-    int repeat = 10;
-    /// Update policies to compare; none: profile reports times of the stages.
-    std::vector<PolicySpec> policies;
-    std::string plot;
-    /// A report of an earlier run, and by how much a stage may be slower than there.
-    std::string baseline;
-    double tolerance_percent = 5;
-    bool tolerance_given = false;
-
-    // trace
-    std::string ray_file;
-    bool binary_rays = false;
-    bool all_hits = false;
-    morphray::AllHitsOptions hit_lists;
-
-    // trace and query
-    AnswerForm format = AnswerForm::kText;
-
-    // query
-    std::string point_file;
-    /// Each at most once, in the order of the answers.
-    std::vector<Question> questions;
-    morphray::FillRule rule = morphray::FillRule::nonzero;
-    float max_distance = std::numeric_limits<float>::infinity();
-
-    // chart and crosscheck
-    std::vector<std::string> scenes;
-
-    // chart
-    bool quick = false;
-
-    // info
-    bool tree_facts = false;
-    bool formats = false;
-
-    /// Whether `devices` tests them.
-    bool checks_devices = false;
-
-    /// The given arguments that decide which image is traced, pairs of a name and a value.
-    std::vector<std::string> view_arguments;
+    std::string json = {};
+    std::string junit = {};
+    std::string html = {};
     /// The command line without the program's name.
-    std::vector<std::string> arguments;
-    /// The options in it, each by its first long name in the help, such as "--out" for -o.
-    std::vector<std::string> given;
-
-    bool is_given(std::string_view option) const {
-        return std::find(given.begin(), given.end(), option) != given.end();
-    }
+    std::vector<std::string> arguments = {};
 };
 
-/// Whether the frames of the scene are at times: --fps says how many a second has.
-bool has_seconds(const Options& options);
-/// The view_arguments for a command about options.scene that names frames, not seconds: --fps only
-/// where the scene has seconds.
-std::vector<std::string> scene_view_arguments(const Options& options);
+struct DiffOptions {
+    /// The file that is expected, and the other one.
+    std::vector<std::string> files = {};
+    std::string json = {};
+};
+
+struct ProbeOptions {
+    SourceOptions source = {};
+    double frame = 0;
+    Pixel pixel = {};
+    ViewSpec view = {};
+    BackendOptions backend = {};
+    TreeOptions tree = {};
+    std::string json = {};
+};
+
+struct ProfileOptions {
+    SourceOptions source = {};
+    std::string frames = {};
+    ViewSpec view = {};
+    BackendOptions backend = {};
+    TreeOptions tree = {};
+    /// Runs whose median counts; none: 10, or 5 of policies.
+    std::optional<int> repeat = {};
+    /// Update policies to compare; none: the times of the stages are reported.
+    std::vector<PolicySpec> policies = {};
+    std::string plot = {};
+    /// A report of an earlier run, and by how much a stage may be slower than there.
+    std::string baseline = {};
+    double tolerance_percent = 5;
+    std::string json = {};
+    std::string csv = {};
+};
+
+struct TraceOptions {
+    SourceOptions source = {};
+    std::optional<double> frame = {};
+    BackendOptions backend = {.choice = BackendChoice::kCpu};
+    std::string ray_file = {};
+    bool binary_rays = false;
+    bool all_hits = false;
+    morphray::AllHitsOptions hit_lists = {};
+    AnswerForm format = AnswerForm::kText;
+    std::string out = {};
+};
+
+struct QueryOptions {
+    SourceOptions source = {};
+    std::optional<double> frame = {};
+    BackendOptions backend = {.choice = BackendChoice::kCpu};
+    std::string point_file = {};
+    /// Each at most once, in the order of the answers.
+    std::vector<Question> questions = {};
+    morphray::FillRule rule = morphray::FillRule::nonzero;
+    float max_distance = std::numeric_limits<float>::infinity();
+    AnswerForm format = AnswerForm::kText;
+    std::string out = "-";
+};
+
+struct ChartOptions {
+    std::vector<std::string> scenes = {};
+    std::string out = {};
+    bool quick = false;
+    bool lenient = false;
+    /// The command line without the program's name.
+    std::vector<std::string> arguments = {};
+};
+
+struct InfoOptions {
+    /// Without a scene the program is described.
+    SourceOptions source = {};
+    std::optional<double> frame = {};
+    bool tree_facts = false;
+    bool formats = false;
+    std::string json = {};
+};
+
+struct DevicesOptions {
+    /// Whether they are tested.
+    bool checks = false;
+    std::string json = {};
+};
+
+/// The options of the command that was given.
+using CommandOptions = std::variant<RenderOptions, ViewOptions, CrosscheckOptions, DiffOptions,
+                                    ProbeOptions, ProfileOptions, TraceOptions, QueryOptions,
+                                    ChartOptions, InfoOptions, DevicesOptions>;
+
+/// The arguments that make another command read the scene in the same way, without its name.
+std::vector<std::string> arguments_of(const SourceOptions& source);
+/// The arguments that make another command trace this view; of ambient occlusion and the light
+/// only those that `rays` (kRaysPrimary, ...) or, with `is_lit`, lit images have.
+std::vector<std::string> arguments_of(const ViewSpec& view, std::uint32_t rays, bool is_lit);
 /// Whether --out of render names one image instead of a folder.
-bool renders_one_image(const Options& options);
+bool renders_one_image(const RenderOptions& options);
 /// "primary", "shadow" or "ao" of kRaysPrimary, kRaysShadow, kRaysAo.
 const char* name_of_rays(std::uint32_t rays);
 /// Whether colours show the tree: steps and sah.
 bool shows_tree(morphray::Shading shading);
-/// "lit", "plain", ...
-const char* name_of(morphray::Shading shading);
-/// "binned" or "sweep".
-const char* name_of(SplitMethod split);
 
 }  // namespace mray::app

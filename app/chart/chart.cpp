@@ -12,11 +12,10 @@
 #include <thread>
 
 #include "app/backends/backends.h"
-#include "app/base/exit_code.h"
 #include "app/base/options.h"
-#include "app/base/output_folder.h"
 #include "app/clip/frames.h"
-#include "app/process.h"
+#include "app/program.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/messages.h"
 #include "app/terminal/progress.h"
@@ -106,20 +105,13 @@ std::string machine_text() {
     return fmt::format("{}, {} threads", model, std::thread::hardware_concurrency());
 }
 
-std::string command_text(const Options& options) {
+std::string command_text(const ChartOptions& options) {
     std::vector<std::string> arguments{"morphray", "chart"};
     arguments.insert(arguments.end(), options.scenes.begin(), options.scenes.end());
     arguments.insert(arguments.end(), {"--out", options.out});
     if (options.quick) arguments.emplace_back("--quick");
     if (options.lenient) arguments.emplace_back("--lenient");
     return shell_line(arguments);
-}
-
-SceneFrames open_scene_of(const Options& options, const std::string& scene,
-                          const Messages& messages) {
-    Options one = options;
-    one.scene = scene;
-    return open_frames(one, messages);
 }
 
 /// The middle frame of a scene.
@@ -164,21 +156,22 @@ std::size_t steps_of(std::size_t scenes, const Effort& effort) {
 }
 
 /// Writes the charts of all scenes into the folder --out, as a whole or not at all.
-ExitCode draw_charts(const Options& options, const Messages& messages) {
+ExitCode draw_charts(const ChartOptions& options, const Messages& messages) {
     plot::require_gnuplot("chart");
-    const OutputFolder parent(parent_of(options.out));
+    make_output_folder(parent_of(options.out));
     ChartFolder folder(options.out);
     std::vector<SceneFrames> scenes;
     for (const std::string& scene : options.scenes)
-        scenes.push_back(open_scene_of(options, scene, messages));
+        scenes.emplace_back(
+            open_clip({.scene = scene, .lenient = options.lenient}, messages));
 
     const Effort& effort = options.quick ? kQuickEffort : kFullEffort;
-    Progress progress("charting", "", steps_of(scenes.size(), effort), progress_mode(options));
+    Progress progress("charting", steps_of(scenes.size(), effort), messages);
     std::uint64_t done = 0;
     const ChartContext context{
         .effort = effort,
         .make_vulkan_backend =
-            [&] { return make_backend(BackendChoice::kVulkan, options.backend, Messages()); },
+            [&] { return make_backend(BackendChoice::kVulkan, {}, Messages()); },
         .footer = fmt::format("{}; {}", machine_text(), command_text(options)),
         .step =
             [&] {
@@ -187,7 +180,6 @@ ExitCode draw_charts(const Options& options, const Messages& messages) {
             },
         .check = throw_if_interrupted};
     const std::vector<Chart> charts = make_charts(scenes, context, progress);
-    progress.finish();
     for (const Chart& chart : charts) {
         throw_if_interrupted();
         const std::string csv = chart.table.csv();
@@ -199,8 +191,9 @@ ExitCode draw_charts(const Options& options, const Messages& messages) {
     return ExitCode::kOk;
 }
 
-ExitCode run_command(const Options& options, const Messages& messages) {
-    if (options.command == Command::kChart) return draw_charts(options, messages);
+ExitCode run_command(const CommandOptions& options, const Messages& messages) {
+    if (const auto* chart = std::get_if<ChartOptions>(&options))
+        return draw_charts(*chart, messages);
     throw Error(ErrorKind::kBadArgument, "this program draws charts alone; start morphray");
 }
 

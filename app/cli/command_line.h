@@ -1,4 +1,4 @@
-// From argv to Options.
+// From argv to the options of a command.
 #pragma once
 
 #include <optional>
@@ -11,13 +11,19 @@ namespace mray::app {
 
 struct ParsedCommandLine {
     /// Nothing if help or the version was asked for.
-    std::optional<Options> options;
+    std::optional<CommandOptions> options;
     /// The help or the version, for stdout.
     std::string text;
+    bool quiet = false;
+    bool verbose = false;
 };
 
-/// `arguments` without the program's name. Throws Error(kBadArgument), or kLimit for a size beyond
-/// all limits.
+/// Parses the arguments, without the program's name. Throws Error(kBadArgument), with one line that
+/// says what is wrong and where the help is, or Error(kLimit) for a number that is too large.
 ParsedCommandLine parse_command_line(std::span<const std::string> arguments);
+
+/// `text` in lines of at most `columns` characters, each line but the first after `indent` blanks.
+/// A word that is longer has a line of its own.
+std::string wrapped(const std::string& text, std::size_t indent, std::size_t columns);
 
 }  // namespace mray::app

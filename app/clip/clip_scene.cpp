@@ -28,7 +28,7 @@ morphray::Device open_vulkan(const BackendOptions& options) {
 }
 
 morphray::UpdatePolicy policy_of(const TreeOptions& tree) {
-    const PolicySpec policy = tree.policy();
+    const PolicySpec policy = tree.update;
     switch (policy.kind) {
         case PolicyKind::kRefit:
             return morphray::Refit{};
@@ -69,8 +69,8 @@ morphray::View view_of(const ViewSpec& spec, const ShadingOptions& shading) {
                            .light = spec.light,
                            .width = spec.width,
                            .height = spec.height,
-                           .shading = shading.shading.value_or(morphray::Shading::plain),
-                           .samples = shading.samples.value_or(1),
+                           .shading = shading.shading,
+                           .samples = shading.samples,
                            .flat = shading.flat,
                            .lit_pixels = !shading.exr.empty(),
                            .ao_count = spec.ao_count,
@@ -78,17 +78,6 @@ morphray::View view_of(const ViewSpec& spec, const ShadingOptions& shading) {
     if (spec.rays == kRaysShadow) view.rays = morphray::Rays::shadow;
     if (spec.rays == kRaysAo) view.rays = morphray::Rays::ao;
     return view;
-}
-
-/// Calls the library. After a signal an error that names it is thrown in the place of kCancelled.
-template <class Work>
-void call(Work work) {
-    try {
-        call_library(work);
-    } catch (const Error& error) {
-        if (error.kind() == ErrorKind::kCancelled) throw_if_interrupted();
-        throw;
-    }
 }
 
 }  // namespace
@@ -165,15 +154,14 @@ std::optional<morphray::Box> bounds_of(const Clip& clip) {
                          {bounds.upper[0], bounds.upper[1], bounds.upper[2]}};
 }
 
-ClipScene::ClipScene(const Options& options, const Clip& clip, double first_frame,
+ClipScene::ClipScene(const ImageOptions& options, const Clip& clip, double first_frame,
                      const Messages& messages, const std::atomic<bool>& cancel)
     : clip_(clip),
       positions_(clip.topology().vertex_count),
       current_(options.tree.build_at.value_or(first_frame)) {
     const morphray::Device device = open_device(options.backend, messages);
-    const bool traces_on_vulkan = device.name() == "vulkan";
-    refitter_ = traces_on_vulkan ? "vulkan" : "cpu";
-    call([&] {
+    refitter_ = device.name() == "vulkan" ? "vulkan" : "cpu";
+    call_library([&] {
         morphray::SceneOptions scene_options = {
             .bounds = bounds_of(clip),
             .update = policy_of(options.tree),
@@ -182,19 +170,11 @@ ClipScene::ClipScene(const Options& options, const Clip& clip, double first_fram
             .record_cost_ratio = options.tree.update_config.record_cost_ratio,
             .cancel = &cancel,
             .done = &step_done()};
-        if (options.tree.refit_on == RefitOn::kVulkan && !traces_on_vulkan) {
-            scene_options.refit_on = open_vulkan(options.backend);
-            refitter_ = "vulkan";
-        }
-        if (options.tree.refit_on == RefitOn::kCpu && traces_on_vulkan) {
-            scene_options.refit_on = morphray::Device::cpu(cpu_options(options.backend));
-            refitter_ = "cpu";
-        }
         messages.note("tracing on " + device.name() + ": " + device.description());
         read_wait_ms_ = deform_ms_ = place(current_);
         std::vector<Image> images;
         if (clip.textures() != nullptr && options.shading.shading == morphray::Shading::lit)
-            images = read_textures(*clip.textures(), options.lenient, messages);
+            images = read_textures(*clip.textures(), options.source.lenient, messages);
         std::vector<morphray::TextureView> textures;
         for (std::size_t i = 0; i < images.size(); ++i)
             textures.push_back(texture_of(images[i], clip.textures()->files[i]));
@@ -204,7 +184,7 @@ ClipScene::ClipScene(const Options& options, const Clip& clip, double first_fram
 }
 
 /// The clip's mesh, with these textures, and, if it is asked for, the ground.
-std::vector<morphray::MeshView> ClipScene::meshes(const Options& options,
+std::vector<morphray::MeshView> ClipScene::meshes(const ImageOptions& options,
                                                   std::span<const morphray::TextureView> textures) {
     std::vector<morphray::MeshView> meshes = {mesh_of(clip_.topology(), positions_)};
     meshes.front().smooth = indices_of(clip_.smooth_corners());
@@ -247,7 +227,7 @@ void ClipScene::advance(double frame) {
     read_wait_ms_ = watch.ms();
     trace_ms_ = 0;
     rays_ = 0;
-    call([&] { update_ = scene_->update(); });
+    call_library([&] { update_ = scene_->update(); });
 }
 
 void ClipScene::render(const ViewSpec& view, const ShadingOptions& shading,
@@ -268,7 +248,7 @@ void ClipScene::render_pixels(const ViewSpec& view, const ShadingOptions& shadin
 }
 
 void ClipScene::render(const morphray::View& view, morphray::Image& image) {
-    call([&] {
+    call_library([&] {
         scene_->render(view, image);
         trace_ms_ = image.trace_ms;
         rays_ = image.ray_count;

@@ -26,7 +26,7 @@ public:
     /// options.tree.build_at, or else at first_frame. The clip must outlive it, and so must
     /// `cancel`, which ends the building of trees: they throw Error(kCancelled). Trees say how far
     /// they are to step_done() (app/terminal/progress.h), and so do images.
-    ClipScene(const Options& options, const Clip& clip, double first_frame,
+    ClipScene(const ImageOptions& options, const Clip& clip, double first_frame,
               const Messages& messages, const std::atomic<bool>& cancel = interrupt_flag());
     ClipScene(const ClipScene&) = delete;
 
@@ -59,7 +59,7 @@ public:
     std::string refitted_on() const;
 
 private:
-    std::vector<morphray::MeshView> meshes(const Options& options,
+    std::vector<morphray::MeshView> meshes(const ImageOptions& options,
                                            std::span<const morphray::TextureView> textures);
     void render(const morphray::View& view, morphray::Image& image);
     /// Makes the positions of a frame. Returns the milliseconds that this took.

@@ -12,6 +12,7 @@
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
 #include "scenes/frame_range.h"
+#include "scenes/gltf/gltf_clip.h"
 #include "scenes/inside_view.h"
 
 namespace mray::app {
@@ -39,32 +40,6 @@ std::vector<double> few_of(const std::vector<double>& all) {
     return {all.front(), all[last / 4], all[last / 2], all.back()};
 }
 
-/// Frames from the seconds of --time.
-std::vector<double> frames_of_time(const Options& options, const Clip& clip) {
-    const std::optional<double> fps = clip.fps() ? clip.fps() : options.fps;
-    if (!fps) {
-        throw Error(ErrorKind::kBadArgument,
-                    "--time: the scene has frames, but no seconds; give --fps, too");
-    }
-    // Seconds are decimal numbers, so that whole frames are missed by their rounding.
-    constexpr double kRounding = 1e-6;
-    std::vector<double> frames = parse_frame_range(options.time, 1 / *fps, "seconds");
-    for (double& frame : frames) {
-        const double seconds = frame;
-        frame *= *fps;
-        if (std::abs(frame - std::round(frame)) < kRounding) frame = std::round(frame);
-        if (frame >= clip.first_frame() && frame <= clip.last_frame()) continue;
-        throw Error(ErrorKind::kBadArgument,
-                    fmt::format("--time: {} s is not in the scene, which has {} to {} s", seconds,
-                                clip.first_frame() / *fps, clip.last_frame() / *fps));
-    }
-    return frames;
-}
-
-void require_tree_frame(const Options& options, const Clip& clip) {
-    if (options.tree.build_at) require_in_clip("--build-at", *options.tree.build_at, clip);
-}
-
 /// How many digits a frame has behind the point, at most 6.
 std::size_t fraction_digits(double frame) {
     const std::string text = fmt::format("{:.6f}", frame);
@@ -73,51 +48,47 @@ std::size_t fraction_digits(double frame) {
 
 }  // namespace
 
-std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages) {
-    ClipOptions scene_options;
-    scene_options.lenient = options.lenient;
-    scene_options.allow_empty = options.allow_empty;
-    scene_options.missing = options.missing;
-    scene_options.cache = options.cache;
-    scene_options.animation = options.animation;
-    scene_options.list_animations = options.command == Command::kInfo;
-    scene_options.fps = options.fps;
-    scene_options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
-    const Progress progress("reading " + shown(std::filesystem::path(options.scene).filename()), "",
-                            0, progress_mode(options));
-    return open_scene(options.scene, scene_options);
+std::unique_ptr<Clip> open_clip(const SourceOptions& source, const Messages& messages,
+                                bool list_animations) {
+    if (source.fps && !has_gltf_name(source.scene))
+        throw Error(ErrorKind::kBadArgument, "--fps: only glTF files have seconds; leave it out");
+    ClipOptions options;
+    options.lenient = source.lenient;
+    options.allow_empty = source.allow_empty;
+    options.missing = source.missing;
+    options.cache = source.cache;
+    options.animation = source.animation;
+    options.list_animations = list_animations;
+    options.fps = source.fps;
+    options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
+    const Progress progress("reading " + shown(std::filesystem::path(source.scene).filename()), 0,
+                            messages);
+    return open_scene(source.scene, options);
 }
 
-SceneFrames open_frames(const Options& options, const Messages& messages) {
-    return SceneFrames(open_clip(options, messages));
+ImageParams image_params(const ViewSpec& view, const SceneFrames& scene) {
+    return scene.image_params(with_inside_view(view, scene.clip()));
 }
 
-ImageParams image_params(const Options& options, const SceneFrames& scene) {
-    return scene.image_params(with_inside_view(options.view, scene.clip()));
-}
-
-std::vector<double> select_frames(const Options& options, const Clip& clip,
-                                  DefaultFrames otherwise) {
-    require_tree_frame(options, clip);
-    if (options.frames == "all") return whole_frames(clip);
-    if (!options.time.empty()) return frames_of_time(options, clip);
-    if (options.frames.empty()) {
-        if (otherwise == DefaultFrames::kFirst) return {clip.first_frame()};
+std::vector<double> select_frames(const std::string& frames, const std::optional<double>& build_at,
+                                  const Clip& clip, DefaultFrames otherwise) {
+    if (build_at) require_in_clip("--build-at", *build_at, clip);
+    if (frames == "all") return whole_frames(clip);
+    if (frames.empty()) {
         std::vector<double> all = whole_frames(clip);
         return otherwise == DefaultFrames::kFew ? few_of(all) : all;
     }
-    std::vector<double> frames = parse_frame_range(options.frames);
-    for (const double frame : {frames.front(), frames.back()})
+    std::vector<double> selected = parse_frame_range(frames);
+    for (const double frame : {selected.front(), selected.back()})
         require_in_clip("--frames", frame, clip);
-    return frames;
+    return selected;
 }
 
-double select_frame(const Options& options, const Clip& clip) {
-    require_tree_frame(options, clip);
-    if (!options.time.empty()) return frames_of_time(options, clip).front();
-    const double frame = options.frame_given ? options.frame : clip.first_frame();
-    require_in_clip("--frame", frame, clip);
-    return frame;
+double select_frame(const std::optional<double>& frame, const std::optional<double>& build_at,
+                    const Clip& clip) {
+    if (build_at) require_in_clip("--build-at", *build_at, clip);
+    if (frame) require_in_clip("--frame", *frame, clip);
+    return frame.value_or(clip.first_frame());
 }
 
 void require_in_clip(const char* option, double frame, const Clip& clip) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,27 +14,26 @@
 
 namespace mray::app {
 
-/// Opens options.scene if the memory will probably suffice; warnings go to `messages`. Throws
-/// Error.
-std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages);
-/// The same with its scene space.
-SceneFrames open_frames(const Options& options, const Messages& messages);
+/// Opens the scene; warnings go to `messages`. Throws Error.
+std::unique_ptr<Clip> open_clip(const SourceOptions& source, const Messages& messages,
+                                bool list_animations = false);
 
-/// Returns the image parameters of options.view for the frame of the scene's last positions()
+/// Returns the image parameters of the view for the frame of the scene's last positions()
 /// (with_inside_view(), make_image_params()).
-ImageParams image_params(const Options& options, const SceneFrames& scene);
+ImageParams image_params(const ViewSpec& view, const SceneFrames& scene);
 
-enum class DefaultFrames { kAll, kFew, kFirst };
+enum class DefaultFrames { kAll, kFew };
 
-/// The frames of --frames, every whole one for "all", or those of --time; without both every whole
-/// frame, up to four frames from the first to the last, or the first frame. Never empty. Throws
-/// Error(kBadArgument), also for --build-at outside of the clip.
-std::vector<double> select_frames(const Options& options, const Clip& clip,
-                                  DefaultFrames otherwise);
+/// The frames of --frames, every whole one for "all"; without it every whole frame, or up to four
+/// frames from the first to the last. Never empty. Throws Error(kBadArgument), also for --build-at
+/// outside of the clip.
+std::vector<double> select_frames(const std::string& frames, const std::optional<double>& build_at,
+                                  const Clip& clip, DefaultFrames otherwise);
 
-/// The frame of --frame or --time, of a command that takes one; without both the first. Throws
-/// Error(kBadArgument) for one, or --build-at, outside of the clip.
-double select_frame(const Options& options, const Clip& clip);
+/// The frame of --frame; without it the first. Throws Error(kBadArgument) for one, or --build-at,
+/// outside of the clip.
+double select_frame(const std::optional<double>& frame, const std::optional<double>& build_at,
+                    const Clip& clip);
 
 /// Throws Error(kBadArgument) for a frame outside the clip.
 void require_in_clip(const char* option, double frame, const Clip& clip);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "app/base/options.h"
@@ -13,11 +14,10 @@ namespace mray::app {
 
 class PosedScene {
 public:
-    /// Opens options.scene at options.frames on the device of options.backend, which is the CPU
-    /// unless --backend, --device or --validate asks for another one: questions from a file come in
-    /// any order, for which it is fast. Warns of triangles that are not finite. Throws
-    /// Error.
-    PosedScene(const Options& options, const Messages& messages);
+    /// Opens the scene at this frame, or at its first. Warns of triangles that are not finite.
+    /// Throws Error.
+    PosedScene(const SourceOptions& source, const BackendOptions& backend,
+               const std::optional<double>& frame, const Messages& messages);
     PosedScene(const PosedScene&) = delete;
 
     const SceneSpace& space() const { return frames_.space(); }
@@ -28,7 +28,8 @@ public:
 
 private:
     /// Sets frame_ and positions_, too.
-    morphray::Scene pose(const Options& options, const Messages& messages);
+    morphray::Scene pose(const BackendOptions& backend, const std::optional<double>& frame,
+                         const Messages& messages);
 
     SceneFrames frames_;
     double frame_ = 0;

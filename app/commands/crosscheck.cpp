@@ -15,15 +15,8 @@
 namespace mray::app {
 namespace {
 
-constexpr std::uint32_t kDefaultSide = 256;
-
-Options with_defaults(Options options) {
-    if (!options.size_given) options.view.width = options.view.height = kDefaultSide;
-    return options;
-}
-
 /// The command line, ready for a shell.
-std::string command_text(const Options& options) {
+std::string command_text(const CrosscheckOptions& options) {
     std::vector<std::string> line = {"morphray"};
     line.insert(line.end(), options.arguments.begin(), options.arguments.end());
     return shell_line(line);
@@ -49,7 +42,7 @@ ExitCode worse(ExitCode a, ExitCode b) {
 /// Checks the scenes in turn and writes one set of reports, also about a run that ends early.
 class Crosscheck {
 public:
-    Crosscheck(const Options& options, const Messages& messages)
+    Crosscheck(const CrosscheckOptions& options, const Messages& messages)
         : options_(options), messages_(messages) {
         run_.environment.command = command_text(options);
         run_.environment.simd = options.backend.choice == BackendChoice::kVulkan
@@ -105,7 +98,7 @@ private:
     /// that cannot be had: the one is to be mended on any machine.
     void find_devices() {
         try {
-            run_.environment.devices = devices_to_check(options_.backend);
+            run_.environment.devices = devices_to_check(options_.backend, options_.all_devices);
         } catch (const Error&) {
             for (CheckReport& report : run_.scenes) require_scene(report);
             throw;
@@ -113,10 +106,10 @@ private:
     }
 
     void require_scene(CheckReport& report) const {
-        Options one = options_;
+        SourceOptions one = options_.source;
         one.scene = report.spec;
         try {
-            open_frames(one, messages_);
+            open_clip(one, messages_);
         } catch (const Error& error) {
             report.error = error.what();
             throw;
@@ -125,8 +118,8 @@ private:
 
     ExitCode check(std::size_t index, const SceneCheckContext& context) {
         CheckReport& report = run_.scenes[index];
-        Options one = options_;
-        one.scene = report.spec;
+        CrosscheckOptions one = options_;
+        one.source.scene = report.spec;
         const std::size_t warned = messages_.warnings().size();
         const auto keep_warnings = [&] {
             const std::vector<std::string>& all = messages_.warnings();
@@ -147,15 +140,14 @@ private:
         return report.equal() ? code : ExitCode::kCheckFailed;
     }
 
-    const Options& options_;
+    const CrosscheckOptions& options_;
     const Messages& messages_;
     CheckRun run_;
 };
 
 }  // namespace
 
-ExitCode run_crosscheck(const Options& given, const Messages& messages) {
-    const Options options = with_defaults(given);
+ExitCode run_crosscheck(const CrosscheckOptions& options, const Messages& messages) {
     check_reports({options.json, options.junit, options.html});
     Crosscheck crosscheck(options, messages);
     ExitCode code = ExitCode::kOk;

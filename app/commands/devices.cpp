@@ -5,7 +5,7 @@
 
 #include "app/backends/backends.h"
 #include "app/backends/device_check.h"
-#include "app/cli/help/help_formatter.h"
+#include "app/cli/command_line.h"
 #include "app/commands/commands.h"
 #include "app/report/scene_report.h"
 #include "common/report/table.h"
@@ -48,12 +48,12 @@ std::string details_of(const morphray::VulkanDeviceInfo& device,
 
 }  // namespace
 
-ExitCode run_devices(const Options& options, const Messages& messages) {
-    if (options.checks_devices && is_check_child()) return exit_code_of({check_device({})});
+ExitCode run_devices(const DevicesOptions& options, const Messages& messages) {
+    if (options.checks && is_check_child()) return exit_code_of({check_device({})});
     check_reports({options.json});
     const std::vector<morphray::VulkanDeviceInfo> devices = vulkan_devices();
     std::vector<std::optional<morphray::DeviceCheck>> checks(devices.size());
-    if (options.checks_devices) checks = check_all(devices);
+    if (options.checks) checks = check_all(devices);
     if (!options.json.empty()) write_report(options.json, to_json(devices, checks));
     if (takes_stdout({options.json})) return exit_code_of(checks);
     Table table({"index", "name", "type", "vulkan", "MiB", "subgroup", "usable"});

@@ -1,5 +1,4 @@
-// morphray diff: compares two files of hits or two images, of other machines, devices or versions,
-// say.
+// morphray diff: compares two files of hits, of other machines, devices or versions.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,11 +6,8 @@
 
 #include "app/base/library_calls.h"
 #include "app/commands/commands.h"
-#include "app/commands/diff/png_diff.h"
-#include "app/files/image_reader.h"
 #include "app/report/diff_report.h"
 #include "app/terminal/interrupt.h"
-#include "common/base/output_file.h"
 #include "common/report/compare.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
@@ -54,28 +50,6 @@ void require_same_shape(const std::vector<std::string>& names, const morphray::H
                     shown(names[1]), shape_of(actual), shown(names[0]), shape_of(expected)));
 }
 
-/// The kind of a file, by its name.
-enum class FileKind { kHits, kPng };
-
-FileKind kind_of(const std::string& name) {
-    return is_png_name(name) ? FileKind::kPng : FileKind::kHits;
-}
-
-const char* kind_text(FileKind kind) {
-    return kind == FileKind::kPng ? "a PNG file" : "a file of hits";
-}
-
-void require_same_kind(const std::vector<std::string>& names) {
-    const FileKind expected = kind_of(names[0]);
-    const FileKind actual = kind_of(names[1]);
-    if (expected == actual) return;
-    throw Error(
-        ErrorKind::kBadInput,
-        fmt::format("{}: is {} by its name, but {} is {}; give two files of hits or two "
-                    "PNG files",
-                    shown(names[1]), kind_text(actual), shown(names[0]), kind_text(expected)));
-}
-
 std::string describe_hit(const Hit& hit, std::uint32_t occlusion) {
     if (hit.prim_id == kNoPrim) return "miss";
     return fmt::format("t {} u {} v {} prim {} occluded {}", hex_text(hit.t), hex_text(hit.u),
@@ -111,11 +85,9 @@ std::string summary(const DiffReport& report, const std::string& shape) {
 
 }  // namespace
 
-ExitCode run_diff(const Options& options, const Messages& messages) {
+ExitCode run_diff(const DiffOptions& options, const Messages& messages) {
     check_reports({options.json});
-    const std::vector<std::string>& names = options.compared_files;
-    require_same_kind(names);
-    if (kind_of(names[0]) == FileKind::kPng) return run_png_diff(options, messages);
+    const std::vector<std::string>& names = options.files;
     const auto read = [](const std::string& name) {
         return call_library([&] { return morphray::read_hits(name); });
     };
@@ -128,7 +100,7 @@ ExitCode run_diff(const Options& options, const Messages& messages) {
         report.images.push_back(compare_frames(frame_of(expected, i), frame_of(actual, i)));
     }
     if (!options.json.empty()) write_report(options.json, to_json(report));
-    if (!takes_stdout({options.json}) && !options.quiet)
+    if (!takes_stdout({options.json}))
         messages.print(describe_images(report) + summary(report, shape_of(actual)));
     return report.equal() ? ExitCode::kOk : ExitCode::kCheckFailed;
 }

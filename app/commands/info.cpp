@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "app/backends/backends.h"
+#include "app/base/choices.h"
 #include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/files/format_table.h"
@@ -67,21 +68,21 @@ std::string text_of(const ProgramReport& report) {
 }
 
 SceneReport::Tree describe_tree(SplitMethod split, const Topology& topology,
-                                std::span<const vec3> positions, int threads) {
+                                std::span<const vec3> positions) {
     SceneReport::Tree tree;
-    tree.build = name_of(split);
+    tree.build = name_in<SplitMethod>(kSplits, split);
     const Stopwatch watch;
-    const Bvh bvh = build_bvh(topology, positions, {.split = split, .threads = threads});
+    const Bvh bvh = build_bvh(topology, positions, {.split = split});
     tree.build_ms = watch.ms();
     tree.stats = bvh_stats(bvh);
     tree.bvh_hash = bvh_hash(bvh);
     return tree;
 }
 
-SceneReport describe_scene(const Options& options, const Messages& messages) {
-    SceneFrames scene = open_frames(options, messages);
+SceneReport describe_scene(const InfoOptions& options, const Messages& messages) {
+    SceneFrames scene(open_clip(options.source, messages, true));
     const Topology& topology = scene.clip().topology();
-    const double frame = select_frames(options, scene.clip(), DefaultFrames::kFirst).front();
+    const double frame = select_frame(options.frame, std::nullopt, scene.clip());
     const std::span<const vec3> positions = scene.positions(frame);
     SceneReport report;
     report.head.command = "info";
@@ -106,8 +107,7 @@ SceneReport describe_scene(const Options& options, const Messages& messages) {
     }
     if (options.tree_facts) {
         for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
-            report.trees.push_back(
-                describe_tree(split, topology, positions, options.backend.threads));
+            report.trees.push_back(describe_tree(split, topology, positions));
         }
     }
     return report;
@@ -166,18 +166,18 @@ std::string text_of(const SceneReport& report) {
 }
 
 template <class Report>
-void publish(const Report& report, const Options& options, const Messages& messages) {
+void publish(const Report& report, const InfoOptions& options, const Messages& messages) {
     if (!options.json.empty()) write_report(options.json, to_json(report));
     if (!takes_stdout({options.json})) messages.print(text_of(report));
 }
 
 }  // namespace
 
-ExitCode run_info(const Options& options, const Messages& messages) {
+ExitCode run_info(const InfoOptions& options, const Messages& messages) {
     check_reports({options.json});
     if (options.formats) {
         publish(file_formats(), options, messages);
-    } else if (options.scene.empty()) {
+    } else if (options.source.scene.empty()) {
         publish(describe_program(), options, messages);
     } else {
         publish(describe_scene(options, messages), options, messages);

@@ -4,7 +4,7 @@
 
 namespace mray::app {
 
-ExitCode run_chart(const Options&, const Messages&) {
+ExitCode run_chart(const ChartOptions&, const Messages&) {
     throw Error(
         ErrorKind::kUnavailable,
         "chart: not built in, because GMP was not found; install libgmp-dev and build again");

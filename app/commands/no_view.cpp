@@ -4,7 +4,7 @@
 
 namespace mray::app {
 
-ExitCode run_view(const Options&, const Messages&) {
+ExitCode run_view(const ViewOptions&, const Messages&) {
     throw Error(ErrorKind::kUnavailable,
                 "view: not built in, because GLFW, Dear ImGui or OpenGL was not found; install "
                 "libglfw3-dev, libimgui-dev and libgl-dev and build again");

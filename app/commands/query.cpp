@@ -26,7 +26,7 @@ bool is_finite(const morphray::Vec3& p) {
 /// Asks about points in batches and gathers the answers.
 class PointAsker {
 public:
-    PointAsker(const Options& options, const morphray::Scene& scene)
+    PointAsker(const QueryOptions& options, const morphray::Scene& scene)
         : options_(options), scene_(scene), answers_(options.format, options.questions) {}
 
     void add(const morphray::Vec3& point) {
@@ -72,7 +72,7 @@ private:
         }
     }
 
-    const Options& options_;
+    const QueryOptions& options_;
     const morphray::Scene& scene_;
     std::vector<morphray::Vec3> points_;
     AnswerBatch batch_;
@@ -82,15 +82,15 @@ private:
 
 }  // namespace
 
-ExitCode run_query(const Options& options, const Messages& messages) {
+ExitCode run_query(const QueryOptions& options, const Messages& messages) {
     check_reports({options.out});
     const std::string text = read_input(options.point_file, "points");
-    const PosedScene scene(options, messages);
+    const PosedScene scene(options.source, options.backend, options.frame, messages);
     const std::string name = input_name(options.point_file);
     PointReader reader(name, text);
     PointAsker asker(options, scene.scene());
     const PointAnswers& answers = asker.answers();
-    Progress progress("asking", "point", reader.total(), progress_mode(options));
+    Progress progress("asking", reader.total(), messages);
     std::uint64_t answered = 0;
     for (morphray::Vec3 point; reader.next(point);) {
         asker.add(point);
@@ -99,7 +99,6 @@ ExitCode run_query(const Options& options, const Messages& messages) {
         progress.update(reader.position());
     }
     asker.flush();
-    progress.finish();
     if (asker.invalid() > 0) {
         messages.warn({shown(name), fmt::format("{} of {} points are not finite; they are outside "
                                                 "and have no closest point",

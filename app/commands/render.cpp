@@ -3,23 +3,20 @@
 
 #include <algorithm>
 #include <array>
-#include <exception>
 #include <filesystem>
+#include <future>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "app/backends/backends.h"
+#include "app/base/choices.h"
 #include "app/base/library_calls.h"
-#include "app/base/output_folder.h"
-#include "app/base/remedy_text.h"
 #include "app/clip/clip_scene.h"
 #include "app/clip/frames.h"
 #include "app/clip/render_command.h"
 #include "app/commands/commands.h"
-#include "app/commands/render/existing_image.h"
-#include "app/commands/render/frame_tasks.h"
-#include "app/commands/render/output_queue.h"
-#include "app/commands/render/scene_hash.h"
+#include "app/commands/render/outputs.h"
 #include "app/files/exr_writer.h"
 #include "app/report/render_report.h"
 #include "app/terminal/interrupt.h"
@@ -63,54 +60,37 @@ FrameReport report_frame(const ClipScene& scene, double frame_number, const morp
 }
 
 /// The kinds of rays that an image is made of.
-std::string rays_text(const Options& options) {
+std::string rays_text(const RenderOptions& options) {
     using morphray::Shading;
-    const Shading shading = *options.shading.shading;
-    if (shading == Shading::plain) return name_of_rays(options.view.rays);
+    const Shading shading = options.image.shading.shading;
+    if (shading == Shading::plain) return name_of_rays(options.image.view.rays);
     if (shading != Shading::lit) return name_of_rays(kRaysPrimary);
-    return options.view.ao_count == 0 ? "shadow" : "shadow, ao";
+    return options.image.view.ao_count == 0 ? "shadow" : "shadow, ao";
 }
 
-// Images that are encoded and written while the next is traced.
-constexpr std::size_t kMostBehind = 2;
-// Bytes of a pixel or sample of an image with its hits.
-constexpr std::uint64_t kTracedBytesPerPixel = 28;
-
-std::uint64_t pixel_count(const Options& options) {
-    return std::uint64_t{options.view.width} * options.view.height * *options.shading.samples;
-}
-
-/// How many images may be written behind: none of images so large that memory should not hold
-/// several.
-std::size_t images_behind(const Options& options, std::size_t frames) {
-    constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20;
-    if (pixel_count(options) * kTracedBytesPerPixel > kMostBytes) return 0;
-    return std::min(kMostBehind, std::max<std::size_t>(frames, 1) - 1);
+std::uint64_t pixel_count(const RenderOptions& options) {
+    const ViewSpec& view = options.image.view;
+    return std::uint64_t{view.width} * view.height * options.image.shading.samples;
 }
 
 /// Traces images while earlier ones are written, and the positions of the next frame are read.
 class Renderer {
 public:
-    Renderer(const Options& options, const Clip& clip, const std::vector<FrameTask>& tasks,
+    Renderer(const RenderOptions& options, const Clip& clip, const std::vector<FrameTask>& tasks,
              const std::filesystem::path& folder, const Messages& messages)
-        : options_(options),
-          messages_(messages),
-          folder_(folder),
-          clip_(clip),
-          tasks_(tasks),
-          behind_(images_behind(options, tasks.size())),
-          queue_(behind_) {
-        const ViewSpec& view = options.view;
+        : options_(options), messages_(messages), folder_(folder), clip_(clip), tasks_(tasks) {
+        const ViewSpec& view = options.image.view;
         if (!options.hits.empty() && !has_hits_folder(options))
             call_library([&] { hits_.emplace(view.width, view.height); });
         using morphray::Shading;
-        clip_hash_ = clip_hash(clip, *options.shading.shading == Shading::lit, options.lenient);
+        clip_hash_ = clip_hash(clip, options.image.shading.shading == Shading::lit,
+                               options.image.source.lenient);
         const Topology& topology = clip.topology();
         report_.head = {"render",   clip.name(), topology.triangles.size(), topology.vertex_count,
                         view.width, view.height};
         report_.rays = rays_text(options);
-        report_.shading = name_of(*options.shading.shading);
-        report_.samples = *options.shading.samples;
+        report_.shading = name_in<Shading>(kShadings, options.image.shading.shading);
+        report_.samples = options.image.shading.samples;
         prints_rows_ = !takes_stdout({options.json});
         std::size_t frame_width = 0;
         for (const FrameTask& task : tasks)
@@ -120,6 +100,7 @@ public:
             {"update ms"},          {"trace ms", 9},
             {"Mray/s", 7},          {"hits", fmt::format("{}", pixel_count(options)).size()},
             {"file", 0, false}};
+        header_ = header_text(columns_);
     }
 
     /// Takes the image of an earlier run, if there is one that counts.
@@ -147,7 +128,7 @@ public:
 
     /// Builds the tree; before the first render().
     void open(double first_frame) {
-        scene_.emplace(options_, clip_, first_frame, messages_);
+        scene_.emplace(options_.image, clip_, first_frame, messages_);
         report_.backend = scene_->scene().device().name();
         report_.device = scene_->scene().device().description();
     }
@@ -163,23 +144,30 @@ public:
         // Before the positions become those of the next frame.
         const std::uint64_t scene_hash = frame_hash(clip_hash_, scene_->positions());
         if (next) scene_->prepare(*next);
-        // The queue has left this image when it accepted the last one.
-        morphray::Image& traced = traced_[report_.frames.size() % (behind_ + 1)];
-        scene_->render(options_.view, options_.shading, traced);
+        // The one that is written is the other.
+        morphray::Image& traced = traced_[report_.frames.size() % traced_.size()];
+        scene_->render(options_.image.view, options_.image.shading, traced);
         FrameReport& report = report_.frames.emplace_back(
             report_frame(*scene_, frame, traced, !options_.json.empty()));
         report.file = tasks_[i].file;
         report.read_wait_ms = scene_->read_wait_ms();
         const Stopwatch watch;
-        queue_.add([this, i, scene_hash, &traced, row = row_of(report)] {
-            write(i, scene_hash, traced);
-            show(row);
-        });
+        wait();
+        writing_ =
+            std::async(std::launch::async, [this, i, scene_hash, &traced, row = row_of(report)] {
+                write(i, scene_hash, traced);
+                if (prints_rows_) messages_.print(std::exchange(header_, {}) + row);
+            });
         report_.frames.back().write_wait_ms = watch.ms();
+        // Memory should not hold several images that are large.
+        constexpr std::uint64_t kLargePixels = 9 << 20;
+        if (pixel_count(options_) > kLargePixels) wait();
     }
 
-    /// Waits until all images are written.
-    void wait() { queue_.finish(); }
+    /// Waits until all images are written. Throws the error of the last one.
+    void wait() {
+        if (writing_.valid()) writing_.get();
+    }
 
     /// Images that are there, or will be after wait().
     std::size_t finished() const { return report_.frames.size() + report_.kept.size(); }
@@ -192,7 +180,6 @@ public:
         report_.complete = complete;
         if (hits_) call_library([&] { hits_->write(options_.hits); });
         if (!options_.json.empty()) write_report(options_.json, to_json(report_));
-        if (print_failure_) std::rethrow_exception(print_failure_);
         if (prints_rows_ && !report_.kept.empty())
             messages_.print(fmt::format("{} image{} of an earlier run kept in {}\n",
                                         report_.kept.size(), report_.kept.size() == 1 ? "" : "s",
@@ -200,14 +187,15 @@ public:
     }
 
 private:
-    /// Writes the outputs of a task. Runs in the queue's thread.
+    /// Writes the outputs of a task. Runs in a thread of its own.
     void write(std::size_t i, std::uint64_t scene_hash, morphray::Image& traced) {
         const FrameTask& task = tasks_[i];
         const Stopwatch watch;
         if (hits_) call_library([&] { hits_->add(traced); });
-        const std::vector<PngText> texts = image_texts(options_, task.frame, scene_hash, traced);
+        const std::vector<PngText> texts =
+            image_texts(options_.image, task.frame, scene_hash, traced);
         if (const auto file = hits_file_of(options_, task); !file.empty()) {
-            morphray::HitsWriter hits(options_.view.width, options_.view.height);
+            morphray::HitsWriter hits(options_.image.view.width, options_.image.view.height);
             call_library([&] {
                 hits.add(traced);
                 hits.write(file);
@@ -215,7 +203,7 @@ private:
         }
         if (const auto file = exr_file_of(options_, folder_, task); !file.empty()) {
             const ExrColours colours =
-                options_.shading.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;
+                options_.image.shading.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;
             write_file(file, encode_exr(traced, colours, texts));
         }
         Image image{traced.width, traced.height, std::move(traced.pixels)};
@@ -236,19 +224,7 @@ private:
                 fmt::format("{}", frame.hits), (folder_ / frame.file).string()});
     }
 
-    /// Shows that the files of a task are written. Runs in the queue's thread. What cannot be
-    /// printed ends no render before finish().
-    void show(const std::string& row) {
-        if (!prints_rows_ || print_failure_) return;
-        try {
-            messages_.print(has_header_ ? row : header_text(columns_) + row);
-            has_header_ = true;
-        } catch (...) {
-            print_failure_ = std::current_exception();
-        }
-    }
-
-    const Options& options_;
+    const RenderOptions& options_;
     const Messages& messages_;
     std::filesystem::path folder_;
     const Clip& clip_;
@@ -256,37 +232,37 @@ private:
     std::uint64_t clip_hash_ = 0;
     std::optional<ClipScene> scene_;
     RenderReport report_;
-    // While the queue has tasks, its thread alone uses these.
+    // While an image is written, its thread alone uses these.
     std::optional<morphray::HitsWriter> hits_;
     std::vector<double> write_ms_;
     std::vector<Column> columns_;
     bool prints_rows_ = true;
-    bool has_header_ = false;
-    std::exception_ptr print_failure_;
-    std::size_t behind_;
-    /// The image that is traced, and those that are written.
-    std::array<morphray::Image, kMostBehind + 1> traced_;
-    /// Ends before what its tasks use.
-    OutputQueue queue_;
+    /// Empty once it is printed.
+    std::string header_;
+    /// The image that is traced, and the one that is written.
+    std::array<morphray::Image, 2> traced_;
+    /// Ends before what it uses.
+    std::future<void> writing_;
 };
 
 /// Refuses images whose samples are beyond what an image may have, though its pixels are not.
-void require_samples_fit(const Options& options) {
-    const std::uint32_t samples = *options.shading.samples;
+void require_samples_fit(const RenderOptions& options) {
+    const std::uint32_t samples = options.image.shading.samples;
     const std::uint64_t side = morphray::sample_side(samples);
-    const std::uint64_t width = options.view.width * side;
-    const std::uint64_t height = options.view.height * side;
+    const std::uint64_t width = options.image.view.width * side;
+    const std::uint64_t height = options.image.view.height * side;
     if (samples == 1 || (std::max(width, height) <= kMaxImageSide && width * height <= kMaxPixels))
         return;
-    throw Error(
-        ErrorKind::kLimit,
-        fmt::format("{}x{} pixels of {} samples are too many; at most {} a side and {} in "
-                    "all are possible, give a smaller --size or --samples",
-                    options.view.width, options.view.height, samples, kMaxImageSide, kMaxPixels));
+    throw Error(ErrorKind::kLimit,
+                fmt::format("{}x{} pixels of {} samples are too many; at most {} a side and {} in "
+                            "all are possible, give a smaller --size or --samples",
+                            options.image.view.width, options.image.view.height, samples,
+                            kMaxImageSide, kMaxPixels));
 }
 
 /// The tasks without an image of an earlier run.
-std::vector<std::size_t> tasks_left(const Options& options, std::size_t tasks, Renderer& renderer) {
+std::vector<std::size_t> tasks_left(const RenderOptions& options, std::size_t tasks,
+                                    Renderer& renderer) {
     std::vector<std::size_t> left;
     for (std::size_t i = 0; i < tasks; ++i) {
         throw_if_interrupted();
@@ -295,20 +271,24 @@ std::vector<std::size_t> tasks_left(const Options& options, std::size_t tasks, R
     return left;
 }
 
-ExitCode render_frames(Options options, const std::filesystem::path& folder,
-                       const Messages& messages) {
-    const std::unique_ptr<Clip> clip = open_clip(options, messages);
-    const std::vector<double> frames = select_frames(options, *clip, DefaultFrames::kAll);
+ExitCode render_frames(RenderOptions options, const Messages& messages) {
+    const std::unique_ptr<Clip> clip = open_clip(options.image.source, messages);
+    const std::vector<double> frames =
+        select_frames(options.frames, options.image.tree.build_at, *clip, DefaultFrames::kAll);
     const FrameDigits digits = digits_of(frames, *clip);
     require_distinct_names(options, frames, digits);
     // One tree for all runs.
-    if (!options.tree.build_at) options.tree.build_at = frames.front();
+    if (!options.image.tree.build_at) options.image.tree.build_at = frames.front();
     const std::vector<FrameTask> tasks = frame_tasks(options, frames, digits);
+    const std::filesystem::path folder = output_folder_of(options);
+    // Before the reports, which may be in it.
+    make_output_folder(folder);
+    check_reports({options.json, has_hits_folder(options) ? std::string() : options.hits});
     Renderer renderer(options, *clip, tasks, folder, messages);
     if (has_hits_folder(options)) make_output_folder(options.hits);
     const std::vector<std::size_t> left = tasks_left(options, tasks.size(), renderer);
     ExitCode code = ExitCode::kOk;
-    Progress progress("rendering", "frame", left.size(), progress_mode(options));
+    Progress progress("rendering", left.size(), messages);
     progress.prepare("tree");
     if (!left.empty()) renderer.open(tasks[left.front()].frame);
     for (std::size_t done = 0; done < left.size(); ++done) {
@@ -328,20 +308,15 @@ ExitCode render_frames(Options options, const std::filesystem::path& folder,
         }
         progress.update(done + 1);
     }
-    if (code == ExitCode::kOk) progress.finish();
     renderer.finish(code == ExitCode::kOk);
     return code;
 }
 
 }  // namespace
 
-ExitCode run_render(const Options& given, const Messages& messages) {
-    const Options options = with_render_defaults(given);
+ExitCode run_render(const RenderOptions& options, const Messages& messages) {
     require_samples_fit(options);
-    // Before the reports, which may be in it.
-    const OutputFolder folder(output_folder_of(options));
-    check_reports({options.json, has_hits_folder(options) ? std::string() : options.hits});
-    return render_frames(options, folder.path(), messages);
+    return render_frames(options, messages);
 }
 
 }  // namespace mray::app

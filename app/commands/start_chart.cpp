@@ -31,7 +31,7 @@ void become(const std::filesystem::path& program, std::vector<std::string> argum
 }
 
 // The other program parses the same arguments with the same code; nothing was written before.
-[[noreturn]] void become_chart_program(const Options& options) {
+[[noreturn]] void become_chart_program(const ChartOptions& options) {
     std::error_code error;
     const std::filesystem::path folder =
         std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
@@ -51,7 +51,7 @@ void become(const std::filesystem::path& program, std::vector<std::string> argum
 
 }  // namespace
 
-ExitCode run_chart(const Options& options, const Messages&) {
+ExitCode run_chart(const ChartOptions& options, const Messages&) {
     throw_if_interrupted();
     become_chart_program(options);
 }

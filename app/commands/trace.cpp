@@ -23,7 +23,7 @@ constexpr std::size_t kRaysOfBatch = std::size_t{1} << 16;
 /// Traces rays in batches and gathers their hits.
 class RayTracer {
 public:
-    RayTracer(const Options& options, const PosedScene& scene)
+    RayTracer(const TraceOptions& options, const PosedScene& scene)
         : options_(options), scene_(scene), answers_(options.format, options.all_hits) {}
 
     /// The numbers of the ray are floats.
@@ -70,7 +70,7 @@ private:
             answers_.add(all.of_ray(i), exponents_[i], all.left_out[i]);
     }
 
-    const Options& options_;
+    const TraceOptions& options_;
     const PosedScene& scene_;
     std::vector<morphray::Ray> rays_;
     /// The power of two that each ray's direction was divided by.
@@ -90,27 +90,25 @@ void trace_all(Reader reader, RayTracer& tracer, Progress& progress) {
         progress.update(reader.position());
     }
     tracer.flush();
-    progress.finish();
 }
 
 /// The number of rays, or of the lines of a text.
-std::uint64_t count_rays(const Options& options, std::string_view rays) {
+std::uint64_t count_rays(const TraceOptions& options, std::string_view rays) {
     constexpr std::size_t kRayBytes = 32;
     return options.binary_rays ? rays.size() / kRayBytes : count_lines(rays);
 }
 
 }  // namespace
 
-ExitCode run_trace(const Options& given, const Messages& messages) {
-    Options options = given;
-    options.lenient = options.allow_empty = true;
+ExitCode run_trace(const TraceOptions& given, const Messages& messages) {
+    TraceOptions options = given;
     options.hit_lists.cancel = &interrupt_flag();
     check_reports({options.out});
     const std::string rays = read_input(options.ray_file, "rays");
-    const PosedScene scene(options, messages);
+    const PosedScene scene(options.source, options.backend, options.frame, messages);
     const std::string name = input_name(options.ray_file);
     RayTracer tracer(options, scene);
-    Progress progress("tracing", "ray", count_rays(options, rays), progress_mode(options));
+    Progress progress("tracing", count_rays(options, rays), messages);
     if (options.binary_rays) {
         trace_all(RayBinaryReader(name, rays), tracer, progress);
     } else {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "app/base/numbers.h"
+#include "app/base/values.h"
 #include "app/report/report_head.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/interop/ray.h"

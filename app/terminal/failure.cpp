@@ -4,27 +4,59 @@
 
 #include <new>
 #include <stdexcept>
-#include <string_view>
 
-#include "app/base/remedy_text.h"
 #include "app/terminal/interrupt.h"
-#include "common/base/errors.h"
 #include "common/base/thread_errors.h"
 #include "common/base/watch.h"
 
 namespace mray::app {
+
+ExitCode exit_code_of(ErrorKind kind) {
+    switch (kind) {
+        case ErrorKind::kBadArgument:
+            return ExitCode::kUsage;
+        case ErrorKind::kBadInput:
+            return ExitCode::kBadInput;
+        case ErrorKind::kUnavailable:
+            return ExitCode::kUnavailable;
+        case ErrorKind::kOutput:
+            return ExitCode::kOutput;
+        case ErrorKind::kLimit:
+            return ExitCode::kLimit;
+        case ErrorKind::kDeviceLost:
+            return ExitCode::kDeviceLost;
+        case ErrorKind::kCancelled:
+            return static_cast<ExitCode>(128 + interrupt_signal());
+        case ErrorKind::kInternal:
+            break;
+    }
+    return ExitCode::kInternal;
+}
+
+const char* remedy_text(Remedy remedy) {
+    switch (remedy) {
+        case Remedy::kLenient:
+            return " or accept it with --lenient";
+        case Remedy::kReplaceMissing:
+            return ", or use --missing hold or --missing skip";
+        default:
+            return "";
+    }
+}
+
+std::string message_of(const Error& error) {
+    // Work that was given the flag of the signal does not know of signals.
+    if (error.what() == std::string(kWorkCancelled))
+        return "interrupted; finished results are kept";
+    return std::string(error.what()) + remedy_text(error.remedy());
+}
 
 Failure describe_failure(const std::exception_ptr& failure) {
     std::string internal;
     try {
         std::rethrow_exception(failure);
     } catch (const Error& error) {
-        if (error.kind() != ErrorKind::kCancelled)
-            return {message_of(error), exit_code_of(error.kind())};
-        // Work that was given the flag of the signal does not know of signals.
-        return {error.what() == std::string_view(kWorkCancelled) ? interrupt_message()
-                                                                 : message_of(error),
-                interrupt_exit_code()};
+        return {message_of(error), exit_code_of(error.kind())};
     } catch (const std::bad_alloc&) {
         return {"out of memory; choose a smaller scene or image, or raise the limit",
                 ExitCode::kLimit};

@@ -1,12 +1,39 @@
-// A failure in words and as an exit code.
+// Failures in words and as exit codes (docs/guide/exit_codes.md).
 #pragma once
 
 #include <exception>
 #include <string>
 
-#include "app/base/exit_code.h"
+#include "common/base/errors.h"
 
 namespace mray::app {
+
+enum class ExitCode : int {
+    kOk = 0,
+    kCheckFailed = 1,
+    kUsage = 2,
+    kBadInput = 3,
+    kUnavailable = 4,
+    kOutput = 5,
+    kLimit = 6,
+    kDeviceLost = 7,
+    kPartial = 8,
+    kInternal = 70,
+    kHungUp = 129,
+    kInterrupted = 130,
+    kTerminated = 143,
+};
+
+/// The exit code of a command that ended with an error of this kind; that of a signal for
+/// kCancelled.
+ExitCode exit_code_of(ErrorKind kind);
+
+/// The option that would avoid an error, such as " or accept it with --lenient"; empty for
+/// Remedy::kNone.
+const char* remedy_text(Remedy remedy);
+
+/// The error's message with the option that would avoid it.
+std::string message_of(const Error& error);
 
 struct Failure {
     /// One line, which says what to do.

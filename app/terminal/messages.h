@@ -5,7 +5,6 @@
 #include <string_view>
 #include <vector>
 
-#include "app/base/options.h"
 #include "common/base/warning.h"
 
 namespace mray::app {
@@ -13,15 +12,14 @@ namespace mray::app {
 /// All members may be called from any thread, warnings() while no other one warns.
 class Messages {
 public:
-    Messages() = default;
-    explicit Messages(const Options& options);
+    explicit Messages(bool quiet = false, bool verbose = false)
+        : quiet_(quiet), verbose_(verbose) {}
 
-    /// Writes one line to stderr: as it is if it begins with a file that exists or is one of the
-    /// command line, otherwise after "morphray: ". Ignores a failure to write.
+    /// Writes one line to stderr, after "morphray: ". Ignores a failure to write.
     void error(std::string_view message) const;
     /// As above, with the option that would avoid the error.
     void error(const Error& error) const;
-    /// Writes one line to stderr, after "morphray: " if the warning has no place.
+    /// Writes one line to stderr.
     void warn(const Warning& warning) const;
     /// All warnings so far, each as the line that was written without the program's name.
     const std::vector<std::string>& warnings() const { return warnings_; }
@@ -30,20 +28,11 @@ public:
 
     /// Writes results to stdout unless --quiet. Throws Error(kOutput) if that fails.
     void print(std::string_view text) const;
+    bool quiet() const { return quiet_; }
 
 private:
-    bool names_file(std::string_view message) const;
-
-    struct NamedFile {
-        std::string name;
-        /// Whether `name` is that of a sequence: its pattern up to the first '%' or '*'.
-        bool is_pattern = false;
-    };
-
-    /// Files of the command line, which a message may begin with instead of the program's name.
-    std::vector<NamedFile> files_ = {{"/dev/stdout"}, {"<stdin>"}};
-    bool quiet_ = false;
-    bool verbose_ = false;
+    bool quiet_;
+    bool verbose_;
     mutable std::vector<std::string> warnings_;
 };
 

@@ -42,7 +42,7 @@ std::string pixel_text(const PixelProbe& probe) {
     return text + (probe.hits[0] == probe.hits[1] ? "equal bit by bit\n" : "DIFFERENT\n");
 }
 
-Engine::Engine(const Options& options, const Clip& clip, const Messages& messages,
+Engine::Engine(const ImageOptions& options, const Clip& clip, const Messages& messages,
                std::function<void()> on_result)
     : options_(options),
       clip_(clip),
@@ -122,7 +122,7 @@ Engine::BackendScene& Engine::follow(const ImageRequest& request, BackendChoice 
     BackendScene& traced = scenes_[backend];
     const bool is_new = !traced.scene || traced.update != request.update;
     if (is_new) {
-        Options options = options_;
+        ImageOptions options = options_;
         options.backend.choice = backend;
         options.tree.update = request.update;
         options.tree.update_config.record_cost_ratio = true;

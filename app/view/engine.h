@@ -69,7 +69,7 @@ class Engine {
 public:
     /// `on_result` is called in the engine's thread whenever there is something to take. Messages,
     /// options, clip and on_result's context must outlive the engine.
-    Engine(const Options& options, const Clip& clip, const Messages& messages,
+    Engine(const ImageOptions& options, const Clip& clip, const Messages& messages,
            std::function<void()> on_result);
     /// Cancels, and waits for the thread.
     ~Engine();
@@ -100,7 +100,7 @@ private:
     void answer(const ProbeRequest& request);
     BackendScene& follow(const ImageRequest& request, BackendChoice backend);
 
-    const Options& options_;
+    const ImageOptions& options_;
     const Clip& clip_;
     const Messages& messages_;
     std::function<void()> on_result_;

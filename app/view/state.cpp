@@ -86,21 +86,21 @@ void Playback::step(int frames) {
     seek(std::round(frame_) + frames);
 }
 
-ViewState initial_state(const Options& options, const Clip& clip, double frame) {
+ViewState initial_state(const ViewOptions& options, const Clip& clip, double frame) {
     // Refuses impossible views with the messages of render.
-    ViewSpec spec = with_inside_view(options.view, clip);
+    ViewSpec spec = with_inside_view(options.image.view, clip);
     const ResolvedView view = resolve_view(spec, clip.bounds());
     spec.ao_count = std::max(spec.ao_count, 1u);
     make_image_params(spec, clip.bounds(), SceneSpace(clip.bounds()));
     ViewState state{.playback = Playback(clip.first_frame(), clip.last_frame(), frame),
-                    .camera = Camera(view, options.view.up, options.view.fov),
-                    .view = options.view};
+                    .camera = Camera(view, options.image.view.up, options.image.view.fov),
+                    .view = options.image.view};
     state.playback.playing = options.plays;
     state.view.light = view.light;
-    state.shading = options.shading.shading.value_or(Shading::lit);
-    state.update = options.tree.policy();
-    state.samples = options.shading.samples.value_or(state.samples);
-    state.backend = options.backend.choice;
+    state.shading = options.image.shading.shading;
+    state.update = options.image.tree.update;
+    state.samples = options.image.shading.samples;
+    state.backend = options.image.backend.choice;
     return state;
 }
 

@@ -104,9 +104,9 @@ struct ViewState {
     int box_depth = -1;
 };
 
-/// The state at the start. The options are those of with_render_defaults(). Throws Error for an
+/// The state at the start. Throws Error for an
 /// impossible view.
-ViewState initial_state(const Options& options, const Clip& clip, double frame);
+ViewState initial_state(const ViewOptions& options, const Clip& clip, double frame);
 
 /// The steps from a first, fast image to the one that is wanted, 0 being the first: a sample
 /// without ambient occlusion, a sample, and 4, 16 and 64 samples as far as ViewState::samples goes.

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "app/base/numbers.h"
+#include "app/base/values.h"
 #include "app/clip/frames.h"
 #include "app/terminal/interrupt.h"
 #include "app/view/controls.h"
@@ -32,15 +32,16 @@ std::uint32_t pixels_of(float length, float scale) {
 
 }  // namespace
 
-Viewer::Viewer(const Options& options, const Messages& messages)
+Viewer::Viewer(const ViewOptions& options, const Messages& messages)
     : options_(options),
-      clip_(open_clip(options_, messages)),
-      state_(initial_state(options_, *clip_, select_frame(options_, *clip_))),
+      clip_(open_clip(options_.image.source, messages)),
+      state_(initial_state(options_, *clip_,
+                           select_frame(options_.frame, options_.image.tree.build_at, *clip_))),
       first_camera_(state_.camera),
       window_("morphray view " + shown(clip_->name()),
               static_cast<int>(state_.view.width) + kPanelWidth,
               static_cast<int>(state_.view.height)),
-      engine_(options_, *clip_, messages, [] { Window::wake(); }) {}
+      engine_(options_.image, *clip_, messages, [] { Window::wake(); }) {}
 
 void Viewer::run() {
     last_ = Window::seconds();

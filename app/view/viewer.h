@@ -15,9 +15,9 @@ namespace mray::app {
 /// next image while this one is drawn, and no call waits for it.
 class Viewer {
 public:
-    /// The options are those of with_render_defaults(); `messages` must outlive it. Opens the
+    /// `messages` must outlive it. Opens the
     /// scene before the window. Throws Error.
-    Viewer(const Options& options, const Messages& messages);
+    Viewer(const ViewOptions& options, const Messages& messages);
 
     /// Returns when the window is closed, or after the screenshot that the options ask for. Throws
     /// Error.
@@ -29,7 +29,7 @@ private:
     bool take_image();
     void draw();
 
-    Options options_;
+    ViewOptions options_;
     std::unique_ptr<Clip> clip_;
     ViewState state_;
     Camera first_camera_;

@@ -23,7 +23,7 @@ TEST(Interrupt, FirstSignalIsNotedAndTheSecondOneEndsTheProcess) {
     EXPECT_EQ(code_of_child([] {
                   handle_signals();
                   ::raise(SIGTERM);
-                  return interrupted() ? static_cast<int>(interrupt_exit_code()) : 1;
+                  return interrupted() ? 128 + interrupt_signal() : 1;
               }),
               143);
     EXPECT_EQ(code_of_child([] {

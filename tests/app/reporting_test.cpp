@@ -150,53 +150,5 @@ TEST(Info, CountsTrianglesAndVertices) {
     EXPECT_EQ(json["trees"][0]["nodes"], 1);
 }
 
-// The objects of `--progress json`.
-std::vector<Json> progress_of(const Outcome& outcome) {
-    std::vector<Json> objects;
-    for (const std::string& line : lines(outcome.err)) objects.push_back(Json::parse(line));
-    return objects;
-}
-
-TEST(ProgressOption, JsonIsALineAnObjectOnStderrInEveryLongCommand) {
-    const TemporaryFolder folder;
-    const std::string out = folder.file("out");
-    const std::string rays = folder.write("rays", "0 9 0 0 -1 0\n# comment\n1 9 0 0 -1 0");
-    const std::string json = folder.file("report.json");
-    for (std::vector<std::string> line :
-         {std::vector<std::string>{"render", "builtin:cloth:300", "--frames", "0..2", "-o", out},
-          {"crosscheck", "builtin:cloth:300", "--frames", "0", "--rays", "primary", "-o", out},
-          {"profile", "builtin:cloth:300", "--frames", "0..2", "--repeat", "1", "--json", json},
-          {"profile", "builtin:cloth:300", "--frames", "0..2", "--repeat", "1", "--policies",
-           "refit", "--csv", json},
-          {"trace", "builtin:cloth:300", "--rays", rays, "-o", folder.file("hits")}}) {
-        const std::string command = line[0];
-        line.insert(line.end(), {"--backend", "cpu", "--progress", "json"});
-        if (command != "trace") line.insert(line.end(), {"--size", "32x32"});
-        const Outcome outcome = run(line);
-        EXPECT_EQ(outcome.code, 0) << outcome.err;
-        EXPECT_EQ(outcome.out.find("\"progress\""), std::string::npos) << outcome.out;
-        const std::vector<Json> objects = progress_of(outcome);
-        ASSERT_GE(objects.size(), 2u) << command;
-        EXPECT_EQ(objects.front()["done"], 0) << command;
-        EXPECT_EQ(objects.front()["left_s"], nullptr) << command;
-        const std::uint64_t total = objects.back()["total"];
-        EXPECT_EQ(objects.back()["done"], total) << command;
-        EXPECT_GE(total, 1u) << command;
-        std::uint64_t before = 0;
-        for (const Json& object : objects) {
-            EXPECT_EQ(object["schema"], "morphray/1");
-            EXPECT_EQ(object["progress"], objects.front()["progress"]);
-            EXPECT_EQ(object["total"], total);
-            const std::uint64_t done = object["done"];
-            EXPECT_GE(done, before);
-            before = done;
-            EXPECT_TRUE(object["elapsed_s"].is_number());
-            EXPECT_TRUE(object["step"].is_null() || object["step"].is_string());
-            EXPECT_TRUE(object["part"].is_null() || object["part"].is_number());
-            EXPECT_EQ(object.size(), 8u);
-        }
-    }
-}
-
 }  // namespace
 }  // namespace mray::test

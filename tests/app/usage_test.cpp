@@ -102,33 +102,6 @@ TEST(Usage, ImagesOfOtherKindsAreRefusedAndMakeNoFolder) {
 }
 
 /// Each line has an option that would do nothing there.
-TEST(Usage, OptionsWithoutEffectAreRefused) {
-    for (const auto& [line, option] : std::vector<std::pair<std::string, std::string>>{
-             {"render S --backend cpu --rays ao --shading lit", "--rays"},
-             {"render S --backend cpu --shading normal --ground", "--ground"},
-             {"render S --backend cpu --shading depth --light 1,2,3", "--light"},
-             {"render S --backend cpu --rays primary --ao-distance 3", "--ao-distance"},
-             {"render S --backend cpu --hits a.hits --samples 4", "--samples"},
-             {"render S --backend cpu --update refit --update-budget 3ms", "--update-budget"},
-             {"render S --backend cpu --update rebuild --refit-on cpu", "--refit-on"},
-             {"render S --backend cpu --device 0", "--device"},
-             {"crosscheck S --rays shadow --ao-samples 3", "--ao-samples"},
-             {"crosscheck S --backend cpu --validate", "--validate"},
-             {"profile S --backend vulkan --simd scalar", "--simd"},
-             {"profile S --policies refit --update auto", "--update"},
-             {"profile S --plot a.svg", "--plot"},
-             {"trace S --rays - -o - --max-hits 3", "--all"},
-             {"query S --points - --ask winding --rule odd", "--rule"},
-             {"info --bvh", "--bvh"},
-             {"info S --threads 2", "--threads"}}) {
-        std::istringstream words(line);
-        std::vector<std::string> arguments(std::istream_iterator<std::string>(words), {});
-        std::replace(arguments.begin(), arguments.end(), std::string("S"),
-                     std::string("builtin:cloth:500"));
-        expect_refused(arguments, 2, option);
-    }
-}
-
 TEST(Usage, NegativeCoordinatesAreValuesNotOptions) {
     TemporaryFolder folder;
     const Outcome outcome =

@@ -83,33 +83,6 @@ TEST(WithVulkan, SequenceThatChangesItsFacesIsRefusedUnderEveryUpdate) {
     expect_changed_faces_refused("vulkan");
 }
 
-TEST(WithVulkan, RenderDoesNotDependOnWhereItTracesAndRefits) {
-    const auto hashes = [](std::vector<std::string> more) {
-        TemporaryFolder folder;
-        std::vector<std::string> all = {"render",   "builtin:twist:800",
-                                        "--size",   "24x24",
-                                        "--frames", "0..4:2",
-                                        "--rays",   "ao",
-                                        "--json",   "-",
-                                        "--out",    folder.file("out")};
-        all.insert(all.end(), more.begin(), more.end());
-        const Outcome outcome = run(all);
-        EXPECT_EQ(outcome.code, 0) << outcome.err;
-        std::string text;
-        const Json json = Json::parse(outcome.out);
-        for (const Json& frame : json["frames"]) {
-            for (const char* hash : {"hits_hash", "image_hash", "bvh_hash"}) {
-                text += frame[hash].get<std::string>() + " ";
-            }
-        }
-        return text;
-    };
-    const std::string expected = hashes({"--backend", "cpu"});
-    EXPECT_EQ(hashes({"--backend", "vulkan"}), expected);
-    EXPECT_EQ(hashes({"--backend", "vulkan", "--refit-on", "cpu"}), expected);
-    EXPECT_EQ(hashes({"--backend", "cpu", "--refit-on", "vulkan"}), expected);
-}
-
 TEST(WithVulkan, TraceAnswersLikeTheCpu) {
     std::string rays;
     for (int i = 0; i < 200; ++i) {

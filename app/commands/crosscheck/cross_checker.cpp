@@ -53,16 +53,15 @@ CheckedBackends make_checked_backends(const BackendOptions& options,
     return backends;
 }
 
-CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double first_frame,
+CrossChecker::CrossChecker(const CrosscheckOptions& options, SceneFrames& scene, double first_frame,
                            CheckedBackends& backends)
     : options_(options),
       scene_(scene),
       simd_(simd_to_check(options.backend.simd)),
       backends_(backends) {
     const Topology& topology = scene.clip().topology();
-    const double build_at = options.tree.build_at.value_or(first_frame);
-    const std::span<const vec3> positions = scene.positions(build_at);
-    const Bvh built = build_bvh(topology, positions, build_config(options));
+    const std::span<const vec3> positions = scene.positions(first_frame);
+    const Bvh built = build_bvh(topology, positions, build_config(options.split, options.backend));
     const auto set_scene = [&](BackendPair& pair) {
         pair.refits->set_scene(topology, positions, built);
         pair.given->set_scene(topology, positions, built);
@@ -94,7 +93,7 @@ std::size_t CrossChecker::variant_count(std::uint32_t rays) const {
 }
 
 ImageParams CrossChecker::params_for(std::uint32_t rays) const {
-    ImageParams params = image_params(options_, scene_);
+    ImageParams params = image_params(options_.view, scene_);
     params.rays = rays;
     return params;
 }
@@ -210,7 +209,8 @@ CheckedFrame CrossChecker::check(double frame, const std::vector<std::uint32_t>&
     const std::span<const vec3> positions = scene_.positions(frame);
     on_image_("tree", false);
     refit(backends_.cpu, positions);
-    const Bvh rebuilt = build_bvh(scene_.clip().topology(), positions, build_config(options_));
+    const Bvh rebuilt = build_bvh(scene_.clip().topology(), positions,
+                                  build_config(options_.split, options_.backend));
     trace_reference(positions, rebuilt, rays);
     ask_reference(positions, frame);
     CheckedFrame checked;

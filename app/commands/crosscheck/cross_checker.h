@@ -69,10 +69,10 @@ public:
     /// are compared.
     using OnImage = std::function<void(const std::string& name, bool is_compared)>;
 
-    /// Builds at options.tree.build_at or at `first_frame`. Checks only the CPU without a device,
+    /// Builds at `first_frame`. Checks only the CPU without a device,
     /// and only Vulkan if options choose it. The backends take this scene. Throws what clip,
     /// builder and backends throw.
-    CrossChecker(const Options& options, SceneFrames& scene, double first_frame,
+    CrossChecker(const CrosscheckOptions& options, SceneFrames& scene, double first_frame,
                  CheckedBackends& backends);
 
     /// Compares one frame for every kind of `rays`.
@@ -120,7 +120,7 @@ private:
     void refit(BackendPair& pair, std::span<const vec3> positions);
     ImageParams params_for(std::uint32_t rays) const;
 
-    const Options& options_;
+    const CrosscheckOptions& options_;
     SceneFrames& scene_;
     /// Instruction sets to check.
     std::vector<std::string> simd_;

@@ -6,8 +6,8 @@
 #include <span>
 #include <utility>
 
-#include "app/base/remedy_text.h"
 #include "app/clip/frames.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 
@@ -15,16 +15,16 @@ namespace mray::app {
 namespace {
 
 /// The kinds of rays that are compared.
-std::vector<std::uint32_t> rays_of(const Options& options) {
-    if (options.rays_given) return {options.view.rays};
+std::vector<std::uint32_t> rays_of(const CrosscheckOptions& options) {
+    if (options.rays) return {*options.rays};
     return {kRaysPrimary, kRaysShadow, kRaysAo};
 }
 
 /// Runs the frames and gathers what the reports need.
 class FrameChecks {
 public:
-    FrameChecks(const Options& options, SceneFrames& scene, const SceneCheckContext& context,
-                CheckReport& report)
+    FrameChecks(const CrosscheckOptions& options, SceneFrames& scene,
+                const SceneCheckContext& context, CheckReport& report)
         : rays_(rays_of(options)),
           checker_(options, scene, report.frames.front(), *context.backends),
           report_(report) {
@@ -60,10 +60,8 @@ private:
     CheckReport& report_;
 };
 
-ExitCode check_frames(FrameChecks& checks, const Options& options, const Messages& messages,
-                      CheckReport& report) {
-    Progress progress("comparing", "image", report.frames.size() * checks.comparisons(),
-                      progress_mode(options));
+ExitCode check_frames(FrameChecks& checks, const Messages& messages, CheckReport& report) {
+    Progress progress("comparing", report.frames.size() * checks.comparisons(), messages);
     for (std::size_t i = 0; i < report.frames.size(); ++i) {
         try {
             checks.check(report.frames[i], progress);
@@ -75,29 +73,27 @@ ExitCode check_frames(FrameChecks& checks, const Options& options, const Message
             return ExitCode::kPartial;
         }
     }
-    progress.finish();
     return ExitCode::kOk;
 }
 
 }  // namespace
 
-ExitCode check_scene(const Options& options, const SceneCheckContext& context,
+ExitCode check_scene(const CrosscheckOptions& options, const SceneCheckContext& context,
                      CheckReport& report) {
-    SceneFrames scene = open_frames(options, context.messages);
+    SceneFrames scene(open_clip(options.source, context.messages));
     const Clip& clip = scene.clip();
     const Topology& topology = clip.topology();
     report.head = {"crosscheck",          clip.name(),        topology.triangles.size(),
                    topology.vertex_count, options.view.width, options.view.height};
-    report.frames = select_frames(options, clip, DefaultFrames::kFew);
-    report.build_at = options.tree.build_at.value_or(report.frames.front());
+    report.frames = select_frames(options.frames, std::nullopt, clip, DefaultFrames::kFew);
+    report.build_at = report.frames.front();
     if (!context.backends)
         context.backends =
             make_checked_backends(options.backend, context.devices, context.messages);
-    std::optional<Progress> building(std::in_place, "building the tree", "", 0,
-                                     progress_mode(options));
+    std::optional<Progress> building(std::in_place, "building the tree", 0, context.messages);
     FrameChecks checks(options, scene, context, report);
     building.reset();
-    return check_frames(checks, options, context.messages, report);
+    return check_frames(checks, context.messages, report);
 }
 
 }  // namespace mray::app

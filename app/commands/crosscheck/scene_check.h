@@ -4,10 +4,10 @@
 #include <optional>
 #include <vector>
 
-#include "app/base/exit_code.h"
 #include "app/base/options.h"
 #include "app/commands/crosscheck/cross_checker.h"
 #include "app/report/crosscheck/check_report.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
 
 namespace mray::app {
@@ -21,9 +21,10 @@ struct SceneCheckContext {
     std::optional<CheckedBackends>& backends;
 };
 
-/// Checks all frames of options.scene. `report` has what was compared also if this throws. Returns
-/// kPartial, after a message, if a frame after the first one cannot be read. Throws what scene,
-/// builder and backends throw.
-ExitCode check_scene(const Options& options, const SceneCheckContext& context, CheckReport& report);
+/// Checks all frames of options.source.scene. `report` has what was compared also if this throws.
+/// Returns kPartial, after a message, if a frame after the first one cannot be read. Throws what
+/// scene, builder and backends throw.
+ExitCode check_scene(const CrosscheckOptions& options, const SceneCheckContext& context,
+                     CheckReport& report);
 
 }  // namespace mray::app

@@ -9,7 +9,7 @@
 #include "app/base/options.h"
 #include "app/report/report_head.h"
 #include "common/report/compare.h"
-#include "common/report/json_writer.h"
+#include "app/report/json_parts.h"
 #include "morphray/device.hpp"
 
 namespace mray::app {
@@ -136,12 +136,12 @@ std::string to_junit(const CheckRun& run);
 
 /// HTML that needs no other file and no network. It holds the object of --json with one more
 /// member, "details": the pixels, commands and difference images of rows that differ.
-std::string to_html(const Options& options, const CheckRun& run);
+std::string to_html(const CrosscheckOptions& options, const CheckRun& run);
 
 /// The first differing pixels of a comparison with both values, exactly, and for each the commands
 /// that trace it as the reference and as the variant. `build_at` is the frame that the refitted
 /// tree was built at.
-std::string describe_row(const Options& options, const CheckRow& row, double build_at);
+std::string describe_row(const CrosscheckOptions& options, const CheckRow& row, double build_at);
 
 /// "frame 3, vulkan, rebuild, against brute: 3 rays differ in all hits".
 std::string query_text(const QueryRow& row);
@@ -154,6 +154,6 @@ std::string table_text(const CheckReport& report);
 std::string summary_text(const CheckReport& report);
 
 /// Everything about the scenes, one after the other; nothing about a scene that was not begun.
-std::string run_text(const Options& options, const CheckRun& run);
+std::string run_text(const CrosscheckOptions& options, const CheckRun& run);
 
 }  // namespace mray::app

@@ -93,13 +93,13 @@ Json environment_json(const CheckEnvironment& environment) {
 constexpr std::size_t kDescribedRows = 100;
 
 /// Describes the rows that differ.
-Json details_of(const Options& options, const CheckRun& run) {
+Json details_of(const CrosscheckOptions& options, const CheckRun& run) {
     Json details = Json::array();
-    Options one = options;
+    CrosscheckOptions one = options;
     std::size_t described = 0;
     for (std::size_t scene = 0; scene < run.scenes.size(); ++scene) {
         const CheckReport& report = run.scenes[scene];
-        one.scene = report.spec;
+        one.source.scene = report.spec;
         for (std::size_t row = 0; row < report.rows.size(); ++row) {
             if (report.rows[row].equal() || ++described > kDescribedRows) continue;
             details.push_back({{"scene", scene},
@@ -133,7 +133,7 @@ Json crosscheck_json(const CheckRun& run) {
 
 std::string to_json(const CheckRun& run) { return json_text(crosscheck_json(run)); }
 
-std::string to_html(const Options& options, const CheckRun& run) {
+std::string to_html(const CrosscheckOptions& options, const CheckRun& run) {
     Json report = crosscheck_json(run);
     report["details"] = details_of(options, run);
     std::string json = json_text(report, -1);

@@ -75,28 +75,23 @@ std::string compared_queries(const CheckReport& report) {
     return text;
 }
 
-/// The `morphray probe` that traces one pixel of options.scene as the row's variant did, or as its
-/// reference. `build_at` is the frame that the refitted tree was built at.
-std::string probe_command(const Options& options, const CheckRow& row, const PixelDifference& pixel,
-                          double build_at, bool reference) {
-    std::vector<std::string> line = {"morphray", "probe", options.scene};
+/// The `morphray probe` that traces one pixel of options.source.scene as the row's variant did, or
+/// as its reference. `build_at` is the frame that the refitted tree was built at.
+std::string probe_command(const CrosscheckOptions& options, const CheckRow& row,
+                          const PixelDifference& pixel, double build_at, bool reference) {
+    std::vector<std::string> line = {"morphray", "probe", options.source.scene};
     const auto add = [&line](const char* name, const std::string& value) {
         line.insert(line.end(), {name, value});
     };
     add("--frame", fmt::format("{}", row.frame));
     add("--pixel", fmt::format("{},{}", pixel.x, pixel.y));
-    add("--size", fmt::format("{}x{}", options.view.width, options.view.height));
     add("--rays", row.rays);
-    // Pairs of a name and a value; probe refuses those that have no effect on these rays.
-    const std::vector<std::string> viewed = scene_view_arguments(options);
-    for (std::size_t i = 0; i + 1 < viewed.size(); i += 2) {
-        const std::string& name = viewed[i];
-        if (name.starts_with("--ao-") && row.rays != "ao") continue;
-        if (name == "--light" && row.rays != "shadow") continue;
-        add(name.c_str(), viewed[i + 1]);
-    }
-    if (options.allow_empty) line.push_back("--allow-empty");
-    if (options.lenient) line.push_back("--lenient");
+    const std::uint32_t rays = row.rays == "ao"       ? kRaysAo
+                               : row.rays == "shadow" ? kRaysShadow
+                                                      : kRaysPrimary;
+    for (const auto& part : {arguments_of(options.view, rays, false), arguments_of(options.source)})
+        line.insert(line.end(), part.begin(), part.end());
+    if (options.split != SplitMethod::kBinned) add("--build", "sweep");
     const std::string& backend = reference ? row.reference : row.backend;
     add("--backend", backend);
     if (backend == "cpu") add("--simd", reference || row.simd.empty() ? "off" : row.simd);
@@ -113,7 +108,7 @@ std::string probe_command(const Options& options, const CheckRow& row, const Pix
 
 }  // namespace
 
-std::string describe_row(const Options& options, const CheckRow& row, double build_at) {
+std::string describe_row(const CrosscheckOptions& options, const CheckRow& row, double build_at) {
     std::string text = fmt::format("\nframe {}, {}, {}: {}\n", row.frame, row.variant(), row.rays,
                                    describe(row.difference));
     const auto& pixels = row.difference.first;
@@ -167,15 +162,15 @@ std::string summary_text(const CheckReport& report) {
     return text;
 }
 
-std::string run_text(const Options& options, const CheckRun& run) {
+std::string run_text(const CrosscheckOptions& options, const CheckRun& run) {
     std::string text;
-    Options one = options;
+    CrosscheckOptions one = options;
     for (const CheckReport& report : run.scenes) {
         if (report.comparisons() == 0) continue;
         if (run.scenes.size() > 1)
             text += fmt::format("{}{}\n\n", text.empty() ? "" : "\n", report.spec);
         text += table_text(report);
-        one.scene = report.spec;
+        one.source.scene = report.spec;
         std::size_t shown = 0;
         for (const CheckRow& row : report.rows) {
             if (row.equal() || ++shown > kShownRows) continue;

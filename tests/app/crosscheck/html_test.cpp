@@ -28,7 +28,7 @@ Json embedded(const std::string& page) {
 }
 
 std::string page_of(const app::CheckRun& run) {
-    app::Options options;
+    app::CrosscheckOptions options;
     options.view.width = run.scenes[0].head.width;
     options.view.height = run.scenes[0].head.height;
     return app::to_html(options, run);

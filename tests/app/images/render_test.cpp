@@ -361,17 +361,6 @@ TEST(Render, BadFirstFrameLeavesNothing) {
     EXPECT_EQ(folder.names(), (Names{"s", "s/f_0.obj", "s/f_1.obj"}));
 }
 
-TEST(Render, EmptySceneIsRefusedUnlessAllowed) {
-    TemporaryFolder folder;
-    const std::string scene = folder.write("empty.obj", "# nothing\n");
-    const Outcome refused = render(scene, folder);
-    EXPECT_EQ(refused.code, 3);
-    EXPECT_TRUE(refused.err.starts_with(scene + ": ")) << refused.err;
-    EXPECT_EQ(folder.names(), Names{"empty.obj"});
-    EXPECT_EQ(render(scene, folder, {"--allow-empty"}).code, 0);
-    EXPECT_TRUE(std::filesystem::exists(folder.path() / "out/frame_0000.png"));
-}
-
 TEST(Render, LenientAcceptsVerticesThatAreNotFinite) {
     TemporaryFolder folder;
     const std::string scene = folder.write("nan.obj", unit_triangle() + "v nan 0 0\nf 1 2 4\n");

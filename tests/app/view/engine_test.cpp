@@ -19,12 +19,13 @@ namespace {
 class EngineTest : public testing::Test {
 protected:
     explicit EngineTest(const std::string& scene = "builtin:cloth:2000")
-        : options_(with_render_defaults(
+        : given_(std::get<ViewOptions>(
               *parse_command_line(
                    std::vector<std::string>{"view", scene, "--backend", "cpu", "--size", "64x48"})
                    .options)),
-          clip_(open_scene(options_.scene, {})),
-          state_(initial_state(options_, *clip_, 2)) {}
+          options_(given_.image),
+          clip_(open_scene(scene, {})),
+          state_(initial_state(given_, *clip_, 2)) {}
 
     std::function<void()> signal() {
         return [this] { results_.release(); };
@@ -44,7 +45,8 @@ protected:
         }
     }
 
-    Options options_;
+    ViewOptions given_;
+    ImageOptions options_;
     std::unique_ptr<Clip> clip_;
     ViewState state_;
     Messages messages_;
@@ -59,7 +61,7 @@ TEST_F(EngineTest, ImagesAreThoseOfTheLibrary) {
         engine.post(request);
         const std::unique_ptr<TracedImage> image = wait_for(engine, request);
         ASSERT_EQ(image->panes.size(), 1u) << image->error;
-        Options options = options_;
+        ImageOptions options = options_;
         ClipScene scene(options, *clip_, frame, messages_);
         ShadingOptions shading;
         shading.shading = request.shading;

@@ -89,14 +89,14 @@ TEST(Playback, StepsByWholeFrames) {
     EXPECT_EQ(playback.frame(), 0);
 }
 
-Options view_options(std::vector<std::string> more) {
+ViewOptions view_options(std::vector<std::string> more) {
     std::vector<std::string> line = {"view", "builtin:cloth:500", "--backend", "cpu"};
     line.insert(line.end(), more.begin(), more.end());
-    return with_render_defaults(*parse_command_line(line).options);
+    return std::get<ViewOptions>(*parse_command_line(line).options);
 }
 
-ViewState state_of(const Options& options) {
-    const std::unique_ptr<Clip> clip = open_scene(options.scene, {});
+ViewState state_of(const ViewOptions& options) {
+    const std::unique_ptr<Clip> clip = open_scene(options.image.source.scene, {});
     return initial_state(options, *clip, 3);
 }
 
@@ -120,7 +120,7 @@ TEST(ViewState, RefinesFromOneSampleWithoutAmbientOcclusion) {
 }
 
 TEST(ViewState, AnImpossibleViewIsRefused) {
-    const Options options = view_options({"--eye", "1,1,1", "--target", "1,1,1"});
+    const ViewOptions options = view_options({"--eye", "1,1,1", "--target", "1,1,1"});
     EXPECT_THROW(state_of(options), Error);
 }
 

@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-#include "app/base/exit_code.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/interrupt.h"
 #include "cpu/cpu_backend.h"
 #include "tests/fuzz/generate/generator.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <exception>
 
-#include "app/base/exit_code.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
 #include "tests/fuzz/run/campaign.h"

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <limits>
 
-#include "app/base/exit_code.h"
+#include "app/terminal/failure.h"
 
 namespace mray::fuzz {
 namespace {

@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <exception>
 
-#include "app/base/exit_code.h"
+#include "app/terminal/failure.h"
 #include "common/base/errors.h"
 #include "common/report/guarded_run.h"
 #ifdef MORPHRAY_HAS_VULKAN

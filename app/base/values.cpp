@@ -1,13 +1,15 @@
-#include "app/base/numbers.h"
+#include "app/base/values.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <vector>
 
 #include "common/base/errors.h"
+#include "common/text/nearest_name.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 
@@ -88,6 +90,60 @@ Pixel parse_pixel(std::string_view option, std::string_view text) {
         xy[i] = static_cast<std::uint32_t>(*value);
     }
     return {xy[0], xy[1]};
+}
+
+std::string update_forms() {
+    std::string forms;
+    for (const PolicyForm& form : policy_forms()) {
+        if (!forms.empty()) forms += '|';
+        forms += form.form;
+    }
+    return forms;
+}
+
+PolicySpec parse_update(std::string_view option, const std::string& text) {
+    try {
+        return parse_policy(text);
+    } catch (const Error& error) {
+        std::vector<std::string> names;
+        for (const PolicyForm& form : policy_forms()) names.emplace_back(form.form);
+        throw Error(error.kind(),
+                    fmt::format("{}: {}{}", option, error.what(), suggestion(text, names)));
+    }
+}
+
+std::vector<PolicySpec> parse_updates(std::string_view option, const std::string& text) {
+    std::vector<PolicySpec> policies;
+    for (const std::string_view part : split(text, ',')) {
+        policies.push_back(parse_update(option, std::string(part)));
+        if (std::count(policies.begin(), policies.end(), policies.back()) > 1) {
+            throw Error(ErrorKind::kBadArgument,
+                        fmt::format("{}: {} is given twice", option, text_of(policies.back())));
+        }
+    }
+    return policies;
+}
+
+void parse_update_budget(std::string_view option, const std::string& text, UpdateConfig& config) {
+    const bool in_ms = text.ends_with("ms");
+    const bool in_percent = text.ends_with('%');
+    const std::string number = text.substr(0, text.size() - (in_ms ? 2 : in_percent ? 1 : 0));
+    const std::optional<double> value = parse_finite_double(number);
+    if (!(in_ms || in_percent) || !value || *value <= 0) {
+        usage(option, text, "a part of a frame such as 50% or a time such as 2ms");
+    }
+    config.budget_ms = in_ms ? *value : 0;
+    if (in_percent) config.budget = *value / 100;
+}
+
+void reject_choice(std::string_view option, std::string_view text,
+                   std::span<const std::string> names) {
+    // A GPU is a Vulkan device.
+    const bool has_vulkan = std::ranges::count(names, "vulkan") > 0;
+    const std::string hint =
+        text == "gpu" && has_vulkan ? "; did you mean vulkan?" : suggestion(text, names);
+    throw Error(ErrorKind::kBadArgument, fmt::format("{}: '{}' is not one of {}{}", option, text,
+                                                     fmt::join(names, ", "), hint));
 }
 
 std::string brief_count(double count) {

@@ -1,13 +1,20 @@
-// The rows of a table on stdout, as they are made.
+// What both kinds of profile have in common, and the one that compares policies.
 #pragma once
 
 #include <exception>
 #include <string>
 #include <string_view>
 
+#include "app/base/options.h"
+#include "app/report/report_head.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
+#include "scenes/clip.h"
 
 namespace mray::app {
+
+/// The head of a profile's report.
+ReportHead profile_head(const ProfileOptions& options, const Clip& clip);
 
 /// Prints rows as they are made. What cannot be printed ends no measurement before finish().
 class ShownRows {
@@ -27,5 +34,8 @@ private:
     bool is_shown_;
     std::exception_ptr failure_;
 };
+
+/// morphray profile --policies: compares update policies over a clip.
+ExitCode profile_policies(const ProfileOptions& options, const Messages& messages);
 
 }  // namespace mray::app

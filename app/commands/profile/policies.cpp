@@ -1,4 +1,4 @@
-#include "app/commands/profile/profile_policies.h"
+#include "app/commands/profile/parts.h"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,6 @@
 
 #include "app/backends/backends.h"
 #include "app/clip/frames.h"
-#include "app/commands/profile/profile_head.h"
-#include "app/commands/profile/shown_rows.h"
 #include "app/report/policy_report.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
@@ -48,7 +46,7 @@ void require_plotter(const std::string& file) {
     plot::require_gnuplot("--plot");
 }
 
-void publish(const PolicyReport& report, const Options& options, const ShownRows& shown,
+void publish(const PolicyReport& report, const ProfileOptions& options, const ShownRows& shown,
              const Messages& messages) {
     if (!options.json.empty()) write_report(options.json, to_json(report));
     if (!options.csv.empty()) write_report(options.csv, policy_frames_table(report.backends).csv());
@@ -59,19 +57,18 @@ void publish(const PolicyReport& report, const Options& options, const ShownRows
 
 }  // namespace
 
-ExitCode profile_policies(const Options& options, const Messages& messages) {
+ExitCode profile_policies(const ProfileOptions& options, const Messages& messages) {
     check_reports({options.json, options.csv, options.plot});
     if (!options.plot.empty()) require_plotter(options.plot);
-    SceneFrames scene = open_frames(options, messages);
-    const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kAll);
+    SceneFrames scene(open_clip(options.source, messages));
+    const std::vector<double> frames =
+        select_frames(options.frames, options.tree.build_at, scene.clip(), DefaultFrames::kAll);
     PolicyReport report;
     report.head = profile_head(options, scene.clip());
     report.rays = name_of_rays(options.view.rays);
-    report.repeat = options.repeat;
-    const std::vector<BackendChoice> choices = profiled_backends(options, messages);
-    const std::vector<PolicySpec> policies =
-        options.policies.empty() ? std::vector{options.tree.policy()} : options.policies;
-    const RoundLines lines(policies, options.repeat);
+    report.repeat = *options.repeat;
+    const std::vector<BackendChoice> choices = profiled_backends(options.backend, messages);
+    const RoundLines lines(options.policies, *options.repeat);
     ShownRows shown(lines.header(), !takes_stdout({options.json, options.csv}), messages);
     const auto add_row = [&](int round, const PolicyRun& run) { shown.add(lines.row(round, run)); };
     std::optional<Progress> progress;
@@ -81,21 +78,19 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
         const std::string name = backend->info().name;
         PolicyRunner runner(scene, frames, with_inside_view(options.view, scene.clip()),
                             {.update = options.tree.update_config,
-                             .build = build_config(options),
+                             .build = build_config(options.tree.split, options.backend),
                              .build_at = options.tree.build_at},
-                            options.repeat, std::move(backend));
-        const std::size_t expected = runner.expected_frames(policies.size());
-        if (!progress)
-            progress.emplace("measuring", "image", expected * choices.size(),
-                             progress_mode(options));
+                            *options.repeat, std::move(backend));
+        const std::size_t expected = runner.expected_frames(options.policies.size());
+        if (!progress) progress.emplace("measuring", expected * choices.size(), messages);
         const auto begin_frame = [&] {
             throw_if_interrupted();
             progress->update(done++);
-            progress->begin(name, StepPart::kShown);
+            progress->begin(name, StepPart::kHidden);
         };
-        report.backends.push_back(runner.compare(policies, begin_frame, add_row));
+        report.backends.push_back(runner.compare(options.policies, begin_frame, add_row));
     }
-    progress->finish();
+    progress.reset();
     publish(report, options, shown, messages);
     return ExitCode::kOk;
 }

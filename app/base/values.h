@@ -1,10 +1,14 @@
-// Numbers as values of options: read without the locale, never silently clamped.
+// Values of options: numbers are read without the locale, and never silently clamped.
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/scene/camera_setup.h"
+#include "common/update/policy/update_policy.h"
 
 namespace mray::app {
 
@@ -23,8 +27,6 @@ double parse_number(std::string_view option, std::string_view text);
 /// `x,y,z`, each as in parse_number.
 Point parse_point(std::string_view option, std::string_view text);
 
-/// `x0,y0,z0,x1,y1,z1`: finite numbers within the range of floats, lower <= upper on each axis.
-
 struct Size {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
@@ -38,6 +40,19 @@ struct Pixel {
 };
 /// `X,Y`, each at most 65535.
 Pixel parse_pixel(std::string_view option, std::string_view text);
+
+/// "refit|rebuild|...": the forms of all policies.
+std::string update_forms();
+/// As parse_policy(), with errors that name the option and suggest a policy.
+PolicySpec parse_update(std::string_view option, const std::string& text);
+/// Policies separated by commas, each at most once.
+std::vector<PolicySpec> parse_updates(std::string_view option, const std::string& text);
+/// Reads "30%" of a frame or "2.5ms", above 0, into `config`.
+void parse_update_budget(std::string_view option, const std::string& text, UpdateConfig& config);
+
+/// Throws Error(kBadArgument), which lists the names and suggests a similar one.
+[[noreturn]] void reject_choice(std::string_view option, std::string_view text,
+                                std::span<const std::string> names);
 
 /// "512", "9999", "60 k" or "2.1 M".
 std::string brief_count(double count);

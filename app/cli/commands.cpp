@@ -1,0 +1,460 @@
+#include "app/cli/commands.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <limits>
+
+#include "app/cli/option_groups.h"
+#include "app/terminal/messages.h"
+#include "common/base/errors.h"
+#include "common/text/text_parts.h"
+
+namespace mray::app {
+namespace {
+
+constexpr const char* kFewFrames = "the first, those at a quarter and a half, the last";
+constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a GPU, else the CPU";
+
+[[noreturn]] void refuse(const std::string& message) {
+    throw Error(ErrorKind::kBadArgument, message);
+}
+
+/// Adds commands, each of which fills its own structure.
+class CommandAdder {
+public:
+    CommandAdder(CLI::App& app, ParsedCommandLine& parsed) : app_(app), parsed_(parsed) {}
+
+    /// Adds a command whose options `define(command, options)` adds; it may return what completes
+    /// the options after the parse.
+    template <class Options, class Define>
+    void add(const char* name, const char* help, const char* examples, Define define) {
+        CLI::App& command = *app_.add_subcommand(name, help);
+        command.footer(std::string("Examples:\n") + examples);
+        const auto options = std::make_shared<Options>();
+        const auto complete = define(command, *options);
+        command.callback([&parsed = parsed_, options, complete] {
+            complete();
+            parsed.options = *options;
+        });
+    }
+
+    void add_quiet(CLI::App& command) const {
+        add_flag(command, "-q,--quiet", "neither table nor progress", parsed_.quiet);
+    }
+    void add_verbose(CLI::App& command) const {
+        add_flag(command, "-v,--verbose", "say what is used and decided", parsed_.verbose);
+    }
+
+private:
+    CLI::App& app_;
+    ParsedCommandLine& parsed_;
+};
+
+constexpr auto kNothing = [] {};
+
+/// What render and view have in common. Returns what fills in the defaults, given the samples of
+/// lit images.
+auto add_image_options(CLI::App& command, ImageOptions& image, const char* size,
+                       const char* samples_help) {
+    add_scene(command, image.source)->required();
+    add_view_options(command, image.view, size, 0, "8 with lit, else 16");
+    CLI::Option* const rays = add_rays(command, image.view, "those of --shading lit");
+    add_choice<morphray::Shading>(command, "--shading", "what colours show (lit)", kShadings,
+                                  image.shading.shading)
+        ->excludes(rays);
+    CLI::Option* const samples = add_choice<std::uint32_t>(command, "--samples", samples_help,
+                                                           kSampleCounts, image.shading.samples);
+    add_flag(command, "--flat", "without smooth normals", image.shading.flat);
+    add_flag(command, "--ground", "with a plane below the scene that shows the background",
+             image.shading.ground);
+    add_backend_options(command, image.backend, kBackends, kVulkanOrCpu);
+    add_value(command, "--update", update_forms(), "how the tree follows the vertices (auto)",
+              [&image](const std::string& option, const std::string& value) {
+                  image.tree.update = parse_update(option, value);
+              });
+    add_update_limits(command, image.tree.update_config);
+    add_split(command, image.tree.split);
+    add_build_at(command, image.tree.build_at);
+    const CLI::Option* const ao_samples = command.get_option("--ao-samples");
+    return [=, &image](std::uint32_t lit_samples) {
+        using morphray::Shading;
+        if (rays->count() > 0) image.shading.shading = Shading::plain;
+        const bool is_lit = image.shading.shading == Shading::lit;
+        constexpr std::uint32_t kLitAoCount = 8;
+        if (is_lit && ao_samples->count() == 0) image.view.ao_count = kLitAoCount;
+        if (!is_lit && image.view.ao_count == 0)
+            refuse("--ao-samples 0: only --shading lit goes without ambient occlusion");
+        if (samples->count() == 0) image.shading.samples = is_lit ? lit_samples : 1;
+    };
+}
+
+void add_render(CommandAdder& adder) {
+    adder.add<RenderOptions>(
+        "render", "Writes an image of each frame",
+        "  morphray render builtin:cloth --frames 0..24:8 --out cloth\n"
+        "  morphray render builtin:twist --frame 12 --samples 1 --out twist.png",
+        [&adder](CLI::App& command, RenderOptions& options) {
+            const auto complete =
+                add_image_options(command, options.image, "1024x1024",
+                                  "camera rays a pixel (4 with lit and without --hits, else 1)");
+            add_frames(command, options.frames, "all whole frames");
+            add_choice<const char*>(command, "--exr",
+                                    "also OpenEXR files, with linear colours and layers",
+                                    kExrColours, options.image.shading.exr);
+            add_flag(command, "--skip-existing",
+                     "keep images that are whole, of this scene, these options and this version",
+                     options.skip_existing);
+            add_text(command, "-o,--out", "DIR|FILE.png",
+                     "folder of the images, or one image (out)", options.out);
+            add_text(command, "--hits", "FILE|DIR/",
+                     "file of the raw hits of all frames, or a folder of a file each frame",
+                     options.hits);
+            add_json(command, options.json);
+            adder.add_quiet(command);
+            adder.add_verbose(command);
+            return [complete, &options] {
+                complete(options.hits.empty() ? 4 : 1);
+                const ShadingOptions& shading = options.image.shading;
+                if (!options.hits.empty() && (shading.ground || shading.samples != 1))
+                    refuse(
+                        "--hits: a file of hits has one camera ray a pixel and one mesh; leave "
+                        "--samples and --ground out");
+                if (!shading.exr.empty() && shading.shading != morphray::Shading::lit)
+                    refuse("--exr: only --shading lit has linear colours");
+            };
+        });
+}
+
+void add_view(CommandAdder& adder) {
+    adder.add<ViewOptions>(
+        "view", "A window that shows the scene move, and how it is traced",
+        "  morphray view builtin:cloth --play\n"
+        "  morphray view builtin:cloth --frame 8 --screenshot cloth.png",
+        [&adder](CLI::App& command, ViewOptions& options) {
+            const auto complete = add_image_options(
+                command, options.image, "1280x720",
+                "camera rays a pixel of a still image (16; 4 with lit and --screenshot)");
+            add_frame(command, options.frame);
+            add_flag(command, "--play", "begin to play at once", options.plays);
+            add_text(command, "--screenshot", "FILE.png",
+                     "write the first image that is complete, and end", options.screenshot);
+            adder.add_quiet(command);
+            adder.add_verbose(command);
+            const CLI::Option* const samples = command.get_option("--samples");
+            return [=, &options] {
+                // A still image goes on to be refined; a screenshot is what render writes.
+                complete(4);
+                if (options.screenshot.empty() && samples->count() == 0)
+                    options.image.shading.samples = 16;
+                if (!options.screenshot.empty()) options.plays = false;
+            };
+        });
+}
+
+void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments) {
+    adder.add<CrosscheckOptions>(
+        "crosscheck", "Compares every backend and tree with a reference, bit by bit",
+        "  morphray crosscheck builtin:cloth:500 --html crosscheck.html\n"
+        "  morphray crosscheck builtin:spikes --backend cpu --queries 100",
+        [&](CLI::App& command, CrosscheckOptions& options) {
+            options.arguments.assign(arguments.begin(), arguments.end());
+            command.add_option("SCENES", options.scenes, "what to trace, one after the other")
+                ->required();
+            add_source_options(command, options.source);
+            add_frames(command, options.frames, kFewFrames);
+            add_view_options(command, options.view, "256x256", 1, "16");
+            add_choice<std::uint32_t>(command, "--rays", "what each pixel traces (all three)",
+                                      kRays, options.rays);
+            add_backend_options(command, options.backend, kCheckedBackends, "all");
+            add_choice<bool>(command, "--devices",
+                             "Vulkan devices that are compared (one: that of --device)",
+                             kCheckedDevices, options.all_devices)
+                ->excludes(command.get_option("--device"));
+            add_split(command, options.split);
+            add_choice<Reference>(command, "--reference", "reference of the comparison (auto)",
+                                  kReferences, options.reference);
+            add_count(command, "--queries",
+                      "also compare hits, windings and closest triangles of N rays and points",
+                      options.query_count, 1, 1'000'000);
+            add_text(command, "--junit", "FILE|-", "a JUnit report; - is stdout", options.junit);
+            add_text(command, "--html", "FILE|-", "a page that needs no network; - is stdout",
+                     options.html);
+            add_json(command, options.json);
+            adder.add_quiet(command);
+            return [&options] {
+                const std::initializer_list<std::string> reports = {options.json, options.junit,
+                                                                    options.html};
+                if (std::ranges::count_if(reports, is_stdout) > 1)
+                    refuse("--json, --junit, --html: stdout takes one report");
+            };
+        });
+}
+
+void add_diff(CommandAdder& adder) {
+    adder.add<DiffOptions>(
+        "diff", "Compares two files of hits bit by bit", "  morphray diff a.hits b.hits",
+        [&adder](CLI::App& command, DiffOptions& options) {
+            command.add_option("FILES", options.files, "the expected hits, and the other")
+                ->required()
+                ->expected(2);
+            add_json(command, options.json);
+            adder.add_quiet(command);
+            return kNothing;
+        });
+}
+
+void add_probe(CommandAdder& adder) {
+    adder.add<ProbeOptions>(
+        "probe", "Describes one pixel: its ray, its hit, the triangles that it could hit",
+        "  morphray probe builtin:cloth --frame 8 --pixel 512,600",
+        [&adder](CLI::App& command, ProbeOptions& options) {
+            add_scene(command, options.source)->required();
+            add_value(command, "--frame,--frames", "F", "the frame",
+                      [&options](const std::string& option, const std::string& value) {
+                          constexpr double kLeast = -1e9;
+                          options.frame = parse_finite(option, value, kLeast);
+                      })
+                ->required();
+            add_value(command, "--pixel", "X,Y", "the pixel, from the upper left corner",
+                      [&options](const std::string& option, const std::string& value) {
+                          options.pixel = parse_pixel(option, value);
+                      })
+                ->required();
+            add_view_options(command, options.view, "1024x1024", 1, "16");
+            add_rays(command, options.view, "primary");
+            add_backend_options(command, options.backend, kBackends, kVulkanOrCpu);
+            add_value(command, "--update", "refit|rebuild",
+                      "how the tree follows the vertices (refit)",
+                      [&options](const std::string& option, const std::string& value) {
+                          options.tree.update = parse_update(option, value);
+                      });
+            add_choice<RefitOn>(command, "--refit-on", "which backend refits (the one that traces)",
+                                kRefitOn, options.tree.refit_on);
+            add_split(command, options.tree.split);
+            add_build_at(command, options.tree.build_at);
+            add_json(command, options.json);
+            adder.add_verbose(command);
+            return kNothing;
+        });
+}
+
+void add_profile(CommandAdder& adder) {
+    adder.add<ProfileOptions>(
+        "profile", "Measures deforming, refitting, building and tracing",
+        "  morphray profile builtin:cloth --backend cpu --frames 0..24:12\n"
+        "  morphray profile builtin:twist --policies refit,auto --csv policies.csv",
+        [&adder](CLI::App& command, ProfileOptions& options) {
+            add_scene(command, options.source)->required();
+            add_frames(command, options.frames, kFewFrames);
+            add_view_options(command, options.view, "1024x1024", 1, "16");
+            add_rays(command, options.view, "primary");
+            add_backend_options(command, options.backend, kBackends,
+                                "auto: the CPU, and Vulkan where there is a device");
+            add_split(command, options.tree.split);
+            add_build_at(command, options.tree.build_at);
+            add_count(command, "--repeat", "runs whose median is reported (10; of policies 5)",
+                      options.repeat, 1, 10000);
+            CLI::Option* const policies =
+                add_value(command, "--policies", update_forms() + ",...",
+                          "update policies to compare, over all whole frames",
+                          [&options](const std::string& option, const std::string& value) {
+                              options.policies = parse_updates(option, value);
+                          });
+            add_update_limits(command, options.tree.update_config);
+            command.get_option("--update-budget")->needs(policies);
+            command.get_option("--deterministic-updates")->needs(policies);
+            add_text(command, "--plot", "FILE.svg|.png", "charts of policies (needs gnuplot)",
+                     options.plot)
+                ->needs(policies);
+            CLI::Option* const baseline =
+                add_text(command, "--baseline", "FILE.json",
+                         "an earlier --json report; exit code 1 if a stage became slower",
+                         options.baseline)
+                    ->excludes(policies);
+            add_value(command, "--tolerance", "PERCENT",
+                      "by how much a stage may be slower than in --baseline (5)",
+                      [&options](const std::string& option, const std::string& value) {
+                          const bool has_sign = value.ends_with('%');
+                          options.tolerance_percent = parse_finite(
+                              option, std::string_view(value).substr(0, value.size() - has_sign),
+                              0);
+                      })
+                ->needs(baseline);
+            add_text(command, "--csv", "FILE|-", "the table as comma-separated values; - is stdout",
+                     options.csv);
+            add_json(command, options.json);
+            adder.add_quiet(command);
+            return [&options] {
+                if (is_stdout(options.json) && is_stdout(options.csv))
+                    refuse("--json, --csv: stdout takes one report");
+            };
+        });
+}
+
+/// What trace and query have in common.
+template <class Options>
+void add_answers(const CommandAdder& adder, CLI::App& command, Options& options) {
+    add_scene(command, options.source)->required();
+    add_frame(command, options.frame);
+    add_choice<AnswerForm>(command, "--format", "the form of the answers (text)", kAnswerForms,
+                           options.format);
+    add_backend_options(command, options.backend, kBackends, "cpu");
+    adder.add_quiet(command);
+}
+
+void refuse_idle_device(const BackendOptions& backend) {
+    const bool has_vulkan =
+        backend.choice == BackendChoice::kVulkan || backend.choice == BackendChoice::kAuto;
+    if (!has_vulkan && (!backend.device.empty() || backend.validate))
+        refuse("--device, --validate: nothing runs on a device; choose --backend vulkan");
+}
+
+void add_trace(CommandAdder& adder) {
+    adder.add<TraceOptions>(
+        "trace", "Traces the rays of a file, and writes their hits to a file",
+        "  echo 0 9 0 0 -1 0 | morphray trace builtin:cloth --rays - --out -\n"
+        "  echo 0 9 0 0 -1 0 | morphray trace builtin:cloth --rays - --out - --all",
+        [&adder](CLI::App& command, TraceOptions& options) {
+            add_answers(adder, command, options);
+            add_text(command, "--rays", "FILE|-",
+                     "a line `ox oy oz dx dy dz [tnear tfar]` for each ray", options.ray_file)
+                ->required();
+            add_text(command, "-o,--out", "FILE|-", "a line `H t prim u v` or `M` for each ray",
+                     options.out)
+                ->required();
+            add_flag(command, "--binary", "rays are 8 little-endian floats each",
+                     options.binary_rays);
+            CLI::Option* const all = add_flag(
+                command, "--all",
+                "all hits of each ray, nearest first: a line `R hits left-out`, then those",
+                options.all_hits);
+            add_count(command, "--max-hits", "the most hits of a ray that are written (all)",
+                      options.hit_lists.max_hits, 1, std::numeric_limits<std::uint32_t>::max())
+                ->needs(all);
+            add_choice<morphray::Crossing>(
+                command, "--crossing",
+                "which triangles a ray hits that goes through an edge or a vertex: each, or one of "
+                "those that it passes through (owner)",
+                kCrossings, options.hit_lists.crossing)
+                ->needs(all);
+            options.source.allow_empty = true;
+            return [&options] {
+                options.source.lenient = true;
+                refuse_idle_device(options.backend);
+            };
+        });
+}
+
+std::vector<Question> parse_questions(const std::string& option, const std::string& text) {
+    std::vector<Question> questions;
+    for (const std::string_view part : split(text, ',')) {
+        questions.push_back(parse_choice<Question>(option, std::string(part), kQuestions));
+        if (std::ranges::count(questions, questions.back()) > 1)
+            refuse(option + ": " + std::string(part) + " is given twice");
+    }
+    return questions;
+}
+
+void add_query(CommandAdder& adder) {
+    adder.add<QueryOptions>(
+        "query", "Says where the points of a file are: inside, how far, closest to",
+        "  echo 0 1 0 | morphray query builtin:spikes --points - --ask inside,distance\n"
+        "  echo 0 1 0 | morphray query builtin:cloth --frame 8 --points - --ask closest",
+        [&adder](CLI::App& command, QueryOptions& options) {
+            add_answers(adder, command, options);
+            add_text(command, "--points", "FILE|-", "a line `x y z` for each point",
+                     options.point_file)
+                ->required();
+            add_value(command, "--ask", names_of<Question>(kQuestions) + ",...",
+                      "what is answered, in this order: 0 or 1; a whole number; a distance, "
+                      "negative inside; `x y z distance prim u v feature`",
+                      [&options](const std::string& option, const std::string& value) {
+                          options.questions = parse_questions(option, value);
+                      })
+                ->required();
+            add_choice<morphray::FillRule>(
+                command, "--rule",
+                "which points are inside: those that meshes wind around, or those with an odd "
+                "number of crossings (nonzero)",
+                kFillRules, options.rule);
+            add_value(
+                command, "--max-distance", "LENGTH", "how far the surface may be (any distance)",
+                [&options](const std::string& option, const std::string& value) {
+                    constexpr float kMost = std::numeric_limits<float>::max();
+                    options.max_distance =
+                        static_cast<float>(std::min<double>(parse_finite(option, value, 0), kMost));
+                });
+            add_text(command, "-o,--out", "FILE|-", "a line of answers for each point (stdout)",
+                     options.out);
+            return [&options] { refuse_idle_device(options.backend); };
+        });
+}
+
+void add_chart(CommandAdder& adder, std::span<const std::string> arguments) {
+    adder.add<ChartOptions>(
+        "chart", "Draws charts of speed against accuracy, as images and data",
+        "  morphray chart builtin:cloth --out charts --quick",
+        [&](CLI::App& command, ChartOptions& options) {
+            options.arguments.assign(arguments.begin(), arguments.end());
+            command.add_option("SCENES", options.scenes, "what to trace, at the middle frame")
+                ->required();
+            add_text(command, "-o,--out", "DIR", "a folder that does not exist yet or is empty",
+                     options.out)
+                ->required();
+            add_flag(command, "--quick", "fewer rays and runs: a minute instead of ten",
+                     options.quick);
+            add_lenient(command, options.lenient);
+            adder.add_quiet(command);
+            return kNothing;
+        });
+}
+
+void add_info(CommandAdder& adder) {
+    adder.add<InfoOptions>(
+        "info", "Describes a scene; without a scene, this program",
+        "  morphray info builtin:cloth --bvh\n  morphray info --formats",
+        [](CLI::App& command, InfoOptions& options) {
+            CLI::Option* const scene = add_scene(command, options.source);
+            add_frame(command, options.frame)->needs(scene);
+            add_flag(command, "--bvh", "build the tree both ways and describe it",
+                     options.tree_facts)
+                ->needs(scene);
+            add_flag(command, "--formats", "list the formats of files that are read and written",
+                     options.formats)
+                ->excludes(scene);
+            add_json(command, options.json);
+            return kNothing;
+        });
+}
+
+void add_devices(CommandAdder& adder) {
+    adder.add<DevicesOptions>(
+        "devices", "Lists the Vulkan devices, and tests them", "  morphray devices --check",
+        [](CLI::App& command, DevicesOptions& options) {
+            add_flag(command, "--check",
+                     "compare rays, shading and refit of each device with the CPU's",
+                     options.checks);
+            add_json(command, options.json);
+            return kNothing;
+        });
+}
+
+}  // namespace
+
+void add_commands(CLI::App& app, ParsedCommandLine& parsed,
+                  std::span<const std::string> arguments) {
+    CommandAdder adder(app, parsed);
+    add_render(adder);
+    add_view(adder);
+    add_crosscheck(adder, arguments);
+    add_diff(adder);
+    add_probe(adder);
+    add_profile(adder);
+    add_trace(adder);
+    add_query(adder);
+    add_chart(adder, arguments);
+    add_info(adder);
+    add_devices(adder);
+}
+
+}  // namespace mray::app

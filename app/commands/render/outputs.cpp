@@ -1,0 +1,170 @@
+#include "app/commands/render/outputs.h"
+
+#include <fmt/format.h>
+
+#include <set>
+
+#include "app/clip/render_command.h"
+#include "app/files/image_reader.h"
+#include "app/terminal/messages.h"
+#include "common/base/errors.h"
+#include "common/base/hash.h"
+#include "common/image/frame.h"
+#include "common/text/message_text.h"
+#include "common/text/number_text.h"
+
+namespace mray::app {
+namespace {
+
+std::string image_name(const RenderOptions& options, double frame, const FrameDigits& digits) {
+    if (renders_one_image(options)) return std::filesystem::path(options.out).filename();
+    return fmt::format("frame_{}.png", frame_label(frame, digits));
+}
+
+/// Why a file does not count.
+struct Unusable {
+    std::string reason;
+};
+
+bool is_there(const std::filesystem::path& file) {
+    std::error_code error;
+    return std::filesystem::exists(file, error);
+}
+
+/// Throws Unusable unless the file has the text that this run would write.
+void require_text(const char* what, const std::string& text, const std::string& expected) {
+    if (text != expected) throw Unusable{fmt::format("{} is '{}', not '{}'", what, text, expected)};
+}
+
+Image read_whole(const RenderOptions& options, const std::filesystem::path& folder,
+                 const FrameTask& task, std::uint64_t scene_hash) {
+    PngFile png = read_png_file(folder / task.file);
+    require_text("version", png.text("Software"), software_text());
+    require_text("command", png.text("Source"), render_command(options.image, task.frame));
+    require_text("scene", png.text("Scene hash"), hash_text(scene_hash));
+    require_text("hash of pixels", hash_text(image_hash(png.image.pixels)), png.text("Image hash"));
+    if (png.image.width != options.image.view.width ||
+        png.image.height != options.image.view.height)
+        throw Unusable{"the image has another size"};
+    for (const std::filesystem::path& file :
+         {exr_file_of(options, folder, task), hits_file_of(options, task)})
+        if (!file.empty() && !is_there(file))
+            throw Unusable{fmt::format("{} is missing", file.filename().string())};
+    return std::move(png.image);
+}
+
+/// Also the length of an array, so that moving elements to the next one changes the hash.
+void add_number(Hasher& hasher, std::uint64_t number) {
+    hasher.add(std::span<const std::uint64_t>(&number, 1));
+}
+
+template <class T>
+void add_array(Hasher& hasher, std::span<const T> values) {
+    add_number(hasher, values.size());
+    hasher.add(values);
+}
+
+std::string bytes_of(const TextureFile& file, bool lenient) {
+    try {
+        return texture_bytes(file);
+    } catch (const Error& error) {
+        if (!lenient || error.kind() != ErrorKind::kBadInput) throw;
+        return {};
+    }
+}
+
+void add_textures(Hasher& hasher, const SceneTextures& textures, bool lenient) {
+    add_array(hasher, std::span<const Texcoords>(textures.texcoords));
+    add_array(hasher, std::span<const std::uint32_t>(textures.texture_ids));
+    for (const TextureFile& file : textures.files) {
+        add_number(hasher, file.clamp ? 1 : 0);
+        hasher.add(std::span(&file.alpha_cutoff, 1));
+        const std::string bytes = bytes_of(file, lenient);
+        add_array(hasher, std::span<const char>(bytes));
+    }
+}
+
+}  // namespace
+
+std::filesystem::path output_folder_of(const RenderOptions& options) {
+    if (!renders_one_image(options)) return options.out;
+    const std::filesystem::path folder = std::filesystem::path(options.out).parent_path();
+    return folder.empty() ? "." : folder;
+}
+
+void require_distinct_names(const RenderOptions& options, const std::vector<double>& frames,
+                            const FrameDigits& digits) {
+    if (renders_one_image(options) && frames.size() > 1) {
+        throw Error(
+            ErrorKind::kBadArgument,
+            fmt::format("--out {}: one image, but {} frames; choose one of them by --frames, "
+                        "or give a folder",
+                        options.out, frames.size()));
+    }
+    std::set<std::string> names;
+    for (const double frame : frames) {
+        if (names.insert(image_name(options, frame, digits)).second) continue;
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("--frames: two frames would both become {}; "
+                                "choose a larger step",
+                                image_name(options, frame, digits)));
+    }
+}
+
+std::vector<FrameTask> frame_tasks(const RenderOptions& options, const std::vector<double>& frames,
+                                   const FrameDigits& digits) {
+    std::vector<FrameTask> tasks;
+    for (const double frame : frames) tasks.push_back({frame, image_name(options, frame, digits)});
+    return tasks;
+}
+
+bool has_hits_folder(const RenderOptions& options) { return options.hits.ends_with('/'); }
+
+std::filesystem::path exr_file_of(const RenderOptions& options, const std::filesystem::path& folder,
+                                  const FrameTask& task) {
+    if (options.image.shading.exr.empty()) return {};
+    return (folder / task.file).replace_extension(".exr");
+}
+
+std::filesystem::path hits_file_of(const RenderOptions& options, const FrameTask& task) {
+    if (!has_hits_folder(options)) return {};
+    return (std::filesystem::path(options.hits) / task.file).replace_extension(".hits");
+}
+
+std::optional<Image> read_existing(const RenderOptions& options,
+                                   const std::filesystem::path& folder, const FrameTask& task,
+                                   std::uint64_t scene_hash, std::string& reason) {
+    reason.clear();
+    if (!is_there(folder / task.file)) return std::nullopt;
+    try {
+        return read_whole(options, folder, task, scene_hash);
+    } catch (const Unusable& unusable) {
+        reason = unusable.reason;
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::kBadInput && error.kind() != ErrorKind::kLimit) throw;
+        reason = error.what();
+    }
+    return std::nullopt;
+}
+
+std::uint64_t clip_hash(const Clip& clip, bool with_textures, bool lenient) {
+    Hasher hasher;
+    const Topology& topology = clip.topology();
+    add_number(hasher, topology.vertex_count);
+    add_array(hasher, std::span<const uvec3>(topology.triangles));
+    add_array(hasher, std::span<const Albedo>(topology.albedo));
+    add_array(hasher, clip.smooth_corners());
+    const WorldBounds bounds = clip.bounds();
+    hasher.add(std::span<const double>(bounds.lower)).add(std::span<const double>(bounds.upper));
+    if (with_textures && clip.textures() != nullptr)
+        add_textures(hasher, *clip.textures(), lenient);
+    return hasher.digest();
+}
+
+std::uint64_t frame_hash(std::uint64_t clip_hash, std::span<const vec3> positions) {
+    Hasher hasher;
+    add_number(hasher, clip_hash);
+    return hasher.add(positions).digest();
+}
+
+}  // namespace mray::app
