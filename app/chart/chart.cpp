@@ -162,16 +162,14 @@ ExitCode draw_charts(const ChartOptions& options, const Messages& messages) {
     ChartFolder folder(options.out);
     std::vector<SceneFrames> scenes;
     for (const std::string& scene : options.scenes)
-        scenes.emplace_back(
-            open_clip({.scene = scene, .lenient = options.lenient}, messages));
+        scenes.emplace_back(open_clip({.scene = scene, .lenient = options.lenient}, messages));
 
     const Effort& effort = options.quick ? kQuickEffort : kFullEffort;
     Progress progress("charting", steps_of(scenes.size(), effort), messages);
     std::uint64_t done = 0;
     const ChartContext context{
         .effort = effort,
-        .make_vulkan_backend =
-            [&] { return make_backend(BackendChoice::kVulkan, {}, Messages()); },
+        .make_vulkan_backend = [&] { return make_backend(BackendChoice::kVulkan, {}, Messages()); },
         .footer = fmt::format("{}; {}", machine_text(), command_text(options)),
         .step =
             [&] {

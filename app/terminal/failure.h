@@ -1,4 +1,4 @@
-// Failures in words and as exit codes (docs/guide/exit_codes.md).
+// Failures in words and as exit codes (docs/guide/options.md).
 #pragma once
 
 #include <exception>

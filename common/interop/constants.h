@@ -52,8 +52,8 @@ SHARED_CONST float kDilationOfOrigin = 5.9604644775390625e-08f;
 SHARED_CONST float kDilationOfExtent = 9.094947017729282e-13f;
 SHARED_CONST float kSlabRounding = 1.000000476837158203125f;
 SHARED_CONST float kDepthRounding = 1.00000095367431640625f;
-// By max(kSceneExtent, |org|): the depth margin, by which t of a hit may be less than the entry into
-// its triangle's box, 2^-13.
+// By max(kSceneExtent, |org|): the depth margin, by which t of a hit may be less than the entry
+// into its triangle's box, 2^-13.
 SHARED_CONST float kDepthMargin = 0.0001220703125f;
 // Secondary rays start off the surface by this times the size of the rounding error of the hit
 // point (docs/design/arithmetic.md, "Secondary rays"): 2^-16.

@@ -77,7 +77,7 @@ set(places
     # One source that reads JSON, and one header for writing it.
     "^nlohmann/"                "^(scenes/json/json_at\\.cpp$|common/report/json_writer\\.h$|tests/)"
     # The command lines of the program, of the benchmark and of the fuzzer.
-    "^CLI/"                     "^(app/cli/command_line\\.cpp$|lab/bench/(options|two_builds/compare_builds)\\.cpp$|tests/fuzz/run/options\\.cpp$)"
+    "^CLI/"                     "^(app/cli/|lab/bench/(options|two_builds/compare_builds)\\.cpp$|tests/fuzz/run/options\\.cpp$)"
     "stb_image\\.h$"            "^$")
 # Included by one .cpp each.
 set(one_source_each tiny_obj_loader stb_image_write)

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "app/base/options.h"
+#include "app/report/json_parts.h"
 #include "app/report/report_head.h"
 #include "common/report/compare.h"
-#include "app/report/json_parts.h"
 #include "morphray/device.hpp"
 
 namespace mray::app {

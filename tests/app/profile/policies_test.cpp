@@ -16,7 +16,7 @@ std::vector<std::string> render(const TemporaryFolder& folder,
                                 const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {
         "render", "builtin:orbits:800", "--size", "48x48", "--frames", "0..12:2",
-        "--out",  folder.file("out"),    "--json", "-"};
+        "--out",  folder.file("out"),   "--json", "-"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
 }

@@ -26,9 +26,7 @@ Frame sample_frame(std::uint32_t width = 8, std::uint32_t height = 6) {
 
 float next_float(float x) { return std::nextafter(x, std::numeric_limits<float>::infinity()); }
 
-TEST(CompareFrames, TakesAnEmptyFrame) {
-    EXPECT_EQ(compare_frames(Frame{}, Frame{}).total(), 0u);
-}
+TEST(CompareFrames, TakesAnEmptyFrame) { EXPECT_EQ(compare_frames(Frame{}, Frame{}).total(), 0u); }
 
 TEST(CompareFrames, CountsEachKind) {
     Frame actual = sample_frame();
