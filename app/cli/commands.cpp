@@ -121,6 +121,11 @@ void add_render(CommandAdder& adder) {
                         "--samples and --ground out");
                 if (!shading.exr.empty() && shading.shading != morphray::Shading::lit)
                     refuse("--exr: only --shading lit has linear colours");
+                for (const char* ending :
+                     {".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".exr"})
+                    if (options.out.ends_with(ending))
+                        refuse("--out: " + options.out +
+                               ": images are PNG files; give a .png file");
             };
         });
 }
@@ -146,7 +151,9 @@ void add_view(CommandAdder& adder) {
                 complete(4);
                 if (options.screenshot.empty() && samples->count() == 0)
                     options.image.shading.samples = 16;
-                if (!options.screenshot.empty()) options.plays = false;
+                if (options.screenshot.empty()) return;
+                options.plays = false;
+                if (!options.screenshot.ends_with(".png")) refuse("--screenshot: give a .png file");
             };
         });
 }

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <memory>
 
-#include "app/base/numbers.h"
+#include "app/base/values.h"
 #include "app/cli/command_line.h"
 #include "app/clip/frames.h"
 #include "app/commands/crosscheck/cross_checker.h"
-#include "app/commands/probe/probe_sentence.h"
-#include "app/program.h"
+#include "app/commands/pixel_probe.h"
+#include "app/terminal/failure.h"
 #include "common/base/errors.h"
 #include "scenes/source/open_scene.h"
 #include "tests/support/temporary_folder.h"
@@ -102,10 +102,10 @@ TEST(CheckReport, OneDifferentRowOrTreeMakesItDifferent) {
 }
 
 TEST(CrosscheckText, GivesTheCommandsThatTraceADifferingPixel) {
-    Options options;
-    options.scene = "my scene.obj";
+    CrosscheckOptions options;
+    options.source.scene = "my scene.obj";
     options.view.width = options.view.height = 4;
-    options.view_arguments = {"--eye", "-1,2,3"};
+    options.view.eye = Point{-1, 2, 3};
     Frame doctored = frame_of(4, 4);
     doctored.hits[7].t = 2;
     CheckRow row = planted_report().rows[0];
@@ -116,8 +116,8 @@ TEST(CrosscheckText, GivesTheCommandsThatTraceADifferingPixel) {
     EXPECT_NE(text.find("brute    t 0x1.8p+0 u 0x1p-2 v 0x1p-1 prim 7"), std::string::npos) << text;
     EXPECT_NE(text.find("vulkan   t 0x1p+1 u 0x1p-2 v 0x1p-1 prim 7"), std::string::npos) << text;
     const std::string common =
-        "    morphray probe 'my scene.obj' --frame 6.5 --pixel 3,1 --size 4x4 --rays ao --eye "
-        "-1,2,3 --backend ";
+        "    morphray probe 'my scene.obj' --frame 6.5 --pixel 3,1 --rays ao --size 4x4 --eye "
+        "-1,2,3 --ao-samples 16 --backend ";
     EXPECT_NE(text.find(common + "brute --update rebuild\n"), std::string::npos) << text;
     EXPECT_NE(text.find(common + "vulkan --update refit --refit-on cpu --build-at 3\n"),
               std::string::npos)
@@ -127,11 +127,10 @@ TEST(CrosscheckText, GivesTheCommandsThatTraceADifferingPixel) {
         "probe",    "my scene.obj", "--frame",    "6.5",   "--pixel",    "3,1",       "--size",
         "4x4",      "--rays",       "ao",         "--eye", "-1,2,3",     "--backend", "vulkan",
         "--update", "refit",        "--refit-on", "cpu",   "--build-at", "3"};
-    const Options parsed = parse_command_line(arguments).options.value();
-    EXPECT_EQ(parsed.command, Command::kProbe);
+    const auto parsed = std::get<ProbeOptions>(parse_command_line(arguments).options.value());
     EXPECT_EQ(parsed.frame, 6.5);
     EXPECT_EQ(parsed.tree.build_at, 3);
-    EXPECT_EQ(parsed.view_arguments, options.view_arguments);
+    EXPECT_EQ(parsed.view.eye, options.view.eye);
 }
 
 TEST(Junit, DifferencesAreFailures) {
@@ -163,7 +162,7 @@ TEST(Junit, RunThatEndedEarlyHasAnError) {
 
 TEST(Failure, HasTheExitCodeOfItsKind) {
     const auto code_of = [](const auto& failure) {
-        return explain_failure(std::make_exception_ptr(failure), Messages());
+        return describe_failure(std::make_exception_ptr(failure)).code;
     };
     EXPECT_EQ(code_of(Error(ErrorKind::kBadArgument, "usage")), ExitCode::kUsage);
     EXPECT_EQ(code_of(Error(ErrorKind::kDeviceLost, "lost")), ExitCode::kDeviceLost);

@@ -40,11 +40,9 @@ TEST(GltfProgram, FramesAreSecondsTimesFps) {
     const std::string hit = "H 1 0 0.25 0.25\n";
     EXPECT_EQ(trace(scene, 0, {}), hit);
     EXPECT_EQ(trace(scene, 6, {"--frame", "12"}), hit);
-    EXPECT_EQ(trace(scene, 6, {"--time", "0.5"}), hit);
     EXPECT_EQ(trace(scene, 6, {"--frame", "5", "--fps", "10"}), hit);
-    EXPECT_EQ(trace(scene, 6, {"--time", "0.5", "--fps", "10", "--animation", "slide"}), hit);
-    EXPECT_EQ(trace(scene, 24, {"--time", "2"}), hit);
-    EXPECT_EQ(trace(scene, 24, {"--time", "1"}), "M\n");
+    EXPECT_EQ(trace(scene, 6, {"--frame", "5", "--fps", "10", "--animation", "slide"}), hit);
+    EXPECT_EQ(trace(scene, 24, {"--frame", "24"}), "M\n");
 }
 
 TEST(GltfProgram, InfoShowsTheTime) {
@@ -107,67 +105,6 @@ TEST(GltfProgram, InfoWarnsOfAnotherAnimationThatCannotBeRead) {
     EXPECT_EQ(render(scene, folder, {"--frames", "0"}).err, "");
 }
 
-TEST(GltfProgram, TimesChooseFramesInEveryCommand) {
-    const TemporaryFolder folder;
-    const std::string scene = folder.write("a.glb", moving_glb());
-    EXPECT_EQ(render(scene, folder, {"--time", "0..0.5:0.25", "--fps", "2"}).code, 0);
-    EXPECT_EQ(folder.names(), (Names{"a.glb", "out", "out/frame_0000.0.png", "out/frame_0000.5.png",
-                                     "out/frame_0001.0.png"}));
-    // Without a step, that of a frame.
-    const TemporaryFolder each;
-    EXPECT_EQ(render(scene, each, {"--time", "1..2", "--fps", "2"}).code, 0);
-    EXPECT_EQ(each.names(),
-              (Names{"out", "out/frame_0002.png", "out/frame_0003.png", "out/frame_0004.png"}));
-    for (const Names& command :
-         {Names{"crosscheck", scene, "--backend", "cpu", "--size", "8x8", "--rays", "primary"},
-          Names{"profile", scene, "--backend", "cpu", "--size", "8x8", "--repeat", "1"},
-          Names{"probe", scene, "--backend", "cpu", "--size", "8x8", "--pixel", "4,4"},
-          Names{"info", scene}}) {
-        Names line = command;
-        line.insert(line.end(), {"--time", "0.5"});
-        EXPECT_EQ(run(line).code, 0) << command[0] << ": " << run(line).err;
-        line.back() = "3";
-        const Outcome beyond = run(line);
-        EXPECT_EQ(beyond.code, 2) << command[0];
-        EXPECT_NE(beyond.err.find("--time: 3 s is not in the scene, which has 0 to 2 s"),
-                  std::string::npos)
-            << beyond.err;
-    }
-}
-
-TEST(GltfProgram, TimesOfOtherScenesNeedFps) {
-    const TemporaryFolder folder;
-    folder.write("s/f_0.obj", square_at(0));
-    folder.write("s/f_1.obj", square_at(10));
-    const std::string scene = folder.file("s");
-    const Outcome without = run({"info", scene, "--time", "0.5"});
-    EXPECT_EQ(without.code, 2);
-    EXPECT_NE(without.err.find("--time: the scene has frames, but no seconds; give --fps, too"),
-              std::string::npos);
-    EXPECT_EQ(trace(scene, 10, {"--time", "0.5", "--fps", "2"}).substr(0, 4), "H 1 ");
-    const Outcome no_time = run({"info", scene, "--fps", "2"});
-    EXPECT_EQ(no_time.code, 2);
-    EXPECT_NE(no_time.err.find("--fps: only glTF files have seconds"), std::string::npos);
-    const Outcome both = run({"info", scene, "--time", "0.5", "--frame", "1"});
-    EXPECT_EQ(both.code, 2);
-    EXPECT_NE(both.err.find("both choose frames"), std::string::npos) << both.err;
-    EXPECT_EQ(run({"info", scene, "--animation", "walk"}).code, 2);
-}
-
-TEST(GltfProgram, CommandsOfOtherScenesChooseFramesWithoutFps) {
-    const TemporaryFolder folder;
-    folder.write("s/f_0.obj", square_at(0));
-    folder.write("s/f_1.obj", square_at(10));
-    const std::string scene = folder.file("s");
-    EXPECT_EQ(render(scene, folder, {"--time", "0.25", "--fps", "2"}).code, 0);
-    const std::filesystem::path image = folder.path() / "out/frame_0000.5.png";
-    Names command = source_of(image);
-    command.insert(command.end(), {"--out", folder.file("again")});
-    const Outcome again = run(command);
-    EXPECT_EQ(again.code, 0) << again.err;
-    EXPECT_EQ(read_file(image), read_file(folder.path() / "again/frame_0000.5.png"));
-}
-
 TEST(GltfProgram, BadFilesAreBadInputWithTheirPlace) {
     const TemporaryFolder folder;
     GltfBuilder builder = triangle_file();
@@ -189,18 +126,14 @@ TEST(GltfProgram, BadFilesAreBadInputWithTheirPlace) {
 TEST(GltfProgram, TheCommandInAnImageRendersItAgain) {
     const TemporaryFolder folder;
     const std::string scene = folder.write("a.glb", moving_glb());
-    const Names chosen = {"--animation", "slide", "--fps", "10"};
-    Names by_time = chosen;
-    by_time.insert(by_time.end(), {"--time", "0.55"});
-    Names by_frame = chosen;
-    by_frame.insert(by_frame.end(), {"--frames", "5.5"});
-    EXPECT_EQ(render(scene, folder, by_time).code, 0);
-    const TemporaryFolder other;
-    EXPECT_EQ(render(scene, other, by_frame).code, 0);
-    const std::string image = read_file(folder.path() / "out/frame_0005.5.png");
-    EXPECT_EQ(image, read_file(other.path() / "out/frame_0005.5.png"));
-    EXPECT_NE(image.find("--frames 5.5"), std::string::npos);
-    EXPECT_NE(image.find("--animation slide --fps 10"), std::string::npos);
+    EXPECT_EQ(
+        render(scene, folder, {"--animation", "slide", "--fps", "10", "--frames", "5.5"}).code, 0);
+    const std::filesystem::path image = folder.path() / "out/frame_0005.5.png";
+    Names command = source_of(image);
+    command.insert(command.end(), {"--out", folder.file("again")});
+    const Outcome again = run(command);
+    EXPECT_EQ(again.code, 0) << again.err;
+    EXPECT_EQ(read_file(image), read_file(folder.path() / "again/frame_0005.5.png"));
 }
 
 }  // namespace
