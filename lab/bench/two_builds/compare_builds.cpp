@@ -28,7 +28,7 @@ struct CompareOptions {
     /// The shared objects.
     std::string this_build, other_build;
     std::vector<std::string> scenes = {"builtin:spikes:70000", "builtin:cloth:180000",
-                                       "builtin:herd:1000000", "builtin:hall", "builtin:room"};
+                                       "builtin:herd:1000000", "builtin:hall"};
     std::vector<std::string> works = {"primary", "shadow", "diffuse", "ao", "one-ray"};
     std::vector<std::string> simd = {best_simd_target().name};
     int repeat = 7;
