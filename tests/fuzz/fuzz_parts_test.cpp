@@ -8,6 +8,7 @@
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
 #include "tests/fuzz/case/case_text.h"
+#include "tests/fuzz/generate/dice.h"
 #include "tests/fuzz/generate/generator.h"
 #include "tests/fuzz/judge/referee.h"
 #include "tests/fuzz/shrink/shrinker.h"
