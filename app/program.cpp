@@ -43,7 +43,7 @@ ExitCode run_program(const std::vector<std::string>& arguments, CommandRunner ru
         return ExitCode::kOk;
     } catch (...) {
         const Failure failure = describe_failure(std::current_exception());
-        messages.error(failure.message);
+        messages.error(failure);
         return failure.code;
     }
 }

@@ -101,6 +101,14 @@ std::vector<std::string> without_help_command(std::span<const std::string> argum
     return line;
 }
 
+/// CLI11 takes a request for help before it looks at the command.
+void require_command(const CLI::App& app, const std::vector<std::string>& line) {
+    if (line.empty() || line.front().starts_with('-')) return;
+    const std::vector<const CLI::App*> commands = app.get_subcommands({});
+    if (std::ranges::find(commands, line.front(), &CLI::App::get_name) == commands.end())
+        refuse_unknown(app, line.front());
+}
+
 }  // namespace
 
 ParsedCommandLine parse_command_line(std::span<const std::string> arguments) {
@@ -117,6 +125,7 @@ ParsedCommandLine parse_command_line(std::span<const std::string> arguments) {
                          "print the version; with --verbose also compiler and packages");
     add_commands(app, parsed, arguments);
     if (line.empty()) throw Error(ErrorKind::kBadArgument, "no command; see `morphray --help`");
+    require_command(app, line);
     std::reverse(line.begin(), line.end());
     try {
         app.parse(line);

@@ -7,6 +7,7 @@
 #include "app/cli/option_groups.h"
 #include "app/terminal/messages.h"
 #include "common/base/errors.h"
+#include "common/text/ascii.h"
 #include "common/text/text_parts.h"
 
 namespace mray::app {
@@ -122,10 +123,9 @@ void add_render(CommandAdder& adder) {
                 if (!shading.exr.empty() && shading.shading != morphray::Shading::lit)
                     refuse("--exr: only --shading lit has linear colours");
                 for (const char* ending :
-                     {".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".exr"})
-                    if (options.out.ends_with(ending))
-                        refuse("--out: " + options.out +
-                               ": images are PNG files; give a .png file");
+                     {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".exr"})
+                    if (!options.out.ends_with(".png") && lower_case(options.out).ends_with(ending))
+                        refuse("--out: " + options.out + ": images are PNG; give a .png file");
             };
         });
 }
@@ -189,6 +189,8 @@ void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments)
             add_json(command, options.json);
             adder.add_quiet(command);
             return [&options] {
+                if (options.all_devices && options.backend.choice == BackendChoice::kCpu)
+                    refuse("--devices all: the CPU alone is compared; leave --backend out");
                 const std::initializer_list<std::string> reports = {options.json, options.junit,
                                                                     options.html};
                 if (std::ranges::count_if(reports, is_stdout) > 1)

@@ -160,7 +160,7 @@ ExitCode run_crosscheck(const CrosscheckOptions& options, const Messages& messag
             crosscheck.write_reports();
         } catch (...) {
             // The failure above ends the run.
-            messages.error(describe_failure(std::current_exception()).message);
+            messages.error(describe_failure(std::current_exception()));
         }
         throw;
     }

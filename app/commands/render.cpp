@@ -282,10 +282,11 @@ ExitCode render_frames(RenderOptions options, const Messages& messages) {
     const std::vector<FrameTask> tasks = frame_tasks(options, frames, digits);
     const std::filesystem::path folder = output_folder_of(options);
     // Before the reports, which may be in it.
-    make_output_folder(folder);
+    const OutputFolder images(folder);
     check_reports({options.json, has_hits_folder(options) ? std::string() : options.hits});
     Renderer renderer(options, *clip, tasks, folder, messages);
-    if (has_hits_folder(options)) make_output_folder(options.hits);
+    std::optional<OutputFolder> hits;
+    if (has_hits_folder(options)) hits.emplace(options.hits);
     const std::vector<std::size_t> left = tasks_left(options, tasks.size(), renderer);
     ExitCode code = ExitCode::kOk;
     Progress progress("rendering", left.size(), messages);

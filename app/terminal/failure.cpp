@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <csignal>
 #include <new>
 #include <stdexcept>
 
@@ -47,7 +48,8 @@ const char* remedy_text(Remedy remedy) {
 std::string message_of(const Error& error) {
     // Work that was given the flag of the signal does not know of signals.
     if (error.what() == std::string(kWorkCancelled))
-        return "interrupted; finished results are kept";
+        return std::string(interrupt_signal() == SIGTERM ? "terminated" : "interrupted") +
+               "; finished results are kept";
     return std::string(error.what()) + remedy_text(error.remedy());
 }
 

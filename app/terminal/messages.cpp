@@ -14,10 +14,11 @@ namespace mray::app {
 namespace {
 
 constexpr const char* kStdout = "/dev/stdout";
+constexpr const char* kProgram = "morphray: ";
 
-void write_line(std::string_view message) {
+void write_line(const char* prefix, std::string_view message) {
     const ProgressPause pause;
-    const std::string line = "morphray: " + shown(std::string(message)) + '\n';
+    const std::string line = prefix + shown(std::string(message)) + '\n';
     std::string_view rest = line;
     while (!rest.empty()) {
         const ssize_t written = ::write(STDERR_FILENO, rest.data(), rest.size());
@@ -28,19 +29,25 @@ void write_line(std::string_view message) {
 
 }  // namespace
 
-void Messages::error(std::string_view message) const { write_line(message); }
+void Messages::error(const Failure& failure) const {
+    const bool begins_with_file =
+        failure.code == ExitCode::kBadInput || failure.code == ExitCode::kOutput;
+    write_line(begins_with_file ? "" : kProgram, failure.message);
+}
 
-void Messages::error(const Error& error) const { write_line(message_of(error)); }
+void Messages::error(const Error& error) const {
+    this->error(Failure{message_of(error), exit_code_of(error.kind())});
+}
 
 void Messages::warn(const Warning& warning) const {
     static std::mutex mutex;
     const std::scoped_lock lock(mutex);
     warnings_.push_back(warning.line(remedy_text(warning.remedy)));
-    write_line(warnings_.back());
+    write_line(warning.place.empty() ? kProgram : "", warnings_.back());
 }
 
 void Messages::note(std::string_view message) const {
-    if (verbose_) write_line(message);
+    if (verbose_) write_line(kProgram, message);
 }
 
 void Messages::print(std::string_view text) const {

@@ -9,15 +9,17 @@
 
 namespace mray::app {
 
+struct Failure;
+
 /// All members may be called from any thread, warnings() while no other one warns.
 class Messages {
 public:
     explicit Messages(bool quiet = false, bool verbose = false)
         : quiet_(quiet), verbose_(verbose) {}
 
-    /// Writes one line to stderr, after "morphray: ". Ignores a failure to write.
-    void error(std::string_view message) const;
-    /// As above, with the option that would avoid the error.
+    /// Writes one line to stderr, after "morphray: " unless it begins with the name of a file.
+    /// Ignores a failure to write.
+    void error(const Failure& failure) const;
     void error(const Error& error) const;
     /// Writes one line to stderr.
     void warn(const Warning& warning) const;

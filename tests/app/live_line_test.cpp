@@ -90,15 +90,5 @@ TEST(Rows, OfProfileEndNoReportIfTheyCannotBePrinted) {
     }
 }
 
-TEST(Rows, OfOtherFramesAreWrittenIfOneCannotBePrinted) {
-    const TemporaryFolder folder;
-    const std::string out = folder.file("out");
-    const Outcome outcome = run({"render", "builtin:cloth:500", "--backend", "cpu", "--size", "8x8",
-                                 "--frames", "0..3", "--out", out},
-                                {.stdout_to = "/dev/full"});
-    EXPECT_EQ(outcome.code, 5) << outcome.err;
-    EXPECT_TRUE(std::filesystem::exists(out + "/frame_0003.png"));
-}
-
 }  // namespace
 }  // namespace mray::test

@@ -64,8 +64,7 @@ TEST(Probe, FrameOutsideTheClipIsRefused) {
 TEST(Frames, TreeIsNotBuiltOutsideTheClip) {
     const TemporaryFolder folder;
     using Line = std::vector<std::string>;
-    for (Line line : {Line{"render"}, Line{"crosscheck"}, Line{"profile"},
-                      Line{"profile", "--policies", "refit"},
+    for (Line line : {Line{"render"}, Line{"profile"}, Line{"profile", "--policies", "refit"},
                       Line{"probe", "--frame", "0", "--pixel", "0,0"}}) {
         line.insert(line.begin() + 1, "builtin:cloth:500");
         line.insert(line.end(), {"--backend", "cpu", "--size", "8x8", "--build-at"});

@@ -9,6 +9,7 @@
 #include "app/terminal/messages.h"
 #include "common/base/errors.h"
 #include "common/base/hash.h"
+#include "common/base/output_file.h"
 #include "common/image/frame.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
@@ -85,6 +86,19 @@ void add_textures(Hasher& hasher, const SceneTextures& textures, bool lenient) {
 }
 
 }  // namespace
+
+OutputFolder::OutputFolder(const std::filesystem::path& path) {
+    std::error_code error;
+    for (std::filesystem::path part = path; !part.empty() && !std::filesystem::exists(part, error);
+         part = part.parent_path())
+        made_.push_back(part);
+    make_output_folder(path);
+}
+
+OutputFolder::~OutputFolder() {
+    std::error_code error;
+    for (const std::filesystem::path& part : made_) std::filesystem::remove(part, error);
+}
 
 std::filesystem::path output_folder_of(const RenderOptions& options) {
     if (!renders_one_image(options)) return options.out;

@@ -109,7 +109,8 @@ TEST(Exr, ColoursAreThoseOfThePngButLinear) {
     ASSERT_NE(source, nullptr);
     EXPECT_EQ(
         source->value(),
-        "morphray render builtin:cloth:800 --frames 9 --size 24x24 --shading lit --samples 4");
+        "morphray render builtin:cloth:800 --frames 9 --size 24x24 --ao-samples 8 --shading lit "
+        "--samples 4");
 }
 
 TEST(Exr, TheBytesDoNotDependOnTheBackend) {
