@@ -112,7 +112,7 @@ TEST(Diff, RefusesWhatCannotBeCompared) {
     const std::string bytes = read_file(a);
     expect_refused({"diff", folder.write("cut", bytes.substr(0, bytes.size() - 1)), a}, 3,
                    "do not fit 2 images of 24x24");
-    expect_refused({"diff", a}, 2, "files");
+    expect_refused({"diff", a}, 2, "FILES");
 }
 
 }  // namespace

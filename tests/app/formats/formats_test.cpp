@@ -52,7 +52,7 @@ TEST(Formats, AreThoseOfMessagesAndGuide) {
         EXPECT_NE(guide.find('`' + extension + '`'), std::string::npos) << extension;
         EXPECT_NE(guide.find(name), std::string::npos) << name;
     }
-    expect_bad_scene(folder.file("a.xyz"), "a.xyz: not a scene file; give an .obj, .ply");
+    expect_bad_scene(folder.file("a.xyz"), "a.xyz: not a scene file; give an .obj or .ply");
 }
 
 TEST(Formats, PlyAndObjGiveTheSameImages) {
