@@ -10,13 +10,6 @@
 namespace mray {
 namespace {
 
-/// The height of two waves that run across the sheet, at (x, z), both in [-1, 1].
-double wave_height(double x, double z, double frame) {
-    constexpr double kHeight = 0.12;
-    return kHeight *
-           (sin_turns(1.5 * x + 0.5 * z - frame / 12) + sin_turns(2.5 * z - x + frame / 24));
-}
-
 constexpr double kRadiansPerTurn = 6.283185307179586476925;
 
 constexpr double kBallRadius = 1;
