@@ -74,7 +74,8 @@ std::vector<morphray::VulkanDeviceInfo> vulkan_devices() {
 #endif
 }
 
-std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options, bool all) {
+std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options,
+                                                         [[maybe_unused]] bool all) {
     if (options.choice == BackendChoice::kCpu) return {};
     check_vulkan();
     std::vector<morphray::VulkanDeviceInfo> devices = vulkan_devices();
