@@ -8,6 +8,9 @@ template <class... Functions>
 struct Overloaded : Functions... {
     using Functions::operator()...;
 };
+// clang 14 does not deduce the arguments of aggregates.
+template <class... Functions>
+Overloaded(Functions...) -> Overloaded<Functions...>;
 
 ExitCode run_command(const CommandOptions& options, const Messages& messages) {
     return std::visit(Overloaded{
