@@ -19,7 +19,6 @@ using morphray::TextureView;
 using morphray::View;
 
 constexpr std::uint32_t kWhite = 0xFFFFFF;
-constexpr std::uint32_t kRed = 0x0000FF;
 
 View textured_view(std::uint32_t samples = 1) {
     return {.width = 45, .height = 31, .shading = Shading::lit, .samples = samples, .ao_count = 2};
