@@ -7,7 +7,6 @@
 #include <atomic>
 #include <cmath>
 #include <map>
-#include <type_traits>
 
 #include "scenes/mesh/mesh_rules.h"
 
@@ -32,74 +31,6 @@ Affine rest_of(const Node& node) { return node.matrix ? *node.matrix : affine_of
 const std::vector<double>& rest_weights(const GltfScene& scene, const Part& part) {
     const Node& node = scene.tree.nodes[part.node];
     return node.weights.empty() ? scene.meshes.at(*node.mesh).weights : node.weights;
-}
-
-/// The columns of an affine map; the fourth row is 0, 0, 0, 1.
-struct alignas(32) Columns {
-    double column[4][4];
-};
-
-/// Vertices with `per_vertex` joints and weights each.
-struct SkinnedVertices {
-    /// The maps of the skin's joints, which `joints` are indices of.
-    const Columns* maps;
-    std::size_t per_vertex;
-    const std::uint16_t* joints;
-    const float* weights;
-    /// The position of each vertex; not used if there are morphed ones.
-    const vec3* positions;
-    /// x, y, z of each after morph targets; null without these.
-    const double* morphed;
-    std::size_t count;
-};
-
-/// Four doubles, in one register or in two: arithmetic that no target may fuse.
-using Double4 = double __attribute__((vector_size(4 * sizeof(double)), may_alias));
-
-/// A vertex is the mean of its places under its joints. The fourth component of each place is 1, so
-/// that of the sum is the sum of the weights. `per_vertex` may be a constant, for which the
-/// compiler unrolls the loop.
-template <class Real, class PerVertex>
-void place_all(const SkinnedVertices& vertices, const Real* p, PerVertex per_vertex, vec3* out) {
-    const std::uint16_t* joint = vertices.joints;
-    const float* weight = vertices.weights;
-    const std::size_t joint_count = per_vertex;
-    for (std::size_t i = 0; i < vertices.count; ++i) {
-        const double x = static_cast<double>(p[3 * i]);
-        const double y = static_cast<double>(p[3 * i + 1]);
-        const double z = static_cast<double>(p[3 * i + 2]);
-        Double4 sum = {0, 0, 0, 0};
-#pragma GCC unroll 4
-        for (std::size_t k = 0; k < joint_count; ++k) {
-            const auto* const column =
-                reinterpret_cast<const Double4*>(vertices.maps[joint[k]].column);
-            const Double4 place = column[0] * x + column[1] * y + column[2] * z + column[3];
-            sum += place * static_cast<double>(weight[k]);
-        }
-        joint += joint_count;
-        weight += joint_count;
-        const double total = sum[3];
-        sum /= Double4{total, total, total, total};
-        out[i] = {static_cast<float>(sum[0]), static_cast<float>(sum[1]),
-                  static_cast<float>(sum[2])};
-    }
-}
-
-template <class Real>
-void place_all(const SkinnedVertices& vertices, const Real* positions, vec3* out) {
-    if (vertices.per_vertex == 4) {
-        place_all(vertices, positions, std::integral_constant<std::size_t, 4>(), out);
-    } else {
-        place_all(vertices, positions, vertices.per_vertex, out);
-    }
-}
-
-void place_skinned(const SkinnedVertices& vertices, vec3* out) {
-    if (vertices.morphed != nullptr) {
-        place_all(vertices, vertices.morphed, out);
-    } else {
-        place_all(vertices, &vertices.positions->x, out);
-    }
 }
 
 // Vertices whose positions in double stay in the cache of a core.
@@ -202,7 +133,8 @@ Pose pose_at(const GltfScene& scene, double seconds) {
     return pose;
 }
 
-Skinning::Skinning(const GltfScene& scene) : scene_(scene) {
+Skinning::Skinning(const GltfScene& scene, const SimdTarget& target)
+    : scene_(scene), place_skinned_(place_skinned_on(target)) {
     for (std::size_t part = 0; part < scene.parts.size(); ++part) {
         const std::size_t count = scene.parts[part].set->positions.size();
         for (std::size_t begin = 0; begin < count; begin += kBlockSize) {
@@ -227,7 +159,7 @@ std::size_t Skinning::place(const Pose& pose, std::span<vec3> out) const {
         if (part.skin) {
             const Influences& influences = part.set->influences;
             const std::size_t first = block.begin * influences.per_vertex;
-            place_skinned(
+            place_skinned_(
                 {joints.at(*part.skin).data(), influences.per_vertex, &influences.joints[first],
                  &influences.weights[first], &part.set->positions[block.begin],
                  is_morphed ? positions.data() : nullptr, placed.size()},

@@ -7,7 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "common/simd/simd_target.h"
 #include "scenes/gltf/gltf_scene.h"
+#include "scenes/gltf/skinned_places.h"
 
 namespace mray::gltf {
 
@@ -31,11 +33,11 @@ inline constexpr std::size_t kNoVertex = std::numeric_limits<std::size_t>::max()
 class Skinning {
 public:
     /// The scene must outlive it.
-    explicit Skinning(const GltfScene& scene);
+    explicit Skinning(const GltfScene& scene, const SimdTarget& target = best_simd_target());
 
     /// Writes the positions of all vertices. Returns the first vertex that has a coordinate that is
     /// not finite or beyond 1e30, or kNoVertex. Runs on the threads of the calling arena; the bits
-    /// do not depend on their number. O(vertices).
+    /// do not depend on their number, nor on the instruction set. O(vertices).
     std::size_t place(const Pose& pose, std::span<vec3> out) const;
 
 private:
@@ -47,6 +49,7 @@ private:
     };
 
     const GltfScene& scene_;
+    PlaceSkinned place_skinned_;
     std::vector<Block> blocks_;
 };
 

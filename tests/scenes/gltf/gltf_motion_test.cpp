@@ -313,6 +313,15 @@ TEST(GltfSkins, TheBindPoseIsTheMeshBitForBit) {
         EXPECT_EQ(p[i], vec3(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]));
 }
 
+TEST(GltfClip, BitsDoNotDependOnThreads) {
+    const OpenedGltf scene(SkinnedRow(2).gltf());
+    const std::vector<vec3> expected = scene.at(7.25);
+    for (const std::size_t threads : {1u, 2u, 5u}) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        EXPECT_EQ(scene.at(7.25), expected);
+    }
+}
+
 TEST(GltfClip, BoundsAreThoseOfTheFirstFrame) {
     const std::vector<float> jump = {2, 0, 0, 100, 0, 0, 5, -7, 0};
     const OpenedGltf scene(moved_triangle("translation", jump, "VEC3", "STEP").gltf());

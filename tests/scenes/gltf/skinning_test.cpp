@@ -1,7 +1,9 @@
+// Skinning has the same bits on every instruction set.
 #include "scenes/gltf/pose.h"
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <random>
 #include <vector>
 
@@ -39,6 +41,23 @@ GltfScene skinned_scene(std::size_t vertex_count) {
     scene.parts.push_back({kJoints, &set, 0u, 0});
     scene.topology.vertex_count = static_cast<std::uint32_t>(vertex_count);
     return scene;
+}
+
+TEST(Skinning, HasTheSameBitsOnEveryTarget) {
+    constexpr std::size_t kVertices = 2500;
+    const GltfScene scene = skinned_scene(kVertices);
+    const Pose pose = pose_at(scene, 0);
+    const auto placed = [&](const SimdTarget& target) {
+        std::vector<vec3> out(kVertices);
+        EXPECT_EQ(Skinning(scene, target).place(pose, out), kNoVertex);
+        return out;
+    };
+    const std::vector<vec3> expected = placed(find_simd_target("scalar"));
+    for (const SimdTarget& target : supported_simd_targets()) {
+        SCOPED_TRACE(target.name);
+        const std::vector<vec3> out = placed(target);
+        EXPECT_EQ(std::memcmp(out.data(), expected.data(), kVertices * sizeof(vec3)), 0);
+    }
 }
 
 TEST(Skinning, TellsTheFirstVertexThatIsNotFinite) {
