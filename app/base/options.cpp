@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <system_error>
 
+#include "app/base/choices.h"
+
 namespace mray::app {
 namespace {
 
@@ -18,7 +20,7 @@ std::vector<std::string> arguments_of(const SourceOptions& source) {
         if (!value.empty()) arguments.insert(arguments.end(), {name, value});
     };
     if (source.missing != MissingFrames::kFail)
-        add("--missing", source.missing == MissingFrames::kHold ? "hold" : "skip");
+        add("--missing", name_in<MissingFrames>(kMissing, source.missing));
     add("--cache", source.cache);
     add("--animation", source.animation);
     if (source.fps) add("--fps", fmt::format("{}", *source.fps));

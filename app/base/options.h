@@ -54,14 +54,14 @@ struct BackendOptions {
     bool validate = false;
 };
 
-/// How render and view shade.
+/// The shading of render and view.
 struct ShadingOptions {
     morphray::Shading shading = morphray::Shading::lit;
     std::uint32_t samples = 1;
     bool flat = false;
     /// "half" or "float": write EXR files, too; empty: none.
     std::string exr = {};
-    /// Whether the scene stands on a plane that shows the background.
+    /// Put the scene on a plane that shows the background.
     bool ground = false;
 };
 
@@ -74,7 +74,7 @@ struct TreeOptions {
     std::optional<double> build_at = {};
 };
 
-/// What decides an image, of render and view.
+/// The options of render and view that decide an image.
 struct ImageOptions {
     SourceOptions source = {};
     ViewSpec view = {};
@@ -112,7 +112,7 @@ struct CrosscheckOptions {
     std::optional<std::uint32_t> rays = {};
     BackendOptions backend = {};
     SplitMethod split = SplitMethod::kBinned;
-    /// Whether every usable device is compared.
+    /// Compare every usable device, not only that of --device.
     bool all_devices = false;
     Reference reference = Reference::kAuto;
     /// The number of rays and of points a frame that the backends are asked about.
@@ -202,7 +202,7 @@ struct InfoOptions {
 };
 
 struct DevicesOptions {
-    /// Whether they are tested.
+    /// Test each device.
     bool checks = false;
     std::string json = {};
 };

@@ -61,7 +61,7 @@ CLI::Option* add_count(CLI::App& command, const char* names, const std::string& 
 
 /// The argument SCENE and how the scene is read.
 CLI::Option* add_scene(CLI::App& command, SourceOptions& source);
-/// How scenes are read.
+/// The options that say how a scene is read.
 void add_source_options(CLI::App& command, SourceOptions& source);
 void add_lenient(CLI::App& command, bool& target);
 /// --frames; `otherwise` says which frames are the default.
@@ -80,10 +80,10 @@ void add_backend_options(CLI::App& command, BackendOptions& backend,
                          std::span<const Choice<BackendChoice>> choices, const char* otherwise);
 void add_threads(CLI::App& command, int& target);
 
-/// How trees are built.
+/// The options that say how a tree is built.
 void add_split(CLI::App& command, SplitMethod& target);
 void add_build_at(CLI::App& command, std::optional<double>& target);
-/// What --update auto and --policies auto are limited by.
+/// The limits of --update auto and --policies auto.
 void add_update_limits(CLI::App& command, UpdateConfig& config);
 
 void add_json(CLI::App& command, std::string& target);

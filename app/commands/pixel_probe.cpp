@@ -1,5 +1,4 @@
 #include "app/commands/pixel_probe.h"
-#include "app/clip/frames.h"
 
 #include <fmt/format.h>
 
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "app/backends/backends.h"
+#include "app/clip/frames.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
 #include "common/bvh/box.h"

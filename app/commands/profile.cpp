@@ -1,11 +1,11 @@
 // morphray profile: measures the stages of a frame.
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <functional>
 #include <memory>
 
 #include "app/backends/backends.h"
-#include "app/base/process_memory.h"
 #include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/commands/profile/baseline.h"
@@ -22,6 +22,13 @@
 
 namespace mray::app {
 namespace {
+
+/// The most memory that the process has held at once.
+std::uint64_t peak_memory_bytes() {
+    rusage usage = {};
+    ::getrusage(RUSAGE_SELF, &usage);
+    return 1024 * static_cast<std::uint64_t>(usage.ru_maxrss);
+}
 
 /// The caches are a small part of the time of a stage that takes longer.
 constexpr double kLongMs = 50;

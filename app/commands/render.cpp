@@ -283,10 +283,10 @@ ExitCode render_frames(RenderOptions options, const Messages& messages) {
     const std::filesystem::path folder = output_folder_of(options);
     // Before the reports, which may be in it.
     const OutputFolder images(folder);
-    check_reports({options.json, has_hits_folder(options) ? std::string() : options.hits});
-    Renderer renderer(options, *clip, tasks, folder, messages);
     std::optional<OutputFolder> hits;
     if (has_hits_folder(options)) hits.emplace(options.hits);
+    check_reports({options.json, has_hits_folder(options) ? std::string() : options.hits});
+    Renderer renderer(options, *clip, tasks, folder, messages);
     const std::vector<std::size_t> left = tasks_left(options, tasks.size(), renderer);
     ExitCode code = ExitCode::kOk;
     Progress progress("rendering", left.size(), messages);

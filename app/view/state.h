@@ -104,8 +104,7 @@ struct ViewState {
     int box_depth = -1;
 };
 
-/// The state at the start. Throws Error for an
-/// impossible view.
+/// The state at the start. Throws Error for an impossible view.
 ViewState initial_state(const ViewOptions& options, const Clip& clip, double frame);
 
 /// The steps from a first, fast image to the one that is wanted, 0 being the first: a sample

@@ -67,7 +67,7 @@ check(rejects tests/common/x.cpp "\"app/y.h\"")
 # Sibling folders and libraries.
 check(rejects app/base/x.h "\"app/terminal/y.h\"")
 check(rejects cpu/simd/x.h "\"cpu/packet/a.h\"")
-check(rejects scenes/obj/x.h "\"scenes/mesh_files/y.h\"")
+check(rejects scenes/obj/x.h "\"scenes/sequence/y.h\"")
 check(rejects cpu/x.cpp "<hwy/highway.h>")
 check(rejects app/x.cpp "<volk/volk.h>")
 check(rejects common/x.cpp "\"../cpu/y.h\"")

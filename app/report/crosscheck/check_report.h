@@ -129,13 +129,13 @@ Json crosscheck_json(const CheckRun& run);
 std::string to_json(const CheckRun& run);
 
 /// A test suite for each scene, with the environment as properties. It has a test case for each
-/// variant, frame and kind of rays, for each pair of trees and for each image that --expect
-/// compares. A scene that was not finished has one with an <error>. The root is the test suite, or
+/// variant, frame and kind of rays and for each pair of trees. A scene that was not finished has
+/// one with an <error>. The root is the test suite, or
 /// <testsuites> for several scenes.
 std::string to_junit(const CheckRun& run);
 
 /// HTML that needs no other file and no network. It holds the object of --json with one more
-/// member, "details": the pixels, commands and difference images of rows that differ.
+/// member, "details": the pixels and commands of rows that differ.
 std::string to_html(const CrosscheckOptions& options, const CheckRun& run);
 
 /// The first differing pixels of a comparison with both values, exactly, and for each the commands

@@ -1,0 +1,251 @@
+// The commands that trace images: render, view, crosscheck, probe and profile.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
+#include "app/cli/command_adder.h"
+#include "app/terminal/messages.h"
+#include "common/text/ascii.h"
+
+namespace mray::app {
+namespace {
+
+constexpr const char* kFewFrames = "the first, those at a quarter and a half, the last";
+constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a GPU, else the CPU";
+
+/// Adds the options that render and view share. The result fills in the defaults, given the samples
+/// of lit images.
+auto add_image_options(CLI::App& command, ImageOptions& image, const char* size,
+                       const char* samples_help) {
+    add_scene(command, image.source)->required();
+    add_view_options(command, image.view, size, 0, "8 with lit, else 16");
+    CLI::Option* const rays = add_rays(command, image.view, "those of --shading lit");
+    add_choice<morphray::Shading>(command, "--shading", "what colours show (lit)", kShadings,
+                                  image.shading.shading)
+        ->excludes(rays);
+    CLI::Option* const samples = add_choice<std::uint32_t>(command, "--samples", samples_help,
+                                                           kSampleCounts, image.shading.samples);
+    add_flag(command, "--flat", "without smooth normals", image.shading.flat);
+    add_flag(command, "--ground", "with a plane below the scene that shows the background",
+             image.shading.ground);
+    add_backend_options(command, image.backend, kBackends, kVulkanOrCpu);
+    add_value(command, "--update", update_forms(), "how the tree follows the vertices (auto)",
+              [&image](const std::string& option, const std::string& value) {
+                  image.tree.update = parse_update(option, value);
+              });
+    add_update_limits(command, image.tree.update_config);
+    add_split(command, image.tree.split);
+    add_build_at(command, image.tree.build_at);
+    const CLI::Option* const ao_samples = command.get_option("--ao-samples");
+    return [=, &image](std::uint32_t lit_samples) {
+        using morphray::Shading;
+        if (rays->count() > 0) image.shading.shading = Shading::plain;
+        const bool is_lit = image.shading.shading == Shading::lit;
+        constexpr std::uint32_t kLitAoCount = 8;
+        if (is_lit && ao_samples->count() == 0) image.view.ao_count = kLitAoCount;
+        if (!is_lit && image.view.ao_count == 0)
+            refuse("--ao-samples 0: only --shading lit goes without ambient occlusion");
+        if (samples->count() == 0) image.shading.samples = is_lit ? lit_samples : 1;
+    };
+}
+
+}  // namespace
+
+void add_render(CommandAdder& adder) {
+    adder.add<RenderOptions>(
+        "render", "Writes an image of each frame",
+        "  morphray render builtin:cloth --frames 0..24:8 --out cloth\n"
+        "  morphray render builtin:twist --frame 12 --samples 1 --out twist.png",
+        [&adder](CLI::App& command, RenderOptions& options) {
+            const auto complete =
+                add_image_options(command, options.image, "1024x1024",
+                                  "camera rays a pixel (4 with lit and without --hits, else 1)");
+            add_frames(command, options.frames, "all whole frames");
+            add_choice<const char*>(command, "--exr",
+                                    "also OpenEXR files, with linear colours and layers",
+                                    kExrColours, options.image.shading.exr);
+            add_flag(command, "--skip-existing",
+                     "keep images that are whole, of this scene, these options and this version",
+                     options.skip_existing);
+            add_text(command, "-o,--out", "DIR|FILE.png",
+                     "folder of the images, or one image (out)", options.out);
+            add_text(command, "--hits", "FILE|DIR/",
+                     "file of the raw hits of all frames, or a folder of a file each frame",
+                     options.hits);
+            add_json(command, options.json);
+            adder.add_quiet(command);
+            adder.add_verbose(command);
+            return [complete, &options] {
+                complete(options.hits.empty() ? 4 : 1);
+                const ShadingOptions& shading = options.image.shading;
+                if (!options.hits.empty() && (shading.ground || shading.samples != 1))
+                    refuse(
+                        "--hits: a file of hits has one camera ray a pixel and one mesh; leave "
+                        "--samples and --ground out");
+                if (!shading.exr.empty() && shading.shading != morphray::Shading::lit)
+                    refuse("--exr: only --shading lit has linear colours");
+                for (const char* ending :
+                     {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".exr"})
+                    if (!options.out.ends_with(".png") && lower_case(options.out).ends_with(ending))
+                        refuse("--out: " + options.out + ": images are PNG; give a .png file");
+            };
+        });
+}
+
+void add_view(CommandAdder& adder) {
+    adder.add<ViewOptions>(
+        "view", "A window that shows the scene move, and how it is traced",
+        "  morphray view builtin:cloth --play\n"
+        "  morphray view builtin:cloth --frame 8 --screenshot cloth.png",
+        [&adder](CLI::App& command, ViewOptions& options) {
+            const auto complete = add_image_options(
+                command, options.image, "1280x720",
+                "camera rays a pixel of a still image (16; 4 with lit and --screenshot)");
+            add_frame(command, options.frame);
+            add_flag(command, "--play", "begin to play at once", options.plays);
+            add_text(command, "--screenshot", "FILE.png",
+                     "write the first image that is complete, and end", options.screenshot);
+            adder.add_quiet(command);
+            adder.add_verbose(command);
+            const CLI::Option* const samples = command.get_option("--samples");
+            return [=, &options] {
+                // A still image goes on to be refined; a screenshot is what render writes.
+                complete(4);
+                if (options.screenshot.empty() && samples->count() == 0)
+                    options.image.shading.samples = 16;
+                if (options.screenshot.empty()) return;
+                options.plays = false;
+                if (!options.screenshot.ends_with(".png")) refuse("--screenshot: give a .png file");
+            };
+        });
+}
+
+void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments) {
+    adder.add<CrosscheckOptions>(
+        "crosscheck", "Compares every backend and tree with a reference, bit by bit",
+        "  morphray crosscheck builtin:cloth:500 --html crosscheck.html\n"
+        "  morphray crosscheck builtin:spikes --backend cpu --queries 100",
+        [&](CLI::App& command, CrosscheckOptions& options) {
+            options.arguments.assign(arguments.begin(), arguments.end());
+            command.add_option("SCENES", options.scenes, "what to trace, one after the other")
+                ->required();
+            add_source_options(command, options.source);
+            add_frames(command, options.frames, kFewFrames);
+            add_view_options(command, options.view, "256x256", 1, "16");
+            add_choice<std::uint32_t>(command, "--rays", "what each pixel traces (all three)",
+                                      kRays, options.rays);
+            add_backend_options(command, options.backend, kCheckedBackends, "all");
+            add_choice<bool>(command, "--devices",
+                             "Vulkan devices that are compared (one: that of --device)",
+                             kCheckedDevices, options.all_devices)
+                ->excludes(command.get_option("--device"));
+            add_split(command, options.split);
+            add_choice<Reference>(command, "--reference", "reference of the comparison (auto)",
+                                  kReferences, options.reference);
+            add_count(command, "--queries",
+                      "also compare hits, windings and closest triangles of N rays and points",
+                      options.query_count, 1, 1'000'000);
+            add_text(command, "--junit", "FILE|-", "a JUnit report; - is stdout", options.junit);
+            add_text(command, "--html", "FILE|-", "a page that needs no network; - is stdout",
+                     options.html);
+            add_json(command, options.json);
+            adder.add_quiet(command);
+            return [&options] {
+                if (options.all_devices && options.backend.choice == BackendChoice::kCpu)
+                    refuse("--devices all: the CPU alone is compared; leave --backend out");
+                const std::initializer_list<std::string> reports = {options.json, options.junit,
+                                                                    options.html};
+                if (std::ranges::count_if(reports, is_stdout) > 1)
+                    refuse("--json, --junit, --html: stdout takes one report");
+            };
+        });
+}
+
+void add_probe(CommandAdder& adder) {
+    adder.add<ProbeOptions>(
+        "probe", "Describes one pixel: its ray, its hit, the triangles that it could hit",
+        "  morphray probe builtin:cloth --frame 8 --pixel 512,600",
+        [&adder](CLI::App& command, ProbeOptions& options) {
+            add_scene(command, options.source)->required();
+            add_value(command, "--frame,--frames", "F", "the frame",
+                      [&options](const std::string& option, const std::string& value) {
+                          constexpr double kLeast = -1e9;
+                          options.frame = parse_finite(option, value, kLeast);
+                      })
+                ->required();
+            add_value(command, "--pixel", "X,Y", "the pixel, from the upper left corner",
+                      [&options](const std::string& option, const std::string& value) {
+                          options.pixel = parse_pixel(option, value);
+                      })
+                ->required();
+            add_view_options(command, options.view, "1024x1024", 1, "16");
+            add_rays(command, options.view, "primary");
+            add_backend_options(command, options.backend, kBackends, kVulkanOrCpu);
+            add_value(command, "--update", "refit|rebuild",
+                      "how the tree follows the vertices (refit)",
+                      [&options](const std::string& option, const std::string& value) {
+                          options.tree.update = parse_update(option, value);
+                      });
+            add_choice<RefitOn>(command, "--refit-on", "which backend refits (the one that traces)",
+                                kRefitOn, options.tree.refit_on);
+            add_split(command, options.tree.split);
+            add_build_at(command, options.tree.build_at);
+            add_json(command, options.json);
+            adder.add_verbose(command);
+            return kNothing;
+        });
+}
+
+void add_profile(CommandAdder& adder) {
+    adder.add<ProfileOptions>(
+        "profile", "Measures deforming, refitting, building and tracing",
+        "  morphray profile builtin:cloth --backend cpu --frames 0..24:12\n"
+        "  morphray profile builtin:twist --policies refit,auto --csv policies.csv",
+        [&adder](CLI::App& command, ProfileOptions& options) {
+            add_scene(command, options.source)->required();
+            add_frames(command, options.frames, kFewFrames);
+            add_view_options(command, options.view, "1024x1024", 1, "16");
+            add_rays(command, options.view, "primary");
+            add_backend_options(command, options.backend, kBackends,
+                                "auto: the CPU, and Vulkan where there is a device");
+            add_split(command, options.tree.split);
+            add_build_at(command, options.tree.build_at);
+            add_count(command, "--repeat", "runs whose median is reported (10; of policies 5)",
+                      options.repeat, 1, 10000);
+            CLI::Option* const policies =
+                add_value(command, "--policies", update_forms() + ",...",
+                          "update policies to compare, over all whole frames",
+                          [&options](const std::string& option, const std::string& value) {
+                              options.policies = parse_updates(option, value);
+                          });
+            add_update_limits(command, options.tree.update_config);
+            command.get_option("--update-budget")->needs(policies);
+            command.get_option("--deterministic-updates")->needs(policies);
+            add_text(command, "--plot", "FILE.svg|.png", "charts of policies (needs gnuplot)",
+                     options.plot)
+                ->needs(policies);
+            CLI::Option* const baseline =
+                add_text(command, "--baseline", "FILE.json",
+                         "an earlier --json report; exit code 1 if a stage became slower",
+                         options.baseline)
+                    ->excludes(policies);
+            add_value(command, "--tolerance", "PERCENT",
+                      "by how much a stage may be slower than in --baseline (5)",
+                      [&options](const std::string& option, const std::string& value) {
+                          const bool has_sign = value.ends_with('%');
+                          options.tolerance_percent = parse_finite(
+                              option, std::string_view(value).substr(0, value.size() - has_sign),
+                              0);
+                      })
+                ->needs(baseline);
+            add_text(command, "--csv", "FILE|-", "the table as comma-separated values; - is stdout",
+                     options.csv);
+            add_json(command, options.json);
+            adder.add_quiet(command);
+            return [&options] {
+                if (is_stdout(options.json) && is_stdout(options.csv))
+                    refuse("--json, --csv: stdout takes one report");
+            };
+        });
+}
+
+}  // namespace mray::app
