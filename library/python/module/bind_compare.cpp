@@ -3,6 +3,7 @@
 
 #include "library/python/module/arrays.h"
 #include "library/python/module/bindings.h"
+#include "library/python/module/gil_release.h"
 #include "library/python/module/scene.h"
 
 namespace morphray::python {
@@ -20,7 +21,7 @@ Comparison compare_any(const py::object& first, const py::object& second, const 
         if (!rays.is_none()) throw py::type_error("compare: two images take no rays");
         const auto& a = first.cast<const Image&>();
         const auto& b = second.cast<const Image&>();
-        const py::gil_scoped_release release;
+        const GilRelease release;
         return compare(a, b, keep);
     }
     throw py::type_error("compare: two scenes or two images are needed");

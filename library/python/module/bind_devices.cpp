@@ -2,6 +2,7 @@
 #include <pybind11/stl.h>
 
 #include "library/python/module/bindings.h"
+#include "library/python/module/gil_release.h"
 #include "morphray/device.hpp"
 
 namespace morphray::python {
@@ -13,7 +14,7 @@ Device device_of(const py::object& device, const std::string& name) {
     if (!py::isinstance<py::str>(device))
         throw py::type_error(name + ": a morphray.Device or a str is needed");
     const auto text = device.cast<std::string>();
-    const py::gil_scoped_release release;
+    const GilRelease release;
     if (text == "cpu") return Device::cpu();
     if (text == "vulkan") return Device::vulkan();
     if (text == "brute") return Device::brute_force();
@@ -54,7 +55,7 @@ alive. Scenes that share a Device of Vulkan start it once; the string "vulkan" s
         .def_static(
             "cpu",
             [](int threads, const std::string& simd) {
-                const py::gil_scoped_release release;
+                const GilRelease release;
                 return Device::cpu({.threads = threads, .simd = simd});
             },
             R"(cpu(threads=0, simd="")
@@ -71,7 +72,7 @@ for an instruction set that the machine lacks.)",
         .def_static(
             "vulkan",
             [](const std::string& device, bool validate) {
-                const py::gil_scoped_release release;
+                const GilRelease release;
                 return Device::vulkan({.device = device, .validate = validate});
             },
             R"(vulkan(device="", validate=False)
@@ -88,7 +89,7 @@ Raises Error "unavailable".)",
         .def_static(
             "brute_force",
             [](int threads, const std::string& simd) {
-                const py::gil_scoped_release release;
+                const GilRelease release;
                 return Device::brute_force({.threads = threads, .simd = simd});
             },
             R"(brute_force(threads=0, simd="")
@@ -118,7 +119,7 @@ Tests every triangle for every ray, without a tree. For checks of small scenes.)
                    (info.unusable.empty() ? "" : ", unusable: " + info.unusable) + ">";
         });
 
-    module.def("vulkan_devices", &vulkan_devices, py::call_guard<py::gil_scoped_release>(),
+    module.def("vulkan_devices", &vulkan_devices, py::call_guard<GilRelease>(),
                R"(vulkan_devices()
 --
 

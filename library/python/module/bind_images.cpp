@@ -8,6 +8,7 @@
 
 #include "library/python/module/arrays.h"
 #include "library/python/module/bindings.h"
+#include "library/python/module/gil_release.h"
 #include "library/python/module/options.h"
 #include "morphray/hits.hpp"
 #include "morphray/image.hpp"
@@ -35,7 +36,7 @@ struct PyHitsWriter {
     /// Calls `work(writer)` without the GIL.
     template <class Work>
     void use(Work work) {
-        const py::gil_scoped_release release;
+        const GilRelease release;
         const std::scoped_lock lock(mutex);
         work(writer);
     }
@@ -130,7 +131,7 @@ f"{image.hits_hash:016x}" is what the program `morphray render --json` reports.)
         .def(
             "save",
             [](const Image& image, const std::filesystem::path& file) {
-                const py::gil_scoped_release release;
+                const GilRelease release;
                 write_png(file.string(), image);
             },
             R"(save(self, path)
@@ -185,7 +186,7 @@ Writes the file with the images so far: as a whole, or not at all. Raises Error 
         .def_property_readonly("hits", &file_hits_of, "(height, width) of hit_dtype, read-only.")
         .def_property_readonly("occlusion", &file_occlusion_of,
                                "(height, width) uint32, read-only: occluded rays of each pixel.");
-    module.def("read_hits", &read_sized_hits, py::call_guard<py::gil_scoped_release>(),
+    module.def("read_hits", &read_sized_hits, py::call_guard<GilRelease>(),
                R"(read_hits(path)
 --
 

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "library/python/module/gil_release.h"
+
 namespace morphray::python {
 namespace {
 
@@ -31,7 +33,7 @@ void trace(bool is_long, Cancel* owner, Work work) {
         run_interruptibly(cancel, [&] { work(&cancel); });
         return;
     }
-    const py::gil_scoped_release release;
+    const GilRelease release;
     work(&cancel);
 }
 
@@ -161,13 +163,13 @@ void PyScene::build_interruptibly(std::size_t triangles, const std::function<voi
         run_interruptibly(cancel_build_, work);
         return;
     }
-    const py::gil_scoped_release release;
+    const GilRelease release;
     work();
 }
 
 /// Cancels a background build and waits for its end.
 PyScene::~PyScene() {
-    const py::gil_scoped_release release;
+    const GilRelease release;
     scene_.reset();
 }
 
@@ -201,7 +203,7 @@ std::uint32_t PyScene::attach(BorrowedMesh mesh) {
     const ChangeUse use(uses_);
     std::uint32_t geom_id = 0;
     {
-        const py::gil_scoped_release release;
+        const GilRelease release;
         geom_id = scene_->attach(mesh.view());
     }
     mesh.forget_colours();
@@ -308,7 +310,7 @@ std::unique_ptr<PyScene> PyScene::on(const Device& device) {
     std::unique_ptr<PyScene> twin(new PyScene);
     twin->meshes_ = meshes_;
     twin->next_meshes_ = next_meshes_;
-    const py::gil_scoped_release release;
+    const GilRelease release;
     twin->scene_ = scene_->on(device, &twin->cancel_build_);
     return twin;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "library/python/module/arrays.h"
+#include "library/python/module/gil_release.h"
 #include "library/python/module/interruptible.h"
 #include "library/python/module/textures.h"
 #include "library/python/module/use_guard.h"
@@ -93,7 +94,7 @@ public:
     template <class Work>
     auto query(Work work) {
         const QueryUse use(uses_);
-        const py::gil_scoped_release release;
+        const GilRelease release;
         return work(*scene_);
     }
 
