@@ -75,6 +75,23 @@ expect_usable()
 """)
 
 
+def test_a_daemon_thread_may_be_at_work_when_the_program_ends():
+    out = run("""
+working = threading.Event()
+
+def work():
+    while True:
+        working.set()
+        fast.intersect(rays[:100_000])
+
+threading.Thread(target=work, daemon=True).start()
+working.wait()
+time.sleep(0.1)
+print("done")
+""")
+    assert out == "done\n"
+
+
 def test_handlers_run_during_a_call_which_goes_on_if_they_do_not_raise():
     out = run("""
 def handler(number, frame):
@@ -177,41 +194,6 @@ def questions(scene, count=100_000):
 
 
 @pytest.mark.parametrize("name", ["intersect_all", "closest_points"])
-def test_a_daemon_thread_may_be_at_work_when_the_program_ends():
-    out = run("""
-working = threading.Event()
-
-def work():
-    while True:
-        working.set()
-        fast.intersect(rays[:100_000])
-
-threading.Thread(target=work, daemon=True).start()
-working.wait()
-time.sleep(0.1)
-print("done")
-""")
-    assert out == "done\n"
-
-
-def test_handlers_run_during_a_call_which_goes_on_if_they_do_not_raise():
-    out = run("""
-def handler(number, frame):
-    # Calls of the scene that is rendered.
-    handled.append(fast.intersect(rays[:20000]).shape)
-    if len(handled) == 3:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.raise_signal(signal.SIGINT)
-
-signal.signal(signal.SIGALRM, handler)
-signal.setitimer(signal.ITIMER_REAL, 0.2, 0.2)
-expect_interrupt(calls["render"])
-expect_usable()
-print(handled)
-""")
-    assert out == "[(20000,), (20000,), (20000,)]\n"
-
-
 def test_cancel_ends_questions_in_any_thread(name):
     """Brute force would take minutes."""
     points, triangles = grid(100)
