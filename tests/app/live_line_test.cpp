@@ -18,18 +18,18 @@ struct LongCommand {
 // Each takes long enough to be seen at work, on any machine.
 std::vector<LongCommand> long_commands(const TemporaryFolder& folder) {
     const std::string cloth = "builtin:cloth:5000";
-    const std::string hair = "builtin:soup:1000000";
+    const std::string soup = "builtin:soup:1000000";
     return {
         {{"render", cloth, "--backend", "brute", "--size", "1024x1024", "--rays", "shadow",
           "--frames", "3..24", "--out", folder.file("images")},
-         R"(rendering .* 0/22  frame 3 \d+\.\d %)"},
-        {{"render", hair, "--build", "sweep", "--threads", "1", "--size", "8x8", "--frame", "0",
+         R"(rendering .* 0/22  frame 3  .* left)"},
+        {{"render", soup, "--build", "sweep", "--threads", "1", "--size", "8x8", "--frame", "0",
           "--out", folder.file("image")},
-         R"(rendering .* 0/1  tree \d+\.\d %)"},
+         R"(rendering .* 0/1  tree)"},
     };
 }
 
-TEST(LiveLine, MovesWithinAStepAndIsClearedBeforeTheMessage) {
+TEST(LiveLine, ShowsTheStepAndIsClearedBeforeTheMessage) {
     const TemporaryFolder folder;
     for (const LongCommand& command : long_commands(folder)) {
         Started started(command.arguments,
