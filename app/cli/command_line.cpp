@@ -70,7 +70,7 @@ std::string help_hint(const CLI::App& command) {
                                             : fmt::format("did you mean {}?", similar)));
 }
 
-[[noreturn]] void refuse(const CLI::App& app, const CLI::ParseError& error) {
+[[noreturn]] void refuse_line(const CLI::App& app, const CLI::ParseError& error) {
     const std::vector<const CLI::App*> chosen =
         app.get_subcommands([](const CLI::App* sub) { return sub->parsed(); });
     const CLI::App& command = chosen.empty() ? app : *chosen.front();
@@ -134,7 +134,7 @@ ParsedCommandLine parse_command_line(std::span<const std::string> arguments) {
         app.exit(success, out, out);
         return {std::nullopt, out.str()};
     } catch (const CLI::ParseError& error) {
-        refuse(app, error);
+        refuse_line(app, error);
     }
     return parsed;
 }
