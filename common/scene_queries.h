@@ -17,7 +17,7 @@ namespace mray {
 /// Which triangles a ray hits that goes through an edge or a vertex.
 enum class Crossing : std::uint32_t {
     kEach,   // each one there, as closest hits do
-    kOwner,  // exactly one of those that it passes through (common/interop/owner_rule.h)
+    kOwner,  // exactly one of those that it passes through (common/interop/tie_break_rule.h)
 };
 
 /// Hits come after it if (t, prim_id) is greater.

@@ -18,7 +18,6 @@
 #include "cpu/image/image_tracer.h"
 #include "cpu/image/tile_tracer.h"
 #include "cpu/queries/tree_queries.h"
-#include "cpu/reference/brute_queries.h"
 #include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/refit/refit.h"

@@ -50,7 +50,7 @@ Constants ray_constants(const PhysicalDevice& device, const Tuning& tuning) {
 
 Constants query_constants(const PhysicalDevice& device, const Tuning& tuning) {
     const std::uint32_t steps = step_budget(device, tuning);
-    return {steps <= kStepBudget ? std::min(steps, kQuestionStepBudget) : steps};
+    return {steps <= kStepBudget ? std::min(steps, kQueryStepBudget) : steps};
 }
 
 }  // namespace
@@ -73,9 +73,9 @@ Kernels::Kernels(SharedDevice& device, Context& context, BufferKind kind, const 
       compact("compact", WORDS(compact), kind, {}, no_region()),
       occlusion("occlusion", WORDS(occlusion), kind, of_rays, OcclusionArguments{}),
       resume("resume", WORDS(resume), kind, of_rays, ResumeArguments{}),
-      hits("hits", WORDS(hits), kind, of_queries, QuestionArguments{}),
-      winding("winding", WORDS(winding), kind, of_queries, QuestionArguments{}),
-      closest("closest", WORDS(closest), kind, of_queries, QuestionArguments{}),
+      hits("hits", WORDS(hits), kind, of_queries, QueryArguments{}),
+      winding("winding", WORDS(winding), kind, of_queries, QueryArguments{}),
+      closest("closest", WORDS(closest), kind, of_queries, QueryArguments{}),
       shade("shade", WORDS(shade), kind, {}, no_region()),
       refit_leaves("refit leaves", WORDS(refit_leaves), kind, {}, RefitArguments{}),
       refit_nodes("refit nodes", WORDS(refit_nodes), kind, {}, RefitArguments{}) {}

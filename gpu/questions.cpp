@@ -47,12 +47,12 @@ std::uint32_t start_after(const HitCursor& after, Ray& ray) {
 std::uint32_t Questions::ask(const char* what, Kernel& kernel, std::uint32_t flags,
                              std::span<uvec4> answers) const {
     kernels_.prepare({&kernel});
-    QuestionArguments arguments = {.first = 0,
-                                   .count = static_cast<std::uint32_t>(answers.size()),
-                                   .round = kAskAll,
-                                   .flags = flags,
-                                   .repeated_count = scene_.repeated_count(),
-                                   .pair_room = pair_room()};
+    QueryArguments arguments = {.first = 0,
+                                .count = static_cast<std::uint32_t>(answers.size()),
+                                .round = kAskAll,
+                                .flags = flags,
+                                .repeated_count = scene_.repeated_count(),
+                                .pair_room = pair_room()};
     const std::uint32_t found = passes_.ask(what, scene_, arguments, [&](VkCommandBuffer commands) {
         kernel.dispatch(commands, arguments, groups_of(arguments.count));
     });

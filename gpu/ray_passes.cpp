@@ -123,8 +123,8 @@ double RayPasses::resume(Kernels& kernels, const SceneBuffers& scene, bool any_h
     return device_ms;
 }
 
-std::uint32_t RayPasses::ask(const char* what, const SceneBuffers& scene,
-                             QuestionArguments& arguments, const Record& dispatch) {
+std::uint32_t RayPasses::ask(const char* what, const SceneBuffers& scene, QueryArguments& arguments,
+                             const Record& dispatch) {
     double device_ms = 0;
     submit_part(what, Reset::kAll, dispatch, device_ms);
     const std::uint32_t count = header(what).suspended_count;

@@ -77,7 +77,7 @@ public:
     /// Submits `dispatch`, which asks as `arguments` say, and again, with arguments of its own,
     /// until all questions have answers. Returns the pairs that it found
     /// (WorkHeader::visible_count). Throws Error(kInternal) if a tree is broken.
-    std::uint32_t ask(const char* what, const SceneBuffers& scene, QuestionArguments& arguments,
+    std::uint32_t ask(const char* what, const SceneBuffers& scene, QueryArguments& arguments,
                       const Record& dispatch);
 
 private:

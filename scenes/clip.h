@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "common/scene/mesh.h"
+#include "common/scene/scene_space.h"
 #include "common/scene/textures.h"
-#include "common/scene/world_bounds.h"
 
 namespace mray {
 

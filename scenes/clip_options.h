@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "common/base/warning.h"
+#include "common/base/errors.h"
 #include "scenes/mesh/mesh_file.h"
 
 namespace mray {

@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "common/base/errors.h"
-#include "common/text/message_text.h"
 #include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray {
 namespace {
@@ -24,7 +24,7 @@ struct Text {
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("{} {}: {}; write A, A..B or A..B:STEP, such as 0..20:0.5, or "
                                 "several of them with commas, such as 0,7,20",
-                                numbers, in_quotes(text), what));
+                                numbers, quote(text), what));
     }
     double number(std::string_view number) const {
         const auto value = parse_finite_double(number);

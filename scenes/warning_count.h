@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "common/base/warning.h"
+#include "common/base/errors.h"
 
 namespace mray {
 

@@ -140,16 +140,16 @@ struct RaysArguments {
     uint ray_count;
 };
 
-// Values of QuestionArguments.round.
+// Values of QueryArguments.round.
 SHARED_CONST uint kAskAll = 0u;    // each question; those without an answer are listed
 SHARED_CONST uint kAskAgain = 1u;  // listed questions, from their saved states on
 SHARED_CONST uint kAskAnew = 2u;   // listed questions, from the root on
-// Bits of QuestionArguments.flags.
+// Bits of QueryArguments.flags.
 SHARED_CONST uint kAskOwner = 1u;  // by cross_triangle()
 SHARED_CONST uint kAskCount = 2u;  // the number of hits
 
 /// Push constants of the kernels of questions: `winding`, `closest`, `hits`.
-struct QuestionArguments {
+struct QueryArguments {
     /// A place among the listed questions.
     uint first;
     uint count;

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/text/nearest_name.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 

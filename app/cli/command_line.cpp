@@ -11,7 +11,7 @@
 #include "app/cli/commands.h"
 #include "common/base/errors.h"
 #include "common/report/build_record.h"
-#include "common/text/nearest_name.h"
+#include "common/text/text_parts.h"
 #include "common/version.h"
 
 namespace mray::app {

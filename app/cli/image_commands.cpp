@@ -4,7 +4,7 @@
 
 #include "app/cli/command_adder.h"
 #include "app/terminal/messages.h"
-#include "common/text/ascii.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {

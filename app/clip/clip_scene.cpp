@@ -199,7 +199,7 @@ std::vector<morphray::MeshView> ClipScene::meshes(const ImageOptions& options,
         meshes.push_back({.positions = morphray::packed(ground_),
                           .triangles = kTriangles,
                           .deforms = false,
-                          .backdrop = true});
+                          .shadow_catcher = true});
     }
     return meshes;
 }

@@ -9,8 +9,8 @@
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
 #include "common/scene/mesh.h"
-#include "common/text/message_text.h"
 #include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 #include "scenes/frame_range.h"
 #include "scenes/gltf/gltf_clip.h"
 #include "scenes/inside_view.h"
@@ -61,7 +61,7 @@ std::unique_ptr<Clip> open_clip(const SourceOptions& source, const Messages& mes
     options.list_animations = list_animations;
     options.fps = source.fps;
     options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
-    const Progress progress("reading " + shown(std::filesystem::path(source.scene).filename()), 0,
+    const Progress progress("reading " + escape(std::filesystem::path(source.scene).filename()), 0,
                             messages);
     return open_scene(source.scene, options);
 }

@@ -7,8 +7,8 @@
 #include "app/clip/frames.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
-#include "common/scene/degenerate_count.h"
-#include "common/text/message_text.h"
+#include "common/scene/mesh.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 
@@ -22,7 +22,7 @@ morphray::Scene PosedScene::pose(const BackendOptions& backend, const std::optio
     frame_ = select_frame(frame, std::nullopt, clip);
     if (const std::uint64_t bad =
             count_degenerate(topology(), frames_.positions(frame_)).not_finite) {
-        messages.warn({shown(clip.name()),
+        messages.warn({escape(clip.name()),
                        fmt::format("{} of {} triangles are not finite; they are never hit", bad,
                                    topology().triangles.size())});
     }

@@ -9,8 +9,8 @@
 #include "app/report/diff_report.h"
 #include "app/terminal/interrupt.h"
 #include "common/report/compare.h"
-#include "common/text/message_text.h"
 #include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 #include "morphray/hits.hpp"
 
 namespace mray::app {
@@ -47,7 +47,7 @@ void require_same_shape(const std::vector<std::string>& names, const morphray::H
         ErrorKind::kBadInput,
         fmt::format("{}: has {}, but {} has {}; only files of the same size and number of "
                     "images can be compared",
-                    shown(names[1]), shape_of(actual), shown(names[0]), shape_of(expected)));
+                    escape(names[1]), shape_of(actual), escape(names[0]), shape_of(expected)));
 }
 
 std::string describe_hit(const Hit& hit, std::uint32_t occlusion) {

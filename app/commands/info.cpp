@@ -13,10 +13,10 @@
 #include "common/base/stopwatch.h"
 #include "common/report/build_record.h"
 #include "common/report/table.h"
-#include "common/scene/degenerate_count.h"
+#include "common/scene/mesh.h"
 #include "common/simd/simd_target.h"
-#include "common/text/message_text.h"
 #include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 #include "common/version.h"
 #include "scenes/procedural/procedural.h"
 
@@ -100,7 +100,7 @@ SceneReport describe_scene(const InfoOptions& options, const Messages& messages)
     report.topology_hash = topology_hash(topology);
     if (const SceneTextures* textures = scene.clip().textures()) {
         for (const TextureFile& file : textures->files)
-            report.textures.push_back(shown(std::filesystem::path(file.path).filename()));
+            report.textures.push_back(escape(std::filesystem::path(file.path).filename()));
         report.textured_triangles = static_cast<std::uint64_t>(
             std::count_if(textures->texture_ids.begin(), textures->texture_ids.end(),
                           [](std::uint32_t id) { return id != kNoTexture; }));
@@ -117,7 +117,7 @@ std::string table_of(const std::vector<ClipAnimation>& animations) {
     Table table({"animation", "name", "seconds", "channels", "shown"});
     for (std::size_t i = 0; i < animations.size(); ++i) {
         const ClipAnimation& animation = animations[i];
-        table.add({fmt::format("{}", i), animation.name.empty() ? "" : in_quotes(animation.name),
+        table.add({fmt::format("{}", i), animation.name.empty() ? "" : quote(animation.name),
                    animation.seconds ? fmt::format("{:.6g}", *animation.seconds) : "-",
                    fmt::format("{}", animation.channels), animation.is_shown ? "yes" : ""});
     }

@@ -15,7 +15,7 @@
 #include "common/interop/camera.h"
 #include "common/interop/hit_rule.h"
 #include "common/interop/surface.h"
-#include "common/scene/triangle_area.h"
+#include "common/scene/mesh.h"
 #include "common/update/tree_updater.h"
 
 namespace mray::app {

@@ -11,7 +11,7 @@
 #include "app/report/answers.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {
@@ -100,9 +100,9 @@ ExitCode run_query(const QueryOptions& options, const Messages& messages) {
     }
     asker.flush();
     if (asker.invalid() > 0) {
-        messages.warn({shown(name), fmt::format("{} of {} points are not finite; they are outside "
-                                                "and have no closest point",
-                                                asker.invalid(), answers.point_count())});
+        messages.warn({escape(name), fmt::format("{} of {} points are not finite; they are outside "
+                                                 "and have no closest point",
+                                                 asker.invalid(), answers.point_count())});
     }
     const Topology& topology = scene.topology();
     const ReportHead head{"query", scene.name(), topology.triangles.size(), topology.vertex_count};

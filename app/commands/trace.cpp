@@ -12,7 +12,7 @@
 #include "app/report/answers.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {
@@ -116,14 +116,14 @@ ExitCode run_trace(const TraceOptions& given, const Messages& messages) {
     }
     const RayHits& answers = tracer.answers();
     if (tracer.invalid() > 0) {
-        messages.warn({shown(name),
+        messages.warn({escape(name),
                        fmt::format("{} of {} rays are not finite, have no direction or no length, "
                                    "or start too far away; they hit nothing",
                                    tracer.invalid(), answers.ray_count())});
     }
     if (answers.cut_rays() > 0) {
         messages.warn(
-            {shown(name),
+            {escape(name),
              fmt::format("{} of {} rays have more hits than --max-hits {}; {} hits are left out",
                          answers.cut_rays(), answers.ray_count(), options.hit_lists.max_hits,
                          answers.left_out())});

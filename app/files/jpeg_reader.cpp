@@ -14,7 +14,7 @@
 #include <jerror.h>
 
 #include "common/base/errors.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {
@@ -112,7 +112,7 @@ private:
 [[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
     throw Error(ErrorKind::kBadInput, fmt::format("{}: is not a JPEG file that can be read ({}); "
                                                   "give another file",
-                                                  shown(path), what));
+                                                  escape(path), what));
 }
 
 }  // namespace

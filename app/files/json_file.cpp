@@ -15,7 +15,7 @@ void refuse_json(const std::string& place, const std::string& what, const char* 
 
 std::string line_of(const std::string& file, const std::string& text, std::size_t byte) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(byte, text.size()));
-    return fmt::format("{}:{}", shown(file), 1 + std::count(text.begin(), end, '\n'));
+    return fmt::format("{}:{}", escape(file), 1 + std::count(text.begin(), end, '\n'));
 }
 
 bool is_report_of(std::string_view command, const JsonAt& json) {

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "common/base/input_file.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 #include "scenes/json/json_at.h"
 
 namespace mray::app {
@@ -34,9 +34,9 @@ auto read_json_file(const std::string& file, std::uint64_t most_bytes, const cha
     } catch (const JsonSyntaxError& error) {
         refuse_json(line_of(file, text, error.byte()), error.what(), command);
     } catch (const JsonValueError&) {
-        refuse_json(shown(file), "lacks a member", command);
+        refuse_json(escape(file), "lacks a member", command);
     } catch (const std::invalid_argument& error) {
-        refuse_json(shown(file), error.what(), command);
+        refuse_json(escape(file), error.what(), command);
     }
 }
 

@@ -11,8 +11,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
-#include "common/text/ascii.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {
@@ -123,7 +122,7 @@ bool is_cut(std::string_view bytes) {
 [[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
     throw Error(ErrorKind::kBadInput, fmt::format("{}: is not a PNG file that can be read ({}); "
                                                   "give another file",
-                                                  shown(path), what));
+                                                  escape(path), what));
 }
 
 }  // namespace

@@ -14,8 +14,8 @@
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
-#include "common/text/message_text.h"
 #include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {
@@ -48,7 +48,7 @@ std::size_t NumberLines::next(std::span<double> numbers) {
             const std::string_view word = line.substr(0, line.find_first_of(kBlank));
             line.remove_prefix(word.size());
             const std::optional<float> number = parse_float(word);
-            if (!number) fail(in_quotes(word) + " is not a number");
+            if (!number) fail(quote(word) + " is not a number");
             if (count == numbers.size()) fail(fmt::format("more than {} numbers", numbers.size()));
             numbers[count++] = *number;
         }

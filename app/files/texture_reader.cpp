@@ -9,7 +9,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 #include "morphray/mesh.hpp"
 
 namespace mray::app {
@@ -31,7 +31,7 @@ std::filesystem::path name_of(const TextureFile& file) {
 void require_part(const TextureFile& file, std::uint64_t bytes) {
     if (file.size <= kMostBytes && file.offset <= bytes && file.size <= bytes - file.offset) return;
     throw Error(ErrorKind::kBadInput,
-                fmt::format("{}: bytes {} to {} are no image", shown(name_of(file)), file.offset,
+                fmt::format("{}: bytes {} to {} are no image", escape(name_of(file)), file.offset,
                             file.offset + file.size));
 }
 
@@ -43,7 +43,7 @@ void ImageLimits::require(const std::filesystem::path& path, std::uint64_t width
         throw Error(ErrorKind::kLimit,
                     fmt::format("{}: has {}x{} pixels; at most {} a side and {} in all can be "
                                 "read, make it smaller",
-                                shown(path), width, height, side, pixels));
+                                escape(path), width, height, side, pixels));
     }
 }
 
@@ -66,7 +66,7 @@ Image read_texture(const TextureFile& file) {
     if (is_png(bytes)) return decode_png(bytes, name, kLimits);
     if (is_jpeg(bytes)) return decode_jpeg(bytes, name, kLimits);
     throw Error(ErrorKind::kBadInput,
-                fmt::format("{}: is neither a PNG nor a JPEG file; convert it", shown(name)));
+                fmt::format("{}: is neither a PNG nor a JPEG file; convert it", escape(name)));
 }
 
 std::vector<Image> read_textures(const SceneTextures& textures, bool lenient,
@@ -77,7 +77,7 @@ std::vector<Image> read_textures(const SceneTextures& textures, bool lenient,
             images.push_back(read_texture(file));
         } catch (const Error& error) {
             if (!lenient || error.kind() != ErrorKind::kBadInput) throw;
-            Warning warning = as_warning(error, shown(file.path));
+            Warning warning = as_warning(error, escape(file.path));
             warning.text += "; its faces have no texture";
             messages.warn(warning);
             images.push_back({1, 1, {0xFFFFFFFF}});

@@ -9,7 +9,7 @@
 #include "app/files/format_table.h"
 #include "app/report/report_head.h"
 #include "common/bvh/bvh_stats.h"
-#include "common/scene/degenerate_count.h"
+#include "common/scene/mesh.h"
 #include "morphray/device.hpp"
 #include "scenes/clip.h"
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "app/terminal/interrupt.h"
-#include "common/base/thread_errors.h"
+#include "common/base/thread_arena.h"
 #include "common/base/watch.h"
 
 namespace mray::app {
@@ -34,11 +34,11 @@ ExitCode exit_code_of(ErrorKind kind) {
     return ExitCode::kInternal;
 }
 
-const char* remedy_text(Remedy remedy) {
+const char* hint_text(Hint hint) {
     switch (remedy) {
-        case Remedy::kLenient:
+        case Hint::kLenient:
             return " or accept it with --lenient";
-        case Remedy::kReplaceMissing:
+        case Hint::kReplaceMissing:
             return ", or use --missing hold or --missing skip";
         default:
             return "";
@@ -50,7 +50,7 @@ std::string message_of(const Error& error) {
     if (error.what() == std::string(kWorkCancelled))
         return std::string(interrupt_signal() == SIGTERM ? "terminated" : "interrupted") +
                "; finished results are kept";
-    return std::string(error.what()) + remedy_text(error.remedy());
+    return std::string(error.what()) + hint_text(error.hint());
 }
 
 Failure describe_failure(const std::exception_ptr& failure) {

@@ -29,8 +29,8 @@ enum class ExitCode : int {
 ExitCode exit_code_of(ErrorKind kind);
 
 /// The option that would avoid an error, such as " or accept it with --lenient"; empty for
-/// Remedy::kNone.
-const char* remedy_text(Remedy remedy);
+/// Hint::kNone.
+const char* hint_text(Hint hint);
 
 /// The error's message with the option that would avoid it.
 std::string message_of(const Error& error);

@@ -8,7 +8,7 @@
 #include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
 #include "common/base/output_file.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {
@@ -18,7 +18,7 @@ constexpr const char* kProgram = "morphray: ";
 
 void write_line(const char* prefix, std::string_view message) {
     const ProgressPause pause;
-    const std::string line = prefix + shown(std::string(message)) + '\n';
+    const std::string line = prefix + escape(std::string(message)) + '\n';
     std::string_view rest = line;
     while (!rest.empty()) {
         const ssize_t written = ::write(STDERR_FILENO, rest.data(), rest.size());
@@ -42,7 +42,7 @@ void Messages::error(const Error& error) const {
 void Messages::warn(const Warning& warning) const {
     static std::mutex mutex;
     const std::scoped_lock lock(mutex);
-    warnings_.push_back(warning.line(remedy_text(warning.remedy)));
+    warnings_.push_back(warning.line(hint_text(warning.hint)));
     write_line(warning.place.empty() ? kProgram : "", warnings_.back());
 }
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/base/warning.h"
+#include "common/base/errors.h"
 
 namespace mray::app {
 

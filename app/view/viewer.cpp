@@ -13,7 +13,7 @@
 #include "app/view/controls.h"
 #include "common/base/output_file.h"
 #include "common/image/png.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {
@@ -38,7 +38,7 @@ Viewer::Viewer(const ViewOptions& options, const Messages& messages)
       state_(initial_state(options_, *clip_,
                            select_frame(options_.frame, options_.image.tree.build_at, *clip_))),
       first_camera_(state_.camera),
-      window_("morphray view " + shown(clip_->name()),
+      window_("morphray view " + escape(clip_->name()),
               static_cast<int>(state_.view.width) + kPanelWidth,
               static_cast<int>(state_.view.height)),
       engine_(options_.image, *clip_, messages, [] { Window::wake(); }) {}

@@ -2,8 +2,11 @@
 // "no hit" is a value.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace mray {
 
@@ -20,7 +23,7 @@ enum class ErrorKind {
 
 /// A setting under which the work would have succeeded. The message does not name it, because each
 /// caller has its own name for it: an option of the program, a member of a struct.
-enum class Remedy {
+enum class Hint {
     kNone,
     kLenient,         // ClipOptions::lenient
     kAllowEmpty,      // ClipOptions::allow_empty
@@ -30,14 +33,45 @@ enum class Remedy {
 /// what() is one line, `file:line: what is wrong; what to do` where there is a file and a line.
 class Error : public std::runtime_error {
 public:
-    Error(ErrorKind kind, const std::string& message, Remedy remedy = Remedy::kNone)
-        : std::runtime_error(message), kind_(kind), remedy_(remedy) {}
+    Error(ErrorKind kind, const std::string& message, Hint hint = Hint::kNone)
+        : std::runtime_error(message), kind_(kind), hint_(hint) {}
     ErrorKind kind() const { return kind_; }
-    Remedy remedy() const { return remedy_; }
+    Hint hint() const { return hint_; }
 
 private:
     ErrorKind kind_;
-    Remedy remedy_;
+    Hint hint_;
 };
+
+struct Warning {
+    /// "file" or "file:line"; empty where there is no file.
+    std::string place;
+    std::string text;
+    /// As Error::hint().
+    Hint hint = Hint::kNone;
+    /// Further warnings of this kind, which this one stands for.
+    std::uint64_t more = 0;
+
+    /// "place: warning: text (and 3 more)", without what is empty or 0. `advice` follows the text.
+    std::string line(std::string_view advice = {}) const {
+        std::string line = place.empty() ? "" : place + ": ";
+        line.append("warning: ").append(text).append(advice);
+        if (more > 0) line += " (and " + std::to_string(more) + " more)";
+        return line;
+    }
+};
+
+using WarnFunction = std::function<void(const Warning&)>;
+
+/// An error about `file` ("file: ..." or "file:line: ...") as a warning. A message about anything
+/// else has no place.
+inline Warning as_warning(const Error& error, std::string_view file) {
+    const std::string_view message = error.what();
+    const std::size_t colon =
+        message.starts_with(file) ? message.find(": ", file.size()) : std::string_view::npos;
+    if (colon == std::string_view::npos) return {{}, std::string(message), error.hint()};
+    return {std::string(message.substr(0, colon)), std::string(message.substr(colon + 2)),
+            error.hint()};
+}
 
 }  // namespace mray

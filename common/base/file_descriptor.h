@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstddef>
+#include <span>
 #include <utility>
 
 namespace mray {
@@ -27,5 +29,8 @@ public:
 private:
     int fd_;
 };
+
+/// Writes all bytes. Returns 0, or the errno of the write that failed.
+int write_all(int fd, std::span<const std::byte> bytes);
 
 }  // namespace mray

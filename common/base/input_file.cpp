@@ -13,7 +13,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/file_descriptor.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray {
 namespace {
@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const fs::path& path, const std::string& what) {
-    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", shown(path), what));
+    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", escape(path), what));
 }
 
 std::string why_not_opened(int error) {
@@ -99,7 +99,7 @@ std::string read_input_file(const fs::path& path, std::uint64_t max_bytes) {
     if (size > max_bytes) {
         throw Error(ErrorKind::kLimit,
                     fmt::format("{}: {} bytes are more than the {} that are read; split the scene",
-                                shown(path), size, max_bytes));
+                                escape(path), size, max_bytes));
     }
 
     std::string bytes(size, '\0');
@@ -139,13 +139,13 @@ void InputFile::read(std::uint64_t offset, std::span<std::byte> out) const {
 fs::path side_file(const fs::path& scene_file, const std::string& name) {
     if (name.size() >= PATH_MAX) {
         fail(scene_file, fmt::format("names {}, a name of {} bytes, which no file can have",
-                                     in_quotes(name), name.size()));
+                                     quote(name), name.size()));
     }
     const fs::path given(name);
     if (given.is_absolute() || name.find('\0') != std::string::npos) {
         fail(scene_file, fmt::format("names {} by an absolute path, which is not followed; put the "
                                      "file beside the scene and give its name only",
-                                     in_quotes(name)));
+                                     quote(name)));
     }
     std::error_code error;
     const fs::path parent = scene_file.has_parent_path() ? scene_file.parent_path() : ".";
@@ -159,7 +159,7 @@ fs::path side_file(const fs::path& scene_file, const std::string& name) {
     if (leaves || (!error && folder_end != folder.end())) {
         fail(scene_file, fmt::format("names {}, which lies outside of the scene's folder and is "
                                      "not followed; put the file beside the scene",
-                                     in_quotes(name)));
+                                     quote(name)));
     }
     if (error) fail(folder / given, why_not_opened(error.value()));
     return real;

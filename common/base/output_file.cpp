@@ -15,7 +15,6 @@
 #include "common/base/errors.h"
 #include "common/base/file_descriptor.h"
 #include "common/base/temporary_file.h"
-#include "common/base/write_all.h"
 #include "common/text/number_text.h"
 
 namespace mray {

@@ -11,8 +11,8 @@
 #include <optional>
 #include <string_view>
 
-#include "common/base/folder_entries.h"
 #include "common/base/hash.h"
+#include "common/base/input_file.h"
 #include "common/text/number_text.h"
 
 namespace mray {

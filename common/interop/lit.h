@@ -12,7 +12,7 @@ SHARED_BEGIN
 
 #ifndef SHARED_LANES
 // A bit of a packed albedo: the triangle shows the background, darkened where light is kept off.
-SHARED_CONST uint kBackdropBit = 0x01000000u;
+SHARED_CONST uint kShadowCatcherBit = 0x01000000u;
 // Another bit: the triangle has a texture.
 SHARED_CONST uint kTexturedBit = 0x02000000u;
 #endif
@@ -153,7 +153,7 @@ SHARED Float3 lit_colour(Float3 n, Float3 to_light, Float light, Float open, Flo
 }
 
 /// The linear colour behind the scene at a height from 0 (top of the image) to 1.
-SHARED Float3 backdrop(Float height) {
+SHARED Float3 sky_colour(Float height) {
     PRECISE Float x = height * (2.0f - height);
     return Float3(blend(broadcast(0.28125f), broadcast(0.75f), x),
                   blend(broadcast(0.3359375f), broadcast(0.75f), x),
@@ -162,9 +162,9 @@ SHARED Float3 backdrop(Float height) {
 
 /// The linear colour of a surface that shows the background, with light and open as in
 /// lit_colour().
-SHARED Float3 backdrop_colour(Float height, Float light, Float open) {
+SHARED Float3 shadow_catcher_colour(Float height, Float light, Float open) {
     PRECISE Float k = (0.53125f + 0.46875f * light) * (0.25f + 0.75f * open);
-    Float3 c = backdrop(height);
+    Float3 c = sky_colour(height);
     PRECISE Float3 darkened = Float3(c.x * k, c.y * k, c.z * k);
     return darkened;
 }

@@ -11,7 +11,7 @@
 #include "common/base/output_file.h"
 #include "common/report/shell_command.h"
 #include "common/report/shell_text.h"
-#include "common/text/utf8.h"
+#include "common/text/text_parts.h"
 
 namespace mray::plot {
 namespace {
@@ -66,7 +66,7 @@ std::string script_path() {
 }
 
 /// Single quotes, in which gnuplot expands nothing.
-std::string in_quotes(std::string_view text) {
+std::string quote(std::string_view text) {
     std::string result = "'";
     for (const char c : utf8_text(text)) {
         if (c != '\n' && c != '\r') result.append(c == '\'' ? 2 : 1, c);
@@ -81,11 +81,11 @@ std::string settings(const Figure& figure, const std::string& csv, std::string_v
     std::string text = fmt::format("width={};height={};columns={};panels={}", kWidth,
                                    rows * figure.panel_height + kEdges, figure.columns, panels);
     const auto set = [&text](const std::string& name, std::string_view value) {
-        if (!value.empty()) text += fmt::format(";{}={}", name, in_quotes(value));
+        if (!value.empty()) text += fmt::format(";{}={}", name, quote(value));
     };
     set("csv", csv);
     set("format", format);
-    text += fmt::format(";title={};footer={}", in_quotes(figure.title), in_quotes(figure.footer));
+    text += fmt::format(";title={};footer={}", quote(figure.title), quote(figure.footer));
     for (int i = 0; i < panels; ++i) {
         const Panel& panel = figure.panels[static_cast<std::size_t>(i)];
         for (const auto& [name, value] : kVariables)

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "common/text/utf8.h"
+#include "common/text/text_parts.h"
 
 namespace mray {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/text/utf8.h"
+#include "common/text/text_parts.h"
 
 namespace mray {
 

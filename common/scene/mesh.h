@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,5 +31,17 @@ struct Topology {
 
 /// XXH3 (64 bits) of the vertex count and the index list: equal for frames of one clip.
 std::uint64_t topology_hash(const Topology& topology);
+
+/// Triangles that no ray can hit at these positions (scene space).
+struct DegenerateCount {
+    std::uint64_t not_finite = 0;
+    std::uint64_t zero_area = 0;
+};
+DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3> positions);
+
+/// Whether a triangle in scene space has an area. Returns false only if the vertices are certainly
+/// collinear, which it proves if every rounding error in the differences of their coordinates is 0
+/// or multiplied by 0; all other triangles count as having an area.
+bool has_area(vec3 a, vec3 b, vec3 c);
 
 }  // namespace mray

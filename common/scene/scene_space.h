@@ -6,9 +6,23 @@
 
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
-#include "common/scene/world_bounds.h"
+#include "common/scene/mesh.h"
 
 namespace mray {
+
+/// Lower and upper corner of a set of points in world space, in double so that no extent of
+/// floats overflows. Without a finite point they are empty: lower > upper.
+struct WorldBounds {
+    double lower[3] = {1, 1, 1};
+    double upper[3] = {-1, -1, -1};
+    bool empty() const { return lower[0] > upper[0]; }
+
+    /// Extends the bounds by a box that is not empty.
+    void extend(const double other_lower[3], const double other_upper[3]);
+};
+
+/// The bounds of the finite points.
+WorldBounds bounds_of(std::span<const vec3> points);
 
 /// The map between world space and scene space: scene = (world - centre) * 2^exponent, rounded
 /// once to float and snapped to the grid of 2^-40. The exponent brings the clip's bounds into

@@ -248,7 +248,7 @@ private:
     UintVec light(const SampleLanes& samples, FloatVec height) {
         const FloatVec dithered =
             lanes::dithered_rounding(samples.x >> side_bits_, samples.y >> side_bits_);
-        LitLanes lit{lanes::backdrop(height), lanes::Float3(vec3(0.0f)), splat(1.0f), dithered};
+        LitLanes lit{lanes::sky_colour(height), lanes::Float3(vec3(0.0f)), splat(1.0f), dithered};
         if (!none(samples.visible)) {
             const LitLanes surface = lit_surface(samples, height, dithered);
             lit.colour = select(samples.visible, surface.colour, lit.colour);
@@ -298,11 +298,12 @@ private:
             base_colours(s_, albedo, samples.prim, samples.u, samples.v, through, depth);
         LitLanes lit{lanes::lit_colour(n, to_light, light, open, lanes::Float3(s_.up), base), n,
                      open, splat(0.5f)};
-        const Mask is_backdrop = float_mask((albedo & kBackdropBit) == splat(kBackdropBit));
-        if (!none(is_backdrop)) {
-            lit.colour =
-                select(is_backdrop, lanes::backdrop_colour(height, light, open), lit.colour);
-            lit.rounding = select(is_backdrop, dithered, lit.rounding);
+        const Mask is_shadow_catcher =
+            float_mask((albedo & kShadowCatcherBit) == splat(kShadowCatcherBit));
+        if (!none(is_shadow_catcher)) {
+            lit.colour = select(is_shadow_catcher,
+                                lanes::shadow_catcher_colour(height, light, open), lit.colour);
+            lit.rounding = select(is_shadow_catcher, dithered, lit.rounding);
         }
         return lit;
     }

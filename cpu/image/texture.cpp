@@ -114,7 +114,7 @@ Texture::Texture(std::span<const std::uint32_t> texels, std::uint32_t width, std
         alphas_.push_back(static_cast<std::uint8_t>(texel >> 24));
 }
 
-bool Texture::is_hole_within(float u, float v) const {
+bool Texture::fails_alpha_test_at(float u, float v) const {
     const Level& level = levels_.front();
     const Corners corners = corners_of(u, v, level.width(), level.height(), clamp_);
     std::uint32_t sum = 0;
@@ -203,13 +203,13 @@ std::uint32_t level_of_texels(double texels) {
     return static_cast<std::uint32_t>(bits - (std::uint64_t{1023} << 8)) / 2;
 }
 
-bool is_hole(const TexturedTriangles& triangles, const Hit& hit) {
+bool fails_alpha_test(const TexturedTriangles& triangles, const Hit& hit) {
     if (hit.prim_id >= triangles.ids.size() || triangles.ids[hit.prim_id] == kNoTexture)
         return false;
     const Texture& texture = *triangles.textures[triangles.ids[hit.prim_id]];
-    if (!texture.has_holes()) return false;
+    if (!texture.has_alpha_test()) return false;
     const Texcoord at = texcoord_at(triangles.texcoords[hit.prim_id], hit.u, hit.v);
-    return texture.is_hole_within(texture.into_image(at.u), texture.into_image(1.0f - at.v));
+    return texture.fails_alpha_test_at(texture.into_image(at.u), texture.into_image(1.0f - at.v));
 }
 
 TexturePlace texture_place(const TexturedTriangles& triangles, const TexturedSample& sample) {

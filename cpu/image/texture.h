@@ -52,10 +52,10 @@ public:
     uvec3 colour_within(float u, float v, std::uint32_t level) const;
 
     /// Whether there is a hole anywhere.
-    bool has_holes() const { return !alphas_.empty(); }
+    bool has_alpha_test() const { return !alphas_.empty(); }
     /// Whether a point of the image is in a hole: by its alpha on level 0, bilinear with weights of
     /// 8 bits. u, v: as in colour_within().
-    bool is_hole_within(float u, float v) const;
+    bool fails_alpha_test_at(float u, float v) const;
 
 private:
     uvec3 bilinear(const Level& level, float u, float v) const;
@@ -84,7 +84,7 @@ struct TexturedTriangles {
 
 /// Whether a hit is in a hole of its triangle's texture. Not for a triangle without a texture, and
 /// for kNoPrim.
-bool is_hole(const TexturedTriangles& triangles, const Hit& hit);
+bool fails_alpha_test(const TexturedTriangles& triangles, const Hit& hit);
 
 /// A sample that shows a triangle with a texture.
 struct TexturedSample {

@@ -1,5 +1,11 @@
 #include "cpu/reference/brute_tracer.h"
 
+#include <algorithm>
+#include <cstddef>
+
+#include "common/interop/closest_rule.h"
+#include "common/interop/tie_break_rule.h"
+#include "common/interop/winding_rule.h"
 #include "cpu/reference/closest_hit.h"
 
 namespace mray::cpu {
@@ -20,6 +26,107 @@ bool BruteTracer::occluded(const Ray& ray) const {
             return true;
     }
     return false;
+}
+
+namespace {
+
+/// Calls visit(hit) for each triangle that the ray hits, in any order.
+template <class Visit>
+void for_each_hit(const Topology& topology, std::span<const vec3> positions, const Ray& ray,
+                  Crossing crossing, Visit visit) {
+    const ShearedRay sheared = shear_ray(ray.org, ray.dir);
+    std::uint32_t prim_id = 0;
+    for (const uvec3& t : topology.triangles) {
+        const vec3 a = positions[t.x];
+        const vec3 b = positions[t.y];
+        const vec3 c = positions[t.z];
+        TriangleHit hit;
+        const bool is_hit = crossing == Crossing::kOwner
+                                ? cross_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit)
+                                : intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
+        if (is_hit) visit(make_hit(hit, prim_id));
+        ++prim_id;
+    }
+}
+
+bool is_before(const Hit& a, const Hit& b) { return is_closer(a.t, a.prim_id, b.t, b.prim_id); }
+
+}  // namespace
+
+void BruteQueries::count(std::span<const Ray> rays, Crossing crossing,
+                         std::span<std::uint64_t> counts) const {
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        counts[i] = 0;
+        for_each_hit(*topology_, positions_, rays[i], crossing, [&](const Hit&) { ++counts[i]; });
+    }
+}
+
+void BruteQueries::list(std::span<const Ray> rays, Crossing crossing, std::uint32_t most,
+                        HitLists& lists) const {
+    for (const Ray& ray : rays) {
+        const std::size_t first = lists.hits.size();
+        for_each_hit(*topology_, positions_, ray, crossing,
+                     [&](const Hit& hit) { lists.hits.push_back(hit); });
+        const std::size_t total = lists.hits.size() - first;
+        std::sort(lists.hits.begin() + static_cast<std::ptrdiff_t>(first), lists.hits.end(),
+                  is_before);
+        const std::size_t listed = std::min<std::size_t>(total, most);
+        lists.hits.resize(first + listed);
+        lists.listed.push_back(static_cast<std::uint32_t>(listed));
+        lists.total.push_back(total);
+    }
+}
+
+void BruteQueries::intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
+                                   Crossing crossing, std::span<Hit> hits) const {
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        hits[i] = no_hit();
+        for_each_hit(*topology_, positions_, rays[i], crossing, [&](const Hit& hit) {
+            const bool is_after = is_closer(after[i].t, after[i].prim_id, hit.t, hit.prim_id);
+            if (is_after && (hits[i].prim_id == kNoPrim || is_before(hit, hits[i]))) hits[i] = hit;
+        });
+    }
+}
+
+void BruteQueries::wind(std::span<const vec3> points, std::span<FloatWinding> windings,
+                        std::vector<UncertainCrossing>& uncertain) const {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        windings[i] = {};
+        const vec3 p = clipped_point(points[i]);
+        std::uint32_t prim_id = 0;
+        for (const uvec3& t : topology_->triangles) {
+            const vec3 a = positions_[t.x];
+            const vec3 b = positions_[t.y];
+            const vec3 c = positions_[t.z];
+            if (finite_vertices(a, b, c)) {
+                const FloatCrossing crossing = float_crossing(p, a, b, c);
+                windings[i].winding += crossing.is_up - crossing.is_down;
+                windings[i].crossings += crossing.is_up || crossing.is_down;
+                if (crossing.is_uncertain)
+                    uncertain.push_back({static_cast<std::uint32_t>(i), prim_id});
+            }
+            ++prim_id;
+        }
+    }
+}
+
+void BruteQueries::closest(std::span<const vec3> points, float most_d2,
+                           std::span<ClosestTriangle> closest) const {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        closest[i] = {most_d2, kNoPrim};
+        std::uint32_t prim_id = 0;
+        for (const uvec3& t : topology_->triangles) {
+            const vec3 a = positions_[t.x];
+            const vec3 b = positions_[t.y];
+            const vec3 c = positions_[t.z];
+            if (finite_vertices(a, b, c)) {
+                const float d2 = closest_on_triangle(points[i], a, b, c).d2;
+                if (is_closer(d2, prim_id, closest[i].d2, closest[i].prim_id))
+                    closest[i] = {d2, prim_id};
+            }
+            ++prim_id;
+        }
+    }
 }
 
 }  // namespace mray::cpu

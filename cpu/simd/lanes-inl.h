@@ -15,9 +15,9 @@
 #include "common/interop/camera.h"
 #include "common/interop/hit_rule.h"
 #include "common/interop/lit.h"
-#include "common/interop/owner_rule.h"
 #include "common/interop/shading.h"
 #include "common/interop/surface.h"
+#include "common/interop/tie_break_rule.h"
 #include "common/simd/vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -101,7 +101,7 @@ HWY_INLINE Float product_error(Float a, Float b, Float p) { return mul_sub(a, b,
 #include "common/interop/arithmetic.h"
 #include "common/interop/slab.h"
 #include "common/interop/hit_rule.h"
-#include "common/interop/owner_rule.h"
+#include "common/interop/tie_break_rule.h"
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
 #include "common/interop/shading.h"

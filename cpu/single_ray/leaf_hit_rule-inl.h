@@ -19,8 +19,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "common/interop/owner_rule.h"
 #include "common/interop/packet_bounds.h"
+#include "common/interop/tie_break_rule.h"
 #include "common/scene_queries.h"
 #include "cpu/simd/lanes-inl.h"
 #include "cpu/single_ray/certain_occluders-inl.h"

@@ -17,9 +17,9 @@
 #include "common/bvh/bvh.h"
 #include "cpu/single_ray/closest_leaf-inl.h"
 #include "cpu/single_ray/leaf_hit_rule-inl.h"
-#include "cpu/single_ray/lone_rays-inl.h"
 #include "cpu/single_ray/node_lanes-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
+#include "cpu/single_ray/single_rays-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

@@ -5,7 +5,7 @@
 // (cpu/single_ray/ray_bundle-inl.h), a leaf's triangles with rays for lanes
 // (cpu/single_ray/closest_leaf-inl.h), which are packed where they fill few lanes
 // (cpu/single_ray/packed_rays-inl.h). Where few rays are left they go on alone, up to 64 of them
-// in turn (cpu/single_ray/lone_rays-inl.h).
+// in turn (cpu/single_ray/single_rays-inl.h).
 //
 // An entry has a bound of the least depth of hits in its box. Rays whose last_depth is before it
 // leave the mask when the entry is taken: a hit in the box would not be closer, nor as close.
@@ -24,11 +24,11 @@
 
 #include "common/bvh/bvh.h"
 #include "cpu/single_ray/closest_leaf-inl.h"
-#include "cpu/single_ray/lone_rays-inl.h"
 #include "cpu/single_ray/one_ray-inl.h"
 #include "cpu/single_ray/packed_rays-inl.h"
 #include "cpu/single_ray/ray_bundle-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
+#include "cpu/single_ray/single_rays-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
@@ -60,10 +60,10 @@ public:
         if (count > together_) {
             bundle_ = bundle_of(stream_, count);
             descend();
-            lone_.intersect(bvh_, stream_, closest_);
+            single_rays_.intersect(bvh_, stream_, closest_);
         } else if (count >= kFewRays) {
-            for (std::uint32_t i = 0; i < count; ++i) lone_.add(i, 0);
-            lone_.intersect(bvh_, stream_, closest_);
+            for (std::uint32_t i = 0; i < count; ++i) single_rays_.add(i, 0);
+            single_rays_.intersect(bvh_, stream_, closest_);
         } else {
             for (std::size_t i = 0; i < count; ++i) intersect_ray(bvh_, stream_, i, closest_);
         }
@@ -130,9 +130,10 @@ private:
     }
 
     HWY_INLINE void leave_alone(std::uint64_t rays, std::uint32_t child) {
-        if (!lone_.has_room_for(kTogetherAtNode)) lone_.intersect(bvh_, stream_, closest_);
+        if (!single_rays_.has_room_for(kTogetherAtNode))
+            single_rays_.intersect(bvh_, stream_, closest_);
         for (; rays != 0; rays &= rays - 1)
-            lone_.add(static_cast<std::uint32_t>(std::countr_zero(rays)), child);
+            single_rays_.add(static_cast<std::uint32_t>(std::countr_zero(rays)), child);
     }
 
     /// Pushes the children that rays meet so that the nearest is on top; returns the new size.
@@ -162,7 +163,7 @@ private:
     RayBundle bundle_;
     ClosestHits closest_;
     PackedRays packed_;
-    LoneRays lone_;
+    SingleRays single_rays_;
 };
 
 }  // namespace HWY_NAMESPACE

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <optional>
 
-#include "common/text/ascii.h"
+#include "common/text/text_parts.h"
 #include "gpu/vulkan/lavapipe.h"
 #include "gpu/vulkan/result.h"
 #include "shaders/kernel_interface.h"

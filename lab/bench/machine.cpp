@@ -7,8 +7,8 @@
 #include <sstream>
 #include <thread>
 
-#include "common/text/ascii.h"
 #include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray::bench {
 namespace {

@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray::gltf {
 namespace {
@@ -50,7 +50,7 @@ std::size_t width_of(const JsonAt& at) {
     for (const auto& [name, width] : kTypes)
         if (at.text() == name) return width;
     at.fail(fmt::format("is {}; must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4",
-                        in_quotes(at.text())));
+                        quote(at.text())));
 }
 
 /// A component as the number it stands for.

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "common/text/message_text.h"
 #include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 #include "scenes/gltf/transforms.h"
 #include "scenes/warning_count.h"
 
@@ -33,7 +33,7 @@ std::string list_of(const GltfFile& file) {
     std::string list;
     for (std::size_t i = 0; i < std::min(count, kMostListed); ++i) {
         list += fmt::format("{}{} {}", i == 0 ? "" : ", ", i,
-                            in_quotes(name_of(file.element("animations", i))));
+                            quote(name_of(file.element("animations", i))));
     }
     return count > kMostListed ? fmt::format("{} and {} more", list, count - kMostListed) : list;
 }
@@ -46,8 +46,8 @@ Target target_of(const JsonAt& path) {
         {"weights", Target::kWeights}};
     for (const auto& [name, target] : kTargets)
         if (path.text() == name) return target;
-    path.fail(fmt::format("is {}; must be translation, rotation, scale or weights",
-                          in_quotes(path.text())));
+    path.fail(
+        fmt::format("is {}; must be translation, rotation, scale or weights", quote(path.text())));
 }
 
 Interpolation interpolation_of(const JsonAt& sampler) {
@@ -55,8 +55,7 @@ Interpolation interpolation_of(const JsonAt& sampler) {
     if (!given || given->text() == "LINEAR") return Interpolation::kLinear;
     if (given->text() == "STEP") return Interpolation::kStep;
     if (given->text() == "CUBICSPLINE") return Interpolation::kCubicSpline;
-    given->fail(
-        fmt::format("is {}; must be LINEAR, STEP or CUBICSPLINE", in_quotes(given->text())));
+    given->fail(fmt::format("is {}; must be LINEAR, STEP or CUBICSPLINE", quote(given->text())));
 }
 
 void require_times(const JsonAt& reference, std::span<const float> times) {
@@ -245,15 +244,15 @@ std::size_t find_animation(const GltfFile& file, const std::string& text) {
     if (text.empty()) return 0;
     const std::size_t count = file.count("animations");
     if (count == 0) {
-        throw Error(ErrorKind::kBadArgument, fmt::format("animation {}: {} has no animations",
-                                                         in_quotes(text), file.name()));
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("animation {}: {} has no animations", quote(text), file.name()));
     }
     for (std::size_t i = 0; i < count; ++i)
         if (name_of(file.element("animations", i)) == text) return i;
     const std::optional<std::uint64_t> index = parse_unsigned(text);
     if (index && *index < count) return static_cast<std::size_t>(*index);
     throw Error(ErrorKind::kBadArgument,
-                fmt::format("animation {}: {} has no such one; choose one of {}", in_quotes(text),
+                fmt::format("animation {}: {} has no such one; choose one of {}", quote(text),
                             file.name(), list_of(file)));
 }
 

@@ -11,8 +11,7 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/text/ascii.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 #include "scenes/gltf/gltf_scene.h"
 #include "scenes/gltf/pose.h"
 
@@ -26,7 +25,7 @@ class GltfClip : public Clip {
 public:
     GltfClip(const std::filesystem::path& path, const std::string& name, const ClipOptions& options)
         : name_(name),
-          file_(shown(path)),
+          file_(escape(path)),
           is_lenient_(options.lenient),
           scene_(gltf::read_gltf_scene(path, options)),
           skinning_(scene_),
@@ -75,7 +74,7 @@ private:
     Error problem(std::size_t vertex, double frame) const {
         return {ErrorKind::kBadInput,
                 fmt::format("{}: {}; repair it", file_, bad_coordinate(vertex, frame)),
-                Remedy::kLenient};
+                Hint::kLenient};
     }
 
     std::string name_;

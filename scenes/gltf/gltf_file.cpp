@@ -11,7 +11,7 @@
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
 #include "common/text/base64.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 #include "scenes/warning_count.h"
 
 namespace mray::gltf {
@@ -153,7 +153,7 @@ std::filesystem::path file_of_uri(const JsonAt& uri, const std::filesystem::path
         uri.fail(
             fmt::format("{} is not followed; put the file beside the scene and give its name "
                         "only",
-                        in_quotes(text)));
+                        quote(text)));
     }
     try {
         return side_file(scene_file, name);
@@ -165,7 +165,7 @@ std::filesystem::path file_of_uri(const JsonAt& uri, const std::filesystem::path
 }
 
 GltfFile::GltfFile(const std::filesystem::path& path, const WarnFunction& warn)
-    : path_(path), name_(shown(path)) {
+    : path_(path), name_(escape(path)) {
     bytes_ = read_input_file(path);
     std::string_view binary;
     if (bytes_.starts_with(kMagic)) {
@@ -203,7 +203,7 @@ void GltfFile::require_version() const {
     const JsonAt version = asset.find("minVersion") ? asset.at("minVersion") : asset.at("version");
     const std::string_view text = version.text();
     if (text == "2.0" || (!asset.find("minVersion") && text.starts_with("2."))) return;
-    version.fail(fmt::format("is {}; only glTF 2.0 is read, convert the file", in_quotes(text)));
+    version.fail(fmt::format("is {}; only glTF 2.0 is read, convert the file", quote(text)));
 }
 
 void GltfFile::require_known_extensions(const WarnFunction& warn) const {
@@ -217,11 +217,11 @@ void GltfFile::require_known_extensions(const WarnFunction& warn) const {
             extension.fail(
                 fmt::format("the extension {} is required, but not known; write the file "
                             "without it",
-                            in_quotes(extension.text())));
+                            quote(extension.text())));
         }
         left_out.add([&] {
             return Warning{name_, fmt::format("{}: {} is required, but not read; left out",
-                                              extension.path(), in_quotes(extension.text()))};
+                                              extension.path(), quote(extension.text()))};
         });
     }
     left_out.tell(warn);

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/base/warning.h"
+#include "common/base/errors.h"
 #include "scenes/json/json_at.h"
 
 namespace mray::gltf {

@@ -261,7 +261,7 @@ private:
         if (!options_.allow_empty) {
             throw Error(ErrorKind::kBadInput,
                         fmt::format("{}: its scene has no triangles", file_.name()),
-                        Remedy::kAllowEmpty);
+                        Hint::kAllowEmpty);
         }
         if (options_.warn)
             options_.warn({file_.name(), "its scene has no triangles; the image will be empty"});

@@ -232,7 +232,7 @@ void MeshReader::check_positions(const JsonAt& at, const std::vector<vec3>& posi
         if (MeshRules::is_good(p.x) && MeshRules::is_good(p.y) && MeshRules::is_good(p.z)) continue;
         const std::string what =
             fmt::format("vertex {} has a coordinate that is not finite or beyond 1e30", i);
-        if (!options_.lenient) at.fail(what + "; repair it", Remedy::kLenient);
+        if (!options_.lenient) at.fail(what + "; repair it", Hint::kLenient);
         not_finite_.add([&] {
             return Warning{file_.name(), fmt::format("{}: {}; kept as it is", at.path(), what)};
         });
@@ -283,7 +283,7 @@ Influences MeshReader::read_influences(const JsonAt& attributes, std::size_t ver
     if (sets.joints.empty()) return {};
     return joined_influences(sets, [&](std::size_t vertex) {
         const std::string what = fmt::format("vertex {} has no weight above 0", vertex);
-        if (!options_.lenient) attributes.fail(what + "; repair it", Remedy::kLenient);
+        if (!options_.lenient) attributes.fail(what + "; repair it", Hint::kLenient);
         unweighted_.add([&] {
             return Warning{file_.name(), fmt::format("{}: {}; moves with its first joint",
                                                      attributes.path(), what)};

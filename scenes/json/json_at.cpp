@@ -48,7 +48,7 @@ JsonTree parse_json(std::string_view text, const std::string& file) {
     }
 }
 
-void JsonAt::fail(const std::string& what, Remedy remedy) const {
+void JsonAt::fail(const std::string& what, Hint hint) const {
     throw JsonValueError(ErrorKind::kBadInput,
                          path_.empty() ? fmt::format("{}: {}", file_, what)
                                        : fmt::format("{}: {}: {}", file_, path_, what),

@@ -66,7 +66,7 @@ public:
     /// Such as "accessors[3].byteOffset"; empty for the whole file.
     const std::string& path() const { return path_; }
     const std::string& file() const { return file_; }
-    [[noreturn]] void fail(const std::string& what, Remedy remedy = Remedy::kNone) const;
+    [[noreturn]] void fail(const std::string& what, Hint hint = Hint::kNone) const;
 
     bool is_null() const;
     bool is_boolean() const;

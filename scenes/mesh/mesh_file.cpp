@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/text/ascii.h"
+#include "common/text/text_parts.h"
 
 namespace mray {
 namespace {

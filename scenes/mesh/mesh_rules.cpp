@@ -5,13 +5,12 @@
 #include <algorithm>
 
 #include "common/base/errors.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray {
 namespace {
 
-[[noreturn]] void fail(const std::string& place, const std::string& what,
-                       Remedy remedy = Remedy::kNone) {
+[[noreturn]] void fail(const std::string& place, const std::string& what, Hint hint = Hint::kNone) {
     throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place, what), remedy);
 }
 
@@ -29,12 +28,11 @@ bool MeshRules::are_good(std::span<const vec3> positions) {
 void MeshRules::take_bad_coordinate(float value, std::string_view text, const Place& place) {
     const char* const what = std::isfinite(value) ? "is beyond 1e30" : "is not finite";
     if (!lenient_) {
-        fail(place(), fmt::format("coordinate {} {}; repair it", in_quotes(text), what),
-             Remedy::kLenient);
+        fail(place(), fmt::format("coordinate {} {}; repair it", quote(text), what),
+             Hint::kLenient);
     }
     bad_coordinates_.add([&] {
-        return Warning{place(),
-                       fmt::format("coordinate {} {}; kept as it is", in_quotes(text), what)};
+        return Warning{place(), fmt::format("coordinate {} {}; kept as it is", quote(text), what)};
     });
 }
 
@@ -65,7 +63,7 @@ void MeshRules::tell(const WarnFunction& warn) const {
 std::string not_a_number(std::string_view text) {
     const bool has_comma = text.find(',') != std::string_view::npos;
     return fmt::format(
-        "{} is not a number; {}", in_quotes(text),
+        "{} is not a number; {}", quote(text),
         has_comma ? "write decimals with a point, not a comma" : "is the file complete?");
 }
 
@@ -79,7 +77,7 @@ void require_faces(const FileMesh& mesh, const std::string& name, std::string_vi
     const char* const missing = mesh.positions.empty() ? "no vertices" : "no faces";
     if (!options.allow_empty) {
         throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; is it {}?", name, missing, kind),
-                    Remedy::kAllowEmpty);
+                    Hint::kAllowEmpty);
     }
     if (options.warn) options.warn({name, fmt::format("{}; the image will be empty", missing)});
 }

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/text/message_text.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 
@@ -106,7 +105,7 @@ private:
             if (number && std::isfinite(*number)) kd.push_back(*number);
         }
         if (words.size() != 3 || kd.size() != 3) {
-            return refuse(fmt::format("Kd {} is not three finite numbers", in_quotes(text)),
+            return refuse(fmt::format("Kd {} is not three finite numbers", quote(text)),
                           "taken as grey");
         }
         albedo_ = albedo_of(kd[0], kd[1], kd[2]);
@@ -129,7 +128,7 @@ private:
             rest = rest.substr(1, rest.size() - 2);
         if (rest.empty() && problem.empty()) problem = "names no file";
         if (!problem.empty())
-            return refuse(fmt::format("map_Kd {} {}", in_quotes(text), problem), "left out");
+            return refuse(fmt::format("map_Kd {} {}", quote(text), problem), "left out");
         map.file = rest;
         std::replace(map.file.begin(), map.file.end(), '\\', '/');
         map.place = place();
@@ -163,7 +162,7 @@ private:
             for (int i = 0; i < other->second; ++i) take_word(rest);
             is_read = false;
         }
-        if (!is_good) problem = fmt::format("has {} {}", option, in_quotes(value));
+        if (!is_good) problem = fmt::format("has {} {}", option, quote(value));
         if (!is_read) warn(fmt::format("option {} of map_Kd is not read; ignored", option));
         return true;
     }
@@ -179,7 +178,7 @@ private:
                     return Warning{material.map->place,
                                    fmt::format("Kd of material {} is black; taken as white, so "
                                                "that its texture shows",
-                                               in_quotes(material_))};
+                                               quote(material_))};
                 });
             }
             materials_.emplace(material_, std::move(material));

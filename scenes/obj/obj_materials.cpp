@@ -6,7 +6,6 @@
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
-#include "common/text/message_text.h"
 #include "common/text/text_parts.h"
 
 namespace mray {
@@ -14,7 +13,7 @@ namespace mray {
 namespace fs = std::filesystem;
 
 ObjMaterials::ObjMaterials(const fs::path& path, const MeshFileOptions& options, FileMesh& mesh)
-    : path_(path), options_(options), mesh_(mesh), name_(shown(path)) {}
+    : path_(path), options_(options), mesh_(mesh), name_(escape(path)) {}
 
 void ObjMaterials::read_library(const std::string& file) {
     const std::string name(trimmed(file, " \t"));
@@ -33,7 +32,7 @@ void ObjMaterials::read_library(const std::string& file) {
         });
         return;
     }
-    read_mtl_text(bytes, library, shown(library), options_.lenient, options_.warn, materials_);
+    read_mtl_text(bytes, library, escape(library), options_.lenient, options_.warn, materials_);
 }
 
 std::uint32_t ObjMaterials::use(std::string_view text) {
@@ -45,7 +44,7 @@ std::uint32_t ObjMaterials::use(std::string_view text) {
         unknown_.add([&] {
             return Warning{name_, fmt::format("material {} is in no library; faces that use it are "
                                               "grey",
-                                              in_quotes(name))};
+                                              quote(name))};
         });
         return 0;
     }
@@ -66,7 +65,7 @@ std::uint32_t ObjMaterials::texture_of(const TextureMap& map) {
         if (error.kind() != ErrorKind::kBadInput) throw;
         missing_.add([&] {
             return Warning{map.place, fmt::format("map_Kd: {}; its faces have no texture",
-                                                  as_warning(error, shown(map.library)).text)};
+                                                  as_warning(error, escape(map.library)).text)};
         });
         return kNoTexture;
     }

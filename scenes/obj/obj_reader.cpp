@@ -20,8 +20,8 @@
 #include "common/base/errors.h"
 #include "common/base/hash.h"
 #include "common/base/input_file.h"
-#include "common/text/message_text.h"
 #include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_rules.h"
 #include "scenes/obj/obj_lines.h"
 #include "scenes/obj/obj_materials.h"
@@ -46,7 +46,7 @@ std::uint32_t place_of(int index, std::size_t size) {
 class ObjReader : private std::streambuf, private tinyobj::MaterialReader {
 public:
     ObjReader(const fs::path& path, std::string_view text, const MeshFileOptions& options)
-        : name_(shown(path)),
+        : name_(escape(path)),
           lines_(text, name_),
           options_(options),
           rules_(options.lenient),
@@ -160,7 +160,7 @@ private:
                 return Warning{lines_.place(),
                                fmt::format("texture coordinate {} is not a finite number; "
                                            "taken as 0",
-                                           in_quotes(word))};
+                                           quote(word))};
             });
         }
     }
@@ -175,7 +175,7 @@ private:
                 return rules_.leave_out(
                     fmt::format("{} is not a corner; write v, v/vt, v//vn or v/vt/vn with indices "
                                 "of at most 9 digits",
-                                in_quotes(word)),
+                                quote(word)),
                     place_);
             }
             // It would take the next word for the number after a slash.
@@ -308,7 +308,7 @@ FileMesh read_obj(const fs::path& path, const MeshFileOptions& options) {
     held.warn = warnings.keeper();
     const std::string text = read_input_file(path);
     FileMesh mesh = ObjReader(path, text, held).read();
-    require_faces(mesh, shown(path), "an OBJ file", held);
+    require_faces(mesh, escape(path), "an OBJ file", held);
     warnings.tell(options.warn);
     return mesh;
 }

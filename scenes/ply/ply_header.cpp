@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "common/text/message_text.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 
@@ -84,7 +83,7 @@ public:
                 is_done = true;
             } else {
                 fail(fmt::format("unknown statement {} in the header; is the file damaged?",
-                                 in_quotes(trimmed(line, kBlanks))));
+                                 quote(trimmed(line, kBlanks))));
             }
         }
         if (!has_format) fail("no format before this line; is the file complete?");
@@ -125,7 +124,7 @@ private:
         const auto count = parse_unsigned(words[2]);
         if (!count) {
             fail(fmt::format("{} is not a number of items; give a whole number from 0 on",
-                             in_quotes(words[2])));
+                             quote(words[2])));
         }
         const auto is_same = [&](const PlyElement& other) { return other.name == words[1]; };
         if (words[1] == "vertex" &&
@@ -162,7 +161,7 @@ private:
         fail(
             fmt::format("type {} is not known; use char, uchar, short, ushort, int, uint, float "
                         "or double",
-                        in_quotes(name)));
+                        quote(name)));
     }
 
     void require_roles(const PlyElement& element) const {

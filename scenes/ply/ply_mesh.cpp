@@ -78,7 +78,7 @@ void PlyMesh::check_vertex(std::size_t vertex, const Place& place) {
         constexpr const char* kWhat = "colour of a vertex is not finite";
         if (!options_.lenient) {
             throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; repair it", place(), kWhat),
-                        Remedy::kLenient);
+                        Hint::kLenient);
         }
         odd_channels_.add([&] { return Warning{place(), fmt::format("{}; taken as 0", kWhat)}; });
         channel = 0;

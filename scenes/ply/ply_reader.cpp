@@ -10,7 +10,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_rules.h"
 #include "scenes/ply/ply_header.h"
 #include "scenes/ply/ply_mesh.h"
@@ -37,11 +37,10 @@ void require_size(const PlyHeader& header, std::uint64_t file_size, const std::s
     for (const PlyElement& element : header.elements) {
         const std::uint64_t bytes = least_bytes(element, header.encoding);
         if (bytes != 0 && element.count > left / bytes) {
-            throw Error(
-                ErrorKind::kBadInput,
-                fmt::format("{}:{}: {} items of {}, which {} bytes cannot hold; is the "
-                            "file complete?",
-                            name, element.line, element.count, in_quotes(element.name), left));
+            throw Error(ErrorKind::kBadInput,
+                        fmt::format("{}:{}: {} items of {}, which {} bytes cannot hold; is the "
+                                    "file complete?",
+                                    name, element.line, element.count, quote(element.name), left));
         }
         left -= element.count * bytes;
     }
@@ -180,7 +179,7 @@ std::size_t read_body(const PlyHeader& header, Source source, PlyMesh& mesh) {
 
 FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& options) {
     static_assert(std::endian::native == std::endian::little);
-    const std::string name = shown(path);
+    const std::string name = escape(path);
     HeldWarnings warnings;
     MeshFileOptions held = options;
     held.warn = warnings.keeper();

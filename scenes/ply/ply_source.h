@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/text/message_text.h"
 #include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_rules.h"
 #include "scenes/ply/ply_header.h"
 
@@ -31,7 +31,7 @@ public:
 protected:
     [[noreturn]] void fail_end(const std::string& place) const {
         fail(place, fmt::format("ends within {} {} of {}; is the file complete?",
-                                in_quotes(element_->name), item_, element_->count));
+                                quote(element_->name), item_, element_->count));
     }
     [[noreturn]] static void fail(const std::string& place, const std::string& what) {
         throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place, what));
@@ -65,8 +65,8 @@ public:
     }
     void end() {
         if (std::all_of(row_.begin(), row_.end(), is_blank)) return;
-        fail(place(), fmt::format("more values than {} has; is the header right?",
-                                  in_quotes(element_->name)));
+        fail(place(),
+             fmt::format("more values than {} has; is the header right?", quote(element_->name)));
     }
 
     /// Correctly rounded to float whatever the type.
@@ -80,8 +80,7 @@ public:
         const std::string_view word = next_word();
         const auto number = parse_integer(word);
         if (!number)
-            fail(place(),
-                 fmt::format("{} is not a whole number; a list needs one", in_quotes(word)));
+            fail(place(), fmt::format("{} is not a whole number; a list needs one", quote(word)));
         return *number;
     }
     void skip(PlyScalar) { next_word(); }
@@ -104,7 +103,7 @@ private:
         const auto* const end = std::find_if(begin, row_.end(), is_blank);
         if (begin == end) {
             fail(place(), fmt::format("fewer values than {} has; is the file complete?",
-                                      in_quotes(element_->name)));
+                                      quote(element_->name)));
         }
         row_.remove_prefix(static_cast<std::size_t>(end - row_.begin()));
         return {begin, static_cast<std::size_t>(end - begin)};

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/text/nearest_name.h"
+#include "common/text/text_parts.h"
 #include "scenes/procedural/scenes.h"
 
 namespace mray {

@@ -9,7 +9,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/hash.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_file.h"
 #include "scenes/sequence/streamed_clip.h"
 
@@ -72,12 +72,12 @@ public:
             mesh = read_mesh_file(file.path, options);
         } catch (const Error& error) {
             if (error.kind() != ErrorKind::kBadInput) throw;
-            const Warning at = as_warning(error, shown(file.path));
+            const Warning at = as_warning(error, escape(file.path));
             throw Error(
                 error.kind(),
-                fmt::format("{}: frame {}: {}", at.place.empty() ? shown(file.path) : at.place,
+                fmt::format("{}: frame {}: {}", at.place.empty() ? escape(file.path) : at.place,
                             file.frame, at.text),
-                error.remedy());
+                error.hint());
         }
         if (mesh.positions.size() != vertex_count_ || hash_of_faces(mesh.faces) != faces_hash_)
             refuse(file, mesh);
@@ -90,12 +90,12 @@ private:
     [[noreturn]] void refuse(const KeyframeFile& file, const FileMesh& mesh) const {
         const std::filesystem::path& path = files_.front().path;
         const FileMesh first = read_mesh_file(path, positions_only_);
-        std::string differs = difference(mesh, first.faces, first.positions.size(), shown(path));
-        if (differs.empty()) differs = fmt::format("other faces than {} had", shown(path));
+        std::string differs = difference(mesh, first.faces, first.positions.size(), escape(path));
+        if (differs.empty()) differs = fmt::format("other faces than {} had", escape(path));
         throw Error(ErrorKind::kBadInput,
                     fmt::format("{}: frame {} has {}; all frames of a clip share one topology, "
                                 "render sequences that change it in separate runs",
-                                shown(file.path), file.frame, differs));
+                                escape(file.path), file.frame, differs));
     }
 
     std::vector<KeyframeFile> files_;

@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "common/base/folder_entries.h"
-#include "common/text/message_text.h"
+#include "common/base/input_file.h"
 #include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_file.h"
 
 namespace mray {
@@ -31,9 +31,8 @@ struct NumberedName {
     std::uint64_t number = 0;
 };
 
-[[noreturn]] void fail(const fs::path& path, const std::string& what,
-                       Remedy remedy = Remedy::kNone) {
-    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", shown(path), what), remedy);
+[[noreturn]] void fail(const fs::path& path, const std::string& what, Hint hint = Hint::kNone) {
+    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", escape(path), what), remedy);
 }
 
 void require_one_format(const fs::path& folder, const std::vector<NumberedName>& names) {
@@ -42,7 +41,7 @@ void require_one_format(const fs::path& folder, const std::vector<NumberedName>&
         if (mesh_format_of(name.name) == first) continue;
         fail(folder, fmt::format("{} and {} have different formats, which one clip does not mix; "
                                  "give a pattern such as frame_%04d{}, or one file",
-                                 shown(names[0].name), shown(name.name), first->extension));
+                                 escape(names[0].name), escape(name.name), first->extension));
     }
 }
 
@@ -69,7 +68,7 @@ NumberedName split_name(const fs::path& folder, const std::string& name) {
     NumberedName result{name, name.substr(0, first), name.substr(first, last + 1 - first),
                         name.substr(last + 1), 0};
     if (result.digits.size() > 18) {
-        fail(folder, fmt::format("number of {} has more than 18 digits; rename it", shown(name)));
+        fail(folder, fmt::format("number of {} has more than 18 digits; rename it", escape(name)));
     }
     result.number = static_cast<std::uint64_t>(*parse_integer(result.digits));
     return result;
@@ -84,7 +83,7 @@ void require_alike(const fs::path& folder, const std::vector<NumberedName>& name
         }
         fail(folder, fmt::format("{} and {} are not frames of one sequence; give a pattern such "
                                  "as frame_%04d.obj, or one file",
-                                 shown(first.name), shown(names[i].name)));
+                                 escape(first.name), escape(names[i].name)));
     }
 }
 
@@ -100,8 +99,8 @@ std::vector<KeyframeFile> numbered_files(const fs::path& folder, std::vector<Num
         if (i == 0) continue;
         const NumberedName& before = names[i - 1];
         if (names[i].number == before.number) {
-            fail(folder, fmt::format("{} and {} are the same frame; remove one", shown(before.name),
-                                     shown(names[i].name)));
+            fail(folder, fmt::format("{} and {} are the same frame; remove one",
+                                     escape(before.name), escape(names[i].name)));
         }
         if (first_missing.empty() && names[i].number - before.number > step) {
             first_missing = fmt::format("{}{:0{}}{}", before.prefix, before.number + step,
@@ -114,14 +113,14 @@ std::vector<KeyframeFile> numbered_files(const fs::path& folder, std::vector<Num
     const std::string more = missing > 1 ? fmt::format(" and {} more", missing - 1) : "";
     if (options.missing == MissingFrames::kFail) {
         fail(folder / first_missing, fmt::format("frame is missing{}; add it", more),
-             Remedy::kReplaceMissing);
+             Hint::kReplaceMissing);
     }
     if (options.warn) {
         options.warn(
-            {shown(folder / first_missing), fmt::format("frame is missing{}; {}", more,
-                                                        options.missing == MissingFrames::kHold
-                                                            ? "the frame before is held"
-                                                            : "its neighbours are interpolated")});
+            {escape(folder / first_missing), fmt::format("frame is missing{}; {}", more,
+                                                         options.missing == MissingFrames::kHold
+                                                             ? "the frame before is held"
+                                                             : "its neighbours are interpolated")});
     }
     return files;
 }
@@ -136,7 +135,7 @@ void sort_by_number(std::vector<NumberedName>& names) {
     throw Error(ErrorKind::kBadArgument,
                 fmt::format("pattern {}: {}; write one %d, %0Nd (N from 1 to 9) or * in the file "
                             "name, and %% for a percent sign",
-                            in_quotes(pattern), what));
+                            quote(pattern), what));
 }
 
 /// A pattern with a place for a number of at least `width` digits; 0: of any width.

@@ -15,7 +15,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_rules.h"
 #include "scenes/sequence/streamed_clip.h"
 
@@ -163,7 +163,7 @@ void PointCache::require_size() const {
 }
 
 void PointCache::fail(const std::string& what) const {
-    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", shown(path()), what));
+    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", escape(path()), what));
 }
 
 void PointCache::read(std::size_t sample, std::span<vec3> out) const {
@@ -194,13 +194,13 @@ public:
         const auto bad = std::ranges::find_if_not(
             out, [](const vec3& p) { return MeshRules::are_good(std::span(&p, 1)); });
         if (bad == out.end()) return std::nullopt;
-        const std::string place = shown(cache_.path());
+        const std::string place = escape(cache_.path());
         const std::string what =
             fmt::format("frame {}: vertex {} has a coordinate that is not finite or beyond 1e30",
                         frame(keyframe), bad - out.begin());
         if (lenient_) return Warning{place, what + "; kept as it is"};
         throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; repair it", place, what),
-                    Remedy::kLenient);
+                    Hint::kLenient);
     }
 
 private:
@@ -219,7 +219,7 @@ std::unique_ptr<Clip> open_cached(const std::filesystem::path& mesh,
         throw Error(ErrorKind::kBadInput,
                     fmt::format("{}: has {} points, but {} has {} vertices; give the mesh that "
                                 "the cache was written for",
-                                shown(cache), source->point_count(), shown(mesh),
+                                escape(cache), source->point_count(), escape(mesh),
                                 first.topology.vertex_count));
     }
     return stream_keyframes({.name = name, .first = std::move(first)}, std::move(source), options);

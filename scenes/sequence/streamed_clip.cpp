@@ -8,7 +8,7 @@
 #include <mutex>
 #include <utility>
 
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 #include "scenes/interpolate.h"
 #include "scenes/polygons/triangulate.h"
 
@@ -229,7 +229,7 @@ FirstMesh read_first_mesh(const std::filesystem::path& path, const ClipOptions& 
     Topology& topology = first.topology;
     topology.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
     topology.triangles =
-        triangulate(mesh.faces, mesh.positions, shown(path), options.lenient, options.warn);
+        triangulate(mesh.faces, mesh.positions, escape(path), options.lenient, options.warn);
     set_corners(mesh, topology.triangles, first.smooth, first.textures);
     set_albedo(mesh, topology);
     first.faces = std::move(mesh.faces);

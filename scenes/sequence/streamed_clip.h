@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/warning.h"
+#include "common/base/errors.h"
 #include "scenes/clip.h"
 #include "scenes/clip_options.h"
 

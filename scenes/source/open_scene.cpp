@@ -8,8 +8,8 @@
 #include <system_error>
 
 #include "common/base/errors.h"
-#include "common/text/message_text.h"
 #include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 #include "scenes/gltf/gltf_clip.h"
 #include "scenes/mesh/mesh_file.h"
 #include "scenes/procedural/procedural.h"
@@ -50,16 +50,15 @@ std::unique_ptr<Clip> open_builtin(const std::string& spec) {
             ErrorKind::kBadArgument,
             fmt::format("scene {}: the name is missing; write builtin:NAME[:TRIANGLES] with "
                         "one of {}",
-                        in_quotes(spec), builtin_names()));
+                        quote(spec), builtin_names()));
     }
     if (colon == std::string_view::npos) return make_procedural(name);
     const auto triangles = parse_integer(rest.substr(colon + 1));
     if (!triangles || *triangles <= 0) {
-        throw Error(
-            ErrorKind::kBadArgument,
-            fmt::format("scene {}: {} is not a number of triangles; write "
-                        "builtin:NAME:TRIANGLES, such as {}",
-                        in_quotes(spec), in_quotes(rest.substr(colon + 1)), builtin_example(name)));
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("scene {}: {} is not a number of triangles; write "
+                                "builtin:NAME:TRIANGLES, such as {}",
+                                quote(spec), quote(rest.substr(colon + 1)), builtin_example(name)));
     }
     return make_procedural(name, static_cast<std::uint64_t>(*triangles));
 }
@@ -70,7 +69,7 @@ void require_no_builtin(const std::string& spec) {
     for (const ProceduralScene& scene : procedural_scenes()) {
         if (name != scene.name) continue;
         throw Error(ErrorKind::kBadInput, fmt::format("{}: no such file; did you mean {}{}?",
-                                                      shown(spec), kBuiltinPrefix, spec));
+                                                      escape(spec), kBuiltinPrefix, spec));
     }
 }
 
@@ -82,7 +81,7 @@ std::unique_ptr<Clip> open_with_cache(const std::string& spec, const ClipOptions
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("scene {}: the positions of a point cache need one {} file with "
                                 "their triangles",
-                                in_quotes(spec), extensions_of_meshes()));
+                                quote(spec), extensions_of_meshes()));
     }
     return open_cached(path, options.cache, spec, options);
 }
@@ -97,7 +96,7 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const ClipOptions& opt
     if (!options.animation.empty() && !has_gltf_name(spec)) {
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("scene {}: only .gltf and .glb files have animations to choose",
-                                in_quotes(spec)));
+                                quote(spec)));
     }
     if (!options.cache.empty()) return open_with_cache(spec, options);
     if (spec.starts_with(kBuiltinPrefix)) return open_builtin(spec);
@@ -119,7 +118,7 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const ClipOptions& opt
         throw Error(ErrorKind::kBadInput,
                     fmt::format("{}: not a scene file; give an {} file, a folder of those, a "
                                 "pattern, a .gltf or .glb file, or builtin:NAME",
-                                shown(path), extensions_of_meshes()));
+                                escape(path), extensions_of_meshes()));
     }
     return open_keyframes({{0.0, path}}, spec, options);
 }

@@ -21,7 +21,7 @@
 SHARED_BEGIN
 
 SHARED_CONST uint kStepBudget = 3500u;
-SHARED_CONST uint kQuestionStepBudget = 3000u;
+SHARED_CONST uint kQueryStepBudget = 3000u;
 SHARED_CONST uint kRepeatsSteps = 70u;
 
 SHARED_END

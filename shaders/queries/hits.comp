@@ -5,10 +5,10 @@
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"
 
-#include "common/interop/owner_rule.h"
+#include "common/interop/tie_break_rule.h"
 #include "common/interop/slab.h"
 #include "shaders/kernel_interface.h"
-#include "shaders/queries/question.glsl"
+#include "shaders/queries/query.glsl"
 
 READ4(Rays, rays, kBindRays);
 READ1(FirstPrims, first_prims, kBindVisiblePixels);

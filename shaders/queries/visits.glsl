@@ -14,11 +14,11 @@
 
 #include "shaders/base/leaf.glsl"
 #include "shaders/kernel_interface.h"
-#include "shaders/queries/question.glsl"
+#include "shaders/queries/query.glsl"
 
 layout(local_size_x = kGroupSize) in;
 
-layout(constant_id = kConstantStepBudget) const uint kSteps = kQuestionStepBudget;
+layout(constant_id = kConstantStepBudget) const uint kSteps = kQueryStepBudget;
 
 READ4_IN_PLACE(Nodes, nodes, kBindNodes);
 layout(std430, binding = kBindHits) buffer Answers { uvec4 answers[]; };

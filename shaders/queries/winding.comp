@@ -8,7 +8,7 @@
 #include "common/interop/winding_rule.h"
 #include "shaders/base/buffers.glsl"
 #include "shaders/kernel_interface.h"
-#include "shaders/queries/question.glsl"
+#include "shaders/queries/query.glsl"
 
 READ4(Points, points, kBindRays);
 layout(std430, binding = kBindPixels) writeonly buffer Pairs { uvec2 pairs[]; };

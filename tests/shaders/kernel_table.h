@@ -39,12 +39,12 @@ struct Kernel {
 };
 
 inline const Kernel kKernels[] = {
-    {"closest", k_closest_spirv, sizeof(QuestionArguments)},
-    {"closest_storage", k_closest_storage_spirv, sizeof(QuestionArguments)},
+    {"closest", k_closest_spirv, sizeof(QueryArguments)},
+    {"closest_storage", k_closest_storage_spirv, sizeof(QueryArguments)},
     {"compact", k_compact_spirv, sizeof(RegionArguments)},
     {"compact_storage", k_compact_storage_spirv, sizeof(RegionArguments)},
-    {"hits", k_hits_spirv, sizeof(QuestionArguments)},
-    {"hits_storage", k_hits_storage_spirv, sizeof(QuestionArguments)},
+    {"hits", k_hits_spirv, sizeof(QueryArguments)},
+    {"hits_storage", k_hits_storage_spirv, sizeof(QueryArguments)},
     {"occlusion", k_occlusion_spirv, sizeof(OcclusionArguments)},
     {"occlusion_storage", k_occlusion_storage_spirv, sizeof(OcclusionArguments)},
     {"primary", k_primary_spirv, sizeof(RegionArguments)},
@@ -59,8 +59,8 @@ inline const Kernel kKernels[] = {
     {"resume_storage", k_resume_storage_spirv, sizeof(ResumeArguments)},
     {"shade", k_shade_spirv, sizeof(RegionArguments)},
     {"shade_storage", k_shade_storage_spirv, sizeof(RegionArguments)},
-    {"winding", k_winding_spirv, sizeof(QuestionArguments)},
-    {"winding_storage", k_winding_storage_spirv, sizeof(QuestionArguments)},
+    {"winding", k_winding_spirv, sizeof(QueryArguments)},
+    {"winding_storage", k_winding_storage_spirv, sizeof(QueryArguments)},
 };
 
 }  // namespace mray::test

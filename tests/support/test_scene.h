@@ -9,7 +9,6 @@
 #include "common/interop/arithmetic.h"
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
-#include "common/scene/world_bounds.h"
 
 namespace mray::test {
 

@@ -7,7 +7,7 @@
 #include "app/files/json_file.h"
 #include "common/report/spread.h"
 #include "common/report/table.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {
@@ -56,8 +56,8 @@ ProfileReport report_of(const JsonAt& json) {
 /// The text by which runs are compared.
 std::string measured_work(const ProfileReport& report) {
     return fmt::format("scene {}, {} triangles, {}x{}, rays {}, options {}",
-                       in_quotes(report.head.scene), report.head.triangles, report.head.width,
-                       report.head.height, in_quotes(report.rays), in_quotes(report.options));
+                       quote(report.head.scene), report.head.triangles, report.head.width,
+                       report.head.height, quote(report.rays), quote(report.options));
 }
 
 void require_rows(const ProfileReport& report, std::span<const std::string> backends,
@@ -120,7 +120,7 @@ BaselineComparison compare_with_baseline(const std::string& file, const ProfileR
     }
     return {fmt::format("medians of all frames together\n{}more than {}% slower than in {} "
                         "(morphray {}): {}\n",
-                        table.text(), tolerance_percent, shown(file), baseline.version,
+                        table.text(), tolerance_percent, escape(file), baseline.version,
                         slower.empty() ? "none" : slower),
             !slower.empty()};
 }

@@ -11,8 +11,8 @@
 #include "common/base/hash.h"
 #include "common/base/output_file.h"
 #include "common/image/frame.h"
-#include "common/text/message_text.h"
 #include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {

@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "common/base/errors.h"
-#include "common/text/message_text.h"
 #include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray {
 namespace {
@@ -49,7 +49,7 @@ PolicySpec parse_policy(const std::string& text) {
     for (const PolicyForm& form : kForms)
         forms += fmt::format("{}{}", forms.empty() ? "" : ", ", form.form);
     throw Error(ErrorKind::kBadArgument,
-                fmt::format("{} is not one of {}, with K from 1", in_quotes(text), forms));
+                fmt::format("{} is not one of {}, with K from 1", quote(text), forms));
 }
 
 }  // namespace mray

@@ -108,7 +108,7 @@ struct MeshView {
     std::span<const std::uint32_t> smooth = {};
     /// In lit images the mesh shows the background, darkened by shadows and occlusion: for a plane
     /// that the scene stands on.
-    bool backdrop = false;
+    bool shadow_catcher = false;
     /// For lit images, textures; each triangle shows one of them, multiplied by its albedo (white
     /// instead of light grey without `albedo`). They are copied once, with smaller levels for
     /// surfaces far away: a third more memory. At most 65536 of them.

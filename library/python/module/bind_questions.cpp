@@ -11,7 +11,7 @@
 #include "library/python/module/arrays.h"
 #include "library/python/module/bindings.h"
 #include "library/python/module/options.h"
-#include "library/python/module/question_docs.h"
+#include "library/python/module/query_docs.h"
 #include "library/python/module/scene.h"
 #include "morphray/queries.hpp"
 

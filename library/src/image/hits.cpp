@@ -11,7 +11,7 @@
 #include "common/base/input_file.h"
 #include "common/base/output_file.h"
 #include "common/interop/ray.h"
-#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 #include "library/src/scene/errors.h"
 
 namespace morphray {
@@ -77,7 +77,7 @@ namespace {
 
 HitsFile parse(const std::string& file, std::string_view text) {
     const auto refuse = [&](const std::string& reason) {
-        throw Error(ErrorCode::bad_input, mray::shown(file) + ": " + reason);
+        throw Error(ErrorCode::bad_input, mray::escape(file) + ": " + reason);
     };
     HitsHeader header;
     const HitsHeader expected;

@@ -9,11 +9,11 @@
 #include <cmath>
 
 #include "common/base/stopwatch.h"
+#include "common/image/depth.h"
 #include "common/image/heat_colours.h"
 #include "common/interop/camera.h"
-#include "common/scene/depth_range.h"
 #include "cpu/reference/tree_heat.h"
-#include "library/src/image/holes.h"
+#include "library/src/image/alpha_test.h"
 #include "library/src/image/image_conversion.h"
 #include "library/src/image/smooth_shadows.h"
 #include "library/src/scene/errors.h"
@@ -161,14 +161,14 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
 
     const bool has_smooth = is_smooth && meshes.is_smooth();
     mray::Stopwatch stopwatch;
-    const bool has_holes = meshes.has_holes();
+    const bool has_alpha_test = meshes.has_alpha_test();
     const TracedScene scene{
         .mesh = {&meshes.topology(), pose.positions()},
-        .textures = has_holes ? meshes.textures() : mray::cpu::TexturedTriangles(),
+        .textures = has_alpha_test ? meshes.textures() : mray::cpu::TexturedTriangles(),
         .backend = backend,
         .arena = arena,
         .cancel = view.cancel};
-    if (is_lit && has_holes) image.ray_count += pass_holes(scene, traced);
+    if (is_lit && has_alpha_test) image.ray_count += apply_alpha_test(scene, traced);
     if (has_smooth) prepare_normals(meshes, pose, arena);
     if (is_heat) colour_by_tree(view.shading, backend, arena, watch, traced);
     const GreyDepths depths = grey_depths(mray::resolve_view(spec, pose.bounds()), pose);

@@ -65,7 +65,7 @@ void SampleRays::follow(const RayBatch& batch, std::span<mray::Hit> hits) {
         is_open.resize(open.size());
         in_parts(scene_.arena, open.size(), [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i)
-                is_open[i] = mray::cpu::is_hole(scene_.textures, hits[open[i]]) ? 1 : 0;
+                is_open[i] = mray::cpu::fails_alpha_test(scene_.textures, hits[open[i]]) ? 1 : 0;
         });
         std::size_t kept = 0;
         rays.clear();

@@ -97,10 +97,10 @@ bool DeviceQueries::occluded(const Ray& ray) const { return bool{intersect(ray)}
 
 void DeviceQueries::ask(std::size_t total, const std::atomic<bool>* cancel, const Ask& ask) const {
     const mray::Stopwatch watch;
-    for (std::size_t first = 0; first < total; first += kMostAsked) {
+    for (std::size_t first = 0; first < total; first += kMaxBatch) {
         throw_if_cancelled(cancel);
         const std::scoped_lock lock(mutex_);
-        ask(backend_.scene_queries(), first, std::min(kMostAsked, total - first));
+        ask(backend_.scene_queries(), first, std::min(kMaxBatch, total - first));
     }
     throw_if_cancelled(cancel);
     cost_.add(watch.ms(), total);

@@ -33,8 +33,8 @@ public:
 
     /// Asks about the questions [0, total) in parts: calls ask(queries, first, count), in many
     /// threads or in this one, where `queries` are those of the scene. Parts have at most
-    /// kMostAsked questions. Throws Error(kCancelled).
-    static constexpr std::size_t kMostAsked = std::size_t{1} << 16;
+    /// kMaxBatch questions. Throws Error(kCancelled).
+    static constexpr std::size_t kMaxBatch = std::size_t{1} << 16;
     using Ask = std::function<void(const mray::SceneQueries&, std::size_t, std::size_t)>;
     virtual void ask(std::size_t total, const std::atomic<bool>* cancel, const Ask& ask) const = 0;
 };

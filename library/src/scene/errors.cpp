@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "common/base/errors.h"
-#include "common/base/thread_errors.h"
+#include "common/base/thread_arena.h"
 
 namespace morphray {
 namespace {

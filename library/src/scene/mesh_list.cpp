@@ -155,7 +155,7 @@ std::uint32_t MeshList::attach(const MeshView& mesh) {
     change.albedo.resize(count, mray::kDefaultAlbedo);
     constexpr mray::Albedo kColour = 0x00FFFFFF;
     for (mray::Albedo& albedo : change.albedo)
-        albedo = (albedo & kColour) | (mesh.backdrop ? mray::kBackdropBit : 0);
+        albedo = (albedo & kColour) | (mesh.shadow_catcher ? mray::kShadowCatcherBit : 0);
     if (!mesh.textures.empty()) {
         change.place.textures = textures_of(mesh);
         change.texcoords = texcoords_of(mesh.texcoords);
@@ -257,9 +257,9 @@ bool MeshList::is_smooth() const {
                        [](const MeshPlace& mesh) { return mesh.used && mesh.is_smooth; });
 }
 
-bool MeshList::has_holes() const {
+bool MeshList::has_alpha_test() const {
     return std::any_of(textures_.begin(), textures_.end(),
-                       [](const auto& texture) { return texture->has_holes(); });
+                       [](const auto& texture) { return texture->has_alpha_test(); });
 }
 
 /// Vertices come first, then the numbers of one mesh after the other.

@@ -59,7 +59,7 @@ public:
         return {.textures = textures_, .texcoords = texcoords_, .ids = texture_ids_};
     }
     /// Whether a texture makes holes.
-    bool has_holes() const;
+    bool has_alpha_test() const;
     std::span<const MeshPlace> places() const { return places_; }
     /// The mesh, or nothing for a geom_id that is free or whose attach() is only collected.
     const MeshPlace* find(std::uint32_t geom_id) const;

@@ -10,7 +10,6 @@
 #include "common/base/index_range.h"
 #include "common/base/thread_arena.h"
 #include "common/scene/scene_space.h"
-#include "common/scene/world_bounds.h"
 #include "common/simd/simd_target.h"
 #include "library/src/scene/mesh_list.h"
 

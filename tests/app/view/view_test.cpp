@@ -8,7 +8,7 @@
 #include "app/view/box_lines.h"
 #include "app/view/engine.h"
 #include "common/base/errors.h"
-#include "common/scene/depth_range.h"
+#include "common/image/depth.h"
 #include "scenes/source/open_scene.h"
 
 namespace mray::app {

@@ -10,7 +10,6 @@
 
 #include "common/base/errors.h"
 #include "common/scene/scene_space.h"
-#include "common/scene/world_bounds.h"
 
 namespace mray {
 namespace {

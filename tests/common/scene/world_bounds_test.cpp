@@ -1,4 +1,4 @@
-#include "common/scene/world_bounds.h"
+#include "common/scene/scene_space.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/text/utf8.h"
+#include "common/text/text_parts.h"
 
 #include <gtest/gtest.h>
 

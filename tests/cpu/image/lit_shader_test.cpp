@@ -153,7 +153,8 @@ private:
             (static_cast<float>(y) + 0.5f) * rcp_of_positive(static_cast<float>(s_.params.height));
         const float dithered = dithered_rounding(x / s_.side, y / s_.side);
         if (!is_hit(x, y))
-            return s_.kind == LitKind::kLit ? encode_rgb(backdrop(height), dithered) : 0xFF000000u;
+            return s_.kind == LitKind::kLit ? encode_rgb(sky_colour(height), dithered)
+                                            : 0xFF000000u;
         const std::uint32_t prim = s_.hits[at(x, y)].prim_id;
         const vec3 ray = through(x, y);
         const float z = depth(x, y);
@@ -165,8 +166,8 @@ private:
         const vec3 point(org.x + z * ray.x, org.y + z * ray.y, org.z + z * ray.z);
         const float light = 1.0f - static_cast<float>(s_.shadows[at(x, y)]);
         const std::uint32_t albedo = s_.topology.albedo[prim];
-        if ((albedo & kBackdropBit) != 0)
-            return encode_rgb(backdrop_colour(height, light, open_at(x, y)), dithered);
+        if ((albedo & kShadowCatcherBit) != 0)
+            return encode_rgb(shadow_catcher_colour(height, light, open_at(x, y)), dithered);
         const vec3 base = base_colour(x, y, albedo, ray, z);
         return encode_rgb(
             lit_colour(n, unit(s_.params.light - point), light, open_at(x, y), s_.up, base));
@@ -309,8 +310,8 @@ TEST(LitColours, AreTheEndsOfTheirRanges) {
     EXPECT_EQ(depth_colour(2, 2, 0.5f), pack_rgb(255, 255, 255));
     EXPECT_EQ(depth_colour(2.5f, 2, 0.5f), encode_rgb({0.75f, 0.75f, 0.75f}));
     EXPECT_EQ(depth_colour(100, 2, 0.5f), pack_rgb(64, 64, 64));
-    EXPECT_EQ(backdrop(0), vec3(0.28125f, 0.3359375f, 0.421875f));
-    EXPECT_EQ(backdrop(1), vec3(0.75f, 0.75f, 0.734375f));
+    EXPECT_EQ(sky_colour(0), vec3(0.28125f, 0.3359375f, 0.421875f));
+    EXPECT_EQ(sky_colour(1), vec3(0.75f, 0.75f, 0.734375f));
     // Nothing reaches a white surface that neither sees the sky nor the light.
     const vec3 up(0, 1, 0);
     const vec3 white = albedo_colour(0xFFFFFF);

@@ -186,7 +186,7 @@ TEST(Texture, HolesAreWhereTheAlphaBetweenTexelsIsBelowTheCutoff) {
         };
         for (const float cutoff : {0.25f, 0.5f, 0.8f}) {
             const Texture texture(texels, 13, 6, clamp, cutoff);
-            EXPECT_TRUE(texture.has_holes());
+            EXPECT_TRUE(texture.has_alpha_test());
             for (int i = 0; i < 5000; ++i) {
                 const float u = texture.into_image(anywhere(random));
                 const float v = texture.into_image(anywhere(random));
@@ -199,27 +199,27 @@ TEST(Texture, HolesAreWhereTheAlphaBetweenTexelsIsBelowTheCutoff) {
                                                     right * alpha_of(left + 1, above)) +
                                      below * ((1 - right) * alpha_of(left, above + 1) +
                                               right * alpha_of(left + 1, above + 1));
-                const bool is_hole = alpha < 255 * static_cast<double>(cutoff);
+                const bool fails_alpha_test = alpha < 255 * static_cast<double>(cutoff);
                 // The product with the side is rounded to float.
                 if (std::floor(static_cast<double>(u * (13 * 256.0f))) !=
                     std::floor(double{u} * 13 * 256))
                     continue;
-                ASSERT_EQ(texture.is_hole_within(u, v), is_hole) << u << ' ' << v;
-                holes += is_hole ? 1 : 0;
+                ASSERT_EQ(texture.fails_alpha_test_at(u, v), fails_alpha_test) << u << ' ' << v;
+                holes += fails_alpha_test ? 1 : 0;
             }
         }
-        EXPECT_FALSE(Texture(texels, 13, 6, clamp).has_holes());
+        EXPECT_FALSE(Texture(texels, 13, 6, clamp).has_alpha_test());
     }
     EXPECT_GT(holes, 5000u);
     EXPECT_LT(holes, 25000u);
     // Half way between two texels the alpha is the cutoff.
     const std::vector<std::uint32_t> sides = {0x00FFFFFF, 0xFFFFFFFF};
     const Texture two(sides, 2, 1, true, 0.5f);
-    EXPECT_FALSE(two.is_hole_within(0.5f, 0));
-    EXPECT_TRUE(two.is_hole_within(0.498f, 0));
+    EXPECT_FALSE(two.fails_alpha_test_at(0.5f, 0));
+    EXPECT_TRUE(two.fails_alpha_test_at(0.498f, 0));
     const std::vector<std::uint32_t> half(4, 0x80FFFFFF);
-    EXPECT_FALSE(Texture(half, 2, 2, false, 128 / 255.0f - 1e-6f).has_holes());
-    EXPECT_TRUE(Texture(half, 2, 2, false, 128 / 255.0f + 1e-6f).has_holes());
+    EXPECT_FALSE(Texture(half, 2, 2, false, 128 / 255.0f - 1e-6f).has_alpha_test());
+    EXPECT_TRUE(Texture(half, 2, 2, false, 128 / 255.0f + 1e-6f).has_alpha_test());
 }
 
 TEST(TextureColour, TakesTheLevelWhoseTexelsAreAsLargeAsTheSample) {

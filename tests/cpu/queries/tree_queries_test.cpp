@@ -10,7 +10,7 @@
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/arithmetic.h"
-#include "cpu/reference/brute_queries.h"
+#include "cpu/reference/brute_tracer.h"
 #include "tests/support/mixed_points.h"
 #include "tests/support/query_answers.h"
 #include "tests/support/test_scene.h"

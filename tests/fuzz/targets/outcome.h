@@ -6,7 +6,6 @@
 #include <string_view>
 
 #include "common/base/errors.h"
-#include "common/base/warning.h"
 
 namespace mray::fuzz {
 

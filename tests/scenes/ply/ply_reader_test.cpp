@@ -218,7 +218,7 @@ TEST(PlyReader, LenientReadingAcceptsWhatItAcceptsInObjFiles) {
 
         const std::string clouds = ply(encoding, {kSquare});
         EXPECT_EQ(message_of([&] { read(clouds); }).substr(0, 0), "");
-        EXPECT_EQ(error_of([&] { read(clouds); })->remedy(), Remedy::kAllowEmpty);
+        EXPECT_EQ(error_of([&] { read(clouds); })->hint(), Hint::kAllowEmpty);
         EXPECT_EQ(read(clouds, {.allow_empty = true}).warnings.size(), 1u);
     }
 }

@@ -9,7 +9,7 @@
 #include "common/bvh/box.h"
 #include "common/bvh/builder/binary_tree.h"
 #include "common/bvh/bvh_stats.h"
-#include "common/scene/degenerate_count.h"
+#include "common/scene/mesh.h"
 #include "tests/support/test_scene.h"
 
 namespace mray {

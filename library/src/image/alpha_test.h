@@ -12,6 +12,6 @@ namespace morphray::detail {
 /// hit in a hole is followed by the next hit of its ray, until one is none: camera rays first, then
 /// shadow rays and rays of the sky where their number of occluded rays may have changed. Returns
 /// the number of rays that this took. Throws what the backend throws, and Error(kCancelled).
-std::uint64_t pass_holes(const TracedScene& scene, TracedImage& image);
+std::uint64_t apply_alpha_test(const TracedScene& scene, TracedImage& image);
 
 }  // namespace morphray::detail

@@ -1,4 +1,4 @@
-#include "common/base/write_all.h"
+#include "common/base/file_descriptor.h"
 
 #include <unistd.h>
 

@@ -3,7 +3,7 @@
 //   bounds       the signs of is_left_of_edge are those for the ray at P = (e, e^2), for every e
 //                that is small enough; so of the triangles around an edge or a vertex exactly as
 //                many own a ray as pass P
-//   code         is_left_of_edge, owns_ray (common/interop/owner_rule.h): the code's text
+//   code         is_left_of_edge, owns_ray (common/interop/tie_break_rule.h): the code's text
 //   inputs       all pairs and triples of points of a grid around the ray; the signs of edge
 //                functions are exact there
 //   method       e = 1/1000: e and e^2 times differences of the grid are smaller than the steps of
@@ -15,7 +15,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "common/interop/owner_rule.h"
+#include "common/interop/tie_break_rule.h"
 
 namespace mray::proofs {
 namespace {

@@ -7,11 +7,11 @@
 // negative, rounded down to a multiple of 16 ulp, plus the slot: keys order as the floats do, and
 // rounding down loses no box. The stack of a ray takes a node off and pushes its up to 16 children,
 // so kMaxStack entries suffice (docs/design/layout.md), and up to 8 are written beyond the last.
-#if defined(MORPHRAY_CPU_SINGLE_RAY_LONE_RAYS_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_SINGLE_RAY_LONE_RAYS_INL_H
-#undef MORPHRAY_CPU_SINGLE_RAY_LONE_RAYS_INL_H
+#if defined(MORPHRAY_CPU_SINGLE_RAY_SINGLE_RAYS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_SINGLE_RAY_SINGLE_RAYS_INL_H
+#undef MORPHRAY_CPU_SINGLE_RAY_SINGLE_RAYS_INL_H
 #else
-#define MORPHRAY_CPU_SINGLE_RAY_LONE_RAYS_INL_H
+#define MORPHRAY_CPU_SINGLE_RAY_SINGLE_RAYS_INL_H
 #endif
 
 #include <bit>
@@ -91,7 +91,7 @@ HWY_INLINE hn::Vec<EightTag> sort_descending(EightTag d, hn::Vec<EightTag> v) {
 #endif
 
 /// Some rays of a stream, each below a child of the tree, which are traced together.
-class LoneRays {
+class SingleRays {
 public:
     static constexpr std::size_t kMost = 64;
 

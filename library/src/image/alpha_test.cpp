@@ -1,4 +1,4 @@
-#include "library/src/image/holes.h"
+#include "library/src/image/alpha_test.h"
 
 #include <cstddef>
 #include <vector>
@@ -47,7 +47,7 @@ private:
         const auto ask = [&](std::uint32_t y, RayBatch& batch) {
             for (std::uint32_t x = 0; x < params_.width; ++x) {
                 const std::size_t sample = std::size_t{y} * params_.width + x;
-                if (mray::cpu::is_hole(scene_.textures, image_.samples.hits[sample]))
+                if (mray::cpu::fails_alpha_test(scene_.textures, image_.samples.hits[sample]))
                     batch.add(mray::camera_ray(params_.camera, x, y), sample);
             }
         };
@@ -102,7 +102,7 @@ private:
 
 }  // namespace
 
-std::uint64_t pass_holes(const TracedScene& scene, TracedImage& image) {
+std::uint64_t apply_alpha_test(const TracedScene& scene, TracedImage& image) {
     return HolePass(scene, image).run();
 }
 

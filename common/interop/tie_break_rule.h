@@ -10,9 +10,9 @@
 // and vertex alone. So exactly one of the two triangles at an edge of a closed mesh that the ray
 // does not graze owns it, and a triangle whose projection has no area owns nothing
 // (docs/design/arithmetic.md, "One owner").
-#if !defined(COMMON_INTEROP_OWNER_RULE_H) || defined(SHARED_LANES)
-#ifndef COMMON_INTEROP_OWNER_RULE_H
-#define COMMON_INTEROP_OWNER_RULE_H
+#if !defined(COMMON_INTEROP_TIE_BREAK_RULE_H) || defined(SHARED_LANES)
+#ifndef COMMON_INTEROP_TIE_BREAK_RULE_H
+#define COMMON_INTEROP_TIE_BREAK_RULE_H
 
 #include "common/interop/hit_rule.h"
 
@@ -21,7 +21,7 @@
 SHARED_BEGIN
 
 /// Whether the edge function of a and b, whose exact sign is that of e, is positive for the moved
-/// ray. Checked: lab/proofs/owners.cpp.
+/// ray. Checked: lab/proofs/tie_breaks.cpp.
 SHARED Bool is_left_of_edge(Float e, Float3 a, Float3 b) {
     Bool tie = a.y > b.y || (a.y == b.y && b.x > a.x);
     return e > 0.0f || (e == 0.0f && tie);

@@ -1,13 +1,13 @@
 // The arguments of questions, and the triangles that others of the tree stand for.
-#ifndef SHADERS_QUERIES_QUESTION_GLSL
-#define SHADERS_QUERIES_QUESTION_GLSL
+#ifndef SHADERS_QUERIES_QUERY_GLSL
+#define SHADERS_QUERIES_QUERY_GLSL
 
 #extension GL_EXT_control_flow_attributes : require
 
 #include "shaders/base/buffers.glsl"
 #include "shaders/kernel_interface.h"
 
-layout(push_constant) uniform Arguments { QuestionArguments args; };
+layout(push_constant) uniform Arguments { QueryArguments args; };
 READ1(Repeated, repeated, kBindRepeated);
 
 /// The first place of (first, prim_id) or what is greater: at most 28 iterations.
@@ -40,4 +40,4 @@ uint first_repeat(uint first, uint prim_id) {
     return AT1(repeated, 2u * place + 1u);
 }
 
-#endif  // SHADERS_QUERIES_QUESTION_GLSL
+#endif  // SHADERS_QUERIES_QUERY_GLSL
