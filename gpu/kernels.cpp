@@ -55,6 +55,18 @@ Constants query_constants(const PhysicalDevice& device, const Tuning& tuning) {
 
 }  // namespace
 
+void Kernel::compile(SharedDevice& device) {
+    if (pipeline_) return;
+    Pipeline& pipeline = device.pipelines.get(device.device, name_, spirv_, constants_);
+    pipeline_.emplace(device.device, pipeline);
+}
+
+void Kernel::bind(const Bindings& bindings, std::uint64_t version) {
+    if (bound_version_ == version) return;
+    pipeline_->bind(bindings);
+    bound_version_ = version;
+}
+
 /// The words of kernel `name`.
 #define WORDS(name) \
     { k_##name##_spirv, k_##name##_storage_spirv }

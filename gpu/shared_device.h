@@ -3,11 +3,13 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "gpu/ray_buffers.h"
 #include "gpu/vulkan/device.h"
 #include "gpu/vulkan/pipeline.h"
 #include "gpu/vulkan/tuning.h"
+#include "gpu/vulkan_backend.h"
 
 namespace mray::gpu {
 
@@ -30,5 +32,13 @@ std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config, const Tuni
 
 /// The devices that the process's instance sees, or one of `loader` if that is not null.
 std::vector<PhysicalDevice> physical_devices(PFN_vkGetInstanceProcAddr loader);
+
+// ---- The backend with settings for tests
+
+/// make_vulkan_backend(config) with this tuning instead of the default one.
+std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config, const Tuning& tuning);
+std::unique_ptr<Backend> make_tuned_backend(std::shared_ptr<SharedDevice> device,
+                                            const Tuning& tuning);
+std::vector<DeviceInfo> list_devices(PFN_vkGetInstanceProcAddr loader);
 
 }  // namespace mray::gpu

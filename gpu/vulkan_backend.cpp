@@ -15,8 +15,8 @@
 #include "gpu/questions.h"
 #include "gpu/ray_passes.h"
 #include "gpu/refit_pass.h"
+#include "gpu/shared_device.h"
 #include "gpu/vulkan/limits.h"
-#include "gpu/vulkan_backend_internal.h"
 
 namespace mray::gpu {
 namespace {

@@ -11,7 +11,7 @@
 #include "common/interop/camera.h"
 #include "common/interop/shading.h"
 #include "common/scene/stored_rays.h"
-#include "cpu/image/shaded_mesh.h"
+#include "cpu/image/pixel_shader.h"
 #include "cpu/packet/light/light_packet.h"
 #include "cpu/tile.h"
 

@@ -16,7 +16,6 @@
 #include <span>
 #include <vector>
 
-#include "cpu/image/mesh_lanes-inl.h"
 #include "cpu/image/pixel_blocks-inl.h"
 #include "cpu/image/pixel_shader.h"
 #include "cpu/image/shown_triangles-inl.h"

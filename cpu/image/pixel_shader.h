@@ -2,15 +2,28 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/image/frame.h"
+#include "common/interop/surface.h"
+#include "common/scene/mesh.h"
 #include "common/simd/simd_target.h"
-#include "cpu/image/shaded_mesh.h"
 #include "cpu/packet/light/light_packet.h"
 #include "cpu/tile.h"
 
 namespace mray::cpu {
+
+/// The mesh that shading takes surfaces and albedos from.
+struct ShadedMesh {
+    const Topology* topology;
+    std::span<const vec3> positions;
+
+    Surface surface(const Ray& ray, const Hit& hit) const {
+        const uvec3 t = topology->triangles[hit.prim_id];
+        return surface_at(ray, hit, positions[t.x], positions[t.y], positions[t.z]);
+    }
+};
 
 /// A part of an image. The frame has the hits of its camera rays; occlusion and, with_pixels,
 /// pixels are written.

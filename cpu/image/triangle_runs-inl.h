@@ -15,7 +15,7 @@
 
 #include "common/base/aligned_vector.h"
 #include "cpu/image/lit_shader.h"
-#include "cpu/image/mesh_lanes-inl.h"
+#include "cpu/image/shown_triangles-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

@@ -16,7 +16,7 @@
 #include "common/interop/packet_bounds.h"
 #include "common/interop/slab.h"
 #include "cpu/packet/packet_frame.h"
-#include "cpu/simd/fast_hit_rule-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

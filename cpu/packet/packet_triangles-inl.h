@@ -18,7 +18,7 @@
 #include "common/interop/bvh_layout.h"
 #include "cpu/packet/camera/camera_packet_blocks-inl.h"
 #include "cpu/packet/packet_frame-inl.h"
-#include "cpu/simd/fast_hit_rule-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

@@ -20,7 +20,7 @@
 #include "cpu/packet/depth_bounds-inl.h"
 #include "cpu/packet/packet_frame-inl.h"
 #include "cpu/packet/packet_triangles-inl.h"
-#include "cpu/simd/fast_hit_rule-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

@@ -16,7 +16,6 @@
 
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
-#include "cpu/queries/tree_walk-inl.h"
 #include "cpu/single_ray/leaf_hit_rule-inl.h"
 #include "cpu/single_ray/node_lanes-inl.h"
 #include "cpu/single_ray/one_ray-inl.h"

@@ -16,7 +16,6 @@
 
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
-#include "cpu/queries/point_lanes-inl.h"
 #include "cpu/queries/points-inl.h"
 #include "cpu/queries/triangle_sides-inl.h"
 

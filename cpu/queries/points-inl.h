@@ -1,5 +1,4 @@
-// Points against nodes and leaves, with the 16 boxes or triangles for lanes: windings and closest
-// triangles. Control flow alone; all arithmetic is the shared text of the rules.
+// Points near each other, one in each lane.
 #if defined(MORPHRAY_CPU_QUERIES_POINTS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_QUERIES_POINTS_INL_H
 #undef MORPHRAY_CPU_QUERIES_POINTS_INL_H
@@ -7,23 +6,54 @@
 #define MORPHRAY_CPU_QUERIES_POINTS_INL_H
 #endif
 
+#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
-#include "cpu/queries/rule_lanes-inl.h"
-#include "cpu/queries/tree_walk-inl.h"
+#include "common/simd/vectors-inl.h"
+#include "cpu/simd/lanes-inl.h"
 #include "cpu/single_ray/leaf_hit_rule-inl.h"
 #include "cpu/single_ray/leaf_lanes-inl.h"
+#include "cpu/single_ray/node_lanes-inl.h"
 #include "cpu/single_ray/one_ray-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
+
+#if HWY_TARGET != HWY_SCALAR
+
+/// At most kLanes points, and the corners of their box in all lanes. Lanes without a point have the
+/// last one.
+struct PointLanes {
+    lanes::Float3 p;
+    lanes::Float3 lower;
+    lanes::Float3 upper;
+
+    HWY_INLINE explicit PointLanes(std::span<const vec3> points) {
+        HWY_ALIGN float values[3][kLanes];
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            const vec3& point = points[std::min(i, points.size() - 1)];
+            for (int axis = 0; axis < 3; ++axis) values[axis][i] = point[axis];
+        }
+        p = {load(values[0]), load(values[1]), load(values[2])};
+        lower = {hn::MinOfLanes(kFloats, p.x), hn::MinOfLanes(kFloats, p.y),
+                 hn::MinOfLanes(kFloats, p.z)};
+        upper = {hn::MaxOfLanes(kFloats, p.x), hn::MaxOfLanes(kFloats, p.y),
+                 hn::MaxOfLanes(kFloats, p.z)};
+    }
+};
+
+#endif  // HWY_TARGET
+
+// Points against nodes and leaves, with the 16 boxes or triangles for lanes: windings and closest
+// triangles. Control flow alone; all arithmetic is the shared text of the rules.
 
 // ---- Boxes and triangles
 

@@ -15,7 +15,6 @@
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
 #include "cpu/queries/all_hits-inl.h"
-#include "cpu/queries/bundle_choice.h"
 #include "cpu/queries/closest_bundle-inl.h"
 #include "cpu/queries/count_stream-inl.h"
 #include "cpu/queries/points-inl.h"
@@ -73,6 +72,41 @@ void find_visible_hits(const Bvh& bvh, std::span<const Ray> rays, const VisibleM
                        std::span<Hit> hits) {
     for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = visible_hit_of(bvh, rays[i], meshes);
 }
+
+/// Whether bundles pay, by what they and single points have taken so far.
+class BundleChoice {
+public:
+    /// Whether the next points are to be tried as a bundle.
+    bool tries() {
+        if (wait_ == 0) return true;
+        --wait_;
+        return false;
+    }
+    /// A bundle takes as long as its points would one after the other if it visits about as many
+    /// leaves as kPointsOfLeaf points do.
+    std::size_t most_leaves() const {
+        return static_cast<std::size_t>(kPointsOfLeaf * leaves_of_point_);
+    }
+    void succeeded() { next_wait_ = kFirstWait; }
+    void gave_up() {
+        wait_ = next_wait_;
+        next_wait_ = std::min(2 * next_wait_, kLastWait);
+    }
+    /// After `points` without a bundle that visited so many leaves.
+    void add(std::size_t points, std::size_t leaves) {
+        const float now = static_cast<float>(leaves) / static_cast<float>(points);
+        leaves_of_point_ += 0.5f * (now - leaves_of_point_);
+    }
+
+private:
+    static constexpr float kPointsOfLeaf = 7;
+    static constexpr std::size_t kFirstWait = 3;
+    static constexpr std::size_t kLastWait = 48;
+
+    float leaves_of_point_ = 4;
+    std::size_t wait_ = 0;
+    std::size_t next_wait_ = kFirstWait;
+};
 
 /// Calls bundle(first, count, most_leaves) for up to kLanes points of [0, total), which returns
 /// whether it has answers, and each(first, count) for those without, which returns the leaves that
@@ -153,6 +187,51 @@ void find_closest_triangles(const Bvh& bvh, std::span<const vec3> points, float 
             leaves += find_closest(bvh, points[i], near_leaf, closest[i]);
         return leaves;
     });
+}
+
+void place_points(std::span<const vec3> points, std::span<const ClosestTriangle> closest,
+                  std::span<const uvec3> triangles, std::span<const vec3> positions,
+                  std::span<NearPoint> places) {
+    /// A point and the vertices of its triangle, in lanes.
+    struct Corners {
+        HWY_ALIGN float lane[4][3][kLanes];
+
+        HWY_INLINE void set(int corner, std::size_t i, const vec3& p) {
+            for (int axis = 0; axis < 3; ++axis) lane[corner][axis][i] = p[axis];
+        }
+        HWY_INLINE lanes::Float3 get(int corner) const {
+            return {load(lane[corner][0]), load(lane[corner][1]), load(lane[corner][2])};
+        }
+    };
+    for (std::size_t first = 0; first < points.size(); first += kLanes) {
+        const std::size_t count = std::min<std::size_t>(kLanes, points.size() - first);
+        Corners corners;
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            // Lanes without a point have the last one.
+            const std::size_t at = first + std::min(i, count - 1);
+            corners.set(3, i, points[at]);
+            const std::uint32_t prim_id = closest[at].prim_id;
+            for (int k = 0; k < 3; ++k) {
+                const bool is_any = prim_id != kNoPrim;
+                corners.set(k, i, is_any ? positions[triangles[prim_id][k]] : points[at]);
+            }
+        }
+        const lanes::NearPoint near = lanes::closest_on_triangle(corners.get(3), corners.get(0),
+                                                                 corners.get(1), corners.get(2));
+        HWY_ALIGN float values[6][kLanes];
+        store(near.d2, values[0]);
+        store(near.u, values[1]);
+        store(near.v, values[2]);
+        store(near.offset.x, values[3]);
+        store(near.offset.y, values[4]);
+        store(near.offset.z, values[5]);
+        for (std::size_t i = 0; i < count; ++i) {
+            places[first + i] = {values[0][i],
+                                 values[1][i],
+                                 values[2][i],
+                                 {values[3][i], values[4][i], values[5][i]}};
+        }
+    }
 }
 
 }  // namespace HWY_NAMESPACE

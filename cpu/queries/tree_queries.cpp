@@ -22,6 +22,7 @@ HWY_EXPORT(find_next_hits);
 HWY_EXPORT(find_visible_hits);
 HWY_EXPORT(wind_points);
 HWY_EXPORT(find_closest_triangles);
+HWY_EXPORT(place_points);
 
 }  // namespace
 
@@ -67,6 +68,13 @@ void TreeQueries::closest(std::span<const vec3> points, float most_d2,
                           std::span<ClosestTriangle> closest) const {
     assert(points.size() == closest.size());
     closest_(*bvh_, points, most_d2, closest);
+}
+
+void find_places(SimdTarget target, std::span<const vec3> points,
+                 std::span<const ClosestTriangle> closest, std::span<const uvec3> triangles,
+                 std::span<const vec3> positions, std::span<NearPoint> places) {
+    assert(points.size() == closest.size() && points.size() == places.size());
+    SIMD_FUNCTION(place_points, target)(points, closest, triangles, positions, places);
 }
 
 }  // namespace mray::cpu

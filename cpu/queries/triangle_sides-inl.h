@@ -29,8 +29,8 @@
 #include <cstdint>
 
 #include "common/simd/vectors-inl.h"
-#include "cpu/queries/side_bounds.h"
 #include "cpu/simd/lanes-inl.h"
+#include "cpu/simd/rounding_bounds.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

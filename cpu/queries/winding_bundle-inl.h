@@ -14,9 +14,8 @@
 
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
-#include "cpu/queries/point_lanes-inl.h"
 #include "cpu/queries/points-inl.h"
-#include "cpu/queries/tree_walk-inl.h"
+#include "cpu/single_ray/node_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

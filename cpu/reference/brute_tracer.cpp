@@ -6,7 +6,7 @@
 #include "common/interop/closest_rule.h"
 #include "common/interop/tie_break_rule.h"
 #include "common/interop/winding_rule.h"
-#include "cpu/reference/closest_hit.h"
+#include "cpu/reference/scalar_tracer.h"
 
 namespace mray::cpu {
 

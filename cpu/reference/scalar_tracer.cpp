@@ -3,7 +3,6 @@
 #include <cassert>
 
 #include "common/interop/bvh_layout.h"
-#include "cpu/reference/closest_hit.h"
 
 namespace mray::cpu {
 namespace {

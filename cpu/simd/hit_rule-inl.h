@@ -9,12 +9,16 @@
 
 #include <hwy/highway.h>
 
+#include <cstdint>
+
+#include "common/interop/bvh_layout.h"
 #include "common/scene_queries.h"
 #include "cpu/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 /// The exact path of intersect_triangle, or of cross_triangle, for vertices with rotated axes.
 template <Crossing kCrossing = Crossing::kEach>
@@ -57,6 +61,128 @@ HWY_INLINE Mask intersect_triangles(const lanes::ShearedRay& s, Mask active, Flo
     }
     return hits & active;
 }
+
+// The fast path of the hit rule for hits that are nearly certain, and the values of a leaf at the
+// vertices of its triangles.
+
+/// Looks up values of a leaf's sixteen vertices for the three vertices of some of its triangles,
+/// given their packed local vertex indices.
+HWY_INLINE void gather_corners(const float* values, UintVec packed, FloatVec out[3]) {
+    const UintVec byte = splat(0xFFu);
+    out[0] = LaneLookup(packed & byte)(values);
+    out[1] = LaneLookup(shift_right<8>(packed) & byte)(values);
+    out[2] = LaneLookup(shift_right<16>(packed) & byte)(values);
+}
+
+/// Rays with the same largest axis and positive dir.z, and a triangle in each lane that the ray
+/// goes through in front of its origin: the hits of weighted_hit() with edge functions from
+/// fast_edges(), in fewer operations.
+struct FastHits {
+    FloatVec z[3], dz;
+    /// The magnitudes of the edge functions.
+    FloatVec size[3];
+    /// Which triangles have all vertices in front of the origin.
+    Mask is_ahead;
+
+    /// Computes all but the hits. corner: the vertices relative to the origin, with rotated axes.
+    /// Returns the rays for which the rule takes its fast path if the sign of their hit's z is
+    /// certain.
+    HWY_INLINE Mask project(const FloatVec dir[3], FloatVec slack, const FloatVec corner[3][3]) {
+        lanes::Float3 p[3];
+        dz = dir[2];
+        for (int k = 0; k < 3; ++k) {
+            p[k] = lanes::project_relative_fast(lanes::Float3(dir), lanes::Float3(corner[k]));
+            z[k] = p[k].z;
+        }
+        size[0] = abs(lanes::fast_edge(p[1], p[2]));
+        size[1] = abs(lanes::fast_edge(p[2], p[0]));
+        size[2] = abs(lanes::fast_edge(p[0], p[1]));
+        const FloatVec m = sum3(lanes::projected_size(p[0]), lanes::projected_size(p[1]),
+                                lanes::projected_size(p[2]));
+        const FloatVec depth_range = farthest() - nearest();
+        // edge_bound(), fused or not: 2^-18 more than makes up for the difference.
+        // Checked: lab/proofs/fast_hits.g.
+        const FloatVec r = mul_add(splat(kFastProjectionError * (1 + 0x1p-18f)),
+                                   mul_add(splat(2.0f), m, depth_size()),
+                                   splat(kFastProjectionFloor * (1 + 0x1p-18f)));
+        const FloatVec bound = r * mul_add(splat(2.0f), r, m);
+        const Mask is_flat = bound * lanes::greater(depth_range, 1.0f) <= slack * sum();
+        // The exact functions have one sign, and so have these where they exceed their bound.
+        const Mask is_certain = min3(size[0], size[1], size[2]) > bound;
+        // All z are positive, and their range is less than the farthest: the sign is certain.
+        is_ahead = nearest() > 0x1p-20f * farthest();
+        return is_flat & is_certain;
+    }
+
+    /// Sets t, u and v, and returns z. scaled_weight() drops nothing here: functions that suffice
+    /// exceed the bound, and so 2^-20 m^2, and their sum is at most 2 m^2.
+    HWY_INLINE FloatVec weigh(FloatVec& t, FloatVec& u, FloatVec& v) const {
+        const FloatVec scale = lanes::rcp_of_positive(sum());
+        u = size[1] * scale;
+        v = size[2] * scale;
+        const FloatVec wa = max(1.0f - (u + v), zero());
+        const FloatVec mean = wa * z[0] + u * z[1] + v * z[2];
+        t = mean * lanes::rcp_of_positive(dz);
+        return mean;
+    }
+
+    /// Returns those of the rays for which project() returned true whose z, which weigh() returned
+    /// as `mean`, is positive beyond its error. Their triangles may reach behind the origin.
+    HWY_INLINE Mask is_hit_ahead(FloatVec mean, FloatVec slack) const {
+        // `error` of weighted_hit() is no larger: is_flat limits its part by the bound, and the
+        // range is at most twice the size. Checked: lab/proofs/fast_hits.g.
+        constexpr float kErrorOfSize = (2 * kWeightRounding + kMeanRounding) * (1 + 0x1p-18f);
+        return mean > mul_add(splat(kErrorOfSize), depth_size(), splat(2 * (1 + 0x1p-18f)) * slack);
+    }
+
+private:
+    HWY_INLINE FloatVec nearest() const { return min3(z[0], z[1], z[2]); }
+    HWY_INLINE FloatVec farthest() const { return max3(z[0], z[1], z[2]); }
+    /// The largest |z|.
+    HWY_INLINE FloatVec depth_size() const { return max(farthest(), -nearest()); }
+    HWY_INLINE FloatVec sum() const { return sum3(size[0], size[1], size[2]); }
+};
+
+// The hit rule for those rays of a packet that its bounds leave uncertain: lanes are rays, with one
+// triangle for all of them or one triangle each.
+
+/// Triangles for PacketRule, a lane each.
+struct PacketRuleTriangles {
+    FloatVec corner[3][3];
+    UintVec prim_ids;
+};
+
+/// One triangle of a leaf in all lanes.
+HWY_INLINE PacketRuleTriangles same_triangle(const Leaf& leaf, std::uint32_t slot) {
+    PacketRuleTriangles out;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+        const LeafVertex& v = leaf.vertex[corner(leaf.vertex[slot].corners, k)];
+        out.corner[k][0] = splat(v.x);
+        out.corner[k][1] = splat(v.y);
+        out.corner[k][2] = splat(v.z);
+    }
+    out.prim_ids = splat(leaf.prim_id[slot]);
+    return out;
+}
+
+/// The rule for rays of a packet, from tnear = 0 on.
+class PacketRule {
+public:
+    HWY_INLINE PacketRule(vec3 origin, const FloatVec (&dir)[3]) {
+        rays_ = lanes::shear_ray(lanes::Float3(origin), lanes::Float3(dir));
+    }
+
+    /// Returns which of the lanes are hit up to tfar, and sets where.
+    HWY_INLINE Mask intersect(const PacketRuleTriangles& triangles, FloatVec tfar,
+                              std::uint32_t lanes, lanes::TriangleHit& hits) const {
+        return intersect_triangles(
+            rays_, mask_of(lanes), zero(), tfar, lanes::Float3(triangles.corner[0]),
+            lanes::Float3(triangles.corner[1]), lanes::Float3(triangles.corner[2]), hits);
+    }
+
+private:
+    lanes::ShearedRay rays_;
+};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu

@@ -1,6 +1,6 @@
-// The shared text of the hit rule, of cameras, surfaces and colours (common/interop) on vectors, in
-// namespace `lanes`: each lane has its own ray, triangle or pixel, and gets the bits of the same
-// function in namespace mray.
+// The shared text of the rules of hits and points, of cameras, surfaces and colours
+// (common/interop) on vectors, in namespace `lanes`: each lane has its own ray, triangle or pixel,
+// and gets the bits of the same function in namespace mray.
 #if defined(MORPHRAY_CPU_SIMD_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SIMD_LANES_INL_H
 #undef MORPHRAY_CPU_SIMD_LANES_INL_H
@@ -13,11 +13,13 @@
 #include <cstdint>
 
 #include "common/interop/camera.h"
+#include "common/interop/closest_rule.h"
 #include "common/interop/hit_rule.h"
 #include "common/interop/lit.h"
 #include "common/interop/shading.h"
 #include "common/interop/surface.h"
 #include "common/interop/tie_break_rule.h"
+#include "common/interop/winding_rule.h"
 #include "common/simd/vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -106,6 +108,8 @@ HWY_INLINE Float product_error(Float a, Float b, Float p) { return mul_sub(a, b,
 #include "common/interop/surface.h"
 #include "common/interop/shading.h"
 #include "common/interop/lit.h"
+#include "common/interop/closest_rule.h"
+#include "common/interop/winding_rule.h"
 // clang-format on
 #pragma pop_macro("SHARED")
 #pragma pop_macro("SHARED_BEGIN")

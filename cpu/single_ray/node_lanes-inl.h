@@ -19,7 +19,7 @@
 //    (1 + 2 u) t or (1 + 3 u) t of a hit, and the exit no earlier than that.
 // 5. k and r are constants of the ray and rounding is monotone, so a box within a box is still met
 //    within the interval of the other, bit for bit. Constants by target are in
-//    cpu/single_ray/slab_bounds.h.
+//    cpu/simd/rounding_bounds.h.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H
@@ -27,9 +27,12 @@
 #define MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H
 #endif
 
+#include <bit>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 
+#include "common/bvh/bvh.h"
 #include "common/simd/vectors-inl.h"
 #include "cpu/simd/lanes-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
@@ -121,6 +124,30 @@ HWY_INLINE std::uint32_t leaf_slots(const Node& node) {
         slots |= bits_of(float_mask(is_leaf)) << (v * kLanes);
     }
     return slots;
+}
+
+// A walk over all parts of a tree that a question concerns, in no order.
+
+/// Calls visit(leaf) for the leaves below node `root` whose box, and those of the nodes above, are
+/// among met(node), which returns slots as bits, until it returns false. Returns whether it never
+/// did.
+template <class Met, class Visit>
+HWY_INLINE bool for_each_leaf(const Bvh& bvh, Met met, Visit visit, std::uint32_t root = 0) {
+    std::uint32_t stack[kMaxStack];
+    stack[0] = root;
+    for (std::size_t size = 1; size > 0;) {
+        const Node& node = bvh.nodes[stack[--size]];
+        const std::uint32_t slots = met(node);
+        const std::uint32_t leaves = leaf_slots(node);
+        for (std::uint32_t rest = slots & leaves; rest != 0; rest &= rest - 1) {
+            if (!visit(bvh.leaves[node.child[std::countr_zero(rest)] & ~kLeafBit])) return false;
+        }
+        for (std::uint32_t rest = slots & ~leaves; rest != 0; rest &= rest - 1) {
+            assert(size < kMaxStack);
+            stack[size++] = node.child[std::countr_zero(rest)];
+        }
+    }
+    return true;
 }
 
 }  // namespace HWY_NAMESPACE

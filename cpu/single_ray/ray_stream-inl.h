@@ -16,7 +16,7 @@
 #include "common/interop/slab.h"
 #include "common/simd/vectors-inl.h"
 #include "cpu/simd/lanes-inl.h"
-#include "cpu/single_ray/slab_bounds.h"
+#include "cpu/simd/rounding_bounds.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

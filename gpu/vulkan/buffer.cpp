@@ -1,8 +1,9 @@
 #include "gpu/vulkan/buffer.h"
 
+#include <algorithm>
+#include <bit>
 #include <vector>
 
-#include "gpu/vulkan/lavapipe.h"
 #include "gpu/vulkan/result.h"
 
 namespace mray::gpu {
@@ -17,6 +18,13 @@ constexpr VkMemoryPropertyFlags kLocal = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
 std::vector<VkMemoryPropertyFlags> preferences(Memory memory) {
     if (memory == Memory::kHost) return {kCached, kMapped};
     return {kLocal | kCached, kLocal, 0};
+}
+
+/// Rounds up to a multiple of 16 that is not a power of two. Lavapipe compiles a kernel again when
+/// it first meets a texel buffer whose size is a power of two, which would disturb times.
+VkDeviceSize padded_size(VkDeviceSize size) {
+    const VkDeviceSize rounded = std::max<VkDeviceSize>((size + 15) / 16 * 16, 48);
+    return std::has_single_bit(rounded) ? rounded + 16 : rounded;
 }
 
 }  // namespace

@@ -4,11 +4,12 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <optional>
 
 #include "common/text/text_parts.h"
-#include "gpu/vulkan/lavapipe.h"
 #include "gpu/vulkan/result.h"
 #include "shaders/kernel_interface.h"
 
@@ -68,6 +69,18 @@ std::string hex(std::span<const std::uint8_t> bytes) {
     std::string text;
     for (const std::uint8_t b : bytes) text += fmt::format("{:02x}", b);
     return text;
+}
+
+/// Whether lavapipe was told to use vectors of another width than most machines have. Mesa 25.0.7,
+/// unlike 22.3.6, then crashes (4 lanes: it stores vectors of 8 to places that are aligned for 4)
+/// or gives wrong results (16 lanes: right ones without LLVM's optimisations, GALLIVM_PERF=nopt).
+bool has_unsound_width(const VkPhysicalDeviceDriverProperties& driver,
+                       std::uint32_t subgroup_size) {
+    // Lavapipe's number of a version is always 1.
+    unsigned mesa = 0;
+    return driver.driverID == VK_DRIVER_ID_MESA_LLVMPIPE && subgroup_size != 8 &&
+           std::getenv("LP_NATIVE_VECTOR_WIDTH") != nullptr &&
+           std::sscanf(driver.driverInfo, "Mesa %u", &mesa) == 1 && mesa > 22;
 }
 
 /// Reads the properties of Vulkan 1.1. Returns the reason why the device is unusable, or nothing.

@@ -10,8 +10,7 @@
 #include "common/interop/hit_rule.h"
 #include "common/interop/packet_bounds.h"
 #include "common/interop/winding_rule.h"
-#include "cpu/queries/side_bounds.h"
-#include "cpu/single_ray/slab_bounds.h"
+#include "cpu/simd/rounding_bounds.h"
 #include "lab/proofs/bounds.h"
 
 namespace mray::proofs {

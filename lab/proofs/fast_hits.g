@@ -3,7 +3,7 @@
 #   bounds       where they agree, bound as fast_edges computes it is no larger than theirs, and
 #                fl(zmax - zmin) < size or z is beyond the error of weighted_hit, so that the rule
 #                takes its fast path with the same weights
-#   code         FastHits (cpu/simd/fast_hit_rule-inl.h, margin 2^-18 on r and on error)
+#   code         FastHits (cpu/simd/hit_rule-inl.h, margin 2^-18 on r and on error)
 #   inputs       points of project_fast; exact edge functions whose signs are known to be equal
 #   operations   rule: r = fl(fl(c fl((m + m) + Z)) + f), bound = fl(r fl(m + fl(r + r))),
 #                c, f = kFastProjectionError, kFastProjectionFloor. FastHits: the same m; each sum

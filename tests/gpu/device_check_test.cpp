@@ -8,7 +8,7 @@
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
 #include "gpu/vulkan/spirv.h"
-#include "gpu/vulkan_backend_internal.h"
+#include "gpu/shared_device.h"
 #include "library/src/device_check.h"
 #include "morphray/error.hpp"
 #include "tests/gpu/faulty_loader.h"

@@ -7,7 +7,7 @@
 
 #include "common/base/errors.h"
 #include "gpu/vulkan/device_info.h"
-#include "gpu/vulkan_backend_internal.h"
+#include "gpu/shared_device.h"
 #include "tests/gpu/faulty_loader.h"
 
 namespace mray::test {

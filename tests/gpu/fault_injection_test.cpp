@@ -8,7 +8,7 @@
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "gpu/vulkan/result.h"
-#include "gpu/vulkan_backend_internal.h"
+#include "gpu/shared_device.h"
 #include "tests/gpu/faulty_device.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "common/base/errors.h"
-#include "gpu/vulkan_backend_internal.h"
+#include "gpu/shared_device.h"
 #include "tests/gpu/faulty_loader.h"
 
 namespace mray::test {

@@ -11,7 +11,6 @@
 
 #include "common/base/errors.h"
 #include "gpu/shared_device.h"
-#include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
 #include "tests/support/backend_hashes.h"

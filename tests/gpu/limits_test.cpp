@@ -6,7 +6,7 @@
 #include "common/base/errors.h"
 #include "gpu/vulkan/buffer.h"
 #include "gpu/vulkan/limits.h"
-#include "gpu/vulkan_backend_internal.h"
+#include "gpu/shared_device.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
 

@@ -6,7 +6,7 @@
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/reference/brute_tracer.h"
-#include "gpu/vulkan_backend_internal.h"
+#include "gpu/shared_device.h"
 #include "tests/gpu/validated_device.h"
 #include "tests/support/query_answers.h"
 

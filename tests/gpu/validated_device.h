@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "gpu/vulkan_backend_internal.h"
+#include "gpu/shared_device.h"
 
 namespace mray::test {
 

@@ -6,7 +6,6 @@
 #include "common/update/restructure.h"
 #include "gpu/shared_device.h"
 #include "gpu/vulkan/transfer.h"
-#include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/test_scenes.h"
 #include "tests/shaders/hazard_spirv.h"
 

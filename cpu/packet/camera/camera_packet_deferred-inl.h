@@ -18,8 +18,7 @@
 #include "cpu/packet/camera/camera_packet_blocks-inl.h"
 #include "cpu/packet/camera/camera_packet_hit_leaves-inl.h"
 #include "cpu/packet/camera/camera_packet_maker-inl.h"
-#include "cpu/packet/packet_hit_rule-inl.h"
-#include "cpu/simd/fast_hit_rule-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

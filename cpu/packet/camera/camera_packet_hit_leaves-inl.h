@@ -15,8 +15,7 @@
 #include <cstring>
 
 #include "cpu/packet/camera/camera_packet.h"
-#include "cpu/packet/packet_hit_rule-inl.h"
-#include "cpu/simd/fast_hit_rule-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

@@ -16,8 +16,8 @@
 #include "common/interop/camera.h"
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/packet_frame-inl.h"
-#include "cpu/packet/packet_wedge-inl.h"
-#include "cpu/simd/fast_hit_rule-inl.h"
+#include "cpu/packet/packet_node-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
 #include "cpu/tile.h"
 
 HWY_BEFORE_NAMESPACE();

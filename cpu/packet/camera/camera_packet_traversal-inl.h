@@ -33,7 +33,7 @@
 #include "cpu/packet/camera/camera_packet_items-inl.h"
 #include "cpu/packet/packet_node-inl.h"
 #include "cpu/packet/triangle_setup-inl.h"
-#include "cpu/simd/fast_hit_rule-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

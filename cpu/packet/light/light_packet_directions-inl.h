@@ -15,7 +15,7 @@
 #include <cstdint>
 
 #include "cpu/packet/light/light_packet.h"
-#include "cpu/simd/fast_hit_rule-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

@@ -18,9 +18,8 @@
 #include "cpu/packet/light/light_packet_blocks-inl.h"
 #include "cpu/packet/light/light_packet_items-inl.h"
 #include "cpu/packet/light/light_packet_outlines-inl.h"
-#include "cpu/packet/packet_hit_rule-inl.h"
 #include "cpu/packet/triangle_setup-inl.h"
-#include "cpu/simd/fast_hit_rule-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

@@ -22,7 +22,7 @@
 #include "cpu/packet/light/light_packet_plane-inl.h"
 #include "cpu/packet/light/light_packet_regroup-inl.h"
 #include "cpu/packet/packet_frame-inl.h"
-#include "cpu/simd/fast_hit_rule-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

@@ -17,7 +17,7 @@
 #include "common/interop/packet_bounds.h"
 #include "cpu/packet/light/light_packet.h"
 #include "cpu/packet/packet_triangles-inl.h"
-#include "cpu/simd/fast_hit_rule-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

@@ -17,8 +17,8 @@
 #include "cpu/packet/light/light_packet.h"
 #include "cpu/packet/light/light_packet_directions-inl.h"
 #include "cpu/packet/packet_frame-inl.h"
-#include "cpu/packet/packet_wedge-inl.h"
-#include "cpu/simd/fast_hit_rule-inl.h"
+#include "cpu/packet/packet_node-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

@@ -15,7 +15,7 @@
 #include "common/base/stopwatch.h"
 #include "common/report/shell_text.h"
 #include "common/version.h"
-#include "gpu/vulkan_backend_internal.h"
+#include "gpu/shared_device.h"
 #include "lab/bench/bench_scene.h"
 #include "lab/bench/gpu/peer_tracer.h"
 #include "lab/bench/machine.h"

@@ -16,7 +16,7 @@
 #include "common/base/thread_arena.h"
 #include "common/interop/ray.h"
 #include "common/scene_queries.h"
-#include "cpu/image/shaded_mesh.h"
+#include "cpu/image/pixel_shader.h"
 #include "cpu/image/texture.h"
 
 namespace morphray::detail {

@@ -12,7 +12,7 @@
 #include "common/interop/closest_rule.h"
 #include "common/interop/hit_rule.h"
 #include "common/scene/exact_crossing.h"
-#include "cpu/queries/closest_places.h"
+#include "cpu/queries/tree_queries.h"
 #include "library/src/queries/point_order.h"
 #include "library/src/queries/ray_order.h"
 #include "library/src/scene/errors.h"

@@ -6,7 +6,7 @@
 #include "common/simd/simd_target.h"
 #include "cpu/cpu_backend.h"
 #ifdef MORPHRAY_HAS_VULKAN
-#include "gpu/vulkan_backend_internal.h"
+#include "gpu/shared_device.h"
 #endif
 
 namespace mray::fuzz {

@@ -1,7 +1,20 @@
-// Constants of cpu/queries/triangle_sides-inl.h (lab/proofs/closest.g).
+// Constants that cover rounding in tests of boxes and triangles on lanes. The others are in
+// common/interop/constants.h.
 #pragma once
 
 namespace mray::cpu {
+
+// ---- Slabs, which depend on whether products are fused (cpu/single_ray/node_lanes-inl.h)
+
+/// The dilation of boxes by |org| on each axis where products are rounded before they are added;
+/// else it is kDilationOfOrigin. Checked: lab/proofs/near.g.
+inline constexpr float kUnfusedDilation = 0x3p-24f;
+
+/// How much farther slabs end than computed where products are fused; else it is kSlabRounding.
+/// Checked: lab/proofs/near.g.
+inline constexpr float kFusedSlabRounding = 0x1.000006p0f;
+
+// ---- Sides of triangles (cpu/queries/triangle_sides-inl.h, lab/proofs/closest.g)
 
 /// The errors of separations and of the rule, as a part of the largest coordinate; and the least,
 /// for kTiny.
