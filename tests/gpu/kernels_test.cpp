@@ -14,7 +14,7 @@
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
-#include "tests/support/backend_hashes.h"
+#include "tests/support/backend_results.h"
 #include "tests/support/thrown_error.h"
 
 namespace mray::test {
