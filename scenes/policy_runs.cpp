@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "common/base/stopwatch.h"
-#include "common/report/median.h"
 #include "common/report/spread.h"
 #include "common/text/number_text.h"
 #include "common/update/tree_updater.h"

@@ -11,7 +11,7 @@
 #include "app/base/values.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
-#include "common/update/policy/update_policy.h"
+#include "common/update/policy.h"
 #include "morphray/image.hpp"
 #include "morphray/queries.hpp"
 #include "scenes/source/open_scene.h"

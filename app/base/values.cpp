@@ -91,23 +91,14 @@ Pixel parse_pixel(std::string_view option, std::string_view text) {
     return {xy[0], xy[1]};
 }
 
-std::string update_forms() {
-    std::string forms;
-    for (const PolicyForm& form : policy_forms()) {
-        if (!forms.empty()) forms += '|';
-        forms += form.form;
-    }
-    return forms;
-}
+std::string update_forms() { return fmt::format("{}", fmt::join(policy_forms(), "|")); }
 
 PolicySpec parse_update(std::string_view option, const std::string& text) {
     try {
         return parse_policy(text);
     } catch (const Error& error) {
-        std::vector<std::string> names;
-        for (const PolicyForm& form : policy_forms()) names.emplace_back(form.form);
-        throw Error(error.kind(),
-                    fmt::format("{}: {}{}", option, error.what(), suggestion(text, names)));
+        throw Error(error.kind(), fmt::format("{}: {}{}", option, error.what(),
+                                              suggestion(text, policy_forms())));
     }
 }
 

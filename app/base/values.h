@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/scene/camera_setup.h"
-#include "common/update/policy/update_policy.h"
+#include "common/update/policy.h"
 
 namespace mray::app {
 

@@ -22,7 +22,7 @@
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
 #include "common/report/plot.h"
-#include "common/report/shell_text.h"
+#include "common/report/shell.h"
 #include "lab/accuracy/charts/charts.h"
 
 namespace mray::app {

@@ -10,7 +10,6 @@
 
 #include "app/cli/commands.h"
 #include "common/base/errors.h"
-#include "common/report/build_record.h"
 #include "common/text/text_parts.h"
 #include "common/version.h"
 
@@ -85,8 +84,9 @@ std::string help_hint(const CLI::App& command) {
 }
 
 std::string version_text(bool verbose) {
-    return fmt::format("morphray {}{}", kVersionDetail,
-                       verbose ? '\n' + build_record_text() : std::string());
+    std::string text = fmt::format("morphray {}", kVersionDetail);
+    if (verbose) text += fmt::format("\ncompiled by {}", kCompiler);
+    return text;
 }
 
 /// `help COMMAND` is `COMMAND --help`.

@@ -4,7 +4,7 @@
 
 #include "app/base/choices.h"
 #include "common/image/frame.h"
-#include "common/report/shell_text.h"
+#include "common/report/shell.h"
 #include "common/text/number_text.h"
 #include "common/version.h"
 

@@ -10,7 +10,7 @@
 #include "app/commands/crosscheck/scene_check.h"
 #include "app/report/crosscheck/check_report.h"
 #include "app/terminal/failure.h"
-#include "common/report/shell_text.h"
+#include "common/report/shell.h"
 
 namespace mray::app {
 namespace {

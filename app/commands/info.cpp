@@ -11,7 +11,6 @@
 #include "app/files/format_table.h"
 #include "app/report/scene_report.h"
 #include "common/base/stopwatch.h"
-#include "common/report/build_record.h"
 #include "common/report/table.h"
 #include "common/scene/mesh.h"
 #include "common/simd/simd_target.h"
@@ -29,7 +28,7 @@ std::string build_description() {
 #else
     constexpr const char* kAssertions = "with";
 #endif
-    return fmt::format("{}, {} assertions", build_compiler(), kAssertions);
+    return fmt::format("{}, {} assertions", kCompiler, kAssertions);
 }
 
 std::string describe_vulkan() {

@@ -16,8 +16,8 @@
 #include "app/terminal/progress.h"
 #include "common/base/stopwatch.h"
 #include "common/bvh/bvh_stats.h"
-#include "common/report/median.h"
-#include "common/report/shell_text.h"
+#include "common/report/shell.h"
+#include "common/report/spread.h"
 #include "common/version.h"
 
 namespace mray::app {

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "common/report/build_record.h"
 #include "common/version.h"
 
 namespace mray::app {
@@ -27,7 +26,7 @@ void add_scene(Json& json, const ReportHead& head) {
 
 Json head_of(const std::string& command) {
     Json json = first_members(command);
-    json["built_with"] = build_record_json();
+    json["built_with"]["compiler"] = kCompiler;
     return json;
 }
 

@@ -5,6 +5,7 @@
 // (null instead).
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
@@ -12,9 +13,17 @@
 #include "common/bvh/bvh_stats.h"
 #include "common/frame_times.h"
 #include "common/report/compare.h"
-#include "common/report/json_writer.h"
 
 namespace mray::app {
+
+/// An object keeps its members in the order in which they were added.
+using Json = nlohmann::ordered_json;
+
+/// The text with a final line end. Bytes that are not UTF-8 become U+FFFD, numbers that are not
+/// finite become null. `indent` is per level; -1 gives a single line.
+inline std::string json_text(const Json& json, int indent = 2) {
+    return json.dump(indent, ' ', false, Json::error_handler_t::replace) + "\n";
+}
 
 /// The members that every report begins with: "schema", "command", "version" and "built_with".
 Json head_of(const std::string& command);

@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "app/terminal/interrupt.h"
-#include "common/base/thread_arena.h"
 #include "common/base/watch.h"
 
 namespace mray::app {
@@ -35,7 +34,7 @@ ExitCode exit_code_of(ErrorKind kind) {
 }
 
 const char* hint_text(Hint hint) {
-    switch (remedy) {
+    switch (hint) {
         case Hint::kLenient:
             return " or accept it with --lenient";
         case Hint::kReplaceMissing:
@@ -66,10 +65,6 @@ Failure describe_failure(const std::exception_ptr& failure) {
         return {"something is larger than memory can be; choose a smaller scene or image",
                 ExitCode::kLimit};
     } catch (const std::exception& error) {
-        if (is_lack_of_threads(error)) {
-            return {"no more threads can be started; use --threads 1 or raise the limit",
-                    ExitCode::kLimit};
-        }
         internal = error.what();
     } catch (...) {
         internal = "unknown exception";

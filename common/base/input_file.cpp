@@ -7,12 +7,9 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <climits>
-#include <cstring>
 #include <system_error>
 
 #include "common/base/errors.h"
-#include "common/base/file_descriptor.h"
 #include "common/text/text_parts.h"
 
 namespace mray {
@@ -42,105 +39,60 @@ std::string why_not_opened(int error) {
     }
 }
 
-void require_regular(const fs::path& path, const struct stat& status) {
-    if (S_ISREG(status.st_mode)) return;
-    fail(path, S_ISDIR(status.st_mode) ? "is a folder; give a file"
-                                       : "is a pipe or device; give a regular file");
-}
-
-std::size_t read_up_to(int fd, char* out, std::size_t size, const fs::path& path) {
-    std::size_t done = 0;
-    while (done < size) {
-        // Linux reads at most 2 GiB less a page a call.
-        const ssize_t count = read(fd, out + done, std::min<std::size_t>(size - done, 1u << 30));
-        if (count < 0 && errno == EINTR) continue;
-        if (count < 0) {
-            fail(path, fmt::format("cannot be read: {}; check the disk",
-                                   std::generic_category().message(errno)));
-        }
-        if (count == 0) break;
-        done += static_cast<std::size_t>(count);
-    }
-    return done;
-}
-
-[[noreturn]] void fail_changed(const fs::path& path) {
-    fail(path, "changed while it was read; wait until it is complete");
-}
-
-void require_unchanged(const fs::path& path, const FileDescriptor& file, std::uint64_t size,
-                       const std::timespec& modified) {
-    struct stat now = {};
-    if (fstat(file.fd(), &now) != 0 || static_cast<std::uint64_t>(now.st_size) != size ||
-        now.st_mtim.tv_sec != modified.tv_sec || now.st_mtim.tv_nsec != modified.tv_nsec)
-        fail_changed(path);
-}
-
-/// Opens a regular file, and tells what it is.
-FileDescriptor open_regular(const fs::path& path, struct stat& status) {
-    // O_NONBLOCK: opening a pipe without a writer returns at once; a regular file ignores it.
-    FileDescriptor file(open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
-    if (file.fd() < 0) {
-        // A socket answers ENXIO.
-        if (errno == ENXIO) fail(path, "is a pipe or device; give a regular file");
-        fail(path, why_not_opened(errno));
-    }
-    if (fstat(file.fd(), &status) != 0) fail(path, why_not_opened(errno));
-    require_regular(path, status);
-    return file;
+[[noreturn]] void fail_not_regular(const fs::path& path) {
+    fail(path, "is a pipe or device; give a regular file");
 }
 
 }  // namespace
 
 std::string read_input_file(const fs::path& path, std::uint64_t max_bytes) {
-    struct stat status = {};
-    const FileDescriptor file = open_regular(path, status);
-    const auto size = static_cast<std::uint64_t>(status.st_size);
-    if (size > max_bytes) {
+    const InputFile file(path);
+    if (file.size() > max_bytes) {
         throw Error(ErrorKind::kLimit,
                     fmt::format("{}: {} bytes are more than the {} that are read; split the scene",
-                                escape(path), size, max_bytes));
+                                escape(path), file.size(), max_bytes));
     }
-
-    std::string bytes(size, '\0');
-    char beyond = 0;
-    if (read_up_to(file.fd(), bytes.data(), size, path) != size ||
-        read_up_to(file.fd(), &beyond, 1, path) != 0)
-        fail_changed(path);
-    require_unchanged(path, file, size, status.st_mtim);
+    std::string bytes(file.size(), '\0');
+    file.read(0, std::as_writable_bytes(std::span(bytes)));
     return bytes;
 }
 
+// O_NONBLOCK: opening a pipe without a writer returns at once; a regular file ignores it.
 InputFile::InputFile(const fs::path& path)
-    : path_(path), file_([&] {
-          struct stat status = {};
-          FileDescriptor file = open_regular(path, status);
-          size_ = static_cast<std::uint64_t>(status.st_size);
-          modified_ = status.st_mtim;
-          return file;
-      }()) {}
+    : path_(path), fd_(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)) {
+    // A socket answers ENXIO.
+    if (fd_ < 0 && errno == ENXIO) fail_not_regular(path);
+    if (fd_ < 0) fail(path, why_not_opened(errno));
+    struct stat status = {};
+    ::fstat(fd_, &status);
+    if (S_ISREG(status.st_mode)) {
+        size_ = static_cast<std::uint64_t>(status.st_size);
+        return;
+    }
+    ::close(fd_);
+    if (S_ISDIR(status.st_mode)) fail(path, "is a folder; give a file");
+    fail_not_regular(path);
+}
+
+InputFile::~InputFile() { ::close(fd_); }
 
 void InputFile::read(std::uint64_t offset, std::span<std::byte> out) const {
     while (!out.empty()) {
+        // Linux reads at most 2 GiB less a page a call.
         const std::size_t most = std::min<std::size_t>(out.size(), 1u << 30);
-        const ssize_t count = pread(file_.fd(), out.data(), most, static_cast<off_t>(offset));
+        const ssize_t count = ::pread(fd_, out.data(), most, static_cast<off_t>(offset));
         if (count < 0 && errno == EINTR) continue;
         if (count < 0) {
             fail(path_, fmt::format("cannot be read: {}; check the disk",
                                     std::generic_category().message(errno)));
         }
-        if (count == 0) fail_changed(path_);
+        if (count == 0) fail(path_, "changed while it was read; wait until it is complete");
         out = out.subspan(static_cast<std::size_t>(count));
         offset += static_cast<std::uint64_t>(count);
     }
-    require_unchanged(path_, file_, size_, modified_);
 }
 
 fs::path side_file(const fs::path& scene_file, const std::string& name) {
-    if (name.size() >= PATH_MAX) {
-        fail(scene_file, fmt::format("names {}, a name of {} bytes, which no file can have",
-                                     quote(name), name.size()));
-    }
     const fs::path given(name);
     if (given.is_absolute() || name.find('\0') != std::string::npos) {
         fail(scene_file, fmt::format("names {} by an absolute path, which is not followed; put the "

@@ -6,15 +6,11 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <climits>
 #include <optional>
 #include <string>
 #include <system_error>
-#include <utility>
 
 #include "common/base/errors.h"
-#include "common/base/file_descriptor.h"
-#include "common/base/temporary_file.h"
 #include "common/text/number_text.h"
 
 namespace mray {
@@ -22,44 +18,58 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void fail_output(const fs::path& path, const std::string& what, const char* remedy) {
-    throw Error(ErrorKind::kOutput, fmt::format("{}: {}; {}", path.native(), what, remedy));
+[[noreturn]] void fail_output(const fs::path& path, const std::string& what, const char* hint) {
+    throw Error(ErrorKind::kOutput, fmt::format("{}: {}; {}", path.native(), what, hint));
 }
 
 [[noreturn]] void fail_with_errno(const fs::path& path, int error) {
-    const char* remedy = "choose another place for the output";
-    if (error == ENOSPC || error == EDQUOT) remedy = "free some space or choose another place";
-    if (error == ENOENT) remedy = "create the folder first";
-    if (error == ENAMETOOLONG) remedy = "choose a shorter name";
-    if (error == EPIPE) remedy = "the reader of the output has ended";
-    fail_output(path, "cannot be written (" + std::generic_category().message(error) + ")", remedy);
+    const char* hint = "choose another place for the output";
+    if (error == ENOSPC || error == EDQUOT) hint = "free some space or choose another place";
+    if (error == ENOENT) hint = "create the folder first";
+    fail_output(path, "cannot be written (" + std::generic_category().message(error) + ")", hint);
 }
+
+/// A new file in a folder, `.morphray-PROCESS-NUMBER.partial`, which vanishes unless it is renamed.
+/// The name is short, because the target's may already have the greatest length.
+class PartialFile {
+public:
+    PartialFile(const fs::path& folder, const fs::path& for_errors) : for_errors_(for_errors) {
+        // The mode is left to the umask, as for any new file.
+        for (int number = 0; fd_ < 0; ++number) {
+            name_ = folder / fmt::format(".morphray-{}-{}.partial", ::getpid(), number);
+            fd_ = ::open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+            if (fd_ < 0 && errno != EEXIST) fail_with_errno(for_errors, errno);
+        }
+    }
+    ~PartialFile() {
+        ::close(fd_);
+        if (!renamed_) ::unlink(name_.c_str());
+    }
+    PartialFile(const PartialFile&) = delete;
+    PartialFile& operator=(const PartialFile&) = delete;
+
+    int fd() const { return fd_; }
+    void rename_to(const fs::path& target) {
+        if (::fsync(fd_) != 0 || ::rename(name_.c_str(), target.c_str()) != 0)
+            fail_with_errno(for_errors_, errno);
+        renamed_ = true;
+    }
+
+private:
+    fs::path for_errors_;
+    fs::path name_;
+    int fd_ = -1;
+    bool renamed_ = false;
+};
 
 /// The descriptor that /dev/stdout, /dev/stderr or /dev/fd/N names. A file that the descriptor was
 /// redirected to must be written through it: after a rename it would still refer to the old file.
 std::optional<int> named_descriptor(const fs::path& path) {
-    const std::string& name = path.native();
-    if (name == "/dev/stdout") return STDOUT_FILENO;
-    if (name == "/dev/stderr") return STDERR_FILENO;
-    for (const std::string_view folder : {"/dev/fd/", "/proc/self/fd/"}) {
-        if (!name.starts_with(folder)) continue;
-        const auto fd = parse_unsigned(std::string_view(name).substr(folder.size()));
-        if (fd && *fd <= INT_MAX) return static_cast<int>(*fd);
-    }
-    return std::nullopt;
-}
-
-/// The last target of the links that start at `path`; it need not exist.
-fs::path follow_links(const fs::path& path) {
-    constexpr int kMaxLinks = 40;  // as many as the kernel follows
-    fs::path target = path;
-    for (int i = 0; i < kMaxLinks; ++i) {
-        std::error_code error;
-        const fs::path link = fs::read_symlink(target, error);
-        if (error) return target;
-        target = target.parent_path() / link;
-    }
-    fail_with_errno(path, ELOOP);
+    if (path == "/dev/stdout") return STDOUT_FILENO;
+    if (path == "/dev/stderr") return STDERR_FILENO;
+    if (path.parent_path() != "/dev/fd") return std::nullopt;
+    const auto fd = parse_unsigned(path.filename().native());
+    return fd && *fd < 1u << 20 ? std::optional<int>(*fd) : std::nullopt;
 }
 
 enum class Target { kFile, kDescriptor, kStream };
@@ -81,35 +91,41 @@ Target classify(const fs::path& path) {
     return S_ISREG(status.st_mode) ? Target::kFile : Target::kStream;
 }
 
-void write_regular_file(const fs::path& path, std::span<const std::byte> bytes) {
-    const fs::path target = follow_links(path);
-    TemporaryFile temporary(target.parent_path());
-    if (!temporary.is_open()) fail_with_errno(path, errno);
-    struct stat old = {};
-    if (::stat(target.c_str(), &old) == 0) ::fchmod(temporary.fd(), old.st_mode & 07777);
-    if (const int error = write_all(temporary.fd(), bytes)) fail_with_errno(path, error);
-    if (::fsync(temporary.fd()) != 0) fail_with_errno(path, errno);
-    if (const int error = temporary.rename_to(target)) fail_with_errno(path, error);
+/// The file that a link leads to is written, and the link stays.
+fs::path follow_links(const fs::path& path) {
+    std::error_code error;
+    const fs::path target = fs::canonical(path, error);
+    return error ? fs::absolute(path) : target;
 }
 
-void write_stream(const fs::path& path, int fd, std::span<const std::byte> bytes) {
-    FileDescriptor stream(fd);
-    if (fd < 0) fail_with_errno(path, errno);
-    if (const int error = write_all(fd, bytes)) fail_with_errno(path, error);
-    if (const int error = stream.close()) fail_with_errno(path, error);
+void write_all(const fs::path& path, int fd, std::span<const std::byte> bytes) {
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(fd, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) fail_with_errno(path, errno);
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+}
+
+void write_regular_file(const fs::path& path, std::span<const std::byte> bytes) {
+    const fs::path target = follow_links(path);
+    PartialFile file(target.parent_path(), path);
+    struct stat old = {};
+    if (::stat(target.c_str(), &old) == 0) ::fchmod(file.fd(), old.st_mode & 07777);
+    write_all(path, file.fd(), bytes);
+    file.rename_to(target);
 }
 
 }  // namespace
 
 void write_file(const fs::path& path, std::span<const std::byte> bytes) {
-    switch (classify(path)) {
-        case Target::kFile:
-            return write_regular_file(path, bytes);
-        case Target::kDescriptor:
-            return write_stream(path, ::dup(*named_descriptor(path)), bytes);
-        case Target::kStream:
-            return write_stream(path, ::open(path.c_str(), O_WRONLY | O_CLOEXEC), bytes);
-    }
+    const Target target = classify(path);
+    if (target == Target::kFile) return write_regular_file(path, bytes);
+    if (target == Target::kDescriptor) return write_all(path, *named_descriptor(path), bytes);
+    const int fd = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (fd < 0) fail_with_errno(path, errno);
+    write_all(path, fd, bytes);
+    ::close(fd);
 }
 
 void write_file(const fs::path& path, std::string_view text) {
@@ -118,22 +134,15 @@ void write_file(const fs::path& path, std::string_view text) {
 
 void check_writable(const fs::path& path) {
     // A folder's mode is not reliable (root, read-only and virtual file systems), so try it.
-    if (classify(path) != Target::kFile) return;
-    const fs::path folder = follow_links(path).parent_path();
-    remove_stray_files(folder);
-    if (!TemporaryFile(folder).is_open()) fail_with_errno(path, errno);
+    if (classify(path) == Target::kFile) PartialFile(follow_links(path).parent_path(), path);
 }
 
 void make_output_folder(const fs::path& path) {
     if (path.empty()) fail_output("''", "an output folder needs a name", "give a folder name");
     std::error_code error;
     fs::create_directories(path, error);
-    if (error) {
-        fail_output(path, "folder cannot be created (" + error.message() + ")",
-                    "choose another place for the output");
-    }
-    remove_stray_files(path);
-    if (!TemporaryFile(path).is_open()) fail_with_errno(path, errno);
+    if (error) fail_with_errno(path, error.value());
+    PartialFile(path, path);
 }
 
 }  // namespace mray

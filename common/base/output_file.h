@@ -4,25 +4,23 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
-#include <string>
 #include <string_view>
 
 namespace mray {
 
 /// Writes a temporary file in the folder of `path`, checks every write, calls fsync, and renames it
-/// to `path`, so that a kill at any moment leaves either the old file or the new one. Writes to an
-/// existing device or pipe (such as /dev/stdout) directly. Throws Error(kOutput) and leaves no
-/// temporary file.
+/// to `path`, so that a kill at any moment leaves either the old file or the new one; it may leave
+/// the temporary file, too. Writes to an existing device or pipe (such as /dev/stdout) directly.
+/// Throws Error(kOutput) and leaves no temporary file.
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& path, std::string_view text);
 
-/// Checks before long work that `path` can be written, and removes what killed processes left in
-/// its folder. Throws Error(kOutput) if its folder is missing or not writable, if it is a folder
-/// itself, or if its name is too long.
+/// Checks before long work that `path` can be written. Throws Error(kOutput) if its folder is
+/// missing or not writable, if it is a folder itself, or if its name is too long.
 void check_writable(const std::filesystem::path& path);
 
-/// Creates the folder and its parents where they are missing, and removes what killed processes
-/// left in it. Throws Error(kOutput) if files cannot be written into it.
+/// Creates the folder and its parents where they are missing. Throws Error(kOutput) if files cannot
+/// be written into it.
 void make_output_folder(const std::filesystem::path& path);
 
 }  // namespace mray

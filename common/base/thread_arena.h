@@ -4,11 +4,8 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
-#include <exception>
 #include <memory>
 #include <optional>
-#include <string_view>
-#include <system_error>
 
 namespace mray {
 
@@ -37,13 +34,5 @@ private:
     std::unique_ptr<tbb::task_arena> arena_;
     std::optional<tbb::global_control> allow_;
 };
-
-/// Whether the system has no more threads: std::thread throws a system_error, oneTBB a
-/// runtime_error that names the call.
-inline bool is_lack_of_threads(const std::exception& error) {
-    if (const auto* const system = dynamic_cast<const std::system_error*>(&error))
-        return system->code() == std::errc::resource_unavailable_try_again;
-    return std::string_view(error.what()).starts_with("pthread_create");
-}
 
 }  // namespace mray

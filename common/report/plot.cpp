@@ -9,9 +9,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
-#include "common/report/shell_command.h"
-#include "common/report/shell_text.h"
-#include "common/text/text_parts.h"
+#include "common/report/shell.h"
 
 namespace mray::plot {
 namespace {
@@ -68,7 +66,7 @@ std::string script_path() {
 /// Single quotes, in which gnuplot expands nothing.
 std::string quote(std::string_view text) {
     std::string result = "'";
-    for (const char c : utf8_text(text)) {
+    for (const char c : text) {
         if (c != '\n' && c != '\r') result.append(c == '\'' ? 2 : 1, c);
     }
     return result + "'";
@@ -107,15 +105,12 @@ void require_gnuplot(std::string_view who) {
 
 std::string draw(const Figure& figure, std::string_view csv, std::string_view format) {
     const ScratchFile data(csv);
-    const ScratchFile messages("");
     const ShellResult finished = run_shell(
-        fmt::format("gnuplot -e {} {} 2>{}", shell_quoted(settings(figure, data.path(), format)),
-                    shell_quoted(script_path()), shell_quoted(messages.path())));
+        fmt::format("gnuplot -e {} {}", shell_quoted(settings(figure, data.path(), format)),
+                    shell_quoted(script_path())));
     if (finished.status == 0) return finished.text;
-    // Warnings come before.
-    std::string why = run_shell("grep . " + shell_quoted(messages.path()) + " | tail -n 1").text;
-    std::erase(why, '\n');
-    throw Error(ErrorKind::kInternal, fmt::format("{}: gnuplot: {}", figure.title, why));
+    throw Error(ErrorKind::kInternal,
+                fmt::format("{}: gnuplot failed; its message is above", figure.title));
 }
 
 }  // namespace mray::plot

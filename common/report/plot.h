@@ -44,8 +44,7 @@ struct Figure {
 void require_gnuplot(std::string_view who);
 
 /// The image, as "svg" or "png", of a figure that shows columns of this CSV. Throws Error:
-/// kInternal with gnuplot's message, kUnavailable without the script, kOutput without temporary
-/// files.
+/// kInternal if gnuplot fails, kUnavailable without the script, kOutput without a temporary file.
 std::string draw(const Figure& figure, std::string_view csv, std::string_view format);
 
 }  // namespace mray::plot

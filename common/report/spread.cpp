@@ -1,20 +1,21 @@
 #include "common/report/spread.h"
 
-#include <algorithm>
-#include <cassert>
 #include <cstddef>
-#include <vector>
 
 namespace mray {
+namespace {
 
+/// The value below which a part (0 to 1) of the values lies, between two of them interpolated
+/// linearly.
 double quantile(std::span<const double> ascending, double part) {
-    assert(!ascending.empty());
     const double place = part * static_cast<double>(ascending.size() - 1);
     const auto below = static_cast<std::size_t>(place);
     const std::size_t above = std::min(below + 1, ascending.size() - 1);
     return ascending[below] +
            (place - static_cast<double>(below)) * (ascending[above] - ascending[below]);
 }
+
+}  // namespace
 
 Spread spread_of(std::span<const double> values) {
     std::vector<double> ascending(values.begin(), values.end());

@@ -1,6 +1,6 @@
 // Vectors of four and of eight floats on every target, for data that come in fours: a point with
 // its neighbour in memory, the lower or upper corner of a box, a number for each axis. A target
-// whose vectors are shorter has structs of the same operations. Compiled once for each target.
+// whose vectors are shorter has vectors of the compiler. Compiled once for each target.
 #if defined(MORPHRAY_COMMON_SIMD_FIXED_VECTORS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_COMMON_SIMD_FIXED_VECTORS_INL_H
 #undef MORPHRAY_COMMON_SIMD_FIXED_VECTORS_INL_H
@@ -10,6 +10,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <cstring>
 
 #include "common/simd/vectors-inl.h"
 
@@ -19,85 +20,39 @@ namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
 
-template <class T>
-struct Four {
-    T lane[4];
-};
-using Float4 = Four<float>;
-using Int4 = Four<std::int32_t>;
-using Mask4 = Four<bool>;
+// The compiler's own vectors, which have operators.
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+using Mask4 = Int4;
 
-/// The four results of f(lane).
-template <class Function>
-HWY_INLINE auto for_lanes(Function f) {
-    return Four<decltype(f(0))>{{f(0), f(1), f(2), f(3)}};
-}
+HWY_INLINE Float4 splat4(float x) { return Float4{x, x, x, x}; }
+HWY_INLINE Int4 splat4(std::int32_t x) { return Int4{x, x, x, x}; }
+HWY_INLINE Float4 load4(const float* from) { return Float4{from[0], from[1], from[2], from[3]}; }
+HWY_INLINE Int4 load4(const std::int32_t* from) { return Int4{from[0], from[1], from[2], from[3]}; }
+HWY_INLINE Float4 load4_unaligned(const float* from) { return load4(from); }
+HWY_INLINE void store(Float4 v, float* to) { std::memcpy(to, &v, sizeof v); }
+HWY_INLINE void store(Int4 v, std::int32_t* to) { std::memcpy(to, &v, sizeof v); }
 
-template <class T>
-HWY_INLINE Four<T> load4(const T* from) {
-    return for_lanes([=](int i) { return from[i]; });
+HWY_INLINE Float4 min(Float4 a, Float4 b) { return a < b ? a : b; }
+HWY_INLINE Float4 max(Float4 a, Float4 b) { return a > b ? a : b; }
+HWY_INLINE Mask4 differ(Int4 a, Int4 b) { return a != b; }
+template <class Vec>
+HWY_INLINE Vec select(Mask4 m, Vec a, Vec b) {
+    return m ? a : b;
 }
-template <class T>
-HWY_INLINE Four<T> load4_unaligned(const T* from) {
-    return load4(from);
-}
-template <class T>
-HWY_INLINE void store(Four<T> v, T* to) {
-    for (int i = 0; i < 4; ++i) to[i] = v.lane[i];
-}
-template <class T>
-HWY_INLINE Four<T> splat4(T x) {
-    return {{x, x, x, x}};
-}
-
-template <class T>
-HWY_INLINE Four<T> operator+(Four<T> a, Four<T> b) {
-    return for_lanes([&](int i) { return a.lane[i] + b.lane[i]; });
-}
-template <class T>
-HWY_INLINE Four<T> operator-(Four<T> a, Four<T> b) {
-    return for_lanes([&](int i) { return a.lane[i] - b.lane[i]; });
-}
-HWY_INLINE Float4 operator-(Float4 v) {
-    return for_lanes([&](int i) { return -v.lane[i]; });
-}
-HWY_INLINE Float4 operator*(Float4 a, Float4 b) {
-    return for_lanes([&](int i) { return a.lane[i] * b.lane[i]; });
-}
-HWY_INLINE Float4 min(Float4 a, Float4 b) {
-    return for_lanes([&](int i) { return a.lane[i] < b.lane[i] ? a.lane[i] : b.lane[i]; });
-}
-HWY_INLINE Float4 max(Float4 a, Float4 b) {
-    return for_lanes([&](int i) { return a.lane[i] > b.lane[i] ? a.lane[i] : b.lane[i]; });
-}
-HWY_INLINE Mask4 operator<(Float4 a, Float4 b) {
-    return for_lanes([&](int i) { return a.lane[i] < b.lane[i]; });
-}
-HWY_INLINE Mask4 operator&(Mask4 a, Mask4 b) {
-    return for_lanes([&](int i) { return a.lane[i] && b.lane[i]; });
-}
-HWY_INLINE Mask4 differ(Int4 a, Int4 b) {
-    return for_lanes([&](int i) { return a.lane[i] != b.lane[i]; });
-}
-template <class T>
-HWY_INLINE Four<T> select(Mask4 m, Four<T> a, Four<T> b) {
-    return for_lanes([&](int i) { return m.lane[i] ? a.lane[i] : b.lane[i]; });
-}
-HWY_INLINE Float4 to_float(Int4 v) {
-    return for_lanes([&](int i) { return static_cast<float>(v.lane[i]); });
-}
+HWY_INLINE Float4 to_float(Int4 v) { return __builtin_convertvector(v, Float4); }
 template <int kShift>
 HWY_INLINE Int4 floor_shifted(Float4 v) {
-    return for_lanes([&](int i) { return static_cast<std::int32_t>(v.lane[i]) << kShift; });
+    return __builtin_convertvector(v, Int4) << kShift;
 }
 HWY_INLINE std::uint64_t low_halves(Int4 v) {
     std::uint64_t result = 0;
     for (int i = 0; i < 4; ++i)
-        result |= std::uint64_t{static_cast<std::uint16_t>(v.lane[i])} << (16 * i);
+        result |= std::uint64_t{static_cast<std::uint16_t>(v[i])} << (16 * i);
     return result;
 }
 HWY_INLINE void transpose3(Float4 a, Float4 b, Float4 c, Float4 (&out)[3]) {
-    for (int i = 0; i < 3; ++i) out[i] = {{a.lane[i], b.lane[i], c.lane[i], 0}};
+    for (int i = 0; i < 3; ++i) out[i] = Float4{a[i], b[i], c[i], 0};
 }
 
 #else

@@ -1,11 +1,14 @@
 #include "common/text/number_text.h"
 
 #include <fmt/format.h>
+#include <locale.h>
+#include <stdlib.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 namespace mray {
 namespace {
@@ -20,32 +23,6 @@ std::string_view without_plus(std::string_view text) {
     return text;
 }
 
-// Whether a number outside a type's range is too large for it rather than too small. `text` is a
-// decimal number that from_chars has accepted as a whole.
-bool too_large(std::string_view text) {
-    std::int64_t power = 0;  // of ten, of the digit before the point once it has been normalised
-    bool significant = false;
-    bool after_point = false;
-    std::size_t i = 0;
-    for (; i < text.size() && text[i] != 'e' && text[i] != 'E'; ++i) {
-        if (text[i] == '.') {
-            after_point = true;
-        } else if (digit(text[i])) {
-            if (!significant && text[i] == '0') {
-                if (after_point) --power;
-            } else {
-                if (!after_point) ++power;
-                significant = true;
-            }
-        }
-    }
-    if (i + 1 < text.size()) {
-        std::string_view exponent = without_plus(text.substr(i + 1));
-        power += parse_integer(exponent).value_or(0);
-    }
-    return power > 0;
-}
-
 template <class T>
 std::optional<T> parse_real(std::string_view text) {
     text = without_plus(text);
@@ -53,14 +30,12 @@ std::optional<T> parse_real(std::string_view text) {
     const char* const end = text.data() + text.size();
     const auto [read_to, error] = std::from_chars(text.data(), end, value);
     if (error == std::errc::invalid_argument || read_to != end) return std::nullopt;
-    if (error != std::errc::result_out_of_range) return value;
-    const T sign = text[0] == '-' ? T(-1) : T(1);
-    if (too_large(text)) return sign * std::numeric_limits<T>::infinity();
-    if constexpr (std::is_same_v<T, float>) {
-        // Half of the smallest denormal and above still rounds to it.
-        if (const auto wide = parse_real<double>(text)) return static_cast<float>(*wide);
-    }
-    return sign * T(0);
+    if (error == std::errc()) return value;
+    // from_chars says only that a number is too large or too small.
+    static const locale_t locale = newlocale(LC_ALL_MASK, "C", nullptr);
+    const std::string number(text);
+    if constexpr (std::is_same_v<T, float>) return strtof_l(number.c_str(), nullptr, locale);
+    return strtod_l(number.c_str(), nullptr, locale);
 }
 
 }  // namespace
@@ -76,15 +51,13 @@ std::optional<double> parse_finite_double(std::string_view text) {
 }
 
 std::optional<std::int64_t> parse_integer(std::string_view text) {
-    const bool negative = !text.empty() && text[0] == '-';
-    if (negative) text.remove_prefix(1);
-    if (text.empty()) return std::nullopt;
     std::int64_t value = 0;
-    for (const char c : text) {
-        if (!digit(c)) return std::nullopt;
-        value = value < kManyDigits / 10 ? value * 10 + (c - '0') : kManyDigits;
-    }
-    return negative ? -value : value;
+    const char* const end = text.data() + text.size();
+    const auto [read_to, error] = std::from_chars(text.data(), end, value);
+    if (error == std::errc::invalid_argument || read_to != end) return std::nullopt;
+    if (error == std::errc::result_out_of_range)
+        value = text.front() == '-' ? -kManyDigits : kManyDigits;
+    return std::clamp(value, -kManyDigits, kManyDigits);
 }
 
 std::optional<std::uint64_t> parse_unsigned(std::string_view text) {

@@ -38,30 +38,14 @@ inline std::string lower_case(std::string text) {
     return text;
 }
 
-/// The length of the character that the text begins with, 1 to 4 bytes; 0 if it begins with bytes
-/// that are no UTF-8 (overlong forms, surrogates and characters above U+10FFFF included), or is
-/// empty.
-std::size_t utf8_length(std::string_view text);
-
-/// The text with each byte that is no part of UTF-8 as \xNN. Other bytes stay as they are.
-std::string utf8_text(std::string_view text);
-
 /// The text in quotes, cut to 80 bytes; bytes that are not printable ASCII become \xNN.
 std::string quote(std::string_view text);
 
 /// The path, with control characters as \xNN.
 std::string escape(const std::filesystem::path& path);
 
-/// The least number of insertions, deletions, replacements and swaps of neighbouring characters
-/// that turn one text into the other.
-std::size_t edit_distance(std::string_view a, std::string_view b);
-
-/// The name with the least edit distance to `text`, the first of equals; empty without names. Of a
-/// longer text the first 64 characters count.
-std::string nearest_name(std::string_view text, std::span<const std::string> names);
-
-/// As nearest_name, but empty if about half of the characters or more would have to change, or if
-/// `text` is longer than 64 characters.
+/// The name with the least edit distance to `text`, the first of equals. Empty if about half of the
+/// characters or more would have to change, or if `text` is longer than 64 characters.
 std::string similar_name(std::string_view text, std::span<const std::string> names);
 
 /// "; did you mean NAME?" with the similar name; empty without one.

@@ -2,15 +2,135 @@
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 #include <utility>
 
 #include "common/bvh/builder/binary_tree.h"
 #include "common/bvh/builder/collapse.h"
 #include "common/bvh/builder/meshlet.h"
-#include "common/update/restructure_parts.h"
 
 namespace mray {
 namespace {
+
+bool is_leaf(std::uint32_t child) { return (child & kLeafBit) != 0; }
+std::uint32_t leaf_of(std::uint32_t child) { return child & ~kLeafBit; }
+
+/// Calls use(slot, child) for each child entry of a node.
+template <class Use>
+void for_each_child(const Node& node, Use use) {
+    for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot)
+        use(slot, node.child[slot]);
+}
+
+// If more than this part of all triangles is loose, a build does not cost much more.
+constexpr double kMostLoose = 0.5;
+
+/// The sound parts of a tree: boxes that have kept their size, and nodes above only such boxes.
+class Soundness {
+public:
+    Soundness(const Bvh& bvh, const BuiltAreas& areas, double limit)
+        : areas_(areas), limit_(limit), whole_(bvh.nodes.size(), 1) {
+        // Children come after their parents.
+        for (std::size_t i = bvh.nodes.size(); i-- > 0;) {
+            for_each_child(bvh.nodes[i], [&](std::uint32_t slot, std::uint32_t child) {
+                if (!is_sound(bvh.nodes[i], slot, child)) whole_[i] = 0;
+            });
+        }
+    }
+
+    /// Whether all below a node is sound; its own box does not count.
+    bool is_whole(std::uint32_t node) const { return whole_[node] != 0; }
+
+    /// Whether a child and all below it is sound.
+    bool is_sound(const Node& node, std::uint32_t slot, std::uint32_t child) const {
+        if (!is_leaf(child) && !is_whole(child)) return false;
+        const float built = is_leaf(child) ? areas_.leaves[leaf_of(child)] : areas_.nodes[child];
+        return half_area(slot_box(node, slot)) <= limit_ * double{built};
+    }
+
+private:
+    const BuiltAreas& areas_;
+    double limit_;
+    std::vector<std::uint8_t> whole_;
+};
+
+/// The growth of leaf boxes beyond which a leaf is restructured: `limit`, or more if the leaves
+/// beyond it hold more than `most` of the triangles, assumed to be spread evenly. None if a build
+/// would not cost much more than to restructure them.
+std::optional<double> limit_of_slice(const Bvh& bvh, const BuiltAreas& areas, double limit,
+                                     double most) {
+    std::vector<double> grown;
+    const auto leaves = static_cast<double>(bvh.leaf_parents.size());
+    for (const Node& node : bvh.nodes) {
+        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
+            if (!is_leaf(child)) return;
+            const double area = half_area(slot_box(node, slot));
+            const double built = areas.leaves[leaf_of(child)];
+            // A box that had no area has grown infinitely; infinity times 0 makes nothing sound.
+            if (area > limit * built) grown.push_back(area / built);
+        });
+    }
+    const auto count = static_cast<double>(grown.size());
+    if (count > kMostLoose * leaves) return std::nullopt;
+    if (count <= most * leaves) return limit;
+    const auto place = grown.begin() + static_cast<std::ptrdiff_t>(most * leaves);
+    std::nth_element(grown.begin(), place, grown.end(), std::greater<>());
+    return *place;
+}
+
+/// The parts under the new levels.
+struct RestructureParts {
+    /// The child entries, in the old tree, of subtrees that stay as they are.
+    std::vector<std::uint32_t> subtrees;
+    std::vector<std::uint32_t> degraded_leaves;
+    /// References to the triangles of degraded leaves, ascending, then to the subtrees.
+    AlignedVector<PrimRef> refs;
+};
+
+/// Empty if all is sound, or if a build would not cost much more.
+RestructureParts find_parts(const Topology& topology, std::span<const vec3> positions,
+                            double growth, double most, const Bvh& bvh, const BuiltAreas& areas) {
+    const std::optional<double> limit =
+        limit_of_slice(bvh, areas, kSoundGrowth * growth, std::max(most, 0.0));
+    if (!limit) return {};
+    const Soundness soundness(bvh, areas, *limit);
+    if (soundness.is_whole(0)) return {};
+    RestructureParts parts;
+    std::vector<Box> boxes;
+    std::vector<std::uint8_t> is_open(bvh.nodes.size());
+    is_open[0] = 1;
+    for (std::size_t i = 0; i < bvh.nodes.size(); ++i) {
+        if (is_open[i] == 0) continue;
+        const Node& node = bvh.nodes[i];
+        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
+            if (soundness.is_sound(node, slot, child)) {
+                parts.subtrees.push_back(child);
+                boxes.push_back(slot_box(node, slot));
+            } else if (is_leaf(child)) {
+                parts.degraded_leaves.push_back(leaf_of(child));
+            } else {
+                is_open[child] = 1;
+            }
+        });
+    }
+    std::vector<std::uint32_t> loose;
+    const double most_loose = kMostLoose * static_cast<double>(topology.triangles.size());
+    for (const std::uint32_t leaf : parts.degraded_leaves) {
+        for (const std::uint32_t prim_id : bvh.leaves[leaf].prim_id) {
+            if (prim_id != kNoPrim) loose.push_back(prim_id);
+        }
+        if (static_cast<double>(loose.size()) > most_loose) return {};
+    }
+    std::sort(loose.begin(), loose.end());
+    for (const std::uint32_t prim_id : loose)
+        parts.refs.push_back(make_ref(topology, positions, prim_id));
+    for (const Box& box : boxes) {
+        const auto id = static_cast<std::uint32_t>(topology.triangles.size() + parts.refs.size() -
+                                                   loose.size());
+        parts.refs.push_back({box, id});
+    }
+    return parts;
+}
 
 /// Lays out new nodes, new leaves and old subtrees, with nodes breadth first.
 class Relayout {
@@ -213,7 +333,7 @@ BuiltAreas built_areas(const Bvh& bvh) {
 
 std::size_t restructure(const Topology& topology, std::span<const vec3> positions, double growth,
                         double most, Bvh& bvh, BuiltAreas& areas) {
-    RestructureParts parts = find_restructure_parts(topology, positions, growth, most, bvh, areas);
+    RestructureParts parts = find_parts(topology, positions, growth, most, bvh, areas);
     const std::size_t count = parts.refs.size();
     if (count < 2) return 0;
     BinaryTree binary = build_binary_tree(topology, std::move(parts.refs), SplitMethod::kBinned);

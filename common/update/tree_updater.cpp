@@ -1,9 +1,11 @@
 #include "common/update/tree_updater.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
-#include <cassert>
+#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -114,10 +116,10 @@ const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions,
         const bool has_reason =
             last_.step == TreeStep::kSwapped || last_.step == TreeStep::kRestructured;
         if (!has_reason || decision.step != UpdateStep::kRefit) last_.reason = decision.reason;
-        if (decision.step == UpdateStep::kRebuildInBackground && !background_.pending())
+        if (decision.step == UpdateStep::kRebuildInBackground && !background_.valid())
             start_background_build(positions, decision.build_frames);
     }
-    last_.build_pending = background_.pending();
+    last_.build_pending = background_.valid();
     return last_;
 }
 
@@ -137,23 +139,24 @@ void TreeUpdater::add(const StepResult& result) {
 
 bool TreeUpdater::swap_is_due() {
     if (background_is_stale_) {
-        if (!background_.ready()) return false;
-        background_.take();
+        if (!background_is_ready()) return false;
+        background_.get();
         background_is_stale_ = false;
     }
-    if (!background_.pending()) return false;
-    return deterministic_ ? background_frames_left_ == 0 : background_.ready();
+    if (!background_.valid()) return false;
+    return deterministic_ ? background_frames_left_ == 0 : background_is_ready();
+}
+
+bool TreeUpdater::background_is_ready() const {
+    return background_.valid() &&
+           background_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
 /// Takes the tree that was built in the background, and refits it to this pose.
 TreeUpdater::StepResult TreeUpdater::swap(std::span<const vec3> positions) {
-    BackgroundBuild::Result background = background_.take();
-    bvh_ = std::move(background.bvh);
+    bvh_ = background_.get();
     took_tree(background_triangle_area_);
-    StepResult result{TreeStep::kSwapped,
-                      fmt::format("for the tree that was built in the background in {:.1f} ms",
-                                  background.build_ms),
-                      {}};
+    StepResult result{TreeStep::kSwapped, "for the tree that was built in the background", {}};
     // A tracer that does not refit itself gets the refitted tree.
     result.times.upload_ms = hand_to(refitter(), positions);
     refitter().refit(positions, RefitExtent::kAll, kAllIndices);
@@ -195,7 +198,7 @@ UpdateDecision TreeUpdater::review(std::span<const vec3> positions) {
     const Stopwatch watch;
     if (follows_ratio_) measure_tree(positions);
     UpdateDecision decision = policy_->review({.excess = last_.excess,
-                                               .build_pending = background_.pending(),
+                                               .build_pending = background_.valid(),
                                                .new_tree = last_.step == TreeStep::kSwapped,
                                                .restructured = restructuring_.has_value()});
     // A ratio that is found for the record only is not a cost of the policy.
@@ -244,9 +247,20 @@ TreeUpdater::StepResult TreeUpdater::rebuild(std::span<const vec3> positions,
     return result;
 }
 
+/// Builds a tree while frames are traced, after T. Ize, I. Wald, S. Parker. Asynchronous BVH
+/// construction for ray tracing dynamic scenes on parallel multi-core architectures. EGPGV 2007.
 void TreeUpdater::start_background_build(std::span<const vec3> positions,
                                          std::uint32_t build_frames) {
-    background_.start(topology_, positions, build_config_.split);
+    background_ = std::async(
+        std::launch::async, [this, pose = std::vector<vec3>(positions.begin(), positions.end())] {
+            // At normal priority a build slows down the threads that trace, which have a core each.
+            // At a niceness of 10 it starves while other programs run.
+            constexpr int kNiceness = 5;
+            setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
+            return build_bvh(
+                topology_, pose,
+                {.split = build_config_.split, .threads = 1, .watch = Watch(&cancel_background_)});
+        });
     background_triangle_area_ = sample_.area(positions);
     background_frames_left_ = build_frames;
 }
@@ -271,8 +285,8 @@ void TreeUpdater::took_tree(double triangle_area) {
 /// Marks the build in the background as stale, since its pose is older than that of the tree that
 /// is built now. Deterministic updates wait for it; others drop it when it is ready.
 void TreeUpdater::forget_background_build() {
-    if (deterministic_ && background_.pending()) background_.take();
-    background_is_stale_ = background_.pending();
+    if (deterministic_ && background_.valid()) background_.get();
+    background_is_stale_ = background_.valid();
 }
 
 /// Gives bvh_ to a backend. Returns the milliseconds of the upload.

@@ -1,6 +1,8 @@
 // Keeps a backend's tree at the current pose, as a policy decides.
 #pragma once
 
+#include <atomic>
+#include <future>
 #include <memory>
 #include <optional>
 #include <span>
@@ -8,8 +10,7 @@
 
 #include "common/backend.h"
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/update/background_build.h"
-#include "common/update/policy/update_policy.h"
+#include "common/update/policy.h"
 #include "common/update/restructure.h"
 #include "common/update/tree_cost.h"
 
@@ -60,6 +61,8 @@ public:
     TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
                 Backend* refitter, const PolicySpec& policy, const BuildConfig& build,
                 const UpdateConfig& config, const Bvh* tree = nullptr);
+    /// Cancels a pending build and waits for its end.
+    ~TreeUpdater() { cancel_background_ = true; }
 
     /// Brings the tracer's tree to this pose. Vertices outside of `changed` (ascending ranges) are
     /// those of the last pose. For another number of vertices, which means another topology, it
@@ -98,6 +101,7 @@ private:
     double build(std::span<const vec3> positions);
     void took_tree(double triangle_area);
     void measure_tree(std::span<const vec3> positions);
+    bool background_is_ready() const;
     void forget_background_build();
     Backend& refitter() { return refitter_ != nullptr ? *refitter_ : tracer_; }
     double hand_to(Backend& backend, std::span<const vec3> positions);
@@ -123,7 +127,9 @@ private:
     bool has_refitted_ = false;
     /// The times of the restructuring that was tried in this frame.
     std::optional<UpdateTimes> restructuring_;
-    BackgroundBuild background_;
+    /// The build in the background, if it is valid.
+    std::atomic<bool> cancel_background_ = false;
+    std::future<Bvh> background_;
     bool background_is_stale_ = false;
     double background_triangle_area_ = 0;
     std::uint32_t background_frames_left_ = 0;

@@ -5,7 +5,7 @@
 
 #include "common/bvh/bvh.h"
 #include "common/simd/simd_target.h"
-#include "common/update/moved_parts.h"
+#include "common/update/refit_plan.h"
 
 namespace mray::cpu {
 

@@ -28,6 +28,17 @@ struct RefitArrays {
     const std::uint32_t* node_parents;
 };
 
+/// list[0 .. count), or first .. first + count - 1 if there is no list.
+struct IndexSequence {
+    const std::uint32_t* list;
+    std::uint32_t first;
+    std::uint32_t count;
+
+    std::uint32_t operator[](std::uint32_t i) const {
+        return list == nullptr ? first + i : list[i];
+    }
+};
+
 /// Copies the positions of a leaf's vertices into it and gives its parent's slot their bounds,
 /// padded. Vertices that are not finite are copied, but bound nothing.
 inline void refit_leaf(const RefitArrays& tree, std::uint32_t leaf_index,

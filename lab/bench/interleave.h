@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "common/report/median.h"
+#include "common/report/spread.h"
 
 namespace mray::bench {
 

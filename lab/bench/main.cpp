@@ -5,7 +5,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
-#include "common/report/shell_text.h"
+#include "common/report/shell.h"
 #include "common/version.h"
 #include "lab/bench/machine.h"
 #include "lab/bench/options.h"

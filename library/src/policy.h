@@ -1,7 +1,7 @@
 // Update policies of the public interface, as those behind it.
 #pragma once
 
-#include "common/update/policy/update_policy.h"
+#include "common/update/policy.h"
 #include "morphray/scene.hpp"
 
 namespace morphray::detail {

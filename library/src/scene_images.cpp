@@ -3,8 +3,8 @@
 #include <limits>
 #include <utility>
 
+#include "common/bvh/box.h"
 #include "common/bvh/bvh_stats.h"
-#include "common/bvh/tree_boxes.h"
 #include "library/src/image/image_conversion.h"
 #include "library/src/scene_impl.h"
 
@@ -28,6 +28,24 @@ public:
 private:
     mray::Backend& backend_;
 };
+
+/// At 0 the box around everything, at 1 those of the root's children, and so on, without empty
+/// ones. Leaves above the depth are left out; there is nothing below the tree.
+std::vector<mray::Box> boxes_at_depth(const mray::Bvh& tree, std::uint32_t depth) {
+    if (depth > tree.depth()) return {};
+    const mray::Box root = mray::node_box(tree.nodes.front());
+    std::vector<mray::Box> boxes;
+    if (depth == 0 && !root.empty()) boxes.push_back(root);
+    if (depth == 0) return boxes;
+    // The slots of a level hold the boxes of the next one.
+    for (std::uint32_t i = tree.level_begin[depth - 1]; i < tree.level_begin[depth]; ++i) {
+        for (std::uint32_t slot = 0; slot < mray::kWidth; ++slot) {
+            const mray::Box box = mray::slot_box(tree.nodes[i], slot);
+            if (!box.empty()) boxes.push_back(box);
+        }
+    }
+    return boxes;
+}
 
 }  // namespace
 
@@ -82,7 +100,7 @@ std::vector<Box> SceneImpl::tree_boxes(std::uint32_t depth) const {
     const std::scoped_lock lock(mutex_);
     const mray::Bvh& tree = updater_->tree();
     std::vector<Box> boxes;
-    for (const mray::Box& box : mray::boxes_at_depth(tree, depth)) {
+    for (const mray::Box& box : boxes_at_depth(tree, depth)) {
         const mray::vec3 lower = pose_.space().to_world(box.lower);
         const mray::vec3 upper = pose_.space().to_world(box.upper);
         boxes.push_back({{lower.x, lower.y, lower.z}, {upper.x, upper.y, upper.z}});

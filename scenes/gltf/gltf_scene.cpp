@@ -260,8 +260,7 @@ private:
         if (!scene_.topology.triangles.empty()) return;
         if (!options_.allow_empty) {
             throw Error(ErrorKind::kBadInput,
-                        fmt::format("{}: its scene has no triangles", file_.name()),
-                        Hint::kAllowEmpty);
+                        fmt::format("{}: its scene has no triangles", file_.name()));
         }
         if (options_.warn)
             options_.warn({file_.name(), "its scene has no triangles; the image will be empty"});

@@ -76,8 +76,7 @@ void require_faces(const FileMesh& mesh, const std::string& name, std::string_vi
     if (!mesh.faces.corner_counts.empty()) return;
     const char* const missing = mesh.positions.empty() ? "no vertices" : "no faces";
     if (!options.allow_empty) {
-        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; is it {}?", name, missing, kind),
-                    Hint::kAllowEmpty);
+        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; is it {}?", name, missing, kind));
     }
     if (options.warn) options.warn({name, fmt::format("{}; the image will be empty", missing)});
 }

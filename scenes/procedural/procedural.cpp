@@ -37,10 +37,10 @@ constexpr auto kScenes = [] {
     return scenes;
 }();
 
-std::string nearest_scene(std::string_view name) {
+std::string similar_scene(std::string_view name) {
     std::vector<std::string> names;
     for (const ProceduralScene& scene : kScenes) names.emplace_back(scene.name);
-    return nearest_name(name, names);
+    return suggestion(name, names);
 }
 
 // The name, fit for a message of one line.
@@ -61,10 +61,8 @@ std::unique_ptr<Clip> make_procedural(const std::string& name, std::uint64_t tri
     const auto entry = std::find_if(kEntries.begin(), kEntries.end(),
                                     [&](const Entry& e) { return name == e.scene.name; });
     if (entry == kEntries.end()) {
-        throw Error(ErrorKind::kBadArgument,
-                    fmt::format("there is no built-in scene {}; the nearest "
-                                "name is '{}'",
-                                quoted(name), nearest_scene(name)));
+        throw Error(ErrorKind::kBadArgument, fmt::format("there is no built-in scene {}{}",
+                                                         quoted(name), similar_scene(name)));
     }
     if (triangles > kMaxTriangles) {
         throw Error(ErrorKind::kLimit,

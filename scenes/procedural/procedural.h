@@ -20,7 +20,7 @@ struct ProceduralScene {
 std::span<const ProceduralScene> procedural_scenes();
 
 /// A scene with about `triangles` triangles (0: its default; at least what the scene needs). Throws
-/// Error(kBadArgument) for an unknown name, naming the nearest one, and Error(kLimit) above 2^28.
+/// Error(kBadArgument) for an unknown name, naming a similar one, and Error(kLimit) above 2^28.
 std::unique_ptr<Clip> make_procedural(const std::string& name, std::uint64_t triangles = 0);
 
 }  // namespace mray

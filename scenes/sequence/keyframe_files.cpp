@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "common/base/input_file.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_file.h"
@@ -47,10 +46,12 @@ void require_one_format(const fs::path& folder, const std::vector<NumberedName>&
 
 std::vector<std::string> file_names(const fs::path& folder) {
     std::vector<std::string> names;
-    const std::error_code error = for_each_entry(folder, [&](const std::string& name) {
+    std::error_code error;
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {
         std::error_code ignored;
-        if (!fs::is_directory(folder / name, ignored)) names.push_back(name);
-    });
+        if (!entry->is_directory(ignored)) names.push_back(entry->path().filename().native());
+    }
     if (error) {
         fail(folder, fmt::format("folder cannot be read: {}; check the path", error.message()));
     }

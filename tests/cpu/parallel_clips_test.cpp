@@ -15,8 +15,7 @@
 #include "cpu/cpu_backend.h"
 #include "scenes/procedural/procedural.h"
 #include "scenes/scene_frames.h"
-#include "tests/support/backend_hashes.h"
-#include "tests/support/last_trace.h"
+#include "tests/support/backend_results.h"
 
 namespace mray::test {
 namespace {

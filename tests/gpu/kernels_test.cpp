@@ -13,7 +13,7 @@
 #include "gpu/shared_device.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
-#include "tests/support/backend_hashes.h"
+#include "tests/support/backend_results.h"
 #include "tests/support/thrown_error.h"
 
 namespace mray::test {

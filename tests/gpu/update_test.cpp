@@ -13,8 +13,7 @@
 #include "tests/gpu/faulty_device.h"
 #include "tests/gpu/test_scenes.h"
 #include "tests/gpu/validated_device.h"
-#include "tests/support/backend_hashes.h"
-#include "tests/support/last_trace.h"
+#include "tests/support/backend_results.h"
 
 namespace mray::test {
 namespace {

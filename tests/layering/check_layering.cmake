@@ -52,7 +52,7 @@ set(app_chart_sees base terminal clip backends report)
 # hold plain data.
 set(engine "^(cpu/|gpu/|common/(backend|ray_queries|scene_queries)\\.h$|common/(bvh|update)/)")
 set(engine_users "^app/(backends/|commands/(crosscheck|profile|probe|pixel_probe|info|candidates))")
-set(engine_data "^common/(bvh/(bvh_stats|builder/bvh_builder)|update/policy/(policy_spec|update_policy))\\.h$")
+set(engine_data "^common/(bvh/(bvh_stats|builder/bvh_builder)|update/policy)\\.h$")
 
 # The order of the folders of scenes/ and common/: one may include those before it.
 set(order_of_scenes polygons json mesh obj ply sequence gltf procedural source)
@@ -72,10 +72,10 @@ set(places
     "^lab/embree\\.h$"         "^lab/(bench/embree|accuracy/methods)/"
     "^CGAL/"                    "^(lab/bench|tests/lab)/cgal/"
     "^pybind11/"                "^library/python/module/"
-    "^gmp(xx)?\\.h$"            "^lab/accuracy/"
+    "^gmp(xx)?\\.h$"            "^(common/scene/exact_crossing\\.cpp$|lab/accuracy/)"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
     # One source that reads JSON, and one header for writing it.
-    "^nlohmann/"                "^(scenes/json/json_at\\.cpp$|common/report/json_writer\\.h$|tests/)"
+    "^nlohmann/"                "^(scenes/json/json_at\\.cpp$|app/report/json_parts\\.h$|tests/)"
     # The command lines of the program, of the benchmark and of the fuzzer.
     "^CLI/"                     "^(app/cli/|lab/bench/(options|two_builds/compare_builds)\\.cpp$|tests/fuzz/run/options\\.cpp$)"
     "stb_image\\.h$"            "^$")

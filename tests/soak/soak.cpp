@@ -19,6 +19,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "common/base/errors.h"
 #include "common/base/hash.h"
@@ -26,8 +27,9 @@
 #include "common/bvh/bvh_stats.h"
 #include "common/scene/camera_setup.h"
 #include "cpu/cpu_backend.h"
+#include "scenes/scene_frames.h"
 #include "scenes/source/open_scene.h"
-#include "tests/support/followed_clip.h"
+#include "tests/support/backend_results.h"
 #ifdef MORPHRAY_HAS_VULKAN
 #include "gpu/vulkan_backend.h"
 #endif
@@ -48,6 +50,39 @@ constexpr std::uint64_t kMostResidentGrowthKib = 32 * 1024;
 // built in at most every second frame.
 constexpr double kMostCostRatio = 2;
 constexpr double kMostTreesAFrame = 0.5;
+
+/// Keeps a tree at the current frame. `frames` must outlive it.
+class FollowedClip {
+public:
+    /// Builds the tree at `first_frame`.
+    FollowedClip(SceneFrames& frames, double first_frame, const PolicySpec& policy,
+                 const UpdateConfig& config, int threads, std::unique_ptr<Backend> tracer)
+        : frames_(frames),
+          tracer_(std::move(tracer)),
+          updater_(frames.clip().topology(), frames.positions(first_frame), *tracer_, nullptr,
+                   policy, {.threads = threads}, config),
+          current_(first_frame) {}
+
+    /// Does nothing if the first call is for the frame of the build.
+    void advance(double frame) {
+        if (std::exchange(is_fresh_, false) && frame == current_) return;
+        updater_.update(frames_.positions(frame));
+    }
+    void trace(const ImageParams& params, Frame& frame) {
+        tracer_->trace_image(params, frame);
+        updater_.frame_done(test::last_trace(*tracer_));
+    }
+
+    const TreeUpdate& last_update() const { return updater_.last(); }
+    const Bvh& tree() { return updater_.tree(); }
+
+private:
+    SceneFrames& frames_;
+    std::unique_ptr<Backend> tracer_;
+    TreeUpdater updater_;
+    double current_;
+    bool is_fresh_ = true;
+};
 
 std::uint64_t status_number(const char* key) {
     std::ifstream in("/proc/self/status");
@@ -151,7 +186,7 @@ private:
     SceneFrames frames_;
     int first_;
     std::uint64_t period_;
-    test::FollowedClip clip_;
+    FollowedClip clip_;
     ViewSpec view_;
     Frame frame_;
     std::uint64_t next_ = 0;

@@ -6,13 +6,12 @@
 #include <cctype>
 
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/bvh/bvh_stats.h"
 #include "common/interop/arithmetic.h"
 #include "common/update/tree_updater.h"
-#include "tests/support/backend_hashes.h"
-#include "tests/support/last_trace.h"
+#include "tests/support/backend_results.h"
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
+#include "tests/support/tree_check.h"
 
 namespace mray::test {
 namespace {

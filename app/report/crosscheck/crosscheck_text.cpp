@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "app/report/crosscheck/check_report.h"
-#include "common/report/shell_text.h"
+#include "common/report/shell.h"
 #include "common/report/table.h"
 #include "common/text/number_text.h"
 

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include "app/report/crosscheck/check_report.h"
-#include "common/report/xml_text.h"
 #include "common/version.h"
 
 namespace mray::app {
@@ -17,6 +16,26 @@ constexpr const char* kSuite =
   </properties>
 {}</testsuite>
 )";
+
+/// The text with markup as entities, and '?' for all but printable ASCII: a reader rejects the
+/// whole report for one bad byte.
+std::string xml_ascii(std::string_view text) {
+    std::string result;
+    for (const char c : text) {
+        if (c == '&') {
+            result += "&amp;";
+        } else if (c == '<') {
+            result += "&lt;";
+        } else if (c == '>') {
+            result += "&gt;";
+        } else if (c == '"') {
+            result += "&quot;";
+        } else {
+            result += c < 0x20 || c >= 0x7F ? '?' : c;
+        }
+    }
+    return result;
+}
 
 struct Suite {
     std::string scene, cases;

@@ -7,12 +7,13 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cstring>
 #include <mutex>
 #include <utility>
 #include <vector>
 
-#include "common/bvh/builder/repeated_triangles.h"
+#include "common/base/hash.h"
 #include "common/bvh/builder/split.h"
 
 namespace mray {
@@ -34,6 +35,31 @@ static_assert(kSweepSize <= kFewRefs);
 // Nodes that a thread takes at a time. With one pair at a time, threads write to the same cache
 // lines (lab/notes/build_and_refit.md).
 constexpr std::uint32_t kNodeBlock = 128;
+
+/// Removes refs to triangles that have the three vertices of an earlier one of the set, in the same
+/// order, and appends them to `repeated`: they move together, so that one may stand for all. The
+/// others keep their order; returns how many they are. refs ascend by prim_id, and all are
+/// triangles. Takes at most 256 KiB besides `repeated`; with more than some ten thousand different
+/// triangles it may leave repeated ones in.
+std::size_t remove_repeated(const Topology& topology, std::span<PrimRef> refs,
+                            std::vector<RepeatedTriangle>& repeated) {
+    constexpr std::size_t kMostPlaces = std::size_t{1} << 16;
+    constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+    // For each hash the last triangle that was kept with it.
+    std::vector<std::uint32_t> kept(std::min(std::bit_ceil(2 * refs.size()), kMostPlaces), kNone);
+    std::size_t count = 0;
+    for (const PrimRef& ref : refs) {
+        const uvec3& triangle = topology.triangles[ref.prim_id()];
+        std::uint32_t& place = kept[hash_of(triangle) & (kept.size() - 1)];
+        if (place != kNone && topology.triangles[place] == triangle) {
+            repeated.push_back({place, ref.prim_id()});
+            continue;
+        }
+        place = ref.prim_id();
+        refs[count++] = ref;
+    }
+    return count;
+}
 
 class Builder {
 public:

@@ -10,7 +10,7 @@
 #include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/builder/meshlet.h"
-#include "common/bvh/builder/prim_ref.h"
+#include "common/bvh/builder/split.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 

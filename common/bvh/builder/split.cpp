@@ -7,15 +7,13 @@
 #include <vector>
 
 #include "common/base/aligned_vector.h"
-#include "common/bvh/builder/split_parts.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "common/bvh/builder/split.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "common/bvh/builder/split_binned-inl.h"
-#include "common/bvh/builder/split_positions-inl.h"
+#include "common/bvh/builder/split-inl.h"
 
 #if HWY_ONCE
 
@@ -24,6 +22,9 @@
 namespace mray {
 namespace {
 
+HWY_EXPORT(make_refs);
+HWY_EXPORT(union_of);
+HWY_EXPORT(bound_centroids);
 HWY_EXPORT(split_at_once);
 HWY_EXPORT(bin_chunk);
 HWY_EXPORT(best_of_chunks);
@@ -90,6 +91,28 @@ std::size_t divide_by_order(std::span<const PrimRef> refs, int axis, std::size_t
 }
 
 }  // namespace
+
+PrimRef make_ref(const Topology& topology, std::span<const vec3> positions, std::uint32_t prim_id) {
+    const uvec3 t = topology.triangles[prim_id];
+    Box box;
+    for (const std::uint32_t vertex : {t.x, t.y, t.z}) {
+        if (is_finite_vertex(positions[vertex])) box.extend(positions[vertex]);
+    }
+    return {box, prim_id};
+}
+
+void make_refs(const Topology& topology, std::span<const vec3> positions, std::uint32_t first,
+               std::span<PrimRef> refs, const SimdTarget& target) {
+    SIMD_FUNCTION(make_refs, target)(topology, positions, first, refs);
+}
+
+Box union_of(std::span<const PrimRef> refs, const SimdTarget& target) {
+    return SIMD_FUNCTION(union_of, target)(refs);
+}
+
+Box centroid_bounds(std::span<const PrimRef> refs, const SimdTarget& target) {
+    return SIMD_FUNCTION(bound_centroids, target)(refs);
+}
 
 std::size_t split_binned(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {
     return refs.size() >= 2 * kChunk ? split_in_chunks(refs, out, target)

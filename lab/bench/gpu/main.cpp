@@ -13,7 +13,7 @@
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
 #include "common/base/stopwatch.h"
-#include "common/report/shell_text.h"
+#include "common/report/shell.h"
 #include "common/version.h"
 #include "gpu/shared_device.h"
 #include "lab/bench/bench_scene.h"

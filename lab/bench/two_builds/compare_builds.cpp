@@ -14,7 +14,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
-#include "common/report/shell_text.h"
+#include "common/report/shell.h"
 #include "common/report/table.h"
 #include "common/simd/simd_target.h"
 #include "lab/bench/interleave.h"

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "common/base/errors.h"
-#include "common/base/thread_arena.h"
 
 namespace morphray {
 namespace {
@@ -82,9 +81,7 @@ const Error kNoMemory(ErrorCode::limit,
         throw Error(ErrorCode::limit,
                     "something is larger than memory can be; choose a smaller scene or image");
     } catch (const std::exception& error) {
-        if (!mray::is_lack_of_threads(error)) throw Error(ErrorCode::internal, error.what());
-        throw Error(ErrorCode::limit,
-                    "no more threads can be started; use fewer threads, or raise the limit");
+        throw Error(ErrorCode::internal, error.what());
     }
 }
 

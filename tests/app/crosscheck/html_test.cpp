@@ -4,8 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/report/crosscheck/check_report.h"
-#include "common/report/shell_command.h"
-#include "common/report/shell_text.h"
+#include "common/report/shell.h"
 #include "tests/app/crosscheck/planted_checks.h"
 #include "tests/support/temporary_folder.h"
 

@@ -8,9 +8,7 @@
 #include <unistd.h>
 #include <optional>
 
-#include <atomic>
 #include <chrono>
-#include <thread>
 
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
@@ -89,29 +87,6 @@ TEST(InputFile, LimitIsOfBytesAndInclusive) {
     const fs::path path = folder.write("a", bytes);
     EXPECT_EQ(read_input_file(path, 5), bytes);
     EXPECT_EQ(kind_of([&] { read_input_file(path, 4); }), ErrorKind::kLimit);
-}
-
-TEST(InputFile, FileThatGrowsWhileItIsReadIsRefused) {
-    const TemporaryFolder folder;
-    const fs::path path = folder.write("grows.obj", std::string(std::size_t{16} << 20, 'x'));
-    std::atomic<bool> stop = false;
-    std::thread writer([&] {
-        std::ofstream file(path, std::ios::app);
-        for (int appended = 0; !stop && appended < 10'000'000; ++appended)
-            file << "x" << std::flush;
-    });
-    bool noticed = false;
-    for (int attempt = 0; attempt < 200 && !noticed; ++attempt) {
-        noticed = message_of_reading(path).find("changed while it was read") != std::string::npos;
-    }
-    stop = true;
-    writer.join();
-    EXPECT_TRUE(noticed);
-}
-
-TEST(InputFile, FileWithMoreBytesThanItsSizeIsRefused) {
-    // Files of the kernel have size 0 and never change.
-    EXPECT_EQ(kind_of_reading("/proc/version"), ErrorKind::kBadInput);
 }
 
 TEST(SideFile, IsFoundBesideTheSceneAndBelowIt) {

@@ -3,18 +3,26 @@
 #include <png.h>
 
 #include <cstring>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "common/image/png.h"
-#include "tests/support/noise_image.h"
 
 namespace mray {
 namespace {
 
-using test::noise;
+/// Random pixels in which `set_bits` are set.
+Image noise(std::uint32_t width, std::uint32_t height, std::uint32_t set_bits, unsigned seed) {
+    std::mt19937 random(seed);
+    Image image{width, height, {}};
+    for (std::size_t i = 0; i < std::size_t{width} * height; ++i) {
+        image.pixels.push_back(static_cast<std::uint32_t>(random()) | set_bits);
+    }
+    return image;
+}
 
 Image decode(const std::vector<std::byte>& file) {
     png_image png = {};

@@ -21,12 +21,5 @@ TEST(SimilarName, IsFoundAcrossTypingErrors) {
     EXPECT_EQ(suggestion("zzzzzz", kNames), "");
 }
 
-TEST(EditDistance, CountsSwapsOnce) {
-    EXPECT_EQ(edit_distance("", "abc"), 3u);
-    EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);
-    EXPECT_EQ(edit_distance("ab", "ba"), 1u);
-    EXPECT_EQ(edit_distance("same", "same"), 0u);
-}
-
 }  // namespace
 }  // namespace mray

@@ -5,11 +5,11 @@
 #include <algorithm>
 
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/bvh/bvh_stats.h"
 #include "common/update/tree_cost.h"
 #include "cpu/refit/refit.h"
 #include "tests/support/motions.h"
 #include "tests/support/test_scene.h"
+#include "tests/support/tree_check.h"
 
 namespace mray {
 namespace {

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <functional>
 
-#include "common/bvh/bvh_stats.h"
 #include "cpu/cpu_backend.h"
-#include "tests/support/last_trace.h"
+#include "tests/support/backend_results.h"
 #include "tests/support/test_scene.h"
+#include "tests/support/tree_check.h"
 
 namespace mray {
 namespace {

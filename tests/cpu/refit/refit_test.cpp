@@ -13,9 +13,9 @@
 #include "common/base/thread_arena.h"
 #include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/bvh/bvh_stats.h"
 #include "cpu/refit/scalar_refit.h"
 #include "tests/support/test_scene.h"
+#include "tests/support/tree_check.h"
 
 namespace mray {
 namespace {

@@ -14,7 +14,7 @@
 #include "common/ray_queries.h"
 #include "common/scene_queries.h"
 #include "tests/fuzz/judge/world_check.h"
-#include "tests/support/last_trace.h"
+#include "tests/support/backend_results.h"
 #include "tests/support/same_bits.h"
 
 namespace mray::fuzz {

@@ -17,19 +17,20 @@ const std::filesystem::path& case_folder() {
 }
 
 void CaseFile::write(std::string_view bytes) {
-    if (!file_) file_.emplace(open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+    if (fd_ < 0) fd_ = open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     const bool is_written =
-        pwrite(file_->fd(), bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size());
+        pwrite(fd_, bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size());
     const bool is_cut =
-        bytes.size() >= size_ || ftruncate(file_->fd(), static_cast<off_t>(bytes.size())) == 0;
+        bytes.size() >= size_ || ftruncate(fd_, static_cast<off_t>(bytes.size())) == 0;
     if (!is_written || !is_cut) throw std::runtime_error("cannot write " + path_);
     size_ = bytes.size();
 }
 
 void CaseFile::remove() {
-    if (!file_) return;
+    if (fd_ < 0) return;
     unlink(path_.c_str());
-    file_.reset();
+    close(fd_);
+    fd_ = -1;
     size_ = 0;
 }
 

@@ -3,11 +3,8 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
-
-#include "common/base/file_descriptor.h"
 
 namespace mray::fuzz {
 
@@ -19,6 +16,9 @@ const std::filesystem::path& case_folder();
 class CaseFile {
 public:
     explicit CaseFile(std::string_view name) : path_((case_folder() / name).native()) {}
+    ~CaseFile() { remove(); }
+    CaseFile(const CaseFile&) = delete;
+    CaseFile& operator=(const CaseFile&) = delete;
 
     const std::string& path() const { return path_; }
     /// Makes these bytes the content. Throws std::runtime_error.
@@ -27,8 +27,8 @@ public:
 
 private:
     std::string path_;
-    /// Nothing before it is made.
-    std::optional<FileDescriptor> file_;
+    /// Negative before it is made.
+    int fd_ = -1;
     std::size_t size_ = 0;
 };
 

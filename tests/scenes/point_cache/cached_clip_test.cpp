@@ -234,12 +234,10 @@ TEST(CachedClip, TellsOfAFileThatChangesWhileItIsOpen) {
     CachedScene scene(pc2({}, {1, 2, 3}));
     const std::unique_ptr<Clip> clip = scene.open();
     EXPECT_EQ(x_at(*clip, 0), 1.0f);
-    for (const std::vector<float>& xs : {std::vector<float>{1}, {1, 2, 3, 4}}) {
-        scene.write(pc2({}, xs));
-        EXPECT_TRUE(message_of([&] {
-                        x_at(*clip, 2);
-                    }).ends_with("changed while it was read; wait until it is complete"));
-    }
+    scene.write(pc2({}, {1}));
+    EXPECT_TRUE(message_of([&] {
+                    x_at(*clip, 2);
+                }).ends_with("changed while it was read; wait until it is complete"));
 }
 
 }  // namespace

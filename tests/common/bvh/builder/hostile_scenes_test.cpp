@@ -10,10 +10,12 @@
 #include "common/bvh/bvh_stats.h"
 #include "cpu/reference/tree_heat.h"
 #include "tests/support/test_scene.h"
+#include "tests/support/tree_check.h"
 
 namespace mray {
 namespace {
 
+using test::check_bvh;
 using test::Random;
 using test::TestScene;
 

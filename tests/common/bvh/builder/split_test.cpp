@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "common/base/aligned_vector.h"
-#include "common/bvh/builder/split_parts.h"
 #include "tests/support/test_scene.h"
 
 namespace mray {

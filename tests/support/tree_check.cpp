@@ -1,12 +1,12 @@
+#include "tests/support/tree_check.h"
+
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstring>
 
 #include "common/bvh/box.h"
-#include "common/bvh/bvh_stats.h"
 
-namespace mray {
+namespace mray::test {
 namespace {
 
 class Checker {
@@ -196,4 +196,4 @@ std::vector<std::string> check_bvh(const Bvh& bvh, const Topology& topology,
     return Checker(bvh, topology, positions, limit).run();
 }
 
-}  // namespace mray
+}  // namespace mray::test

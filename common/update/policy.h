@@ -4,11 +4,31 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 
-#include "common/update/policy/policy_spec.h"
-
 namespace mray {
+
+enum class PolicyKind { kRefit, kRebuild, kEvery, kAuto };
+
+/// The most frames that one tree of kEvery may be used for.
+inline constexpr std::uint32_t kMostPeriod = 1000000;
+
+struct PolicySpec {
+    PolicyKind kind = PolicyKind::kRefit;
+    /// The frames that a tree is used for, from 1 to kMostPeriod; 0 for kinds other than kEvery.
+    std::uint32_t period = 0;
+    bool operator==(const PolicySpec&) const = default;
+};
+
+/// "refit", "rebuild", "every:8" or "auto".
+std::string text_of(const PolicySpec& policy);
+
+/// Reads what text_of() writes. Throws Error(kBadArgument), which lists the forms, for other texts.
+PolicySpec parse_policy(const std::string& text);
+
+/// The texts of all kinds, with "every:K" for a count, in the order of the help text.
+std::span<const std::string> policy_forms();
 
 enum class UpdateStep {
     kRefit,
@@ -17,7 +37,7 @@ enum class UpdateStep {
     kRebuildInBackground,  // refit this frame, and start a build at its pose for a later one
 };
 
-/// A step, and its reason as a clause for people, such as "the slow-down has cost a build".
+/// A step, and its reason as a clause for people, such as "due".
 struct UpdateDecision {
     UpdateStep step = UpdateStep::kRefit;
     std::string reason;
@@ -84,7 +104,7 @@ struct UpdateConfig {
     /// background. A part of the frame's refit and trace, or ms if budget_ms is above 0.
     double budget = 0.75;
     double budget_ms = 0;
-    /// The first guess of SlowdownModel: the part of a sound trace that an excess visit takes.
+    /// The first guess of the part of a sound trace that an excess visit takes.
     double first_per_visit = 0.001;
     /// Find the cost ratio of every frame for the record, even if the policy does not use it.
     bool record_cost_ratio = false;

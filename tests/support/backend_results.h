@@ -1,9 +1,10 @@
-// Hashes of a backend's tree and images.
+// Hashes of a backend's tree and images, and the cost of its last trace.
 #pragma once
 
 #include <cstdint>
 
 #include "common/backend.h"
+#include "common/update/tree_updater.h"
 
 namespace mray::test {
 
@@ -23,6 +24,12 @@ inline ImageHashes image_hashes(Backend& backend, const ImageParams& params) {
     Frame frame;
     backend.trace_image(params, frame);
     return {hits_hash(frame), image_hash(frame)};
+}
+
+/// The cost of a backend's last trace, as a tree updater takes it.
+inline TraceCost last_trace(Backend& backend) {
+    const BackendTimes& times = backend.finish();
+    return {times.trace_ms, times.rays};
 }
 
 }  // namespace mray::test

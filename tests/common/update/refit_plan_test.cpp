@@ -1,5 +1,5 @@
 // A refit of moved parts gives the bytes of a refit of everything.
-#include "common/update/moved_parts.h"
+#include "common/update/refit_plan.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,6 @@
 #include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/scene_space.h"
-#include "common/update/refit_plan.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/refit/refit.h"
 #include "scenes/procedural/procedural.h"
@@ -89,7 +88,7 @@ TEST(PoseMemory, SeesTheSmallestChangeAndNoneWhereThereIsNone) {
     std::vector<vec3> positions = scene.positions();
     positions.back().z = std::nextafter(positions.back().z, 2 * kSceneExtent);
     EXPECT_EQ(pose.advance(positions), 1u);
-    EXPECT_TRUE(pose.moved(pose.block_count() - 1));
+    EXPECT_EQ(pose.moved_blocks(), std::vector{pose.block_count() - 1});
     EXPECT_EQ(pose.advance(positions), 0u);
     EXPECT_EQ(pose.positions().back(), positions.back());
 }

@@ -1,4 +1,4 @@
-#include "common/update/policy/update_policy.h"
+#include "common/update/policy.h"
 
 #include <gtest/gtest.h>
 
@@ -179,6 +179,17 @@ TEST(AutoPolicy, DoesNotBlameTheTreeForAnImageThatTakesLonger) {
         ASSERT_EQ(policy->review({.excess = 0}).step, UpdateStep::kRefit) << frame;
         policy->frame_done({.refit = 0.1, .trace = 10.0 + frame});
     }
+}
+
+TEST(AutoPolicy, LearnsWithinReasonWhateverClocksSay) {
+    const auto policy = make_update_policy({PolicyKind::kAuto});
+    policy->built(5);
+    for (int i = 0; i < 50; ++i) {
+        policy->frame_done({.refit = 0.1, .trace = 1e6, .excess = 120});
+        policy->frame_done({.refit = 0.1, .rebuild = 5, .trace = 1e-6, .new_tree = true});
+    }
+    // At most 20 times the first guess a visit.
+    EXPECT_TRUE(policy->review({.excess = 0.4}).reason.starts_with("sound"));
 }
 
 TEST(AutoPolicy, BuildsThatDoNotHelpBecomeRare) {
