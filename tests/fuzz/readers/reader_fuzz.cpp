@@ -1,26 +1,24 @@
-// reader_fuzz TARGET [--seed N] [--cases N] [--hours N] [--out DIR] FILE...: gives a target
-// (tests/fuzz/targets/targets.h) the files, and bytes made of them by N changes or for N hours.
-// Prints the seed of a case that fails and writes its bytes to DIR, also after a crash. Exit codes:
-// 0 all good, 1 a failure, 2 usage.
+// reader_fuzz TARGET [--seed N] [--cases N] [--hours N] [--out DIR] FILE...: gives a target the
+// files, and bytes made of them by changes, in N cases or for N hours. Prints the seed of a case
+// that fails and writes its bytes to DIR, also after a crash. Exit codes: 0 all good, 1 a failure,
+// 2 usage.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "common/base/stopwatch.h"
-#include "common/text/number_text.h"
-#include "tests/fuzz/drivers/mutations.h"
-#include "tests/fuzz/targets/targets.h"
+#include "tests/fuzz/readers/targets.h"
 #include "tests/support/temporary_folder.h"
 
 namespace mray::fuzz {
@@ -37,43 +35,13 @@ constexpr bool kIsSanitized = false;
 constexpr rlim_t kMostMemory = rlim_t{3} << 30;
 
 struct Options {
-    const Target* target = nullptr;
+    std::string target;
     std::uint64_t seed = 1;
     std::uint64_t cases = 0;
     double hours = 0;
     std::string out = "out/fuzz";
     std::vector<std::string> files;
 };
-
-std::optional<Options> parse(int count, char** arguments) {
-    Options options;
-    if (count < 2) return std::nullopt;
-    const auto target = std::ranges::find(targets(), std::string_view(arguments[1]), &Target::name);
-    if (target == targets().end()) return std::nullopt;
-    options.target = &*target;
-    for (int i = 2; i < count; ++i) {
-        const std::string_view argument = arguments[i];
-        if (!argument.starts_with("--")) {
-            options.files.emplace_back(argument);
-            continue;
-        }
-        if (++i == count) return std::nullopt;
-        const auto number = parse_unsigned(arguments[i]);
-        const auto hours = parse_double(arguments[i]);
-        if (argument == "--out")
-            options.out = arguments[i];
-        else if (argument == "--seed" && number)
-            options.seed = *number;
-        else if (argument == "--cases" && number)
-            options.cases = *number;
-        else if (argument == "--hours" && hours)
-            options.hours = *hours;
-        else
-            return std::nullopt;
-    }
-    if (options.files.empty()) return std::nullopt;
-    return options;
-}
 
 /// The case that runs, for the handler of signals.
 struct {
@@ -93,7 +61,7 @@ void keep_case(int signal) {
 }
 
 void handle_crashes(const Options& options) {
-    const std::string path = fmt::format("{}/{}-crash", options.out, options.target->name);
+    const std::string path = fmt::format("{}/{}-crash", options.out, options.target);
     path.copy(current_case.path.data(), current_case.path.size() - 1);
     if (kIsSanitized) return;
     for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
@@ -106,12 +74,13 @@ void handle_crashes(const Options& options) {
 bool is_good(const Options& options, const std::string& bytes, const std::string& which) {
     current_case.bytes = bytes.data();
     current_case.size = bytes.size();
-    const std::string failure = options.target->failure_of(bytes);
+    const Target& target = *std::ranges::find(kTargets, options.target, &Target::name);
+    const std::string failure = target.failure_of(bytes);
     if (failure.empty()) return true;
-    const std::string path = fmt::format("{}/{}-{:x}", options.out, options.target->name,
-                                         std::hash<std::string>()(bytes));
+    const std::string path =
+        fmt::format("{}/{}-{:x}", options.out, options.target, std::hash<std::string>()(bytes));
     std::ofstream(path, std::ios::binary) << bytes;
-    fmt::print(stderr, "{} of {}: {}; written to {}\n", which, options.target->name, failure, path);
+    fmt::print(stderr, "{} of {}: {}; written to {}\n", which, options.target, failure, path);
     return false;
 }
 
@@ -130,7 +99,7 @@ int run(const Options& options) {
         const std::string& file = corpus[dice.below(static_cast<std::uint32_t>(corpus.size()))];
         if (!is_good(options, mutated(file, dice), fmt::format("seed {}", seed))) return 1;
     }
-    fmt::print("{}: {} files, {} cases: all good\n", options.target->name, corpus.size(), tried);
+    fmt::print("{}: {} files, {} cases: all good\n", options.target, corpus.size(), tried);
     return 0;
 }
 
@@ -139,16 +108,22 @@ int run(const Options& options) {
 
 int main(int count, char** arguments) {
     using namespace mray::fuzz;
-    const auto options = parse(count, arguments);
-    if (!options) {
-        fmt::print(stderr,
-                   "usage: reader_fuzz TARGET [--seed N] [--cases N] [--hours N] [--out DIR] "
-                   "FILE...\ntargets:");
-        for (const Target& target : targets()) fmt::print(stderr, " {}", target.name);
-        fmt::print(stderr, "\n");
-        return 2;
+    Options options;
+    std::vector<std::string> names;
+    for (const Target& target : kTargets) names.emplace_back(target.name);
+    CLI::App app("Gives a reader files, and bytes made of them by changes.", "reader_fuzz");
+    app.add_option("TARGET", options.target)->required()->check(CLI::IsMember(names));
+    app.add_option("FILE", options.files)->required();
+    app.add_option("--seed", options.seed);
+    app.add_option("--cases", options.cases);
+    app.add_option("--hours", options.hours);
+    app.add_option("--out", options.out);
+    try {
+        app.parse(count, arguments);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? 0 : 2;
     }
-    std::filesystem::create_directories(options->out);
-    handle_crashes(*options);
-    return run(*options);
+    std::filesystem::create_directories(options.out);
+    handle_crashes(options);
+    return run(options);
 }

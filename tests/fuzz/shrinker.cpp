@@ -1,7 +1,13 @@
-#include "tests/fuzz/shrink/shrinker.h"
+#include "tests/fuzz/shrinker.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <utility>
+
+#include "common/base/errors.h"
+#include "common/base/output_file.h"
 
 namespace mray::fuzz {
 namespace {
@@ -112,10 +118,47 @@ private:
     std::size_t trials_;
 };
 
+/// Whether an image differs in occlusion and colours alone.
+bool is_secondary(const FrameDifference& d) { return d.total() == d.occlusion + d.colour; }
+
+/// Whether two failures are of one kind, which must not change while a case shrinks: otherwise a
+/// failure of secondary rays could turn into one of camera rays that the case has, too.
+bool are_alike(const Finding& a, const Finding& b) {
+    return a.answer.asked == b.answer.asked &&
+           (!a.is_image() || is_secondary(a.image) == is_secondary(b.image));
+}
+
 }  // namespace
 
 FuzzCase shrink(const FuzzCase& failing, const Fails& fails, std::size_t trials) {
     return Shrinker(failing, fails, trials).shrink();
+}
+
+void report_failure(const FailureName& name, const FuzzCase& fuzz_case, const Finding& finding,
+                    Referee& referee) {
+    // Says how a case fails, if it does in the way of the finding; otherwise empty.
+    const auto failure = [&](const FuzzCase& smaller) -> std::string {
+        Tally ignored;
+        try {
+            for (const Finding& found :
+                 check_case(referee, smaller, std::span(finding.variant, 1), ignored))
+                if (are_alike(found, finding)) return describe(found);
+        } catch (const Error& error) {
+            // A step of the shrinker may give a case that cannot be traced.
+            if (error.kind() != ErrorKind::kBadInput) throw;
+        }
+        return {};
+    };
+    const FuzzCase small =
+        shrink(fuzz_case, [&](const FuzzCase& smaller) { return !failure(smaller).empty(); });
+    std::string what = failure(small);
+    if (what.empty()) what = describe(finding) + " (but not each time)";
+    const std::filesystem::path path = name.out / name.name / "case.txt";
+    make_output_folder(path.parent_path());
+    write_file(path, to_text(small, "failed: " + what));
+    fmt::print("FAILED {}\n{}\n./fuzz replay {} --backend {}\n\n", name.name, what, path.string(),
+               name.backend);
+    std::fflush(stdout);
 }
 
 }  // namespace mray::fuzz

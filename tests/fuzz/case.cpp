@@ -1,4 +1,4 @@
-#include "tests/fuzz/case/fuzz_case.h"
+#include "tests/fuzz/case.h"
 
 #include <fmt/format.h>
 

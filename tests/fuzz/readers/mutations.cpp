@@ -1,10 +1,10 @@
-#include "tests/fuzz/drivers/mutations.h"
-
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
 #include <string_view>
+
+#include "tests/fuzz/readers/targets.h"
 
 namespace mray::fuzz {
 namespace {

@@ -1,18 +1,21 @@
 // Readers of scenes: each must end with a clip that keeps its promises.
-#include <fmt/format.h>
+#include <fcntl.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdint>
-#include <memory>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "common/base/errors.h"
+#include "common/base/file_descriptor.h"
 #include "scenes/source/open_scene.h"
-#include "tests/fuzz/targets/case_file.h"
-#include "tests/fuzz/targets/outcome.h"
-#include "tests/fuzz/targets/targets.h"
+#include "tests/fuzz/readers/targets.h"
+#include "tests/support/temporary_folder.h"
 
 namespace mray::fuzz {
 namespace {
@@ -27,6 +30,41 @@ constexpr std::string_view kMesh =
     "ply\nformat ascii 1.0\nelement vertex 3\nproperty int x\nproperty int y\nproperty int z\n"
     "element face 1\nproperty list int int vertex_index\nend_header\n"
     "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+/// The folder of this process for files of cases, in memory where the system has a place for it;
+/// removed at exit.
+const std::filesystem::path& case_folder() {
+    constexpr const char* kMemory = "/dev/shm";
+    static const test::TemporaryFolder folder(
+        access(kMemory, W_OK) == 0 ? kMemory : std::filesystem::temp_directory_path());
+    return folder.path();
+}
+
+/// A file in case_folder() whose content is another one in each case, made when it is first
+/// written.
+class CaseFile {
+public:
+    explicit CaseFile(std::string_view name) : path_((case_folder() / name).native()) {}
+
+    const std::string& path() const { return path_; }
+    void write(std::string_view bytes) {
+        if (!file_)
+            file_.emplace(open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+        const bool is_written = pwrite(file_->fd(), bytes.data(), bytes.size(), 0) ==
+                                static_cast<ssize_t>(bytes.size());
+        if (!is_written || ftruncate(file_->fd(), static_cast<off_t>(bytes.size())) != 0)
+            throw std::runtime_error("cannot write " + path_);
+    }
+    void remove() {
+        if (file_) unlink(path_.c_str());
+        file_.reset();
+    }
+
+private:
+    std::string path_;
+    /// Nothing before it is made.
+    std::optional<FileDescriptor> file_;
+};
 
 /// Reads frames of a clip, which may be refused.
 void read_frames(const Clip& clip) {

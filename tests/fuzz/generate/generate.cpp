@@ -1,4 +1,4 @@
-#include "tests/fuzz/generate/motions.h"
+#include "tests/fuzz/generate/generate.h"
 
 #include <algorithm>
 #include <limits>
@@ -147,6 +147,39 @@ void make_clip(Dice& dice, FuzzCase& fuzz_case) {
         make_shape_clip(dice, fuzz_case);
     }
     choose_frames(dice, fuzz_case);
+}
+
+FuzzCase make_case(std::uint64_t seed) {
+    // Ray-triangle tests that brute force may take for an image.
+    constexpr double kTests = 4e5;
+    Dice dice(seed);
+    FuzzCase fuzz_case;
+    make_clip(dice, fuzz_case);
+    const std::vector<vec3> positions = world_positions(fuzz_case, fuzz_case.frame);
+    const Surroundings around(positions, fuzz_case.triangles);
+    fuzz_case.view = make_view(dice, around, kTests);
+    fuzz_case.rays = make_rays(dice, around, 48);
+    return fuzz_case;
+}
+
+FuzzCase make_questions(std::uint64_t seed) {
+    Dice dice(seed);
+    FuzzCase fuzz_case;
+    make_clip(dice, fuzz_case);
+    const std::vector<vec3> positions = world_positions(fuzz_case, fuzz_case.frame);
+    const Surroundings around(positions, fuzz_case.triangles);
+    fuzz_case.view.width = fuzz_case.view.height = 0;
+    fuzz_case.rays =
+        dice.one_in(4) ? make_ray_groups(dice, around, 2, 40) : make_rays(dice, around, 24);
+    fuzz_case.asks_questions = true;
+    fuzz_case.points =
+        dice.one_in(4) ? make_groups(dice, around, 20, 16) : make_points(dice, around, 64);
+    return fuzz_case;
+}
+
+std::uint64_t case_seed(std::uint64_t campaign_seed, std::uint64_t index) {
+    test::Random random(campaign_seed + index * 0xD1342543DE82EF95u);
+    return random.bits();
 }
 
 }  // namespace mray::fuzz

@@ -1,13 +1,10 @@
-#include "tests/fuzz/judge/question_check.h"
-
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
 
-#include "common/text/number_text.h"
+#include "tests/fuzz/judge/judge.h"
 #include "tests/support/same_bits.h"
 
 namespace mray::fuzz {
@@ -15,29 +12,6 @@ namespace {
 
 constexpr std::uint32_t kAllOfThem = std::numeric_limits<std::uint32_t>::max();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-std::string float_text(float x) {
-    return fmt::format("{} (0x{:08x})", hex_text(x), std::bit_cast<std::uint32_t>(x));
-}
-
-std::string list_text(std::span<const Hit> hits, std::uint64_t total) {
-    std::string text = fmt::format("{} hits", total);
-    for (const Hit& hit : hits) text += "; " + hit_text(hit);
-    return text;
-}
-
-std::string winding_text(const FloatWinding& winding, std::span<const UncertainCrossing> all,
-                         std::size_t point) {
-    std::string text = fmt::format("winding {}, {} crossings", winding.winding, winding.crossings);
-    for (const UncertainCrossing& one : all)
-        if (one.point == point) text += fmt::format(", prim {}?", one.prim_id);
-    return text;
-}
-
-std::string closest_text(const ClosestTriangle& closest) {
-    if (closest.prim_id == kNoPrim) return "none";
-    return fmt::format("prim {} d2 {}", closest.prim_id, float_text(closest.d2));
-}
 
 /// One of the cursors at and next to the hits of a ray.
 HitCursor cursor_of(std::span<const Hit> hits, std::size_t kind) {
@@ -77,23 +51,21 @@ void compare_rays(const test::Answers& expected, const test::Answers& actual,
     const auto expected_lists = split(expected.lists);
     const auto actual_lists = split(actual.lists);
     for (std::size_t i = 0; i < indices.size(); ++i) {
-        if (expected.counts[i] != actual.counts[i]) {
-            differences.add(Asked::kHitCounts, indices[i], std::to_string(expected.counts[i]),
-                            std::to_string(actual.counts[i]));
-        }
-        const std::uint64_t expected_total = expected.lists.total[i];
-        const std::uint64_t actual_total = actual.lists.total[i];
-        if (expected_total != actual_total ||
-            !test::same_bytes(expected_lists[i], actual_lists[i])) {
-            differences.add(Asked::kAllHits, indices[i],
-                            list_text(expected_lists[i], expected_total),
-                            list_text(actual_lists[i], actual_total));
-        }
-        if (!test::same_bits(expected.next[i], actual.next[i])) {
-            differences.add(Asked::kNextHits, indices[i], hit_text(expected.next[i]),
-                            hit_text(actual.next[i]));
-        }
+        if (expected.counts[i] != actual.counts[i]) differences.add(Asked::kHitCounts, indices[i]);
+        if (expected.lists.total[i] != actual.lists.total[i] ||
+            !test::same_bytes(expected_lists[i], actual_lists[i]))
+            differences.add(Asked::kAllHits, indices[i]);
+        if (!test::same_bits(expected.next[i], actual.next[i]))
+            differences.add(Asked::kNextHits, indices[i]);
     }
+}
+
+/// The triangles whose crossings are uncertain for a point.
+std::vector<std::uint32_t> uncertain_of(const test::Answers& answers, std::size_t point) {
+    std::vector<std::uint32_t> triangles;
+    for (const UncertainCrossing& one : answers.uncertain)
+        if (one.point == point) triangles.push_back(one.prim_id);
+    return triangles;
 }
 
 void compare_points(const test::Answers& expected, const test::Answers& actual,
@@ -102,70 +74,40 @@ void compare_points(const test::Answers& expected, const test::Answers& actual,
         return std::bit_cast<std::uint32_t>(a.d2) == std::bit_cast<std::uint32_t>(b.d2) &&
                a.prim_id == b.prim_id;
     };
-    const bool are_windings_same =
-        expected.windings == actual.windings && expected.uncertain == actual.uncertain;
+    const bool is_uncertain_same = expected.uncertain == actual.uncertain;
     for (std::size_t i = 0; i < indices.size(); ++i) {
-        if (!are_windings_same) {
-            const std::string e = winding_text(expected.windings[i], expected.uncertain, i);
-            const std::string a = winding_text(actual.windings[i], actual.uncertain, i);
-            if (e != a) differences.add(Asked::kWindings, indices[i], e, a);
-        }
-        for (const auto closest : {&test::Answers::closest, &test::Answers::near}) {
-            const ClosestTriangle& e = (expected.*closest)[i];
-            const ClosestTriangle& a = (actual.*closest)[i];
-            if (!is_same(e, a))
-                differences.add(Asked::kClosestPoints, indices[i], closest_text(e),
-                                closest_text(a));
-        }
+        if (expected.windings[i] != actual.windings[i] ||
+            (!is_uncertain_same && uncertain_of(expected, i) != uncertain_of(actual, i)))
+            differences.add(Asked::kWindings, indices[i]);
+        if (!is_same(expected.closest[i], actual.closest[i]) ||
+            !is_same(expected.near[i], actual.near[i]))
+            differences.add(Asked::kClosestPoints, indices[i]);
     }
 }
 
 }  // namespace
 
 const char* name_of(Asked asked) {
-    switch (asked) {
-        case Asked::kImage:
-            return "image";
-        case Asked::kClosestHits:
-            return "closest hits";
-        case Asked::kAnyHits:
-            return "any hits";
-        case Asked::kHitCounts:
-            return "counts of hits";
-        case Asked::kAllHits:
-            return "all hits";
-        case Asked::kNextHits:
-            return "next hits";
-        case Asked::kWindings:
-            return "windings";
-        case Asked::kClosestPoints:
-            break;
-    }
-    return "closest points";
+    constexpr std::array kNames = {"image",    "closest hits", "any hits", "counts of hits",
+                                   "all hits", "next hits",    "windings", "closest points"};
+    return kNames[static_cast<std::size_t>(asked)];
 }
 
 bool is_about_points(Asked asked) {
     return asked == Asked::kWindings || asked == Asked::kClosestPoints;
 }
 
-void AnswerDifferences::add(Asked asked, std::size_t index, const std::string& expected,
-                            const std::string& actual) {
+void AnswerDifferences::add(Asked asked, std::size_t index) {
     for (AnswerDifference& difference : differences_) {
         if (difference.asked != asked) continue;
         ++difference.count;
         return;
     }
-    differences_.push_back({asked, 1, index, expected, actual});
+    differences_.push_back({asked, 1, index});
 }
 
-std::string hit_text(const Hit& hit) {
-    if (hit.prim_id == kNoPrim && hit.t == 0) return "miss";
-    return fmt::format("prim {} t {} u {} v {}", hit.prim_id, float_text(hit.t), float_text(hit.u),
-                       float_text(hit.v));
-}
-
-CaseQuestions::CaseQuestions(const FuzzScene& scene, const FuzzCase& fuzz_case,
-                             const SceneQueries& reference) {
+CaseQueries::CaseQueries(const FuzzScene& scene, const FuzzCase& fuzz_case,
+                         const SceneQueries& reference) {
     test::Questions questions;
     for (std::size_t i = 0; i < fuzz_case.rays.size(); ++i) {
         const SceneRay ray = to_scene(scene.space(), fuzz_case.rays[i]);
@@ -206,7 +148,7 @@ CaseQuestions::CaseQuestions(const FuzzScene& scene, const FuzzCase& fuzz_case,
     }
 }
 
-std::vector<AnswerDifference> CaseQuestions::compare(const SceneQueries& queries) const {
+std::vector<AnswerDifference> CaseQueries::compare(const SceneQueries& queries) const {
     AnswerDifferences differences;
     for (const Round& round : rounds_) {
         const test::Answers actual =

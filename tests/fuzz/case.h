@@ -4,8 +4,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/bvh/bvh.h"
@@ -72,5 +74,14 @@ double distance_to_planes(const vec3& point, const Topology& topology,
 
 /// The vertices at a frame, in world space.
 std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame);
+
+/// The case as text that reads back bit for bit: floats are hexadecimal, NaN is written as its
+/// bits. Each line of `remarks` precedes it as a comment.
+std::string to_text(const FuzzCase& fuzz_case, const std::string& remarks = {});
+
+/// Reads the text of a case. Throws Error(kBadInput), `name:line: problem`.
+FuzzCase read_case(std::string_view text, const std::string& name);
+/// Reads a file. Throws as read_case, also if the file cannot be read.
+FuzzCase read_case_file(const std::filesystem::path& path);
 
 }  // namespace mray::fuzz

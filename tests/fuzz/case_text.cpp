@@ -1,21 +1,19 @@
-#include "tests/fuzz/case/case_text.h"
-
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <iterator>
+#include <map>
 #include <sstream>
-#include <system_error>
 #include <type_traits>
 
 #include "app/base/options.h"
 #include "common/base/errors.h"
 #include "common/text/number_text.h"
+#include "tests/fuzz/case.h"
 
 namespace mray::fuzz {
 namespace {
@@ -45,26 +43,13 @@ std::string view_text(const ViewSpec& view) {
     return text;
 }
 
-/// Reads a case line by line; skips blank lines and comments.
-class Reader {
+/// The lines of a case, without blank ones and comments.
+class Lines {
 public:
-    Reader(std::string_view text, std::string name)
+    Lines(std::string_view text, std::string name)
         : stream_(std::string(text)), name_(std::move(name)) {}
 
-    FuzzCase read() {
-        FuzzCase result;
-        result.view.width = result.view.height = 0;
-        std::string key;
-        while (next_line(key)) read_key(key, result);
-        return result;
-    }
-
-private:
-    [[noreturn]] void fail(const std::string& what) const {
-        throw Error(ErrorKind::kBadInput, fmt::format("{}:{}: {}", name_, line_number_, what));
-    }
-
-    bool next_line(std::string& key) {
+    bool next(std::string& key) {
         std::string line;
         while (std::getline(stream_, line)) {
             ++line_number_;
@@ -74,13 +59,17 @@ private:
         return false;
     }
 
+    [[noreturn]] void fail(const std::string& what) const {
+        throw Error(ErrorKind::kBadInput, fmt::format("{}:{}: {}", name_, line_number_, what));
+    }
+
     std::string word() {
         std::string text;
         if (!(line_ >> text)) fail("the line ends too early");
         return text;
     }
     template <class Float>
-    Float read_number() {
+    Float number() {
         const std::string text = word();
         char* end = nullptr;
         if (text.starts_with("bits:")) {
@@ -96,14 +85,12 @@ private:
     }
     std::uint32_t count() {
         const std::string text = word();
-        char* end = nullptr;
-        const auto value = std::strtoul(text.c_str(), &end, 10);
-        if (*end != '\0' || value > 0xFFFFFFFFu) fail(fmt::format("'{}' is not a count", text));
-        return static_cast<std::uint32_t>(value);
+        const auto value = parse_unsigned(text);
+        if (!value || *value > 0xFFFFFFFFu) fail(fmt::format("'{}' is not a count", text));
+        return static_cast<std::uint32_t>(*value);
     }
-    Point point() {
-        return Point{read_number<double>(), read_number<double>(), read_number<double>()};
-    }
+    Point point() { return Point{number<double>(), number<double>(), number<double>()}; }
+    vec3 vertex() { return vec3{number<float>(), number<float>(), number<float>()}; }
 
     std::uint32_t ray_kind() {
         const std::string text = word();
@@ -112,63 +99,16 @@ private:
         fail(fmt::format("'{}' is neither primary nor shadow nor ao", text));
     }
 
-    void read_key(const std::string& key, FuzzCase& out) {
-        ViewSpec& view = out.view;
-        if (key == "cause") {
-            // Earlier versions told how a case was made.
-        } else if (key == "size") {
-            view.width = count();
-            view.height = count();
-        } else if (key == "rays") {
-            view.rays = ray_kind();
-        } else if (key == "ao") {
-            view.ao_count = count();
-            view.ao_distance = read_number<double>();
-        } else if (key == "fov") {
-            view.fov = read_number<double>();
-        } else if (key == "up") {
-            view.up = point();
-        } else if (key == "eye") {
-            view.eye = point();
-        } else if (key == "target") {
-            view.target = point();
-        } else if (key == "light") {
-            view.light = point();
-        } else {
-            read_mesh_key(key, out);
-        }
+    WorldRay ray() {
+        WorldRay ray = {};
+        for (double& x : ray.org) x = number<double>();
+        for (double& x : ray.dir) x = number<double>();
+        ray.tnear = number<double>();
+        ray.tfar = number<double>();
+        return ray;
     }
 
-    void read_mesh_key(const std::string& key, FuzzCase& out) {
-        if (key == "frame") {
-            out.frame = read_number<double>();
-        } else if (key == "build-at") {
-            out.build_at = count();
-        } else if (key == "pose") {
-            out.poses.emplace_back();
-        } else if (key == "v") {
-            if (out.poses.empty()) fail("a vertex before the first pose");
-            out.poses.back().push_back(
-                vec3{read_number<float>(), read_number<float>(), read_number<float>()});
-        } else if (key == "t") {
-            out.triangles.push_back(uvec3{count(), count(), count()});
-        } else if (key == "ray") {
-            WorldRay ray = {};
-            for (double& x : ray.org) x = read_number<double>();
-            for (double& x : ray.dir) x = read_number<double>();
-            ray.tnear = read_number<double>();
-            ray.tfar = read_number<double>();
-            out.rays.push_back(ray);
-        } else if (key == "questions") {
-            out.asks_questions = true;
-        } else if (key == "point") {
-            out.points.push_back(
-                vec3{read_number<float>(), read_number<float>(), read_number<float>()});
-        } else {
-            fail(fmt::format("'{}' is not known", key));
-        }
-    }
-
+private:
     std::istringstream stream_;
     std::istringstream line_;
     std::string name_;
@@ -197,7 +137,48 @@ std::string to_text(const FuzzCase& fuzz_case, const std::string& remarks) {
 }
 
 FuzzCase read_case(std::string_view text, const std::string& name) {
-    return Reader(text, name).read();
+    FuzzCase out;
+    ViewSpec& view = out.view;
+    view.width = view.height = 0;
+    Lines line(text, name);
+    const std::map<std::string, std::function<void()>> readers = {
+        {"size",
+         [&] {
+             view.width = line.count();
+             view.height = line.count();
+         }},
+        {"rays", [&] { view.rays = line.ray_kind(); }},
+        {"ao",
+         [&] {
+             view.ao_count = line.count();
+             view.ao_distance = line.number<double>();
+         }},
+        {"fov", [&] { view.fov = line.number<double>(); }},
+        {"up", [&] { view.up = line.point(); }},
+        {"eye", [&] { view.eye = line.point(); }},
+        {"target", [&] { view.target = line.point(); }},
+        {"light", [&] { view.light = line.point(); }},
+        {"frame", [&] { out.frame = line.number<double>(); }},
+        {"build-at", [&] { out.build_at = line.count(); }},
+        {"pose", [&] { out.poses.emplace_back(); }},
+        {"v",
+         [&] {
+             if (out.poses.empty()) line.fail("a vertex before the first pose");
+             out.poses.back().push_back(line.vertex());
+         }},
+        {"t",
+         [&] {
+             out.triangles.push_back(uvec3{line.count(), line.count(), line.count()});
+         }},
+        {"ray", [&] { out.rays.push_back(line.ray()); }},
+        {"questions", [&] { out.asks_questions = true; }},
+        {"point", [&] { out.points.push_back(line.vertex()); }}};
+    for (std::string key; line.next(key);) {
+        const auto reader = readers.find(key);
+        if (reader == readers.end()) line.fail(fmt::format("'{}' is not known", key));
+        reader->second();
+    }
+    return out;
 }
 
 FuzzCase read_case_file(const std::filesystem::path& path) {
