@@ -1,4 +1,4 @@
-#include "lab/accuracy/measure/measure.h"
+#include "lab/accuracy/measure.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -50,6 +50,23 @@ double VerdictCounts::wrong_per_million() const {
     return rays == 0 ? 0 : 1e6 * static_cast<double>(wrong()) / static_cast<double>(rays);
 }
 
+VerdictCounts VerdictCounts::operator+(const VerdictCounts& other) const {
+    VerdictCounts sum = *this;
+    for (std::size_t i = 0; i < kVerdictCount; ++i) sum.of[i] += other.of[i];
+    sum.rays += other.rays;
+    sum.worst_ulps = std::max(worst_ulps, other.worst_ulps);
+    return sum;
+}
+
+std::vector<std::string> verdict_cells(const VerdictCounts& counts) {
+    std::vector<std::string> cells;
+    for (const Verdict verdict :
+         {Verdict::kLeak, Verdict::kFalseMiss, Verdict::kFalseHit, Verdict::kWrongTriangle,
+          Verdict::kClose, Verdict::kDisplaced, Verdict::kBeside})
+        cells.push_back(std::to_string(counts[verdict]));
+    return cells;
+}
+
 Judge::Judge(const ChartScene& scene, const ChartSpace& space)
     : space_(&space),
       referee_(scene.topology, space.positions, space.bvh),
@@ -94,8 +111,7 @@ VerdictCounts Judge::count(std::span<const Ray> rays, std::span<const Truth> tru
             }
         }
         const std::lock_guard lock(mutex);
-        for (std::size_t i = 0; i < kVerdictCount; ++i) counts.of[i] += batch.of[i];
-        counts.worst_ulps = std::max(counts.worst_ulps, batch.worst_ulps);
+        counts = counts + batch;
     });
     return counts;
 }

@@ -12,6 +12,10 @@
 
 namespace mray::accuracy {
 
+/// The columns of wrong and of other answers that are not right, as verdict_cells() has them.
+inline const std::vector<std::string> kVerdictColumns = {
+    "leaks", "false misses", "false hits", "wrong triangles", "close", "displaced", "beside"};
+
 struct VerdictCounts {
     std::array<std::uint64_t, kVerdictCount> of{};
     std::uint64_t rays = 0;
@@ -23,7 +27,10 @@ struct VerdictCounts {
     }
     std::uint64_t wrong() const;
     double wrong_per_million() const;
+    VerdictCounts operator+(const VerdictCounts& other) const;
 };
+
+std::vector<std::string> verdict_cells(const VerdictCounts& counts);
 
 /// The exact answers to all rays of a scene in one of its spaces. The scene outlives it.
 class Judge {

@@ -1,9 +1,9 @@
-#include "lab/accuracy/measure/failure_scenes.h"
-
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
+
+#include "lab/accuracy/charts/charts.h"
 
 namespace mray::accuracy {
 namespace {
@@ -25,7 +25,7 @@ public:
         triangle(a, b, c);
         triangle(a, c, d);
     }
-    FailureScene finish(std::string name) {
+    ChartInput finish(std::string name) {
         scene_.name = std::move(name);
         scene_.topology.vertex_count = static_cast<std::uint32_t>(scene_.positions.size());
         scene_.topology.albedo.assign(scene_.topology.triangles.size(), kDefaultAlbedo);
@@ -33,7 +33,7 @@ public:
     }
 
 private:
-    FailureScene scene_;
+    ChartInput scene_;
 };
 
 class Random {
@@ -48,8 +48,8 @@ private:
 };
 
 /// A sphere of rings and sectors, closed, with two fans at its poles.
-FailureScene sphere(const std::string& name, double radius, const std::array<double, 3>& centre,
-                    std::uint32_t rings = 24, std::uint32_t sectors = 32) {
+ChartInput sphere(const std::string& name, double radius, const std::array<double, 3>& centre,
+                  std::uint32_t rings = 24, std::uint32_t sectors = 32) {
     Builder build;
     const auto at = [&](double polar, double around) {
         return build.vertex(centre[0] + radius * std::sin(polar) * std::cos(around),
@@ -74,7 +74,7 @@ FailureScene sphere(const std::string& name, double radius, const std::array<dou
     return build.finish(name);
 }
 
-FailureScene needles() {
+ChartInput needles() {
     Builder build;
     Random random(1);
     for (int i = 0; i < 400; ++i) {
@@ -93,7 +93,7 @@ FailureScene needles() {
 }
 
 /// A sheet cut into strips that get thinner, each half as wide as the last.
-FailureScene slivers() {
+ChartInput slivers() {
     Builder build;
     double x = -1;
     std::uint32_t below = build.vertex(x, -1, 0);
@@ -110,7 +110,7 @@ FailureScene slivers() {
 }
 
 /// Thin triangles around one vertex that all rays at it must hit.
-FailureScene fan() {
+ChartInput fan() {
     constexpr std::uint32_t kBlades = 2000;
     Builder build;
     const std::uint32_t middle = build.vertex(0.1, 0.2, 0.3);
@@ -124,7 +124,7 @@ FailureScene fan() {
 }
 
 /// A wavy sheet `copies` times in the same place, every second one turned around.
-FailureScene sheets(const std::string& name, std::uint32_t copies, double apart) {
+ChartInput sheets(const std::string& name, std::uint32_t copies, double apart) {
     constexpr std::uint32_t kCells = 24;
     Builder build;
     for (std::uint32_t copy = 0; copy < copies; ++copy) {
@@ -153,8 +153,8 @@ FailureScene sheets(const std::string& name, std::uint32_t copies, double apart)
 }
 
 /// A sphere of radius 1 on a ground of 1e6.
-FailureScene detail() {
-    FailureScene scene = sphere("detail 1 in 1e6", 1, {1000, 1, 1000});
+ChartInput detail() {
+    ChartInput scene = sphere("detail 1 in 1e6", 1, {1000, 1, 1000});
     const auto first = static_cast<std::uint32_t>(scene.positions.size());
     for (const auto& [x, z] : {std::pair(-5e5f, -5e5f), std::pair(5e5f, -5e5f),
                                std::pair(5e5f, 5e5f), std::pair(-5e5f, 5e5f)}) {
@@ -167,7 +167,7 @@ FailureScene detail() {
     return scene;
 }
 
-FailureScene soup() {
+ChartInput soup() {
     Builder build;
     Random random(2);
     const auto vertex = [&](double x, double y, double z) {
@@ -186,8 +186,8 @@ FailureScene soup() {
 
 }  // namespace
 
-std::vector<FailureScene> failure_scenes() {
-    std::vector<FailureScene> scenes;
+std::vector<ChartInput> failure_scenes() {
+    std::vector<ChartInput> scenes;
     scenes.push_back(sphere("sphere", 1, {0, 0, 0}));
     scenes.push_back(sphere("offset 1e3", 1, {1e3, 1e3, 1e3}));
     scenes.push_back(sphere("offset 1e5", 1, {1e5, 1e5, 1e5}));
