@@ -1,9 +1,7 @@
-#include "lab/bench/questions/question_work.h"
+#include "lab/bench/query_work.h"
 
 #include <algorithm>
-#include <cmath>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 #include <limits>
 
 #include "common/bvh/box.h"
@@ -130,13 +128,6 @@ std::vector<Ray> rays_up(std::span<const vec3> points) {
     for (const vec3& p : points)
         rays.push_back({p, 0, {0, 0, 1}, std::numeric_limits<float>::infinity()});
     return rays;
-}
-
-void DistanceDifference::add(float a, float b) {
-    if (a == b) return;
-    const double difference = std::abs(double{a} - double{b}) / (2 * double{kSceneExtent});
-    count += difference > kMostDifference;
-    largest = std::max(largest, difference);
 }
 
 }  // namespace mray::bench

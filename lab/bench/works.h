@@ -7,9 +7,9 @@
 
 #include "common/simd/simd_target.h"
 #include "lab/bench/bench_scene.h"
-#include "lab/bench/embree/embree_peers.h"
-#include "lab/bench/embree/embree_scene.h"
-#include "lab/bench/row.h"
+#include "lab/bench/embree/embree_peer.h"
+#include "lab/bench/ours.h"
+#include "lab/bench/report.h"
 #include "lab/bench/trace_work.h"
 
 namespace mray::bench {
@@ -27,10 +27,15 @@ struct Rig {
 };
 
 /// A row with the fields that all rows of a work have in common.
-Row row_of(const Rig& rig, const BenchScene& scene, const char* work);
-/// As above, with the rays of the work and the share of hits in `answers`.
-Row row_of(const Rig& rig, const BenchScene& scene, const TraceWork& work,
-           const TraceAnswers& answers);
+inline Row row_of(const Rig& rig, const BenchScene& scene, const std::string& work) {
+    Row row;
+    row.scene = scene.name;
+    row.triangles = scene.topology().triangles.size();
+    row.view = name_of(scene.view_kind);
+    row.work = work;
+    row.threads = rig.threads;
+    return row;
+}
 
 /// Traces a work with every suitable tracer, against each group of Embree's ways. The peer is the
 /// fastest of its group over Embree's trees and instruction sets: first a trial of all, then rounds
@@ -51,7 +56,7 @@ void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& prima
 /// nothing for a clip of one frame.
 void bench_frame(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
 
-/// Asks the public interface about all triangles, as many times as an image has pixels: closest
+/// Queries all triangles by the public interface, as many times as an image has pixels: closest
 /// points, against Embree's point queries and, if the build has it, CGAL's AABB_tree; the number of
 /// hits of camera rays and random rays, and which points are inside, against Embree's single rays
 /// whose filter counts and rejects each hit. Every peer is the fastest over Embree's instruction

@@ -1,4 +1,4 @@
-#include "lab/bench/questions/question_work.h"
+#include "lab/bench/query_work.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "common/interop/closest_rule.h"
-#include "lab/bench/questions/ericson.h"
 #include "tests/support/test_scene.h"
 
 namespace mray::bench {
@@ -30,7 +29,7 @@ float distance_from(const BenchScene& scene, vec3 p) {
     return std::sqrt(d2);
 }
 
-TEST(QuestionWork, PointsAreTheSameOnEachCallAndWhereTheyAreSaidToBe) {
+TEST(QueryWork, PointsAreTheSameOnEachCallAndWhereTheyAreSaidToBe) {
     const BenchScene scene = open("builtin:spikes:500");
     const std::vector<vec3> in_box = points_in_box(scene, 300);
     const std::vector<vec3> near = points_near_surface(scene, 300);
@@ -58,7 +57,7 @@ TEST(QuestionWork, PointsAreTheSameOnEachCallAndWhereTheyAreSaidToBe) {
     for (const vec3& p : near) EXPECT_LE(distance_from(scene, p), 0.0174f * longest);
 }
 
-TEST(QuestionWork, VerticesThatAreNotFiniteLeavePointsAndRaysFinite) {
+TEST(QueryWork, VerticesThatAreNotFiniteLeavePointsAndRaysFinite) {
     const BenchScene scene = open("builtin:soup");
     for (const vec3& p : points_near_surface(scene, 1000))
         EXPECT_TRUE(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
@@ -68,7 +67,7 @@ TEST(QuestionWork, VerticesThatAreNotFiniteLeavePointsAndRaysFinite) {
     }
 }
 
-TEST(QuestionWork, EricsonFindsTheDistancesOfTheRule) {
+TEST(QueryWork, EricsonFindsTheDistancesOfTheRule) {
     test::Random random(1);
     for (int i = 0; i < 10000; ++i) {
         const vec3 p = random.point();

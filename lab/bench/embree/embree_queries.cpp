@@ -1,4 +1,4 @@
-#include "lab/bench/embree/embree_questions.h"
+#include "lab/bench/embree/embree_peer.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -9,7 +9,6 @@
 #include <limits>
 
 #include "lab/bench/embree/embree_records.h"
-#include "lab/bench/questions/ericson.h"
 #include "lab/embree.h"
 
 namespace mray::bench {
@@ -53,8 +52,8 @@ void count_and_reject(const RTCFilterFunctionNArguments* args) {
 
 }  // namespace
 
-EmbreeQuestions::EmbreeQuestions(const EmbreeDevice& device, const EmbreeMesh& mesh, bool robust,
-                                 std::size_t most_rays)
+EmbreeQueries::EmbreeQueries(const EmbreeDevice& device, const EmbreeMesh& mesh, bool robust,
+                             std::size_t most_rays)
     : name_(fmt::format("{} (MEDIUM, {})", robust ? "robust" : "fast", device.isa())),
       group_(robust ? "robust" : "fast"),
       mesh_(&mesh),
@@ -68,8 +67,8 @@ EmbreeQuestions::EmbreeQuestions(const EmbreeDevice& device, const EmbreeMesh& m
     device.check("set a filter");
 }
 
-void EmbreeQuestions::find_closest(std::span<const vec3> points,
-                                   std::span<NearestPoint> nearest) const {
+void EmbreeQueries::find_closest(std::span<const vec3> points,
+                                 std::span<NearestPoint> nearest) const {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     tbb::parallel_for(Range(0, points.size(), kGrain), [&](const Range& range) {
         const FlushedDenormals flushed;
@@ -93,7 +92,7 @@ void EmbreeQuestions::find_closest(std::span<const vec3> points,
     });
 }
 
-void EmbreeQuestions::count(std::span<const Ray> rays, bool coherent) {
+void EmbreeQueries::count(std::span<const Ray> rays, bool coherent) {
     std::fill_n(counts_.begin(), rays.size(), 0);
     tbb::parallel_for(Range(0, rays.size(), kGrain), [&](const Range& range) {
         const FlushedDenormals flushed;

@@ -10,9 +10,8 @@
 #include "common/base/thread_arena.h"
 #include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
-#include "lab/bench/embree/embree_frame.h"
-#include "lab/bench/paper_2007/work_tracer.h"
-#include "lab/bench/works/works.h"
+#include "lab/bench/paper_2007/paper_2007.h"
+#include "lab/bench/works.h"
 
 namespace mray::bench {
 namespace {
@@ -44,20 +43,12 @@ Played play(const BenchScene& scene) {
 /// A way to bring a tree to a frame and to trace its image.
 class FrameMethod {
 public:
-    explicit FrameMethod(std::string name, std::string group)
-        : name_(std::move(name)), group_(std::move(group)) {}
     virtual ~FrameMethod() = default;
 
-    const std::string& name() const { return name_; }
-    const std::string& group() const { return group_; }
     /// Returns the milliseconds that it took.
     virtual double run(std::size_t frame) = 0;
     /// The hits of the last frame, row by row.
     virtual std::vector<Hit> hits() const = 0;
-
-private:
-    std::string name_;
-    std::string group_;
 };
 
 std::vector<Hit> hits_of(const Frame& frame) { return {frame.hits.begin(), frame.hits.end()}; }
@@ -65,8 +56,7 @@ std::vector<Hit> hits_of(const Frame& frame) { return {frame.hits.begin(), frame
 class OurFrames final : public FrameMethod {
 public:
     OurFrames(const Played& played, const SimdTarget& target, int threads)
-        : FrameMethod("Auto, image of packets", "ours"),
-          played_(played),
+        : played_(played),
           backend_(cpu::make_cpu_backend({.threads = threads, .simd = target.name})),
           updater_(played.topology(), played.poses.front(), *backend_, nullptr,
                    PolicySpec{.kind = PolicyKind::kAuto},
@@ -99,19 +89,12 @@ Frame empty_frame(const ImageParams& params) {
     return frame;
 }
 
-const char* name_of(EmbreeTree tree) {
-    if (tree == EmbreeTree::kRefitted) return "REFIT";
-    return tree == EmbreeTree::kLow ? "LOW" : "MEDIUM";
-}
-
 /// Its positions are written to the mesh before the time begins. Shades by our code.
 class EmbreeFrames final : public FrameMethod {
 public:
     EmbreeFrames(const Played& played, const EmbreeDevice& device, EmbreeTree tree,
                  const SimdTarget& target, ThreadArena& arena)
-        : FrameMethod(fmt::format("Embree {}, Intersect16 ({})", name_of(tree), device.isa()),
-                      fmt::format("Embree {}", name_of(tree))),
-          played_(played),
+        : played_(played),
           arena_(arena),
           mesh_(played.topology(), played.poses.front()),
           scene_(device, mesh_, tree),
@@ -143,8 +126,7 @@ class PaperFrames final : public FrameMethod {
 public:
     PaperFrames(const Played& played, const TraceWork& primary, const SimdTarget& target,
                 ThreadArena& arena)
-        : FrameMethod("paper-2007, refit", "paper-2007"),
-          played_(played),
+        : played_(played),
           primary_(primary),
           arena_(arena),
           tree_(paper_2007::build_sweep_tree(played.topology(), played.poses.front())),
@@ -217,60 +199,49 @@ Mismatches compare(const std::vector<Hit>& ours, const std::vector<Hit>& theirs)
     return mismatches;
 }
 
-/// Plays the clip by each method in turn, once to warm up and then `repeat` times. Returns
-/// samples[method][frame][round], in milliseconds.
-std::vector<std::vector<Samples>> time_frames(std::span<const std::unique_ptr<FrameMethod>> methods,
-                                              std::size_t frames, int repeat) {
-    std::vector<std::vector<Samples>> samples(methods.size(), std::vector<Samples>(frames));
-    for (int round = 0; round <= repeat; ++round) {
-        for (std::size_t m = 0; m < methods.size(); ++m) {
-            for (std::size_t frame = 0; frame < frames; ++frame) {
-                const double ms = methods[m]->run(frame);
-                if (round > 0) samples[m][frame].push_back(ms);
-            }
-        }
-    }
-    return samples;
-}
-
 }  // namespace
 
 void bench_frame(const Rig& rig, const BenchScene& scene, const TraceWork& primary) {
     const Played played = play(scene);
     if (played.poses.size() < 2) return;
     ThreadArena arena(rig.threads);
-    std::vector<std::unique_ptr<FrameMethod>> methods;
-    for (const SimdTarget& target : rig.targets)
-        methods.push_back(std::make_unique<OurFrames>(played, target, rig.threads));
-    const std::size_t ours = methods.size();
-    for (const EmbreeTree tree : {EmbreeTree::kRefitted, EmbreeTree::kLow, EmbreeTree::kMedium}) {
+    std::vector<std::unique_ptr<FrameMethod>> frames;
+    std::vector<Method> methods;
+    const auto add = [&](std::unique_ptr<FrameMethod> added, std::string name, std::string group) {
+        FrameMethod* const method = added.get();
+        frames.push_back(std::move(added));
+        methods.push_back({std::move(name),
+                           {},
+                           [method](std::size_t frame) { return method->run(frame); },
+                           std::move(group)});
+    };
+    for (const SimdTarget& target : rig.targets) {
+        add(std::make_unique<OurFrames>(played, target, rig.threads), "Auto, image of packets",
+            target.name);
+    }
+    const SimdTarget& best = rig.targets.front();
+    for (const auto& [tree, name] : {std::pair(EmbreeTree::kRefitted, "REFIT"),
+                                     {EmbreeTree::kLow, "LOW"},
+                                     {EmbreeTree::kMedium, "MEDIUM"}}) {
         for (const EmbreeDevice& device : rig.devices) {
-            methods.push_back(
-                std::make_unique<EmbreeFrames>(played, device, tree, rig.targets.front(), arena));
+            add(std::make_unique<EmbreeFrames>(played, device, tree, best, arena),
+                fmt::format("Embree {}, Intersect16 ({})", name, device.isa()), name);
         }
     }
-    methods.push_back(std::make_unique<PaperFrames>(played, primary, rig.targets.front(), arena));
-    const auto samples = time_frames(methods, played.poses.size(), rig.repeat);
-    std::vector<Times> times;
-    for (const std::vector<Samples>& of_frames : samples) times.push_back(times_of(of_frames));
-    for (std::size_t peer = ours; peer < methods.size(); ++peer) {
-        const auto is_faster = [&](std::size_t other) {
-            return methods[other]->group() == methods[peer]->group() &&
-                   times[other].median_ms < times[peer].median_ms;
-        };
-        bool is_fastest = true;
-        for (std::size_t other = ours; other < methods.size(); ++other)
-            is_fastest = is_fastest && !is_faster(other);
-        if (!is_fastest) continue;
-        for (std::size_t mine = 0; mine < ours; ++mine) {
+    add(std::make_unique<PaperFrames>(played, primary, best, arena), "paper-2007, refit",
+        "paper-2007");
+    const std::vector<Times> times = time_in_turn(methods, played.poses.size(), rig.repeat);
+    const std::size_t ours = rig.targets.size();
+    for (const std::size_t peer : fastest_of_groups(methods, times, 1)) {
+        for (std::size_t mine = 0; mine < ours && peer >= ours; ++mine) {
             Row row = row_of(rig, scene, "frame");
             row.rays = played.poses.size() * primary.active_count;
-            row.tracer = methods[mine]->name();
+            row.tracer = methods[mine].name;
             row.target = rig.targets[mine].name;
-            row.peer = methods[peer]->name();
-            const std::vector<Hit> hits = methods[mine]->hits();
+            row.peer = methods[peer].name;
+            const std::vector<Hit> hits = frames[mine]->hits();
             row.hit_share = share_of_hits(hits);
-            row.mismatches = compare(hits, methods[peer]->hits());
+            row.mismatches = compare(hits, frames[peer]->hits());
             set_times(row, times[mine], times[peer], Unit::kMs, 0);
             rig.report(row);
         }

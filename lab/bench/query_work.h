@@ -1,11 +1,39 @@
-// The closest point of a triangle, for peers that leave it to their callers.
+// The points and rays of queries about all triangles.
 #pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 #include <glm/geometric.hpp>
 
-#include "common/interop/platform.h"
+#include "common/interop/ray.h"
+#include "common/scene/mesh.h"
+#include "lab/bench/bench_scene.h"
 
 namespace mray::bench {
+
+/// The point of a scene that is closest to the point of a query, as peers store it.
+struct NearestPoint {
+    vec3 point;
+    float distance;
+    std::uint32_t prim_id;
+};
+
+/// Points in any order in the box of all finite vertices. The same on each call.
+std::vector<vec3> points_in_box(const BenchScene& scene, std::size_t count);
+/// Points in any order that are up to 1 % of the longest side of that box away, along each axis,
+/// from places that are spread over the triangles, as many on each. The same on each call.
+std::vector<vec3> points_near_surface(const BenchScene& scene, std::size_t count);
+
+/// The points along a Morton curve over their box, so that neighbours are near each other.
+std::vector<vec3> sorted_by_place(std::vector<vec3> points);
+
+/// Rays without an end from points_in_box() in directions of all kinds, in any order.
+std::vector<Ray> random_rays(const BenchScene& scene, std::size_t count);
+/// The half-lines from points along +z.
+std::vector<Ray> rays_up(std::span<const vec3> points);
 
 /// The point of the triangle a, b, c that is closest to p, in plain floats (C. Ericson. Real-Time
 /// Collision Detection, 2005, 5.1.5).

@@ -1,4 +1,4 @@
-// The tracers, refits and builders of morphray that are measured. New ones are added here only.
+// The tracers of morphray that are measured.
 #pragma once
 
 #include <functional>
@@ -8,7 +8,6 @@
 
 #include "common/base/aligned_vector.h"
 #include "common/bvh/bvh.h"
-#include "common/scene/mesh.h"
 #include "common/simd/simd_target.h"
 #include "lab/bench/trace_work.h"
 
@@ -52,22 +51,5 @@ OurTracer single_rays(const Bvh& bvh, const SimdTarget& target);
 
 /// The closest hits of a work by the scalar reference, in the calling thread's arena.
 AlignedVector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work);
-
-struct OurRefit {
-    std::string name;
-    std::string target;
-    /// In the calling thread's arena.
-    std::function<void(Bvh&, std::span<const vec3> positions)> refit;
-};
-
-std::vector<OurRefit> our_refits();
-
-struct OurBuild {
-    std::string name;
-    std::string target;
-    std::function<Bvh(const Topology&, std::span<const vec3> positions, int threads)> build;
-};
-
-std::vector<OurBuild> our_builds();
 
 }  // namespace mray::bench

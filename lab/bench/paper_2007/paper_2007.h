@@ -1,8 +1,10 @@
 // Based on: I. Wald, S. Boulos, P. Shirley. Ray tracing deformable scenes using dynamic bounding
 // volume hierarchies. ACM Transactions on Graphics 26(1). 2007.
 //
-// A binary tree by full sweeps. Changed: triangles are sorted once for each axis and then divided
-// stably, which gives the order of a sort for each node.
+// A binary tree by full sweeps, and the paper's traversal as it stands there, with vectors of 16
+// where it had 4. Changed: triangles are intersected by the planes through the common origin and
+// their edges, set up once a packet. Its rounding is its own, so hits differ from ours as rarely as
+// Embree's.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +13,7 @@
 
 #include "common/bvh/box.h"
 #include "common/scene/mesh.h"
+#include "lab/bench/trace_work.h"
 
 namespace mray::bench::paper_2007 {
 
@@ -44,5 +47,34 @@ Tree build_sweep_tree(const Topology& topology, std::span<const vec3> positions)
 /// Moves the triangles of a tree and fits its boxes (section 4), the leaves in the calling thread's
 /// arena and then the inner nodes one after the other. Finite positions of the tree's topology.
 void refit(Tree& tree, const Topology& topology, std::span<const vec3> positions);
+
+struct PacketRays;
+struct PacketAnswers;
+
+/// Keeps its packets made, as Embree's are; the tree and the work outlive it.
+class WorkTracer {
+public:
+    /// work: of primary or shadow rays.
+    WorkTracer(const Tree& tree, const TraceWork& work);
+    ~WorkTracer();
+
+    /// In the calling thread's arena.
+    void trace(const WorkPart& part);
+    void trace() { trace(work_->whole()); }
+    /// Those of the last trace.
+    TraceAnswers answers() const;
+
+private:
+    /// The packets of a tile.
+    struct Range {
+        std::size_t begin, end;
+    };
+
+    const Tree* tree_;
+    const TraceWork* work_;
+    std::vector<PacketRays> packets_;
+    std::vector<PacketAnswers> answers_;
+    std::vector<Range> ranges_;
+};
 
 }  // namespace mray::bench::paper_2007

@@ -2,10 +2,8 @@
 #include <optional>
 
 #include "common/base/thread_arena.h"
-#include "lab/bench/paper_2007/work_tracer.h"
-#include "lab/bench/peer.h"
-#include "lab/bench/works/ours.h"
-#include "lab/bench/works/works.h"
+#include "lab/bench/paper_2007/paper_2007.h"
+#include "lab/bench/works.h"
 
 namespace mray::bench {
 namespace {
@@ -28,9 +26,8 @@ struct Mine {
 std::vector<Mine> tracers_for(const std::vector<OurTracer>& tracers, const TraceWork& work) {
     std::vector<Mine> mine;
     for (const OurTracer& tracer : tracers) {
-        const auto& works = tracer.works;
-        if (std::find(works.begin(), works.end(), work.kind) == works.end()) continue;
-        mine.push_back({&tracer, TraceAnswers(work)});
+        if (std::ranges::count(tracer.works, work.kind) > 0)
+            mine.push_back({&tracer, TraceAnswers(work)});
     }
     return mine;
 }
@@ -46,7 +43,6 @@ public:
     Peer peer() {
         return {.name = "paper-2007",
                 .group = "paper-2007",
-                .one_ray = false,
                 .trace = [this](const WorkPart& part) { tracer_.trace(part); },
                 .answers = [this] { return tracer_.answers(); }};
     }
@@ -56,10 +52,16 @@ private:
     paper_2007::WorkTracer tracer_;
 };
 
-PartMethod method_of(const Peer& peer, ThreadArena& arena, std::span<const WorkPart> parts) {
-    return {peer.name, {}, [&peer, &arena, parts](std::size_t part) {
-                arena.execute([&] { peer.trace(parts[part]); });
-            }};
+std::vector<Method> methods_of(const std::vector<Peer>& peers, ThreadArena& arena,
+                               std::span<const WorkPart> parts) {
+    std::vector<Method> methods;
+    for (const Peer& peer : peers) {
+        const auto run = [&peer, &arena, parts](std::size_t part) {
+            return timed([&] { arena.execute([&] { peer.trace(parts[part]); }); });
+        };
+        methods.push_back({peer.name, {}, run, peer.group});
+    }
+    return methods;
 }
 
 /// The fastest peers of each group by a short trial.
@@ -67,11 +69,10 @@ std::vector<Peer> finalists_of(std::vector<Peer> peers, ThreadArena& arena,
                                std::span<const WorkPart> all_parts) {
     std::vector<WorkPart> parts;
     for (std::size_t i = 0; i < all_parts.size(); i += kTrialStride) parts.push_back(all_parts[i]);
-    std::vector<PartMethod> methods;
-    for (const Peer& peer : peers) methods.push_back(method_of(peer, arena, parts));
-    const std::vector<Times> times = time_parts(methods, parts.size(), kTrialRounds);
+    const std::vector<Method> methods = methods_of(peers, arena, parts);
+    const std::vector<Times> times = time_in_turn(methods, parts.size(), kTrialRounds);
     std::vector<Peer> finalists;
-    for (const std::size_t i : fastest_of_groups(peers, times, kFinalists))
+    for (const std::size_t i : fastest_of_groups(methods, times, kFinalists))
         finalists.push_back(std::move(peers[i]));
     return finalists;
 }
@@ -81,13 +82,6 @@ std::vector<Peer> finalists_of(std::vector<Peer> peers, ThreadArena& arena,
 bool comparable(const OurTracer& tracer, const Peer& peer) {
     return tracer.at_once == RaysAtOnce::kStream ||
            (tracer.at_once == RaysAtOnce::kOne) == peer.one_ray;
-}
-
-TraceAnswers answers_of(const Peer& peer, ThreadArena& arena, const TraceWork& work) {
-    return arena.execute([&] {
-        peer.trace(work.whole());
-        return peer.answers();
-    });
 }
 
 }  // namespace
@@ -105,30 +99,41 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& em
     if (work.kind == WorkKind::kPrimary || work.kind == WorkKind::kShadow)
         peers.push_back(paper.emplace(scene, work).peer());
 
-    std::vector<PartMethod> methods;
+    const std::vector<Method> theirs = methods_of(peers, arena, parts);
+    std::vector<Method> methods = theirs;
     for (Mine& m : mine) {
         methods.push_back({m.tracer->name, {}, [&](std::size_t part) {
-                               arena.execute(
-                                   [&] { m.tracer->trace_part(work, parts[part], m.answers); });
+                               return timed([&] {
+                                   arena.execute(
+                                       [&] { m.tracer->trace_part(work, parts[part], m.answers); });
+                               });
                            }});
     }
-    for (const Peer& peer : peers) methods.push_back(method_of(peer, arena, parts));
-    const std::vector<Times> times = time_parts(methods, parts.size(), rig.repeat);
-    const std::span<const Times> peer_times = std::span(times).subspan(mine.size());
+    const std::vector<Times> times = time_in_turn(methods, parts.size(), rig.repeat);
 
     for (Mine& m : mine) {
         if (m.tracer->in_image_order && !work.any_hit()) to_ray_order(work, m.answers.hits);
     }
-    for (const std::size_t best : fastest_of_groups(peers, peer_times, 1)) {
-        const TraceAnswers theirs = answers_of(peers[best], arena, work);
+    for (const std::size_t best :
+         fastest_of_groups(theirs, std::span(times).first(theirs.size()), 1)) {
+        const TraceAnswers answers = arena.execute([&] {
+            peers[best].trace(work.whole());
+            return peers[best].answers();
+        });
         for (std::size_t i = 0; i < mine.size(); ++i) {
             if (!comparable(*mine[i].tracer, peers[best])) continue;
-            Row row = row_of(rig, scene, work, theirs);
+            Row row = row_of(rig, scene, work.name());
+            row.rays = work.active_count;
+            if (row.rays != 0) {
+                row.hit_share =
+                    static_cast<double>(count_hits(work, answers)) / static_cast<double>(row.rays);
+            }
             row.tracer = mine[i].tracer->name;
             row.target = mine[i].tracer->target;
             row.peer = peers[best].name;
-            row.mismatches = compare_answers(work, mine[i].answers, theirs);
-            set_times(row, times[i], peer_times[best], Unit::kMrayPerSecond, work.active_count);
+            row.mismatches = compare_answers(work, mine[i].answers, answers);
+            set_times(row, times[theirs.size() + i], times[best], Unit::kMrayPerSecond,
+                      work.active_count);
             rig.report(row);
         }
     }

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "lab/bench/bench_scene.h"
-#include "lab/bench/questions/question_work.h"
+#include "lab/bench/query_work.h"
 
 namespace mray::bench {
 
@@ -24,6 +24,10 @@ public:
 
 /// Built, with the tree of vertices that gives it first guesses; null without the headers, and for
 /// a scene without triangles.
+#ifdef MORPHRAY_CGAL
 std::unique_ptr<CgalTree> make_cgal_tree(const BenchScene& scene);
+#else
+inline std::unique_ptr<CgalTree> make_cgal_tree(const BenchScene&) { return nullptr; }
+#endif
 
 }  // namespace mray::bench

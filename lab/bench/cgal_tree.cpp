@@ -1,4 +1,4 @@
-#include "lab/bench/cgal/cgal_tree.h"
+#include "lab/bench/cgal_tree.h"
 
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>

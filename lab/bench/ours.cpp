@@ -1,18 +1,15 @@
-#include "lab/bench/works/ours.h"
+#include "lab/bench/ours.h"
+
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <limits>
 #include <memory>
 
-#include "common/bvh/builder/bvh_builder.h"
 #include "cpu/image/image_tracer.h"
 #include "cpu/image/tile_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
-#include "cpu/refit/refit.h"
 #include "cpu/single_ray/single_ray_tracer.h"
-
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 namespace mray::bench {
 namespace {
@@ -106,18 +103,6 @@ AlignedVector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work) {
     TraceAnswers answers(work);
     reference(bvh).trace(work, answers);
     return std::move(answers.hits);
-}
-
-std::vector<OurRefit> our_refits() {
-    return {{"levels", best_simd_target().name,
-             [](Bvh& bvh, std::span<const vec3> positions) { cpu::refit(bvh, positions); }}};
-}
-
-std::vector<OurBuild> our_builds() {
-    return {{"binned", best_simd_target().name,
-             [](const Topology& topology, std::span<const vec3> positions, int threads) {
-                 return build_bvh(topology, positions, {.threads = threads});
-             }}};
 }
 
 }  // namespace mray::bench
