@@ -11,6 +11,16 @@
 
 namespace mray::embree {
 
+#if MORPHRAY_EMBREE == 3
+inline constexpr bool kHasStreams = true;
+using IntersectArguments = RTCIntersectContext;
+using OccludedArguments = RTCIntersectContext;
+#else
+inline constexpr bool kHasStreams = false;
+using IntersectArguments = RTCIntersectArguments;
+using OccludedArguments = RTCOccludedArguments;
+#endif
+
 /// Whether rays that are traced one after the other are alike, for which Embree has other ways.
 enum class Coherence { kCoherent, kIncoherent };
 
@@ -19,90 +29,60 @@ enum class Coherence { kCoherent, kIncoherent };
 /// by 0.
 class Query {
 public:
-    explicit Query(Coherence coherence);
+    explicit Query(Coherence coherence) {
+        const bool is_coherent = coherence == Coherence::kCoherent;
+#if MORPHRAY_EMBREE == 3
+        rtcInitIntersectContext(&intersect_);
+        intersect_.flags = is_coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
+                                       : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+        occluded_ = intersect_;
+#else
+        rtcInitIntersectArguments(&intersect_);
+        rtcInitOccludedArguments(&occluded_);
+        intersect_.flags = occluded_.flags =
+            is_coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
+#endif
+    }
 
-    void intersect1(RTCScene scene, RTCRayHit& ray);
+    void intersect1(RTCScene scene, RTCRayHit& ray) { call(rtcIntersect1, intersect_, ray, scene); }
     /// `function` is rtcIntersect4, rtcIntersect8 or rtcIntersect16.
     template <class Function, class Packet>
-    void intersect(Function& function, const int* valid, RTCScene scene, Packet& packet);
-
-    void occluded1(RTCScene scene, RTCRay& ray);
+    void intersect(Function& function, const int* valid, RTCScene scene, Packet& packet) {
+        call(function, intersect_, packet, valid, scene);
+    }
+    void occluded1(RTCScene scene, RTCRay& ray) { call(rtcOccluded1, occluded_, ray, scene); }
     /// `function` is rtcOccluded4, rtcOccluded8 or rtcOccluded16.
     template <class Function, class Packet>
-    void occluded(Function& function, const int* valid, RTCScene scene, Packet& packet);
+    void occluded(Function& function, const int* valid, RTCScene scene, Packet& packet) {
+        call(function, occluded_, packet, valid, scene);
+    }
 
     /// Single rays that lie one after the other; only if kHasStreams.
-    void intersect_stream(RTCScene scene, RTCRayHit* rays, std::size_t count);
-    void occluded_stream(RTCScene scene, RTCRay* rays, std::size_t count);
+    void stream([[maybe_unused]] RTCScene scene, [[maybe_unused]] RTCRayHit* rays,
+                [[maybe_unused]] std::size_t count) {
+#if MORPHRAY_EMBREE == 3
+        rtcIntersect1M(scene, &intersect_, rays, static_cast<unsigned int>(count), sizeof(*rays));
+#endif
+    }
+    void stream([[maybe_unused]] RTCScene scene, [[maybe_unused]] RTCRay* rays,
+                [[maybe_unused]] std::size_t count) {
+#if MORPHRAY_EMBREE == 3
+        rtcOccluded1M(scene, &occluded_, rays, static_cast<unsigned int>(count), sizeof(*rays));
+#endif
+    }
 
 private:
+    template <class Function, class Arguments, class Record, class... Leading>
+    static void call(Function& function, Arguments& arguments, Record& record, Leading... leading) {
 #if MORPHRAY_EMBREE == 3
-    RTCIntersectContext context_;
+        function(leading..., &arguments, &record);
 #else
-    RTCIntersectArguments intersect_;
-    RTCOccludedArguments occluded_;
+        function(leading..., &record, &arguments);
 #endif
+    }
+
+    IntersectArguments intersect_;
+    OccludedArguments occluded_;
 };
-
-#if MORPHRAY_EMBREE == 3
-
-inline constexpr bool kHasStreams = true;
-
-inline Query::Query(Coherence coherence) {
-    rtcInitIntersectContext(&context_);
-    context_.flags = coherence == Coherence::kCoherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
-                                                       : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-}
-
-inline void Query::intersect1(RTCScene scene, RTCRayHit& ray) {
-    rtcIntersect1(scene, &context_, &ray);
-}
-template <class Function, class Packet>
-void Query::intersect(Function& function, const int* valid, RTCScene scene, Packet& packet) {
-    function(valid, scene, &context_, &packet);
-}
-
-inline void Query::occluded1(RTCScene scene, RTCRay& ray) { rtcOccluded1(scene, &context_, &ray); }
-template <class Function, class Packet>
-void Query::occluded(Function& function, const int* valid, RTCScene scene, Packet& packet) {
-    function(valid, scene, &context_, &packet);
-}
-
-inline void Query::intersect_stream(RTCScene scene, RTCRayHit* rays, std::size_t count) {
-    rtcIntersect1M(scene, &context_, rays, static_cast<unsigned int>(count), sizeof(RTCRayHit));
-}
-inline void Query::occluded_stream(RTCScene scene, RTCRay* rays, std::size_t count) {
-    rtcOccluded1M(scene, &context_, rays, static_cast<unsigned int>(count), sizeof(RTCRay));
-}
-
-#else
-
-inline constexpr bool kHasStreams = false;
-
-inline Query::Query(Coherence coherence) {
-    const RTCRayQueryFlags flags = coherence == Coherence::kCoherent
-                                       ? RTC_RAY_QUERY_FLAG_COHERENT
-                                       : RTC_RAY_QUERY_FLAG_INCOHERENT;
-    rtcInitIntersectArguments(&intersect_);
-    intersect_.flags = flags;
-    rtcInitOccludedArguments(&occluded_);
-    occluded_.flags = flags;
-}
-
-inline void Query::intersect1(RTCScene scene, RTCRayHit& ray) {
-    rtcIntersect1(scene, &ray, &intersect_);
-}
-template <class Function, class Packet>
-void Query::intersect(Function& function, const int* valid, RTCScene scene, Packet& packet) {
-    function(valid, scene, &packet, &intersect_);
-}
-
-inline void Query::occluded1(RTCScene scene, RTCRay& ray) { rtcOccluded1(scene, &ray, &occluded_); }
-template <class Function, class Packet>
-void Query::occluded(Function& function, const int* valid, RTCScene scene, Packet& packet) {
-    function(valid, scene, &packet, &occluded_);
-}
-
-#endif
 
 }  // namespace mray::embree

@@ -88,14 +88,6 @@ morphray in its place.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-morphray)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS libvulkan1)
-set(scripts ${PROJECT_SOURCE_DIR}/cmake/package/python)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${scripts}/postinst ${scripts}/prerm)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "${about}
 This package has the module for Python 3.")
-
-# Copyright, changelogs and a bill of materials go into each package once it is staged.
-set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/cmake/package/debian_files.cmake)
-set(CPACK_MORPHRAY_SOURCE_DIR ${PROJECT_SOURCE_DIR})
-set(CPACK_MORPHRAY_BUILD_PACKAGES ${MORPHRAY_BUILD_PACKAGES})
 include(CPack)

@@ -143,18 +143,17 @@ void add_aimed_rays(ChartScene& scene, const SceneSpace& space, std::size_t coun
 
 }  // namespace
 
-ChartScene make_chart_scene(const std::string& name, const Topology& topology,
-                            std::span<const vec3> positions, const Placement& placement,
-                            std::uint32_t side, std::size_t aimed) {
+ChartScene make_chart_scene(const ChartInput& input, const Placement& placement, std::uint32_t side,
+                            std::size_t aimed) {
     ChartScene scene;
-    scene.name = name;
-    scene.topology = topology;
-    scene.world_space.positions = placed(positions, placement);
+    scene.name = input.name;
+    scene.topology = input.topology;
+    scene.world_space.positions = placed(input.positions, placement);
     const WorldBounds bounds = bounds_of(scene.world_space.positions);
     const SceneSpace space(bounds);
-    scene.scene_space.positions.resize(positions.size());
+    scene.scene_space.positions.resize(input.positions.size());
     space.to_scene(scene.world_space.positions, scene.scene_space.positions);
-    scene.scene_space.bvh = build_bvh(topology, scene.scene_space.positions);
+    scene.scene_space.bvh = build_bvh(scene.topology, scene.scene_space.positions);
     scene.world_space.bvh = tree_around(scene.scene_space.bvh, scene.world_space.positions);
     ViewSpec view;
     view.width = view.height = side;

@@ -31,6 +31,13 @@ struct ChartSpace {
     std::vector<Ray> aimed_rays;
 };
 
+/// One frame of a scene, in world space.
+struct ChartInput {
+    std::string name;
+    Topology topology;
+    std::vector<vec3> positions;
+};
+
 /// An offset along (1, 1, 1) in sizes of the scene, and a factor of its size.
 struct Placement {
     double offset = 0;
@@ -45,13 +52,11 @@ struct ChartScene {
     ChartSpace world_space;
 };
 
-/// Makes the scene from `positions` in world space, which are moved and scaled in double and
-/// rounded to float once. The image has side x side pixels (a multiple of kChartTileSide) from the
-/// default view with kChartFov; `aimed` is the number of aimed rays. Throws what the builder and
-/// the camera throw.
-ChartScene make_chart_scene(const std::string& name, const Topology& topology,
-                            std::span<const vec3> positions, const Placement& placement,
-                            std::uint32_t side, std::size_t aimed);
+/// Makes the scene of a frame, whose positions are moved and scaled in double and rounded to float
+/// once. The image has side x side pixels (a multiple of kChartTileSide) from the default view with
+/// kChartFov; `aimed` is the number of aimed rays. Throws what the builder and the camera throw.
+ChartScene make_chart_scene(const ChartInput& input, const Placement& placement, std::uint32_t side,
+                            std::size_t aimed);
 
 /// Field of view in degrees, narrow enough for most pixels to show the scene.
 inline constexpr double kChartFov = 20;

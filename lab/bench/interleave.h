@@ -7,24 +7,29 @@
 #include <string>
 #include <vector>
 
+#include "common/base/stopwatch.h"
 #include "common/report/spread.h"
 
 namespace mray::bench {
 
-/// One way to do the work. `prepare` is called before each run and not timed; it may be empty.
+/// One way to do a work, which may be cut into parts.
 struct Method {
     std::string name;
+    /// Called before each round and not timed; may be empty.
     std::function<void()> prepare;
-    std::function<void()> run;
+    /// Does a part and returns the milliseconds that it took.
+    std::function<double(std::size_t part)> run;
+    /// Of the methods of a group the fastest makes a row.
+    std::string group = {};
 };
 
-/// One way to do a work that is cut into parts. `prepare` is called before each round and not
-/// timed; it may be empty.
-struct PartMethod {
-    std::string name;
-    std::function<void()> prepare;
-    std::function<void(std::size_t part)> run;
-};
+/// Calls work(), and returns the milliseconds that it took.
+template <class Work>
+double timed(const Work& work) {
+    const Stopwatch watch;
+    work();
+    return watch.ms();
+}
 
 /// Milliseconds of a method's runs, in the order in which they were made.
 using Samples = std::vector<double>;
@@ -39,20 +44,19 @@ struct Times {
     Samples rounds;
 };
 
-/// The times of a work in one part.
-Times times_of(const Samples& samples);
 /// samples[part][round]; at least one part, and as many rounds in each, at least one.
 Times times_of(std::span<const Samples> parts);
 
 /// Runs each method once to warm up, then `repeat` rounds of all methods in turn, so that a
-/// disturbance that lasts longer than a run affects all methods. Returns the samples of each
-/// method.
-std::vector<Samples> time_interleaved(std::span<const Method> methods, int repeat);
+/// disturbance that lasts longer than a run affects all. Each method does all parts one after the
+/// other, since other methods in between would leave short parts cold caches. Methods take turns
+/// in coming first.
+std::vector<Times> time_in_turn(std::span<const Method> methods, std::size_t parts, int repeat);
 
-/// As above, for works in parts: each method does all parts one after the other, as it would do an
-/// image, because parts are so short that other methods in between would leave it cold caches. A
-/// disturbance spoils a few parts of a few rounds. Methods take turns in coming first.
-std::vector<Times> time_parts(std::span<const PartMethod> methods, std::size_t parts, int repeat);
+/// Returns the indices of the `count` methods of each group with the least times; groups are in
+/// the order of their first methods.
+std::vector<std::size_t> fastest_of_groups(std::span<const Method> methods,
+                                           std::span<const Times> times, std::size_t count);
 
 /// How many times as fast as the peer morphray is: the ratios of the medians and of the least
 /// times, and the smallest and largest ratio of a round.

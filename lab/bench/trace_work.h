@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <string>
@@ -86,6 +87,19 @@ struct TraceAnswers {
           occluded(work.any_hit() ? work.rays.size() : 0) {}
 };
 
+/// Another way to trace a work, which ours are compared with.
+struct Peer {
+    std::string name;
+    std::string group;
+    /// One ray a call: compared with ours that do so, and with streams.
+    bool one_ray = false;
+    /// Runs in the calling thread's arena.
+    std::function<void(const WorkPart&)> trace;
+    /// The answers of the last trace of each part. Peers may have records in common, which hold
+    /// those of the last one.
+    std::function<TraceAnswers()> answers;
+};
+
 /// The blocks of shadow rays of a tile, or a square.
 inline std::span<const cpu::SharedOriginRays> shadows_of(const TraceWork& work,
                                                          const TileRays& rays) {
@@ -96,6 +110,23 @@ inline std::span<const cpu::SharedOriginRays> shadows_of(const TraceWork& work,
 
 /// How many active rays hit something.
 std::size_t count_hits(const TraceWork& work, const TraceAnswers& answers);
+
+/// Counts of rays with different answers, by the first difference.
+struct Mismatches {
+    std::uint64_t hit = 0;      // hit or miss; occluded or not
+    std::uint64_t prim_id = 0;  // mostly ties at shared edges
+    std::uint64_t t = 0;        // by more than kMaxRelativeT
+
+    std::uint64_t total() const { return hit + prim_id + t; }
+};
+
+/// Both tracers compute in float, where the error of t is some ulp of the distance of the ray's
+/// origin; larger differences indicate an error.
+inline constexpr float kMaxRelativeT = 1e-4f;
+
+/// Compares the active rays of a work, whose tracers differ in their arithmetic.
+Mismatches compare_answers(const TraceWork& work, const TraceAnswers& a, const TraceAnswers& b);
+Mismatches compare_hits(const TraceWork& work, std::span<const Hit> a, std::span<const Hit> b);
 
 /// The offset of a tile's block from its corner; blocks come in Morton order.
 struct BlockOffset {

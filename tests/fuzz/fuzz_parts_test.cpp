@@ -7,11 +7,9 @@
 
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
-#include "tests/fuzz/case/case_text.h"
-#include "tests/fuzz/generate/dice.h"
-#include "tests/fuzz/generate/generator.h"
-#include "tests/fuzz/judge/referee.h"
-#include "tests/fuzz/shrink/shrinker.h"
+#include "tests/fuzz/generate/generate.h"
+#include "tests/fuzz/judge/judge.h"
+#include "tests/fuzz/shrinker.h"
 #include "tests/support/same_bits.h"
 
 namespace mray::fuzz {
@@ -41,8 +39,7 @@ TEST(CaseText, ReadsBackBitForBit) {
 }
 
 TEST(CaseText, NamesTheLineOfWhatItCannotRead) {
-    for (const char* text :
-         {"size 4 4\nsize 4", "cause x\nv 1 2 3", "# x\nfov 1x", "t 0 0 0\nw 1"}) {
+    for (const char* text : {"size 4 4\nsize 4", "# x\nv 1 2 3", "# x\nfov 1x", "t 0 0 0\nw 1"}) {
         try {
             read_case(text, "broken.txt");
             FAIL() << text;

@@ -22,7 +22,7 @@ set(may_see_library/examples library/include)
 set(may_see_scenes common/report common common/interop)
 set(may_see_lab)
 set(may_see_lab/accuracy lab common/report scenes cpu common common/interop)
-set(may_see_lab/bench lab library/include common/report scenes cpu gpu shaders common common/interop)
+set(may_see_lab/bench lab library/include common/report scenes cpu common common/interop)
 set(may_see_lab/proofs cpu common common/interop)
 set(may_see_app library/include common/report scenes cpu gpu common common/interop)
 # The program morphray-chart.
@@ -70,14 +70,14 @@ set(places
     "^benchmark/"               "^lab/bench/"
     "^embree[0-9]+/"            "^(lab/embree\\.h$|library/embree/|tests/library/embree/)"
     "^lab/embree\\.h$"         "^lab/(bench/embree|accuracy/methods)/"
-    "^CGAL/"                    "^(lab/bench|tests/lab)/cgal/"
+    "^CGAL/"                    "^lab/bench/cgal_tree\\.cpp$"
     "^pybind11/"                "^library/python/module/"
     "^gmp(xx)?\\.h$"            "^(common/scene/exact_crossing\\.cpp$|lab/accuracy/)"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
     # One source that reads JSON, and one header for writing it.
     "^nlohmann/"                "^(scenes/json/json_at\\.cpp$|app/report/json_parts\\.h$|tests/)"
     # The command lines of the program, of the benchmark and of the fuzzer.
-    "^CLI/"                     "^(app/cli/|lab/bench/(options|two_builds/compare_builds)\\.cpp$|tests/fuzz/run/options\\.cpp$)"
+    "^CLI/"                     "^(app/cli/|lab/bench/(options|two_builds/compare_builds)\\.cpp$|tests/fuzz/([a-z_]+/)?[a-z_]+_fuzz\\.cpp$)"
     "stb_image\\.h$"            "^$")
 # Included by one .cpp each.
 set(one_source_each tiny_obj_loader stb_image_write)

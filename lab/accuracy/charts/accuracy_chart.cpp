@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "lab/accuracy/charts/charts.h"
-#include "lab/accuracy/measure/measure.h"
+#include "lab/accuracy/measure.h"
 
 namespace mray::accuracy {
 namespace {
@@ -34,26 +34,30 @@ bool on_front(const Point& point, const std::vector<Point>& all, VerdictCounts P
 }
 
 Table table_of(const std::vector<Point>& points) {
-    Table table({"method", "family", "Mray/s", "camera rays", "camera wrong", "camera wrong/M",
-                 "camera front", "aimed rays", "aimed wrong", "aimed wrong/M", "aimed front",
-                 "leaks", "false misses", "false hits", "wrong triangles", "close", "displaced",
-                 "beside", "worst ulps"});
-    const auto both = [](const Point& p, Verdict verdict) {
-        return fmt::format("{}", p.camera[verdict] + p.aimed[verdict]);
-    };
+    std::vector<std::string> header = {"method",        "family",       "Mray/s",
+                                       "camera rays",   "camera wrong", "camera wrong/M",
+                                       "camera front",  "aimed rays",   "aimed wrong",
+                                       "aimed wrong/M", "aimed front"};
+    header.insert(header.end(), kVerdictColumns.begin(), kVerdictColumns.end());
+    header.emplace_back("worst ulps");
+    Table table(header);
     const auto yes = [](bool value) { return value ? "yes" : "no"; };
     for (const Point& p : points) {
-        table.add({p.name, name_of(p.family), fmt::format("{:.4g}", p.mrays),
-                   fmt::format("{}", p.camera.rays), fmt::format("{}", p.camera.wrong()),
-                   fmt::format("{:.4g}", p.camera.wrong_per_million()),
-                   yes(on_front(p, points, &Point::camera)), fmt::format("{}", p.aimed.rays),
-                   fmt::format("{}", p.aimed.wrong()),
-                   fmt::format("{:.4g}", p.aimed.wrong_per_million()),
-                   yes(on_front(p, points, &Point::aimed)), both(p, Verdict::kLeak),
-                   both(p, Verdict::kFalseMiss), both(p, Verdict::kFalseHit),
-                   both(p, Verdict::kWrongTriangle), both(p, Verdict::kClose),
-                   both(p, Verdict::kDisplaced), both(p, Verdict::kBeside),
-                   fmt::format("{:.3g}", std::max(p.camera.worst_ulps, p.aimed.worst_ulps))});
+        std::vector<std::string> row = {p.name,
+                                        name_of(p.family),
+                                        fmt::format("{:.4g}", p.mrays),
+                                        fmt::format("{}", p.camera.rays),
+                                        fmt::format("{}", p.camera.wrong()),
+                                        fmt::format("{:.4g}", p.camera.wrong_per_million()),
+                                        yes(on_front(p, points, &Point::camera)),
+                                        fmt::format("{}", p.aimed.rays),
+                                        fmt::format("{}", p.aimed.wrong()),
+                                        fmt::format("{:.4g}", p.aimed.wrong_per_million()),
+                                        yes(on_front(p, points, &Point::aimed))};
+        const VerdictCounts both = p.camera + p.aimed;
+        for (const std::string& cell : verdict_cells(both)) row.push_back(cell);
+        row.push_back(fmt::format("{:.3g}", both.worst_ulps));
+        table.add(row);
     }
     return table;
 }
@@ -79,8 +83,7 @@ std::size_t accuracy_steps() { return 4; }
 Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
                      const std::string& suffix) {
     const Effort& effort = context.effort;
-    const ChartScene scene = make_chart_scene(input.name, input.topology, input.positions, {},
-                                              effort.side, effort.aimed_rays);
+    const ChartScene scene = make_chart_scene(input, {}, effort.side, effort.aimed_rays);
     const std::vector<Method> methods = all_methods(scene, context.make_vulkan_backend);
     context.step();
     const Judge in_scene_space(scene, scene.scene_space);

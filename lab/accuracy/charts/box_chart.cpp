@@ -3,27 +3,20 @@
 #include <algorithm>
 
 #include "lab/accuracy/charts/charts.h"
-#include "lab/accuracy/measure/measure.h"
-#include "lab/accuracy/methods/quantised_nodes.h"
+#include "lab/accuracy/measure.h"
 
 namespace mray::accuracy {
 namespace {
 
 constexpr std::uint32_t kMostSide = 512;
 
-std::size_t node_bytes(const std::string& method) {
-    if (method.ends_with("16 bit")) return sizeof(QuantisedNode<std::uint16_t>);
-    return method.ends_with("8 bit") ? sizeof(QuantisedNode<std::uint8_t>) : sizeof(Node);
-}
-
 }  // namespace
 
 std::size_t box_steps() { return 2; }
 
 Chart box_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix) {
-    const ChartScene scene =
-        make_chart_scene(input.name, input.topology, input.positions, {},
-                         std::min(context.effort.side, kMostSide), context.effort.placed_rays);
+    const ChartScene scene = make_chart_scene(input, {}, std::min(context.effort.side, kMostSide),
+                                              context.effort.placed_rays);
     const Judge judge(scene, scene.scene_space);
     const std::vector<Method> methods = box_methods(scene);
     std::vector<Hit> hits(scene.scene_space.camera_rays.size());
@@ -33,8 +26,8 @@ Chart box_chart(const ChartContext& context, const ChartInput& input, const std:
     for (const Method& method : methods)
         runs.emplace_back([&] { trace_camera(method, scene, hits); });
     const std::vector<double> times = least_times(runs, context.effort.rounds, context.check);
-    Table table({"method", "row", "Mray/s", "bytes a node", "camera wrong", "aimed wrong", "leaks",
-                 "false misses", "wrong triangles", "not as over ours"});
+    Table table({"method", "row", "Mray/s", "camera wrong", "aimed wrong", "leaks", "false misses",
+                 "wrong triangles", "not as over ours"});
     std::vector<Hit> ours;
     for (std::size_t i = 0; i < methods.size(); ++i) {
         trace_camera(methods[i], scene, hits);
@@ -50,20 +43,18 @@ Chart box_chart(const ChartContext& context, const ChartInput& input, const std:
         }
         const VerdictCounts seen = judge.camera(hits);
         const VerdictCounts met = judge.aimed(aimed);
-        const auto both = [&](Verdict verdict) {
-            return fmt::format("{}", seen[verdict] + met[verdict]);
-        };
+        const auto both = [&](Verdict verdict) { return std::to_string((seen + met)[verdict]); };
         table.add({methods[i].name, fmt::format("{}", i),
                    fmt::format("{:.4g}", static_cast<double>(hits.size()) / (times[i] * 1e3)),
-                   fmt::format("{}", node_bytes(methods[i].name)), fmt::format("{}", seen.wrong()),
-                   fmt::format("{}", met.wrong()), both(Verdict::kLeak), both(Verdict::kFalseMiss),
-                   both(Verdict::kWrongTriangle), fmt::format("{}", different)});
+                   fmt::format("{}", seen.wrong()), fmt::format("{}", met.wrong()),
+                   both(Verdict::kLeak), both(Verdict::kFalseMiss), both(Verdict::kWrongTriangle),
+                   fmt::format("{}", different)});
     }
     context.step();
 
     const plot::Figure figure{
-        .title = fmt::format("Box tests and nodes: {}, {} triangles", input.name,
-                             input.topology.triangles.size()),
+        .title =
+            fmt::format("Box tests: {}, {} triangles", input.name, input.topology.triangles.size()),
         .footer = context.footer,
         .panel_height = 320,
         .panels = {{.kind = "bars",

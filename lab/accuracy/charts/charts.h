@@ -9,7 +9,6 @@
 #include "common/report/plot.h"
 #include "common/report/table.h"
 #include "lab/accuracy/chart_scene.h"
-#include "lab/accuracy/measure/failure_scenes.h"
 #include "lab/accuracy/methods/method.h"
 #include "scenes/scene_frames.h"
 
@@ -60,12 +59,10 @@ struct ChartContext {
     std::function<void()> check = [] {};
 };
 
-/// One frame of a scene, in world space.
-struct ChartInput {
-    std::string name;
-    Topology topology;
-    std::vector<vec3> positions;
-};
+/// The same small scenes in every run, on which intersection rules fail: a sphere, far from 0, tiny
+/// and huge; needles and slivers; a fan of thin triangles around one vertex; duplicate and coplanar
+/// triangles; details of 1 in an extent of 1e6; a soup.
+std::vector<ChartInput> failure_scenes();
 
 // The number of steps of each chart.
 std::size_t accuracy_steps();
@@ -81,7 +78,7 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
 /// rays.
 Chart placement_chart(const ChartContext& context, const ChartInput& input,
                       const std::string& suffix);
-/// Box tests and precisions of nodes: Mray/s, bytes and wrong answers.
+/// Box tests: Mray/s and wrong answers.
 Chart box_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
 /// Failure scenes against methods; `more` are added to the program's own scenes.
 Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more);

@@ -5,7 +5,7 @@
 
 #include "common/report/guarded_run.h"
 #include "lab/accuracy/charts/charts.h"
-#include "lab/accuracy/measure/measure.h"
+#include "lab/accuracy/measure.h"
 
 namespace mray::accuracy {
 namespace {
@@ -28,14 +28,9 @@ struct Cell {
     std::size_t column = 0;
     std::string scene;
     std::string method;
-    VerdictCounts camera;
-    VerdictCounts aimed;
+    VerdictCounts counts;
     RunEnd end = RunEnd::kDone;
     double mrays = 0;
-
-    std::uint64_t rays() const { return camera.rays + aimed.rays; }
-    std::uint64_t wrong() const { return camera.wrong() + aimed.wrong(); }
-    std::uint64_t operator[](Verdict verdict) const { return camera[verdict] + aimed[verdict]; }
 };
 
 const char* name_of(RunEnd end) {
@@ -71,15 +66,15 @@ void measure(const ChartContext& context, const Method& method, const ChartSpace
         kLimitS, context.check);
     if (cell.end != RunEnd::kDone) return;
     cell.mrays = static_cast<double>(rays) / (1e3 * time.as<double>(1)[0]);
-    cell.camera = judge.camera(hits.as<Hit>(pixels));
-    cell.aimed = judge.aimed(hits.as<Hit>(rays).subspan(pixels));
+    cell.counts =
+        judge.camera(hits.as<Hit>(pixels)) + judge.aimed(hits.as<Hit>(rays).subspan(pixels));
 }
 
 void add_cells(const ChartContext& context, const ChartInput& input, std::size_t row,
                std::vector<Cell>& cells) {
-    const ChartScene scene = make_chart_scene(
-        input.name, input.topology, input.positions, {},
-        std::max(kChartTileSide, context.effort.side / kLessSide), context.effort.placed_rays);
+    const ChartScene scene =
+        make_chart_scene(input, {}, std::max(kChartTileSide, context.effort.side / kLessSide),
+                         context.effort.placed_rays);
     const Judge in_scene_space(scene, scene.scene_space);
     const Judge in_world_space(scene, scene.world_space);
     std::size_t column = 0;
@@ -96,27 +91,21 @@ void add_cells(const ChartContext& context, const ChartInput& input, std::size_t
 }
 
 Table table_of(const std::vector<Cell>& cells) {
-    Table table({"scene", "method", "row", "column", "rays", "wrong", "wrong/M", "leaks",
-                 "false misses", "false hits", "wrong triangles", "close", "displaced", "beside",
-                 "worst ulps", "end", "Mray/s"});
+    std::vector<std::string> header = {"scene", "method", "row",    "column",
+                                       "rays",  "wrong",  "wrong/M"};
+    header.insert(header.end(), kVerdictColumns.begin(), kVerdictColumns.end());
+    header.insert(header.end(), {"worst ulps", "end", "Mray/s"});
+    Table table(header);
     for (const Cell& cell : cells) {
-        std::vector<std::string> text{
-            cell.scene,
-            cell.method,
-            fmt::format("{}", cell.row),
-            fmt::format("{}", cell.column),
-            fmt::format("{}", cell.rays()),
-            fmt::format("{}", cell.wrong()),
-            fmt::format("{:.4g}",
-                        1e6 * static_cast<double>(cell.wrong()) /
-                            static_cast<double>(std::max<std::uint64_t>(1, cell.rays())))};
-        for (const Verdict verdict :
-             {Verdict::kLeak, Verdict::kFalseMiss, Verdict::kFalseHit, Verdict::kWrongTriangle,
-              Verdict::kClose, Verdict::kDisplaced, Verdict::kBeside}) {
-            text.push_back(fmt::format("{}", cell[verdict]));
-        }
-        text.push_back(
-            fmt::format("{:.3g}", std::max(cell.camera.worst_ulps, cell.aimed.worst_ulps)));
+        std::vector<std::string> text{cell.scene,
+                                      cell.method,
+                                      std::to_string(cell.row),
+                                      std::to_string(cell.column),
+                                      std::to_string(cell.counts.rays),
+                                      std::to_string(cell.counts.wrong()),
+                                      fmt::format("{:.4g}", cell.counts.wrong_per_million())};
+        for (const std::string& count : verdict_cells(cell.counts)) text.push_back(count);
+        text.push_back(fmt::format("{:.3g}", cell.counts.worst_ulps));
         text.emplace_back(name_of(cell.end));
         text.push_back(fmt::format("{:.3g}", cell.mrays));
         table.add(text);
@@ -129,9 +118,7 @@ Table table_of(const std::vector<Cell>& cells) {
 std::size_t failure_steps() { return failure_scenes().size(); }
 
 Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more) {
-    std::vector<ChartInput> inputs;
-    for (FailureScene& scene : failure_scenes())
-        inputs.push_back({scene.name, std::move(scene.topology), std::move(scene.positions)});
+    std::vector<ChartInput> inputs = failure_scenes();
     inputs.insert(inputs.end(), more.begin(), more.end());
     std::vector<Cell> cells;
     for (std::size_t row = 0; row < inputs.size(); ++row)

@@ -4,7 +4,7 @@
 #include <tuple>
 
 #include "lab/accuracy/charts/charts.h"
-#include "lab/accuracy/measure/measure.h"
+#include "lab/accuracy/measure.h"
 
 namespace mray::accuracy {
 namespace {
@@ -32,8 +32,7 @@ void add_rows(const ChartContext& context, const ChartInput& input, const std::s
               double x, std::vector<Row>& rows) {
     const Placement placement{.offset = series == "offset" ? x : 0,
                               .scale = series == "scale" ? x : 1};
-    const ChartScene scene = make_chart_scene(input.name, input.topology, input.positions,
-                                              placement, kSide, context.effort.placed_rays);
+    const ChartScene scene = make_chart_scene(input, placement, kSide, context.effort.placed_rays);
     const Judge in_scene_space(scene, scene.scene_space);
     const Judge in_world_space(scene, scene.world_space);
     std::vector<Hit> hits(scene.scene_space.aimed_rays.size());
@@ -47,8 +46,9 @@ void add_rows(const ChartContext& context, const ChartInput& input, const std::s
 }
 
 Table table_of(const std::vector<Row>& rows) {
-    Table table({"method", "series", "x", "rays", "wrong", "wrong/M", "leaks", "false misses",
-                 "false hits", "wrong triangles", "close", "displaced", "beside"});
+    std::vector<std::string> header = {"method", "series", "x", "rays", "wrong", "wrong/M"};
+    header.insert(header.end(), kVerdictColumns.begin(), kVerdictColumns.end());
+    Table table(header);
     for (const Row& row : rows) {
         std::vector<std::string> cells{row.method,
                                        row.series,
@@ -56,11 +56,7 @@ Table table_of(const std::vector<Row>& rows) {
                                        fmt::format("{}", row.counts.rays),
                                        fmt::format("{}", row.counts.wrong()),
                                        fmt::format("{:.4g}", row.counts.wrong_per_million())};
-        for (const Verdict verdict :
-             {Verdict::kLeak, Verdict::kFalseMiss, Verdict::kFalseHit, Verdict::kWrongTriangle,
-              Verdict::kClose, Verdict::kDisplaced, Verdict::kBeside}) {
-            cells.push_back(fmt::format("{}", row.counts[verdict]));
-        }
+        for (const std::string& cell : verdict_cells(row.counts)) cells.push_back(cell);
         table.add(cells);
     }
     return table;

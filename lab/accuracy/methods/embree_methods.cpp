@@ -1,7 +1,8 @@
-// Embree, if it was found when the program was built.
+#include "lab/accuracy/methods/method.h"
+
+#ifdef MORPHRAY_EMBREE
 #include <memory>
 
-#include "lab/accuracy/methods/method.h"
 #include "lab/embree.h"
 
 namespace mray::accuracy {
@@ -84,3 +85,10 @@ std::vector<Method> embree_methods(const ChartScene& scene) {
 }
 
 }  // namespace mray::accuracy
+#else
+namespace mray::accuracy {
+
+std::vector<Method> embree_methods(const ChartScene&) { return {}; }
+
+}  // namespace mray::accuracy
+#endif

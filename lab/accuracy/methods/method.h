@@ -44,8 +44,8 @@ struct Method {
 /// multiply-add if the machine has it.
 std::vector<Method> rule_methods(const ChartScene& scene);
 
-/// Box tests and precisions of nodes, with the program's rule over the plain traversal: plain
-/// slabs; slabs padded by 2 ulp; the program's; boxes of 16 and of 8 bits.
+/// Box tests with the program's rule over the plain traversal: the program's; slabs padded by
+/// 2 ulp; plain slabs.
 std::vector<Method> box_methods(const ChartScene& scene);
 
 /// The tracers of the program: the scalar reference, single rays and packets of each SIMD target,

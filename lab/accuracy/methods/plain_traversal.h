@@ -66,10 +66,9 @@ private:
 
 /// Returns the nearest hit, of equal ones that with the smaller prim_id. Rule is constructed from a
 /// ray; rule.intersect(a, b, c, t, u, v) returns true with t in (0, infinity). Slabs has
-/// meets(node, slot, t_enter), and last_entry(t), beyond which no t_enter counts. Nodes have
-/// child[] like Node.
-template <class Rule, class Slabs, class Nodes>
-Hit trace_plainly(const Nodes& nodes, std::span<const Leaf> leaves, const Ray& ray) {
+/// meets(node, slot, t_enter), and last_entry(t), beyond which no t_enter counts.
+template <class Rule, class Slabs>
+Hit trace_plainly(const Bvh& bvh, const Ray& ray) {
     struct Entry {
         float t_enter;
         std::uint32_t child;
@@ -86,7 +85,7 @@ Hit trace_plainly(const Nodes& nodes, std::span<const Leaf> leaves, const Ray& r
         const float last = slabs.last_entry(best_t);
         if (entry.t_enter > last) continue;
         if ((entry.child & kLeafBit) == 0) {
-            const auto& node = nodes[entry.child];
+            const Node& node = bvh.nodes[entry.child];
             const std::size_t base = size;
             for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
                 float t_enter;
@@ -98,7 +97,7 @@ Hit trace_plainly(const Nodes& nodes, std::span<const Leaf> leaves, const Ray& r
             }
             continue;
         }
-        const Leaf& leaf = leaves[entry.child & ~kLeafBit];
+        const Leaf& leaf = bvh.leaves[entry.child & ~kLeafBit];
         const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
         for (std::uint32_t i = 0; i < count; ++i) {
             const auto position = [&](std::uint32_t which) {
@@ -119,7 +118,7 @@ Hit trace_plainly(const Nodes& nodes, std::span<const Leaf> leaves, const Ray& r
 template <class Rule, class Slabs>
 void trace_all_plainly(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {
     for (std::size_t i = 0; i < rays.size(); ++i)
-        hits[i] = trace_plainly<Rule, Slabs>(bvh.nodes, bvh.leaves, rays[i]);
+        hits[i] = trace_plainly<Rule, Slabs>(bvh, rays[i]);
 }
 
 }  // namespace mray::accuracy

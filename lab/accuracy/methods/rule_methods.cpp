@@ -60,4 +60,10 @@ std::vector<Method> rule_methods(const ChartScene& scene) {
     return methods;
 }
 
+std::vector<Method> box_methods(const ChartScene& scene) {
+    return {method("boxes: ours", scene, true, trace_all_plainly<OurRule, DilatedSlabs>),
+            method("boxes: 2 ulp", scene, true, trace_all_plainly<OurRule, PaddedSlabs>),
+            method("boxes: plain", scene, true, trace_all_plainly<OurRule, PlainSlabs>)};
+}
+
 }  // namespace mray::accuracy

@@ -6,10 +6,28 @@
 #include <span>
 #include <vector>
 
-#include "lab/accuracy/referee/candidate_search.h"
+#include "common/bvh/bvh.h"
+#include "common/scene/mesh.h"
 #include "lab/accuracy/referee/exact_triangle.h"
 
 namespace mray::accuracy {
+
+/// Tests the boxes of a tree in double, enlarged by far more than the rounding errors. Shares no
+/// code with the tracers. Takes trees in any space.
+class CandidateSearch {
+public:
+    /// The tree outlives the search; its boxes contain their triangles.
+    explicit CandidateSearch(const Bvh& bvh);
+
+    /// Triangles of the leaves whose boxes come within `margin` of the ray's line at t >= 0, in any
+    /// order. Replaces the content of `found`. Thread-safe.
+    void find(const Ray& ray, double margin, std::vector<std::uint32_t>& found) const;
+
+private:
+    const Bvh* bvh_;
+    /// By how much boxes are enlarged for rounding, from the largest coordinate.
+    double rounding_;
+};
 
 /// The exact answer: the smallest t, and of triangles with exactly the same t the smallest prim_id.
 struct Truth {

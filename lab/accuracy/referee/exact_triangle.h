@@ -1,12 +1,14 @@
 // Intersects one ray with one triangle in exact arithmetic over their floats.
 #pragma once
 
+#include <array>
 #include <memory>
-#include <optional>
 
-#include "lab/accuracy/referee/candidate_search.h"
+#include "common/interop/ray.h"
 
 namespace mray::accuracy {
+
+using Double3 = std::array<double, 3>;
 
 /// The intersection of a ray with a triangle in homogeneous form. With a, b, c the corners relative
 /// to the origin and d the direction,

@@ -148,11 +148,6 @@ void add_range(const Ray& ray, const Affine& t, std::vector<Affine>& halves) {
     if (std::isfinite(ray.tfar)) halves.push_back({-t.a, -t.b, ray.tfar - t.c});
 }
 
-double ulp_of(double t) {
-    const auto x = static_cast<float>(t);
-    return static_cast<double>(std::nextafter(x, INFINITY)) - x;
-}
-
 Double3 unit_cross(const Double3& a, const Double3& b) {
     Double3 c{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
     const double length = std::sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "lab/accuracy/referee/candidate_search.h"
+#include "lab/accuracy/referee/exact_referee.h"
 
 namespace mray::accuracy {
 

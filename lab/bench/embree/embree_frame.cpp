@@ -1,5 +1,5 @@
 // Compiled for the machine that builds it, so that rays are made and answers are stored in vectors.
-#include "lab/bench/embree/embree_frame.h"
+#include "lab/bench/embree/embree_peer.h"
 
 #include <tbb/parallel_for.h>
 

@@ -151,14 +151,4 @@ void call_embree(const int* mask, RTCScene scene, embree::Query& query, Record& 
     }
 }
 
-/// Traces single rays that lie one after the other as a stream, if Embree has streams.
-template <bool kAnyHit, class Record>
-void call_embree_stream(RTCScene scene, embree::Query& query, Record* records, std::size_t count) {
-    if constexpr (kAnyHit) {
-        query.occluded_stream(scene, records, count);
-    } else {
-        query.intersect_stream(scene, records, count);
-    }
-}
-
 }  // namespace mray::bench

@@ -1,4 +1,4 @@
-#include "lab/bench/embree/embree_scene.h"
+#include "lab/bench/embree/embree_peer.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 
 #include "common/base/errors.h"
 #include "common/bvh/box.h"
-#include "lab/bench/machine.h"
+#include "lab/bench/report.h"
 #include "lab/embree.h"
 
 namespace mray::bench {

@@ -1,9 +1,12 @@
 // Compiled for the machine that builds it, so that rays are made and answers are stored in vectors.
+#include <fmt/format.h>
+
 #include <array>
 #include <cstring>
+#include <memory>
 
+#include "lab/bench/embree/embree_peer.h"
 #include "lab/bench/embree/embree_records.h"
-#include "lab/bench/embree/embree_tracer.h"
 
 namespace mray::bench {
 namespace {
@@ -52,6 +55,18 @@ struct alignas(N == 1 ? 4 : 4 * N) HitBlock {
     float u[N];
     float v[N];
     std::uint32_t prim_id[N];
+};
+
+/// A way to trace a work, which outlives it, as does the scene.
+class EmbreeTracer {
+public:
+    virtual ~EmbreeTracer() = default;
+
+    /// Finds t, u, v and primID of closest hits, or what is occluded, in the calling thread's
+    /// arena.
+    virtual void trace(const EmbreeScene& scene, const WorkPart& part) = 0;
+    /// The answers of the last trace of each part.
+    virtual TraceAnswers answers() const = 0;
 };
 
 template <int N, bool kAnyHit>
@@ -152,7 +167,7 @@ public:
                 for (std::size_t count = 0; begin < end; begin += count) {
                     count = std::min(kMost, end - begin);
                     for (std::size_t i = 0; i < count; ++i) make(begin + i, records[i]);
-                    call_embree_stream<kAnyHit>(scene.handle(), query, records.data(), count);
+                    query.stream(scene.handle(), records.data(), count);
                     for (std::size_t i = 0; i < count; ++i) store(begin + i, records[i]);
                 }
             });
@@ -201,7 +216,14 @@ std::unique_ptr<EmbreeTracer> make_tracer(const TraceWork& work) {
     }
 }
 
-}  // namespace
+/// One of Embree's ways to trace a work.
+struct EmbreeWay {
+    /// "Intersect16"
+    std::string name;
+    /// One ray a call.
+    bool one_ray;
+    std::unique_ptr<EmbreeTracer> (*make)(const TraceWork&);
+};
 
 std::vector<EmbreeWay> embree_ways(WorkKind kind) {
     const bool any = kind == WorkKind::kShadow || kind == WorkKind::kAo;
@@ -215,6 +237,46 @@ std::vector<EmbreeWay> embree_ways(WorkKind kind) {
     ways.push_back({name + "8", false, make_tracer<8>});
     if (embree::kHasStreams) ways.push_back({name + "1M", false, make_tracer<kStream>});
     return ways;
+}
+
+}  // namespace
+
+EmbreeScenes::EmbreeScenes(std::span<const EmbreeDevice> devices, const BenchScene& scene)
+    : mesh_(scene.topology(), scene.positions) {
+    for (const EmbreeDevice& device : devices) {
+        const auto add = [&](EmbreeTree tree, const char* name) {
+            for (const bool robust : {false, true}) {
+                variants_.push_back({EmbreeScene(device, mesh_, tree, robust), robust,
+                                     fmt::format("{}, {}", name, device.isa())});
+            }
+        };
+        add(EmbreeTree::kMedium, "MEDIUM");
+        add(EmbreeTree::kHigh, "HIGH");
+    }
+}
+
+AlignedVector<Hit> embree_hits(const EmbreeScene& scene, const TraceWork& work) {
+    const std::unique_ptr<EmbreeTracer> tracer = make_tracer<1>(work);
+    tracer->trace(scene, work.whole());
+    return tracer->answers().hits;
+}
+
+std::vector<Peer> embree_peers(const EmbreeScenes& scenes, const TraceWork& work) {
+    std::vector<Peer> peers;
+    for (const EmbreeWay& way : embree_ways(work.kind)) {
+        const std::shared_ptr<EmbreeTracer> tracer = way.make(work);
+        for (const EmbreeScenes::Variant& variant : scenes.variants()) {
+            const EmbreeScene& scene = variant.scene;
+            peers.push_back(
+                {.name = fmt::format("Embree {} {} ({})", way.name,
+                                     variant.robust ? "robust" : "fast", variant.name),
+                 .group = fmt::format("embree {} {}", way.one_ray, variant.robust),
+                 .one_ray = way.one_ray,
+                 .trace = [tracer, &scene](const WorkPart& part) { tracer->trace(scene, part); },
+                 .answers = [tracer] { return tracer->answers(); }});
+        }
+    }
+    return peers;
 }
 
 }  // namespace mray::bench

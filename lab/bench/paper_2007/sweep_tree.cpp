@@ -1,14 +1,13 @@
-#include "lab/bench/paper_2007/sweep_tree.h"
-
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include <algorithm>
-#include <array>
 #include <limits>
-#include <numeric>
 
 #include <glm/common.hpp>
+
+#include "lab/bench/paper_2007/paper_2007.h"
 
 namespace mray::bench::paper_2007 {
 namespace {
@@ -28,7 +27,6 @@ class Builder {
 public:
     Builder(const Topology& topology, std::span<const vec3> positions)
         : topology_(topology), positions_(positions), boxes_(topology.triangles.size()) {
-        std::vector<std::uint32_t> ids;
         for (std::uint32_t id = 0; id < boxes_.size(); ++id) {
             const uvec3 t = topology.triangles[id];
             bool finite = true;
@@ -36,47 +34,45 @@ public:
                 finite = finite && is_finite_vertex(positions[t[i]]);
                 boxes_[id].extend(positions[t[i]]);
             }
-            if (finite) ids.push_back(id);
+            if (finite) ids_.push_back(id);
         }
-        for (int axis = 0; axis < 3; ++axis) {
-            order_[axis] = ids;
-            std::sort(order_[axis].begin(), order_[axis].end(),
-                      [&](std::uint32_t i, std::uint32_t j) {
-                          const float a = boxes_[i].lower[axis] + boxes_[i].upper[axis];
-                          const float b = boxes_[j].lower[axis] + boxes_[j].upper[axis];
-                          return a < b || (a == b && i < j);
-                      });
-        }
-        is_lower_.resize(boxes_.size());
-        lower_areas_.resize(ids.size());
-        moved_.resize(ids.size());
+        lower_areas_.resize(ids_.size());
     }
 
     Tree build() {
-        if (order_[0].empty()) return {};
-        tree_.nodes.reserve(2 * order_[0].size());
-        tree_.triangles.reserve(order_[0].size());
+        if (ids_.empty()) return {};
         tree_.nodes.emplace_back();
-        build(0, 0, order_[0].size(), 0);
+        build(0, 0, ids_.size(), 0);
         return std::move(tree_);
     }
 
 private:
     void build(std::uint32_t node, std::size_t begin, std::size_t end, int depth) {
         Box box;
-        for (std::size_t i = begin; i < end; ++i) box.extend(boxes_[order_[0][i]]);
+        for (std::size_t i = begin; i < end; ++i) box.extend(boxes_[ids_[i]]);
         const Split split = best_split(box, begin, end);
         const std::size_t count = end - begin;
         if (!(split.cost < kTriangleCost * static_cast<double>(count)) || depth == kMaxDepth) {
             set_node(node, box, add_triangles(begin, end), count, 0);
             return;
         }
-        divide(split, begin, end);
+        sort(begin, end, split.axis);
         const auto children = static_cast<std::uint32_t>(tree_.nodes.size());
         tree_.nodes.resize(children + 2);
         set_node(node, box, children, 0, split.axis);
         build(children, begin, begin + split.count, depth + 1);
         build(children + 1, begin + split.count, end, depth + 1);
+    }
+
+    /// By the middles of their boxes.
+    void sort(std::size_t begin, std::size_t end, int axis) {
+        const auto first = ids_.begin() + static_cast<std::ptrdiff_t>(begin);
+        tbb::parallel_sort(first, first + static_cast<std::ptrdiff_t>(end - begin),
+                           [&](std::uint32_t i, std::uint32_t j) {
+                               const float a = boxes_[i].lower[axis] + boxes_[i].upper[axis];
+                               const float b = boxes_[j].lower[axis] + boxes_[j].upper[axis];
+                               return a < b || (a == b && i < j);
+                           });
     }
 
     void set_node(std::uint32_t node, const Box& box, std::uint32_t first, std::size_t count,
@@ -93,15 +89,15 @@ private:
         Split best;
         const double area = half_area(box);
         for (int axis = 0; axis < 3; ++axis) {
-            const std::vector<std::uint32_t>& order = order_[axis];
+            sort(begin, end, axis);
             Box lower;
             for (std::size_t i = begin; i + 1 < end; ++i) {
-                lower.extend(boxes_[order[i]]);
+                lower.extend(boxes_[ids_[i]]);
                 lower_areas_[i] = half_area(lower);
             }
             Box upper;
             for (std::size_t i = end - 1; i > begin; --i) {
-                upper.extend(boxes_[order[i]]);
+                upper.extend(boxes_[ids_[i]]);
                 const double triangles = lower_areas_[i - 1] * static_cast<double>(i - begin) +
                                          half_area(upper) * static_cast<double>(end - i);
                 // Nothing can be parted in a box without area.
@@ -114,28 +110,11 @@ private:
         return best;
     }
 
-    /// The lower triangles of all axes first, in the orders that they have.
-    void divide(const Split& split, std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            is_lower_[order_[split.axis][i]] = i < begin + split.count;
-        }
-        for (std::vector<std::uint32_t>& order : order_) {
-            std::size_t lower = begin;
-            std::size_t upper = 0;
-            for (std::size_t i = begin; i < end; ++i) {
-                const std::uint32_t id = order[i];
-                (is_lower_[id] != 0 ? order[lower++] : moved_[upper++]) = id;
-            }
-            std::copy_n(moved_.begin(), upper, order.begin() + lower);
-        }
-    }
-
     std::uint32_t add_triangles(std::size_t begin, std::size_t end) {
         const auto first = static_cast<std::uint32_t>(tree_.triangles.size());
         for (std::size_t i = begin; i < end; ++i) {
-            const std::uint32_t id = order_[0][i];
-            const uvec3 t = topology_.triangles[id];
-            tree_.triangles.push_back({positions_[t.x], positions_[t.y], positions_[t.z], id});
+            const uvec3 t = topology_.triangles[ids_[i]];
+            tree_.triangles.push_back({positions_[t.x], positions_[t.y], positions_[t.z], ids_[i]});
         }
         return first;
     }
@@ -143,11 +122,8 @@ private:
     const Topology& topology_;
     std::span<const vec3> positions_;
     std::vector<Box> boxes_;
-    /// Ids of triangles by the middles of their boxes, for each axis.
-    std::array<std::vector<std::uint32_t>, 3> order_;
-    std::vector<std::uint8_t> is_lower_;
+    std::vector<std::uint32_t> ids_;
     std::vector<double> lower_areas_;
-    std::vector<std::uint32_t> moved_;
     Tree tree_;
 };
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <array>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -18,7 +17,7 @@
 #include "common/report/table.h"
 #include "common/simd/simd_target.h"
 #include "lab/bench/interleave.h"
-#include "lab/bench/machine.h"
+#include "lab/bench/report.h"
 #include "lab/bench/two_builds/build_functions.h"
 
 namespace mray::bench {
@@ -27,15 +26,13 @@ namespace {
 struct CompareOptions {
     /// The shared objects.
     std::string this_build, other_build;
+    /// Names of works, scenes and instruction sets are left to the builds.
     std::vector<std::string> scenes = {"builtin:spikes:70000", "builtin:cloth:180000",
                                        "builtin:herd:1000000", "builtin:hall"};
     std::vector<std::string> works = {"primary", "shadow", "diffuse", "ao", "one-ray"};
     std::vector<std::string> simd = {best_simd_target().name};
     int repeat = 7;
-    std::uint32_t flush_mib = 0;
     std::string csv;
-    /// The text that --help asks for, else empty.
-    std::string help;
 };
 
 void add_options(CLI::App& app, CompareOptions& options) {
@@ -52,68 +49,22 @@ void add_options(CLI::App& app, CompareOptions& options) {
     app.add_option("--repeat", options.repeat, "rounds after one to warm up")
         ->check(CLI::Range(1, 10000))
         ->capture_default_str();
-    app.add_option("--flush", options.flush_mib,
-                   "MiB that are written before each round, to empty the caches")
-        ->check(CLI::Range(0, 65536))
-        ->capture_default_str();
     app.add_option("--csv", options.csv, "the rows as comma-separated values");
 }
 
-/// Names of works, scenes and instruction sets are left to the builds.
-CompareOptions parse_compare_options(std::span<const std::string> arguments) {
-    CompareOptions options;
-    CLI::App app("Traces works of the benchmark by two builds in one process, in turn.",
-                 "morphray_compare_builds");
-    add_options(app, options);
-    try {
-        app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
-    } catch (const CLI::CallForHelp&) {
-        options.help = app.help();
-    } catch (const CLI::ParseError& error) {
-        throw Error(ErrorKind::kBadArgument, fmt::format("{}; see --help", error.what()));
-    }
-    return options;
-}
-
 constexpr const char* kTracers[] = {"packet", "stream", "single"};
-constexpr std::size_t kColumns = 11;
-using Line = std::array<std::string, kColumns>;
-const Line kHeader = {"scene", "work",          "tracer", "simd", "this",       "other",
-                      "ratio", "ratio_at_best", "min",    "max",  "differences"};
-
 /// Lines are shown as they are measured, so their widths are fixed.
-std::string line_text(const Line& line) {
-    return fmt::format(
-        "{:<24}  {:<7}  {:<6}  {:<6}  {:>8}  {:>8}  {:>6}  {:>13}  {:>6}  {:>6}  {:>11}\n", line[0],
-        line[1], line[2], line[3], line[4], line[5], line[6], line[7], line[8], line[9], line[10]);
-}
-
-/// A work that one build has opened.
-class OpenWork {
-public:
-    OpenWork(const BuildFunctions& build, BuiltWork* work)
-        : build_(&build), work_(work, build.close) {}
-
-    explicit operator bool() const { return work_ != nullptr; }
-    std::size_t rays() const { return build_->rays(work_.get()); }
-    std::size_t parts() const { return build_->parts(work_.get()); }
-    void trace_part(std::size_t part) const { build_->trace_part(work_.get(), part); }
-
-    struct Answers {
-        const unsigned char* bytes;
-        std::size_t size;
-        std::size_t count;
-    };
-    Answers answers() const {
-        Answers answers{};
-        answers.bytes = build_->answers(work_.get(), &answers.size, &answers.count);
-        return answers;
-    }
-
-private:
-    const BuildFunctions* build_;
-    std::unique_ptr<BuiltWork, void (*)(BuiltWork*)> work_;
+const Column kColumns[] = {
+    {"scene", 24, false}, {"work", 7, false}, {"tracer", 6, false}, {"simd", 6, false},
+    {"this", 8},          {"other", 8},       {"ratio", 6},         {"ratio_at_best", 13},
+    {"min", 6},           {"max", 6},         {"differences", 11},
 };
+
+std::vector<std::string> column_names() {
+    std::vector<std::string> names;
+    for (const Column& column : kColumns) names.push_back(column.name);
+    return names;
+}
 
 /// Loads a build. It stays loaded, because TBB's threads may run its code to the end of the
 /// process.
@@ -131,99 +82,77 @@ const BuildFunctions& load_build(const std::string& file) {
     return build;
 }
 
-OpenWork open_work(const BuildFunctions& build, const std::string& scene, const std::string& work,
-                   const std::string& tracer, const std::string& simd) {
-    std::array<char, 1024> error{};
-    OpenWork opened(build, build.open(scene.c_str(), work.c_str(), tracer.c_str(), simd.c_str(),
-                                      error.data(), error.size()));
-    if (error[0] != '\0') throw Error(ErrorKind::kBadArgument, error.data());
-    return opened;
-}
-
 /// How many answers differ in a bit. Works with different rays differ in all.
-std::uint64_t count_differences(const OpenWork& a, const OpenWork& b) {
-    const OpenWork::Answers x = a.answers();
-    const OpenWork::Answers y = b.answers();
-    if (x.size != y.size || x.count != y.count) return x.count;
+std::uint64_t count_differences(const BuiltWork& a, const BuiltWork& b) {
+    const std::vector<unsigned char> x = a.answers();
+    const std::vector<unsigned char> y = b.answers();
+    const std::size_t size = a.answer_size();
+    if (x.size() != y.size()) return x.size() / size;
     std::uint64_t count = 0;
-    for (std::size_t i = 0; i < x.count * x.size; i += x.size)
-        count += std::memcmp(x.bytes + i, y.bytes + i, x.size) != 0 ? 1 : 0;
+    for (std::size_t i = 0; i < x.size(); i += size)
+        count += std::memcmp(&x[i], &y[i], size) != 0 ? 1 : 0;
     return count;
 }
 
 class Comparison {
 public:
-    explicit Comparison(const CompareOptions& options)
-        : options_(options),
-          this_(load_build(options.this_build)),
-          other_(load_build(options.other_build)),
-          flushed_(std::size_t{options.flush_mib} << 20) {}
+    Comparison(const BuildFunctions& ours, const BuildFunctions& theirs, int repeat)
+        : this_(ours), other_(theirs), repeat_(repeat) {}
 
     void measure(const std::string& scene, const std::string& work, const std::string& tracer,
                  const std::string& simd) {
-        const OpenWork ours = open_work(this_, scene, work, tracer, simd);
-        const OpenWork theirs = open_work(other_, scene, work, tracer, simd);
+        const std::unique_ptr<BuiltWork> ours = this_.open(scene, work, tracer, simd);
+        const std::unique_ptr<BuiltWork> theirs = other_.open(scene, work, tracer, simd);
         if (!ours || !theirs) return;
-        const PartMethod methods[] = {method_of(ours), method_of(theirs)};
+        std::vector<Method> methods;
+        for (BuiltWork* const built : {ours.get(), theirs.get()}) {
+            methods.push_back({"", {}, [built](std::size_t part) {
+                                   return timed([&] { built->trace_part(part); });
+                               }});
+        }
         const std::vector<Times> times =
-            time_parts(methods, std::min(ours.parts(), theirs.parts()), options_.repeat);
-        const std::uint64_t differences = count_differences(ours, theirs);
+            time_in_turn(methods, std::min(ours->parts(), theirs->parts()), repeat_);
+        const std::uint64_t differences = count_differences(*ours, *theirs);
         all_differences_ += differences;
         const Ratio ratio = ratio_of(times[0], times[1]);
         const auto speed = [&](const Times& time) {
-            return fmt::format("{:.2f}", static_cast<double>(ours.rays()) / time.least_ms * 1e-3);
+            return fmt::format("{:.2f}", static_cast<double>(ours->rays()) / time.least_ms * 1e-3);
         };
         const auto text = [](double value) { return fmt::format("{:.3f}", value); };
-        const Line line = {scene,
-                           work,
-                           tracer,
-                           simd,
-                           speed(times[0]),
-                           speed(times[1]),
-                           text(ratio.median),
-                           text(ratio.least),
-                           text(ratio.min),
-                           text(ratio.max),
-                           std::to_string(differences)};
-        fmt::print("{}", line_text(line));
+        const std::vector<std::string> line = {scene,
+                                               work,
+                                               tracer,
+                                               simd,
+                                               speed(times[0]),
+                                               speed(times[1]),
+                                               text(ratio.median),
+                                               text(ratio.least),
+                                               text(ratio.min),
+                                               text(ratio.max),
+                                               std::to_string(differences)};
+        fmt::print("{}", row_text(kColumns, line));
         std::fflush(stdout);
-        table_.add({line.begin(), line.end()});
+        table_.add(line);
     }
 
-    std::string csv(std::span<const std::string> options) const {
-        return fmt::format("# {}, {}; this {}, other {}\n# ./lab/bench/builds OTHER {}\n{}",
-                           machine_name(), machine_isa(), this_.version, other_.version,
-                           shell_line(options), table_.csv());
-    }
+    std::string csv() const { return table_.csv(); }
     std::uint64_t all_differences() const { return all_differences_; }
 
 private:
-    PartMethod method_of(const OpenWork& work) {
-        return {"", [this] { flush(); }, [&work](std::size_t part) { work.trace_part(part); }};
-    }
-
-    void flush() {
-        for (std::size_t i = 0; i < flushed_.size(); i += 64) ++flushed_[i];
-    }
-
-    const CompareOptions& options_;
     const BuildFunctions& this_;
     const BuildFunctions& other_;
-    std::vector<unsigned char> flushed_;
-    Table table_{{kHeader.begin(), kHeader.end()}};
+    int repeat_;
+    Table table_{column_names()};
     std::uint64_t all_differences_ = 0;
 };
 
 /// Returns 1 if an answer differs, else 0.
-int run(std::span<const std::string> arguments) {
-    const CompareOptions options = parse_compare_options(arguments);
-    if (!options.help.empty()) {
-        fmt::print("{}", options.help);
-        return 0;
-    }
+int run(const CompareOptions& options, std::span<const std::string> arguments) {
     if (!options.csv.empty()) check_writable(options.csv);
-    Comparison comparison(options);
-    fmt::print("Mray/s at best; ratio above 1: this build is faster\n{}", line_text(kHeader));
+    const BuildFunctions& ours = load_build(options.this_build);
+    const BuildFunctions& theirs = load_build(options.other_build);
+    Comparison comparison(ours, theirs, options.repeat);
+    fmt::print("Mray/s at best; ratio above 1: this build is faster\n{}", header_text(kColumns));
     for (const std::string& scene : options.scenes) {
         for (const std::string& work : options.works) {
             for (const char* const tracer : kTracers) {
@@ -234,7 +163,10 @@ int run(std::span<const std::string> arguments) {
     }
     if (!options.csv.empty()) {
         // lab/bench/builds puts the shared objects first.
-        write_file(options.csv, comparison.csv(arguments.subspan(2)));
+        write_file(options.csv,
+                   fmt::format("# {}, {}; this {}, other {}\n# ./lab/bench/builds OTHER {}\n{}",
+                               machine_name(), machine_isa(), ours.version, theirs.version,
+                               shell_line(arguments.subspan(2)), comparison.csv()));
     }
     return comparison.all_differences() == 0 ? 0 : 1;
 }
@@ -243,8 +175,17 @@ int run(std::span<const std::string> arguments) {
 }  // namespace mray::bench
 
 int main(int argc, char** argv) {
+    mray::bench::CompareOptions options;
+    CLI::App app("Traces works of the benchmark by two builds in one process, in turn.",
+                 "morphray_compare_builds");
+    add_options(app, options);
     try {
-        return mray::bench::run(std::vector<std::string>(argv + 1, argv + argc));
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? 0 : 2;
+    }
+    try {
+        return mray::bench::run(options, std::vector<std::string>(argv + 1, argv + argc));
     } catch (const std::exception& error) {
         fmt::print(stderr, "morphray_compare_builds: {}\n", error.what());
         return 2;

@@ -1,4 +1,4 @@
-#include "tests/fuzz/generate/points.h"
+#include "tests/fuzz/generate/generate.h"
 
 #include <cmath>
 #include <limits>

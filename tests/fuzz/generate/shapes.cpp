@@ -1,4 +1,4 @@
-#include "tests/fuzz/generate/shapes.h"
+#include "tests/fuzz/generate/generate.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,10 +1,9 @@
-#include "tests/fuzz/generate/views.h"
+#include "tests/fuzz/generate/generate.h"
 
 #include <algorithm>
 #include <limits>
 
 #include "common/image/frame.h"
-#include "tests/fuzz/case/fuzz_case.h"
 
 namespace mray::fuzz {
 namespace {

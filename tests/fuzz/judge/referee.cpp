@@ -1,11 +1,8 @@
-#include "tests/fuzz/judge/referee.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -13,7 +10,7 @@
 #include "common/interop/arithmetic.h"
 #include "common/ray_queries.h"
 #include "common/scene_queries.h"
-#include "tests/fuzz/judge/world_check.h"
+#include "tests/fuzz/judge/judge.h"
 #include "tests/support/backend_results.h"
 #include "tests/support/same_bits.h"
 
@@ -62,38 +59,28 @@ std::vector<std::uint8_t> any_hits(const RayQueries& queries, std::span<const Ra
     return occluded;
 }
 
-/// The rays for which `differs(i)`, if any.
+/// The rays for which `differs(i)`.
 template <class Differs>
-std::optional<Finding> find_difference(Asked asked, std::span<const std::size_t> indices,
-                                       std::span<const Hit> expected, std::span<const Hit> actual,
-                                       Differs differs) {
+std::vector<AnswerDifference> find_differences(Asked asked, std::span<const std::size_t> indices,
+                                               Differs differs) {
     AnswerDifferences found;
     for (std::size_t i = 0; i < indices.size(); ++i)
-        if (differs(i)) found.add(asked, indices[i], hit_text(expected[i]), hit_text(actual[i]));
-    if (found.all().empty()) return {};
-    Finding finding;
-    finding.answer = found.all().front();
-    return finding;
+        if (differs(i)) found.add(asked, indices[i]);
+    return found.all();
 }
 
 }  // namespace
 
 std::string describe(const Finding& finding) {
-    std::string text = finding.variant->name() + ": ";
-    if (!finding.is_image()) {
-        const AnswerDifference& a = finding.answer;
-        const char* const thing = finding.is_about_points() ? "point" : "ray";
-        return text + fmt::format("{} of {} {}s differ; {} {}\n  reference {}\n  found     {}",
-                                  name_of(a.asked), a.count, thing, thing, a.index, a.expected,
-                                  a.actual);
+    const std::string text = finding.variant->name() + ": ";
+    if (finding.is_image()) {
+        const PixelDifference& p = finding.image.first.front();
+        return text + fmt::format("{}; pixel {},{}", describe(finding.image), p.x, p.y);
     }
-    const PixelDifference& p = finding.image.first.front();
-    return text + fmt::format(
-                      "{}; pixel {},{}\n"
-                      "  reference {} occluded {} colour 0x{:08x}\n"
-                      "  found     {} occluded {} colour 0x{:08x}",
-                      describe(finding.image), p.x, p.y, hit_text(p.expected), p.expected_occlusion,
-                      p.expected_pixel, hit_text(p.actual), p.actual_occlusion, p.actual_pixel);
+    const AnswerDifference& a = finding.answer;
+    const char* const thing = finding.is_about_points() ? "point" : "ray";
+    return text + fmt::format("{} of {} {}s differ; {} {}", name_of(a.asked), a.count, thing, thing,
+                              a.index);
 }
 
 void Referee::load(std::unique_ptr<FuzzScene> scene, std::span<const Variant> variants) {
@@ -177,24 +164,21 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
     std::vector<Hit> actual(rays.size());
     reference_.trace_rays(rays, expected);
     std::vector<Finding> findings;
-    const auto add = [&](const Variant& variant, std::optional<Finding> finding) {
-        if (!finding) return;
-        finding->variant = &variant;
-        findings.push_back(*finding);
+    const auto add = [&](const Variant& variant, const std::vector<AnswerDifference>& differences) {
+        for (const AnswerDifference& difference : differences)
+            findings.push_back({&variant, {}, difference});
     };
     for (const Variant& variant : variants_) {
         prepare(variant);
         variant.backend->trace_rays(rays, actual);
         tally.rays += rays.size();
-        add(variant,
-            find_difference(Asked::kClosestHits, indices, expected, actual, [&](std::size_t i) {
+        add(variant, find_differences(Asked::kClosestHits, indices, [&](std::size_t i) {
                 return !test::same_bits(expected[i], actual[i]);
             }));
         const RayQueries* const queries = variant.backend->queries();
         if (queries == nullptr) continue;
         const std::vector<std::uint8_t> occluded = any_hits(*queries, rays);
-        add(variant,
-            find_difference(Asked::kAnyHits, indices, expected, actual, [&](std::size_t i) {
+        add(variant, find_differences(Asked::kAnyHits, indices, [&](std::size_t i) {
                 return (occluded[i] != 0) != (expected[i].prim_id != kNoPrim);
             }));
     }
@@ -202,8 +186,8 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
 }
 
 std::vector<Finding> Referee::compare_questions(const FuzzCase& fuzz_case, Tally& tally) {
-    const CaseQuestions questions(*scene_, fuzz_case, reference_.scene_queries());
-    tally.questions += questions.size();
+    const CaseQueries queries(*scene_, fuzz_case, reference_.scene_queries());
+    tally.questions += queries.size();
     std::vector<Finding> findings;
     const auto add = [&](const Variant& variant, const std::vector<AnswerDifference>& differences) {
         for (const AnswerDifference& difference : differences)
@@ -211,7 +195,7 @@ std::vector<Finding> Referee::compare_questions(const FuzzCase& fuzz_case, Tally
     };
     for (const Variant& variant : variants_) {
         prepare(variant);
-        add(variant, questions.compare(variant.backend->scene_queries()));
+        add(variant, queries.compare(variant.backend->scene_queries()));
     }
     add(world_, check_world(fuzz_case));
     return findings;

@@ -1,10 +1,9 @@
-#include "tests/fuzz/judge/variants.h"
-
 #include <fmt/format.h>
 
 #include "common/base/errors.h"
 #include "common/simd/simd_target.h"
 #include "cpu/cpu_backend.h"
+#include "tests/fuzz/judge/judge.h"
 #ifdef MORPHRAY_HAS_VULKAN
 #include "gpu/shared_device.h"
 #endif
@@ -22,15 +21,8 @@ std::vector<std::string> simd_names() {
 }  // namespace
 
 const char* name_of(TreeKind tree) {
-    switch (tree) {
-        case TreeKind::kRefitted:
-            return "refitted";
-        case TreeKind::kRebuilt:
-            return "rebuilt";
-        case TreeKind::kAuto:
-            break;
-    }
-    return "auto";
+    if (tree == TreeKind::kAuto) return "auto";
+    return tree == TreeKind::kRebuilt ? "rebuilt" : "refitted";
 }
 
 std::string Variant::name() const { return fmt::format("{}, {} tree", tracer, name_of(tree)); }

@@ -1,7 +1,3 @@
-#include "tests/fuzz/judge/world_check.h"
-
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -9,8 +5,8 @@
 #include <optional>
 
 #include "common/scene/exact_crossing.h"
-#include "common/text/number_text.h"
 #include "morphray/morphray.hpp"
+#include "tests/fuzz/judge/judge.h"
 
 namespace mray::fuzz {
 namespace {
@@ -67,11 +63,6 @@ struct PointAnswer {
     float distance = 0;
     ClosestPoint closest;
 
-    std::string text() const {
-        return fmt::format("winding {}, nonzero {}, odd {}, {} from the surface; triangle {} at {}",
-                           winding, is_nonzero, is_odd, hex_text(distance), closest.prim_id,
-                           hex_text(closest.distance));
-    }
     bool operator==(const PointAnswer& other) const {
         return winding == other.winding && is_nonzero == other.is_nonzero &&
                is_odd == other.is_odd && closest == other.closest &&
@@ -97,29 +88,22 @@ std::vector<PointAnswer> point_answers(const Scene& scene, std::span<const Vec3>
     return answers;
 }
 
-/// Why an answer cannot be right; empty if it may be.
-std::string fault_of(const PointAnswer& answer, const Vec3& point,
-                     const std::optional<ExactWinding>& exact) {
+/// Whether an answer may be right.
+bool is_sound(const PointAnswer& answer, const Vec3& point,
+              const std::optional<ExactWinding>& exact) {
     if (!is_finite(point)) {
-        const bool is_none = answer.winding == 0 && !answer.is_nonzero && !answer.is_odd &&
-                             std::isnan(answer.distance) && !answer.closest;
-        return is_none ? "" : "none, and NaN from the surface";
+        return answer.winding == 0 && !answer.is_nonzero && !answer.is_odd &&
+               std::isnan(answer.distance) && !answer.closest;
     }
     if (exact) {
-        if (answer.winding != exact->winding) return fmt::format("winding {}", exact->winding);
-        for (const FillRule rule : {FillRule::nonzero, FillRule::odd}) {
-            const bool is_inside = rule == FillRule::odd ? answer.is_odd : answer.is_nonzero;
-            if (is_inside != exact->is_inside(rule))
-                return exact->is_on_surface ? "inside, since on the surface" : "another side";
-        }
-        if (exact->is_on_surface) return answer.distance == 0 ? "" : "no distance on the surface";
+        if (answer.winding != exact->winding || answer.is_odd != exact->is_inside(FillRule::odd) ||
+            answer.is_nonzero != exact->is_inside(FillRule::nonzero))
+            return false;
+        if (exact->is_on_surface) return answer.distance == 0;
     }
-    if (answer.is_nonzero != std::signbit(answer.distance) && answer.distance != 0)
-        return "the sign of inside";
+    if (answer.is_nonzero != std::signbit(answer.distance) && answer.distance != 0) return false;
     const bool is_zero_on_surface = !exact && answer.distance == 0;
-    if (std::abs(answer.distance) != answer.closest.distance && !is_zero_on_surface)
-        return "the distance of the closest point";
-    return "";
+    return std::abs(answer.distance) == answer.closest.distance || is_zero_on_surface;
 }
 
 class WorldCheck {
@@ -176,11 +160,10 @@ private:
             std::optional<ExactWinding> exact;
             if (i < exact_points && is_near(points_[i]))
                 exact.emplace(points_[i], fuzz_case_.triangles, vertices_);
-            const std::string fault = fault_of(answers[i], points_[i], exact);
-            if (!fault.empty()) {
-                differences_.add(Asked::kWindings, i, fault, answers[i].text());
+            if (!is_sound(answers[i], points_[i], exact)) {
+                differences_.add(Asked::kWindings, i);
             } else if (!(answers[i] == expected[i])) {
-                differences_.add(Asked::kClosestPoints, i, expected[i].text(), answers[i].text());
+                differences_.add(Asked::kClosestPoints, i);
             }
         }
         check_reaches(scene, answers);
@@ -196,11 +179,7 @@ private:
             for (std::size_t i = 0; i < points_.size(); ++i) {
                 const ClosestPoint& all = answers[i].closest;
                 const ClosestPoint expected = all.distance <= reach ? all : ClosestPoint{};
-                if (found[i] == expected) continue;
-                differences_.add(
-                    Asked::kClosestPoints, i,
-                    fmt::format("triangle {} within {}", expected.prim_id, hex_text(reach)),
-                    fmt::format("triangle {}", found[i].prim_id));
+                if (!(found[i] == expected)) differences_.add(Asked::kClosestPoints, i);
             }
         }
     }
@@ -224,13 +203,13 @@ private:
             for (std::size_t i = 0; i < rays.size(); ++i) {
                 const auto hits = all.of_ray(i);
                 if (!std::ranges::equal(hits, expected.of_ray(i)))
-                    add(Asked::kAllHits, i, expected.of_ray(i).size(), hits.size());
-                if (counts[i] != hits.size()) add(Asked::kHitCounts, i, hits.size(), counts[i]);
+                    differences_.add(Asked::kAllHits, i);
+                if (counts[i] != hits.size()) differences_.add(Asked::kHitCounts, i);
                 const std::size_t listed = one.of_ray(i).size();
                 if (listed != std::min<std::size_t>(1, hits.size()) ||
                     listed + one.left_out[i] != hits.size() ||
                     (listed == 1 && !(one.of_ray(i)[0] == hits[0])))
-                    add(Asked::kAllHits, i, hits.size(), listed + one.left_out[i]);
+                    differences_.add(Asked::kAllHits, i);
                 check_steps(scene, rays[i], i, crossing, hits);
             }
         }
@@ -241,18 +220,14 @@ private:
                      morphray::Crossing crossing, std::span<const morphray::Hit> hits) {
         if (hits.empty()) return;
         if (crossing == morphray::Crossing::each && !(scene.intersect(ray) == hits[0]))
-            add(Asked::kClosestHits, i, 0, 1);
+            differences_.add(Asked::kClosestHits, i);
         constexpr std::size_t kSteps = 8;
         for (std::size_t k = 0; k < std::min(kSteps, hits.size()); ++k) {
             const morphray::Hit next = scene.intersect(ray, hits[k], crossing);
             const bool is_last = k + 1 == hits.size();
-            if (is_last ? bool{next} : !(next == hits[k + 1])) add(Asked::kNextHits, i, k + 1, k);
+            if (is_last ? bool{next} : !(next == hits[k + 1]))
+                differences_.add(Asked::kNextHits, i);
         }
-    }
-
-    void add(Asked asked, std::size_t i, std::uint64_t expected, std::uint64_t actual) {
-        differences_.add(asked, i, fmt::format("hit {} of the interface", expected),
-                         fmt::format("hit {}", actual));
     }
 
     const FuzzCase& fuzz_case_;

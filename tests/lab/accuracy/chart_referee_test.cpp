@@ -6,7 +6,7 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
-#include "lab/accuracy/measure/failure_scenes.h"
+#include "lab/accuracy/charts/charts.h"
 #include "lab/accuracy/referee/exact_referee.h"
 #include "lab/accuracy/referee/parallel_view.h"
 #include "tests/support/oracle.h"
@@ -253,7 +253,7 @@ void expect_never_wrong(const TestScene& scene, const std::string& name, std::si
 }
 
 TEST(HitRule, IsNeverWrongOnFailureScenes) {
-    for (const accuracy::FailureScene& one : accuracy::failure_scenes()) {
+    for (const accuracy::ChartInput& one : accuracy::failure_scenes()) {
         // From far away one ulp of t is larger than the detail's triangles
         // (docs/guide/crosscheck.md).
         if (one.name == "detail 1 in 1e6") continue;

@@ -7,13 +7,10 @@
 #include <thread>
 
 #include "common/base/errors.h"
-#include "common/bvh/builder/bvh_builder.h"
 #include "lab/accuracy/charts/charts.h"
-#include "lab/accuracy/measure/measure.h"
-#include "lab/accuracy/methods/quantised_nodes.h"
+#include "lab/accuracy/measure.h"
 #include "scenes/procedural/procedural.h"
 #include "tests/app/program.h"
-#include "tests/support/test_scene.h"
 
 namespace mray::test {
 namespace {
@@ -58,20 +55,19 @@ TEST(Chart, TakesAsManyStepsAsAnnounced) {
     EXPECT_GT(rows_of(accuracy::placement_chart(placement.context, cloth(), "").table), 11u);
     EXPECT_EQ(placement.steps, accuracy::placement_steps(kLittle));
     Counted boxes;
-    EXPECT_EQ(rows_of(accuracy::box_chart(boxes.context, cloth(), "").table), 5u);
+    EXPECT_EQ(rows_of(accuracy::box_chart(boxes.context, cloth(), "").table), 3u);
     EXPECT_EQ(boxes.steps, accuracy::box_steps());
     Counted failures;
     const std::size_t scenes = accuracy::failure_steps();
     // Embree adds methods if it is installed.
     EXPECT_GE(rows_of(accuracy::failure_chart(failures.context, {cloth()}).table),
-              12 * (scenes + 1));
+              10 * (scenes + 1));
     EXPECT_EQ(failures.steps, scenes + 1);
 }
 
 TEST(Chart, FindsNoWrongAnswerOfTheProgramsTracersOnACloth) {
     const accuracy::ChartInput input = cloth();
-    const accuracy::ChartScene scene =
-        accuracy::make_chart_scene(input.name, input.topology, input.positions, {}, 64, 3000);
+    const accuracy::ChartScene scene = accuracy::make_chart_scene(input, {}, 64, 3000);
     const accuracy::Judge judge(scene, scene.scene_space);
     std::vector<Hit> camera(scene.scene_space.camera_rays.size());
     std::vector<Hit> aimed(scene.scene_space.aimed_rays.size());
@@ -85,8 +81,7 @@ TEST(Chart, FindsNoWrongAnswerOfTheProgramsTracersOnACloth) {
 
 TEST(Chart, TracesTheSameRaysInBothSpaces) {
     const accuracy::ChartInput input = cloth();
-    const accuracy::ChartScene scene = accuracy::make_chart_scene(
-        input.name, input.topology, input.positions, {.offset = 1e3}, 64, 500);
+    const accuracy::ChartScene scene = accuracy::make_chart_scene(input, {.offset = 1e3}, 64, 500);
     ASSERT_EQ(scene.scene_space.aimed_rays.size(), scene.world_space.aimed_rays.size());
     const accuracy::ExactReferee ours(scene.topology, scene.scene_space.positions,
                                       scene.scene_space.bvh);
@@ -108,27 +103,6 @@ TEST(Chart, IsDrawnFromItsTable) {
         for (const plot::Panel& panel : chart.figure.panels) {
             for (const std::string& column : {panel.x, panel.series, panel.least, panel.ring})
                 EXPECT_NE(chart.table.csv().find(column), std::string::npos) << column;
-        }
-    }
-}
-
-TEST(QuantisedNode, ContainsTheOriginalBoxes) {
-    for (const NamedScene& named : adversarial_scenes()) {
-        const Bvh bvh = build_bvh(named.scene.topology(), named.scene.positions());
-        for (const Node& node : bvh.nodes) {
-            const auto coarse = accuracy::quantised<std::uint8_t>(node);
-            const auto fine = accuracy::quantised<std::uint16_t>(node);
-            for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
-                const Box box = slot_box(node, slot);
-                if (box.empty()) continue;
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    const int a = static_cast<int>(axis);
-                    EXPECT_LE(coarse.plane(axis, coarse.lower[axis][slot]), box.lower[a]);
-                    EXPECT_GE(coarse.plane(axis, coarse.upper[axis][slot]), box.upper[a]);
-                    EXPECT_LE(fine.plane(axis, fine.lower[axis][slot]), box.lower[a]);
-                    EXPECT_GE(fine.plane(axis, fine.upper[axis][slot]), box.upper[a]);
-                }
-            }
         }
     }
 }

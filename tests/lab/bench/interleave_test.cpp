@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "lab/bench/peer.h"
-
 namespace mray::bench {
 namespace {
 
@@ -16,37 +14,40 @@ TEST(TimesOf, SumsMediansAndLeastTimesOfTheParts) {
 }
 
 TEST(RatioOf, IsAboveOneWhereThePeerTakesLonger) {
-    const Ratio ratio = ratio_of(times_of(Samples{1, 2, 4}), times_of(Samples{6, 6, 4}));
+    const Samples ours[] = {{1, 2, 4}};
+    const Samples peer[] = {{6, 6, 4}};
+    const Ratio ratio = ratio_of(times_of(ours), times_of(peer));
     EXPECT_EQ(ratio.median, 3);
     EXPECT_EQ(ratio.least, 4);
     EXPECT_EQ(ratio.min, 1);
     EXPECT_EQ(ratio.max, 6);
 }
 
-TEST(TimeParts, RunsEveryMethodOnceMoreThanTimedAndPreparesBeforeEachRound) {
+TEST(TimeInTurn, RunsEveryMethodOnceMoreThanTimedAndPreparesBeforeEachRound) {
     constexpr std::size_t kParts = 3;
     constexpr int kRepeat = 2;
     int prepared = 0;
     std::vector<int> runs(kParts);
     int others = 0;
-    const PartMethod methods[] = {{"a", [&] { ++prepared; }, [&](std::size_t i) { ++runs[i]; }},
-                                  {"b", {}, [&](std::size_t) { ++others; }}};
-    const std::vector<Times> times = time_parts(methods, kParts, kRepeat);
+    const Method methods[] = {{"a", [&] { ++prepared; }, [&](std::size_t i) { return ++runs[i]; }},
+                              {"b", {}, [&](std::size_t) { return ++others; }}};
+    const std::vector<Times> times = time_in_turn(methods, kParts, kRepeat);
     EXPECT_EQ(prepared, kRepeat + 1);
     EXPECT_EQ(runs, (std::vector<int>(kParts, kRepeat + 1)));
     EXPECT_EQ(others, static_cast<int>(kParts) * (kRepeat + 1));
     ASSERT_EQ(times.size(), 2u);
-    EXPECT_EQ(times[0].rounds.size(), std::size_t{kRepeat});
+    // The runs after the first return 2 and 3 for each part.
+    EXPECT_EQ(times[0].rounds, (Samples{6, 9}));
 }
 
 TEST(FastestOfGroups, TakesTheLeastTimesOfEachGroup) {
-    std::vector<Peer> peers(5);
-    for (std::size_t i = 0; i < peers.size(); ++i) peers[i].group = i % 2 == 0 ? "even" : "odd";
+    std::vector<Method> methods(5);
+    for (std::size_t i = 0; i < methods.size(); ++i) methods[i].group = i % 2 == 0 ? "even" : "odd";
     std::vector<Times> times(5);
     const double least[] = {3, 7, 1, 5, 2};
     for (std::size_t i = 0; i < times.size(); ++i) times[i].least_ms = least[i];
-    EXPECT_EQ(fastest_of_groups(peers, times, 1), (std::vector<std::size_t>{2, 3}));
-    EXPECT_EQ(fastest_of_groups(peers, times, 2), (std::vector<std::size_t>{2, 4, 3, 1}));
+    EXPECT_EQ(fastest_of_groups(methods, times, 1), (std::vector<std::size_t>{2, 3}));
+    EXPECT_EQ(fastest_of_groups(methods, times, 2), (std::vector<std::size_t>{2, 4, 3, 1}));
 }
 
 }  // namespace

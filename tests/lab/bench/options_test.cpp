@@ -20,7 +20,7 @@ std::string refusal_of(const std::vector<std::string>& arguments) {
 }
 
 TEST(ParseOptions, AddsScenesToTheBuiltInOnes) {
-    const std::size_t built_in = BenchOptions().scenes.size();
+    const std::size_t built_in = parse({}).scenes.size();
     EXPECT_EQ(parse({"a.obj"}).scenes.size(), built_in + 1);
     EXPECT_EQ(parse({"a.obj", "--only", "b.obj"}).scenes,
               (std::vector<std::string>{"a.obj", "b.obj"}));
@@ -31,7 +31,6 @@ TEST(ParseOptions, ReadsLists) {
     EXPECT_EQ(parse({"--threads", "1,3"}).threads, (std::vector<int>{1, 3}));
     EXPECT_EQ(parse({"--work", "ao,build"}).works, (std::vector<std::string>{"ao", "build"}));
     EXPECT_EQ(parse({"--ao-samples", "2,8"}).ao_samples, (std::vector<std::uint32_t>{2, 8}));
-    EXPECT_EQ(parse({"--ao-samples", "3,8"}).view.ao_count, 3u);
     EXPECT_EQ(parse({"--view", "whole"}).view_kind, ViewKind::kWhole);
 }
 

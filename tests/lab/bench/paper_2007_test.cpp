@@ -3,8 +3,7 @@
 
 #include <vector>
 
-#include "lab/bench/compare_answers.h"
-#include "lab/bench/paper_2007/work_tracer.h"
+#include "lab/bench/paper_2007/paper_2007.h"
 #include "tests/lab/bench/star_works.h"
 
 namespace mray::bench {

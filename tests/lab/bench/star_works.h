@@ -5,8 +5,8 @@
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
+#include "lab/bench/ours.h"
 #include "lab/bench/trace_work.h"
-#include "lab/bench/works/ours.h"
 #include "tests/support/test_scene.h"
 
 namespace mray::bench {

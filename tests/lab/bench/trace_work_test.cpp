@@ -7,7 +7,6 @@
 #include <set>
 #include <tuple>
 
-#include "lab/bench/compare_answers.h"
 #include "tests/lab/bench/star_works.h"
 
 namespace mray::bench {

@@ -1,0 +1,163 @@
+#include "lab/accuracy/measure.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "common/base/errors.h"
+#include "common/base/stopwatch.h"
+
+namespace mray::accuracy {
+namespace {
+
+// One ray in this many is tested against all triangles; fewer in large scenes.
+constexpr std::size_t kFullSearchStep = 1009;
+constexpr std::size_t kFullSearchTriangles = 100'000'000;
+
+/// Calls visit(begin, end) for tiles of rays, in parallel.
+template <class Visit>
+void for_each_batch(std::size_t count, Visit visit) {
+    tbb::parallel_for(std::size_t{0}, (count + kChartTile - 1) / kChartTile, [&](std::size_t i) {
+        visit(i * kChartTile, std::min(count, (i + 1) * kChartTile));
+    });
+}
+
+void trace_rays(const Method& method, std::span<const Ray> rays, std::span<Hit> hits) {
+    if (method.alone) {
+        method.trace(rays, hits);
+        return;
+    }
+    for_each_batch(rays.size(), [&](std::size_t begin, std::size_t end) {
+        method.trace(rays.subspan(begin, end - begin), hits.subspan(begin, end - begin));
+    });
+}
+
+}  // namespace
+
+std::uint64_t VerdictCounts::wrong() const {
+    std::uint64_t sum = 0;
+    for (std::size_t i = 0; i < kVerdictCount; ++i) {
+        if (is_wrong(static_cast<Verdict>(i))) sum += of[i];
+    }
+    return sum;
+}
+
+double VerdictCounts::wrong_per_million() const {
+    return rays == 0 ? 0 : 1e6 * static_cast<double>(wrong()) / static_cast<double>(rays);
+}
+
+VerdictCounts VerdictCounts::operator+(const VerdictCounts& other) const {
+    VerdictCounts sum = *this;
+    for (std::size_t i = 0; i < kVerdictCount; ++i) sum.of[i] += other.of[i];
+    sum.rays += other.rays;
+    sum.worst_ulps = std::max(worst_ulps, other.worst_ulps);
+    return sum;
+}
+
+std::vector<std::string> verdict_cells(const VerdictCounts& counts) {
+    std::vector<std::string> cells;
+    for (const Verdict verdict :
+         {Verdict::kLeak, Verdict::kFalseMiss, Verdict::kFalseHit, Verdict::kWrongTriangle,
+          Verdict::kClose, Verdict::kDisplaced, Verdict::kBeside})
+        cells.push_back(std::to_string(counts[verdict]));
+    return cells;
+}
+
+Judge::Judge(const ChartScene& scene, const ChartSpace& space)
+    : space_(&space),
+      referee_(scene.topology, space.positions, space.bvh),
+      camera_(truths_of(space.camera_rays)),
+      aimed_(truths_of(space.aimed_rays)) {
+    const std::size_t triangles = std::max<std::size_t>(1, scene.topology.triangles.size());
+    const std::size_t step =
+        std::max(kFullSearchStep, camera_.size() * triangles / kFullSearchTriangles);
+    for_each_batch(camera_.size(), [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            if (i % step != 0 || referee_.closest_of_all(space.camera_rays[i]) == camera_[i])
+                continue;
+            throw Error(ErrorKind::kInternal,
+                        fmt::format("chart: the referee's search loses triangles of {}; please "
+                                    "report it",
+                                    scene.name));
+        }
+    });
+}
+
+std::vector<Truth> Judge::truths_of(std::span<const Ray> rays) const {
+    std::vector<Truth> truths(rays.size());
+    for_each_batch(rays.size(), [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) truths[i] = referee_.closest(rays[i]);
+    });
+    return truths;
+}
+
+VerdictCounts Judge::count(std::span<const Ray> rays, std::span<const Truth> truths,
+                           std::span<const Hit> hits) const {
+    VerdictCounts counts;
+    counts.rays = rays.size();
+    std::mutex mutex;
+    for_each_batch(rays.size(), [&](std::size_t begin, std::size_t end) {
+        VerdictCounts batch;
+        for (std::size_t i = begin; i < end; ++i) {
+            const Judgement judgement = referee_.judge(rays[i], truths[i], hits[i].prim_id);
+            ++batch.of[static_cast<std::size_t>(judgement.verdict)];
+            if (judgement.verdict == Verdict::kClose ||
+                judgement.verdict == Verdict::kWrongTriangle) {
+                batch.worst_ulps = std::max(batch.worst_ulps, std::abs(judgement.t_ulps));
+            }
+        }
+        const std::lock_guard lock(mutex);
+        counts = counts + batch;
+    });
+    return counts;
+}
+
+VerdictCounts Judge::camera(std::span<const Hit> hits) const {
+    return count(space_->camera_rays, camera_, hits);
+}
+VerdictCounts Judge::aimed(std::span<const Hit> hits) const {
+    return count(space_->aimed_rays, aimed_, hits);
+}
+
+std::string speed_title(const char* rays) {
+    const int threads = tbb::this_task_arena::max_concurrency();
+    return fmt::format("Mray/s, {} on {} thread{}", rays, threads, threads == 1 ? "" : "s");
+}
+
+void trace_camera(const Method& method, const ChartScene& scene, std::span<Hit> hits) {
+    if (!method.trace_tile) {
+        trace_rays(method, method.space(scene).camera_rays, hits);
+        return;
+    }
+    for_each_batch(hits.size(), [&](std::size_t begin, std::size_t end) {
+        method.trace_tile(begin / kChartTile, hits.subspan(begin, end - begin));
+    });
+}
+
+void trace_aimed(const Method& method, const ChartScene& scene, std::span<Hit> hits) {
+    trace_rays(method, method.space(scene).aimed_rays, hits);
+}
+
+std::vector<double> least_times(std::span<const std::function<void()>> runs, int rounds,
+                                const std::function<void()>& check) {
+    for (const std::function<void()>& run : runs) {
+        check();
+        run();
+    }
+    std::vector<double> least(runs.size(), INFINITY);
+    for (int round = 0; round < rounds; ++round) {
+        for (std::size_t i = 0; i < runs.size(); ++i) {
+            check();
+            const Stopwatch watch;
+            runs[i]();
+            least[i] = std::min(least[i], watch.ms());
+        }
+    }
+    return least;
+}
+
+}  // namespace mray::accuracy

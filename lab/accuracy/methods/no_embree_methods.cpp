@@ -1,7 +1,0 @@
-#include "lab/accuracy/methods/method.h"
-
-namespace mray::accuracy {
-
-std::vector<Method> embree_methods(const ChartScene&) { return {}; }
-
-}  // namespace mray::accuracy

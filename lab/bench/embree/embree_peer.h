@@ -1,0 +1,170 @@
+// Embree as a peer: devices, scenes that are built or refitted, and ways to trace them and to ask
+// about all triangles.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/image/frame.h"
+#include "common/scene/mesh.h"
+#include "cpu/image/pixel_shader.h"
+#include "lab/bench/bench_scene.h"
+#include "lab/bench/query_work.h"
+#include "lab/bench/trace_work.h"
+
+struct RTCDeviceTy;
+struct RTCSceneTy;
+struct RTCGeometryTy;
+
+namespace mray::bench {
+
+/// All that exist at a time have the same number of threads: another number would change that of
+/// the first.
+class EmbreeDevice {
+public:
+    /// `isa` is the widest instruction set that Embree may use: "avx2", "avx512", or "" for all
+    /// that it finds. `config` is for rtcNewDevice, added to both; may be empty.
+    EmbreeDevice(int threads, const std::string& isa, const std::string& config);
+
+    /// The instruction set, or "all".
+    const std::string& isa() const { return isa_; }
+
+    RTCDeviceTy* handle() const { return handle_.get(); }
+    /// Throws Error(kInternal) with `action` if a call on this device has failed since the last
+    /// check.
+    void check(const char* action) const;
+
+    /// "3.13.5"
+    static std::string version();
+    /// The ways to trace of other versions that this one is not measured by, for a person; "" if
+    /// there are none.
+    static std::string left_out();
+
+private:
+    struct Release {
+        void operator()(RTCDeviceTy* device) const;
+    };
+    std::unique_ptr<RTCDeviceTy, Release> handle_;
+    std::string isa_;
+};
+
+/// Devices of each instruction set that is worth a try on this machine, the widest first; one
+/// device if `config` has an isa. What is fastest differs by the machine and by the work: 256 bits
+/// may be as fast as 512.
+std::vector<EmbreeDevice> embree_devices(int threads, const std::string& config);
+
+/// The triangles in memory that Embree's scenes share. The topology outlives it.
+class EmbreeMesh {
+public:
+    EmbreeMesh(const Topology& topology, std::span<const vec3> positions);
+
+    /// Scenes over this mesh see the positions after their next update().
+    void set_positions(std::span<const vec3> positions);
+
+    const Topology& topology() const { return *topology_; }
+    const vec3* vertices() const { return vertices_.data(); }
+
+private:
+    const Topology* topology_;
+    std::vector<vec3> vertices_;
+};
+
+/// How a tree is made: Embree's Morton build; binned SAH; SAH with spatial splits; and a tree that
+/// update() refits. Embree refits only with scene quality LOW, the flag DYNAMIC and geometry
+/// quality REFIT; otherwise it rebuilds silently.
+enum class EmbreeTree { kLow, kMedium, kHigh, kRefitted };
+
+/// Built once constructed. The device and the mesh outlive it.
+class EmbreeScene {
+public:
+    /// `robust`: no ray slips through where triangles meet, by Embree's flag.
+    EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh, EmbreeTree tree,
+                bool robust = false);
+
+    /// Follows the mesh's positions: refits, or builds again.
+    void update();
+
+    RTCSceneTy* handle() const { return scene_.get(); }
+
+private:
+    struct Release {
+        void operator()(RTCSceneTy* scene) const;
+        void operator()(RTCGeometryTy* geometry) const;
+    };
+    const EmbreeDevice* device_;
+    std::unique_ptr<RTCGeometryTy, Release> geometry_;
+    std::unique_ptr<RTCSceneTy, Release> scene_;
+};
+
+/// A scene by every instruction set, over a MEDIUM and a HIGH tree, fast and robust. Takes the time
+/// of eight builds.
+class EmbreeScenes {
+public:
+    EmbreeScenes(std::span<const EmbreeDevice> devices, const BenchScene& scene);
+
+    struct Variant {
+        EmbreeScene scene;
+        bool robust;
+        /// "MEDIUM, avx2"
+        std::string name;
+    };
+    const std::deque<Variant>& variants() const { return variants_; }
+
+private:
+    EmbreeMesh mesh_;
+    std::deque<Variant> variants_;
+};
+
+/// Embree's ways to trace a work over each of its scenes, which outlive the peers, as does the
+/// work. Primary and shadow rays, all with the flag for coherent rays: packets of 16, and single
+/// rays. Diffuse rays and ambient occlusion, with the flag for incoherent ones: single rays,
+/// packets of 4, 8 and 16, and streams if Embree has them. A work of single rays: those. Each
+/// record is made within the time where it stays in the cache, from what our tracers read too.
+std::vector<Peer> embree_peers(const EmbreeScenes& scenes, const TraceWork& work);
+
+/// The closest hits of a work by single rays, in the calling thread's arena.
+AlignedVector<Hit> embree_hits(const EmbreeScene& scene, const TraceWork& work);
+
+/// Traces camera rays and shadow rays by Intersect16 and Occluded16 with the flag COHERENT, 4 x 4
+/// pixels at a time, and has `shader` make shadow rays and colours: all of a square of pixels while
+/// it is in the cache, in the calling thread's arena. The frame has the size of the image. The
+/// sides of the image are multiples of 32.
+void trace_frame(const EmbreeScene& scene, const ImageParams& params, const cpu::ShadedMesh& mesh,
+                 const cpu::PixelShader& shader, Frame& frame);
+
+/// Answers to queries about all triangles. A MEDIUM tree: in one with spatial splits, filters see a
+/// triangle several times. The device and the mesh outlive it. All calls belong in an arena of the
+/// device's number of threads.
+class EmbreeQueries {
+public:
+    /// `most_rays` is the most that count() is called with.
+    EmbreeQueries(const EmbreeDevice& device, const EmbreeMesh& mesh, bool robust,
+                  std::size_t most_rays);
+
+    /// "robust (MEDIUM, avx512)"
+    const std::string& name() const { return name_; }
+    /// The same for all that differ in the device alone.
+    const char* group() const { return group_; }
+
+    /// By rtcPointQuery, whose callback finds the closest point of a triangle by Ericson's method
+    /// and narrows the query.
+    void find_closest(std::span<const vec3> points, std::span<NearestPoint> nearest) const;
+    /// By Intersect1, whose filter counts and rejects all hits. `coherent`: the flag of this name.
+    void count(std::span<const Ray> rays, bool coherent);
+    /// Those of the last count(), by ray.
+    std::span<const std::uint64_t> counts() const { return counts_; }
+
+private:
+    std::string name_;
+    const char* group_;
+    const EmbreeMesh* mesh_;
+    EmbreeScene scene_;
+    std::vector<std::uint64_t> counts_;
+};
+
+}  // namespace mray::bench

@@ -1,0 +1,251 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/base/stopwatch.h"
+#include "common/base/thread_arena.h"
+#include "common/update/tree_updater.h"
+#include "cpu/cpu_backend.h"
+#include "lab/bench/paper_2007/paper_2007.h"
+#include "lab/bench/works.h"
+
+namespace mray::bench {
+namespace {
+
+// Frames of a clip that are played: every second one, from the first one on.
+constexpr std::size_t kMostFrames = 12;
+constexpr double kFrameStep = 2;
+
+/// The clip's frames, as all methods are given them.
+struct Played {
+    const BenchScene& scene;
+    ImageParams params;
+    std::vector<std::vector<vec3>> poses;
+
+    const Topology& topology() const { return scene.topology(); }
+    cpu::ShadedMesh mesh(std::size_t frame) const { return {&scene.topology(), poses[frame]}; }
+};
+
+Played play(const BenchScene& scene) {
+    Played played{scene, scene.params, {}};
+    played.params.rays = kRaysShadow;
+    const Clip& clip = *scene.clip;
+    for (double frame = clip.first_frame();
+         frame <= clip.last_frame() && played.poses.size() < kMostFrames; frame += kFrameStep)
+        played.poses.push_back(positions_at(scene, frame));
+    return played;
+}
+
+/// A way to bring a tree to a frame and to trace its image.
+class FrameMethod {
+public:
+    virtual ~FrameMethod() = default;
+
+    /// Returns the milliseconds that it took.
+    virtual double run(std::size_t frame) = 0;
+    /// The hits of the last frame, row by row.
+    virtual std::vector<Hit> hits() const = 0;
+};
+
+std::vector<Hit> hits_of(const Frame& frame) { return {frame.hits.begin(), frame.hits.end()}; }
+
+class OurFrames final : public FrameMethod {
+public:
+    OurFrames(const Played& played, const SimdTarget& target, int threads)
+        : played_(played),
+          backend_(cpu::make_cpu_backend({.threads = threads, .simd = target.name})),
+          updater_(played.topology(), played.poses.front(), *backend_, nullptr,
+                   PolicySpec{.kind = PolicyKind::kAuto},
+                   BuildConfig{.threads = threads, .target = target}, UpdateConfig{}) {}
+
+    double run(std::size_t frame) override {
+        const Stopwatch stopwatch;
+        updater_.update(played_.poses[frame]);
+        backend_->trace_image(played_.params, frame_);
+        updater_.frame_done({.ms = backend_->finish().trace_ms, .rays = backend_->finish().rays});
+        return stopwatch.ms();
+    }
+    std::vector<Hit> hits() const override { return hits_of(frame_); }
+
+private:
+    const Played& played_;
+    std::unique_ptr<Backend> backend_;
+    TreeUpdater updater_;
+    Frame frame_;
+};
+
+Frame empty_frame(const ImageParams& params) {
+    const std::size_t pixels = std::size_t{params.width} * params.height;
+    Frame frame;
+    frame.width = params.width;
+    frame.height = params.height;
+    frame.hits.resize(pixels);
+    frame.occlusion.resize(pixels);
+    frame.pixels.resize(pixels);
+    return frame;
+}
+
+/// Its positions are written to the mesh before the time begins. Shades by our code.
+class EmbreeFrames final : public FrameMethod {
+public:
+    EmbreeFrames(const Played& played, const EmbreeDevice& device, EmbreeTree tree,
+                 const SimdTarget& target, ThreadArena& arena)
+        : played_(played),
+          arena_(arena),
+          mesh_(played.topology(), played.poses.front()),
+          scene_(device, mesh_, tree),
+          shader_(target),
+          frame_(empty_frame(played.params)) {}
+
+    double run(std::size_t frame) override {
+        mesh_.set_positions(played_.poses[frame]);
+        const Stopwatch stopwatch;
+        scene_.update();
+        arena_.execute(
+            [&] { trace_frame(scene_, played_.params, played_.mesh(frame), shader_, frame_); });
+        return stopwatch.ms();
+    }
+    std::vector<Hit> hits() const override { return hits_of(frame_); }
+
+private:
+    const Played& played_;
+    ThreadArena& arena_;
+    EmbreeMesh mesh_;
+    EmbreeScene scene_;
+    cpu::PixelShader shader_;
+    Frame frame_;
+};
+
+/// Its packets are made before the time begins. Shadow rays are made, and pixels shaded, by our
+/// code.
+class PaperFrames final : public FrameMethod {
+public:
+    PaperFrames(const Played& played, const TraceWork& primary, const SimdTarget& target,
+                ThreadArena& arena)
+        : played_(played),
+          primary_(primary),
+          arena_(arena),
+          tree_(paper_2007::build_sweep_tree(played.topology(), played.poses.front())),
+          camera_(tree_, primary),
+          shader_(target),
+          frame_(empty_frame(played.params)) {}
+
+    double run(std::size_t frame) override {
+        const Stopwatch to_hits;
+        arena_.execute([&] {
+            paper_2007::refit(tree_, played_.topology(), played_.poses[frame]);
+            camera_.trace();
+        });
+        const double to_hits_ms = to_hits.ms();
+        const AlignedVector<Hit> hits = camera_.answers().hits;
+        for (const TileRays& tile : primary_.tiles) {
+            std::size_t ray = tile.begin;
+            for_each_pixel(tile.tile, [&](std::uint32_t x, std::uint32_t y) {
+                frame_.hits[std::size_t{y} * frame_.width + x] = hits[ray++];
+            });
+        }
+        const cpu::ShadedMesh mesh = played_.mesh(frame);
+        const TraceWork shadow = make_secondary_work(primary_, hits, mesh, WorkKind::kShadow);
+        paper_2007::WorkTracer light(tree_, shadow);
+        const Stopwatch from_hits;
+        arena_.execute([&] {
+            light.trace();
+            shade(mesh);
+        });
+        return to_hits_ms + from_hits.ms();
+    }
+    std::vector<Hit> hits() const override { return hits_of(frame_); }
+
+private:
+    /// Does the work that others do between rays.
+    void shade(const cpu::ShadedMesh& mesh) {
+        const cpu::ImageTiles squares(frame_.width, frame_.height, cpu::kSquareSide);
+        tbb::parallel_for(std::uint32_t{0}, squares.count(), [&](std::uint32_t i) {
+            cpu::SharedOriginRays rays[cpu::kSquareBlocks];
+            cpu::LitPixels lit[cpu::kSquareBlocks];
+            const std::uint8_t occluded[cpu::kSquareRays] = {};
+            const cpu::PixelPart part{played_.params, mesh, squares[i], frame_};
+            shader_.make_shadow_rays(part, rays, lit);
+            shader_.shade_shadows(part, occluded, lit);
+        });
+    }
+
+    const Played& played_;
+    const TraceWork& primary_;
+    ThreadArena& arena_;
+    paper_2007::Tree tree_;
+    paper_2007::WorkTracer camera_;
+    cpu::PixelShader shader_;
+    Frame frame_;
+};
+
+double share_of_hits(const std::vector<Hit>& hits) {
+    const auto count =
+        std::ranges::count_if(hits, [](const Hit& hit) { return hit.prim_id != kNoPrim; });
+    return static_cast<double>(count) / static_cast<double>(hits.size());
+}
+
+Mismatches compare(const std::vector<Hit>& ours, const std::vector<Hit>& theirs) {
+    Mismatches mismatches;
+    for (std::size_t i = 0; i < ours.size(); ++i) {
+        const bool both_hit = ours[i].prim_id != kNoPrim && theirs[i].prim_id != kNoPrim;
+        const bool same = ours[i].prim_id == theirs[i].prim_id;
+        (both_hit ? mismatches.prim_id : mismatches.hit) += same ? 0 : 1;
+    }
+    return mismatches;
+}
+
+}  // namespace
+
+void bench_frame(const Rig& rig, const BenchScene& scene, const TraceWork& primary) {
+    const Played played = play(scene);
+    if (played.poses.size() < 2) return;
+    ThreadArena arena(rig.threads);
+    std::vector<std::unique_ptr<FrameMethod>> frames;
+    std::vector<Method> methods;
+    const auto add = [&](std::unique_ptr<FrameMethod> added, std::string name, std::string group) {
+        FrameMethod* const method = added.get();
+        frames.push_back(std::move(added));
+        methods.push_back({std::move(name),
+                           {},
+                           [method](std::size_t frame) { return method->run(frame); },
+                           std::move(group)});
+    };
+    for (const SimdTarget& target : rig.targets) {
+        add(std::make_unique<OurFrames>(played, target, rig.threads), "Auto, image of packets",
+            target.name);
+    }
+    const SimdTarget& best = rig.targets.front();
+    for (const auto& [tree, name] : {std::pair(EmbreeTree::kRefitted, "REFIT"),
+                                     {EmbreeTree::kLow, "LOW"},
+                                     {EmbreeTree::kMedium, "MEDIUM"}}) {
+        for (const EmbreeDevice& device : rig.devices) {
+            add(std::make_unique<EmbreeFrames>(played, device, tree, best, arena),
+                fmt::format("Embree {}, Intersect16 ({})", name, device.isa()), name);
+        }
+    }
+    add(std::make_unique<PaperFrames>(played, primary, best, arena), "paper-2007, refit",
+        "paper-2007");
+    const std::vector<Times> times = time_in_turn(methods, played.poses.size(), rig.repeat);
+    const std::size_t ours = rig.targets.size();
+    for (const std::size_t peer : fastest_of_groups(methods, times, 1)) {
+        for (std::size_t mine = 0; mine < ours && peer >= ours; ++mine) {
+            Row row = row_of(rig, scene, "frame");
+            row.rays = played.poses.size() * primary.active_count;
+            row.tracer = methods[mine].name;
+            row.target = rig.targets[mine].name;
+            row.peer = methods[peer].name;
+            const std::vector<Hit> hits = frames[mine]->hits();
+            row.hit_share = share_of_hits(hits);
+            row.mismatches = compare(hits, frames[peer]->hits());
+            set_times(row, times[mine], times[peer], Unit::kMs, 0);
+            rig.report(row);
+        }
+    }
+}
+
+}  // namespace mray::bench

@@ -1,0 +1,133 @@
+#include "lab/bench/query_work.h"
+
+#include <algorithm>
+#include <glm/common.hpp>
+#include <limits>
+
+#include "common/bvh/box.h"
+
+namespace mray::bench {
+namespace {
+
+/// Numbers of a fixed sequence.
+class Numbers {
+public:
+    /// In [0, 1).
+    float next() {
+        state_ = state_ * 6364136223846793005u + 1442695040888963407u;
+        return static_cast<float>(state_ >> 40) * 0x1p-24f;
+    }
+    std::size_t below(std::size_t count) {
+        const auto index = static_cast<std::size_t>(double{next()} * static_cast<double>(count));
+        return std::min(index, count - 1);
+    }
+    /// In [-1, 1) on each axis.
+    vec3 offset() {
+        const float x = 2 * next() - 1;
+        const float y = 2 * next() - 1;
+        const float z = 2 * next() - 1;
+        return {x, y, z};
+    }
+
+private:
+    std::uint64_t state_ = 1;
+};
+
+struct VertexBox {
+    vec3 lower{std::numeric_limits<float>::max()};
+    vec3 upper{std::numeric_limits<float>::lowest()};
+
+    explicit VertexBox(std::span<const vec3> positions) {
+        for (const vec3& p : positions) {
+            if (!is_finite_vertex(p)) continue;
+            lower = glm::min(lower, p);
+            upper = glm::max(upper, p);
+        }
+    }
+    float longest_side() const {
+        const vec3 sides = upper - lower;
+        return std::max(sides.x, std::max(sides.y, sides.z));
+    }
+    vec3 point(Numbers& numbers) const {
+        return lower + (upper - lower) * (0.5f * (numbers.offset() + vec3(1, 1, 1)));
+    }
+};
+
+/// Interleaves the 10 bits of each coordinate, which is 0 to 1023; x has the lowest bit.
+std::uint32_t morton_code(vec3 cell) {
+    std::uint32_t code = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto bits = static_cast<std::uint32_t>(cell[axis]);
+        for (int bit = 0; bit < 10; ++bit) code |= (bits >> bit & 1u) << (3 * bit + axis);
+    }
+    return code;
+}
+
+}  // namespace
+
+std::vector<vec3> points_in_box(const BenchScene& scene, std::size_t count) {
+    const VertexBox box(scene.positions);
+    Numbers numbers;
+    std::vector<vec3> points(count);
+    for (vec3& p : points) p = box.point(numbers);
+    return points;
+}
+
+std::vector<vec3> points_near_surface(const BenchScene& scene, std::size_t count) {
+    const std::vector<uvec3>& triangles = scene.topology().triangles;
+    const float reach = 0.01f * VertexBox(scene.positions).longest_side();
+    Numbers numbers;
+    std::vector<vec3> points(count);
+    for (vec3& point : points) {
+        const uvec3 t = triangles[numbers.below(triangles.size())];
+        float u = numbers.next();
+        float v = numbers.next();
+        if (u + v > 1) {
+            u = 1 - u;
+            v = 1 - v;
+        }
+        const vec3 a = scene.positions[t.x];
+        const vec3 b = scene.positions[t.y];
+        const vec3 c = scene.positions[t.z];
+        const vec3 offset = reach * numbers.offset();
+        const bool finite = is_finite_vertex(a) && is_finite_vertex(b) && is_finite_vertex(c);
+        point = (finite ? a + u * (b - a) + v * (c - a) : vec3(0, 0, 0)) + offset;
+    }
+    return points;
+}
+
+std::vector<vec3> sorted_by_place(std::vector<vec3> points) {
+    const VertexBox box(points);
+    // A box may be flat.
+    const vec3 sides = glm::max(box.upper - box.lower, vec3(std::numeric_limits<float>::min()));
+    const auto code_of = [&](vec3 p) {
+        const vec3 cell = 1023.0f * ((p - box.lower) / sides);
+        return morton_code(glm::clamp(cell, 0.0f, 1023.0f));
+    };
+    std::sort(points.begin(), points.end(),
+              [&](vec3 a, vec3 b) { return code_of(a) < code_of(b); });
+    return points;
+}
+
+std::vector<Ray> random_rays(const BenchScene& scene, std::size_t count) {
+    const VertexBox box(scene.positions);
+    Numbers numbers;
+    std::vector<Ray> rays(count);
+    for (Ray& ray : rays) {
+        const vec3 org = box.point(numbers);
+        vec3 dir = numbers.offset();
+        while (glm::dot(dir, dir) > 1 || glm::dot(dir, dir) < 0.01f) dir = numbers.offset();
+        ray = {org, 0, dir, std::numeric_limits<float>::infinity()};
+    }
+    return rays;
+}
+
+std::vector<Ray> rays_up(std::span<const vec3> points) {
+    std::vector<Ray> rays;
+    rays.reserve(points.size());
+    for (const vec3& p : points)
+        rays.push_back({p, 0, {0, 0, 1}, std::numeric_limits<float>::infinity()});
+    return rays;
+}
+
+}  // namespace mray::bench

@@ -1,0 +1,199 @@
+#include <fmt/format.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstring>
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "common/base/thread_arena.h"
+#include "common/bvh/builder/bvh_builder.h"
+#include "cpu/refit/refit.h"
+#include "lab/bench/works.h"
+
+namespace mray::bench {
+namespace {
+
+Mismatches compare_trees(ThreadArena& arena, const TraceWork& work, const Bvh& ours,
+                         const EmbreeScene& theirs) {
+    return arena.execute(
+        [&] { return compare_hits(work, reference_hits(ours, work), embree_hits(theirs, work)); });
+}
+
+/// Copies bytes of the size of a tree's nodes and leaves, which is what a refit has to write.
+class TreeCopy {
+public:
+    explicit TreeCopy(const Bvh& bvh)
+        : from_(bvh.nodes.size() * sizeof(Node) + bvh.leaves.size() * sizeof(Leaf)),
+          to_(from_.size()) {}
+
+    void run() {
+        constexpr std::size_t kChunk = 64 * 1024;
+        const std::size_t chunks = (from_.size() + kChunk - 1) / kChunk;
+        tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t i) {
+            const std::size_t begin = i * kChunk;
+            std::memcpy(to_.data() + begin, from_.data() + begin,
+                        std::min(kChunk, from_.size() - begin));
+        });
+    }
+
+private:
+    std::vector<std::byte> from_;
+    std::vector<std::byte> to_;
+};
+
+Topology first_triangles(const Topology& all, std::size_t count) {
+    Topology some = all;
+    some.triangles.resize(std::min(count, all.triangles.size()));
+    return some;
+}
+
+/// Returns when all threads of the arena run in it, or after 2 ms.
+void wake_up(ThreadArena& arena) {
+    using Clock = std::chrono::steady_clock;
+    const auto end = Clock::now() + std::chrono::milliseconds(2);
+    std::atomic<int> awake = 0;
+    arena.execute([&] {
+        tbb::parallel_for(
+            0, arena.threads(),
+            [&](int) {
+                ++awake;
+                while (awake < arena.threads() && Clock::now() < end) {
+                }
+            },
+            tbb::simple_partitioner());
+    });
+}
+
+/// The two frames of a scene in turn, so that the last of `repeat` rounds after one to warm up has
+/// the moved one.
+class Alternation {
+public:
+    Alternation(const BenchScene& scene, int repeat) : scene_(scene), left_(repeat) {}
+
+    std::span<const vec3> next() { return left_-- % 2 == 0 ? scene_.moved : scene_.positions; }
+
+private:
+    const BenchScene& scene_;
+    int left_;
+};
+
+/// A refit of Embree on one of its devices, with positions of its own.
+class EmbreeMovingTree {
+public:
+    EmbreeMovingTree(const EmbreeDevice& device, const BenchScene& scene, int repeat)
+        : frames_(scene, repeat),
+          mesh_(scene.topology(), scene.positions),
+          tree_(device, mesh_, EmbreeTree::kRefitted),
+          small_topology_(first_triangles(scene.topology(), 20000)),
+          small_mesh_(small_topology_, scene.positions),
+          small_tree_(device, small_mesh_, EmbreeTree::kRefitted) {}
+
+    const EmbreeScene& tree() const { return tree_; }
+
+    void prepare() {
+        mesh_.set_positions(frames_.next());
+        // Small refits keep Embree's threads awake.
+        for (int i = 0; i < 2; ++i) small_tree_.update();
+    }
+    void run() { tree_.update(); }
+
+private:
+    Alternation frames_;
+    EmbreeMesh mesh_;
+    EmbreeScene tree_;
+    Topology small_topology_;
+    EmbreeMesh small_mesh_;
+    EmbreeScene small_tree_;
+};
+
+}  // namespace
+
+void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& primary) {
+    ThreadArena arena(rig.threads);
+    Bvh bvh = scene.bvh;
+    std::vector<vec3> positions = scene.positions;
+    Alternation frames(scene, rig.repeat);
+    std::deque<EmbreeMovingTree> theirs;
+    TreeCopy copy(scene.bvh);
+
+    // Positions are copied outside the timing. The threads are woken up, as moving the vertices
+    // would do: threads that wait in another arena take longer to wake up than a small refit.
+    std::vector<Method> methods;
+    methods.push_back({"levels",
+                       [&] {
+                           const std::span<const vec3> now = frames.next();
+                           std::copy(now.begin(), now.end(), positions.begin());
+                           wake_up(arena);
+                       },
+                       [&](std::size_t) {
+                           return timed(
+                               [&] { arena.execute([&] { cpu::refit(bvh, positions); }); });
+                       }});
+    methods.push_back(
+        {"memcpy", [&] { wake_up(arena); },
+         [&](std::size_t) { return timed([&] { arena.execute([&] { copy.run(); }); }); },
+         "memcpy"});
+    for (const EmbreeDevice& device : rig.devices) {
+        EmbreeMovingTree& tree = theirs.emplace_back(device, scene, rig.repeat);
+        methods.push_back({fmt::format("Embree REFIT ({})", device.isa()), [&] { tree.prepare(); },
+                           [&](std::size_t) { return timed([&] { tree.run(); }); }, "Embree"});
+    }
+    const std::vector<Times> times = time_in_turn(methods, 1, rig.repeat);
+
+    for (const std::size_t peer : fastest_of_groups(methods, times, 1)) {
+        if (peer == 0) continue;
+        Row row = row_of(rig, scene, "refit");
+        row.tracer = methods[0].name;
+        row.target = best_simd_target().name;
+        row.peer = methods[peer].name;
+        if (peer >= 2) row.mismatches = compare_trees(arena, primary, bvh, theirs[peer - 2].tree());
+        set_times(row, times[0], times[peer], Unit::kNsPerTriangle, row.triangles);
+        rig.report(row);
+    }
+}
+
+void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& primary) {
+    ThreadArena arena(rig.threads);
+    Bvh mine;
+    const EmbreeMesh mesh(scene.topology(), scene.positions);
+    const struct {
+        const char* name;
+        EmbreeTree tree;
+    } kinds[] = {{"Embree MEDIUM (binned", EmbreeTree::kMedium},
+                 {"Embree HIGH (spatial splits", EmbreeTree::kHigh},
+                 {"Embree LOW (Morton", EmbreeTree::kLow}};
+    std::deque<std::optional<EmbreeScene>> theirs;
+
+    std::vector<Method> methods = {{"binned", [&] { mine = {}; },
+                                    [&](std::size_t) {
+                                        return timed([&] {
+                                            mine = build_bvh(scene.topology(), scene.positions,
+                                                             {.threads = rig.threads});
+                                        });
+                                    }}};
+    for (const auto& kind : kinds) {
+        for (const EmbreeDevice& device : rig.devices) {
+            std::optional<EmbreeScene>& tree = theirs.emplace_back();
+            methods.push_back(
+                {fmt::format("{}, {})", kind.name, device.isa()), [&] { tree.reset(); },
+                 [&](std::size_t) { return timed([&] { tree.emplace(device, mesh, kind.tree); }); },
+                 kind.name});
+        }
+    }
+    const std::vector<Times> times = time_in_turn(methods, 1, rig.repeat);
+
+    for (const std::size_t peer : fastest_of_groups(methods, times, 1)) {
+        if (peer == 0) continue;
+        Row row = row_of(rig, scene, "build");
+        row.tracer = methods[0].name;
+        row.target = best_simd_target().name;
+        row.peer = methods[peer].name;
+        row.mismatches = compare_trees(arena, primary, mine, *theirs[peer - 1]);
+        set_times(row, times[0], times[peer], Unit::kMs, row.triangles);
+        rig.report(row);
+    }
+}
+
+}  // namespace mray::bench

@@ -1,0 +1,132 @@
+#include "tests/fuzz/case.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <glm/geometric.hpp>
+
+#include "common/base/errors.h"
+#include "common/bvh/builder/bvh_builder.h"
+#include "scenes/interpolate.h"
+
+namespace mray::fuzz {
+namespace {
+
+/// Keyframe k is frame k.
+class ListedClip : public Clip {
+public:
+    ListedClip(Topology topology, std::vector<std::vector<vec3>> keyframes)
+        : topology_(std::move(topology)), keyframes_(std::move(keyframes)) {
+        topology_.vertex_count = static_cast<std::uint32_t>(keyframes_.front().size());
+        for (const std::vector<vec3>& keyframe : keyframes_) {
+            const WorldBounds bounds = bounds_of(keyframe);
+            if (!bounds.empty()) bounds_.extend(bounds.lower, bounds.upper);
+        }
+    }
+
+    const Topology& topology() const override { return topology_; }
+    double first_frame() const override { return 0; }
+    double last_frame() const override { return static_cast<double>(keyframes_.size() - 1); }
+    WorldBounds bounds() const override { return bounds_; }
+    const std::string& name() const override { return name_; }
+
+    void positions(double frame, std::span<vec3> out) const override {
+        assert(frame >= 0 && frame <= last_frame());
+        const auto before = static_cast<std::size_t>(frame);
+        const auto f = static_cast<float>(frame - std::floor(frame));
+        const std::size_t after = f == 0 ? before : before + 1;
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            const vec3 a = keyframes_[before][i];
+            const vec3 b = keyframes_[after][i];
+            for (int axis = 0; axis < 3; ++axis) out[i][axis] = interpolate(a[axis], b[axis], f);
+        }
+    }
+
+private:
+    std::string name_ = "listed";
+    Topology topology_;
+    std::vector<std::vector<vec3>> keyframes_;
+    WorldBounds bounds_;
+};
+
+void require_sound(const FuzzCase& fuzz_case) {
+    const auto refuse = [](const char* what) { throw Error(ErrorKind::kBadInput, what); };
+    if (fuzz_case.poses.empty()) refuse("a case needs a pose");
+    const std::size_t vertices = fuzz_case.poses.front().size();
+    for (const auto& pose : fuzz_case.poses)
+        if (pose.size() != vertices) refuse("all poses need the same number of vertices");
+    for (const uvec3& t : fuzz_case.triangles)
+        if (std::max({t.x, t.y, t.z}) >= vertices)
+            refuse("a triangle names a vertex beyond the last");
+    const double last = static_cast<double>(fuzz_case.poses.size() - 1);
+    if (fuzz_case.build_at >= fuzz_case.poses.size() || !(fuzz_case.frame >= 0) ||
+        fuzz_case.frame > last)
+        refuse("a frame is beyond the last pose");
+}
+
+/// A colour that differs between triangles, so that one fetched for a wrong triangle shows.
+Albedo albedo_of(std::size_t triangle) {
+    return static_cast<Albedo>((triangle * 0x9E3779B97F4A7C15u) >> 40) | 0x404040u;
+}
+
+Topology topology_of(const FuzzCase& fuzz_case) {
+    Topology topology;
+    topology.triangles = fuzz_case.triangles;
+    for (std::size_t i = 0; i < topology.triangles.size(); ++i)
+        topology.albedo.push_back(albedo_of(i));
+    topology.vertex_count = static_cast<std::uint32_t>(fuzz_case.poses.front().size());
+    return topology;
+}
+
+std::vector<vec3> copy_of(std::span<const vec3> positions) {
+    return {positions.begin(), positions.end()};
+}
+
+}  // namespace
+
+FuzzScene::FuzzScene(const FuzzCase& fuzz_case) : frame_(fuzz_case.frame) {
+    require_sound(fuzz_case);
+    frames_ = std::make_unique<SceneFrames>(
+        std::make_unique<ListedClip>(topology_of(fuzz_case), fuzz_case.poses));
+    bounds_ = frames_->clip().bounds();
+    const auto built_at = static_cast<double>(fuzz_case.build_at);
+    built_positions_ = copy_of(frames_->positions(built_at));
+    built_ = build_bvh(topology(), built_positions_, {.threads = 1});
+    journey_.push_back(built_positions_);
+    const double step = frame_ >= built_at ? 1 : -1;
+    for (double f = built_at + step; (frame_ - f) * step > 0; f += step)
+        journey_.push_back(copy_of(frames_->positions(f)));
+    positions_ = copy_of(frames_->positions(frame_));
+    if (frame_ != built_at) journey_.push_back(positions_);
+    rebuilt_ = frame_ == built_at ? built_ : build_bvh(topology(), positions_, {.threads = 1});
+}
+
+double distance_to_planes(const vec3& point, const Topology& topology,
+                          std::span<const vec3> positions) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const uvec3& t : topology.triangles) {
+        const glm::dvec3 a = positions[t.x];
+        const glm::dvec3 normal =
+            glm::cross(glm::dvec3(positions[t.y]) - a, glm::dvec3(positions[t.z]) - a);
+        const double length = glm::length(normal);
+        if (!(length > 0) || positions[t.x].x > kSceneExtent || positions[t.y].x > kSceneExtent ||
+            positions[t.z].x > kSceneExtent)
+            continue;
+        nearest = std::min(nearest, std::abs(glm::dot(normal, glm::dvec3(point) - a)) / length);
+    }
+    return nearest / kSceneExtent;
+}
+
+std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame) {
+    const ListedClip clip(topology_of(fuzz_case), fuzz_case.poses);
+    std::vector<vec3> positions(fuzz_case.poses.front().size());
+    clip.positions(frame, positions);
+    return positions;
+}
+
+}  // namespace mray::fuzz

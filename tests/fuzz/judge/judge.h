@@ -1,0 +1,201 @@
+// Compares variants of tracers and trees with brute force, bit for bit.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/backend.h"
+#include "common/report/compare.h"
+#include "common/update/tree_updater.h"
+#include "tests/fuzz/case.h"
+#include "tests/support/query_answers.h"
+
+namespace mray::fuzz {
+
+/// How a variant's tree is made for the pose that is traced.
+enum class TreeKind {
+    kRefitted,  // built at another pose, refitted by the variant
+    kRebuilt,   // built at the pose
+    kAuto,      // updated by the policy "auto" over the poses between
+};
+/// "refitted", "rebuilt" or "auto".
+const char* name_of(TreeKind tree);
+
+/// A backend with a kind of tree. Several may share a backend and take turns.
+struct Variant {
+    Backend* backend = nullptr;
+    /// "cpu avx2, 1 thread" or "vulkan".
+    std::string tracer;
+    TreeKind tree = TreeKind::kRebuilt;
+
+    std::string name() const;
+};
+
+/// The variants of a process. They are made once, because each backend owns threads or a device.
+struct Variants {
+    std::vector<std::unique_ptr<Backend>> backends;
+    /// Cases alternate between the groups.
+    std::vector<std::vector<Variant>> groups;
+};
+
+/// Every instruction set of this machine and the scalar tracer (`off`), on 1 and on 2 threads, over
+/// each kind of tree.
+Variants cpu_variants();
+
+/// The Vulkan device with the default tuning, and with narrow
+/// packets. Throws Error(kUnavailable) without a device. The environment sets the width of its
+/// vectors.
+Variants vulkan_variants();
+
+/// The kinds of comparisons.
+enum class Asked {
+    kImage,
+    kClosestHits,
+    kAnyHits,
+    kHitCounts,
+    kAllHits,
+    kNextHits,
+    kWindings,
+    kClosestPoints,
+};
+/// "closest hits", "windings", ...
+const char* name_of(Asked asked);
+/// Whether they are of points; otherwise of rays.
+bool is_about_points(Asked asked);
+
+/// Rays or points with other answers, and the first of them, by its place in the case.
+struct AnswerDifference {
+    Asked asked = Asked::kImage;
+    std::size_t count = 0;
+    std::size_t index = 0;
+};
+
+/// Collects differences of answers: one for each kind.
+class AnswerDifferences {
+public:
+    void add(Asked asked, std::size_t index);
+    const std::vector<AnswerDifference>& all() const { return differences_; }
+
+private:
+    std::vector<AnswerDifference> differences_;
+};
+
+/// Lists of each crossing, lists that are cut, next hits after hits and after cursors next to them,
+/// windings, and closest triangles within any distance, exactly a distance of one of the points,
+/// and just less.
+class CaseQueries {
+public:
+    /// Leaves out rays and points that scene space does not take.
+    CaseQueries(const FuzzScene& scene, const FuzzCase& fuzz_case, const SceneQueries& reference);
+
+    /// The number of rays and points.
+    std::size_t size() const { return ray_indices_.size() + point_indices_.size(); }
+    std::vector<AnswerDifference> compare(const SceneQueries& queries) const;
+
+private:
+    struct Round {
+        Crossing crossing;
+        std::uint32_t most;
+        test::Questions questions;
+        test::Answers expected;
+    };
+
+    std::vector<std::size_t> ray_indices_;
+    std::vector<std::size_t> point_indices_;
+    std::vector<Round> rounds_;
+};
+
+/// The answers of a scene that has moved to the frame, over a tree of each kind of update. Windings
+/// are those of exact integers for all triangles; distances have the sign of inside, and those
+/// within a largest distance are all there; lists of hits, their numbers, and steps from hit to hit
+/// agree. Everything has the bits of brute force. Points and rays that are not finite have the
+/// answers that the interface promises.
+std::vector<AnswerDifference> check_world(const FuzzCase& fuzz_case);
+
+/// A variant's difference from the reference in an image, or in answers about single rays or
+/// points.
+struct Finding {
+    const Variant* variant = nullptr;
+    /// The difference of an image.
+    FrameDifference image;
+    /// All others.
+    AnswerDifference answer;
+
+    bool is_image() const { return answer.asked == Asked::kImage; }
+    bool is_about_points() const { return fuzz::is_about_points(answer.asked); }
+};
+
+/// Variant, kind of difference, and the first pixel, ray or point.
+std::string describe(const Finding& finding);
+
+/// Counts of comparisons.
+struct Tally {
+    std::uint64_t cases = 0;
+    /// Cases whose view is refused, for example because eye and target coincide.
+    std::uint64_t refused = 0;
+    /// Comparisons of a variant's image with the reference; those with the eye within 2^-20
+    /// extents of the plane of a triangle.
+    std::uint64_t images = 0;
+    std::uint64_t images_near_a_plane = 0;
+    /// Rays of variants, secondary ones included.
+    std::uint64_t rays = 0;
+    /// Rays and points whose answers to all questions were compared.
+    std::uint64_t questions = 0;
+    std::uint64_t failed_cases = 0;
+    std::uint64_t failed_images = 0;
+};
+
+/// Holds one scene at a time for some variants and the reference, which must outlive it.
+class Referee {
+public:
+    explicit Referee(Backend& reference)
+        : reference_(reference), world_{&reference, "the public interface", TreeKind::kRebuilt} {}
+
+    /// The scene for what follows. Each variant gets its tree when it is its turn, and keeps it
+    /// until another one takes its backend.
+    void load(std::unique_ptr<FuzzScene> scene, std::span<const Variant> variants);
+    /// Compares images of the scene. Throws Error for a view that is refused.
+    std::vector<Finding> compare_images(const ViewSpec& view, Tally& tally);
+    /// Compares closest hits of single rays, on the CPU also any hits; leaves out invalid rays. The
+    /// first rays are traced among others that nearly have their direction, so that streams of rays
+    /// go down the tree together.
+    std::vector<Finding> compare_rays(std::span<const WorldRay> rays, Tally& tally);
+    /// Compares all other answers about the rays and points of a case, which is that of the scene.
+    std::vector<Finding> compare_questions(const FuzzCase& fuzz_case, Tally& tally);
+
+private:
+    /// The state of a backend.
+    struct Loaded {
+        const Variant* variant = nullptr;
+        /// Destroyed before the scene, which background builds read.
+        std::unique_ptr<TreeUpdater> updater;
+    };
+
+    void prepare(const Variant& variant);
+    std::unique_ptr<TreeUpdater> travel(Backend& backend);
+
+    Backend& reference_;
+    /// Stands for check_world() in findings.
+    Variant world_;
+    std::unique_ptr<FuzzScene> scene_;
+    std::span<const Variant> variants_;
+    std::map<Backend*, Loaded> loaded_;
+    Frame expected_;
+    Frame actual_;
+};
+
+/// Compares a whole case: its image if it has one, its rays, and its questions if it asks them.
+/// Counts a refused view.
+std::vector<Finding> check_case(Referee& referee, const FuzzCase& fuzz_case,
+                                std::span<const Variant> variants, Tally& tally);
+
+/// The rays of a case, and each of those that hit again with tnear and with tfar at its hit, or if
+/// it asks questions one of its hits, and at the floats next to it.
+std::vector<WorldRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_case);
+
+}  // namespace mray::fuzz

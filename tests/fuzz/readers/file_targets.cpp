@@ -1,0 +1,102 @@
+// How a reader may end; material libraries; images: PNG files of `diff`, textures.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "app/files/image_reader.h"
+#include "scenes/obj/mtl_reader.h"
+#include "tests/fuzz/readers/targets.h"
+
+namespace mray::fuzz {
+namespace {
+
+// A path of 4096 bytes, all of them escaped, and some text.
+constexpr std::size_t kLongestMessage = 20000;
+
+bool is_control(char c) { return (c >= 0 && c < ' ') || c == '\x7f'; }
+
+/// The limits of textures, and small, since compressed files of few bytes may have many pixels.
+constexpr app::ImageLimits kLimits = {.side = 4096, .pixels = 1 << 16, .reduce_16_bits = true};
+
+std::string image_failure(const Image& image) {
+    return image.pixels.size() == std::size_t{image.width} * image.height && !image.pixels.empty()
+               ? ""
+               : "an image of another size than it has pixels";
+}
+
+constexpr const char* kName = "case.mtl";
+
+std::string broken_material(const Material& material) {
+    constexpr Albedo kLargest = 0x00FFFFFF;
+    if (material.albedo > kLargest || material.textured_albedo > kLargest)
+        return "an albedo of more than 24 bits";
+    if (material.map == nullptr) return {};
+    for (int axis = 0; axis < 2; ++axis)
+        if (!std::isfinite(material.map->scale[axis]) || !std::isfinite(material.map->offset[axis]))
+            return "texture coordinates that are not finite";
+    return material.map->file.empty() ? "a texture without a name" : "";
+}
+
+std::string reading_failure(std::string_view bytes, bool is_lenient, bool* is_refused) {
+    WarningJudge warnings;
+    return failure_of(
+        kName,
+        [&] {
+            MaterialMap materials;
+            read_mtl_text(bytes, kName, kName, is_lenient, warnings.function(), materials);
+            for (const auto& [name, material] : materials) {
+                std::string failure = broken_material(material);
+                if (!failure.empty()) return failure;
+            }
+            return warnings.failure();
+        },
+        is_refused);
+}
+
+}  // namespace
+
+std::string message_failure(std::string_view message, std::string_view name) {
+    if (message.size() > kLongestMessage)
+        return fmt::format("a message of {} bytes", message.size());
+    if (std::any_of(message.begin(), message.end(), is_control))
+        return fmt::format("a message of several lines or with control characters: {}", message);
+    if (message.find(name) == std::string_view::npos)
+        return fmt::format("an error that does not name the file: {}", message);
+    return {};
+}
+
+std::string error_failure(const Error& error, std::string_view name) {
+    if (error.kind() != ErrorKind::kBadInput && error.kind() != ErrorKind::kLimit)
+        return fmt::format("error of another kind: {}", error.what());
+    return message_failure(error.what(), name);
+}
+
+std::string png_failure(std::string_view bytes) {
+    static const std::string name = "case.png";
+    const std::string copy(bytes);
+    for (const bool reduces : {false, true}) {
+        app::ImageLimits limits = kLimits;
+        limits.reduce_16_bits = reduces;
+        std::string failure =
+            failure_of(name, [&] { return image_failure(app::decode_png(copy, name, limits)); });
+        if (!failure.empty()) return failure;
+    }
+    return {};
+}
+
+std::string jpeg_failure(std::string_view bytes) {
+    static const std::string name = "case.jpg";
+    const std::string copy(bytes);
+    return failure_of(name, [&] { return image_failure(app::decode_jpeg(copy, name, kLimits)); });
+}
+
+std::string mtl_failure(std::string_view bytes) {
+    bool is_refused = false;
+    std::string failure = reading_failure(bytes, false, &is_refused);
+    if (!failure.empty() || !is_refused) return failure;
+    return reading_failure(bytes, true, nullptr);
+}
+
+}  // namespace mray::fuzz
