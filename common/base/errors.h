@@ -26,7 +26,6 @@ enum class ErrorKind {
 enum class Hint {
     kNone,
     kLenient,         // ClipOptions::lenient
-    kAllowEmpty,      // ClipOptions::allow_empty
     kReplaceMissing,  // ClipOptions::missing other than kFail
 };
 

@@ -1,6 +1,11 @@
 #include "common/bvh/bvh.h"
 
+#include <algorithm>
+#include <set>
+
 #include "common/base/hash.h"
+#include "common/bvh/box.h"
+#include "common/bvh/bvh_stats.h"
 
 namespace mray {
 
@@ -22,6 +27,42 @@ void add_repeated(Bvh& bvh, std::vector<RepeatedTriangle> more) {
     }
     bvh.repeated.insert(bvh.repeated.end(), more.begin(), more.end());
     std::sort(bvh.repeated.begin(), bvh.repeated.end());
+}
+
+BvhStats bvh_stats(const Bvh& bvh) {
+    BvhStats stats;
+    stats.node_count = static_cast<std::uint32_t>(bvh.nodes.size());
+    stats.leaf_count = static_cast<std::uint32_t>(bvh.leaves.size());
+    stats.depth = bvh.depth();
+    stats.bytes = bvh.nodes.size() * sizeof(Node) + bvh.leaves.size() * sizeof(Leaf);
+    const double root_area = half_area(node_box(bvh.nodes.front()));
+    double area_sum = root_area;
+    std::uint64_t children = 0;
+    std::uint64_t triangles = 0;
+    std::uint64_t vertices = 0;
+    for (const Node& node : bvh.nodes) {
+        for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
+            ++children;
+            const double area = half_area(slot_box(node, slot));
+            if ((node.child[slot] & kLeafBit) == 0) {
+                area_sum += area;
+                continue;
+            }
+            const std::uint32_t leaf = node.child[slot] & ~kLeafBit;
+            const std::uint32_t count = corner_triangle_count(bvh.leaves[leaf].vertex[0].corners);
+            area_sum += area * count;
+            triangles += count;
+            const auto first = bvh.leaf_vertices.begin() + std::ptrdiff_t{leaf} * kLeafVertices;
+            vertices += std::set<std::uint32_t>(first, first + kLeafVertices).size();
+        }
+    }
+    stats.sah_cost = root_area > 0 ? area_sum / root_area : 0;
+    stats.children_per_node = static_cast<double>(children) / stats.node_count;
+    if (stats.leaf_count > 0) {
+        stats.triangles_per_leaf = static_cast<double>(triangles) / stats.leaf_count;
+        stats.vertices_per_leaf = static_cast<double>(vertices) / stats.leaf_count;
+    }
+    return stats;
 }
 
 }  // namespace mray

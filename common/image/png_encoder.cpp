@@ -47,10 +47,10 @@ namespace {
 
 /// The pixels as bytes in file order.
 std::vector<unsigned char> channels(const Image& image, int count) {
-    std::vector<unsigned char> bytes;
-    bytes.reserve(image.pixels.size() * static_cast<std::size_t>(count));
+    std::vector<unsigned char> bytes(image.pixels.size() * static_cast<std::size_t>(count));
+    auto out = bytes.begin();
     for (const std::uint32_t pixel : image.pixels) {
-        for (int i = 0; i < count; ++i) bytes.push_back(static_cast<unsigned char>(pixel >> 8 * i));
+        for (int i = 0; i < count; ++i) *out++ = static_cast<unsigned char>(pixel >> 8 * i);
     }
     return bytes;
 }
@@ -82,6 +82,8 @@ std::vector<std::byte> encode_png(const Image& image, std::span<const PngText> t
         std::ranges::all_of(image.pixels, [](std::uint32_t pixel) { return pixel >> 24 == 255; });
     const int count = is_opaque ? 3 : 4;
     const std::vector<unsigned char> pixels = channels(image, count);
+    // Flat triangles repeat themselves, which differences between pixels would hide.
+    [[maybe_unused]] static const int filter = stbi_write_force_png_filter = 0;
     const int width = static_cast<int>(image.width);
     int size = 0;
     const std::unique_ptr<unsigned char, decltype(&std::free)> png(

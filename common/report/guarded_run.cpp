@@ -14,14 +14,11 @@
 #include <thread>
 
 #include "common/base/errors.h"
-#include "common/base/stopwatch.h"
 
 namespace mray {
 namespace {
 
 constexpr auto kLookEvery = std::chrono::milliseconds(2);
-// Wall time in multiples of the limit, within which even a busy machine grants the processor time.
-constexpr double kWaitFactor = 50;
 
 [[noreturn]] void fail(const char* what) {
     throw Error(ErrorKind::kLimit, fmt::format("no {}: {}; end other programs or raise the limit",
@@ -44,14 +41,6 @@ constexpr double kWaitFactor = 50;
     _exit(0);
 }
 
-bool ran_out(int status) { return WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU; }
-
-/// Kills the process and reaps it.
-void end(pid_t process) {
-    kill(process, SIGKILL);
-    waitpid(process, nullptr, 0);
-}
-
 }  // namespace
 
 SharedMemory::SharedMemory(std::size_t bytes) : bytes_(std::max<std::size_t>(1, bytes)) {
@@ -63,7 +52,6 @@ SharedMemory::~SharedMemory() { munmap(start_, bytes_); }
 
 RunEnd run_guarded(const std::function<void()>& work, unsigned limit_s,
                    const std::function<void()>& check) {
-    const Stopwatch watch;
     const pid_t process = fork();
     if (process < 0) fail("new process");
     if (process == 0) work_alone(work, limit_s);
@@ -71,16 +59,14 @@ RunEnd run_guarded(const std::function<void()>& work, unsigned limit_s,
         int status = 0;
         if (waitpid(process, &status, WNOHANG) == process) {
             if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return RunEnd::kDone;
-            return ran_out(status) ? RunEnd::kNoEnd : RunEnd::kCrashed;
-        }
-        if (watch.ms() > 1e3 * kWaitFactor * limit_s) {
-            end(process);
-            return RunEnd::kNoEnd;
+            const bool ran_out = WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU;
+            return ran_out ? RunEnd::kNoEnd : RunEnd::kCrashed;
         }
         try {
             check();
         } catch (...) {
-            end(process);
+            kill(process, SIGKILL);
+            waitpid(process, nullptr, 0);
             throw;
         }
         std::this_thread::sleep_for(kLookEvery);

@@ -105,10 +105,13 @@ void require_gnuplot(std::string_view who) {
 
 std::string draw(const Figure& figure, std::string_view csv, std::string_view format) {
     const ScratchFile data(csv);
-    const ShellResult finished = run_shell(
+    const std::string command =
         fmt::format("gnuplot -e {} {}", shell_quoted(settings(figure, data.path(), format)),
-                    shell_quoted(script_path())));
+                    shell_quoted(script_path()));
+    const ShellResult finished = run_shell(command + " 2>/dev/null");
     if (finished.status == 0) return finished.text;
+    // Again, for its message; warnings are of no interest.
+    run_shell(command);
     throw Error(ErrorKind::kInternal,
                 fmt::format("{}: gnuplot failed; its message is above", figure.title));
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstddef>
 #include <functional>
 #include <span>
 #include <vector>
@@ -28,6 +29,16 @@ T lower_median(std::vector<T> values, Key key = {}) {
     return *middle;
 }
 
+/// The value below which a part (0 to 1) of the values lies, between two of them interpolated
+/// linearly.
+inline double quantile(std::span<const double> ascending, double part) {
+    const double place = part * static_cast<double>(ascending.size() - 1);
+    const auto below = static_cast<std::size_t>(place);
+    const std::size_t above = std::min(below + 1, ascending.size() - 1);
+    return ascending[below] +
+           (place - static_cast<double>(below)) * (ascending[above] - ascending[below]);
+}
+
 struct Spread {
     double least = 0;
     double median = 0;
@@ -37,6 +48,15 @@ struct Spread {
 };
 
 /// Requires at least one value, in any order; values are finite and not negative.
-Spread spread_of(std::span<const double> values);
+inline Spread spread_of(std::span<const double> values) {
+    std::vector<double> ascending(values.begin(), values.end());
+    std::ranges::sort(ascending);
+    Spread spread{.least = ascending.front(), .median = quantile(ascending, 0.5)};
+    if (spread.median > 0) {
+        spread.percent =
+            100 * (quantile(ascending, 0.75) - quantile(ascending, 0.25)) / spread.median;
+    }
+    return spread;
+}
 
 }  // namespace mray

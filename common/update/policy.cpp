@@ -46,18 +46,11 @@ private:
     std::uint32_t age_ = 0;
 };
 
-/// The losses of a tree since it was made, and whether a remedy is worth its price. Each frame
-/// loses x_i to a tree that is no longer what it was; a remedy costs P and makes the loss start
-/// again from 0. With x_1 ... x_K the losses since the last remedy, it is time when
-///
-/// - K x_K - (x_1 + ... + x_K) >= P: if the next tree degrades like this one, the mean cost of a
-///   frame is least where the loss has grown to that mean (the economic life of equipment:
-///   J. Taylor. A statistical theory of depreciation. 1923). A loss that was there at once and
-///   does not grow is never due: a new tree would soon be as bad.
-/// - x_1 + ... + x_K >= P: if it does not, this rule costs at most twice as much as hindsight (ski
-///   rental: R. Karp. On-line algorithms versus off-line algorithms. 1992).
-///
-/// A remedy that has not saved half its price by the time of the next one doubles the backoff, a
+/// The losses x_1 ... x_K of a tree since its last remedy, which cost P, and whether the next one
+/// is worth it (docs/design/updates.md). It is due when the mean cost of a frame is least (the
+/// economic life of equipment: J. Taylor. A statistical theory of depreciation. 1923), or when as
+/// much is lost (ski rental: R. Karp. On-line algorithms versus off-line algorithms. 1992). A
+/// remedy that has not saved half its price by the time of the next one doubles the backoff, a
 /// factor of P; one that has halves it, down to 1.
 class LossAccount {
 public:

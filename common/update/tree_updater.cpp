@@ -103,15 +103,15 @@ const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions,
     begin_frame();
     UpdateDecision decision = policy_->plan();
     if (decision.step != UpdateStep::kRebuild) {
-        add(swap_is_due() ? swap(positions) : refit(positions, changed, decision.reason));
+        swap_is_due() ? swap(positions) : refit(positions, changed, decision.reason);
         decision = review(positions);
         if (decision.step == UpdateStep::kRestructure) {
-            add(restructure(positions, decision));
+            restructure(positions, decision);
             decision = review(positions);
         }
     }
     if (decision.step == UpdateStep::kRebuild) {
-        add(rebuild(positions, decision.reason));
+        rebuild(positions, decision.reason);
     } else {
         const bool has_reason =
             last_.step == TreeStep::kSwapped || last_.step == TreeStep::kRestructured;
@@ -130,13 +130,6 @@ void TreeUpdater::begin_frame() {
     if (background_frames_left_ > 0) --background_frames_left_;
 }
 
-/// Adds the result of a step to last_.
-void TreeUpdater::add(const StepResult& result) {
-    last_.step = result.step;
-    last_.reason = result.reason;
-    last_.times += result.times;
-}
-
 bool TreeUpdater::swap_is_due() {
     if (background_is_stale_) {
         if (!background_is_ready()) return false;
@@ -153,37 +146,30 @@ bool TreeUpdater::background_is_ready() const {
 }
 
 /// Takes the tree that was built in the background, and refits it to this pose.
-TreeUpdater::StepResult TreeUpdater::swap(std::span<const vec3> positions) {
+void TreeUpdater::swap(std::span<const vec3> positions) {
     bvh_ = background_.get();
     took_tree(background_triangle_area_);
-    StepResult result{TreeStep::kSwapped, "for the tree that was built in the background", {}};
+    last_.step = TreeStep::kSwapped;
+    last_.reason = "for the tree that was built in the background";
     // A tracer that does not refit itself gets the refitted tree.
-    result.times.upload_ms = hand_to(refitter(), positions);
+    last_.times.upload_ms += hand_to(refitter(), positions);
     refitter().refit(positions, RefitExtent::kAll, kAllIndices);
     has_refitted_ = true;
-    if (refitter_ != nullptr) {
-        result.times += finish_refit();
-        const Stopwatch watch;
-        pass_on_refitted(positions);
-        result.times.upload_ms += watch.ms();
-    }
-    return result;
+    if (refitter_ == nullptr) return;
+    last_.times += finish_refit();
+    last_.times.upload_ms += pass_on_refitted(positions);
 }
 
-TreeUpdater::StepResult TreeUpdater::refit(std::span<const vec3> positions,
-                                           std::span<const IndexRange> changed,
-                                           const std::string& reason) {
+void TreeUpdater::refit(std::span<const vec3> positions, std::span<const IndexRange> changed,
+                        const std::string& reason) {
     const std::uint64_t leaves = refitter().refit(positions, RefitExtent::kMoved, changed);
     has_refitted_ = true;
-    StepResult result{leaves > 0 ? TreeStep::kRefitted : TreeStep::kKept, reason, {}};
+    last_.step = leaves > 0 ? TreeStep::kRefitted : TreeStep::kKept;
+    last_.reason = reason;
     // A tracer may leave its refit to the trace: finish() takes the times of that.
-    if (refitter_ == nullptr) return result;
-    result.times += finish_refit();
-    if (leaves == 0) return result;
-    const Stopwatch watch;
-    pass_on_refitted(positions);
-    result.times.upload_ms += watch.ms();
-    return result;
+    if (refitter_ == nullptr) return;
+    last_.times += finish_refit();
+    if (leaves > 0) last_.times.upload_ms += pass_on_refitted(positions);
 }
 
 /// Asks the policy about the refitted tree.
@@ -213,38 +199,37 @@ void TreeUpdater::measure_tree(std::span<const vec3> positions) {
 }
 
 /// Restructures the worst parts, up to decision.most_restructured of all triangles.
-TreeUpdater::StepResult TreeUpdater::restructure(std::span<const vec3> positions,
-                                                 const UpdateDecision& decision) {
-    StepResult result{last_.step, decision.reason, {}};
+void TreeUpdater::restructure(std::span<const vec3> positions, const UpdateDecision& decision) {
     const Stopwatch watch;
     std::size_t parts = 0;
+    UpdateTimes times;
     refitter().edit_tree([&](Bvh& bvh) {
         const Stopwatch inner;
         parts = mray::restructure(topology_, positions, growth(positions),
                                   decision.most_restructured, bvh, areas_);
-        result.times.restructure_ms = inner.ms();
+        times.restructure_ms = inner.ms();
         return parts > 0;
     });
+    last_.reason = decision.reason;
     if (parts > 0) {
-        result.step = TreeStep::kRestructured;
-        result.reason += fmt::format(", of {} parts", parts);
-        pass_on_refitted(positions);
+        last_.step = TreeStep::kRestructured;
+        last_.reason += fmt::format(", of {} parts", parts);
+        if (refitter_ != nullptr) pass_on_refitted(positions);
     }
-    result.times.upload_ms = watch.ms() - result.times.restructure_ms;
-    restructuring_ = result.times;
-    return result;
+    times.upload_ms = watch.ms() - times.restructure_ms;
+    last_.times += times;
+    restructuring_ = times;
 }
 
 /// Builds at this pose, and gives the tree to tracer and refitter.
-TreeUpdater::StepResult TreeUpdater::rebuild(std::span<const vec3> positions,
-                                             const std::string& reason) {
+void TreeUpdater::rebuild(std::span<const vec3> positions, const std::string& reason) {
     forget_background_build();
-    StepResult result{TreeStep::kRebuilt, reason, {}};
-    result.times.rebuild_ms = build(positions);
-    result.times += finish_refit();
-    result.times.upload_ms += hand_to(tracer_, positions);
-    if (refitter_ != nullptr) result.times.upload_ms += hand_to(*refitter_, positions);
-    return result;
+    last_.step = TreeStep::kRebuilt;
+    last_.reason = reason;
+    last_.times.rebuild_ms += build(positions);
+    last_.times += finish_refit();
+    last_.times.upload_ms += hand_to(tracer_, positions);
+    if (refitter_ != nullptr) last_.times.upload_ms += hand_to(*refitter_, positions);
 }
 
 /// Builds a tree while frames are traced, after T. Ize, I. Wald, S. Parker. Asynchronous BVH
@@ -295,11 +280,12 @@ double TreeUpdater::hand_to(Backend& backend, std::span<const vec3> positions) {
     return backend.finish().update.upload_ms;
 }
 
-/// Gives the refitter's tree to the tracer.
-void TreeUpdater::pass_on_refitted(std::span<const vec3> positions) {
-    if (refitter_ == nullptr) return;
+/// Gives the refitter's tree to the tracer. Returns the milliseconds that takes.
+double TreeUpdater::pass_on_refitted(std::span<const vec3> positions) {
+    const Stopwatch watch;
     refitter_->read_tree(bvh_);
     tracer_.set_frame(positions, bvh_);
+    return watch.ms();
 }
 
 /// Finishes a refit that would have waited for the trace. Returns its times, once.

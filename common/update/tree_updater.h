@@ -79,25 +79,17 @@ public:
     const Bvh& tree();
 
 private:
-    /// The result of a step, which update() adds to last_.
-    struct StepResult {
-        TreeStep step;
-        std::string reason;
-        UpdateTimes times;
-    };
-
-    // Steps of update(), in the order in which it takes them.
+    // Steps of update(), in the order in which it takes them. They set last_.
     void begin_frame();
     bool swap_is_due();
-    StepResult swap(std::span<const vec3> positions);
-    StepResult refit(std::span<const vec3> positions, std::span<const IndexRange> changed,
-                     const std::string& reason);
+    void swap(std::span<const vec3> positions);
+    void refit(std::span<const vec3> positions, std::span<const IndexRange> changed,
+               const std::string& reason);
     UpdateDecision review(std::span<const vec3> positions);
-    StepResult restructure(std::span<const vec3> positions, const UpdateDecision& decision);
-    StepResult rebuild(std::span<const vec3> positions, const std::string& reason);
+    void restructure(std::span<const vec3> positions, const UpdateDecision& decision);
+    void rebuild(std::span<const vec3> positions, const std::string& reason);
     void start_background_build(std::span<const vec3> positions, std::uint32_t build_frames);
 
-    void add(const StepResult& result);
     double build(std::span<const vec3> positions);
     void took_tree(double triangle_area);
     void measure_tree(std::span<const vec3> positions);
@@ -105,7 +97,7 @@ private:
     void forget_background_build();
     Backend& refitter() { return refitter_ != nullptr ? *refitter_ : tracer_; }
     double hand_to(Backend& backend, std::span<const vec3> positions);
-    void pass_on_refitted(std::span<const vec3> positions);
+    double pass_on_refitted(std::span<const vec3> positions);
     UpdateTimes finish_refit();
     double growth(std::span<const vec3> positions) const;
     FrameCost cost_of_frame(const TraceCost& trace) const;

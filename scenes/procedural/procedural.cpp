@@ -43,16 +43,6 @@ std::string similar_scene(std::string_view name) {
     return suggestion(name, names);
 }
 
-// The name, fit for a message of one line.
-std::string quoted(std::string_view name) {
-    constexpr std::size_t kLongest = 40;
-    std::string text(name.substr(0, kLongest));
-    for (char& c : text) {
-        if (c < ' ' || c > '~') c = '?';
-    }
-    return name.size() > kLongest ? fmt::format("'{}...'", text) : fmt::format("'{}'", text);
-}
-
 }  // namespace
 
 std::span<const ProceduralScene> procedural_scenes() { return kScenes; }
@@ -62,7 +52,7 @@ std::unique_ptr<Clip> make_procedural(const std::string& name, std::uint64_t tri
                                     [&](const Entry& e) { return name == e.scene.name; });
     if (entry == kEntries.end()) {
         throw Error(ErrorKind::kBadArgument, fmt::format("there is no built-in scene {}{}",
-                                                         quoted(name), similar_scene(name)));
+                                                         quote(name), similar_scene(name)));
     }
     if (triangles > kMaxTriangles) {
         throw Error(ErrorKind::kLimit,

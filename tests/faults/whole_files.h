@@ -20,14 +20,15 @@ inline const std::vector<std::string> kWork = {"render",    "builtin:cloth:500",
                                                "--hits",    "hits",
                                                "--quiet"};
 
-/// Bytes of files by their names.
+/// Bytes of files by their names, without what a killed process was writing.
 using Outputs = std::map<std::string, std::string>;
 
 inline Outputs outputs_of(const TemporaryFolder& folder) {
     Outputs files;
     for (const std::string& name : folder.names()) {
         const std::filesystem::path path = folder.path() / name;
-        if (std::filesystem::is_regular_file(path)) files[name] = read_file(path);
+        if (std::filesystem::is_regular_file(path) && !name.ends_with(".partial"))
+            files[name] = read_file(path);
     }
     return files;
 }

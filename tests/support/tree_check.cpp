@@ -20,7 +20,8 @@ public:
           seen_(topology.triangles.size()) {}
 
     std::vector<std::string> run() {
-        if (!check_shape()) return std::move(problems_);
+        check_shape();
+        if (!problems_.empty()) return std::move(problems_);
         for (std::uint32_t node = 0; node < bvh_.nodes.size(); ++node) check_node(node);
         for (std::uint32_t leaf = 0; leaf < bvh_.leaves.size(); ++leaf) check_leaf(leaf);
         check_all_seen();
@@ -28,33 +29,30 @@ public:
     }
 
 private:
+    /// Returns `ok`, and reports the problem if it is false.
     template <class... Args>
-    void report(fmt::format_string<Args...> format, Args&&... args) {
-        if (problems_.size() < limit_)
+    bool expect(bool ok, fmt::format_string<Args...> format, Args&&... args) {
+        if (!ok && problems_.size() < limit_)
             problems_.push_back(fmt::format(format, std::forward<Args>(args)...));
+        return ok;
     }
 
     /// Checks array sizes and levels, which the other checks index by.
-    bool check_shape() {
+    void check_shape() {
         const auto& levels = bvh_.level_begin;
-        if (bvh_.nodes.empty() || levels.size() < 2 || levels.front() != 0 ||
-            levels.back() != bvh_.nodes.size()) {
-            report("levels do not cover the nodes");
-        }
-        for (std::size_t i = 1; i < levels.size(); ++i) {
-            if (levels[i] <= levels[i - 1]) report("level {} is empty", i - 1);
-        }
-        if (bvh_.depth() > kMaxDepth) report("depth {} is above {}", bvh_.depth(), kMaxDepth);
-        if (bvh_.node_parents.size() != bvh_.nodes.size() ||
-            bvh_.leaf_parents.size() != bvh_.leaves.size() ||
-            bvh_.leaf_vertices.size() != bvh_.leaves.size() * kLeafVertices) {
-            report("parents or leaf vertices have the wrong size");
-        }
-        if (bvh_.triangle_count != topology_.triangles.size()) {
-            report("{} triangles in the tree, {} in the scene", bvh_.triangle_count,
-                   topology_.triangles.size());
-        }
-        return problems_.empty();
+        expect(!bvh_.nodes.empty() && levels.size() >= 2 && levels.front() == 0 &&
+                   levels.back() == bvh_.nodes.size(),
+               "levels do not cover the nodes");
+        for (std::size_t i = 1; i < levels.size(); ++i)
+            expect(levels[i] > levels[i - 1], "level {} is empty", i - 1);
+        expect(bvh_.depth() <= kMaxDepth, "depth {} is above {}", bvh_.depth(), kMaxDepth);
+        expect(bvh_.node_parents.size() == bvh_.nodes.size() &&
+                   bvh_.leaf_parents.size() == bvh_.leaves.size() &&
+                   bvh_.leaf_vertices.size() == bvh_.leaves.size() * kLeafVertices,
+               "parents or leaf vertices have the wrong size");
+        expect(bvh_.triangle_count == topology_.triangles.size(),
+               "{} triangles in the tree, {} in the scene", bvh_.triangle_count,
+               topology_.triangles.size());
     }
 
     std::uint32_t level_of(std::uint32_t node) const {
@@ -65,78 +63,56 @@ private:
 
     void check_node(std::uint32_t index) {
         const Node& node = bvh_.nodes[index];
-        if (index == 0 && bvh_.node_parents[0] != kNoParent) report("the root has a parent");
+        expect(index > 0 || bvh_.node_parents[0] == kNoParent, "the root has a parent");
         bool ended = false;
         for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
             const std::uint32_t child = node.child[slot];
             const Box box = slot_box(node, slot);
             if (child == kEmptyChild) {
                 ended = true;
-                if (!(box == Box()))
-                    report("node {} slot {} is empty, its box is not", index, slot);
+                expect(box == Box(), "node {} slot {} is empty, its box is not", index, slot);
                 continue;
             }
-            if (ended) report("node {} slot {} is used after an empty one", index, slot);
-            const std::uint32_t reference = index * kWidth + slot;
-            if ((child & kLeafBit) != 0) {
-                check_leaf_link(child & ~kLeafBit, reference, box);
-            } else {
-                check_node_link(index, child, reference, box);
-            }
+            expect(!ended, "node {} slot {} is used after an empty one", index, slot);
+            const bool is_leaf = (child & kLeafBit) != 0;
+            const std::uint32_t place = child & ~kLeafBit;
+            const auto& parents = is_leaf ? bvh_.leaf_parents : bvh_.node_parents;
+            if (!expect(place < parents.size() && parents[place] == index * kWidth + slot,
+                        "node {} slot {}: its child does not refer back", index, slot))
+                continue;
+            expect(is_leaf || level_of(child) == level_of(index) + 1,
+                   "node {} is not one level below its parent", child);
+            expect(box == (is_leaf ? padded(bounds_of_leaf(place)) : node_box(bvh_.nodes[child])),
+                   "node {} slot {}: the box is not the bounds of its child", index, slot);
         }
     }
 
-    void check_node_link(std::uint32_t index, std::uint32_t child, std::uint32_t reference,
-                         const Box& box) {
-        if (child >= bvh_.nodes.size() || bvh_.node_parents[child] != reference) {
-            report("node {} slot {} refers to node {}, which does not refer back", index,
-                   reference % kWidth, child);
-            return;
-        }
-        if (level_of(child) != level_of(index) + 1)
-            report("node {} is not one level below its parent", child);
-        if (!(box == node_box(bvh_.nodes[child]))) {
-            report("node {} slot {}: the box is not the bounds of node {}", index,
-                   reference % kWidth, child);
-        }
-    }
-
-    void check_leaf_link(std::uint32_t leaf, std::uint32_t reference, const Box& box) {
-        if (leaf >= bvh_.leaves.size() || bvh_.leaf_parents[leaf] != reference) {
-            report("slot {} of node {} refers to leaf {}, which does not refer back",
-                   reference % kWidth, reference / kWidth, leaf);
-            return;
-        }
-        // The bounds come from the scene's vertices, not from the leaf's copies.
-        Box tight;
+    /// From the scene's vertices, not from the leaf's copies.
+    Box bounds_of_leaf(std::uint32_t leaf) const {
+        Box box;
         for (const std::uint32_t prim : bvh_.leaves[leaf].prim_id) {
             if (prim >= topology_.triangles.size()) continue;
             const uvec3 t = topology_.triangles[prim];
-            for (const std::uint32_t vertex : {t.x, t.y, t.z}) {
-                if (is_finite_vertex(positions_[vertex])) tight.extend(positions_[vertex]);
-            }
+            for (const std::uint32_t vertex : {t.x, t.y, t.z})
+                if (is_finite_vertex(positions_[vertex])) box.extend(positions_[vertex]);
         }
-        if (!(box == padded(tight))) {
-            report("node {} slot {}: the box is not the padded bounds of leaf {}",
-                   reference / kWidth, reference % kWidth, leaf);
-        }
+        return box;
     }
 
     void check_leaf(std::uint32_t index) {
         const Leaf& leaf = bvh_.leaves[index];
         const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-        if (count == 0 || count > kLeafTriangles)
-            report("leaf {} holds {} triangles", index, count);
+        expect(count > 0 && count <= kLeafTriangles, "leaf {} holds {} triangles", index, count);
         for (std::uint32_t i = 0; i < kLeafTriangles; ++i) {
-            if (corner_triangle_count(leaf.vertex[i].corners) != count)
-                report("leaf {}: counts differ", index);
+            expect(corner_triangle_count(leaf.vertex[i].corners) == count, "leaf {}: counts differ",
+                   index);
             if (i >= count) {
-                if (leaf.prim_id[i] != kNoPrim)
-                    report("leaf {} slot {} is unused, but has an id", index, i);
+                expect(leaf.prim_id[i] == kNoPrim, "leaf {} slot {} is unused, but has an id",
+                       index, i);
                 continue;
             }
-            if (i > 0 && leaf.prim_id[i] <= leaf.prim_id[i - 1])
-                report("leaf {}: ids do not ascend", index);
+            expect(i == 0 || leaf.prim_id[i] > leaf.prim_id[i - 1], "leaf {}: ids do not ascend",
+                   index);
             check_triangle(index, i);
         }
     }
@@ -144,41 +120,36 @@ private:
     void check_triangle(std::uint32_t index, std::uint32_t i) {
         const Leaf& leaf = bvh_.leaves[index];
         const std::uint32_t prim = leaf.prim_id[i];
-        if (prim >= topology_.triangles.size()) {
-            report("leaf {} names triangle {}, which is not in the scene", index, prim);
+        if (!expect(prim < topology_.triangles.size(),
+                    "leaf {} names triangle {}, which is not in the scene", index, prim))
             return;
-        }
         ++seen_[prim];
         const uvec3 t = topology_.triangles[prim];
         const std::uint32_t expected[] = {t.x, t.y, t.z};
         for (std::uint32_t k = 0; k < 3; ++k) {
             const std::uint32_t slot = corner(leaf.vertex[i].corners, k);
-            if (slot >= kLeafVertices ||
-                bvh_.leaf_vertices[std::size_t{index} * kLeafVertices + slot] != expected[k]) {
-                report("leaf {}, triangle {}: corner {} is another vertex", index, prim, k);
-                // Bits, not values. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
-            } else if (std::memcmp(&leaf.vertex[slot].x, &positions_[expected[k]], sizeof(vec3)) !=
-                       0) {
-                report("leaf {}, triangle {}: corner {} is elsewhere", index, prim, k);
-            }
+            const std::uint32_t* vertices = &bvh_.leaf_vertices[std::size_t{index} * kLeafVertices];
+            if (!expect(slot < kLeafVertices && vertices[slot] == expected[k],
+                        "leaf {}, triangle {}: corner {} is another vertex", index, prim, k))
+                continue;
+            // Bits, not values. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
+            expect(std::memcmp(&leaf.vertex[slot].x, &positions_[expected[k]], sizeof(vec3)) == 0,
+                   "leaf {}, triangle {}: corner {} is elsewhere", index, prim, k);
         }
     }
 
     /// Each triangle is in one leaf, or repeats one that is.
     void check_all_seen() {
         for (const RepeatedTriangle& repeated : bvh_.repeated) {
-            if (repeated.prim_id >= seen_.size() || repeated.first >= repeated.prim_id ||
-                seen_[repeated.first] == 0 ||
-                topology_.triangles[repeated.first] != topology_.triangles[repeated.prim_id]) {
-                report("triangle {} does not repeat triangle {}", repeated.prim_id, repeated.first);
-                continue;
-            }
-            ++seen_[repeated.prim_id];
+            if (expect(repeated.prim_id < seen_.size() && repeated.first < repeated.prim_id &&
+                           seen_[repeated.first] > 0 &&
+                           topology_.triangles[repeated.first] ==
+                               topology_.triangles[repeated.prim_id],
+                       "triangle {} does not repeat triangle {}", repeated.prim_id, repeated.first))
+                ++seen_[repeated.prim_id];
         }
-        for (std::size_t prim = 0; prim < seen_.size(); ++prim) {
-            if (seen_[prim] > 1) report("triangle {} is in {} leaves", prim, seen_[prim]);
-            if (seen_[prim] == 0) report("triangle {} is in no leaf", prim);
-        }
+        for (std::size_t prim = 0; prim < seen_.size(); ++prim)
+            expect(seen_[prim] == 1, "triangle {} is in {} leaves", prim, seen_[prim]);
     }
 
     const Bvh& bvh_;

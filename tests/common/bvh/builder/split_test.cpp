@@ -15,7 +15,6 @@ namespace mray {
 namespace {
 
 using test::Random;
-using test::TestScene;
 
 /// Boxes of any size in a region that may be flat or a point; some are empty.
 AlignedVector<PrimRef> random_refs(Random& random, std::uint32_t count) {
@@ -97,34 +96,6 @@ TEST(Splits, OfFewRefsAreTheCheapestOfAllPositions) {
         AlignedVector<PrimRef> out(kFewRefs, PrimRef(Box(), 0));
         const std::size_t left = split_few(refs, out.data());
         ASSERT_EQ(left, cheapest.left_size) << round;
-    }
-}
-
-TEST(PrimRefs, AreTheSameOnEveryTarget) {
-    const TestScene scene = test::icosphere(4);
-    std::vector<vec3> positions = scene.positions();
-    positions[5] = scene.space().to_scene({NAN, 0, 0});
-    const auto count = static_cast<std::uint32_t>(scene.topology().triangles.size());
-    std::vector<PrimRef> expected;
-    Box bounds;
-    Box centroids;
-    for (std::uint32_t i = 0; i < count; ++i) {
-        expected.push_back(make_ref(scene.topology(), positions, i));
-        const PrimRef& ref = expected.back();
-        bounds.extend(ref.box());
-        if (!ref.empty())
-            centroids.extend(vec3(ref.centroid2(0), ref.centroid2(1), ref.centroid2(2)));
-    }
-    for (const SimdTarget& target : supported_simd_targets()) {
-        std::vector<PrimRef> refs(count);
-        make_refs(scene.topology(), positions, 0, std::span(refs).first(7), target);
-        make_refs(scene.topology(), positions, 7, std::span(refs).subspan(7), target);
-        EXPECT_EQ(std::memcmp(refs.data(), expected.data(), count * sizeof(PrimRef)), 0)
-            << target.name;
-        EXPECT_EQ(union_of(refs, target), bounds) << target.name;
-        EXPECT_EQ(centroid_bounds(refs, target), centroids) << target.name;
-        EXPECT_EQ(union_of({}, target), Box()) << target.name;
-        EXPECT_EQ(centroid_bounds({}, target), Box()) << target.name;
     }
 }
 
