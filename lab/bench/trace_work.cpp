@@ -180,26 +180,14 @@ TraceWork make_primary_work(const ImageParams& params) {
 }
 
 TraceWork make_row_work(const ImageParams& params) {
-    std::vector<Ray> rays;
-    for (std::uint32_t y = 0; y < params.height; ++y) {
-        for (std::uint32_t x = 0; x < params.width; ++x)
-            rays.push_back(camera_ray(params.camera, x, y));
-    }
-    return make_one_ray_work(params, std::move(rays));
-}
-
-TraceWork make_one_ray_work(const ImageParams& params, std::vector<Ray> rays) {
-    const std::size_t width = params.width;
-    const std::size_t rows = rays.size() / width;
     TraceWork work;
     work.kind = WorkKind::kOneRay;
     work.params = params;
     work.params.rays = kRaysPrimary;
-    work.rays.reserve(rays.size());
-    for (std::uint32_t y = 0; y < rows; ++y) {
-        const std::span row = std::span(rays).subspan(y * width, width);
+    for (std::uint32_t y = 0; y < params.height; ++y) {
         const std::size_t begin = work.rays.size();
-        work.rays.insert(work.rays.end(), row.begin(), row.end());
+        for (std::uint32_t x = 0; x < params.width; ++x)
+            work.rays.push_back(camera_ray(params.camera, x, y));
         close_tile(work, {0, y, params.width, y + 1}, begin);
     }
     return work;

@@ -179,10 +179,6 @@ TraceWork make_primary_work(const ImageParams& params);
 /// The camera's rays row by row: a work of single rays.
 TraceWork make_row_work(const ImageParams& params);
 
-/// Rays of any kind as a work of single rays, params.width of them a row. Leaves out those that
-/// make no row any more.
-TraceWork make_one_ray_work(const ImageParams& params, std::vector<Ray> rays);
-
 /// The rays from the surfaces of `hits`, which are the hits of `primary`: shadow rays, diffuse ones
 /// (one a pixel) or those of ambient occlusion (`samples` a pixel). If they could be more than
 /// `most_rays`, only every n-th square has rays, in a regular pattern, for the least n that leaves

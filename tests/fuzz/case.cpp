@@ -1,12 +1,6 @@
 #include "tests/fuzz/case.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cmath>
-#include <limits>
-
-#include <glm/geometric.hpp>
 
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
@@ -65,22 +59,6 @@ FuzzScene::FuzzScene(const FuzzCase& fuzz_case) : frame_(fuzz_case.frame) {
     positions_ = copy_of(frames_->positions(frame_));
     if (frame_ != built_at) journey_.push_back(positions_);
     rebuilt_ = frame_ == built_at ? built_ : build_bvh(topology(), positions_, {.threads = 1});
-}
-
-double distance_to_planes(const vec3& point, const Topology& topology,
-                          std::span<const vec3> positions) {
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const uvec3& t : topology.triangles) {
-        const glm::dvec3 a = positions[t.x];
-        const glm::dvec3 normal =
-            glm::cross(glm::dvec3(positions[t.y]) - a, glm::dvec3(positions[t.z]) - a);
-        const double length = glm::length(normal);
-        if (!(length > 0) || positions[t.x].x > kSceneExtent || positions[t.y].x > kSceneExtent ||
-            positions[t.z].x > kSceneExtent)
-            continue;
-        nearest = std::min(nearest, std::abs(glm::dot(normal, glm::dvec3(point) - a)) / length);
-    }
-    return nearest / kSceneExtent;
 }
 
 std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame) {

@@ -67,11 +67,6 @@ private:
     Bvh rebuilt_;
 };
 
-/// How far a point in scene space is from the nearest plane of a triangle, relative to the extent
-/// of scene space; infinite without a triangle that has area.
-double distance_to_planes(const vec3& point, const Topology& topology,
-                          std::span<const vec3> positions);
-
 /// The vertices at a frame, in world space.
 std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame);
 

@@ -132,11 +132,10 @@ private:
 
     std::string summary() const {
         return fmt::format(
-            "{}: {} cases ({} without an image), {} images ({} near a plane), {} rays, {} rays and "
+            "{}: {} cases ({} without an image), {} images, {} rays, {} rays and "
             "points of questions, {:.1f} s, {} cases and {} images differ",
-            backend_, tally_.cases, tally_.refused, tally_.images, tally_.images_near_a_plane,
-            tally_.rays, tally_.questions, watch_.ms() / 1000, tally_.failed_cases,
-            tally_.failed_images);
+            backend_, tally_.cases, tally_.refused, tally_.images, tally_.rays, tally_.questions,
+            watch_.ms() / 1000, tally_.failed_cases, tally_.failed_images);
     }
 
     const FuzzOptions& options_;

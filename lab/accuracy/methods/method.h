@@ -40,8 +40,7 @@ struct Method {
 
 /// Intersection rules over one plain traversal: the program's; T. Moeller, B. Trumbore. Fast,
 /// Minimum Storage Ray/Triangle Intersection. 1997; S. Woop, C. Benthin, I. Wald. Watertight
-/// Ray/Triangle Intersection. 2013; edge planes d . (b x c). All but the program's also with fused
-/// multiply-add if the machine has it.
+/// Ray/Triangle Intersection. 2013; edge planes d . (b x c).
 std::vector<Method> rule_methods(const ChartScene& scene);
 
 /// Box tests with the program's rule over the plain traversal: the program's; slabs padded by

@@ -8,26 +8,10 @@
 
 namespace mray::accuracy {
 
-/// a * b - c * d and sums of three products, with fused multiply-add or without.
-template <bool kFused>
-struct Products {
-    static float difference(float a, float b, float c, float d) {
-        if constexpr (kFused) return __builtin_fmaf(a, b, -(c * d));
-        return a * b - c * d;
-    }
-    static float dot(vec3 a, vec3 b) {
-        if constexpr (kFused) return __builtin_fmaf(a.x, b.x, __builtin_fmaf(a.y, b.y, a.z * b.z));
-        return a.x * b.x + a.y * b.y + a.z * b.z;
-    }
-    static vec3 cross(vec3 a, vec3 b) {
-        return vec3(difference(a.y, b.z, a.z, b.y), difference(a.z, b.x, a.x, b.z),
-                    difference(a.x, b.y, a.y, b.x));
-    }
-    static float minus_product(float a, float b, float c) {
-        if constexpr (kFused) return __builtin_fmaf(-b, c, a);
-        return a - b * c;
-    }
-};
+inline float dot(vec3 a, vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline vec3 cross(vec3 a, vec3 b) {
+    return vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
 
 /// Whether no two values have opposite signs and not all are 0.
 inline bool alike(float u, float v, float w) {
@@ -35,26 +19,24 @@ inline bool alike(float u, float v, float w) {
            (u != 0 || v != 0 || w != 0);
 }
 
-template <bool kFused>
 class MoellerTrumbore {
 public:
     explicit MoellerTrumbore(const Ray& ray) : org_(ray.org), dir_(ray.dir) {}
 
     bool intersect(vec3 a, vec3 b, vec3 c, float& t, float& u, float& v) const {
-        using P = Products<kFused>;
         const vec3 e1 = b - a;
         const vec3 e2 = c - a;
-        const vec3 p = P::cross(dir_, e2);
-        const float determinant = P::dot(e1, p);
+        const vec3 p = cross(dir_, e2);
+        const float determinant = dot(e1, p);
         if (!(determinant != 0)) return false;
         const float inverse = 1 / determinant;
         const vec3 s = org_ - a;
-        u = P::dot(s, p) * inverse;
+        u = dot(s, p) * inverse;
         if (!(u >= 0 && u <= 1)) return false;
-        const vec3 q = P::cross(s, e1);
-        v = P::dot(dir_, q) * inverse;
+        const vec3 q = cross(s, e1);
+        v = dot(dir_, q) * inverse;
         if (!(v >= 0 && u + v <= 1)) return false;
-        t = P::dot(e2, q) * inverse;
+        t = dot(e2, q) * inverse;
         return t > 0;
     }
 
@@ -64,7 +46,6 @@ private:
 };
 
 /// Falls back to double precision if an edge function is 0, as the paper does.
-template <bool kFused>
 class WoopWatertight {
 public:
     explicit WoopWatertight(const Ray& ray) : org_(ray.org) {
@@ -80,19 +61,18 @@ public:
     }
 
     bool intersect(vec3 va, vec3 vb, vec3 vc, float& t, float& u, float& v) const {
-        using P = Products<kFused>;
         const vec3 a = va - org_;
         const vec3 b = vb - org_;
         const vec3 c = vc - org_;
-        const float ax = P::minus_product(a[kx_], sx_, a[kz_]);
-        const float ay = P::minus_product(a[ky_], sy_, a[kz_]);
-        const float bx = P::minus_product(b[kx_], sx_, b[kz_]);
-        const float by = P::minus_product(b[ky_], sy_, b[kz_]);
-        const float cx = P::minus_product(c[kx_], sx_, c[kz_]);
-        const float cy = P::minus_product(c[ky_], sy_, c[kz_]);
-        float eu = P::difference(cx, by, cy, bx);
-        float ev = P::difference(ax, cy, ay, cx);
-        float ew = P::difference(bx, ay, by, ax);
+        const float ax = a[kx_] - sx_ * a[kz_];
+        const float ay = a[ky_] - sy_ * a[kz_];
+        const float bx = b[kx_] - sx_ * b[kz_];
+        const float by = b[ky_] - sy_ * b[kz_];
+        const float cx = c[kx_] - sx_ * c[kz_];
+        const float cy = c[ky_] - sy_ * c[kz_];
+        float eu = cx * by - cy * bx;
+        float ev = ax * cy - ay * cx;
+        float ew = bx * ay - by * ax;
         if (eu == 0 || ev == 0 || ew == 0) {
             const auto exact = [](float p, float q, float r, float s) {
                 return static_cast<float>(double{p} * q - double{r} * s);
@@ -104,8 +84,7 @@ public:
         if (!alike(eu, ev, ew)) return false;
         const float determinant = eu + ev + ew;
         if (!(determinant != 0)) return false;
-        const float scaled =
-            P::dot(vec3(eu, ev, ew), vec3(sz_ * a[kz_], sz_ * b[kz_], sz_ * c[kz_]));
+        const float scaled = dot(vec3(eu, ev, ew), vec3(sz_ * a[kz_], sz_ * b[kz_], sz_ * c[kz_]));
         const float inverse = 1 / determinant;
         t = scaled * inverse;
         u = ev * inverse;
@@ -120,25 +99,23 @@ private:
 };
 
 /// Signs of d . (b x c): each edge spans a plane with the origin.
-template <bool kFused>
 class EdgePlanes {
 public:
     explicit EdgePlanes(const Ray& ray) : org_(ray.org), dir_(ray.dir) {}
 
     bool intersect(vec3 va, vec3 vb, vec3 vc, float& t, float& u, float& v) const {
-        using P = Products<kFused>;
         const vec3 a = va - org_;
         const vec3 b = vb - org_;
         const vec3 c = vc - org_;
-        const float eu = P::dot(dir_, P::cross(b, c));
-        const float ev = P::dot(dir_, P::cross(c, a));
-        const float ew = P::dot(dir_, P::cross(a, b));
+        const float eu = dot(dir_, cross(b, c));
+        const float ev = dot(dir_, cross(c, a));
+        const float ew = dot(dir_, cross(a, b));
         if (!alike(eu, ev, ew)) return false;
-        const vec3 normal = P::cross(b - a, c - a);
-        const float facing = P::dot(normal, dir_);
+        const vec3 normal = cross(b - a, c - a);
+        const float facing = dot(normal, dir_);
         if (!(facing != 0)) return false;
         const float inverse = 1 / (eu + ev + ew);
-        t = P::dot(normal, a) / facing;
+        t = dot(normal, a) / facing;
         u = ev * inverse;
         v = ew * inverse;
         return t > 0;

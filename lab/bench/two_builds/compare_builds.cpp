@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -12,9 +13,6 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/base/output_file.h"
-#include "common/report/shell.h"
-#include "common/report/table.h"
 #include "common/simd/simd_target.h"
 #include "lab/bench/interleave.h"
 #include "lab/bench/report.h"
@@ -32,7 +30,6 @@ struct CompareOptions {
     std::vector<std::string> works = {"primary", "shadow", "diffuse", "ao", "one-ray"};
     std::vector<std::string> simd = {best_simd_target().name};
     int repeat = 7;
-    std::string csv;
 };
 
 void add_options(CLI::App& app, CompareOptions& options) {
@@ -49,21 +46,6 @@ void add_options(CLI::App& app, CompareOptions& options) {
     app.add_option("--repeat", options.repeat, "rounds after one to warm up")
         ->check(CLI::Range(1, 10000))
         ->capture_default_str();
-    app.add_option("--csv", options.csv, "the rows as comma-separated values");
-}
-
-constexpr const char* kTracers[] = {"packet", "stream", "single"};
-/// Lines are shown as they are measured, so their widths are fixed.
-const Column kColumns[] = {
-    {"scene", 24, false}, {"work", 7, false}, {"tracer", 6, false}, {"simd", 6, false},
-    {"this", 8},          {"other", 8},       {"ratio", 6},         {"ratio_at_best", 13},
-    {"min", 6},           {"max", 6},         {"differences", 11},
-};
-
-std::vector<std::string> column_names() {
-    std::vector<std::string> names;
-    for (const Column& column : kColumns) names.push_back(column.name);
-    return names;
 }
 
 /// Loads a build. It stays loaded, because TBB's threads may run its code to the end of the
@@ -94,81 +76,49 @@ std::uint64_t count_differences(const BuiltWork& a, const BuiltWork& b) {
     return count;
 }
 
-class Comparison {
-public:
-    Comparison(const BuildFunctions& ours, const BuildFunctions& theirs, int repeat)
-        : this_(ours), other_(theirs), repeat_(repeat) {}
-
-    void measure(const std::string& scene, const std::string& work, const std::string& tracer,
-                 const std::string& simd) {
-        const std::unique_ptr<BuiltWork> ours = this_.open(scene, work, tracer, simd);
-        const std::unique_ptr<BuiltWork> theirs = other_.open(scene, work, tracer, simd);
-        if (!ours || !theirs) return;
-        std::vector<Method> methods;
-        for (BuiltWork* const built : {ours.get(), theirs.get()}) {
-            methods.push_back({"", {}, [built](std::size_t part) {
-                                   return timed([&] { built->trace_part(part); });
-                               }});
-        }
-        const std::vector<Times> times =
-            time_in_turn(methods, std::min(ours->parts(), theirs->parts()), repeat_);
-        const std::uint64_t differences = count_differences(*ours, *theirs);
-        all_differences_ += differences;
-        const Ratio ratio = ratio_of(times[0], times[1]);
-        const auto speed = [&](const Times& time) {
-            return fmt::format("{:.2f}", static_cast<double>(ours->rays()) / time.least_ms * 1e-3);
-        };
-        const auto text = [](double value) { return fmt::format("{:.3f}", value); };
-        const std::vector<std::string> line = {scene,
-                                               work,
-                                               tracer,
-                                               simd,
-                                               speed(times[0]),
-                                               speed(times[1]),
-                                               text(ratio.median),
-                                               text(ratio.least),
-                                               text(ratio.min),
-                                               text(ratio.max),
-                                               std::to_string(differences)};
-        fmt::print("{}", row_text(kColumns, line));
-        std::fflush(stdout);
-        table_.add(line);
+/// Traces a work by both builds and prints a row. Returns how many answers differ.
+std::uint64_t compare(const BuildFunctions& ours, const BuildFunctions& theirs,
+                      const std::string& scene, const std::string& work, const std::string& tracer,
+                      const std::string& simd, int repeat) {
+    const std::unique_ptr<BuiltWork> a = ours.open(scene, work, tracer, simd);
+    const std::unique_ptr<BuiltWork> b = theirs.open(scene, work, tracer, simd);
+    if (!a || !b) return 0;
+    std::vector<Method> methods;
+    for (BuiltWork* const built : {a.get(), b.get()}) {
+        methods.push_back({"", {}, [built](std::size_t part) {
+                               return timed([&] { built->trace_part(part); });
+                           }});
     }
-
-    std::string csv() const { return table_.csv(); }
-    std::uint64_t all_differences() const { return all_differences_; }
-
-private:
-    const BuildFunctions& this_;
-    const BuildFunctions& other_;
-    int repeat_;
-    Table table_{column_names()};
-    std::uint64_t all_differences_ = 0;
-};
+    const std::vector<Times> times =
+        time_in_turn(methods, std::min(a->parts(), b->parts()), repeat);
+    const std::uint64_t differences = count_differences(*a, *b);
+    const Ratio ratio = ratio_of(times[0], times[1]);
+    const double krays = 1e-3 * static_cast<double>(a->rays());
+    fmt::print("{},{},{},{},{:.2f},{:.2f},{:.3f},{:.3f},{:.3f},{:.3f},{}\n", scene, work, tracer,
+               simd, krays / times[0].least_ms, krays / times[1].least_ms, ratio.median,
+               ratio.least, ratio.min, ratio.max, differences);
+    std::fflush(stdout);
+    return differences;
+}
 
 /// Returns 1 if an answer differs, else 0.
-int run(const CompareOptions& options, std::span<const std::string> arguments) {
-    if (!options.csv.empty()) check_writable(options.csv);
+int run(const CompareOptions& options) {
     const BuildFunctions& ours = load_build(options.this_build);
     const BuildFunctions& theirs = load_build(options.other_build);
-    Comparison comparison(ours, theirs, options.repeat);
-    fmt::print("Mray/s at best; ratio above 1: this build is faster\n{}", header_text(kColumns));
+    fmt::print(
+        "# {}, {}; this {}, other {}; Mray/s at best; ratio above 1: this build is faster\n"
+        "scene,work,tracer,simd,this,other,ratio,ratio_at_best,min,max,differences\n",
+        machine_name(), machine_isa(), ours.version, theirs.version);
+    std::uint64_t differences = 0;
     for (const std::string& scene : options.scenes) {
         for (const std::string& work : options.works) {
-            for (const char* const tracer : kTracers) {
+            for (const char* const tracer : {"packet", "stream", "single"}) {
                 for (const std::string& simd : options.simd)
-                    comparison.measure(scene, work, tracer, simd);
+                    differences += compare(ours, theirs, scene, work, tracer, simd, options.repeat);
             }
         }
     }
-    if (!options.csv.empty()) {
-        // lab/bench/builds puts the shared objects first.
-        write_file(options.csv,
-                   fmt::format("# {}, {}; this {}, other {}\n# ./lab/bench/builds OTHER {}\n{}",
-                               machine_name(), machine_isa(), ours.version, theirs.version,
-                               shell_line(arguments.subspan(2)), comparison.csv()));
-    }
-    return comparison.all_differences() == 0 ? 0 : 1;
+    return differences == 0 ? 0 : 1;
 }
 
 }  // namespace
@@ -185,7 +135,7 @@ int main(int argc, char** argv) {
         return app.exit(error) == 0 ? 0 : 2;
     }
     try {
-        return mray::bench::run(options, std::vector<std::string>(argv + 1, argv + argc));
+        return mray::bench::run(options);
     } catch (const std::exception& error) {
         fmt::print(stderr, "morphray_compare_builds: {}\n", error.what());
         return 2;

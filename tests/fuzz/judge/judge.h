@@ -47,9 +47,8 @@ struct Variants {
 /// each kind of tree.
 Variants cpu_variants();
 
-/// The Vulkan device with the default tuning, and with narrow
-/// packets. Throws Error(kUnavailable) without a device. The environment sets the width of its
-/// vectors.
+/// The Vulkan device with the default tuning, and with one that suspends rays often. Throws
+/// Error(kUnavailable) without a device. The environment sets the width of its vectors.
 Variants vulkan_variants();
 
 /// The kinds of comparisons.
@@ -138,10 +137,8 @@ struct Tally {
     std::uint64_t cases = 0;
     /// Cases whose view is refused, for example because eye and target coincide.
     std::uint64_t refused = 0;
-    /// Comparisons of a variant's image with the reference; those with the eye within 2^-20
-    /// extents of the plane of a triangle.
+    /// Comparisons of a variant's image with the reference.
     std::uint64_t images = 0;
-    std::uint64_t images_near_a_plane = 0;
     /// Rays of variants, secondary ones included.
     std::uint64_t rays = 0;
     /// Rays and points whose answers to all questions were compared.

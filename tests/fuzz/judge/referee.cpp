@@ -17,8 +17,6 @@
 namespace mray::fuzz {
 namespace {
 
-constexpr double kNearAPlane = 0x1p-20;
-
 bool same(const Frame& a, const Frame& b) {
     return test::same_bytes(a.hits, b.hits) && test::same_bytes(a.occlusion, b.occlusion) &&
            test::same_bytes(a.pixels, b.pixels);
@@ -129,15 +127,12 @@ std::unique_ptr<TreeUpdater> Referee::travel(Backend& backend) {
 
 std::vector<Finding> Referee::compare_images(const ViewSpec& view, Tally& tally) {
     const ImageParams params = make_image_params(view, scene_->bounds(), scene_->space());
-    const bool near = distance_to_planes(params.camera.org, scene_->topology(),
-                                         scene_->positions()) <= kNearAPlane;
     reference_.trace_image(params, expected_);
     std::vector<Finding> findings;
     for (const Variant& variant : variants_) {
         prepare(variant);
         variant.backend->trace_image(params, actual_);
         ++tally.images;
-        tally.images_near_a_plane += near ? 1 : 0;
         tally.rays += variant.backend->finish().rays;
         if (same(expected_, actual_)) continue;
         Finding finding;

@@ -61,7 +61,7 @@ TEST(Chart, TakesAsManyStepsAsAnnounced) {
     const std::size_t scenes = accuracy::failure_steps();
     // Embree adds methods if it is installed.
     EXPECT_GE(rows_of(accuracy::failure_chart(failures.context, {cloth()}).table),
-              10 * (scenes + 1));
+              7 * (scenes + 1));
     EXPECT_EQ(failures.steps, scenes + 1);
 }
 

@@ -23,11 +23,11 @@ expect() {
 expect_rows() {
     local row
     for row in primary,packet primary,stream primary,single ao,stream ao,single; do
-        grep -qE "^builtin:cloth:1000,$row,.*,$1$" "$scratch/rows.csv" || fail "no row of $row with $1"
+        grep -qE "^builtin:cloth:1000,$row,.*,$1$" "$scratch/out" || fail "no row of $row with $1"
     done
 }
 
-options=(--repeat 1 --work primary,ao --csv "$scratch/rows.csv" builtin:cloth:1000)
+options=(--repeat 1 --work primary,ao builtin:cloth:1000)
 expect 0 "$build" "$copy" "${options[@]}"
 expect_rows 0
 export MORPHRAY_BUILD=$copy
