@@ -5,7 +5,6 @@
 #include <cstdio>
 
 #include "app/terminal/failure.h"
-#include "app/terminal/interrupt.h"
 #include "cpu/cpu_backend.h"
 #include "tests/fuzz/generate/generator.h"
 #include "tests/fuzz/shrink/report.h"

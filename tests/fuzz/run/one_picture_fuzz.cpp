@@ -6,7 +6,6 @@
 #include <exception>
 
 #include "app/terminal/failure.h"
-#include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
 #include "tests/fuzz/run/campaign.h"
 #include "tests/fuzz/run/replay.h"

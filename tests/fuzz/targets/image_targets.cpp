@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <string>
 
-#include "app/files/image_reader.h"
+#include "app/files/image_files.h"
 #include "tests/fuzz/targets/outcome.h"
 #include "tests/fuzz/targets/targets.h"
 
