@@ -1,35 +1,60 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "app/cli/command_line.h"
 #include "app/commands/commands.h"
-#include "app/program.h"
+#include "app/terminal/failure.h"
 
 namespace mray::app {
 namespace {
 
-template <class... Functions>
-struct Overloaded : Functions... {
-    using Functions::operator()...;
-};
-// clang 14 does not deduce the arguments of aggregates.
-template <class... Functions>
-Overloaded(Functions...) -> Overloaded<Functions...>;
+// If stdin, stdout or stderr is closed, the next file that is opened would take its descriptor and
+// receive output. Opening /dev/null for the other direction occupies it, and its use keeps failing.
+void hold_standard_descriptors() {
+    for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+        if (::fcntl(fd, F_GETFD) >= 0) continue;
+        if (::open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0) return;
+    }
+}
 
-ExitCode run_command(const CommandOptions& options, const Messages& messages) {
-    return std::visit(Overloaded{
-                          [&](const RenderOptions& o) { return run_render(o, messages); },
-                          [&](const ViewOptions& o) { return run_view(o, messages); },
-                          [&](const CrosscheckOptions& o) { return run_crosscheck(o, messages); },
-                          [&](const DiffOptions& o) { return run_diff(o, messages); },
-                          [&](const ProbeOptions& o) { return run_probe(o, messages); },
-                          [&](const ProfileOptions& o) { return run_profile(o, messages); },
-                          [&](const TraceOptions& o) { return run_trace(o, messages); },
-                          [&](const QueryOptions& o) { return run_query(o, messages); },
-                          [&](const ChartOptions& o) { return run_chart(o, messages); },
-                          [&](const InfoOptions& o) { return run_info(o, messages); },
-                          [&](const DevicesOptions& o) { return run_devices(o, messages); },
-                      },
-                      options);
+/// Ends the process. Destructors of libraries do not run: after a failed allocation Vulkan's loader
+/// leaves a mutex locked for which its own destructor waits. Sanitizers and coverage need exit().
+[[noreturn]] void end_process(ExitCode code) {
+    std::fflush(nullptr);
+#ifdef MORPHRAY_RUNS_EXIT_HANDLERS
+    std::exit(static_cast<int>(code));
+#else
+    std::_Exit(static_cast<int>(code));
+#endif
+}
+
+ExitCode run_program(const std::vector<std::string>& arguments) {
+    Messages messages;
+    try {
+        const ParsedCommandLine parsed = parse_command_line(arguments);
+        messages = Messages(parsed.quiet, parsed.verbose);
+        if (parsed.options) {
+            return std::visit([&](const auto& options) { return run_command(options, messages); },
+                              *parsed.options);
+        }
+        messages.print(parsed.text);
+        return ExitCode::kOk;
+    } catch (...) {
+        const Failure failure = describe_failure(std::current_exception());
+        messages.error(failure);
+        return failure.code;
+    }
 }
 
 }  // namespace
 }  // namespace mray::app
 
-int main(int argc, char** argv) { mray::app::run_process(argc, argv, mray::app::run_command); }
+int main(int argc, char** argv) {
+    using namespace mray::app;
+    hold_standard_descriptors();
+    handle_signals();
+    end_process(run_program({argv + (argc > 0 ? 1 : 0), argv + argc}));
+}

@@ -175,19 +175,13 @@ ScheduleCosts PolicyRunner::measure_costs(const std::function<void()>& on_frame)
 }
 
 PolicyComparison PolicyRunner::compare(std::span<const PolicySpec> policies,
-                                       const std::function<void()>& on_frame,
-                                       const std::function<void(int, const PolicyRun&)>& on_round) {
+                                       const std::function<void()>& on_frame) {
     std::vector<std::vector<std::vector<PolicyFrame>>> rounds(policies.size());
     std::vector<ScheduleCosts> costs;
     std::vector<std::vector<double>> traces;
     for (int round = 0; round < repeat_; ++round) {
-        for (std::size_t p = 0; p < policies.size(); ++p) {
+        for (std::size_t p = 0; p < policies.size(); ++p)
             rounds[p].push_back(play(policies[p], on_frame));
-            on_round(round + 1, {.policy = text_of(policies[p]),
-                                 .backend = backend_->info().name,
-                                 .frames = rounds[p].back(),
-                                 .totals_ms = {total_of(rounds[p].back())}});
-        }
         if (round >= cost_rounds(repeat_)) continue;
         costs.push_back(measure_costs(on_frame));
         traces.push_back(trace_rebuilt_ms_);

@@ -95,12 +95,9 @@ public:
                  const RunConfig& config, int repeat, std::unique_ptr<Backend> backend);
 
     /// Measures the policies and the costs of schedules. Calls `on_frame` before each traced frame,
-    /// expected_frames() times; it may throw to end the work. Calls `on_round` with the number of a
-    /// round, from 1, and the frames of that round alone, when a policy has played it; best_ms and
-    /// trace_rebuilt_ms are 0 there.
-    PolicyComparison compare(
-        std::span<const PolicySpec> policies, const std::function<void()>& on_frame,
-        const std::function<void(int, const PolicyRun&)>& on_round = [](int, const PolicyRun&) {});
+    /// expected_frames() times; it may throw to end the work.
+    PolicyComparison compare(std::span<const PolicySpec> policies,
+                             const std::function<void()>& on_frame);
     std::size_t expected_frames(std::size_t policies) const;
 
 private:

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <utility>
 
-#include "app/backends/device_check.h"
-#include "app/base/library_calls.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
@@ -13,6 +13,17 @@
 
 namespace mray::app {
 namespace {
+
+#ifdef MORPHRAY_HAS_VULKAN
+/// Throws Error if the device failed its self-test, which is made now if no result is kept.
+void require_sound_device(const std::string& device) {
+    const morphray::DeviceCheck check = call_library([&] {
+        const std::optional<morphray::DeviceCheck> kept = morphray::kept_device_check(device);
+        return kept ? *kept : morphray::check_vulkan_device(device);
+    });
+    if (!check.passed) throw Error(kind_of(check.code), check.problem);
+}
+#endif
 
 std::unique_ptr<Backend> make_unwatched(BackendChoice choice, const BackendOptions& options) {
     const cpu::CpuConfig config{.threads = options.threads, .simd = options.simd};
@@ -74,41 +85,20 @@ std::vector<morphray::VulkanDeviceInfo> vulkan_devices() {
 #endif
 }
 
-std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options,
-                                                         [[maybe_unused]] bool all) {
+std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options) {
     if (options.choice == BackendChoice::kCpu) return {};
-    check_vulkan();
     std::vector<morphray::VulkanDeviceInfo> devices = vulkan_devices();
 #ifdef MORPHRAY_HAS_VULKAN
-    // Refuses a machine without a usable device, too.
     const std::uint32_t chosen = gpu::find_device(options.device).index;
-    if (!all) {
-        std::erase_if(devices, [&](const auto& device) { return device.index != chosen; });
-        return devices;
-    }
+    std::erase_if(devices, [&](const auto& device) { return device.index != chosen; });
 #endif
-    std::erase_if(devices, [](const morphray::VulkanDeviceInfo& d) { return !d.unusable.empty(); });
     return devices;
-}
-
-std::unique_ptr<Backend> make_backend(const BackendOptions& options, const Messages& messages) {
-    return make_backend(options.choice, options, messages);
 }
 
 std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions& options,
                                       const Messages& messages) {
     return make_chosen(choice, options, messages,
                        [&](BackendChoice chosen) { return make_concrete(chosen, options); });
-}
-
-std::unique_ptr<Backend> make_refitter(RefitOn refit_on, const BackendOptions& options,
-                                       const Backend& tracer, const Messages& messages) {
-    const bool traces_on_vulkan = tracer.info().name == "vulkan";
-    if (refit_on == RefitOn::kVulkan && !traces_on_vulkan)
-        return make_backend(BackendChoice::kVulkan, options, messages);
-    if (refit_on == RefitOn::kCpu && traces_on_vulkan)
-        return make_backend(BackendChoice::kCpu, options, messages);
-    return nullptr;
 }
 
 BuildConfig build_config(SplitMethod split, const BackendOptions& options) {

@@ -20,11 +20,10 @@ namespace mray::app {
 /// morphray::vulkan_devices(); throws Error(kUnavailable) without Vulkan.
 std::vector<morphray::VulkanDeviceInfo> vulkan_devices();
 
-/// The devices that crosscheck compares: none without Vulkan, each usable one if `all` is
-/// set, otherwise the one that the options choose. Throws Error(kUnavailable) if there is none.
-std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options, bool all);
+/// The device that crosscheck compares; none if the options choose the CPU. Throws
+/// Error(kUnavailable).
+std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options);
 
-/// Whether an option requires Vulkan.
 bool asks_for_vulkan(const BackendOptions& options);
 /// Whether the error of making a backend means that this machine or build has no usable Vulkan.
 bool is_lack_of_vulkan(const Error& error);
@@ -56,18 +55,10 @@ auto make_chosen(BackendChoice choice, const BackendOptions& options, const Mess
     }
 }
 
-/// The backend of options.choice. Throws Error(kUnavailable).
-std::unique_ptr<Backend> make_backend(const BackendOptions& options, const Messages& messages);
-
-/// As above, with `choice` in place of options.choice.
+/// The backend of a choice. Throws Error(kUnavailable).
 std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions& options,
                                       const Messages& messages);
 
-/// The backend that refits for this tracer; null if the tracer does.
-std::unique_ptr<Backend> make_refitter(RefitOn refit_on, const BackendOptions& options,
-                                       const Backend& tracer, const Messages& messages);
-
-/// How trees are built.
 BuildConfig build_config(SplitMethod split, const BackendOptions& options);
 
 /// The chosen backend; for kAuto the CPU and, if it is available, Vulkan.

@@ -29,7 +29,6 @@ std::string names_of(std::span<const Choice<T>> choices) {
     return names;
 }
 
-/// The name of a value that is one of the choices.
 template <class T>
 std::string name_in(std::type_identity_t<std::span<const Choice<T>>> choices, T value) {
     return std::ranges::find(choices, value, &Choice<T>::value)->name;
@@ -68,10 +67,6 @@ inline constexpr Choice<SplitMethod> kSplits[] = {{"binned", SplitMethod::kBinne
                                                   {"sweep", SplitMethod::kSweep}};
 inline constexpr Choice<MissingFrames> kMissing[] = {
     {"fail", MissingFrames::kFail}, {"hold", MissingFrames::kHold}, {"skip", MissingFrames::kSkip}};
-inline constexpr Choice<RefitOn> kRefitOn[] = {{"cpu", RefitOn::kCpu},
-                                               {"vulkan", RefitOn::kVulkan}};
-inline constexpr Choice<AnswerForm> kAnswerForms[] = {{"text", AnswerForm::kText},
-                                                      {"json", AnswerForm::kJson}};
 inline constexpr Choice<morphray::Crossing> kCrossings[] = {{"each", morphray::Crossing::each},
                                                             {"owner", morphray::Crossing::owner}};
 inline constexpr Choice<morphray::FillRule> kFillRules[] = {
@@ -80,7 +75,6 @@ inline constexpr Choice<Question> kQuestions[] = {{"inside", Question::kInside},
                                                   {"winding", Question::kWinding},
                                                   {"distance", Question::kDistance},
                                                   {"closest", Question::kClosest}};
-inline constexpr Choice<bool> kCheckedDevices[] = {{"one", false}, {"all", true}};
 inline constexpr Choice<Reference> kReferences[] = {
     {"auto", Reference::kAuto}, {"brute", Reference::kBrute}, {"cpu", Reference::kCpu}};
 

@@ -20,16 +20,9 @@ namespace mray::app {
 
 enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
 
-/// Which backend refits: kOwn is the one that traces.
-enum class RefitOn { kOwn, kCpu, kVulkan };
-
 /// The tracer whose images crosscheck expects.
 enum class Reference { kAuto, kBrute, kCpu };
 
-/// The form of the answers of trace and query.
-enum class AnswerForm { kText, kJson };
-
-/// Questions about a point.
 enum class Question { kInside, kWinding, kDistance, kClosest };
 
 /// A scene and how it is read. The members are those of ClipOptions.
@@ -67,8 +60,8 @@ struct ShadingOptions {
 
 struct TreeOptions {
     PolicySpec update = {};
-    UpdateConfig update_config = {};
-    RefitOn refit_on = RefitOn::kOwn;
+    /// As SceneOptions::record_cost_ratio.
+    bool record_cost_ratio = false;
     SplitMethod split = SplitMethod::kBinned;
     /// The frame at whose positions the tree is built; none: the first selected frame.
     std::optional<double> build_at = {};
@@ -112,8 +105,6 @@ struct CrosscheckOptions {
     std::optional<std::uint32_t> rays = {};
     BackendOptions backend = {};
     SplitMethod split = SplitMethod::kBinned;
-    /// Compare every usable device, not only that of --device.
-    bool all_devices = false;
     Reference reference = Reference::kAuto;
     /// The number of rays and of points a frame that the backends are asked about.
     std::uint32_t query_count = 0;
@@ -127,7 +118,6 @@ struct CrosscheckOptions {
 struct DiffOptions {
     /// The file that is expected, and the other one.
     std::vector<std::string> files = {};
-    std::string json = {};
 };
 
 struct ProbeOptions {
@@ -137,7 +127,6 @@ struct ProbeOptions {
     ViewSpec view = {};
     BackendOptions backend = {};
     TreeOptions tree = {};
-    std::string json = {};
 };
 
 struct ProfileOptions {
@@ -166,7 +155,6 @@ struct TraceOptions {
     bool binary_rays = false;
     bool all_hits = false;
     morphray::AllHitsOptions hit_lists = {};
-    AnswerForm format = AnswerForm::kText;
     std::string out = {};
 };
 
@@ -179,7 +167,6 @@ struct QueryOptions {
     std::vector<Question> questions = {};
     morphray::FillRule rule = morphray::FillRule::nonzero;
     float max_distance = std::numeric_limits<float>::infinity();
-    AnswerForm format = AnswerForm::kText;
     std::string out = "-";
 };
 
@@ -188,8 +175,6 @@ struct ChartOptions {
     std::string out = {};
     bool quick = false;
     bool lenient = false;
-    /// The command line without the program's name.
-    std::vector<std::string> arguments = {};
 };
 
 struct InfoOptions {
@@ -197,7 +182,6 @@ struct InfoOptions {
     SourceOptions source = {};
     std::optional<double> frame = {};
     bool tree_facts = false;
-    bool formats = false;
     std::string json = {};
 };
 
@@ -207,7 +191,6 @@ struct DevicesOptions {
     std::string json = {};
 };
 
-/// The options of the command that was given.
 using CommandOptions = std::variant<RenderOptions, ViewOptions, CrosscheckOptions, DiffOptions,
                                     ProbeOptions, ProfileOptions, TraceOptions, QueryOptions,
                                     ChartOptions, InfoOptions, DevicesOptions>;

@@ -114,18 +114,6 @@ std::vector<PolicySpec> parse_updates(std::string_view option, const std::string
     return policies;
 }
 
-void parse_update_budget(std::string_view option, const std::string& text, UpdateConfig& config) {
-    const bool in_ms = text.ends_with("ms");
-    const bool in_percent = text.ends_with('%');
-    const std::string number = text.substr(0, text.size() - (in_ms ? 2 : in_percent ? 1 : 0));
-    const std::optional<double> value = parse_finite_double(number);
-    if (!(in_ms || in_percent) || !value || *value <= 0) {
-        usage(option, text, "a part of a frame such as 50% or a time such as 2ms");
-    }
-    config.budget_ms = in_ms ? *value : 0;
-    if (in_percent) config.budget = *value / 100;
-}
-
 void reject_choice(std::string_view option, std::string_view text,
                    std::span<const std::string> names) {
     // A GPU is a Vulkan device.

@@ -47,8 +47,6 @@ std::string update_forms();
 PolicySpec parse_update(std::string_view option, const std::string& text);
 /// Policies separated by commas, each at most once.
 std::vector<PolicySpec> parse_updates(std::string_view option, const std::string& text);
-/// Reads "30%" of a frame or "2.5ms", above 0, into `config`.
-void parse_update_budget(std::string_view option, const std::string& text, UpdateConfig& config);
 
 /// Throws Error(kBadArgument), which lists the names and suggests a similar one.
 [[noreturn]] void reject_choice(std::string_view option, std::string_view text,

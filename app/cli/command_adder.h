@@ -52,6 +52,10 @@ private:
 /// Completes the options of a command that has nothing to complete.
 inline constexpr auto kNothing = [] {};
 
+/// Adds all commands. The one that is given sets `parsed.options` at the end of the parse. `app`
+/// and `parsed` must outlive it.
+void add_commands(CLI::App& app, ParsedCommandLine& parsed, std::span<const std::string> arguments);
+
 // The commands that trace images (app/cli/image_commands.cpp).
 void add_render(CommandAdder& adder);
 void add_view(CommandAdder& adder);

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <vector>
 
-#include "app/cli/commands.h"
+#include "app/cli/command_adder.h"
 #include "common/base/errors.h"
 #include "common/text/text_parts.h"
 #include "common/version.h"

@@ -1,5 +1,3 @@
-#include "app/cli/commands.h"
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <limits>
@@ -17,7 +15,6 @@ void add_diff(CommandAdder& adder) {
             command.add_option("FILES", options.files, "the expected hits, and the other")
                 ->required()
                 ->expected(2);
-            add_json(command, options.json);
             adder.add_quiet(command);
             return kNothing;
         });
@@ -28,8 +25,6 @@ template <class Options>
 void add_answers(const CommandAdder& adder, CLI::App& command, Options& options) {
     add_scene(command, options.source)->required();
     add_frame(command, options.frame);
-    add_choice<AnswerForm>(command, "--format", "the form of the answers (text)", kAnswerForms,
-                           options.format);
     add_backend_options(command, options.backend, kBackends, "cpu");
     adder.add_quiet(command);
 }
@@ -122,12 +117,11 @@ void add_query(CommandAdder& adder) {
         });
 }
 
-void add_chart(CommandAdder& adder, std::span<const std::string> arguments) {
+void add_chart(CommandAdder& adder) {
     adder.add<ChartOptions>(
         "chart", "Draws charts of speed against accuracy, as images and data",
         "  morphray chart builtin:cloth --out charts --quick",
         [&](CLI::App& command, ChartOptions& options) {
-            options.arguments.assign(arguments.begin(), arguments.end());
             command.add_option("SCENES", options.scenes, "what to trace, at the middle frame")
                 ->required();
             add_text(command, "-o,--out", "DIR", "a folder that does not exist yet or is empty",
@@ -143,17 +137,13 @@ void add_chart(CommandAdder& adder, std::span<const std::string> arguments) {
 void add_info(CommandAdder& adder) {
     adder.add<InfoOptions>(
         "info", "Describes a scene; without a scene, this program",
-        "  morphray info builtin:cloth --bvh\n  morphray info --formats",
-        [](CLI::App& command, InfoOptions& options) {
+        "  morphray info builtin:cloth --bvh", [](CLI::App& command, InfoOptions& options) {
             CLI::Option* const scene = add_scene(command, options.source);
             add_frame(command, options.frame)->needs(scene);
             add_flag(command, "--bvh", "build the tree both ways and describe it",
                      options.tree_facts)
                 ->needs(scene);
-            add_flag(command, "--formats", "list the formats of files that are read and written",
-                     options.formats)
-                ->excludes(scene);
-            add_json(command, options.json);
+            add_json(command, options.json)->needs(scene);
             return kNothing;
         });
 }
@@ -183,7 +173,7 @@ void add_commands(CLI::App& app, ParsedCommandLine& parsed,
     add_profile(adder);
     add_trace(adder);
     add_query(adder);
-    add_chart(adder, arguments);
+    add_chart(adder);
     add_info(adder);
     add_devices(adder);
 }

@@ -32,7 +32,6 @@ auto add_image_options(CLI::App& command, ImageOptions& image, const char* size,
               [&image](const std::string& option, const std::string& value) {
                   image.tree.update = parse_update(option, value);
               });
-    add_update_limits(command, image.tree.update_config);
     add_split(command, image.tree.split);
     add_build_at(command, image.tree.build_at);
     const CLI::Option* const ao_samples = command.get_option("--ao-samples");
@@ -68,9 +67,8 @@ void add_render(CommandAdder& adder) {
                      options.skip_existing);
             add_text(command, "-o,--out", "DIR|FILE.png",
                      "folder of the images, or one image (out)", options.out);
-            add_text(command, "--hits", "FILE|DIR/",
-                     "file of the raw hits of all frames, or a folder of a file each frame",
-                     options.hits);
+            add_text(command, "--hits", "FILE", "file of the raw hits of all frames", options.hits)
+                ->excludes("--skip-existing");
             add_json(command, options.json);
             adder.add_quiet(command);
             adder.add_verbose(command);
@@ -134,10 +132,6 @@ void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments)
             add_choice<std::uint32_t>(command, "--rays", "what each pixel traces (all three)",
                                       kRays, options.rays);
             add_backend_options(command, options.backend, kCheckedBackends, "all");
-            add_choice<bool>(command, "--devices",
-                             "Vulkan devices that are compared (one: that of --device)",
-                             kCheckedDevices, options.all_devices)
-                ->excludes(command.get_option("--device"));
             add_split(command, options.split);
             add_choice<Reference>(command, "--reference", "reference of the comparison (auto)",
                                   kReferences, options.reference);
@@ -150,8 +144,6 @@ void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments)
             add_json(command, options.json);
             adder.add_quiet(command);
             return [&options] {
-                if (options.all_devices && options.backend.choice == BackendChoice::kCpu)
-                    refuse("--devices all: the CPU alone is compared; leave --backend out");
                 const std::initializer_list<std::string> reports = {options.json, options.junit,
                                                                     options.html};
                 if (std::ranges::count_if(reports, is_stdout) > 1)
@@ -185,11 +177,8 @@ void add_probe(CommandAdder& adder) {
                       [&options](const std::string& option, const std::string& value) {
                           options.tree.update = parse_update(option, value);
                       });
-            add_choice<RefitOn>(command, "--refit-on", "which backend refits (the one that traces)",
-                                kRefitOn, options.tree.refit_on);
             add_split(command, options.tree.split);
             add_build_at(command, options.tree.build_at);
-            add_json(command, options.json);
             adder.add_verbose(command);
             return kNothing;
         });
@@ -217,9 +206,6 @@ void add_profile(CommandAdder& adder) {
                           [&options](const std::string& option, const std::string& value) {
                               options.policies = parse_updates(option, value);
                           });
-            add_update_limits(command, options.tree.update_config);
-            command.get_option("--update-budget")->needs(policies);
-            command.get_option("--deterministic-updates")->needs(policies);
             add_text(command, "--plot", "FILE.svg|.png", "charts of policies (needs gnuplot)",
                      options.plot)
                 ->needs(policies);

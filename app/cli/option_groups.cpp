@@ -37,8 +37,8 @@ CLI::Option* add_flag(CLI::App& command, const char* names, const std::string& h
 CLI::Option* add_scene(CLI::App& command, SourceOptions& source) {
     CLI::Option* const scene =
         add_text(command, "SCENE", "",
-                 "builtin:NAME[:TRIANGLES], a mesh file, a folder of such files, a pattern such as "
-                 "frame_%04d.obj, or a .gltf or .glb file; `morphray info --formats` lists formats",
+                 "builtin:NAME[:TRIANGLES], a mesh file (.obj, .ply), a folder of such files, a "
+                 "pattern such as frame_%04d.obj, or a .gltf or .glb file",
                  source.scene);
     add_source_options(command, source);
     return scene;
@@ -145,19 +145,8 @@ void add_build_at(CLI::App& command, std::optional<double>& target) {
               parsed(target, at_least(kLeast)));
 }
 
-void add_update_limits(CLI::App& command, UpdateConfig& config) {
-    add_value(command, "--update-budget", "N%|Nms",
-              "what an update by auto may add to a frame (75%)",
-              [&config](const std::string& option, const std::string& value) {
-                  parse_update_budget(option, value, config);
-              });
-    add_flag(command, "--deterministic-updates",
-             "auto decides from counts of triangles and rays instead of times",
-             config.deterministic);
-}
-
-void add_json(CLI::App& command, std::string& target) {
-    add_text(command, "--json", "FILE|-", "a report for programs; - is stdout", target);
+CLI::Option* add_json(CLI::App& command, std::string& target) {
+    return add_text(command, "--json", "FILE|-", "a report for programs; - is stdout", target);
 }
 
 }  // namespace mray::app

@@ -59,14 +59,11 @@ CLI::Option* add_count(CLI::App& command, const char* names, const std::string& 
                      });
 }
 
-/// The argument SCENE and how the scene is read.
 CLI::Option* add_scene(CLI::App& command, SourceOptions& source);
-/// The options that say how a scene is read.
 void add_source_options(CLI::App& command, SourceOptions& source);
 void add_lenient(CLI::App& command, bool& target);
 /// --frames; `otherwise` says which frames are the default.
 void add_frames(CLI::App& command, std::string& target, const char* otherwise);
-/// --frame, of a command that takes one.
 CLI::Option* add_frame(CLI::App& command, std::optional<double>& target);
 
 /// Size, camera, light and ambient occlusion, with the defaults to show.
@@ -80,12 +77,9 @@ void add_backend_options(CLI::App& command, BackendOptions& backend,
                          std::span<const Choice<BackendChoice>> choices, const char* otherwise);
 void add_threads(CLI::App& command, int& target);
 
-/// The options that say how a tree is built.
 void add_split(CLI::App& command, SplitMethod& target);
 void add_build_at(CLI::App& command, std::optional<double>& target);
-/// The limits of --update auto and --policies auto.
-void add_update_limits(CLI::App& command, UpdateConfig& config);
 
-void add_json(CLI::App& command, std::string& target);
+CLI::Option* add_json(CLI::App& command, std::string& target);
 
 }  // namespace mray::app

@@ -7,9 +7,8 @@
 #include <glm/geometric.hpp>
 
 #include "app/backends/backends.h"
-#include "app/backends/device_check.h"
-#include "app/base/library_calls.h"
-#include "app/files/image_reader.h"
+#include "app/files/image_files.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
 #include "common/base/stopwatch.h"
 #include "scenes/inside_view.h"
@@ -23,7 +22,6 @@ morphray::CpuOptions cpu_options(const BackendOptions& options) {
 
 morphray::Device open_vulkan(const BackendOptions& options) {
     check_vulkan();
-    require_sound_device(options.device);
     return morphray::Device::vulkan({.device = options.device, .validate = options.validate});
 }
 
@@ -37,9 +35,7 @@ morphray::UpdatePolicy policy_of(const TreeOptions& tree) {
         case PolicyKind::kEvery:
             return morphray::Every{policy.period};
         default:
-            return morphray::Auto{.budget_ms = tree.update_config.budget_ms,
-                                  .budget = tree.update_config.budget,
-                                  .deterministic = tree.update_config.deterministic};
+            return morphray::Auto{};
     }
 }
 
@@ -81,28 +77,6 @@ morphray::View view_of(const ViewSpec& spec, const ShadingOptions& shading) {
 }
 
 }  // namespace
-
-ErrorKind kind_of(morphray::ErrorCode code) {
-    using morphray::ErrorCode;
-    switch (code) {
-        case ErrorCode::bad_argument:
-            return ErrorKind::kBadArgument;
-        case ErrorCode::bad_input:
-            return ErrorKind::kBadInput;
-        case ErrorCode::unavailable:
-            return ErrorKind::kUnavailable;
-        case ErrorCode::output:
-            return ErrorKind::kOutput;
-        case ErrorCode::limit:
-            return ErrorKind::kLimit;
-        case ErrorCode::device_lost:
-            return ErrorKind::kDeviceLost;
-        case ErrorCode::cancelled:
-            return ErrorKind::kCancelled;
-        default:
-            return ErrorKind::kInternal;
-    }
-}
 
 morphray::Device open_device(const BackendOptions& options, const Messages& messages) {
     return make_chosen(options.choice, options, messages, [&](BackendChoice chosen) {
@@ -162,16 +136,16 @@ ClipScene::ClipScene(const ImageOptions& options, const Clip& clip, double first
     const morphray::Device device = open_device(options.backend, messages);
     refitter_ = device.name() == "vulkan" ? "vulkan" : "cpu";
     call_library([&] {
-        morphray::SceneOptions scene_options = {
-            .bounds = bounds_of(clip),
-            .update = policy_of(options.tree),
-            .split = options.tree.split == SplitMethod::kSweep ? morphray::Split::sweep
-                                                               : morphray::Split::binned,
-            .record_cost_ratio = options.tree.update_config.record_cost_ratio,
-            .cancel = &cancel,
-            .done = &step_done()};
+        morphray::SceneOptions scene_options = {.bounds = bounds_of(clip),
+                                                .update = policy_of(options.tree),
+                                                .split = options.tree.split == SplitMethod::kSweep
+                                                             ? morphray::Split::sweep
+                                                             : morphray::Split::binned,
+                                                .record_cost_ratio = options.tree.record_cost_ratio,
+                                                .cancel = &cancel,
+                                                .done = &step_done()};
         messages.note("tracing on " + device.name() + ": " + device.description());
-        read_wait_ms_ = deform_ms_ = place(current_);
+        deform_ms_ = place(current_);
         std::vector<Image> images;
         if (clip.textures() != nullptr && options.shading.shading == morphray::Shading::lit)
             images = read_textures(*clip.textures(), options.source.lenient, messages);
@@ -220,11 +194,9 @@ void ClipScene::prepare(double frame) {
 void ClipScene::advance(double frame) {
     if (std::exchange(is_fresh_, false) && frame == current_) return;
     current_ = frame;
-    const Stopwatch watch;
     const std::optional<double> prepared = std::exchange(prepared_, std::nullopt);
     if (prepared) reading_.wait();
     deform_ms_ = prepared == frame ? reading_.get() : place(frame);
-    read_wait_ms_ = watch.ms();
     trace_ms_ = 0;
     rays_ = 0;
     call_library([&] { update_ = scene_->update(); });

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "app/base/options.h"
-#include "app/terminal/interrupt.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
 #include "common/frame_times.h"
 #include "morphray/scene.hpp"
@@ -37,7 +37,7 @@ public:
     /// frame of the build.
     void advance(double frame);
     /// Into `image`, whose memory is used again. Throws Error(kCancelled) within the image after a
-    /// signal (app/terminal/interrupt.h).
+    /// signal (app/terminal/failure.h).
     void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image);
     /// The same pixels without hits. Throws Error(kCancelled) soon after `cancel` becomes true.
     void render_pixels(const ViewSpec& view, const ShadingOptions& shading,
@@ -50,9 +50,6 @@ public:
     /// The times of the last advance() and render(); before the first advance(), those of the
     /// build.
     FrameTimes times() const;
-    /// Milliseconds that the last advance() waited for the positions: all that it took to make
-    /// them, or less after prepare().
-    double read_wait_ms() const { return read_wait_ms_; }
     /// The vertices of the mesh at the frame, in world space.
     std::span<const vec3> positions() const { return positions_; }
     /// The backend that refitted the tree of this frame, "cpu" or "vulkan"; empty after a build.
@@ -73,7 +70,6 @@ private:
     double current_ = 0;
     bool is_fresh_ = true;
     double deform_ms_ = 0;
-    double read_wait_ms_ = 0;
     double trace_ms_ = 0;
     std::uint64_t rays_ = 0;
     morphray::Update update_;

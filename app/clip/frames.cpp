@@ -46,6 +46,14 @@ std::size_t fraction_digits(double frame) {
     return text.find_last_not_of('0') - text.find('.');
 }
 
+/// Throws Error(kBadArgument) for a frame outside the clip.
+void require_in_clip(const char* option, double frame, const Clip& clip) {
+    if (frame >= clip.first_frame() && frame <= clip.last_frame()) return;
+    throw Error(ErrorKind::kBadArgument,
+                fmt::format("{}: frame {} is not in the scene, which has {} to {}", option, frame,
+                            clip.first_frame(), clip.last_frame()));
+}
+
 }  // namespace
 
 std::unique_ptr<Clip> open_clip(const SourceOptions& source, const Messages& messages,
@@ -89,13 +97,6 @@ double select_frame(const std::optional<double>& frame, const std::optional<doub
     if (build_at) require_in_clip("--build-at", *build_at, clip);
     if (frame) require_in_clip("--frame", *frame, clip);
     return frame.value_or(clip.first_frame());
-}
-
-void require_in_clip(const char* option, double frame, const Clip& clip) {
-    if (frame >= clip.first_frame() && frame <= clip.last_frame()) return;
-    throw Error(ErrorKind::kBadArgument,
-                fmt::format("{}: frame {} is not in the scene, which has {} to {}", option, frame,
-                            clip.first_frame(), clip.last_frame()));
 }
 
 FrameDigits digits_of(std::span<const double> frames, const Clip& clip) {

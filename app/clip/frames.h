@@ -35,9 +35,6 @@ std::vector<double> select_frames(const std::string& frames, const std::optional
 double select_frame(const std::optional<double>& frame, const std::optional<double>& build_at,
                     const Clip& clip);
 
-/// Throws Error(kBadArgument) for a frame outside the clip.
-void require_in_clip(const char* option, double frame, const Clip& clip);
-
 /// How many digits the numbers of frames have in the names of files.
 struct FrameDigits {
     std::size_t whole = 4;

@@ -2,10 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "app/base/library_calls.h"
 #include "app/clip/clip_scene.h"
 #include "app/clip/frames.h"
-#include "app/terminal/interrupt.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
 #include "common/scene/mesh.h"
 #include "common/text/text_parts.h"

@@ -7,18 +7,18 @@
 
 namespace mray::app {
 
-// Each function runs its command. Returns kOk, kCheckFailed, or kPartial after a message. Throws
-// Error.
-ExitCode run_render(const RenderOptions& options, const Messages& messages);
-ExitCode run_view(const ViewOptions& options, const Messages& messages);
-ExitCode run_crosscheck(const CrosscheckOptions& options, const Messages& messages);
-ExitCode run_diff(const DiffOptions& options, const Messages& messages);
-ExitCode run_probe(const ProbeOptions& options, const Messages& messages);
-ExitCode run_profile(const ProfileOptions& options, const Messages& messages);
-ExitCode run_trace(const TraceOptions& options, const Messages& messages);
-ExitCode run_query(const QueryOptions& options, const Messages& messages);
-ExitCode run_chart(const ChartOptions& options, const Messages& messages);
-ExitCode run_info(const InfoOptions& options, const Messages& messages);
-ExitCode run_devices(const DevicesOptions& options, const Messages& messages);
+// Each function runs the command of the options. Returns kOk, kCheckFailed, or kPartial after a
+// message. Throws Error.
+ExitCode run_command(const RenderOptions& options, const Messages& messages);
+ExitCode run_command(const ViewOptions& options, const Messages& messages);
+ExitCode run_command(const CrosscheckOptions& options, const Messages& messages);
+ExitCode run_command(const DiffOptions& options, const Messages& messages);
+ExitCode run_command(const ProbeOptions& options, const Messages& messages);
+ExitCode run_command(const ProfileOptions& options, const Messages& messages);
+ExitCode run_command(const TraceOptions& options, const Messages& messages);
+ExitCode run_command(const QueryOptions& options, const Messages& messages);
+ExitCode run_command(const ChartOptions& options, const Messages& messages);
+ExitCode run_command(const InfoOptions& options, const Messages& messages);
+ExitCode run_command(const DevicesOptions& options, const Messages& messages);
 
 }  // namespace mray::app

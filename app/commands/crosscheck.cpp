@@ -3,13 +3,15 @@
 
 #include <exception>
 #include <optional>
+#include <utility>
 
 #include "app/backends/backends.h"
 #include "app/clip/frames.h"
 #include "app/commands/commands.h"
-#include "app/commands/crosscheck/scene_check.h"
+#include "app/commands/crosscheck/cross_checker.h"
 #include "app/report/crosscheck/check_report.h"
 #include "app/terminal/failure.h"
+#include "app/terminal/progress.h"
 #include "common/report/shell.h"
 
 namespace mray::app {
@@ -62,62 +64,24 @@ public:
 
     /// Returns the exit code; throws what ends the run.
     ExitCode run() {
-        find_devices();
-        std::optional<CheckedBackends> backends;
-        const SceneCheckContext context{messages_, run_.environment.devices, backends};
         ExitCode code = ExitCode::kOk;
-        for (std::size_t i = 0; i < run_.scenes.size(); ++i) code = worse(code, check(i, context));
+        for (CheckReport& report : run_.scenes) code = worse(code, check(report));
         return code;
     }
 
     void end_early(const std::string& error) { run_.error = error; }
 
-    /// Writes all reports, then throws the first error, if one could not be written.
+    /// Writes all reports. Throws Error.
     void write_reports() const {
-        std::exception_ptr failure;
-        const auto attempt = [&failure](auto&& write) {
-            try {
-                write();
-            } catch (...) {
-                if (!failure) failure = std::current_exception();
-            }
-        };
-        const auto write = [&attempt](const std::string& file, auto&& text) {
-            if (!file.empty()) attempt([&] { write_report(file, text()); });
-        };
-        write(options_.json, [&] { return to_json(run_); });
-        write(options_.junit, [&] { return to_junit(run_); });
-        write(options_.html, [&] { return to_html(options_, run_); });
+        if (!options_.json.empty()) write_report(options_.json, to_json(run_));
+        if (!options_.junit.empty()) write_report(options_.junit, to_junit(run_));
+        if (!options_.html.empty()) write_report(options_.html, to_html(options_, run_));
         if (!takes_stdout({options_.json, options_.junit, options_.html}))
-            attempt([&] { messages_.print(run_text(options_, run_)); });
-        if (failure) std::rethrow_exception(failure);
+            messages_.print(run_text(options_, run_));
     }
 
 private:
-    /// Throws the error of a scene that cannot be opened, if there is one, before that of a device
-    /// that cannot be had: the one is to be mended on any machine.
-    void find_devices() {
-        try {
-            run_.environment.devices = devices_to_check(options_.backend, options_.all_devices);
-        } catch (const Error&) {
-            for (CheckReport& report : run_.scenes) require_scene(report);
-            throw;
-        }
-    }
-
-    void require_scene(CheckReport& report) const {
-        SourceOptions one = options_.source;
-        one.scene = report.spec;
-        try {
-            open_clip(one, messages_);
-        } catch (const Error& error) {
-            report.error = error.what();
-            throw;
-        }
-    }
-
-    ExitCode check(std::size_t index, const SceneCheckContext& context) {
-        CheckReport& report = run_.scenes[index];
+    ExitCode check(CheckReport& report) {
         CrosscheckOptions one = options_;
         one.source.scene = report.spec;
         const std::size_t warned = messages_.warnings().size();
@@ -127,11 +91,11 @@ private:
         };
         ExitCode code = ExitCode::kOk;
         try {
-            code = check_scene(one, context, report);
+            code = check_scene(one, report);
             report.complete = code == ExitCode::kOk;
         } catch (const Error& error) {
             keep_warnings();
-            report.error = describe_failure(std::current_exception()).message;
+            report.error = message_of(error);
             if (run_.scenes.size() == 1 || ends_run(error.kind())) throw;
             messages_.error(error);
             code = exit_code_of(error.kind());
@@ -140,14 +104,47 @@ private:
         return report.equal() ? code : ExitCode::kCheckFailed;
     }
 
+    /// Returns kPartial, after a message, if a frame after the first one cannot be read. Throws
+    /// what scene, builder and backends throw.
+    ExitCode check_scene(const CrosscheckOptions& options, CheckReport& report) {
+        SceneFrames scene(open_clip(options.source, messages_));
+        const Clip& clip = scene.clip();
+        const Topology& topology = clip.topology();
+        report.head = {"crosscheck",          clip.name(),        topology.triangles.size(),
+                       topology.vertex_count, options.view.width, options.view.height};
+        report.frames = select_frames(options.frames, std::nullopt, clip, DefaultFrames::kFew);
+        if (!backends_) {
+            run_.environment.devices = devices_to_check(options.backend);
+            backends_ = make_checked_backends(options.backend, messages_);
+        }
+        std::optional<Progress> building(std::in_place, "building the tree", 0, messages_);
+        CrossChecker checker(options, scene, *backends_, report);
+        building.reset();
+        Progress progress("comparing", report.frames.size() * checker.comparisons_of_frame(),
+                          messages_);
+        for (const double frame : report.frames) {
+            try {
+                checker.check(frame, progress);
+            } catch (const Error& error) {
+                if (error.kind() != ErrorKind::kBadInput || report.rows.empty()) throw;
+                messages_.error(error);
+                report.error = message_of(error);
+                return ExitCode::kPartial;
+            }
+        }
+        return ExitCode::kOk;
+    }
+
     const CrosscheckOptions& options_;
     const Messages& messages_;
     CheckRun run_;
+    /// Made for the first scene.
+    std::optional<CheckedBackends> backends_;
 };
 
 }  // namespace
 
-ExitCode run_crosscheck(const CrosscheckOptions& options, const Messages& messages) {
+ExitCode run_command(const CrosscheckOptions& options, const Messages& messages) {
     check_reports({options.json, options.junit, options.html});
     Crosscheck crosscheck(options, messages);
     ExitCode code = ExitCode::kOk;

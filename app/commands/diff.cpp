@@ -2,12 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 
-#include "app/base/library_calls.h"
 #include "app/commands/commands.h"
-#include "app/report/diff_report.h"
-#include "app/terminal/interrupt.h"
+#include "app/terminal/failure.h"
 #include "common/report/compare.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
@@ -56,11 +53,11 @@ std::string describe_hit(const Hit& hit, std::uint32_t occlusion) {
                        hex_text(hit.v), hit.prim_id, occlusion);
 }
 
-std::string describe_images(const DiffReport& report) {
+std::string describe_images(const std::vector<FrameDifference>& images) {
     std::string text;
     std::size_t shown_images = 0;
-    for (std::size_t i = 0; i < report.images.size() && shown_images < kShownImages; ++i) {
-        const FrameDifference& difference = report.images[i];
+    for (std::size_t i = 0; i < images.size() && shown_images < kShownImages; ++i) {
+        const FrameDifference& difference = images[i];
         if (difference.total() == 0) continue;
         ++shown_images;
         text += fmt::format("image {}: {}\n", i, describe(difference));
@@ -74,19 +71,20 @@ std::string describe_images(const DiffReport& report) {
     return text;
 }
 
-std::string summary(const DiffReport& report, const std::string& shape) {
-    if (report.equal()) return fmt::format("{}: equal bit by bit\n", shape);
-    const std::uint64_t pixels = report.differing_pixels();
-    const std::uint64_t images = report.differing_images();
+std::string summary(const std::vector<FrameDifference>& images, const std::string& shape) {
+    std::uint64_t pixels = 0;
+    for (const FrameDifference& difference : images) pixels += difference.total();
+    if (pixels == 0) return fmt::format("{}: equal bit by bit\n", shape);
+    const auto differing = std::ranges::count_if(
+        images, [](const FrameDifference& difference) { return difference.total() != 0; });
     return fmt::format("{}: {} pixel{} of {} image{} differ{}\n", shape, pixels,
-                       pixels == 1 ? "" : "s", images, images == 1 ? "" : "s",
+                       pixels == 1 ? "" : "s", differing, differing == 1 ? "" : "s",
                        pixels == 1 ? "s" : "");
 }
 
 }  // namespace
 
-ExitCode run_diff(const DiffOptions& options, const Messages& messages) {
-    check_reports({options.json});
+ExitCode run_command(const DiffOptions& options, const Messages& messages) {
     const std::vector<std::string>& names = options.files;
     const auto read = [](const std::string& name) {
         return call_library([&] { return morphray::read_hits(name); });
@@ -94,15 +92,15 @@ ExitCode run_diff(const DiffOptions& options, const Messages& messages) {
     const morphray::HitsFile expected = read(names[0]);
     const morphray::HitsFile actual = read(names[1]);
     require_same_shape(names, expected, actual);
-    DiffReport report{names[0], names[1], expected.width, expected.height, {}};
+    std::vector<FrameDifference> images;
     for (std::size_t i = 0; i < expected.images.size(); ++i) {
         throw_if_interrupted();
-        report.images.push_back(compare_frames(frame_of(expected, i), frame_of(actual, i)));
+        images.push_back(compare_frames(frame_of(expected, i), frame_of(actual, i)));
     }
-    if (!options.json.empty()) write_report(options.json, to_json(report));
-    if (!takes_stdout({options.json}))
-        messages.print(describe_images(report) + summary(report, shape_of(actual)));
-    return report.equal() ? ExitCode::kOk : ExitCode::kCheckFailed;
+    messages.print(describe_images(images) + summary(images, shape_of(actual)));
+    const bool equal = std::ranges::all_of(
+        images, [](const FrameDifference& difference) { return difference.total() == 0; });
+    return equal ? ExitCode::kOk : ExitCode::kCheckFailed;
 }
 
 }  // namespace mray::app

@@ -8,8 +8,7 @@
 #include "app/base/choices.h"
 #include "app/clip/frames.h"
 #include "app/commands/commands.h"
-#include "app/files/format_table.h"
-#include "app/report/scene_report.h"
+#include "app/report/json_parts.h"
 #include "common/base/stopwatch.h"
 #include "common/report/table.h"
 #include "common/scene/mesh.h"
@@ -21,6 +20,69 @@
 
 namespace mray::app {
 namespace {
+
+struct SceneReport {
+    ReportHead head;
+    double first_frame = 0;
+    double last_frame = 0;
+    /// Frames a second, if the scene has seconds.
+    std::optional<double> fps;
+    std::vector<ClipAnimation> animations;
+    WorldBounds bounds;
+    int exponent = 0;
+    DegenerateCount degenerate;
+    std::uint64_t topology_hash = 0;
+    /// File names, and the number of triangles that show one of them.
+    std::vector<std::string> textures;
+    std::uint64_t textured_triangles = 0;
+    struct Tree {
+        std::string build;
+        double build_ms = 0;
+        BvhStats stats;
+        std::uint64_t bvh_hash = 0;
+    };
+    std::vector<Tree> trees;
+};
+
+std::string to_json(const SceneReport& report) {
+    Json json = head_of(report.head);
+    json["first_frame"] = report.first_frame;
+    json["last_frame"] = report.last_frame;
+    json["fps"] = nullptr;
+    if (report.fps) json["fps"] = *report.fps;
+    if (report.bounds.empty()) {
+        json["bounds"] = nullptr;
+    } else {
+        json["bounds"] = {{"lower", std::to_array(report.bounds.lower)},
+                          {"upper", std::to_array(report.bounds.upper)}};
+    }
+    json["scene_exponent"] = report.exponent;
+    json["not_finite"] = report.degenerate.not_finite;
+    json["zero_area"] = report.degenerate.zero_area;
+    json["topology_hash"] = hash_text(report.topology_hash);
+    json["textures"] = report.textures;
+    json["textured_triangles"] = report.textured_triangles;
+    json["animations"] = Json::array();
+    for (std::size_t i = 0; i < report.animations.size(); ++i) {
+        const ClipAnimation& animation = report.animations[i];
+        Json row = {{"index", i},
+                    {"name", animation.name},
+                    {"seconds", nullptr},
+                    {"channels", animation.channels},
+                    {"shown", animation.is_shown}};
+        if (animation.seconds) row["seconds"] = *animation.seconds;
+        json["animations"].push_back(row);
+    }
+    json["trees"] = Json::array();
+    for (const SceneReport::Tree& tree : report.trees) {
+        Json row = {{"build", tree.build},
+                    {"build_ms", tree.build_ms},
+                    {"bvh_hash", hash_text(tree.bvh_hash)}};
+        row.update(of(tree.stats));
+        json["trees"].push_back(row);
+    }
+    return json_text(json);
+}
 
 std::string build_description() {
 #ifdef NDEBUG
@@ -43,27 +105,15 @@ std::string describe_vulkan() {
     }
 }
 
-ProgramReport describe_program() {
-    ProgramReport report;
-    report.build = build_description();
-    for (const ProceduralScene& scene : procedural_scenes()) {
-        report.builtins.push_back({scene.name, scene.description, scene.default_triangles});
-    }
-    report.backends = {"cpu: " + names_of(supported_simd_targets()),
-                       "brute: every ray against every triangle", describe_vulkan()};
-    return report;
-}
-
-std::string text_of(const ProgramReport& report) {
-    std::string text = fmt::format("morphray {}, {}\n\nbackends\n", kVersionDetail, report.build);
-    for (const std::string& backend : report.backends) text += "  " + backend + '\n';
-    text += "\nbuilt-in scenes\n";
+std::string describe_program() {
+    std::string text = fmt::format(
+        "morphray {}, {}\n\nbackends\n  cpu: {}\n  brute: every ray against every triangle\n  {}\n",
+        kVersionDetail, build_description(), names_of(supported_simd_targets()), describe_vulkan());
     Table table({"  name", "triangles", "what"});
-    for (const auto& scene : report.builtins) {
-        table.add({"  builtin:" + scene.name, fmt::format("{}", scene.default_triangles),
-                   scene.description});
-    }
-    return text + table.text();
+    for (const ProceduralScene& scene : procedural_scenes())
+        table.add({fmt::format("  builtin:{}", scene.name),
+                   fmt::format("{}", scene.default_triangles), std::string(scene.description)});
+    return text + "\nbuilt-in scenes\n" + table.text();
 }
 
 SceneReport::Tree describe_tree(SplitMethod split, const Topology& topology,
@@ -164,23 +214,17 @@ std::string text_of(const SceneReport& report) {
     return text + "\n" + table.text();
 }
 
-template <class Report>
-void publish(const Report& report, const InfoOptions& options, const Messages& messages) {
-    if (!options.json.empty()) write_report(options.json, to_json(report));
-    if (!takes_stdout({options.json})) messages.print(text_of(report));
-}
-
 }  // namespace
 
-ExitCode run_info(const InfoOptions& options, const Messages& messages) {
+ExitCode run_command(const InfoOptions& options, const Messages& messages) {
     check_reports({options.json});
-    if (options.formats) {
-        publish(file_formats(), options, messages);
-    } else if (options.source.scene.empty()) {
-        publish(describe_program(), options, messages);
-    } else {
-        publish(describe_scene(options, messages), options, messages);
+    if (options.source.scene.empty()) {
+        messages.print(describe_program());
+        return ExitCode::kOk;
     }
+    const SceneReport report = describe_scene(options, messages);
+    if (!options.json.empty()) write_report(options.json, to_json(report));
+    if (!takes_stdout({options.json})) messages.print(text_of(report));
     return ExitCode::kOk;
 }
 

@@ -21,8 +21,8 @@
 namespace mray::app {
 namespace {
 
-Candidate judge(const Ray& ray, const ShearedRay& sheared, const SlabRay& slab, vec3 a, vec3 b,
-                vec3 c) {
+Candidate test_triangle(const Ray& ray, const ShearedRay& sheared, const SlabRay& slab, vec3 a,
+                        vec3 b, vec3 c) {
     const Edges edges = exact_edges(project(sheared, a), project(sheared, b), project(sheared, c));
     TriangleHit hit;
     const bool is_hit = intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
@@ -71,7 +71,7 @@ std::vector<Candidate> find_candidates(const Ray& ray, const Topology& topology,
         const vec3 c = positions[corners.z];
         const bool is_wanted = std::find(wanted.begin(), wanted.end(), id) != wanted.end();
         if (!is_wanted && !may_hit_triangle(sheared, a, b, c)) continue;
-        Candidate candidate = judge(ray, sheared, slab, a, b, c);
+        Candidate candidate = test_triangle(ray, sheared, slab, a, b, c);
         candidate.prim_id = id;
         (is_wanted ? extra : found).push_back(candidate);
     }
@@ -119,13 +119,6 @@ void trace_secondary(const ImageParams& params, const Topology& topology,
     for (std::size_t i = 0; i < rays.size(); ++i) report.secondary.push_back({rays[i], hits[i]});
 }
 
-/// The backend that refitted the tree of this frame, "cpu" or "vulkan"; empty after a build.
-std::string refitted_on(const TreeUpdate& update, const Backend& refitter) {
-    if (update.step == TreeStep::kBuilt || update.step == TreeStep::kRebuilt) return {};
-    const std::string& name = refitter.info().name;
-    return name == "brute" ? "cpu" : name;
-}
-
 void report_tree(TreeUpdater& updater, ProbeReport& report) {
     report.update = name_of(updater.last().step);
     const Bvh& tree = updater.tree();
@@ -149,15 +142,13 @@ ProbeReport probe_pixel(const ProbeOptions& options, const Messages& messages) {
     SceneFrames scene(open_clip(options.source, messages));
     const double frame_number = select_frame(options.frame, options.tree.build_at, scene.clip());
     const Topology& topology = scene.clip().topology();
-    const std::unique_ptr<Backend> tracer = make_backend(options.backend, messages);
-    const std::unique_ptr<Backend> refitter =
-        make_refitter(options.tree.refit_on, options.backend, *tracer, messages);
+    const std::unique_ptr<Backend> tracer =
+        make_backend(options.backend.choice, options.backend, messages);
     messages.note("tracing on " + tracer->info().name + ": " + tracer->info().description);
     const double build_at = options.tree.build_at.value_or(frame_number);
     std::optional<Progress> progress(std::in_place, "building the tree", 0, messages);
-    TreeUpdater updater(topology, scene.positions(build_at), *tracer, refitter.get(),
-                        options.tree.update, build_config(options.tree.split, options.backend),
-                        options.tree.update_config);
+    TreeUpdater updater(topology, scene.positions(build_at), *tracer, nullptr, options.tree.update,
+                        build_config(options.tree.split, options.backend), {});
     if (build_at != frame_number) updater.update(scene.positions(frame_number));
     const ImageParams params = image_params(options.view, scene);
     Frame frame;
@@ -176,7 +167,6 @@ ProbeReport probe_pixel(const ProbeOptions& options, const Messages& messages) {
     report.rays = name_of_rays(params.rays);
     report.backend = tracer->info().name;
     report.device = tracer->info().description;
-    report.refit_on = refitted_on(updater.last(), refitter ? *refitter : *tracer);
     report_tree(updater, report);
     describe_ray(params, scene.space(), report);
     const std::size_t index = std::size_t{report.pixel.y} * params.width + report.pixel.x;

@@ -1,13 +1,12 @@
 // morphray probe: describes one pixel.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "app/commands/commands.h"
 #include "app/commands/pixel_probe.h"
-#include "app/report/probe_report.h"
 #include "common/report/table.h"
 #include "common/text/number_text.h"
 
@@ -63,23 +62,24 @@ std::string secondary_text(const ProbeReport& report) {
 
 std::string candidates_text(const ProbeReport& report) {
     if (report.candidates.empty()) return "no triangle comes near\n";
-    Table hits({"prim", "verdict", "t", "u", "v", "inside", "area", "range", "finite"});
-    Table edges({"prim", "edge U", "edge V", "edge W", "box", "may hit"});
-    const auto mark = [](bool condition) { return condition ? "yes" : "no"; };
+    Table table({"prim", "result", "t", "edge U", "edge V", "edge W", "fails"});
     for (const Candidate& c : report.candidates) {
-        const bool first = &c == &report.candidates.front();
-        const std::string prim = fmt::format("{}", c.prim_id);
-        hits.add({prim,
-                  !c.is_hit ? "no hit"
-                  : first   ? "wins"
-                            : "hit",
-                  hex_text(c.t), hex_text(c.u), hex_text(c.v), mark(c.inside), mark(c.has_area),
-                  mark(c.in_range), mark(c.finite)});
-        edges.add({prim, hex_text(c.edge_u), hex_text(c.edge_v), hex_text(c.edge_w),
-                   mark(c.meets_box), mark(c.may_hit)});
+        std::string fails;
+        for (const auto& [holds, name] :
+             {std::pair(c.inside, "inside"), std::pair(c.has_area, "area"),
+              std::pair(c.in_range, "range"), std::pair(c.finite, "finite"),
+              std::pair(c.meets_box, "box"), std::pair(c.may_hit, "filter")})
+            if (!holds) fails += std::string(fails.empty() ? "" : " ") + name;
+        const bool is_first = &c == &report.candidates.front();
+        table.add({fmt::format("{}", c.prim_id),
+                   !c.is_hit  ? "no hit"
+                   : is_first ? "wins"
+                              : "hit",
+                   hex_text(c.t), hex_text(c.edge_u), hex_text(c.edge_v), hex_text(c.edge_w),
+                   fails});
     }
-    return "triangles by brute force, the answer first\n" + hits.text() +
-           "their edge functions and filters\n" + edges.text();
+    return "triangles by brute force, the answer first; and the conditions that fail\n" +
+           table.text();
 }
 
 std::string probe_text(const ProbeReport& report) {
@@ -90,9 +90,9 @@ std::string probe_text(const ProbeReport& report) {
                         report.head.height, report.rays);
     text += fmt::format("backend {}: {}\n", report.backend, report.device);
     text += fmt::format(
-        "tree    {}{}: {} nodes, {} leaves, depth {}, SAH cost {:.3f}\n        hash {}\n\n",
-        report.update, report.refit_on.empty() ? "" : " on " + report.refit_on, tree.node_count,
-        tree.leaf_count, tree.depth, tree.sah_cost, hash_text(report.bvh_hash));
+        "tree    {}: {} nodes, {} leaves, depth {}, SAH cost {:.3f}\n        hash {}\n\n",
+        report.update, tree.node_count, tree.leaf_count, tree.depth, tree.sah_cost,
+        hash_text(report.bvh_hash));
     text += ray_text(report) + "\n";
     text += hit_text("hit in the image", report.image, report.world_depth);
     text += hit_text("hit of the ray alone", report.alone, report.world_depth);
@@ -101,91 +101,37 @@ std::string probe_text(const ProbeReport& report) {
     return text + secondary_text(report) + "\n" + candidates_text(report);
 }
 
-bool is_same_hit(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
+/// The answer of brute force.
+Hit best_of(const std::vector<Candidate>& candidates) {
+    if (candidates.empty() || !candidates.front().is_hit) return no_hit();
+    const Candidate& first = candidates.front();
+    return {first.t, first.u, first.v, first.prim_id};
+}
 
 std::string text_of(const Hit& hit) {
-    return hit.prim_id == kNoPrim ? "nothing" : fmt::format("triangle {}", hit.prim_id);
-}
-
-/// The hit that another way finds in the place of the image's.
-std::string other(const Hit& hit, const Hit& image) {
-    return hit.prim_id == image.prim_id ? "it with other t, u or v" : text_of(hit);
-}
-
-Hit best_of(const std::vector<Candidate>& candidates) {
-    Hit hit = no_hit();
-    if (candidates.empty() || !candidates.front().is_hit) return hit;
-    const Candidate& first = candidates.front();
-    hit.prim_id = first.prim_id;
-    hit.t = first.t;
-    hit.u = first.u;
-    hit.v = first.v;
-    return hit;
-}
-
-double distance_of(const ProbeReport& report) {
-    const vec3 d = report.ray.dir;
-    return std::ldexp(report.image.t * std::hypot(d.x, d.y, d.z), -report.exponent);
+    if (hit.prim_id == kNoPrim) return "nothing";
+    return fmt::format("triangle {} at t {}", hit.prim_id, hex_text(hit.t));
 }
 
 }  // namespace
 
 std::string probe_sentence(const ProbeReport& report) {
-    std::string text = text_of(report.image);
-    if (report.image.prim_id != kNoPrim) text += fmt::format(", {:.3g} away", distance_of(report));
-    text += fmt::format(", {}; ", colour_name(report.colour));
-    const Hit brute = best_of(report.candidates);
-    const bool is_alone = is_same_hit(report.image, report.alone);
-    const bool is_brute = is_same_hit(report.image, brute);
-    if (is_alone && is_brute) return text + "all agree";
-    if (!is_alone) text += "THE RAY ALONE FINDS " + other(report.alone, report.image);
-    if (!is_alone && !is_brute) text += ", ";
-    if (!is_brute) text += "BRUTE FORCE FINDS " + other(brute, report.image);
-    return text;
-}
-
-std::string colour_name(std::uint32_t colour) {
-    const int red = static_cast<int>(colour & 0xFF);
-    const int green = static_cast<int>((colour >> 8) & 0xFF);
-    const int blue = static_cast<int>((colour >> 16) & 0xFF);
-    const int most = std::max({red, green, blue});
-    const int spread = most - std::min({red, green, blue});
-    if (most < 24) return "black";
-    if (8 * spread < most) {
-        if (most > 240) return "white";
-        return most < 85 ? "dark grey" : most > 170 ? "light grey" : "grey";
-    }
-    // The hue in degrees, from red over green and blue.
-    const double part = 60.0 / spread;
-    double hue = 0;
-    if (most == red)
-        hue = part * (green - blue);
-    else if (most == green)
-        hue = 120 + part * (blue - red);
-    else
-        hue = 240 + part * (red - green);
-    if (hue < 0) hue += 360;
-    struct Hue {
-        double end;
-        const char* name;
+    const auto differs = [&](const Hit& hit) {
+        return std::memcmp(&hit, &report.image, sizeof(hit)) != 0;
     };
-    constexpr Hue kHues[] = {{15, "red"},     {45, "orange"}, {70, "yellow"},
-                             {165, "green"},  {195, "cyan"},  {255, "blue"},
-                             {290, "violet"}, {345, "pink"},  {361, "red"}};
-    const char* const name =
-        std::ranges::find_if(kHues, [&](const Hue& one) { return hue < one.end; })->name;
-    return fmt::format("{}{}",
-                       most < 140                        ? "dark "
-                       : 2 * spread < most && most > 180 ? "light "
-                                                         : "",
-                       name);
+    const Hit brute = best_of(report.candidates);
+    if (differs(report.alone) || differs(brute))
+        return fmt::format("DIFFERENT: the image has {}, the ray alone {}, brute force {}",
+                           text_of(report.image), text_of(report.alone), text_of(brute));
+    if (report.image.prim_id == kNoPrim) return "nothing; all agree";
+    const vec3 d = report.ray.dir;
+    const double distance =
+        std::ldexp(report.image.t * std::hypot(d.x, d.y, d.z), -report.exponent);
+    return fmt::format("triangle {}, {:.3g} away; all agree", report.image.prim_id, distance);
 }
 
-ExitCode run_probe(const ProbeOptions& options, const Messages& messages) {
-    check_reports({options.json});
-    const ProbeReport report = probe_pixel(options, messages);
-    if (!options.json.empty()) write_report(options.json, to_json(report));
-    if (!takes_stdout({options.json})) messages.print(probe_text(report));
+ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
+    messages.print(probe_text(probe_pixel(options, messages)));
     return ExitCode::kOk;
 }
 

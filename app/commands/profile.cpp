@@ -8,17 +8,14 @@
 #include "app/backends/backends.h"
 #include "app/clip/frames.h"
 #include "app/commands/commands.h"
-#include "app/commands/profile/baseline.h"
 #include "app/commands/profile/parts.h"
 #include "app/report/profile_report.h"
-#include "app/report/profile_table.h"
-#include "app/terminal/interrupt.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
 #include "common/base/stopwatch.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/report/shell.h"
 #include "common/report/spread.h"
-#include "common/version.h"
 
 namespace mray::app {
 namespace {
@@ -40,17 +37,84 @@ class StageProfiler {
 public:
     /// Builds the first tree. Options and scene must outlive it. Throws as make_backend.
     StageProfiler(const ProfileOptions& options, SceneFrames& scene, double first_frame,
-                  BackendChoice choice, const Messages& messages);
+                  BackendChoice choice, const Messages& messages)
+        : options_(options),
+          scene_(scene),
+          refits_(make_backend(choice, options.backend, messages)),
+          given_(make_backend(choice, options.backend, messages)) {
+        const double build_at = options.tree.build_at.value_or(first_frame);
+        const std::span<const vec3> positions = scene.positions(build_at);
+        tree_ = build(positions);
+        refits_->set_scene(scene.clip().topology(), positions, tree_);
+        given_->set_scene(scene.clip().topology(), positions, tree_);
+    }
 
     std::string backend() const { return refits_->info().name; }
 
     /// Frames must come in the order of the clip.
-    ProfileRow measure(double frame);
+    ProfileRow measure(double frame) {
+        ProfileRow row;
+        row.frame = frame;
+        row.backend = backend();
+        auto& samples = row.samples;
+        std::span<const vec3> positions;
+        Bvh rebuilt;
+        for (int round = 0; round < *options_.repeat; ++round) {
+            const auto add = [&](std::vector<double>& times,
+                                 const std::function<double()>& stage_ms) {
+                times.push_back(run(stage_ms, round == 0));
+            };
+            add(samples["deform"], [&] {
+                positions = scene_.positions(frame);
+                return scene_.deform_ms();
+            });
+            UpdateTimes update;
+            add(samples["update"], [&] {
+                refits_->refit(positions, RefitExtent::kAll);
+                update = refits_->finish().update;
+                return update.upload_ms + update.refit_ms;
+            });
+            samples["upload"].push_back(update.upload_ms);
+            samples["refit"].push_back(update.refit_ms);
+            add(samples["rebuild"], [&] {
+                const Stopwatch watch;
+                rebuilt = build(positions);
+                return watch.ms();
+            });
+            add(samples["trace"], [&] { return trace(*refits_); });
+            row.times.rays = refits_->finish().rays;
+            if (round == 0) given_->set_frame(positions, rebuilt);
+            add(samples["trace_rebuilt"], [&] { return trace(*given_); });
+        }
+        row.times.deform_ms = median(samples["deform"]);
+        row.times.update.upload_ms = median(samples["upload"]);
+        row.times.update.refit_ms = median(samples["refit"]);
+        row.times.update.rebuild_ms = median(samples["rebuild"]);
+        row.times.trace_ms = median(samples["trace"]);
+        row.trace_rebuilt_ms = median(samples["trace_rebuilt"]);
+        refits_->read_tree(tree_);
+        row.sah_cost = bvh_stats(tree_).sah_cost;
+        row.rebuilt_sah_cost = bvh_stats(rebuilt).sah_cost;
+        return row;
+    }
 
 private:
-    Bvh build(std::span<const vec3> positions) const;
-    double run(const std::function<double()>& stage_ms, bool is_first_round);
-    double trace(Backend& backend);
+    Bvh build(std::span<const vec3> positions) const {
+        return build_bvh(scene_.clip().topology(), positions,
+                         {.split = options_.tree.split, .threads = options_.backend.threads});
+    }
+
+    /// Returns the time of a run of a stage. A run to warm up comes before it in the first round.
+    /// Short stages have one in all rounds, because other stages have emptied the caches.
+    double run(const std::function<double()>& stage_ms, bool is_first_round) {
+        const double first = stage_ms();
+        return is_first_round || first < kLongMs ? stage_ms() : first;
+    }
+
+    double trace(Backend& backend) {
+        backend.trace_image(image_params(options_.view, scene_), frame_);
+        return backend.finish().trace_ms;
+    }
 
     const ProfileOptions& options_;
     SceneFrames& scene_;
@@ -59,81 +123,6 @@ private:
     Bvh tree_;
     Frame frame_;
 };
-
-StageProfiler::StageProfiler(const ProfileOptions& options, SceneFrames& scene, double first_frame,
-                             BackendChoice choice, const Messages& messages)
-    : options_(options),
-      scene_(scene),
-      refits_(make_backend(choice, options.backend, messages)),
-      given_(make_backend(choice, options.backend, messages)) {
-    const double build_at = options.tree.build_at.value_or(first_frame);
-    const std::span<const vec3> positions = scene.positions(build_at);
-    tree_ = build(positions);
-    refits_->set_scene(scene.clip().topology(), positions, tree_);
-    given_->set_scene(scene.clip().topology(), positions, tree_);
-}
-
-ProfileRow StageProfiler::measure(double frame) {
-    ProfileRow row;
-    row.frame = frame;
-    row.backend = backend();
-    StageSamples& samples = row.samples;
-    std::span<const vec3> positions;
-    Bvh rebuilt;
-    for (int round = 0; round < *options_.repeat; ++round) {
-        const auto add = [&](std::vector<double>& times, const std::function<double()>& stage_ms) {
-            times.push_back(run(stage_ms, round == 0));
-        };
-        add(samples.deform, [&] {
-            positions = scene_.positions(frame);
-            return scene_.deform_ms();
-        });
-        UpdateTimes update;
-        add(samples.update, [&] {
-            refits_->refit(positions, RefitExtent::kAll);
-            update = refits_->finish().update;
-            return update.upload_ms + update.refit_ms;
-        });
-        samples.upload.push_back(update.upload_ms);
-        samples.refit.push_back(update.refit_ms);
-        add(samples.rebuild, [&] {
-            const Stopwatch watch;
-            rebuilt = build(positions);
-            return watch.ms();
-        });
-        add(samples.trace, [&] { return trace(*refits_); });
-        row.times.rays = refits_->finish().rays;
-        if (round == 0) given_->set_frame(positions, rebuilt);
-        add(samples.trace_rebuilt, [&] { return trace(*given_); });
-    }
-    row.times.deform_ms = median(samples.deform);
-    row.times.update.upload_ms = median(samples.upload);
-    row.times.update.refit_ms = median(samples.refit);
-    row.times.update.rebuild_ms = median(samples.rebuild);
-    row.times.trace_ms = median(samples.trace);
-    row.trace_rebuilt_ms = median(samples.trace_rebuilt);
-    refits_->read_tree(tree_);
-    row.sah_cost = bvh_stats(tree_).sah_cost;
-    row.rebuilt_sah_cost = bvh_stats(rebuilt).sah_cost;
-    return row;
-}
-
-Bvh StageProfiler::build(std::span<const vec3> positions) const {
-    return build_bvh(scene_.clip().topology(), positions,
-                     {.split = options_.tree.split, .threads = options_.backend.threads});
-}
-
-/// Returns the time of a run of a stage. A run to warm up comes before it in the first round. Short
-/// stages have one in all rounds, because other stages have emptied the caches.
-double StageProfiler::run(const std::function<double()>& stage_ms, bool is_first_round) {
-    const double first = stage_ms();
-    return is_first_round || first < kLongMs ? stage_ms() : first;
-}
-
-double StageProfiler::trace(Backend& backend) {
-    backend.trace_image(image_params(options_.view, scene_), frame_);
-    return backend.finish().trace_ms;
-}
 
 /// The given options that decide what is measured, apart from scene, frames, size and rays.
 std::string measured_options(const ProfileOptions& options) {
@@ -158,7 +147,6 @@ ProfileReport empty_report(const ProfileOptions& options, const Clip& clip) {
     report.head = profile_head(options, clip);
     report.rays = name_of_rays(options.view.rays);
     report.repeat = *options.repeat;
-    report.version = kVersion;
     report.options = measured_options(options);
     return report;
 }
@@ -166,28 +154,19 @@ ProfileReport empty_report(const ProfileOptions& options, const Clip& clip) {
 /// Measures all frames on each backend, one backend after the other.
 void measure(const ProfileOptions& options, SceneFrames& scene, const std::vector<double>& frames,
              const std::vector<BackendChoice>& choices, const Messages& messages,
-             const ProfileLines& lines, ShownRows& shown, ProfileReport& report) {
+             ProfileReport& report) {
     Progress progress("measuring", frames.size() * choices.size(), messages);
     for (const BackendChoice choice : choices) {
-        progress.prepare("tree");
+        progress.begin("tree");
         StageProfiler profiler(options, scene, frames.front(), choice, messages);
         for (const double frame : frames) {
             throw_if_interrupted();
-            progress.begin(fmt::format("frame {} on {}", frame, profiler.backend()),
-                           StepPart::kHidden);
+            progress.begin(fmt::format("frame {} on {}", frame, profiler.backend()));
             report.rows.push_back(profiler.measure(frame));
-            shown.add(lines.rows(report.rows.back()));
             progress.update(report.rows.size());
         }
     }
     report.peak_memory_bytes = peak_memory_bytes();
-}
-
-void publish_profile(const ProfileReport& report, const ProfileOptions& options,
-                     const ShownRows& shown) {
-    if (!options.json.empty()) write_report(options.json, to_json(report));
-    if (!options.csv.empty()) write_report(options.csv, profile_table(report).csv());
-    shown.finish();
 }
 
 }  // namespace
@@ -199,24 +178,7 @@ ReportHead profile_head(const ProfileOptions& options, const Clip& clip) {
         options.view.width, options.view.height};
 }
 
-ShownRows::ShownRows(std::string header, bool is_shown, const Messages& messages)
-    : messages_(messages), header_(std::move(header)), is_shown_(is_shown) {}
-
-void ShownRows::add(std::string_view rows) {
-    if (!is_shown_ || failure_) return;
-    try {
-        messages_.print(header_ + std::string(rows));
-        header_.clear();
-    } catch (...) {
-        failure_ = std::current_exception();
-    }
-}
-
-void ShownRows::finish() const {
-    if (failure_) std::rethrow_exception(failure_);
-}
-
-ExitCode run_profile(const ProfileOptions& given, const Messages& messages) {
+ExitCode run_command(const ProfileOptions& given, const Messages& messages) {
     ProfileOptions options = given;
     // A clip under several policies takes long.
     if (!options.repeat) options.repeat = options.policies.empty() ? 10 : 5;
@@ -226,22 +188,29 @@ ExitCode run_profile(const ProfileOptions& given, const Messages& messages) {
     const std::vector<double> frames =
         select_frames(options.frames, options.tree.build_at, scene.clip(), DefaultFrames::kFew);
     ProfileReport report = empty_report(options, scene.clip());
-    std::optional<ProfileReport> baseline;
+    std::optional<Json> baseline;
     const std::vector<BackendChoice> choices = profiled_backends(options.backend, messages);
     if (!options.baseline.empty()) {
         std::vector<std::string> backends;
         for (const BackendChoice choice : choices)
             backends.push_back(make_backend(choice, options.backend, messages)->info().name);
-        baseline = read_baseline(options.baseline, report, backends, frames);
+        baseline = read_baseline(options.baseline, json_of(report), backends, frames);
     }
-    const ProfileLines lines(*options.repeat, frames);
-    ShownRows shown(lines.header(), !takes_stdout({options.json, options.csv}), messages);
-    measure(options, scene, frames, choices, messages, lines, shown, report);
-    publish_profile(report, options, shown);
+    measure(options, scene, frames, choices, messages, report);
+    const Json json = json_of(report);
+    if (!options.json.empty()) write_report(options.json, json_text(json));
+    if (!options.csv.empty()) write_report(options.csv, profile_table(report).csv());
+    const bool has_stdout = !takes_stdout({options.json, options.csv});
+    if (has_stdout) {
+        messages.print(fmt::format(
+            "medians of {} run{} in ms; update: upload and refit; new trace: of the tree that "
+            "rebuild\nmakes; SAH ratio: cost of the refitted tree over that of the new one\n{}",
+            report.repeat, report.repeat == 1 ? "" : "s", profile_table(report).text()));
+    }
     if (!baseline) return ExitCode::kOk;
     const BaselineComparison comparison =
-        compare_with_baseline(options.baseline, *baseline, report, options.tolerance_percent);
-    if (!takes_stdout({options.json, options.csv})) messages.print(comparison.text);
+        compare_with_baseline(options.baseline, *baseline, json, options.tolerance_percent);
+    if (has_stdout) messages.print(comparison.text);
     return comparison.is_slower ? ExitCode::kCheckFailed : ExitCode::kOk;
 }
 

@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
-#include "app/base/library_calls.h"
 #include "app/clip/posed_scene.h"
 #include "app/commands/commands.h"
 #include "app/files/ray_reader.h"
-#include "app/report/answers.h"
-#include "app/terminal/interrupt.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
 #include "common/text/text_parts.h"
 
@@ -23,90 +22,103 @@ bool is_finite(const morphray::Vec3& p) {
     return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-/// Asks about points in batches and gathers the answers.
-class PointAsker {
+const char* name_of(morphray::Feature feature) {
+    if (feature == morphray::Feature::vertex) return "vertex";
+    return feature == morphray::Feature::edge ? "edge" : "face";
+}
+
+std::string text_of(const morphray::ClosestPoint& c) {
+    if (!c) return "- - - inf - - - -";
+    return fmt::format("{:.9g} {:.9g} {:.9g} {:.9g} {} {:.9g} {:.9g} {}", c.point.x, c.point.y,
+                       c.point.z, c.distance, c.prim_id, c.u, c.v, name_of(c.feature));
+}
+
+/// Asks about points in batches and gathers the answers as lines.
+class PointQueries {
 public:
-    PointAsker(const QueryOptions& options, const morphray::Scene& scene)
-        : options_(options), scene_(scene), answers_(options.format, options.questions) {}
+    PointQueries(const QueryOptions& options, const morphray::Scene& scene)
+        : options_(options), scene_(scene) {}
 
-    void add(const morphray::Vec3& point) {
-        if (!is_finite(point)) ++invalid_;
-        points_.push_back(point);
-        if (points_.size() == kPointsOfBatch) flush();
-    }
-
-    void flush() {
-        throw_if_interrupted();
+    void ask(std::span<const morphray::Vec3> points) {
         call_library([&] {
-            for (const Question question : options_.questions) ask(question);
+            for (const Question question : options_.questions) ask(question, points);
         });
-        answers_.add(points_, batch_);
-        points_.clear();
+        for (std::size_t i = 0; i < points.size(); ++i) write(i);
     }
 
-    const PointAnswers& answers() const { return answers_; }
-    std::uint64_t invalid() const { return invalid_; }
+    const std::string& text() const { return text_; }
 
 private:
-    void ask(Question question) {
-        const std::size_t count = points_.size();
+    void ask(Question question, std::span<const morphray::Vec3> points) {
+        const std::size_t count = points.size();
         switch (question) {
             case Question::kInside:
-                batch_.inside.resize(count);
-                scene_.contains(points_, batch_.inside, options_.rule, &interrupt_flag());
+                inside_.resize(count);
+                scene_.contains(points, inside_, options_.rule, &interrupt_flag());
                 break;
             case Question::kWinding:
-                batch_.windings.resize(count);
-                scene_.winding(points_, batch_.windings, &interrupt_flag());
+                windings_.resize(count);
+                scene_.winding(points, windings_, &interrupt_flag());
                 break;
             case Question::kDistance:
-                batch_.distances.resize(count);
-                scene_.signed_distance(points_, batch_.distances, options_.rule,
-                                       options_.max_distance, &interrupt_flag());
+                distances_.resize(count);
+                scene_.signed_distance(points, distances_, options_.rule, options_.max_distance,
+                                       &interrupt_flag());
                 break;
             case Question::kClosest:
-                batch_.closest.resize(count);
-                scene_.closest_points(points_, batch_.closest, options_.max_distance,
-                                      &interrupt_flag());
+                closest_.resize(count);
+                scene_.closest_points(points, closest_, options_.max_distance, &interrupt_flag());
                 break;
         }
     }
 
+    /// The answers for a point of the batch.
+    void write(std::size_t i) {
+        const auto out = std::back_inserter(text_);
+        for (const Question question : options_.questions) {
+            if (question != options_.questions.front()) text_ += ' ';
+            if (question == Question::kInside) fmt::format_to(out, "{}", inside_[i]);
+            if (question == Question::kWinding) fmt::format_to(out, "{}", windings_[i]);
+            if (question == Question::kDistance) fmt::format_to(out, "{:.9g}", distances_[i]);
+            if (question == Question::kClosest) text_ += text_of(closest_[i]);
+        }
+        text_ += '\n';
+    }
+
     const QueryOptions& options_;
     const morphray::Scene& scene_;
-    std::vector<morphray::Vec3> points_;
-    AnswerBatch batch_;
-    PointAnswers answers_;
-    std::uint64_t invalid_ = 0;
+    // The answers of a batch; those that are not asked for are empty.
+    std::vector<std::uint8_t> inside_;
+    std::vector<std::int32_t> windings_;
+    std::vector<float> distances_;
+    std::vector<morphray::ClosestPoint> closest_;
+    std::string text_;
 };
 
 }  // namespace
 
-ExitCode run_query(const QueryOptions& options, const Messages& messages) {
+ExitCode run_command(const QueryOptions& options, const Messages& messages) {
     check_reports({options.out});
-    const std::string text = read_input(options.point_file, "points");
+    const std::vector<morphray::Vec3> points = read_points(options.point_file);
     const PosedScene scene(options.source, options.backend, options.frame, messages);
-    const std::string name = input_name(options.point_file);
-    PointReader reader(name, text);
-    PointAsker asker(options, scene.scene());
-    const PointAnswers& answers = asker.answers();
-    Progress progress("asking", reader.total(), messages);
-    std::uint64_t answered = 0;
-    for (morphray::Vec3 point; reader.next(point);) {
-        asker.add(point);
-        if (answers.point_count() == answered) continue;
-        answered = answers.point_count();
-        progress.update(reader.position());
+    PointQueries queries(options, scene.scene());
+    {
+        Progress progress("asking", points.size(), messages);
+        for (std::size_t done = 0; done < points.size(); done += kPointsOfBatch) {
+            throw_if_interrupted();
+            progress.update(done);
+            queries.ask(
+                std::span(points).subspan(done, std::min(kPointsOfBatch, points.size() - done)));
+        }
     }
-    asker.flush();
-    if (asker.invalid() > 0) {
-        messages.warn({escape(name), fmt::format("{} of {} points are not finite; they are outside "
-                                                 "and have no closest point",
-                                                 asker.invalid(), answers.point_count())});
+    const auto finite = static_cast<std::size_t>(std::ranges::count_if(points, is_finite));
+    if (finite < points.size()) {
+        messages.warn({escape(input_name(options.point_file)),
+                       fmt::format("{} of {} points are not finite; they are outside and have no "
+                                   "closest point",
+                                   points.size() - finite, points.size())});
     }
-    const Topology& topology = scene.topology();
-    const ReportHead head{"query", scene.name(), topology.triangles.size(), topology.vertex_count};
-    write_report(options.out, answers.file(head, scene.frame(), options.rule));
+    write_report(options.out, queries.text());
     return ExitCode::kOk;
 }
 

@@ -11,18 +11,15 @@
 
 #include "app/backends/backends.h"
 #include "app/base/choices.h"
-#include "app/base/library_calls.h"
 #include "app/clip/clip_scene.h"
 #include "app/clip/frames.h"
-#include "app/clip/render_command.h"
 #include "app/commands/commands.h"
 #include "app/commands/render/outputs.h"
-#include "app/files/exr_writer.h"
-#include "app/report/render_report.h"
-#include "app/terminal/interrupt.h"
+#include "app/files/image_files.h"
+#include "app/report/json_parts.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
 #include "common/base/output_file.h"
-#include "common/base/stopwatch.h"
 #include "common/image/png.h"
 #include "common/report/table.h"
 #include "common/text/number_text.h"
@@ -33,30 +30,31 @@ namespace {
 
 /// Hashes, counts and times of an image that the scene has just rendered; with `with_tree` also of
 /// the tree, which is read back from a device.
-FrameReport report_frame(const ClipScene& scene, double frame_number, const morphray::Image& image,
-                         bool with_tree) {
-    FrameReport report;
-    report.frame = frame_number;
-    report.backend = scene.scene().device().name();
-    report.update = to_string(scene.update().step);
-    report.reason = scene.update().reason;
-    report.cost_ratio = scene.update().cost_ratio;
-    report.refit_on = scene.refitted_on();
-    report.times = scene.times();
-    report.hits_hash = image.hits_hash;
-    report.image_hash = image.image_hash;
-    if (with_tree) {
-        const morphray::TreeStatistics tree =
-            call_library([&] { return scene.scene().tree_statistics(); });
-        report.bvh_hash = tree.hash;
-        report.sah_cost = tree.sah_cost;
-    }
-    report.hits = static_cast<std::uint64_t>(
-        std::ranges::count_if(image.hits, [](const morphray::Hit& hit) { return bool{hit}; }));
-    report.misses = image.hits.size() - report.hits;
-    report.occluded =
+Json json_of(const ClipScene& scene, const FrameTask& task, const morphray::Image& image,
+             bool with_tree) {
+    morphray::TreeStatistics tree;
+    if (with_tree) tree = call_library([&] { return scene.scene().tree_statistics(); });
+    const auto hits = std::ranges::count_if(image.hits, [](const auto& hit) { return bool{hit}; });
+    const FrameTimes times = scene.times();
+    Json json = {{"frame", task.frame},
+                 {"backend", scene.scene().device().name()},
+                 {"update", to_string(scene.update().step)},
+                 {"refit_on", scene.refitted_on()},
+                 {"hits_hash", hash_text(image.hits_hash)},
+                 {"image_hash", hash_text(image.image_hash)},
+                 {"bvh_hash", hash_text(tree.hash)}};
+    add_times(json, times);
+    json["total_ms"] = times.total_ms();
+    json["rays"] = times.rays;
+    json["hits"] = hits;
+    json["misses"] = image.hits.size() - static_cast<std::size_t>(hits);
+    json["occluded"] =
         std::accumulate(image.occlusion.begin(), image.occlusion.end(), std::uint64_t{0});
-    return report;
+    json["sah_cost"] = tree.sah_cost;
+    json["cost_ratio"] = scene.update().cost_ratio;
+    json["reason"] = scene.update().reason;
+    json["file"] = task.file;
+    return json;
 }
 
 /// The kinds of rays that an image is made of.
@@ -80,17 +78,19 @@ public:
              const std::filesystem::path& folder, const Messages& messages)
         : options_(options), messages_(messages), folder_(folder), clip_(clip), tasks_(tasks) {
         const ViewSpec& view = options.image.view;
-        if (!options.hits.empty() && !has_hits_folder(options))
-            call_library([&] { hits_.emplace(view.width, view.height); });
+        if (!options.hits.empty()) call_library([&] { hits_.emplace(view.width, view.height); });
         using morphray::Shading;
         clip_hash_ = clip_hash(clip, options.image.shading.shading == Shading::lit,
                                options.image.source.lenient);
         const Topology& topology = clip.topology();
-        report_.head = {"render",   clip.name(), topology.triangles.size(), topology.vertex_count,
-                        view.width, view.height};
-        report_.rays = rays_text(options);
-        report_.shading = name_in<Shading>(kShadings, options.image.shading.shading);
-        report_.samples = options.image.shading.samples;
+        report_ = head_of(ReportHead{"render", clip.name(), topology.triangles.size(),
+                                     topology.vertex_count, view.width, view.height});
+        for (const char* key : {"backend", "device"}) report_[key] = "";
+        report_["rays"] = rays_text(options);
+        report_["shading"] = name_in<Shading>(kShadings, options.image.shading.shading);
+        report_["samples"] = options.image.shading.samples;
+        report_["complete"] = false;
+        for (const char* key : {"frames", "kept"}) report_[key] = Json::array();
         prints_rows_ = !takes_stdout({options.json});
         std::size_t frame_width = 0;
         for (const FrameTask& task : tasks)
@@ -115,50 +115,44 @@ public:
             return false;
         }
         std::string reason;
-        const std::optional<Image> existing =
-            read_existing(options_, folder_, task, frame_hash(clip_hash_, positions), reason);
-        if (!existing) {
+        if (!is_kept(options_, folder_, task, frame_hash(clip_hash_, positions), reason)) {
             if (!reason.empty())
                 messages_.note(fmt::format("{} is rendered again: {}", task.file, reason));
             return false;
         }
-        report_.kept.push_back(task.frame);
+        report_["kept"].push_back(task.frame);
         return true;
     }
 
     /// Builds the tree; before the first render().
     void open(double first_frame) {
         scene_.emplace(options_.image, clip_, first_frame, messages_);
-        report_.backend = scene_->scene().device().name();
-        report_.device = scene_->scene().device().description();
+        report_["backend"] = scene_->scene().device().name();
+        report_["device"] = scene_->scene().device().description();
     }
 
     /// `next` is the frame of the next call, if there is one.
     void render(std::size_t i, std::optional<double> next, Progress& progress) {
         const double frame = tasks_[i].frame;
-        progress.prepare(fmt::format("tree of frame {}", frame));
+        progress.begin(fmt::format("tree of frame {}", frame));
         scene_->advance(frame);
-        progress.begin(fmt::format("frame {}", frame));
+        progress.begin(fmt::format("frame {}", frame), true);
         messages_.note(fmt::format("frame {}: {}, {}", frame, to_string(scene_->update().step),
                                    scene_->update().reason));
         // Before the positions become those of the next frame.
         const std::uint64_t scene_hash = frame_hash(clip_hash_, scene_->positions());
         if (next) scene_->prepare(*next);
         // The one that is written is the other.
-        morphray::Image& traced = traced_[report_.frames.size() % traced_.size()];
+        morphray::Image& traced = traced_[report_["frames"].size() % traced_.size()];
         scene_->render(options_.image.view, options_.image.shading, traced);
-        FrameReport& report = report_.frames.emplace_back(
-            report_frame(*scene_, frame, traced, !options_.json.empty()));
-        report.file = tasks_[i].file;
-        report.read_wait_ms = scene_->read_wait_ms();
-        const Stopwatch watch;
+        const Json report = json_of(*scene_, tasks_[i], traced, !options_.json.empty());
+        report_["frames"].push_back(report);
         wait();
         writing_ =
             std::async(std::launch::async, [this, i, scene_hash, &traced, row = row_of(report)] {
                 write(i, scene_hash, traced);
                 if (prints_rows_) messages_.print(std::exchange(header_, {}) + row);
             });
-        report_.frames.back().write_wait_ms = watch.ms();
         // Memory should not hold several images that are large.
         constexpr std::uint64_t kLargePixels = 9 << 20;
         if (pixel_count(options_) > kLargePixels) wait();
@@ -170,37 +164,27 @@ public:
     }
 
     /// Images that are there, or will be after wait().
-    std::size_t finished() const { return report_.frames.size() + report_.kept.size(); }
+    std::size_t finished() const { return report_["frames"].size() + kept(); }
+    std::size_t kept() const { return report_["kept"].size(); }
 
     /// Writes the outputs that concern all frames.
     void finish(bool complete) {
         wait();
-        for (std::size_t i = 0; i < write_ms_.size(); ++i)
-            report_.frames[i].write_ms = write_ms_[i];
-        report_.complete = complete;
+        report_["complete"] = complete;
         if (hits_) call_library([&] { hits_->write(options_.hits); });
-        if (!options_.json.empty()) write_report(options_.json, to_json(report_));
-        if (prints_rows_ && !report_.kept.empty())
-            messages_.print(fmt::format("{} image{} of an earlier run kept in {}\n",
-                                        report_.kept.size(), report_.kept.size() == 1 ? "" : "s",
-                                        folder_.string()));
+        if (!options_.json.empty()) write_report(options_.json, json_text(report_));
+        if (prints_rows_ && kept() > 0)
+            messages_.print(fmt::format("{} image{} of an earlier run kept in {}\n", kept(),
+                                        kept() == 1 ? "" : "s", folder_.string()));
     }
 
 private:
     /// Writes the outputs of a task. Runs in a thread of its own.
     void write(std::size_t i, std::uint64_t scene_hash, morphray::Image& traced) {
         const FrameTask& task = tasks_[i];
-        const Stopwatch watch;
         if (hits_) call_library([&] { hits_->add(traced); });
         const std::vector<PngText> texts =
             image_texts(options_.image, task.frame, scene_hash, traced);
-        if (const auto file = hits_file_of(options_, task); !file.empty()) {
-            morphray::HitsWriter hits(options_.image.view.width, options_.image.view.height);
-            call_library([&] {
-                hits.add(traced);
-                hits.write(file);
-            });
-        }
         if (const auto file = exr_file_of(options_, folder_, task); !file.empty()) {
             const ExrColours colours =
                 options_.image.shading.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;
@@ -209,19 +193,18 @@ private:
         Image image{traced.width, traced.height, std::move(traced.pixels)};
         write_file(folder_ / task.file, encode_png(image, texts));
         traced.pixels = std::move(image.pixels);
-        write_ms_.push_back(watch.ms());
     }
 
-    std::string row_of(const FrameReport& frame) const {
-        const double update = frame.times.total_ms() - frame.times.trace_ms;
-        const double rate =
-            static_cast<double>(frame.times.rays) / (frame.times.trace_ms * 1e3 + 1e-9);
-        return row_text(
-            columns_,
-            std::vector<std::string>{
-                fmt::format("{}", frame.frame), frame.update, fmt::format("{:.2f}", update),
-                fmt::format("{:.2f}", frame.times.trace_ms), fmt::format("{:.2f}", rate),
-                fmt::format("{}", frame.hits), (folder_ / frame.file).string()});
+    std::string row_of(const Json& frame) const {
+        const FrameTimes times = scene_->times();
+        const double rate = static_cast<double>(times.rays) / (times.trace_ms * 1e3 + 1e-9);
+        const std::string file = frame["file"];
+        return row_text(columns_,
+                        std::vector<std::string>{
+                            fmt::format("{}", frame["frame"].get<double>()), frame["update"],
+                            fmt::format("{:.2f}", times.total_ms() - times.trace_ms),
+                            fmt::format("{:.2f}", times.trace_ms), fmt::format("{:.2f}", rate),
+                            frame["hits"].dump(), (folder_ / file).string()});
     }
 
     const RenderOptions& options_;
@@ -231,10 +214,9 @@ private:
     const std::vector<FrameTask>& tasks_;
     std::uint64_t clip_hash_ = 0;
     std::optional<ClipScene> scene_;
-    RenderReport report_;
+    Json report_;
     // While an image is written, its thread alone uses these.
     std::optional<morphray::HitsWriter> hits_;
-    std::vector<double> write_ms_;
     std::vector<Column> columns_;
     bool prints_rows_ = true;
     /// Empty once it is printed.
@@ -275,22 +257,18 @@ ExitCode render_frames(RenderOptions options, const Messages& messages) {
     const std::unique_ptr<Clip> clip = open_clip(options.image.source, messages);
     const std::vector<double> frames =
         select_frames(options.frames, options.image.tree.build_at, *clip, DefaultFrames::kAll);
-    const FrameDigits digits = digits_of(frames, *clip);
-    require_distinct_names(options, frames, digits);
     // One tree for all runs.
     if (!options.image.tree.build_at) options.image.tree.build_at = frames.front();
-    const std::vector<FrameTask> tasks = frame_tasks(options, frames, digits);
+    const std::vector<FrameTask> tasks = frame_tasks(options, frames, *clip);
     const std::filesystem::path folder = output_folder_of(options);
     // Before the reports, which may be in it.
     const OutputFolder images(folder);
-    std::optional<OutputFolder> hits;
-    if (has_hits_folder(options)) hits.emplace(options.hits);
-    check_reports({options.json, has_hits_folder(options) ? std::string() : options.hits});
+    check_reports({options.json, options.hits});
     Renderer renderer(options, *clip, tasks, folder, messages);
     const std::vector<std::size_t> left = tasks_left(options, tasks.size(), renderer);
     ExitCode code = ExitCode::kOk;
     Progress progress("rendering", left.size(), messages);
-    progress.prepare("tree");
+    progress.begin("tree");
     if (!left.empty()) renderer.open(tasks[left.front()].frame);
     for (std::size_t done = 0; done < left.size(); ++done) {
         throw_if_interrupted();
@@ -315,7 +293,7 @@ ExitCode render_frames(RenderOptions options, const Messages& messages) {
 
 }  // namespace
 
-ExitCode run_render(const RenderOptions& options, const Messages& messages) {
+ExitCode run_command(const RenderOptions& options, const Messages& messages) {
     require_samples_fit(options);
     return render_frames(options, messages);
 }

@@ -1,4 +1,4 @@
-// morphray chart: becomes the program morphray-chart.
+// morphray chart: becomes the program morphray-chart (lab/accuracy/charts/main.cpp).
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "app/commands/commands.h"
-#include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
 
 namespace mray::app {
 namespace {
 
+#ifdef MORPHRAY_CHART_FOLDER
 constexpr const char* kName = "morphray-chart";
 
 /// Replaces this process by the program, which gets all arguments. Returns if there is no such
@@ -30,30 +30,37 @@ void become(const std::filesystem::path& program, std::vector<std::string> argum
                             std::generic_category().message(errno)));
 }
 
-// The other program parses the same arguments with the same code; nothing was written before.
-[[noreturn]] void become_chart_program(const ChartOptions& options) {
+std::vector<std::string> chart_arguments(const ChartOptions& options, bool quiet) {
+    std::vector<std::string> arguments = {"--out", options.out};
+    if (options.quick) arguments.emplace_back("--quick");
+    if (options.lenient) arguments.emplace_back("--lenient");
+    if (quiet) arguments.emplace_back("--quiet");
+    arguments.insert(arguments.end(), options.scenes.begin(), options.scenes.end());
+    return arguments;
+}
+#endif
+
+}  // namespace
+
+ExitCode run_command([[maybe_unused]] const ChartOptions& options,
+                     [[maybe_unused]] const Messages& messages) {
+#ifdef MORPHRAY_CHART_FOLDER
     std::error_code error;
     const std::filesystem::path folder =
         std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-    if (error) {
-        throw Error(ErrorKind::kUnavailable,
-                    fmt::format("chart: {} cannot be found: /proc/self/exe: {}; mount /proc", kName,
-                                error.message()));
-    }
     // In the build folder, and where it is installed.
     for (const char* place : {".", MORPHRAY_CHART_FOLDER})
-        become((folder / place / kName).lexically_normal(), options.arguments);
+        become((folder / place / kName).lexically_normal(),
+               chart_arguments(options, messages.quiet()));
     throw Error(ErrorKind::kUnavailable,
                 fmt::format("chart: {} is missing, which belongs beside {}; build the target "
                             "morphray_programs, or install morphray again",
                             kName, (folder / "morphray").string()));
-}
-
-}  // namespace
-
-ExitCode run_chart(const ChartOptions& options, const Messages&) {
-    throw_if_interrupted();
-    become_chart_program(options);
+#else
+    throw Error(
+        ErrorKind::kUnavailable,
+        "chart: not built in, because GMP was not found; install libgmp-dev and build again");
+#endif
 }
 
 }  // namespace mray::app

@@ -3,14 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
+#include <iterator>
 
-#include "app/base/library_calls.h"
 #include "app/clip/posed_scene.h"
 #include "app/commands/commands.h"
 #include "app/files/ray_reader.h"
-#include "app/report/answers.h"
-#include "app/terminal/interrupt.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
 #include "common/text/text_parts.h"
 
@@ -20,12 +18,26 @@ namespace {
 // Rays that are converted, traced and written together.
 constexpr std::size_t kRaysOfBatch = std::size_t{1} << 16;
 
-/// Traces rays in batches and gathers their hits.
+/// Traces rays in batches and gathers their hits as lines.
 class RayTracer {
 public:
     RayTracer(const TraceOptions& options, const PosedScene& scene)
-        : options_(options), scene_(scene), answers_(options.format, options.all_hits) {}
+        : options_(options), scene_(scene) {}
 
+    void trace(std::span<const WorldRay> rays) {
+        rays_.clear();
+        exponents_.clear();
+        for (const WorldRay& ray : rays) add(ray);
+        call_library([&] { options_.all_hits ? trace_all() : trace_closest(); });
+    }
+
+    const std::string& text() const { return text_; }
+    std::uint64_t invalid() const { return invalid_; }
+    /// The hits that are left out, and the rays that lack some.
+    std::uint64_t left_out() const { return left_out_; }
+    std::uint64_t cut_rays() const { return cut_rays_; }
+
+private:
     /// The numbers of the ray are floats.
     void add(const WorldRay& ray) {
         if (!to_scene(scene_.space(), ray).valid) ++invalid_;
@@ -41,33 +53,37 @@ public:
                           scaled(ray.dir[2], -exponent)},
                          scaled(ray.tfar, exponent)});
         exponents_.push_back(exponent);
-        if (rays_.size() == kRaysOfBatch) flush();
     }
 
-    void flush() {
-        throw_if_interrupted();
-        call_library([&] { options_.all_hits ? add_all_hits() : add_closest_hits(); });
-        rays_.clear();
-        exponents_.clear();
-    }
-
-    const RayHits& answers() const { return answers_; }
-    std::uint64_t invalid() const { return invalid_; }
-
-private:
-    void add_closest_hits() {
+    void trace_closest() {
         hits_.resize(rays_.size());
         scene_.scene().intersect(std::span<const morphray::Ray>(rays_),
                                  std::span<morphray::Hit>(hits_), morphray::Coherence::sort(),
                                  &interrupt_flag());
-        for (std::size_t i = 0; i < hits_.size(); ++i)
-            answers_.add(std::span(&hits_[i], hits_[i] ? 1 : 0), exponents_[i]);
+        for (std::size_t i = 0; i < hits_.size(); ++i) {
+            if (hits_[i])
+                write(hits_[i], exponents_[i]);
+            else
+                text_ += "M\n";
+        }
     }
 
-    void add_all_hits() {
+    void trace_all() {
         const morphray::AllHits all = scene_.scene().intersect_all(rays_, options_.hit_lists);
-        for (std::size_t i = 0; i < rays_.size(); ++i)
-            answers_.add(all.of_ray(i), exponents_[i], all.left_out[i]);
+        for (std::size_t i = 0; i < rays_.size(); ++i) {
+            const std::span<const morphray::Hit> hits = all.of_ray(i);
+            fmt::format_to(std::back_inserter(text_), "R {} {}\n", hits.size(), all.left_out[i]);
+            for (const morphray::Hit& hit : hits) write(hit, exponents_[i]);
+            left_out_ += all.left_out[i];
+            cut_rays_ += all.left_out[i] > 0;
+        }
+    }
+
+    /// The t is that of the ray as it was given, which may be beyond floats.
+    void write(const morphray::Hit& hit, int exponent) {
+        fmt::format_to(std::back_inserter(text_), "H {:.9g} {} {:.9g} {:.9g}\n",
+                       std::ldexp(static_cast<double>(hit.t), -exponent), hit.prim_id, hit.u,
+                       hit.v);
     }
 
     const TraceOptions& options_;
@@ -76,61 +92,43 @@ private:
     /// The power of two that each ray's direction was divided by.
     std::vector<int> exponents_;
     std::vector<morphray::Hit> hits_;
-    RayHits answers_;
+    std::string text_;
     std::uint64_t invalid_ = 0;
+    std::uint64_t left_out_ = 0;
+    std::uint64_t cut_rays_ = 0;
 };
-
-template <class Reader>
-void trace_all(Reader reader, RayTracer& tracer, Progress& progress) {
-    std::uint64_t traced = 0;
-    for (WorldRay ray; reader.next(ray);) {
-        tracer.add(ray);
-        if (tracer.answers().ray_count() == traced) continue;
-        traced = tracer.answers().ray_count();
-        progress.update(reader.position());
-    }
-    tracer.flush();
-}
-
-/// The number of rays, or of the lines of a text.
-std::uint64_t count_rays(const TraceOptions& options, std::string_view rays) {
-    constexpr std::size_t kRayBytes = 32;
-    return options.binary_rays ? rays.size() / kRayBytes : count_lines(rays);
-}
 
 }  // namespace
 
-ExitCode run_trace(const TraceOptions& given, const Messages& messages) {
+ExitCode run_command(const TraceOptions& given, const Messages& messages) {
     TraceOptions options = given;
     options.hit_lists.cancel = &interrupt_flag();
     check_reports({options.out});
-    const std::string rays = read_input(options.ray_file, "rays");
+    const std::vector<WorldRay> rays = read_rays(options.ray_file, options.binary_rays);
     const PosedScene scene(options.source, options.backend, options.frame, messages);
-    const std::string name = input_name(options.ray_file);
     RayTracer tracer(options, scene);
-    Progress progress("tracing", count_rays(options, rays), messages);
-    if (options.binary_rays) {
-        trace_all(RayBinaryReader(name, rays), tracer, progress);
-    } else {
-        trace_all(RayTextReader(name, rays), tracer, progress);
+    {
+        Progress progress("tracing", rays.size(), messages);
+        for (std::size_t done = 0; done < rays.size(); done += kRaysOfBatch) {
+            throw_if_interrupted();
+            progress.update(done);
+            tracer.trace(std::span(rays).subspan(done, std::min(kRaysOfBatch, rays.size() - done)));
+        }
     }
-    const RayHits& answers = tracer.answers();
+    const std::string name = escape(input_name(options.ray_file));
     if (tracer.invalid() > 0) {
-        messages.warn({escape(name),
-                       fmt::format("{} of {} rays are not finite, have no direction or no length, "
-                                   "or start too far away; they hit nothing",
-                                   tracer.invalid(), answers.ray_count())});
-    }
-    if (answers.cut_rays() > 0) {
         messages.warn(
-            {escape(name),
-             fmt::format("{} of {} rays have more hits than --max-hits {}; {} hits are left out",
-                         answers.cut_rays(), answers.ray_count(), options.hit_lists.max_hits,
-                         answers.left_out())});
+            {name, fmt::format("{} of {} rays are not finite, have no direction or no length, "
+                               "or start too far away; they hit nothing",
+                               tracer.invalid(), rays.size())});
     }
-    const Topology& topology = scene.topology();
-    const ReportHead head{"trace", scene.name(), topology.triangles.size(), topology.vertex_count};
-    write_report(options.out, answers.file(head, scene.frame(), options.hit_lists.crossing));
+    if (tracer.cut_rays() > 0) {
+        messages.warn({name, fmt::format("{} of {} rays have more hits than --max-hits {}; {} hits "
+                                         "are left out",
+                                         tracer.cut_rays(), rays.size(), options.hit_lists.max_hits,
+                                         tracer.left_out())});
+    }
+    write_report(options.out, tracer.text());
     return ExitCode::kOk;
 }
 

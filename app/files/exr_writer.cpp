@@ -1,4 +1,4 @@
-#include "app/files/exr_writer.h"
+#include "app/files/image_files.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>

@@ -1,5 +1,5 @@
 // The only file of the program that includes libjpeg-turbo.
-#include "app/files/image_reader.h"
+#include "app/files/image_files.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // The only file of the program that includes libpng.
-#include "app/files/image_reader.h"
+#include "app/files/image_files.h"
 
 #include <fmt/format.h>
 #include <png.h>
@@ -102,23 +102,6 @@ private:
     char error_[128] = {};
 };
 
-/// Whether a chunk claims more bytes than the file has. libpng would allocate them.
-bool is_cut(std::string_view bytes) {
-    constexpr std::size_t kSignature = 8;
-    constexpr std::size_t kFrame = 12;  // length, type, checksum
-    for (std::size_t at = kSignature; at < bytes.size();) {
-        const std::string_view rest = bytes.substr(at);
-        if (rest.size() < kFrame) return true;
-        std::uint32_t length = 0;
-        for (std::size_t i = 0; i < 4; ++i)
-            length = length << 8 | static_cast<unsigned char>(rest[i]);
-        if (length > rest.size() - kFrame) return true;
-        if (rest.substr(4, 4) == "IEND") return false;
-        at += kFrame + length;
-    }
-    return true;
-}
-
 [[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
     throw Error(ErrorKind::kBadInput, fmt::format("{}: is not a PNG file that can be read ({}); "
                                                   "give another file",
@@ -127,17 +110,12 @@ bool is_cut(std::string_view bytes) {
 
 }  // namespace
 
-bool is_png_name(const std::filesystem::path& path) {
-    return lower_case(path.extension().native()) == ".png";
-}
-
 bool is_png(std::string_view bytes) { return bytes.starts_with("\x89PNG"); }
 
 namespace {
 
 PngFile decode(const std::string& bytes, const std::filesystem::path& path,
                const ImageLimits& limits) {
-    if (is_png(bytes) && is_cut(bytes)) refuse(path, "it ends too early");
     PngReader reader(bytes);
     if (!reader.read_head()) refuse(path, reader.error());
     if (reader.bit_depth() > 8 && !limits.reduce_16_bits) refuse(path, "it has 16 bits a channel");
@@ -169,10 +147,6 @@ Image decode_png(const std::string& bytes, const std::filesystem::path& path,
 
 PngFile read_png_file(const std::filesystem::path& path) {
     return decode(read_input_file(path), path, {});
-}
-
-Image read_png(const std::filesystem::path& path) {
-    return decode_png(read_input_file(path), path, {});
 }
 
 }  // namespace mray::app

@@ -10,6 +10,8 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <span>
+#include <string_view>
 #include <system_error>
 
 #include "common/base/errors.h"
@@ -22,46 +24,56 @@ namespace {
 
 constexpr std::string_view kBlank = " \t\r";
 constexpr std::size_t kMostNumbers = 8;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 WorldRay to_ray(const std::array<double, kMostNumbers>& n) {
     return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], n[7]};
 }
 
-}  // namespace
+/// The lines of a text that have numbers.
+class NumberLines {
+public:
+    /// `form` is what a line should be. The views must outlive the object.
+    NumberLines(std::string name, std::string_view text, std::string_view form)
+        : name_(std::move(name)), rest_(text), form_(form) {}
 
-void NumberLines::fail(const std::string& what) const {
-    throw Error(ErrorKind::kBadInput,
-                fmt::format("{}:{}: {}; write `{}`", name_, line_, what, form_));
-}
-
-std::size_t NumberLines::next(std::span<double> numbers) {
-    while (!rest_.empty()) {
-        ++line_;
-        const std::size_t end = std::min(rest_.find('\n'), rest_.size());
-        std::string_view line = rest_.substr(0, end);
-        rest_.remove_prefix(std::min(end + 1, rest_.size()));
-        line = line.substr(0, line.find('#'));
-        std::size_t count = 0;
-        for (;;) {
-            line.remove_prefix(std::min(line.find_first_not_of(kBlank), line.size()));
-            if (line.empty()) break;
-            const std::string_view word = line.substr(0, line.find_first_of(kBlank));
-            line.remove_prefix(word.size());
-            const std::optional<float> number = parse_float(word);
-            if (!number) fail(quote(word) + " is not a number");
-            if (count == numbers.size()) fail(fmt::format("more than {} numbers", numbers.size()));
-            numbers[count++] = *number;
+    /// Reads the next line into `numbers`. Returns how many it has; 0 at the end.
+    std::size_t next(std::span<double> numbers) {
+        while (!rest_.empty()) {
+            ++line_;
+            const std::size_t end = std::min(rest_.find('\n'), rest_.size());
+            std::string_view line = rest_.substr(0, end);
+            rest_.remove_prefix(std::min(end + 1, rest_.size()));
+            line = line.substr(0, line.find('#'));
+            std::size_t count = 0;
+            for (;;) {
+                line.remove_prefix(std::min(line.find_first_not_of(kBlank), line.size()));
+                if (line.empty()) break;
+                const std::string_view word = line.substr(0, line.find_first_of(kBlank));
+                line.remove_prefix(word.size());
+                const std::optional<float> number = parse_float(word);
+                if (!number) fail(quote(word) + " is not a number");
+                if (count == numbers.size())
+                    fail(fmt::format("more than {} numbers", numbers.size()));
+                numbers[count++] = *number;
+            }
+            if (count > 0) return count;
         }
-        if (count > 0) return count;
+        return 0;
     }
-    return 0;
-}
+    [[noreturn]] void fail(const std::string& what) const {
+        throw Error(ErrorKind::kBadInput,
+                    fmt::format("{}:{}: {}; write `{}`", name_, line_, what, form_));
+    }
 
-std::uint64_t count_lines(std::string_view text) {
-    const auto ends = static_cast<std::uint64_t>(std::ranges::count(text, '\n'));
-    return ends + (text.empty() || text.ends_with('\n') ? 0 : 1);
-}
+private:
+    std::string name_;
+    std::string_view rest_;
+    std::string_view form_;
+    std::uint64_t line_ = 0;
+};
 
+/// The content of a file, or of stdin; `content` is "rays" or "points".
 std::string read_input(const std::string& file, const char* content) {
     if (file != "-") return read_input_file(file);
     std::string text;
@@ -83,49 +95,56 @@ std::string read_input(const std::string& file, const char* content) {
     }
 }
 
-std::string input_name(const std::string& file) { return file == "-" ? "<stdin>" : file; }
-
-bool RayTextReader::next(WorldRay& ray) {
-    std::array<double, kMostNumbers> numbers = {0, 0, 0, 0,
-                                                0, 0, 0, std::numeric_limits<double>::infinity()};
-    const std::size_t count = lines_.next(numbers);
-    if (count == 0) return false;
-    if (count != 6 && count != kMostNumbers) lines_.fail(fmt::format("{} numbers", count));
-    ray = to_ray(numbers);
-    return true;
-}
-
-RayBinaryReader::RayBinaryReader(std::string_view name, std::string_view bytes) : rest_(bytes) {
-    constexpr std::size_t kRayBytes = kMostNumbers * sizeof(float);
-    if (bytes.size() % kRayBytes == 0) return;
-    throw Error(
-        ErrorKind::kBadInput,
-        fmt::format("{}: {} bytes are not a whole number of rays of {} bytes; write 8 floats "
-                    "a ray",
-                    name, bytes.size(), kRayBytes));
-}
-
-bool RayBinaryReader::next(WorldRay& ray) {
+std::vector<WorldRay> binary_rays(const std::string& name, std::string_view bytes) {
     static_assert(std::endian::native == std::endian::little, "read as memory is");
-    if (rest_.empty()) return false;
     std::array<float, kMostNumbers> floats;
-    std::memcpy(floats.data(), rest_.data(), sizeof(floats));
-    rest_.remove_prefix(sizeof(floats));
-    std::array<double, kMostNumbers> numbers;
-    std::copy(floats.begin(), floats.end(), numbers.begin());
-    ray = to_ray(numbers);
-    ++count_;
-    return true;
+    if (bytes.size() % sizeof(floats) != 0) {
+        throw Error(
+            ErrorKind::kBadInput,
+            fmt::format("{}: {} bytes are not a whole number of rays of {} bytes; write 8 floats "
+                        "a ray",
+                        name, bytes.size(), sizeof(floats)));
+    }
+    std::vector<WorldRay> rays;
+    for (std::size_t at = 0; at < bytes.size(); at += sizeof(floats)) {
+        std::memcpy(floats.data(), bytes.data() + at, sizeof(floats));
+        std::array<double, kMostNumbers> numbers;
+        std::ranges::copy(floats, numbers.begin());
+        rays.push_back(to_ray(numbers));
+    }
+    return rays;
 }
 
-bool PointReader::next(morphray::Vec3& point) {
-    std::array<double, 3> numbers;
-    const std::size_t count = lines_.next(numbers);
-    if (count == 0) return false;
-    if (count != 3) lines_.fail(fmt::format("{} number{}", count, count == 1 ? "" : "s"));
-    point = {static_cast<float>(numbers[0]), static_cast<float>(numbers[1]),
-             static_cast<float>(numbers[2])};
-    return true;
+}  // namespace
+
+std::vector<WorldRay> read_rays(const std::string& file, bool is_binary) {
+    const std::string text = read_input(file, "rays");
+    if (is_binary) return binary_rays(input_name(file), text);
+    NumberLines lines(input_name(file), text, "ox oy oz dx dy dz [tnear tfar]");
+    std::vector<WorldRay> rays;
+    for (;;) {
+        std::array<double, kMostNumbers> numbers = {0, 0, 0, 0, 0, 0, 0, kInfinity};
+        const std::size_t count = lines.next(numbers);
+        if (count == 0) return rays;
+        if (count != 6 && count != kMostNumbers) lines.fail(fmt::format("{} numbers", count));
+        rays.push_back(to_ray(numbers));
+    }
 }
+
+std::vector<morphray::Vec3> read_points(const std::string& file) {
+    const std::string text = read_input(file, "points");
+    NumberLines lines(input_name(file), text, "x y z");
+    std::vector<morphray::Vec3> points;
+    for (;;) {
+        std::array<double, 3> numbers;
+        const std::size_t count = lines.next(numbers);
+        if (count == 0) return points;
+        if (count != 3) lines.fail(fmt::format("{} number{}", count, count == 1 ? "" : "s"));
+        points.push_back({static_cast<float>(numbers[0]), static_cast<float>(numbers[1]),
+                          static_cast<float>(numbers[2])});
+    }
+}
+
+std::string input_name(const std::string& file) { return file == "-" ? "<stdin>" : file; }
 
 }  // namespace mray::app

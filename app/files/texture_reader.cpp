@@ -1,4 +1,4 @@
-#include "app/files/image_reader.h"
+#include "app/files/image_files.h"
 
 #include <fmt/format.h>
 

@@ -6,12 +6,6 @@
 
 namespace mray::app {
 
-namespace {
-
-Json first_members(const std::string& command) {
-    return {{"schema", "morphray/1"}, {"command", command}, {"version", kVersion}};
-}
-
 void add_scene(Json& json, const ReportHead& head) {
     json["scene"] = head.scene;
     json["triangles"] = head.triangles;
@@ -22,30 +16,17 @@ void add_scene(Json& json, const ReportHead& head) {
     }
 }
 
-}  // namespace
-
 Json head_of(const std::string& command) {
-    Json json = first_members(command);
-    json["built_with"]["compiler"] = kCompiler;
-    return json;
+    return {{"schema", "morphray/1"},
+            {"command", command},
+            {"version", kVersion},
+            {"built_with", {{"compiler", kCompiler}}}};
 }
 
 Json head_of(const ReportHead& head) {
     Json json = head_of(head.command);
     add_scene(json, head);
     return json;
-}
-
-Json head_of_part(const ReportHead& head) {
-    Json json = first_members(head.command);
-    add_scene(json, head);
-    return json;
-}
-
-std::string json_with_rows(const Json& object, std::string_view name, std::string_view rows) {
-    std::string text = json_text(object);
-    text.resize(text.rfind("\n}"));
-    return fmt::format("{},\n  \"{}\": [{}\n  ]\n}}\n", text, name, rows);
 }
 
 void add_times(Json& json, const FrameTimes& times) {
@@ -67,6 +48,15 @@ Json of(const FrameDifference& difference) {
             {"uv", difference.uv},
             {"occlusion", difference.occlusion},
             {"colour", difference.colour}};
+}
+
+Json of(const morphray::VulkanDeviceInfo& device) {
+    return {{"index", device.index},
+            {"name", device.name},
+            {"type", device.type},
+            {"driver", device.driver},
+            {"api", fmt::format("{}.{}", device.api_major, device.api_minor)},
+            {"uuid", device.uuid}};
 }
 
 Json of(const BvhStats& stats) {

@@ -5,14 +5,14 @@
 // (null instead).
 #pragma once
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <string_view>
 
-#include "app/report/report_head.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/frame_times.h"
 #include "common/report/compare.h"
+#include "morphray/device.hpp"
 
 namespace mray::app {
 
@@ -25,21 +25,27 @@ inline std::string json_text(const Json& json, int indent = 2) {
     return json.dump(indent, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+struct ReportHead {
+    std::string command;
+    std::string scene;
+    std::uint64_t triangles = 0;
+    std::uint64_t vertices = 0;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+};
+
 /// The members that every report begins with: "schema", "command", "version" and "built_with".
 Json head_of(const std::string& command);
 /// As above, then the scene, its size and, if there is one, the image's size.
 Json head_of(const ReportHead& head);
-/// As above without "built_with", for an object within a report that has it.
-Json head_of_part(const ReportHead& head);
-
-/// The text of an object with a last member `name`, an array of many values whose texts are given,
-/// each on a line of its own with a comma before all but the first.
-std::string json_with_rows(const Json& object, std::string_view name, std::string_view rows);
+/// Adds the scene, its size and, if there is one, the image's size.
+void add_scene(Json& json, const ReportHead& head);
 
 /// Adds a member for each stage of a frame.
 void add_times(Json& json, const FrameTimes& times);
 
 Json of(const BvhStats& stats);
 Json of(const FrameDifference& difference);
+Json of(const morphray::VulkanDeviceInfo& device);
 
 }  // namespace mray::app

@@ -1,15 +1,49 @@
 #include "app/terminal/failure.h"
 
 #include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
 
-#include <csignal>
 #include <new>
 #include <stdexcept>
 
-#include "app/terminal/interrupt.h"
 #include "common/base/watch.h"
 
 namespace mray::app {
+namespace {
+
+std::atomic<int> received_signal = SIGINT;
+std::atomic<bool> has_received = false;
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
+
+void on_signal(int signal) {
+    if (has_received.exchange(true)) ::_exit(128 + signal);
+    received_signal = signal;
+}
+
+}  // namespace
+
+ErrorKind kind_of(morphray::ErrorCode code) {
+    using morphray::ErrorCode;
+    switch (code) {
+        case ErrorCode::bad_argument:
+            return ErrorKind::kBadArgument;
+        case ErrorCode::bad_input:
+            return ErrorKind::kBadInput;
+        case ErrorCode::unavailable:
+            return ErrorKind::kUnavailable;
+        case ErrorCode::output:
+            return ErrorKind::kOutput;
+        case ErrorCode::limit:
+            return ErrorKind::kLimit;
+        case ErrorCode::device_lost:
+            return ErrorKind::kDeviceLost;
+        case ErrorCode::cancelled:
+            return ErrorKind::kCancelled;
+        default:
+            return ErrorKind::kInternal;
+    }
+}
 
 ExitCode exit_code_of(ErrorKind kind) {
     switch (kind) {
@@ -70,6 +104,20 @@ Failure describe_failure(const std::exception_ptr& failure) {
         internal = "unknown exception";
     }
     return {fmt::format("internal error: {}; please report it", internal), ExitCode::kInternal};
+}
+
+void handle_signals() {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+        if (::signal(signal, on_signal) == SIG_IGN) ::signal(signal, SIG_IGN);
+    ::signal(SIGPIPE, SIG_IGN);
+}
+
+const std::atomic<bool>& interrupt_flag() { return has_received; }
+
+int interrupt_signal() { return received_signal; }
+
+void throw_if_interrupted() {
+    if (interrupted()) throw Error(ErrorKind::kCancelled, kWorkCancelled);
 }
 
 }  // namespace mray::app

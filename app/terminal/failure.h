@@ -1,10 +1,14 @@
-// Failures in words and as exit codes (docs/guide/options.md).
+// Failures in words and as exit codes (docs/guide/options.md), and signals, which end a command at
+// the next piece of its work.
 #pragma once
 
+#include <atomic>
 #include <exception>
 #include <string>
+#include <utility>
 
 #include "common/base/errors.h"
+#include "morphray/error.hpp"
 
 namespace mray::app {
 
@@ -23,6 +27,19 @@ enum class ExitCode : int {
     kInterrupted = 130,
     kTerminated = 143,
 };
+
+/// The kind of error that has the exit code of this one.
+ErrorKind kind_of(morphray::ErrorCode code);
+
+/// Calls `work` of the library; its errors come out as those of the program.
+template <class Work>
+decltype(auto) call_library(Work&& work) {
+    try {
+        return std::forward<Work>(work)();
+    } catch (const morphray::Error& error) {
+        throw Error(kind_of(error.code()), error.what());
+    }
+}
 
 /// The exit code of a command that ended with an error of this kind; that of a signal for
 /// kCancelled.
@@ -43,5 +60,19 @@ struct Failure {
 
 /// Describes any exception.
 Failure describe_failure(const std::exception_ptr& failure);
+
+/// From now on the first of these signals sets the flag, and the second one ends the process at
+/// once. A signal that is ignored (nohup) stays so. A write to a closed pipe fails with EPIPE.
+void handle_signals();
+
+/// Whether a signal has arrived: for calls that take a flag by which they are cancelled.
+const std::atomic<bool>& interrupt_flag();
+inline bool interrupted() { return interrupt_flag().load(); }
+/// The signal that has arrived; SIGINT without one.
+int interrupt_signal();
+
+/// Throws Error(kCancelled) if interrupted(). Called between pieces of work, so that what is
+/// finished is kept and no file is half written.
+void throw_if_interrupted();
 
 }  // namespace mray::app

@@ -10,7 +10,7 @@
 #include <system_error>
 #include <utility>
 
-#include "app/terminal/interrupt.h"
+#include "app/terminal/failure.h"
 
 namespace mray::app {
 namespace {
@@ -36,7 +36,7 @@ int terminal_columns() {
 
 /// The part of everything that is done, from 0 to 1.
 double fraction_of(const ProgressState& state) {
-    const bool counts = state.total == 0 || state.counts_part == StepPart::kCounted;
+    const bool counts = state.total == 0 || state.counts_part;
     const double part = counts ? std::clamp(state.part, 0.0f, 1.0f) : 0;
     if (state.total == 0) return part;
     return std::min((static_cast<double>(state.done) + part) / static_cast<double>(state.total),
@@ -133,27 +133,17 @@ void Progress::run() {
     while (!wakes_.wait_for(lock, kInterval, [this] { return stops_; }));
 }
 
-void Progress::set_step(std::string step, StepPart part) {
+void Progress::begin(std::string step, bool counts_part) {
+    const std::scoped_lock lock(terminal_mutex);
     state_.step = std::move(step);
-    state_.counts_part = part;
+    state_.counts_part = counts_part;
     step_done() = -1;
-}
-
-void Progress::begin(std::string step, StepPart part) {
-    const std::scoped_lock lock(terminal_mutex);
-    if (!std::exchange(has_begun_, true)) begin_ = Clock::now();
-    set_step(std::move(step), part);
-}
-
-void Progress::prepare(std::string step) {
-    const std::scoped_lock lock(terminal_mutex);
-    set_step(std::move(step), StepPart::kHidden);
 }
 
 void Progress::update(std::uint64_t done) {
     const std::scoped_lock lock(terminal_mutex);
     state_.done = done;
-    state_.counts_part = StepPart::kHidden;
+    state_.counts_part = false;
 }
 
 ProgressPause::ProgressPause() : lock_(terminal_mutex) { clear_line(); }

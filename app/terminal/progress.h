@@ -14,14 +14,11 @@
 
 namespace mray::app {
 
-/// The watch of what a command works on: cancelled by a signal (app/terminal/interrupt.h). How far
+/// The watch of what a command works on: cancelled by a signal (app/terminal/failure.h). How far
 /// the work is becomes the part of the current step of the command's Progress.
 Watch command_watch();
 /// Its part, for calls that take both apart.
 std::atomic<float>& step_done();
-
-/// How the part of a step counts that its work says is done: as a part of a unit, or not.
-enum class StepPart { kCounted, kHidden };
 
 /// How far a command is.
 struct ProgressState {
@@ -30,13 +27,14 @@ struct ProgressState {
     std::uint64_t done = 0;
     /// 0: nothing is counted, and `part` is that of all.
     std::uint64_t total = 0;
-    /// Seconds since the first unit was begun.
+    /// Seconds since it began.
     double elapsed_s = 0;
     /// The current step in words, or empty.
     std::string step = {};
     /// The part of it that is done, from 0 to 1; negative: not known.
     float part = -1;
-    StepPart counts_part = StepPart::kHidden;
+    /// Whether that is a part of a unit.
+    bool counts_part = false;
 };
 
 /// One line of at most `columns` characters: `rendering [#####.....] 5/10  frame 12  4 s left`.
@@ -54,24 +52,19 @@ public:
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
-    /// Work on a unit begins.
-    void begin(std::string step, StepPart part = StepPart::kCounted);
-    /// Work begins that is no unit, such as a tree for those to come.
-    void prepare(std::string step);
+    /// A step begins. With `counts_part` it is a unit of which its work says how much is done.
+    void begin(std::string step, bool counts_part = false);
     /// Units that are done; no part of another one is until begin().
     void update(std::uint64_t done);
 
 private:
     using Clock = std::chrono::steady_clock;
 
-    void set_step(std::string step, StepPart part);
     void run();
     void show();
 
     ProgressState state_;
-    /// When the first unit was begun.
     Clock::time_point begin_ = Clock::now();
-    bool has_begun_ = false;
     bool stops_ = false;
     std::condition_variable wakes_;
     std::thread thread_;

@@ -1,4 +1,4 @@
-#include "app/view/box_lines.h"
+#include "app/view/window.h"
 
 #include <cmath>
 #include <numbers>

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "app/base/library_calls.h"
+#include "app/terminal/failure.h"
 #include "common/text/number_text.h"
 
 namespace mray::app {
@@ -125,7 +125,7 @@ Engine::BackendScene& Engine::follow(const ImageRequest& request, BackendChoice 
         ImageOptions options = options_;
         options.backend.choice = backend;
         options.tree.update = request.update;
-        options.tree.update_config.record_cost_ratio = true;
+        options.tree.record_cost_ratio = true;
         // Whatever is shown first, the scene has its textures.
         options.shading.shading = morphray::Shading::lit;
         // --build-at is for the first tree; a change of settings builds where one is.

@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "app/base/values.h"
 #include "app/clip/frames.h"
-#include "app/terminal/interrupt.h"
+#include "app/terminal/failure.h"
 #include "app/view/controls.h"
 #include "common/base/output_file.h"
 #include "common/image/png.h"
@@ -30,124 +32,159 @@ std::uint32_t pixels_of(float length, float scale) {
     return static_cast<std::uint32_t>(std::max(std::lround(length * scale), 1L));
 }
 
+/// Shows the state, and lets input change it. Image and window are apart: the engine traces the
+/// next image while this one is drawn, and no call waits for it.
+class Viewer {
+public:
+    Viewer(const ViewOptions& options, const Messages& messages)
+        : options_(options),
+          clip_(open_clip(options_.image.source, messages)),
+          state_(initial_state(options_, *clip_,
+                               select_frame(options_.frame, options_.image.tree.build_at, *clip_))),
+          first_camera_(state_.camera),
+          window_("morphray view " + escape(clip_->name()),
+                  static_cast<int>(state_.view.width) + kPanelWidth,
+                  static_cast<int>(state_.view.height)),
+          engine_(options_.image, *clip_, messages, [] { Window::wake(); }) {}
+
+    void run() {
+        last_ = Window::seconds();
+        while (step()) throw_if_interrupted();
+    }
+
+private:
+    /// Returns whether to go on.
+    bool step() {
+        window_.wait(kIdleSeconds);
+        if (window_.closes()) return false;
+        const bool is_new = take_image();
+        if (is_done_) return false;
+        if (std::optional<PixelProbe> probe = engine_.take_probe()) pixel_ = std::move(probe);
+        window_.begin_frame();
+        const float height = window_.height();
+        const InputActions actions =
+            apply_input(height, window_.take_keys(), first_camera_, state_);
+        const double now = Window::seconds();
+        state_.playback.advance(now - std::exchange(last_, now));
+        // A screenshot has the size of the options.
+        if (options_.screenshot.empty()) {
+            const float scale = window_.pixel_scale();
+            state_.view.width = pixels_of(window_.width() - kPanelWidth, scale);
+            state_.view.height = pixels_of(height, scale);
+            if (actions.clicked) {
+                const auto [x, y] = *actions.clicked;
+                const Pixel pixel = {std::min(pixels_of(x, scale), state_.view.width) - 1,
+                                     std::min(pixels_of(y, scale), state_.view.height) - 1};
+                engine_.probe({request_of(state_, 0), pixel});
+            }
+        }
+        // The next image is traced while this one is drawn.
+        post(now);
+        if (is_new && !image_->panes.empty()) {
+            const TracedPane& pane = image_->panes.front();
+            std::vector<std::uint32_t> shown = pane.pixels;
+            different_.reset();
+            if (image_->panes.size() > 1) {
+                DifferenceImage difference = difference_of(pane, image_->panes[1]);
+                different_ = difference.different;
+                shown = std::move(difference.pixels);
+            }
+            window_.set_image(pane.width, pane.height, shown,
+                              box_lines(image_->request.view, image_->boxes));
+        }
+        draw();
+        return !actions.quits;
+    }
+
+    /// Asks for the first image of a state that has changed, and for a better one when it is still.
+    void post(double now) {
+        // Of a screenshot only the complete image is wanted.
+        const int first = options_.screenshot.empty() ? 0 : last_step(state_);
+        ImageRequest fresh = request_of(state_, first);
+        if (step_ < 0 || fresh != first_request_) {
+            first_request_ = std::move(fresh);
+            posted_ = first_request_;
+            step_ = first;
+            changed_at_ = now;
+        } else {
+            const bool is_still = now - changed_at_ >= kStillSeconds && !state_.playback.playing;
+            if (!is_answered_ || !is_still || step_ >= last_step(state_)) return;
+            ImageRequest better = request_of(state_, step_ + 1);
+            const std::uint64_t pixels = std::uint64_t{better.view.width} * better.view.height;
+            if (better.samples > 1 && pixels * better.samples > kMostSamples) return;
+            ++step_;
+            posted_ = std::move(better);
+        }
+        is_answered_ = false;
+        engine_.post(posted_);
+    }
+
+    bool take_image() {
+        std::unique_ptr<TracedImage> image = engine_.take();
+        if (!image) return false;
+        if (image->request == posted_) is_answered_ = true;
+        message_ = image->error;
+        image_ = std::move(image);
+        if (!options_.screenshot.empty() && is_answered_ && !image_->panes.empty()) {
+            const TracedPane& pane = image_->panes.front();
+            write_file(options_.screenshot,
+                       encode_png(Image{pane.width, pane.height, pane.pixels}));
+            is_done_ = true;
+        }
+        return true;
+    }
+
+    void draw() {
+        const float width = window_.width() - kPanelWidth;
+        PanelFacts facts{
+            .image = image_.get(), .different = different_, .pixel = {}, .message = message_};
+        if (!image_) {
+            facts.message =
+                fmt::format("building the tree, {} triangles",
+                            brief_count(static_cast<double>(clip_->topology().triangles.size())));
+        }
+        // The pixel that was clicked on is shown until the image is another one.
+        if (pixel_ && pixel_->request.image == first_request_) {
+            facts.pixel = pixel_text(*pixel_);
+            const float scale = window_.pixel_scale();
+            const float x = (static_cast<float>(pixel_->request.pixel.x) + 0.5f) / scale;
+            const float y = (static_cast<float>(pixel_->request.pixel.y) + 0.5f) / scale;
+            ImDrawList& list = *ImGui::GetBackgroundDrawList();
+            list.AddRect({x - 4, y - 4}, {x + 5, y + 5}, 0xFF000000u);
+            list.AddRect({x - 3, y - 3}, {x + 4, y + 4}, 0xFFFFFFFFu);
+        }
+        draw_panel(width, kPanelWidth, window_.height(), state_, facts);
+        window_.end_frame(width);
+    }
+
+    ViewOptions options_;
+    std::unique_ptr<Clip> clip_;
+    ViewState state_;
+    Camera first_camera_;
+    Window window_;
+    Engine engine_;
+    bool is_done_ = false;
+
+    /// The image on the screen.
+    std::unique_ptr<TracedImage> image_;
+    std::optional<std::uint64_t> different_;
+    std::optional<PixelProbe> pixel_;
+    std::string message_;
+
+    /// The request in progress or answered last, its step, and whether it is answered.
+    ImageRequest posted_;
+    int step_ = -1;
+    bool is_answered_ = false;
+    /// The first request of the state, by which a change is noticed.
+    ImageRequest first_request_;
+    double changed_at_ = 0;
+    double last_ = 0;
+};
+
 }  // namespace
 
-Viewer::Viewer(const ViewOptions& options, const Messages& messages)
-    : options_(options),
-      clip_(open_clip(options_.image.source, messages)),
-      state_(initial_state(options_, *clip_,
-                           select_frame(options_.frame, options_.image.tree.build_at, *clip_))),
-      first_camera_(state_.camera),
-      window_("morphray view " + escape(clip_->name()),
-              static_cast<int>(state_.view.width) + kPanelWidth,
-              static_cast<int>(state_.view.height)),
-      engine_(options_.image, *clip_, messages, [] { Window::wake(); }) {}
-
-void Viewer::run() {
-    last_ = Window::seconds();
-    while (step()) throw_if_interrupted();
-}
-
-/// Returns whether to go on.
-bool Viewer::step() {
-    window_.wait(kIdleSeconds);
-    if (window_.closes()) return false;
-    const bool is_new = take_image();
-    if (is_done_) return false;
-    if (std::optional<PixelProbe> probe = engine_.take_probe()) pixel_ = std::move(probe);
-    window_.begin_frame();
-    const float height = window_.height();
-    const InputActions actions = apply_input(height, window_.take_keys(), first_camera_, state_);
-    const double now = Window::seconds();
-    state_.playback.advance(now - std::exchange(last_, now));
-    // A screenshot has the size of the options.
-    if (options_.screenshot.empty()) {
-        const float scale = window_.pixel_scale();
-        state_.view.width = pixels_of(window_.width() - kPanelWidth, scale);
-        state_.view.height = pixels_of(height, scale);
-        if (actions.clicked) {
-            const auto [x, y] = *actions.clicked;
-            const Pixel pixel = {std::min(pixels_of(x, scale), state_.view.width) - 1,
-                                 std::min(pixels_of(y, scale), state_.view.height) - 1};
-            engine_.probe({request_of(state_, 0), pixel});
-        }
-    }
-    // The next image is traced while this one is drawn.
-    post(now);
-    if (is_new && !image_->panes.empty()) {
-        const TracedPane& pane = image_->panes.front();
-        std::vector<std::uint32_t> shown = pane.pixels;
-        different_.reset();
-        if (image_->panes.size() > 1) {
-            DifferenceImage difference = difference_of(pane, image_->panes[1]);
-            different_ = difference.different;
-            shown = std::move(difference.pixels);
-        }
-        window_.set_image(pane.width, pane.height, shown,
-                          box_lines(image_->request.view, image_->boxes));
-    }
-    draw();
-    return !actions.quits;
-}
-
-/// Asks for the first image of a state that has changed, and for a better one when it is still.
-void Viewer::post(double now) {
-    // Of a screenshot only the complete image is wanted.
-    const int first = options_.screenshot.empty() ? 0 : last_step(state_);
-    ImageRequest fresh = request_of(state_, first);
-    if (step_ < 0 || fresh != first_request_) {
-        first_request_ = std::move(fresh);
-        posted_ = first_request_;
-        step_ = first;
-        changed_at_ = now;
-    } else {
-        const bool is_still = now - changed_at_ >= kStillSeconds && !state_.playback.playing;
-        if (!is_answered_ || !is_still || step_ >= last_step(state_)) return;
-        ImageRequest better = request_of(state_, step_ + 1);
-        const std::uint64_t pixels = std::uint64_t{better.view.width} * better.view.height;
-        if (better.samples > 1 && pixels * better.samples > kMostSamples) return;
-        ++step_;
-        posted_ = std::move(better);
-    }
-    is_answered_ = false;
-    engine_.post(posted_);
-}
-
-bool Viewer::take_image() {
-    std::unique_ptr<TracedImage> image = engine_.take();
-    if (!image) return false;
-    if (image->request == posted_) is_answered_ = true;
-    message_ = image->error;
-    image_ = std::move(image);
-    if (!options_.screenshot.empty() && is_answered_ && !image_->panes.empty()) {
-        const TracedPane& pane = image_->panes.front();
-        write_file(options_.screenshot, encode_png(Image{pane.width, pane.height, pane.pixels}));
-        is_done_ = true;
-    }
-    return true;
-}
-
-void Viewer::draw() {
-    const float width = window_.width() - kPanelWidth;
-    PanelFacts facts{
-        .image = image_.get(), .different = different_, .pixel = {}, .message = message_};
-    if (!image_) {
-        facts.message =
-            fmt::format("building the tree, {} triangles",
-                        brief_count(static_cast<double>(clip_->topology().triangles.size())));
-    }
-    // The pixel that was clicked on is shown until the image is another one.
-    if (pixel_ && pixel_->request.image == first_request_) {
-        facts.pixel = pixel_text(*pixel_);
-        const float scale = window_.pixel_scale();
-        const float x = (static_cast<float>(pixel_->request.pixel.x) + 0.5f) / scale;
-        const float y = (static_cast<float>(pixel_->request.pixel.y) + 0.5f) / scale;
-        ImDrawList& list = *ImGui::GetBackgroundDrawList();
-        list.AddRect({x - 4, y - 4}, {x + 5, y + 5}, 0xFF000000u);
-        list.AddRect({x - 3, y - 3}, {x + 4, y + 4}, 0xFFFFFFFFu);
-    }
-    draw_panel(width, kPanelWidth, window_.height(), state_, facts);
-    window_.end_frame(width);
+void show_scene(const ViewOptions& options, const Messages& messages) {
+    Viewer(options, messages).run();
 }
 
 }  // namespace mray::app

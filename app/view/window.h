@@ -1,4 +1,4 @@
-// A window that shows an image with OpenGL, and Dear ImGui over it.
+// A window that shows an image and lines with OpenGL, and Dear ImGui over them.
 #pragma once
 
 #include <cstdint>
@@ -8,11 +8,24 @@
 #include <utility>
 #include <vector>
 
-#include "app/view/box_lines.h"
+#include "common/scene/camera_setup.h"
+#include "morphray/geometry.hpp"
 
 struct GLFWwindow;
 
 namespace mray::app {
+
+/// A line in pixels from the upper left corner of the image. It may leave the image.
+struct ImageLine {
+    float x0 = 0;
+    float y0 = 0;
+    float x1 = 0;
+    float y1 = 0;
+};
+
+/// The edges of the boxes as the camera sees them, without what is behind the eye. Eye and target
+/// of the view are given.
+std::vector<ImageLine> box_lines(const ViewSpec& view, std::span<const morphray::Box> boxes);
 
 /// A key of GLFW that went down.
 struct KeyPress {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/report/median.h"
+#include "common/report/spread.h"
 
 namespace mray::bench {
 

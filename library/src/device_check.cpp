@@ -264,22 +264,11 @@ std::optional<DeviceCheck> kept_device_check(const std::string& device) {
         [&] { return detail::kept_check(mray::gpu::find_device(device)); });
 }
 
-DeviceCheck keep_lost_device(const std::string& device, const std::string& what) {
-    return detail::with_public_errors([&] {
-        const mray::gpu::DeviceInfo info = mray::gpu::find_device(device);
-        const DeviceCheck check = detail::failure(info, ErrorCode::device_lost, what);
-        detail::keep_check(info, check);
-        return check;
-    });
-}
 #else
 DeviceCheck check_vulkan_device(const std::string&) {
     throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
 }
 std::optional<DeviceCheck> kept_device_check(const std::string&) {
-    throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
-}
-DeviceCheck keep_lost_device(const std::string&, const std::string&) {
     throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
 }
 #endif

@@ -76,8 +76,6 @@ TEST(Environment, ABadSceneIsBadInputOnAMachineWithoutVulkanToo) {
              {"render", bad, "--backend", "vulkan"},
              {"crosscheck", bad},
              {"crosscheck", bad, "--backend", "vulkan"},
-             {"crosscheck", bad, "--devices", "all"},
-             {"crosscheck", "builtin:cloth:500", bad},
              {"probe", bad, "--frame", "0", "--pixel", "0,0", "--backend", "vulkan"},
              {"profile", bad, "--backend", "vulkan"}}) {
         const Outcome outcome =

@@ -1,4 +1,4 @@
-#include "app/terminal/interrupt.h"
+#include "app/terminal/failure.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>

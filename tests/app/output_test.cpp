@@ -33,18 +33,6 @@ TEST(Output, FolderThatIsAFileIsRefused) {
     EXPECT_EQ(read_file(file), "x");
 }
 
-TEST(Output, NameTooLongIsRefused) {
-    TemporaryFolder folder;
-    const std::string name = folder.file(std::string(300, 'x'));
-    expect_output_error(run(render(folder, {"--out", name})), name);
-    expect_output_error(run(render(folder, {"--json", name})), name);
-    const std::string image = name + ".png";
-    expect_output_error(
-        run({"render", "builtin:cloth:500", "--frames", "0", "--size", "16x16", "--out", image}),
-        image);
-    EXPECT_TRUE(folder.names().empty());
-}
-
 TEST(Output, ReportInAMissingFolderIsRefusedBeforeTheScene) {
     TemporaryFolder folder;
     const std::string name = folder.file("none/report");
@@ -54,8 +42,6 @@ TEST(Output, ReportInAMissingFolderIsRefusedBeforeTheScene) {
           std::vector<std::string>{"crosscheck", "none.obj", "--junit", name},
           std::vector<std::string>{"profile", "none.obj", "--csv", name},
           std::vector<std::string>{"profile", "none.obj", "--json", name},
-          std::vector<std::string>{"probe", "none.obj", "--frame", "0", "--pixel", "0,0", "--json",
-                                   name},
           std::vector<std::string>{"info", "none.obj", "--json", name},
           std::vector<std::string>{"devices", "--json", name},
           std::vector<std::string>{"query", "none.obj", "--points", "none", "--ask", "inside",
@@ -117,14 +103,6 @@ TEST(Output, FailureLeavesNoFolder) {
     EXPECT_TRUE(folder.names().empty());
 }
 
-TEST(Output, FailureKeepsFoldersThatExistedBefore) {
-    TemporaryFolder folder;
-    const std::string out = folder.file("out");
-    std::filesystem::create_directory(out);
-    EXPECT_EQ(run(render(folder, {"--out", out, "--fov", "0"})).code, 3);
-    EXPECT_EQ(folder.names(), std::vector<std::string>{"out"});
-}
-
 TEST(Output, JsonIsTheOnlyTextOnStdout) {
     TemporaryFolder folder;
     const std::vector<std::string> view = {"builtin:cloth:500", "--backend", "cpu", "--size",
@@ -138,8 +116,6 @@ TEST(Output, JsonIsTheOnlyTextOnStdout) {
         render(folder),
         with_view({"crosscheck"}, {"--frames", "0", "--junit", folder.file("report.xml")}),
         with_view({"profile"}, {"--frames", "0", "--repeat", "1", "--csv", folder.file("t.csv")}),
-        with_view({"probe"}, {"--frame", "0", "--pixel", "3,4"}),
-        {"info"},
         {"info", "builtin:cloth:500", "--bvh"}};
     for (const char* to : {"-", "/dev/stdout"}) {
         for (std::vector<std::string> command : commands) {

@@ -1,12 +1,9 @@
 // Runs the built program as a user does: arguments in; exit code, stdout and stderr out.
 #pragma once
 
-#include <sys/resource.h>
 #include <sys/types.h>
 
-#include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,8 +16,6 @@ struct Outcome {
     int code = -1;
     std::string out;
     std::string err;
-    /// The most memory that the program held at once.
-    std::uint64_t peak_bytes = 0;
 };
 
 /// The environment of a run; each field is a deviation from the default.
@@ -34,7 +29,6 @@ struct Surroundings {
     bool stdout_closed = false;
     /// Whether stderr is a terminal of 100 columns, whose lines end in "\r\n".
     bool on_terminal = false;
-    std::optional<rlim_t> address_space = {};
 };
 
 /// Runs to the end; a run of more than 300 s is killed and fails the test.

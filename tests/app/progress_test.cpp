@@ -22,7 +22,7 @@ TEST(ProgressLine, CountsThePartOfAUnit) {
     ProgressState state = state_of(1, 4, 30);
     state.part = 0.5f;
     EXPECT_EQ(progress_line(state, 100), "rendering [#####...............] 1/4  2 min left");
-    state.counts_part = StepPart::kCounted;
+    state.counts_part = true;
     EXPECT_EQ(progress_line(state, 100), "rendering [#######.............] 1/4  50 s left");
 }
 

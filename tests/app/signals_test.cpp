@@ -57,15 +57,6 @@ TEST(Signals, InterruptKeepsWholeFramesOnly) {
     expect_whole_images_only(folder);
 }
 
-TEST(Signals, TerminateGivesExitCode143) {
-    TemporaryFolder folder;
-    Started render(long_render(folder.file("out")));
-    wait_for(folder.path() / "out/frame_0000.00000.png");
-    render.send(SIGTERM);
-    EXPECT_EQ(render.wait().code, 143);
-    expect_whole_images_only(folder);
-}
-
 TEST(Signals, InterruptEndsWithinAFrameWithoutAnImage) {
     for (const auto& [signal, code] : {std::pair{SIGINT, 130}, {SIGTERM, 143}, {SIGHUP, 129}}) {
         TemporaryFolder folder;

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "tests/app/program.h"
@@ -12,8 +11,6 @@
 
 namespace mray::test {
 namespace {
-
-using Json = nlohmann::json;
 
 /// The square of square_at(0) at another z; its vertices are numbered from `first` on.
 std::string square_below(double z, int first) {
@@ -180,14 +177,6 @@ TEST(Trace, EmptyMeshAnswersMisses) {
     }
 }
 
-TEST(Trace, NoRaysGiveNoAnswers) {
-    TemporaryFolder folder;
-    const std::string out = folder.file("answers");
-    const std::string rays = folder.write("rays", "# none\n");
-    EXPECT_EQ(run({"trace", "builtin:cloth:500", "--rays", rays, "--out", out}).code, 0);
-    EXPECT_EQ(std::filesystem::file_size(out), 0u);
-}
-
 TEST(Trace, FrameOfASequenceIsChosen) {
     TemporaryFolder folder;
     folder.write("s/f_0.obj", square_at(0));
@@ -241,27 +230,6 @@ TEST(Trace, EdgeBelongsToOneTriangleUnlessEachIsAsked) {
     EXPECT_EQ(hits({}), "R 1 0");
     EXPECT_EQ(hits({"--crossing", "owner"}), "R 1 0");
     EXPECT_EQ(hits({"--crossing", "each"}), "R 2 0");
-}
-
-TEST(Trace, JsonListsTheHitsOfEachRay) {
-    TemporaryFolder folder;
-    const std::string scene = folder.write("t.obj", square_at(0) + square_below(-2, 5));
-    const std::string rays = "0.5 0.25 3 0 0 -1\n9 9 9 0 0 -1\n";
-    const Json all = Json::parse(trace(scene, rays, {"--all", "--format", "json"}).out);
-    EXPECT_EQ(all["schema"], "morphray/1");
-    EXPECT_EQ(all["command"], "trace");
-    EXPECT_EQ(all["triangles"], 4);
-    EXPECT_EQ(all["crossing"], "owner");
-    EXPECT_EQ(
-        all["rays"],
-        Json::parse(R"([{"left_out": 0, "hits": [{"t": 3, "prim_id": 0, "u": 0.125, "v": 0.625},
-                                          {"t": 5, "prim_id": 2, "u": 0.125, "v": 0.625}]},
-                   {"left_out": 0, "hits": []}])"));
-    const Json closest = Json::parse(trace(scene, rays, {"--format", "json"}).out);
-    EXPECT_FALSE(closest.contains("crossing"));
-    EXPECT_EQ(closest["rays"],
-              Json::parse(R"([{"hits": [{"t": 3, "prim_id": 0, "u": 0.125, "v": 0.625}]},
-                              {"hits": []}])"));
 }
 
 TEST(Trace, PipesAndDevicesAreNotReadAsRays) {

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "tests/app/changed_faces.h"
 #include "tests/app/program.h"
 
 namespace mray::test {
@@ -23,15 +22,15 @@ TEST(WithVulkan, CrosscheckFindsAllVariantsEqual) {
              "off", "--queries", "60", "--json", "-", "--validate"});
     ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
     const Json json = Json::parse(outcome.out);
-    EXPECT_EQ(json["rows"].size(), 6u * 3 * 3);
-    EXPECT_EQ(json["queries"].size(), 6u * 3);
+    EXPECT_EQ(json["scenes"][0]["rows"].size(), 6u * 3 * 3);
+    EXPECT_EQ(json["scenes"][0]["queries"].size(), 6u * 3);
     std::set<std::string> variants;
-    for (const Json& row : json["rows"]) variants.insert(row["variant"]);
+    for (const Json& row : json["scenes"][0]["rows"]) variants.insert(row["variant"]);
     EXPECT_EQ(variants, (std::set<std::string>{"cpu, refit on cpu", "cpu, refit on vulkan",
                                                "cpu, rebuild", "vulkan, refit on cpu",
                                                "vulkan, refit on vulkan", "vulkan, rebuild"}));
-    ASSERT_EQ(json["trees"].size(), 3u);
-    for (const Json& tree : json["trees"]) {
+    ASSERT_EQ(json["scenes"][0]["trees"].size(), 3u);
+    for (const Json& tree : json["scenes"][0]["trees"]) {
         EXPECT_EQ(tree["cpu_bvh_hash"], tree["vulkan_bvh_hash"]);
     }
     EXPECT_TRUE(folder.names().empty());
@@ -45,42 +44,16 @@ TEST(WithVulkan, CrosscheckOfVulkanComparesVulkanOnly) {
                                      reference, "--rays", "primary", "--json", "-", "--validate"});
         ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
         const Json json = Json::parse(outcome.out);
-        EXPECT_EQ(json["rows"].size(), 3u * 3);
-        EXPECT_EQ(json["trees"].size(), 3u);
+        EXPECT_EQ(json["scenes"][0]["rows"].size(), 3u * 3);
+        EXPECT_EQ(json["scenes"][0]["trees"].size(), 3u);
         std::set<std::string> variants;
-        for (const Json& row : json["rows"]) {
+        for (const Json& row : json["scenes"][0]["rows"]) {
             variants.insert(row["variant"]);
             EXPECT_EQ(row["reference"], reference);
         }
         EXPECT_EQ(variants, (std::set<std::string>{"vulkan, refit on cpu",
                                                    "vulkan, refit on vulkan", "vulkan, rebuild"}));
     }
-}
-
-TEST(WithVulkan, CrosscheckOfAllDevicesHasVariantsOfEach) {
-    TemporaryFolder folder;
-    const Json devices = Json::parse(run({"devices", "--json", "-"}).out)["devices"];
-    const auto usable = static_cast<std::size_t>(
-        std::count_if(devices.begin(), devices.end(), [](const Json& d) { return d["usable"]; }));
-    const Outcome outcome = run({"crosscheck", "builtin:cloth:200", "--size", "8x8", "--frames",
-                                 "0", "--rays", "primary", "--simd", "off", "--devices", "all",
-                                 "--json", "-", "--junit", folder.file("r.xml")});
-    ASSERT_EQ(outcome.code, 0) << outcome.err;
-    const Json json = Json::parse(outcome.out);
-    EXPECT_EQ(json["rows"].size(), 2 + 4 * usable);
-    EXPECT_EQ(json["trees"].size(), usable);
-    ASSERT_EQ(json["environment"]["devices"].size(), usable);
-    const Json& device = json["environment"]["devices"][0];
-    EXPECT_EQ(device["name"], devices[device["index"].get<std::size_t>()]["name"]);
-    EXPECT_NE(read_file(folder.file("r.xml")).find("<property name=\"device"), std::string::npos);
-    for (const Json& row : json["rows"]) {
-        const bool on_device = row["backend"] == "vulkan" || row["refit_on"] == "vulkan";
-        EXPECT_EQ(row.contains("device"), usable > 1 && on_device) << row;
-    }
-}
-
-TEST(WithVulkan, SequenceThatChangesItsFacesIsRefusedUnderEveryUpdate) {
-    expect_changed_faces_refused("vulkan");
 }
 
 TEST(WithVulkan, TraceAnswersLikeTheCpu) {

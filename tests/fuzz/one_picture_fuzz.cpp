@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "app/terminal/failure.h"
-#include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
 #include "common/base/stopwatch.h"
 #include "cpu/cpu_backend.h"

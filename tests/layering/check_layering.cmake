@@ -7,7 +7,7 @@ cmake_minimum_required(VERSION 3.25)
 # A file is in the first of these rooms that its path begins with. may_see_X: the rooms whose headers
 # room X may include, besides its own.
 set(rooms common/interop common/report common cpu gpu shaders library/include library/src library/embree
-    library/python library/examples scenes lab/accuracy lab/bench lab/proofs lab app/chart app tests)
+    library/python library/examples scenes lab/accuracy lab/bench lab/proofs lab app tests)
 set(may_see_common/interop)
 set(may_see_common common/interop)
 set(may_see_common/report common common/interop)
@@ -21,12 +21,10 @@ set(may_see_library/python library/include)
 set(may_see_library/examples library/include)
 set(may_see_scenes common/report common common/interop)
 set(may_see_lab)
-set(may_see_lab/accuracy lab common/report scenes cpu common common/interop)
-set(may_see_lab/bench lab library/include common/report scenes cpu common common/interop)
+set(may_see_lab/accuracy lab common/report scenes cpu gpu common common/interop)
+set(may_see_lab/bench lab library/include common/report scenes cpu gpu shaders common common/interop)
 set(may_see_lab/proofs cpu common common/interop)
 set(may_see_app library/include common/report scenes cpu gpu common common/interop)
-# The program morphray-chart.
-set(may_see_app/chart app library/include lab/accuracy common/report scenes common common/interop)
 set(may_see_tests library/include library/src common/report scenes cpu gpu common common/interop)
 # Further rooms of a folder of tests.
 set(tests_of_app app)
@@ -47,7 +45,6 @@ set(app_clip_sees base terminal files backends)
 set(app_report_sees base files)
 set(app_view_sees base terminal files backends clip)
 set(app_commands_sees ${app_rooms})
-set(app_chart_sees base terminal clip backends report)
 # Trees and tracers are for these files of the program; other ones may include these headers, which
 # hold plain data.
 set(engine "^(cpu/|gpu/|common/(backend|ray_queries|scene_queries)\\.h$|common/(bvh|update)/)")

@@ -61,7 +61,6 @@ check(rejects lab/bench/x.cpp "\"app/y.h\"")
 check(rejects lab/proofs/x.cpp "\"gpu/y.h\"")
 check(rejects app/x.cpp "\"library/src/y.h\"")
 check(rejects app/x.cpp "\"lab/accuracy/y.h\"")
-check(rejects app/chart/x.cpp "\"app/commands/y.h\"")
 check(rejects app/commands/render.cpp "\"common/update/tree_updater.h\"")
 check(rejects tests/common/x.cpp "\"app/y.h\"")
 # Sibling folders and libraries.

@@ -1,12 +1,11 @@
-// What both kinds of profile have in common, and the one that compares policies.
+// The parts of `profile`: what both kinds have in common, policies, and comparison.
 #pragma once
 
-#include <exception>
+#include <span>
 #include <string>
-#include <string_view>
 
 #include "app/base/options.h"
-#include "app/report/report_head.h"
+#include "app/report/json_parts.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
 #include "scenes/clip.h"
@@ -16,26 +15,23 @@ namespace mray::app {
 /// The head of a profile's report.
 ReportHead profile_head(const ProfileOptions& options, const Clip& clip);
 
-/// Prints rows as they are made. What cannot be printed ends no measurement before finish().
-class ShownRows {
-public:
-    /// The header is printed before the first row. Nothing is printed unless `is_shown`.
-    ShownRows(std::string header, bool is_shown, const Messages& messages);
-
-    /// Lines, each with its end.
-    void add(std::string_view rows);
-    /// Throws Error if something could not be printed.
-    void finish() const;
-
-private:
-    const Messages& messages_;
-    /// Empty once it is printed.
-    std::string header_;
-    bool is_shown_;
-    std::exception_ptr failure_;
-};
-
 /// morphray profile --policies: compares update policies over a clip.
 ExitCode profile_policies(const ProfileOptions& options, const Messages& messages);
+
+/// Reads a report of `profile --json`. Throws Error(kBadInput) unless it is of the scene, size,
+/// rays and options of `report`, and has just these frames on these backends.
+Json read_baseline(const std::string& file, const Json& report,
+                   std::span<const std::string> backends, std::span<const double> frames);
+
+struct BaselineComparison {
+    /// The medians and spreads of both runs side by side, and the stages that became slower.
+    std::string text;
+    bool is_slower = false;
+};
+
+/// A stage is slower if its median exceeds that of the baseline by more than the tolerance.
+/// Requires both to have the same frames and backends.
+BaselineComparison compare_with_baseline(const std::string& file, const Json& baseline,
+                                         const Json& report, double tolerance_percent);
 
 }  // namespace mray::app

@@ -4,15 +4,16 @@
 
 #include <set>
 
-#include "app/clip/render_command.h"
-#include "app/files/image_reader.h"
+#include "app/base/choices.h"
+#include "app/files/image_files.h"
 #include "app/terminal/messages.h"
 #include "common/base/errors.h"
 #include "common/base/hash.h"
 #include "common/base/output_file.h"
-#include "common/image/frame.h"
+#include "common/report/shell.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
+#include "common/version.h"
 
 namespace mray::app {
 namespace {
@@ -21,6 +22,41 @@ std::string image_name(const RenderOptions& options, double frame, const FrameDi
     if (renders_one_image(options)) return std::filesystem::path(options.out).filename();
     return fmt::format("frame_{}.png", frame_label(frame, digits));
 }
+
+/// The command that renders the image of a frame, on whatever backend; but for colours by a tree
+/// that an update policy restructures after the frames before.
+std::string render_command(const ImageOptions& options, double frame) {
+    const ShadingOptions& shading = options.shading;
+    std::vector<std::string> line = {"morphray", "render", options.source.scene, "--frames",
+                                     fmt::format("{}", frame)};
+    const auto add = [&line](const char* name, const std::string& value) {
+        line.insert(line.end(), {name, value});
+    };
+    const bool is_plain = shading.shading == morphray::Shading::plain;
+    const bool is_lit = shading.shading == morphray::Shading::lit;
+    const std::uint32_t rays = is_plain ? options.view.rays : kRaysPrimary;
+    for (const auto& part :
+         {arguments_of(options.view, rays, is_lit), arguments_of(options.source)})
+        line.insert(line.end(), part.begin(), part.end());
+    if (is_plain)
+        add("--rays", name_of_rays(rays));
+    else
+        add("--shading", name_in<morphray::Shading>(kShadings, shading.shading));
+    if (options.tree.split != SplitMethod::kBinned) add("--build", "sweep");
+    if (shows_tree(shading.shading)) {
+        const TreeOptions& tree = options.tree;
+        // A tree that is built at each frame is the same wherever the first one was built.
+        if (tree.build_at && tree.update.kind != PolicyKind::kRebuild)
+            add("--build-at", fmt::format("{}", *tree.build_at));
+        add("--update", text_of(tree.update));
+    }
+    add("--samples", fmt::format("{}", shading.samples));
+    if (shading.flat) line.push_back("--flat");
+    if (shading.ground) line.push_back("--ground");
+    return shell_line(line);
+}
+
+std::string software_text() { return fmt::format("morphray {}", kVersionDetail); }
 
 /// Why a file does not count.
 struct Unusable {
@@ -37,9 +73,9 @@ void require_text(const char* what, const std::string& text, const std::string& 
     if (text != expected) throw Unusable{fmt::format("{} is '{}', not '{}'", what, text, expected)};
 }
 
-Image read_whole(const RenderOptions& options, const std::filesystem::path& folder,
-                 const FrameTask& task, std::uint64_t scene_hash) {
-    PngFile png = read_png_file(folder / task.file);
+void require_whole(const RenderOptions& options, const std::filesystem::path& folder,
+                   const FrameTask& task, std::uint64_t scene_hash) {
+    const PngFile png = read_png_file(folder / task.file);
     require_text("version", png.text("Software"), software_text());
     require_text("command", png.text("Source"), render_command(options.image, task.frame));
     require_text("scene", png.text("Scene hash"), hash_text(scene_hash));
@@ -47,11 +83,9 @@ Image read_whole(const RenderOptions& options, const std::filesystem::path& fold
     if (png.image.width != options.image.view.width ||
         png.image.height != options.image.view.height)
         throw Unusable{"the image has another size"};
-    for (const std::filesystem::path& file :
-         {exr_file_of(options, folder, task), hits_file_of(options, task)})
-        if (!file.empty() && !is_there(file))
-            throw Unusable{fmt::format("{} is missing", file.filename().string())};
-    return std::move(png.image);
+    const std::filesystem::path exr = exr_file_of(options, folder, task);
+    if (!exr.empty() && !is_there(exr))
+        throw Unusable{fmt::format("{} is missing", exr.filename().string())};
 }
 
 /// Also the length of an array, so that moving elements to the next one changes the hash.
@@ -106,8 +140,8 @@ std::filesystem::path output_folder_of(const RenderOptions& options) {
     return folder.empty() ? "." : folder;
 }
 
-void require_distinct_names(const RenderOptions& options, const std::vector<double>& frames,
-                            const FrameDigits& digits) {
+std::vector<FrameTask> frame_tasks(const RenderOptions& options, const std::vector<double>& frames,
+                                   const Clip& clip) {
     if (renders_one_image(options) && frames.size() > 1) {
         throw Error(
             ErrorKind::kBadArgument,
@@ -115,24 +149,21 @@ void require_distinct_names(const RenderOptions& options, const std::vector<doub
                         "or give a folder",
                         options.out, frames.size()));
     }
+    const FrameDigits digits = digits_of(frames, clip);
     std::set<std::string> names;
-    for (const double frame : frames) {
-        if (names.insert(image_name(options, frame, digits)).second) continue;
-        throw Error(ErrorKind::kBadArgument,
-                    fmt::format("--frames: two frames would both become {}; "
-                                "choose a larger step",
-                                image_name(options, frame, digits)));
-    }
-}
-
-std::vector<FrameTask> frame_tasks(const RenderOptions& options, const std::vector<double>& frames,
-                                   const FrameDigits& digits) {
     std::vector<FrameTask> tasks;
-    for (const double frame : frames) tasks.push_back({frame, image_name(options, frame, digits)});
+    for (const double frame : frames) {
+        const std::string name = image_name(options, frame, digits);
+        if (!names.insert(name).second) {
+            throw Error(ErrorKind::kBadArgument,
+                        fmt::format("--frames: two frames would both become {}; choose a larger "
+                                    "step",
+                                    name));
+        }
+        tasks.push_back({frame, name});
+    }
     return tasks;
 }
-
-bool has_hits_folder(const RenderOptions& options) { return options.hits.ends_with('/'); }
 
 std::filesystem::path exr_file_of(const RenderOptions& options, const std::filesystem::path& folder,
                                   const FrameTask& task) {
@@ -140,25 +171,29 @@ std::filesystem::path exr_file_of(const RenderOptions& options, const std::files
     return (folder / task.file).replace_extension(".exr");
 }
 
-std::filesystem::path hits_file_of(const RenderOptions& options, const FrameTask& task) {
-    if (!has_hits_folder(options)) return {};
-    return (std::filesystem::path(options.hits) / task.file).replace_extension(".hits");
-}
-
-std::optional<Image> read_existing(const RenderOptions& options,
-                                   const std::filesystem::path& folder, const FrameTask& task,
-                                   std::uint64_t scene_hash, std::string& reason) {
+bool is_kept(const RenderOptions& options, const std::filesystem::path& folder,
+             const FrameTask& task, std::uint64_t scene_hash, std::string& reason) {
     reason.clear();
-    if (!is_there(folder / task.file)) return std::nullopt;
+    if (!is_there(folder / task.file)) return false;
     try {
-        return read_whole(options, folder, task, scene_hash);
+        require_whole(options, folder, task, scene_hash);
+        return true;
     } catch (const Unusable& unusable) {
         reason = unusable.reason;
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kBadInput && error.kind() != ErrorKind::kLimit) throw;
         reason = error.what();
     }
-    return std::nullopt;
+    return false;
+}
+
+std::vector<PngText> image_texts(const ImageOptions& options, double frame,
+                                 std::uint64_t scene_hash, const morphray::Image& image) {
+    return {{"Software", software_text()},
+            {"Source", render_command(options, frame)},
+            {"Scene hash", hash_text(scene_hash)},
+            {"Hits hash", hash_text(image.hits_hash)},
+            {"Image hash", hash_text(image.image_hash)}};
 }
 
 std::uint64_t clip_hash(const Clip& clip, bool with_textures, bool lenient) {

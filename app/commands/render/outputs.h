@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "app/base/options.h"
 #include "app/clip/frames.h"
 #include "common/image/png.h"
+#include "morphray/image.hpp"
 #include "scenes/clip.h"
 
 namespace mray::app {
@@ -39,21 +39,13 @@ private:
 /// The folder that --out means; of one image its folder.
 std::filesystem::path output_folder_of(const RenderOptions& options);
 
-/// Throws Error(kBadArgument) if two frames would have one file.
-void require_distinct_names(const RenderOptions& options, const std::vector<double>& frames,
-                            const FrameDigits& digits);
-
-/// The images of these frames.
+/// The images of these frames. Throws Error(kBadArgument) if two frames would have one file.
 std::vector<FrameTask> frame_tasks(const RenderOptions& options, const std::vector<double>& frames,
-                                   const FrameDigits& digits);
+                                   const Clip& clip);
 
-/// Whether --hits names a folder, in which each frame has a file.
-bool has_hits_folder(const RenderOptions& options);
-
-/// Return the OpenEXR file of a task, and its file of hits if --hits names a folder. Empty: none.
+/// The OpenEXR file of a task. Empty: none.
 std::filesystem::path exr_file_of(const RenderOptions& options, const std::filesystem::path& folder,
                                   const FrameTask& task);
-std::filesystem::path hits_file_of(const RenderOptions& options, const FrameTask& task);
 
 /// XXH3 (64 bits) of what all frames of a clip share: triangles, albedo, which corners look smooth
 /// together, bounds, and with `with_textures` texture coordinates and the bytes of texture files.
@@ -64,12 +56,16 @@ std::uint64_t clip_hash(const Clip& clip, bool with_textures, bool lenient);
 /// The same for one frame: of a clip_hash() and the positions of all vertices.
 std::uint64_t frame_hash(std::uint64_t clip_hash, std::span<const vec3> positions);
 
-/// Reads the image of a task. Its PNG file must be readable, have the pixels of its own hash, and
-/// name this version, these options and this scene (a frame_hash()); the other files of the frame
-/// that the options ask for must be there. Otherwise returns nothing, and in `reason` why; empty if
-/// there is no file.
-std::optional<Image> read_existing(const RenderOptions& options,
-                                   const std::filesystem::path& folder, const FrameTask& task,
-                                   std::uint64_t scene_hash, std::string& reason);
+/// Returns the texts of a PNG file: nothing that differs between backends. `scene_hash` is that of
+/// frame_hash().
+std::vector<PngText> image_texts(const ImageOptions& options, double frame,
+                                 std::uint64_t scene_hash, const morphray::Image& image);
+
+/// Whether the image of an earlier run need not be rendered again. Its PNG file must be readable,
+/// have the pixels of its own hash, and name this version, these options and this scene (a
+/// frame_hash()); its OpenEXR file must be there, if the options ask for one. Otherwise `reason`
+/// says why; it is empty if there is no file.
+bool is_kept(const RenderOptions& options, const std::filesystem::path& folder,
+             const FrameTask& task, std::uint64_t scene_hash, std::string& reason);
 
 }  // namespace mray::app

@@ -8,9 +8,7 @@
 
 #include "app/base/options.h"
 #include "app/report/json_parts.h"
-#include "app/report/report_head.h"
 #include "common/report/compare.h"
-#include "morphray/device.hpp"
 
 namespace mray::app {
 
@@ -32,16 +30,12 @@ struct CheckRow {
     std::uint64_t expected_image_hash = 0;
     std::uint64_t image_hash = 0;
     double trace_ms = 0;
-    /// The device that traced or refitted, as --device takes it, and its name; empty if the
-    /// cross-check has not several.
-    std::string device = {};
-    std::string device_name = {};
 
     bool equal() const {
         return difference.total() == 0 && hits_hash == expected_hits_hash &&
                image_hash == expected_image_hash;
     }
-    /// "vulkan, refit on cpu", "cpu avx2, rebuild" or "vulkan 1 (NVIDIA H200), rebuild".
+    /// "vulkan, refit on cpu" or "cpu avx2, rebuild".
     std::string variant() const;
 };
 
@@ -53,8 +47,6 @@ struct TreeRow {
     double frame = 0;
     std::uint64_t cpu_hash = 0;
     std::uint64_t vulkan_hash = 0;
-    /// As CheckRow::device.
-    std::string device = {};
     bool equal() const { return cpu_hash == vulkan_hash; }
 };
 
@@ -81,17 +73,16 @@ struct QueryRow {
     bool equal() const { return difference.total() == 0; }
 };
 
-/// One scene.
 struct CheckReport {
     ReportHead head;
     /// The scene as the command line names it.
     std::string spec;
-    /// The devices' descriptions; empty without Vulkan.
+    /// The device's description; empty without Vulkan.
     std::string device;
     bool complete = true;
     /// Why it is not complete.
     std::string error;
-    double build_at = 0;
+    /// The tree that is refitted is built at the first one.
     std::vector<double> frames;
     std::vector<std::string> warnings;
     std::vector<CheckRow> rows;
@@ -113,7 +104,6 @@ struct CheckEnvironment {
     std::string command;
 };
 
-/// All scenes of a call.
 struct CheckRun {
     CheckEnvironment environment;
     std::vector<CheckReport> scenes;
@@ -124,7 +114,6 @@ struct CheckRun {
     bool equal() const;
 };
 
-/// One scene: an object with its rows. Several: an object with "scenes", one such object each.
 Json crosscheck_json(const CheckRun& run);
 std::string to_json(const CheckRun& run);
 
@@ -146,8 +135,7 @@ std::string describe_row(const CrosscheckOptions& options, const CheckRow& row, 
 /// "frame 3, vulkan, rebuild, against brute: 3 rays differ in all hits".
 std::string query_text(const QueryRow& row);
 
-/// A line for each variant, one for each image, each pair of trees and each set of answers that
-/// differ.
+/// A line for each variant, one for each pair of trees and each set of answers that differ.
 std::string table_text(const CheckReport& report);
 
 /// "all 12 comparisons are equal bit by bit", or how many differ.

@@ -12,32 +12,28 @@ namespace mray::app {
 namespace {
 
 Json of(const CheckRow& row) {
-    Json json = {{"variant", row.variant()},
-                 {"backend", row.backend},
-                 {"simd", row.simd},
-                 {"update", row.update},
-                 {"refit_on", row.refit_on},
-                 {"frame", row.frame},
-                 {"rays", row.rays},
-                 {"reference", row.reference},
-                 {"equal", row.equal()},
-                 {"differences", app::of(row.difference)},
-                 {"expected_hits_hash", hash_text(row.expected_hits_hash)},
-                 {"hits_hash", hash_text(row.hits_hash)},
-                 {"expected_image_hash", hash_text(row.expected_image_hash)},
-                 {"image_hash", hash_text(row.image_hash)},
-                 {"trace_ms", row.trace_ms}};
-    if (!row.device.empty()) json["device"] = row.device;
-    return json;
+    return {{"variant", row.variant()},
+            {"backend", row.backend},
+            {"simd", row.simd},
+            {"update", row.update},
+            {"refit_on", row.refit_on},
+            {"frame", row.frame},
+            {"rays", row.rays},
+            {"reference", row.reference},
+            {"equal", row.equal()},
+            {"differences", app::of(row.difference)},
+            {"expected_hits_hash", hash_text(row.expected_hits_hash)},
+            {"hits_hash", hash_text(row.hits_hash)},
+            {"expected_image_hash", hash_text(row.expected_image_hash)},
+            {"image_hash", hash_text(row.image_hash)},
+            {"trace_ms", row.trace_ms}};
 }
 
 Json of(const TreeRow& row) {
-    Json json = {{"frame", row.frame},
-                 {"equal", row.equal()},
-                 {"cpu_bvh_hash", hash_text(row.cpu_hash)},
-                 {"vulkan_bvh_hash", hash_text(row.vulkan_hash)}};
-    if (!row.device.empty()) json["device"] = row.device;
-    return json;
+    return {{"frame", row.frame},
+            {"equal", row.equal()},
+            {"cpu_bvh_hash", hash_text(row.cpu_hash)},
+            {"vulkan_bvh_hash", hash_text(row.vulkan_hash)}};
 }
 
 Json of(const QueryRow& row) {
@@ -51,6 +47,8 @@ Json of(const QueryRow& row) {
                                  {"closest", row.difference.closest}}}};
 }
 
+Json of(const CheckReport& report);
+
 template <class Rows>
 Json list_of(const Rows& rows) {
     Json json = Json::array();
@@ -58,8 +56,9 @@ Json list_of(const Rows& rows) {
     return json;
 }
 
-/// `json` has the head.
-Json scene_json(Json json, const CheckReport& report) {
+Json of(const CheckReport& report) {
+    Json json;
+    add_scene(json, report.head);
     json["device"] = report.device;
     json["complete"] = report.complete;
     json["equal"] = report.equal();
@@ -77,15 +76,8 @@ Json environment_json(const CheckEnvironment& environment) {
                  {"command", environment.command},
                  {"simd", environment.simd},
                  {"devices", Json::array()}};
-    for (const morphray::VulkanDeviceInfo& device : environment.devices) {
-        json["devices"].push_back(
-            {{"index", device.index},
-             {"name", device.name},
-             {"type", device.type},
-             {"driver", device.driver},
-             {"api", fmt::format("{}.{}", device.api_major, device.api_minor)},
-             {"uuid", device.uuid}});
-    }
+    for (const morphray::VulkanDeviceInfo& device : environment.devices)
+        json["devices"].push_back(app::of(device));
     return json;
 }
 
@@ -102,9 +94,10 @@ Json details_of(const CrosscheckOptions& options, const CheckRun& run) {
         one.source.scene = report.spec;
         for (std::size_t row = 0; row < report.rows.size(); ++row) {
             if (report.rows[row].equal() || ++described > kDescribedRows) continue;
-            details.push_back({{"scene", scene},
-                               {"row", row},
-                               {"text", describe_row(one, report.rows[row], report.build_at)}});
+            details.push_back(
+                {{"scene", scene},
+                 {"row", row},
+                 {"text", describe_row(one, report.rows[row], report.frames.front())}});
         }
     }
     return details;
@@ -113,18 +106,9 @@ Json details_of(const CrosscheckOptions& options, const CheckRun& run) {
 }  // namespace
 
 Json crosscheck_json(const CheckRun& run) {
-    Json json;
-    if (run.scenes.size() == 1) {
-        const CheckReport& scene = run.scenes.front();
-        json = scene_json(head_of(scene.head), scene);
-        if (!run.error.empty()) json["error"] = run.error;
-    } else {
-        json = head_of("crosscheck");
-        json["error"] = run.error;
-        json["scenes"] = Json::array();
-        for (const CheckReport& scene : run.scenes)
-            json["scenes"].push_back(scene_json(head_of_part(scene.head), scene));
-    }
+    Json json = head_of("crosscheck");
+    json["error"] = run.error;
+    json["scenes"] = list_of(run.scenes);
     json["complete"] = run.complete();
     json["equal"] = run.equal();
     json["environment"] = environment_json(run.environment);

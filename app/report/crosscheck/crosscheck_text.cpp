@@ -23,40 +23,29 @@ std::string describe_hit(const Hit& hit, std::uint32_t occlusion, std::uint32_t 
                        hex_text(hit.v), hit.prim_id, shading);
 }
 
-std::string verdict(std::size_t differing, std::size_t all) {
-    return differing == 0 ? "equal" : fmt::format("{} of {} differ", differing, all);
+template <class Rows>
+std::size_t count_differing(const Rows& rows) {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(rows, [](const auto& row) { return !row.equal(); }));
 }
 
-/// The images that differ; nothing if there are none.
-std::string differing_images(const CheckReport& report) {
-    Table table({"frame", "variant", "rays", "reference", "pixels that differ"});
-    bool any = false;
-    for (const CheckRow& row : report.rows) {
-        if (row.equal()) continue;
-        any = true;
-        table.add({fmt::format("{}", row.frame), row.variant(), row.rays, row.reference,
-                   fmt::format("{}", row.difference.total())});
-    }
-    return any ? fmt::format("\n{}", table.text()) : "";
+std::string result_of(std::size_t differing, std::size_t all) {
+    return differing == 0 ? "equal" : fmt::format("{} of {} differ", differing, all);
 }
 
 /// The refitted trees that differ, frame by frame, after a line about all.
 std::string compared_trees(const CheckReport& report) {
     if (report.trees.empty()) return "";
-    const auto differing = static_cast<std::size_t>(
-        std::ranges::count_if(report.trees, [](const TreeRow& row) { return !row.equal(); }));
-    const bool one_device = report.trees.front().device.empty();
+    const std::size_t differing = count_differing(report.trees);
     std::string text =
-        fmt::format("\ntrees refitted on cpu and on vulkan, {} {}{}: {}\n", report.trees.size(),
-                    one_device ? "frame" : "pair", report.trees.size() == 1 ? "" : "s",
-                    verdict(differing, report.trees.size()));
+        fmt::format("\ntrees refitted on cpu and on vulkan, {} frame{}: {}\n", report.trees.size(),
+                    report.trees.size() == 1 ? "" : "s", result_of(differing, report.trees.size()));
     if (differing == 0) return text;
     Table table({"frame", "tree refitted on cpu", "on vulkan"});
     for (const TreeRow& row : report.trees) {
         if (row.equal()) continue;
-        const std::string device = row.device.empty() ? "" : " on device " + row.device;
-        table.add({fmt::format("{}", row.frame), hash_text(row.cpu_hash),
-                   hash_text(row.vulkan_hash) + device});
+        table.add(
+            {fmt::format("{}", row.frame), hash_text(row.cpu_hash), hash_text(row.vulkan_hash)});
     }
     return text + table.text();
 }
@@ -64,15 +53,18 @@ std::string compared_trees(const CheckReport& report) {
 /// The answers that differ, after a line about all.
 std::string compared_queries(const CheckReport& report) {
     if (report.queries.empty()) return "";
-    const auto differing = static_cast<std::size_t>(
-        std::ranges::count_if(report.queries, [](const QueryRow& row) { return !row.equal(); }));
     std::string text = fmt::format(
         "\nall hits, windings and closest triangles of {} rays and points a frame, {}: {}\n",
         report.queries.front().count, report.queries.size(),
-        verdict(differing, report.queries.size()));
+        result_of(count_differing(report.queries), report.queries.size()));
     for (const QueryRow& row : report.queries)
         if (!row.equal()) text += fmt::format("  {}\n", query_text(row));
     return text;
+}
+
+std::string title_of(const CheckRow& row) {
+    return fmt::format("\nframe {}, {}, {}: {}\n", row.frame, row.variant(), row.rays,
+                       describe(row.difference));
 }
 
 /// The `morphray probe` that traces one pixel of options.source.scene as the row's variant did, or
@@ -97,10 +89,9 @@ std::string probe_command(const CrosscheckOptions& options, const CheckRow& row,
     if (backend == "cpu") add("--simd", reference || row.simd.empty() ? "off" : row.simd);
     add("--update", reference ? "rebuild" : row.update);
     if (!reference && row.update == "refit") {
-        add("--refit-on", row.refit_on);
         add("--build-at", fmt::format("{}", build_at));
     }
-    const std::string& device = row.device.empty() ? options.backend.device : row.device;
+    const std::string& device = options.backend.device;
     const bool on_device = row.backend == "vulkan" || row.refit_on == "vulkan";
     if (!reference && on_device && !device.empty()) add("--device", device);
     return shell_line(line);
@@ -108,9 +99,47 @@ std::string probe_command(const CrosscheckOptions& options, const CheckRow& row,
 
 }  // namespace
 
+std::string CheckRow::variant() const {
+    const std::string tracer = backend + (simd.empty() ? "" : " " + simd);
+    return tracer + (update == "refit" ? ", refit on " + refit_on : ", rebuild");
+}
+
+void compare(const Frame& expected, const Frame& actual, CheckRow& row) {
+    row.difference = compare_frames(expected, actual);
+    row.expected_hits_hash = hits_hash(expected);
+    row.hits_hash = hits_hash(actual);
+    row.expected_image_hash = image_hash(expected);
+    row.image_hash = image_hash(actual);
+}
+
+std::string describe(const QueryDifference& difference) {
+    std::string text;
+    const auto add = [&text](std::size_t count, const char* kind, const char* in) {
+        if (count == 0) return;
+        text += fmt::format("{}{} {}{} in {}", text.empty() ? "" : ", ", count, kind,
+                            count == 1 ? " differs" : "s differ", in);
+    };
+    add(difference.all_hits, "ray", "all hits");
+    add(difference.winding, "point", "the winding");
+    add(difference.closest, "point", "the closest triangle");
+    return text;
+}
+
+std::size_t CheckReport::differing() const {
+    return count_differing(rows) + count_differing(trees) + count_differing(queries);
+}
+
+bool CheckRun::complete() const {
+    return error.empty() &&
+           std::ranges::all_of(scenes, [](const CheckReport& scene) { return scene.complete; });
+}
+
+bool CheckRun::equal() const {
+    return std::ranges::all_of(scenes, [](const CheckReport& scene) { return scene.equal(); });
+}
+
 std::string describe_row(const CrosscheckOptions& options, const CheckRow& row, double build_at) {
-    std::string text = fmt::format("\nframe {}, {}, {}: {}\n", row.frame, row.variant(), row.rays,
-                                   describe(row.difference));
+    std::string text = title_of(row);
     const auto& pixels = row.difference.first;
     for (std::size_t i = 0; i < std::min(pixels.size(), kShownPixels); ++i) {
         const PixelDifference& p = pixels[i];
@@ -146,11 +175,10 @@ std::string table_text(const CheckReport& report) {
             differing += row.equal() ? 0 : 1;
             trace_ms += row.trace_ms;
         }
-        table.add({variant, fmt::format("{}", images), verdict(differing, images),
+        table.add({variant, fmt::format("{}", images), result_of(differing, images),
                    fmt::format("{:.2f}", trace_ms)});
     }
-    return table.text() + differing_images(report) + compared_trees(report) +
-           compared_queries(report);
+    return table.text() + compared_trees(report) + compared_queries(report);
 }
 
 std::string summary_text(const CheckReport& report) {
@@ -173,8 +201,9 @@ std::string run_text(const CrosscheckOptions& options, const CheckRun& run) {
         one.source.scene = report.spec;
         std::size_t shown = 0;
         for (const CheckRow& row : report.rows) {
-            if (row.equal() || ++shown > kShownRows) continue;
-            text += describe_row(one, row, report.build_at);
+            if (row.equal()) continue;
+            text += ++shown > kShownRows ? title_of(row)
+                                         : describe_row(one, row, report.frames.front());
         }
         text += summary_text(report);
     }

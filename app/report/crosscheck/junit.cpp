@@ -62,8 +62,7 @@ std::string suite_of(const CheckRun& run, const CheckReport& report) {
                   fmt::format("frame {} {} equals {}", row.frame, row.rays, row.reference),
                   row.equal() ? "" : describe(row.difference), row.trace_ms);
     for (const TreeRow& row : report.trees)
-        suite.add(row.device.empty() ? "tree" : "tree on " + row.device,
-                  fmt::format("frame {} refits equal", row.frame),
+        suite.add("tree", fmt::format("frame {} refits equal", row.frame),
                   row.equal() ? "" : "the bytes of the trees differ");
     for (const QueryRow& row : report.queries)
         suite.add(row.variant, fmt::format("frame {} queries equal {}", row.frame, row.reference),

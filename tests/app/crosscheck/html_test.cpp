@@ -45,7 +45,7 @@ TEST(CrosscheckPage, EscapesWhatComesFromOutside) {
     const std::string page = page_of(run);
     // The page itself has two, for data and script.
     EXPECT_EQ(count(page, "</script>"), 2u);
-    EXPECT_EQ(embedded(page)["scene"], run.scenes[0].spec);
+    EXPECT_EQ(embedded(page)["scenes"][0]["scene"], run.scenes[0].spec);
 }
 
 TEST(CrosscheckPage, NamesThePixelsAndCommandsOfEachImageThatDiffers) {
@@ -65,7 +65,7 @@ TEST(CrosscheckPage, NamesThePixelsAndCommandsOfEachImageThatDiffers) {
 
 TEST(CrosscheckPage, DescribesAHundredImages) {
     const Json json = embedded(page_of(planted_run(84, 0, 16)));
-    EXPECT_EQ(json["rows"].size(), 504u);
+    EXPECT_EQ(json["scenes"][0]["rows"].size(), 504u);
     EXPECT_EQ(json["details"].size(), 100u);
 }
 

@@ -31,7 +31,7 @@ Json render_json(const std::string& scene, const TemporaryFolder& folder,
     return Json::parse(outcome.out);
 }
 
-TEST(Render, WritesAnImagePerFrameAndASheet) {
+TEST(Render, WritesAnImagePerFrame) {
     TemporaryFolder folder;
     const Outcome outcome = render("builtin:cloth:500", folder, {"--frames", "0..2"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
@@ -39,12 +39,6 @@ TEST(Render, WritesAnImagePerFrameAndASheet) {
     EXPECT_EQ(folder.names(),
               (Names{"out", "out/frame_0000.png", "out/frame_0001.png", "out/frame_0002.png"}));
     EXPECT_EQ(lines(outcome.out).size(), 4u) << outcome.out;
-}
-
-TEST(Render, OneFrameNeedsNoSheet) {
-    TemporaryFolder folder;
-    EXPECT_EQ(render("builtin:cloth:500", folder, {"--frames", "7"}).code, 0);
-    EXPECT_EQ(folder.names(), (Names{"out", "out/frame_0007.png"}));
 }
 
 TEST(Render, ListsOfFramesAreTheImagesOfTheirFrames) {
@@ -169,6 +163,8 @@ TEST(Render, LitImagesDoNotDependOnBackendTreeOrThreads) {
     };
     const std::string expected = hashes({});
     EXPECT_EQ(hashes({"--update", "rebuild"}), expected);
+    EXPECT_EQ(hashes({"--update", "rebuild", "--build", "sweep"}), expected);
+    EXPECT_EQ(hashes({"--build-at", "24", "--threads", "1"}), expected);
     EXPECT_EQ(hashes({"--threads", "7", "--simd", "off"}), expected);
     EXPECT_NE(hashes({"--flat"}), expected);
 }
@@ -209,25 +205,6 @@ TEST(Render, OutMayNameOneImage) {
     const Outcome several = to_file("3..4");
     EXPECT_EQ(several.code, 2);
     EXPECT_NE(several.err.find("one image, but 2 frames"), std::string::npos) << several.err;
-}
-
-TEST(Render, ImageDoesNotDependOnTreeOrThreads) {
-    TemporaryFolder folder;
-    const auto hashes = [&](Names more) {
-        more.insert(more.end(), {"--frames", "0..12:6", "--rays", "shadow"});
-        std::string all;
-        const Json json = render_json("builtin:cloth:900", folder, more);
-        for (const Json& frame : json["frames"]) {
-            all += frame["hits_hash"].get<std::string>() + frame["image_hash"].get<std::string>();
-        }
-        return all;
-    };
-    const std::string expected = hashes({});
-    EXPECT_EQ(hashes({"--update", "rebuild"}), expected);
-    EXPECT_EQ(hashes({"--update", "rebuild", "--build", "sweep"}), expected);
-    EXPECT_EQ(hashes({"--build-at", "24"}), expected);
-    EXPECT_EQ(hashes({"--threads", "1"}), expected);
-    EXPECT_EQ(hashes({"--threads", "7"}), expected);
 }
 
 TEST(Render, SourceOfColoursThatShowATreeIsTheirCommand) {
@@ -317,23 +294,6 @@ TEST(Render, BadFrameThatIsNotSelectedIsNotRead) {
     EXPECT_EQ(lines(refused.err).size(), 1u) << refused.err;
 }
 
-TEST(Render, WarningsAboutFilesAreMarkedAsSuch) {
-    TemporaryFolder folder;
-    folder.write("a.mtl", "newmtl a\nKd spectral x\n");
-    const std::string scene = folder.write(
-        "a.obj", "mtllib a.mtl\nmtllib none.mtl\nusemtl q\n" + unit_triangle() + "f 1 2\n");
-    const Outcome outcome = render(scene, folder);
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    const Names warnings = lines(outcome.err);
-    ASSERT_EQ(warnings.size(), 4u) << outcome.err;
-    for (const std::string& warning : warnings) {
-        EXPECT_TRUE(warning.starts_with(folder.path().string() + "/a.")) << warning;
-        EXPECT_NE(warning.find(": warning: "), std::string::npos) << warning;
-    }
-    EXPECT_EQ(warnings[0],
-              folder.file("a.mtl") + ":2: warning: Kd as spectral is not read; taken as grey");
-}
-
 TEST(Render, ErrorsBeginWithTheirFile) {
     TemporaryFolder folder;
     folder.write("a.mtl", "newmtl a\nKd 1 nan 1\n");
@@ -353,19 +313,25 @@ TEST(Render, ErrorsBeginWithTheirFile) {
     }
 }
 
-TEST(Render, BadFirstFrameLeavesNothing) {
-    TemporaryFolder folder;
-    folder.write("s/f_0.obj", "v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n");
-    folder.write("s/f_1.obj", unit_triangle());
-    EXPECT_EQ(render(folder.file("s"), folder).code, 3);
-    EXPECT_EQ(folder.names(), (Names{"s", "s/f_0.obj", "s/f_1.obj"}));
-}
+const std::string kPly =
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+    "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
+const std::string kObj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
 
-TEST(Render, LenientAcceptsVerticesThatAreNotFinite) {
-    TemporaryFolder folder;
-    const std::string scene = folder.write("nan.obj", unit_triangle() + "v nan 0 0\nf 1 2 4\n");
-    EXPECT_EQ(render(scene, folder).code, 3);
-    EXPECT_EQ(render(scene, folder, {"--lenient"}).code, 0);
+TEST(Render, PlyAndObjGiveTheSameImages) {
+    const TemporaryFolder folder;
+    std::string expected;
+    for (const std::string scene : {folder.write("a.obj", kObj), folder.write("a.ply", kPly)}) {
+        for (const char* backend : {"cpu", "brute"}) {
+            const Outcome outcome = run({"render", scene, "--backend", backend, "--size", "32x32",
+                                         "--out", folder.file("out"), "--json", "-"});
+            ASSERT_EQ(outcome.code, 0) << outcome.err;
+            const std::string hash = Json::parse(outcome.out)["frames"][0]["image_hash"];
+            if (expected.empty()) expected = hash;
+            EXPECT_EQ(hash, expected);
+        }
+    }
 }
 
 TEST(Render, FramesWithEqualNamesAreRefused) {

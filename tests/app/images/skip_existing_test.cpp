@@ -41,10 +41,10 @@ TEST(SkipExisting, KeepsWholeImagesOfTheSameOptions) {
 
 TEST(SkipExisting, RendersAgainWhatLacksAFile) {
     const TemporaryFolder folder;
-    EXPECT_EQ(rendered(folder, {"--hits", "hits/"}), 4u);
-    EXPECT_EQ(rendered(folder, {"--hits", "hits/"}), 0u);
-    std::filesystem::remove(folder.path() / "hits/frame_0002.hits");
-    EXPECT_EQ(rendered(folder, {"--hits", "hits/"}), 1u);
+    EXPECT_EQ(rendered(folder, {"--exr", "half"}), 4u);
+    EXPECT_EQ(rendered(folder, {"--exr", "half"}), 0u);
+    std::filesystem::remove(folder.path() / "out/frame_0002.exr");
+    EXPECT_EQ(rendered(folder, {"--exr", "half"}), 1u);
 }
 
 }  // namespace

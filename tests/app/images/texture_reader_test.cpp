@@ -1,5 +1,5 @@
 // Textures from PNG and JPEG files, good and bad.
-#include "app/files/image_reader.h"
+#include "app/files/image_files.h"
 
 #include <gtest/gtest.h>
 #include <png.h>

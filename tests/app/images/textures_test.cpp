@@ -74,21 +74,6 @@ TEST(RenderTextures, OfJpegFilesDoNotDependOnInstructionSets) {
     }
 }
 
-TEST(RenderTextures, FollowASequence) {
-    const TexturedFolder folder;
-    folder.write("f_0.obj", TexturedFolder::text(-5));
-    folder.write("f_1.obj", TexturedFolder::text(0));
-    const Names view = {"--eye",   "0.5,0.5,3", "--target",  "0.5,0.5,0",
-                        "--light", "9,9,9",     "--backend", "cpu"};
-    const auto with = [&](Names more) {
-        more.insert(more.end(), view.begin(), view.end());
-        return more;
-    };
-    const Outcome sequence = run(with({"render", folder.file("f_%d.obj"), "--frames", "1", "--size",
-                                       "24x16", "--out", folder.file("out"), "--json", "-"}));
-    EXPECT_EQ(image_hash(sequence), image_hash(render_textured(folder, with({}))));
-}
-
 TEST(RenderTextures, MissingOneIsAWarning) {
     const TexturedFolder folder;
     std::filesystem::remove(folder.path() / "a.png");
@@ -187,26 +172,6 @@ TEST(RenderTextures, MasksMakeTheSameHolesOnEveryBackend) {
 #endif
     builder.json["materials"][0]["alphaCutoff"] = 0;
     EXPECT_EQ(image_hash(render_gltf(folder, builder.gltf())), solid);
-}
-
-TEST(RenderTextures, DamagedOneInADataUriIsAnErrorWithItsPlaceUnlessLenient) {
-    const TemporaryFolder folder;
-    GltfBuilder builder = textured_gltf();
-    builder.json["images"] = {{{"uri", data_uri(png_of(1, 2).substr(0, 50))}}};
-    const Outcome outcome = render_gltf(folder, builder.gltf());
-    EXPECT_EQ(outcome.code, 3);
-    EXPECT_NE(outcome.err.find("scene.gltf: images[0].uri: is not a PNG file that can be read"),
-              std::string::npos)
-        << outcome.err;
-    const Outcome lenient = render_gltf(folder, builder.gltf(), {"--lenient"});
-    EXPECT_EQ(lenient.code, 0) << lenient.err;
-    EXPECT_NE(lenient.err.find("scene.gltf: warning: images[0].uri: is not a PNG file"),
-              std::string::npos)
-        << lenient.err;
-    builder.json["images"] = {{{"uri", data_uri("GIF89a")}}};
-    EXPECT_NE(render_gltf(folder, builder.gltf())
-                  .err.find("scene.gltf: images[0].uri: is neither a PNG nor a JPEG file"),
-              std::string::npos);
 }
 
 TEST(RenderTextures, InADataUriChangeTheHashOfTheScene) {

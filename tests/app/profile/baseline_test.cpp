@@ -85,13 +85,12 @@ TEST_F(Baseline, AToleranceThatIsLargeEnoughPasses) {
 TEST_F(Baseline, OtherScenesFramesAndOptionsAreRefused) {
     for (const auto& [pointer, value, why] :
          std::vector<std::tuple<std::string, Json, std::string>>{
-             {"/scene", "twist", "is of scene 'twist'"},
-             {"/triangles", 7, "7 triangles"},
-             {"/width", 64, "64x96"},
-             {"/rays", "ao", "rays 'ao'"},
-             {"/options", "--threads 2", "options '--threads 2'"},
-             {"/command", "render", "is another report"},
-             {"/complete", false, "cut short"},
+             {"/scene", "twist", "is of scene \"twist\""},
+             {"/triangles", 7, "triangles 7"},
+             {"/width", 64, "width 64"},
+             {"/rays", "ao", "rays \"ao\""},
+             {"/options", "--threads 2", "options \"--threads 2\""},
+             {"/command", "render", "command \"render\""},
              {"/frames/1/frame", 7, "other frames or backends"},
              {"/frames/2/backend", "vulkan", "other frames or backends"},
              {"/frames/0/samples_ms/trace", Json::array({1}), "different numbers of runs"},

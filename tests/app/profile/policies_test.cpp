@@ -1,11 +1,12 @@
 // render --update and profile --policies: same images, reports that can be parsed.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "tests/app/changed_faces.h"
 #include "tests/app/program.h"
+#include "tests/app/scenes.h"
 
 namespace mray::test {
 namespace {
@@ -39,7 +40,19 @@ TEST(Policies, EveryUpdateGivesTheSameImages) {
 }
 
 TEST(Policies, SequenceThatChangesItsFacesIsRefusedUnderEveryUpdate) {
-    expect_changed_faces_refused("cpu");
+    const TemporaryFolder folder;
+    for (const int frame : {0, 1, 2})
+        folder.write(fmt::format("f_{}.obj", frame), square_of_frame(frame, 2));
+    for (const char* update : {"refit", "rebuild", "auto"}) {
+        const Outcome outcome =
+            run({"render", folder.file("f_%d.obj"), "--size", "16x16", "--backend", "cpu",
+                 "--update", update, "--frames", "0..2", "--out", folder.file("out")});
+        EXPECT_EQ(outcome.code, 8) << update;
+        EXPECT_NE(outcome.err.find("frame 2 has other vertices in face 1"), std::string::npos)
+            << outcome.err;
+        EXPECT_TRUE(std::filesystem::exists(folder.path() / "out/frame_0001.png"));
+        EXPECT_FALSE(std::filesystem::exists(folder.path() / "out/frame_0002.png"));
+    }
 }
 
 TEST(Policies, RenderReportsEachUpdateAndItsReason) {
@@ -57,35 +70,12 @@ TEST(Policies, RenderReportsEachUpdateAndItsReason) {
     EXPECT_NE(outcome.err.find("frame 6: rebuild, asked for"), std::string::npos) << outcome.err;
 }
 
-TEST(Policies, DecisionsFromCountsAreTheSameInEachRun) {
+TEST(Policies, UnknownOnesAreRefused) {
     const TemporaryFolder folder;
-    std::set<std::string> reasons;
-    for (const char* threads : {"1", "2", "3"}) {
-        const Outcome outcome =
-            run(render(folder, {"--backend", "cpu", "--deterministic-updates", "--update-budget",
-                                "1%", "--threads", threads}));
-        ASSERT_EQ(outcome.code, 0) << outcome.err;
-        const Json report = Json::parse(outcome.out);
-        std::string all;
-        for (const Json& frame : report["frames"])
-            all += frame["update"].get<std::string>() + ": " + frame["reason"].get<std::string>();
-        reasons.insert(all);
-    }
-    EXPECT_EQ(reasons.size(), 1u);
-}
-
-TEST(Policies, UnknownPoliciesAndBadBudgetsAreRefused) {
-    const TemporaryFolder folder;
-    for (const auto& [option, value] :
-         std::vector<std::pair<std::string, std::string>>{{"--update", "every:0"},
-                                                          {"--update", "atuo"},
-                                                          {"--update-budget", "50"},
-                                                          {"--update-budget", "0%"},
-                                                          {"--update-budget", "-1ms"},
-                                                          {"--update-budget", "ms"}}) {
-        const Outcome outcome = run(render(folder, {option, value}));
+    for (const char* value : {"every:0", "atuo"}) {
+        const Outcome outcome = run(render(folder, {"--update", value}));
         EXPECT_EQ(outcome.code, 2) << value;
-        EXPECT_NE(outcome.err.find(option), std::string::npos) << outcome.err;
+        EXPECT_NE(outcome.err.find("--update"), std::string::npos) << outcome.err;
     }
     for (const char* list : {"refit,refit", "refit,", ",", "refit auto"}) {
         EXPECT_EQ(run({"profile", "builtin:cloth:500", "--policies", list}).code, 2) << list;
@@ -126,11 +116,6 @@ TEST(ProfilePolicies, JsonHasEachPolicyWithItsFigures) {
     }
     EXPECT_EQ(report["policies"][0]["rebuilds"], 0);
     EXPECT_EQ(report["policies"][1]["rebuilds"], 5);
-    EXPECT_EQ(report["frames"].size(), 18u);
-    for (const Json& frame : report["frames"]) {
-        EXPECT_LE(frame["cost"]["least_ms"], frame["cost"]["median_ms"]);
-        EXPECT_LE(frame["trace"]["least_ms"], frame["trace_ms"]);
-    }
     ASSERT_EQ(report["best_schedules"].size(), 1u);
     const Json& best = report["best_schedules"][0];
     EXPECT_GT(best["regret_against_ms"], 0);
@@ -146,19 +131,16 @@ TEST(ProfilePolicies, JsonHasEachPolicyWithItsFigures) {
     }
 }
 
-TEST(ProfilePolicies, TextHasEachRoundAndThenTheFiguresOfAll) {
+TEST(ProfilePolicies, TextHasTheFiguresOfAllRounds) {
     const Outcome outcome = run(compare({}));
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const std::vector<std::string> text = lines(outcome.out);
-    ASSERT_GT(text.size(), 9u) << outcome.out;
-    const char* const rounds[] = {"    1  refit    cpu ", "    1  rebuild  cpu ",
-                                  "    1  auto     cpu ", "    2  refit    cpu ",
-                                  "    2  rebuild  cpu ", "    2  auto     cpu "};
-    for (std::size_t i = 0; i < std::size(rounds); ++i)
-        EXPECT_TRUE(text[2 + i].starts_with(rounds[i])) << text[2 + i];
-    EXPECT_EQ(text[8], "");
-    EXPECT_TRUE(text[9].starts_with("times in ms of 2 rounds; ")) << text[9];
-    for (const std::string& line : text) EXPECT_LE(line.size(), 100u) << line;
+    ASSERT_EQ(text.size(), 9u) << outcome.out;
+    EXPECT_TRUE(text[0].starts_with("times in ms of 2 rounds; ")) << text[0];
+    const char* const rows[] = {"refit  ", "rebuild  ", "auto  ", "(best schedule)  cpu  "};
+    for (std::size_t i = 0; i < std::size(rows); ++i)
+        EXPECT_TRUE(text[4 + i].starts_with(rows[i])) << text[4 + i];
+    for (const std::string& line : text) EXPECT_LE(line.size(), 90u) << line;
 }
 
 TEST(ProfilePolicies, CsvHoldsEveryFrame) {

@@ -9,7 +9,6 @@
 
 #include "app/cli/command_line.h"
 #include "app/clip/clip_scene.h"
-#include "app/clip/render_command.h"
 #include "common/base/errors.h"
 #include "scenes/source/open_scene.h"
 

@@ -4,9 +4,8 @@
 #include <cmath>
 
 #include "app/cli/command_line.h"
-#include "app/clip/render_command.h"
-#include "app/view/box_lines.h"
 #include "app/view/engine.h"
+#include "app/view/window.h"
 #include "common/base/errors.h"
 #include "common/image/depth.h"
 #include "scenes/source/open_scene.h"

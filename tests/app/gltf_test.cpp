@@ -84,27 +84,6 @@ TEST(GltfProgram, InfoListsTheAnimations) {
               Json::array());
 }
 
-TEST(GltfProgram, InfoWarnsOfAnotherAnimationThatCannotBeRead) {
-    const TemporaryFolder folder;
-    GltfBuilder builder = triangle_file();
-    const int output = builder.add_accessor<float>({0, 0, 0, 24, 0, 0}, "VEC3");
-    builder.add_animation(0, "translation", {0, 2}, output);
-    builder.add_animation(0, "translation", {2, 1}, output);
-    builder.json["animations"][1]["name"] = "back";
-    const std::string scene = folder.write("a.glb", builder.glb());
-    const Outcome outcome = run({"info", scene});
-    EXPECT_EQ(outcome.code, 0);
-    EXPECT_NE(
-        outcome.err.find("a.glb: warning: animations[1].samplers[0].input: time 1 is 1; times "
-                         "must increase, from 0 to 1000000; its length is not known"),
-        std::string::npos)
-        << outcome.err;
-    EXPECT_NE(outcome.out.find("        1  'back'        -         1\n"), std::string::npos)
-        << outcome.out;
-    // Other commands do not look at it.
-    EXPECT_EQ(render(scene, folder, {"--frames", "0"}).err, "");
-}
-
 TEST(GltfProgram, BadFilesAreBadInputWithTheirPlace) {
     const TemporaryFolder folder;
     GltfBuilder builder = triangle_file();

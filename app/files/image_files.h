@@ -1,8 +1,10 @@
-// Reading of images: PNG and JPEG files, and the textures of scenes.
+// Images in files: PNG and JPEG, also the textures of scenes, are read, OpenEXR is written.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,6 +12,7 @@
 #include "app/terminal/messages.h"
 #include "common/image/png.h"
 #include "common/scene/textures.h"
+#include "morphray/image.hpp"
 
 namespace mray::app {
 
@@ -25,9 +28,6 @@ struct ImageLimits {
                  std::uint64_t height) const;
 };
 
-/// Whether the name ends in .png, in any case.
-bool is_png_name(const std::filesystem::path& path);
-
 /// Whether the bytes begin as a PNG file does.
 bool is_png(std::string_view bytes);
 
@@ -38,9 +38,6 @@ bool is_png(std::string_view bytes);
 Image decode_png(const std::string& bytes, const std::filesystem::path& path,
                  const ImageLimits& limits);
 
-/// The same for a file. Throws also what read_input_file() throws.
-Image read_png(const std::filesystem::path& path);
-
 /// An image and the texts of its file.
 struct PngFile {
     Image image;
@@ -50,7 +47,8 @@ struct PngFile {
     std::string text(std::string_view keyword) const;
 };
 
-/// As read_png(), with the texts that stand before the pixels.
+/// The same for a file, with the texts that stand before the pixels. Throws also what
+/// read_input_file() throws.
 PngFile read_png_file(const std::filesystem::path& path);
 
 /// Whether the bytes begin as a JPEG file does.
@@ -77,5 +75,22 @@ Image read_texture(const TextureFile& file);
 /// a white pixel; otherwise throws what read_texture() throws.
 std::vector<Image> read_textures(const SceneTextures& textures, bool lenient,
                                  const Messages& messages);
+
+enum class ExrColours { kHalf, kFloat };
+
+/// The image as an OpenEXR file in memory, with these layers:
+///
+///   R, G, B              linear colours, half or float
+///   normal.X Y Z         unit normals in world space, half; 0 without a hit
+///   occlusion.Y          the share of the sky that is hidden, half
+///   depth.Z              along the viewing direction, in world space, float;
+///                        infinite without a hit
+///   barycentric.U V      of the hit, float
+///   id.prim, id.geom     of the hit, uint; 2^32 - 1 without one
+///
+/// All but colours are those of the sample in the middle of a pixel. Texts become attributes. The
+/// bytes depend on the image and texts alone. Needs Image::lit_pixels.
+std::vector<std::byte> encode_exr(const morphray::Image& image, ExrColours colours,
+                                  std::span<const PngText> texts);
 
 }  // namespace mray::app

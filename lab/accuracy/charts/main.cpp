@@ -1,0 +1,188 @@
+// morphray-chart --out DIR [--quick] [--lenient] [--quiet] SCENE...: draws charts of speed against
+// accuracy. `morphray chart` starts it (app/commands/start_chart.cpp).
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "common/base/errors.h"
+#include "common/base/output_file.h"
+#include "common/report/plot.h"
+#include "common/report/shell.h"
+#include "gpu/vulkan_backend.h"
+#include "lab/accuracy/charts/charts.h"
+#include "scenes/source/open_scene.h"
+
+namespace mray::accuracy {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+    std::vector<std::string> scenes;
+    std::string out;
+    bool quick = false;
+    bool lenient = false;
+    bool quiet = false;
+};
+
+Options parse(const std::vector<std::string>& arguments) {
+    Options options;
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+        const std::string& argument = arguments[i];
+        if (argument == "--out" && i + 1 < arguments.size()) {
+            options.out = arguments[++i];
+        } else if (argument == "--quick") {
+            options.quick = true;
+        } else if (argument == "--lenient") {
+            options.lenient = true;
+        } else if (argument == "--quiet") {
+            options.quiet = true;
+        } else {
+            options.scenes.push_back(argument);
+        }
+    }
+    if (options.out.empty() || options.scenes.empty())
+        throw Error(ErrorKind::kBadArgument, "needs --out and a scene; start `morphray chart`");
+    return options;
+}
+
+/// Throws Error(kOutput) unless the folder is empty or can be made.
+void require_new_folder(const fs::path& path) {
+    std::error_code error;
+    if (!fs::exists(path, error)) return;
+    if (!fs::is_directory(path, error))
+        throw Error(ErrorKind::kOutput,
+                    path.string() + ": is not a folder; name one that does not exist yet");
+    if (!fs::is_empty(path, error))
+        throw Error(ErrorKind::kOutput,
+                    path.string() + ": is not empty; name another folder, or empty this one");
+}
+
+std::string machine_text() {
+    std::string model = "unknown processor";
+    std::ifstream file("/proc/cpuinfo");
+    for (std::string line; std::getline(file, line);) {
+        if (!line.starts_with("model name") || line.find(": ") == std::string::npos) continue;
+        model = line.substr(line.find(": ") + 2);
+        break;
+    }
+    return fmt::format("{}, {} threads", model, std::thread::hardware_concurrency());
+}
+
+std::string command_text(const Options& options) {
+    std::vector<std::string> arguments{"morphray", "chart"};
+    arguments.insert(arguments.end(), options.scenes.begin(), options.scenes.end());
+    arguments.insert(arguments.end(), {"--out", options.out});
+    if (options.quick) arguments.emplace_back("--quick");
+    if (options.lenient) arguments.emplace_back("--lenient");
+    return shell_line(arguments);
+}
+
+/// The middle frame of a scene.
+ChartInput read_input(const std::string& scene, bool lenient) {
+    ClipOptions options;
+    options.lenient = lenient;
+    options.warn = [](const Warning& warning) {
+        fmt::print(stderr, "{}{}\n", warning.place.empty() ? "morphray: " : "", warning.line());
+    };
+    const std::unique_ptr<Clip> clip = open_scene(scene, options);
+    std::vector<vec3> positions(clip->topology().vertex_count);
+    clip->positions(std::floor((clip->first_frame() + clip->last_frame()) / 2), positions);
+    return {fs::path(clip->name()).filename().string(), clip->topology(), std::move(positions)};
+}
+
+std::unique_ptr<Backend> open_vulkan() {
+#ifdef MORPHRAY_HAS_VULKAN
+    return gpu::make_vulkan_backend();
+#else
+    throw Error(ErrorKind::kUnavailable, "Vulkan: not built in; build with -DMORPHRAY_VULKAN=ON");
+#endif
+}
+
+std::vector<Chart> make_charts(const std::vector<ChartInput>& inputs, const ChartContext& context) {
+    std::vector<Chart> charts;
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        const std::string suffix = inputs.size() == 1 ? "" : fmt::format("_{}", i + 1);
+        charts.push_back(accuracy_chart(context, inputs[i], suffix));
+        charts.push_back(placement_chart(context, inputs[i], suffix));
+        charts.push_back(box_chart(context, inputs[i], suffix));
+    }
+    charts.push_back(failure_chart(context, inputs));
+    return charts;
+}
+
+/// Writes the charts of all scenes into the folder --out, when all are made.
+void draw_charts(const Options& options) {
+    plot::require_gnuplot("chart");
+    require_new_folder(options.out);
+    std::vector<ChartInput> inputs;
+    for (const std::string& scene : options.scenes)
+        inputs.push_back(read_input(scene, options.lenient));
+    const Effort& effort = options.quick ? kQuickEffort : kFullEffort;
+    const std::size_t steps =
+        inputs.size() * (accuracy_steps() + placement_steps(effort) + box_steps() + 1) +
+        failure_steps();
+    const bool shows_steps = !options.quiet && ::isatty(STDERR_FILENO) != 0;
+    std::size_t done = 0;
+    const ChartContext context{
+        .effort = effort,
+        .make_vulkan_backend = open_vulkan,
+        .footer = fmt::format("{}; {}", machine_text(), command_text(options)),
+        .step = [&] {
+            ++done;
+            if (shows_steps) fmt::print(stderr, "\rcharting {}/{}", done, steps);
+        }};
+    const std::vector<Chart> charts = make_charts(inputs, context);
+    if (shows_steps) fmt::print(stderr, "\n");
+    make_output_folder(options.out);
+    for (const Chart& chart : charts) {
+        const std::string csv = chart.table.csv();
+        const fs::path file = fs::path(options.out) / chart.name;
+        write_file(file.string() + ".csv", csv);
+        write_file(file.string() + ".svg", plot::draw(chart.figure, csv, "svg"));
+    }
+    if (!options.quiet) fmt::print("{} charts: {}\n", charts.size(), options.out);
+}
+
+/// The exit codes of `morphray` (docs/guide/options.md).
+int exit_code_of(ErrorKind kind) {
+    switch (kind) {
+        case ErrorKind::kBadArgument:
+            return 2;
+        case ErrorKind::kBadInput:
+            return 3;
+        case ErrorKind::kUnavailable:
+            return 4;
+        case ErrorKind::kOutput:
+            return 5;
+        case ErrorKind::kLimit:
+            return 6;
+        case ErrorKind::kDeviceLost:
+            return 7;
+        default:
+            return 70;
+    }
+}
+
+}  // namespace
+}  // namespace mray::accuracy
+
+int main(int argc, char** argv) {
+    try {
+        mray::accuracy::draw_charts(mray::accuracy::parse({argv + 1, argv + argc}));
+        return 0;
+    } catch (const mray::Error& error) {
+        const bool begins_with_file =
+            error.kind() == mray::ErrorKind::kBadInput || error.kind() == mray::ErrorKind::kOutput;
+        fmt::print(stderr, "{}{}\n", begins_with_file ? "" : "morphray: ", error.what());
+        return mray::accuracy::exit_code_of(error.kind());
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "morphray: internal error: {}; please report it\n", error.what());
+        return 70;
+    }
+}
