@@ -13,7 +13,6 @@ constexpr FileFormat kOthers[] = {
      "meshes, nodes, skins, morph targets, animations, colours, textures"},
     {"materials", "MTL", ".mtl", true, false, "colours and textures of OBJ files"},
     {"positions", "PC2", ".pc2", true, false, "point cache: positions of vertices over time"},
-    {"positions", "MDD", ".mdd", true, false, "point cache: positions of vertices over time"},
     {"texture", "PNG", ".png", true, false, "map_Kd of materials"},
     {"texture", "JPEG", ".jpg .jpeg", true, false, "map_Kd of materials"},
     {"rays", "text", "", true, false, "trace --rays: a ray a line"},

@@ -15,24 +15,19 @@ namespace mray::app {
 /// Throws Error(kBadInput): what is wrong at a place, and which command writes such files.
 [[noreturn]] void refuse_json(const std::string& place, const std::string& what,
                               const char* command);
-/// The file and the line of a byte of its text.
-std::string line_of(const std::string& file, const std::string& text, std::size_t byte);
 /// Whether the member "command" has this value.
 bool is_report_of(std::string_view command, const JsonAt& json);
 
 /// Reads a file of at most `most_bytes` that `command` has written, and returns make(json), which
 /// takes a JsonAt. Throws Error: kBadInput that names the file for text that is not JSON (with the
-/// line), for members that make() misses or finds of another type, and with the text of a
+/// byte), for members that make() misses or finds of another type, and with the text of a
 /// std::invalid_argument of make(); what read_input_file() throws.
 template <class Make>
 auto read_json_file(const std::string& file, std::uint64_t most_bytes, const char* command,
                     Make make) {
-    const std::string text = read_input_file(file, most_bytes);
+    const JsonTree tree = parse_json(read_input_file(file, most_bytes), escape(file));
     try {
-        const JsonTree tree = parse_json(text);
         return make(JsonAt(tree, file));
-    } catch (const JsonSyntaxError& error) {
-        refuse_json(line_of(file, text, error.byte()), error.what(), command);
     } catch (const JsonValueError&) {
         refuse_json(escape(file), "lacks a member", command);
     } catch (const std::invalid_argument& error) {

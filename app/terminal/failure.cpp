@@ -35,7 +35,7 @@ ExitCode exit_code_of(ErrorKind kind) {
 }
 
 const char* hint_text(Hint hint) {
-    switch (remedy) {
+    switch (hint) {
         case Hint::kLenient:
             return " or accept it with --lenient";
         case Hint::kReplaceMissing:

@@ -75,7 +75,7 @@ set(places
     "^gmp(xx)?\\.h$"            "^lab/accuracy/"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
     # One source that reads JSON, and one header for writing it.
-    "^nlohmann/"                "^(scenes/json/json_at\\.cpp$|common/report/json_writer\\.h$|tests/)"
+    "^nlohmann/"                "^(scenes/json/json_at\\.h$|common/report/json_writer\\.h$|tests/)"
     # The command lines of the program, of the benchmark and of the fuzzer.
     "^CLI/"                     "^(app/cli/|lab/bench/(options|two_builds/compare_builds)\\.cpp$|tests/fuzz/run/options\\.cpp$)"
     "stb_image\\.h$"            "^$")

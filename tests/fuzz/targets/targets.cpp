@@ -6,9 +6,9 @@ namespace mray::fuzz {
 
 std::span<const Target> targets() {
     static constexpr std::array kTargets = {
-        Target{"obj", obj_failure},   Target{"mtl", mtl_failure},   Target{"ply", ply_failure},
-        Target{"gltf", gltf_failure}, Target{"pc2", pc2_failure},   Target{"mdd", mdd_failure},
-        Target{"png", png_failure},   Target{"jpeg", jpeg_failure},
+        Target{"obj", obj_failure},   Target{"mtl", mtl_failure}, Target{"ply", ply_failure},
+        Target{"gltf", gltf_failure}, Target{"pc2", pc2_failure}, Target{"png", png_failure},
+        Target{"jpeg", jpeg_failure},
     };
     return kTargets;
 }

@@ -20,7 +20,6 @@ std::string ply_failure(std::string_view bytes);
 std::string gltf_failure(std::string_view bytes);
 /// Positions of a mesh of three vertices.
 std::string pc2_failure(std::string_view bytes);
-std::string mdd_failure(std::string_view bytes);
 /// Images of `diff`, and textures.
 std::string png_failure(std::string_view bytes);
 std::string jpeg_failure(std::string_view bytes);
