@@ -1,28 +1,46 @@
-// A deforming scene: one topology, vertex positions as a function of the frame.
+// A deforming scene: one topology, vertex positions as a function of the frame; and how it is
+// opened.
 #pragma once
 
 #include <array>
-#include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "common/base/errors.h"
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
 #include "common/scene/textures.h"
 
 namespace mray {
 
+enum class MissingFrames { kFail, kHold, kSkip };
+
+struct ClipOptions {
+    /// Accept vertices that are not finite and leave out faces that cannot be read, with a warning
+    /// each, instead of refusing the scene.
+    bool lenient = false;
+    MissingFrames missing = MissingFrames::kFail;
+    /// A PC2 file with the positions of a mesh file's vertices; empty: none.
+    std::string cache = {};
+    /// The animation of a glTF file, by its name or its index; empty: the first.
+    std::string animation = {};
+    /// The frames that an animation of a glTF file has a second, above 0; nothing: kDefaultFps.
+    std::optional<double> fps = {};
+    /// Is told the size of a glTF scene before it takes memory, and throws Error(kLimit) if it is
+    /// too large.
+    std::function<void(std::uint64_t triangles, std::uint64_t vertices)> check_size = {};
+    WarnFunction warn = {};
+};
+
 /// An animation in a file of several, of which a clip shows one.
 struct ClipAnimation {
     /// Empty: it has none.
     std::string name = {};
-    /// Its last key; nothing for one that cannot be read.
-    std::optional<double> seconds = {};
-    /// Properties of nodes that it moves.
-    std::size_t channels = 0;
     bool is_shown = false;
 };
 
@@ -47,7 +65,7 @@ public:
     /// clip that knows no time.
     virtual std::optional<double> fps() const { return std::nullopt; }
 
-    /// All animations of the file, in its order, if ClipOptions::list_animations asks for them.
+    /// All animations of the file, in its order.
     virtual std::span<const ClipAnimation> animations() const { return {}; }
 
     /// For each triangle three numbers, below that of all corners: corners with the same number

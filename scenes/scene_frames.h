@@ -3,8 +3,10 @@
 
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "common/base/stopwatch.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"
 #include "scenes/clip.h"
@@ -13,7 +15,10 @@ namespace mray {
 
 class SceneFrames {
 public:
-    explicit SceneFrames(std::unique_ptr<Clip> clip);
+    explicit SceneFrames(std::unique_ptr<Clip> clip)
+        : clip_(std::move(clip)),
+          space_(clip_->bounds()),
+          positions_(clip_->topology().vertex_count) {}
 
     const Clip& clip() const { return *clip_; }
     /// The space of the frame of the last call of positions().
@@ -25,7 +30,14 @@ public:
 
     /// Makes the positions of a frame, in the scene space of that frame. Valid until the next call.
     /// Throws Error(kBadInput).
-    std::span<const vec3> positions(double frame);
+    std::span<const vec3> positions(double frame) {
+        const Stopwatch watch;
+        clip_->positions(frame, positions_);
+        space_ = space_of_frame(clip_->bounds(), bounds_of(positions_));
+        space_.to_scene(positions_, positions_);
+        deform_ms_ = watch.ms();
+        return positions_;
+    }
     /// Milliseconds that the last call of positions() took.
     double deform_ms() const { return deform_ms_; }
 
@@ -33,7 +45,7 @@ private:
     std::unique_ptr<Clip> clip_;
     SceneSpace space_;
     double deform_ms_ = 0;
-    std::vector<vec3> scene_;
+    std::vector<vec3> positions_;
 };
 
 }  // namespace mray

@@ -34,7 +34,6 @@ struct SourceOptions {
     std::optional<double> fps = {};
     bool lenient = false;
     /// No option: trace accepts a scene without triangles.
-    bool allow_empty = false;
 };
 
 struct BackendOptions {

@@ -64,7 +64,6 @@ void add_trace(CommandAdder& adder) {
                 "those that it passes through (owner)",
                 kCrossings, options.hit_lists.crossing)
                 ->needs(all);
-            options.source.allow_empty = true;
             return [&options] {
                 options.source.lenient = true;
                 refuse_idle_device(options.backend);

@@ -51,7 +51,7 @@ void add_source_options(CLI::App& command, SourceOptions& source) {
         "those of its neighbours (fail)",
         kMissing, source.missing);
     add_text(command, "--cache", "FILE",
-             "point cache (PC2 or MDD) with the positions of a mesh file's vertices", source.cache);
+             "point cache (PC2) with the positions of a mesh file's vertices", source.cache);
     add_text(command, "--animation", "NAME|INDEX", "animation of a glTF file (the first)",
              source.animation);
     constexpr double kLeastFps = 1e-3;

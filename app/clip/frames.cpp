@@ -56,17 +56,14 @@ void require_in_clip(const char* option, double frame, const Clip& clip) {
 
 }  // namespace
 
-std::unique_ptr<Clip> open_clip(const SourceOptions& source, const Messages& messages,
-                                bool list_animations) {
+std::unique_ptr<Clip> open_clip(const SourceOptions& source, const Messages& messages) {
     if (source.fps && !has_gltf_name(source.scene))
         throw Error(ErrorKind::kBadArgument, "--fps: only glTF files have seconds; leave it out");
     ClipOptions options;
     options.lenient = source.lenient;
-    options.allow_empty = source.allow_empty;
     options.missing = source.missing;
     options.cache = source.cache;
     options.animation = source.animation;
-    options.list_animations = list_animations;
     options.fps = source.fps;
     options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
     const Progress progress("reading " + escape(std::filesystem::path(source.scene).filename()), 0,

@@ -15,8 +15,7 @@
 namespace mray::app {
 
 /// Opens the scene; warnings go to `messages`. Throws Error.
-std::unique_ptr<Clip> open_clip(const SourceOptions& source, const Messages& messages,
-                                bool list_animations = false);
+std::unique_ptr<Clip> open_clip(const SourceOptions& source, const Messages& messages);
 
 /// Returns the image parameters of the view for the frame of the scene's last positions()
 /// (with_inside_view(), make_image_params()).

@@ -129,7 +129,7 @@ SceneReport::Tree describe_tree(SplitMethod split, const Topology& topology,
 }
 
 SceneReport describe_scene(const InfoOptions& options, const Messages& messages) {
-    SceneFrames scene(open_clip(options.source, messages, true));
+    SceneFrames scene(open_clip(options.source, messages));
     const Topology& topology = scene.clip().topology();
     const double frame = select_frame(options.frame, std::nullopt, scene.clip());
     const std::span<const vec3> positions = scene.positions(frame);
@@ -163,12 +163,11 @@ SceneReport describe_scene(const InfoOptions& options, const Messages& messages)
 }
 
 std::string table_of(const std::vector<ClipAnimation>& animations) {
-    Table table({"animation", "name", "seconds", "channels", "shown"});
+    Table table({"animation", "name", "shown"});
     for (std::size_t i = 0; i < animations.size(); ++i) {
         const ClipAnimation& animation = animations[i];
         table.add({fmt::format("{}", i), animation.name.empty() ? "" : quote(animation.name),
-                   animation.seconds ? fmt::format("{:.6g}", *animation.seconds) : "-",
-                   fmt::format("{}", animation.channels), animation.is_shown ? "yes" : ""});
+                   animation.is_shown ? "yes" : ""});
     }
     return table.text();
 }

@@ -1,10 +1,10 @@
 // Arrays of numbers in the buffers of a glTF file.
+//
+// Every function throws Error(kBadInput) with the place of the member that is wrong.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -45,11 +45,8 @@ struct Accessor {
     bool is_sparse_alone() const { return base.bytes.empty(); }
 };
 
-/// The elements of a sparse accessor that differ from 0.
-struct SparseFloats {
-    std::vector<std::uint32_t> indices;
-    std::vector<float> values;
-};
+/// `reference` is the member that has the index of the accessor.
+Accessor open_accessor(const GltfFile& file, const JsonAt& reference);
 
 /// The elements that a reader of numbers accepts.
 struct Wanted {
@@ -60,42 +57,19 @@ struct Wanted {
     enum class Integers { kNone, kNormalized, kAny } integers = Integers::kNone;
 };
 
-/// Reads accessors.
-///
-/// Every function throws Error(kBadInput) with the place of the member that is wrong: an index, an
-/// offset, a stride or a count out of range or not aligned, a type that is not wanted, an accessor
-/// without a buffer view that has more elements than all buffers have bytes.
-class Accessors {
-public:
-    /// Keeps the reference.
-    explicit Accessors(const GltfFile& file);
+/// All numbers. Of integers that are normalised, c / 127, c / 255, ... in float, at least -1.
+std::vector<float> floats(const Accessor& accessor, const Wanted& wanted);
 
-    /// `reference` is the member that has the index of the accessor.
-    Accessor open(const JsonAt& reference);
-
-    /// All numbers. Of integers that are normalised, c / 127, c / 255, ... in float, at least -1.
-    std::vector<float> floats(const Accessor& accessor, const Wanted& wanted);
-    /// The same for an accessor that is sparse alone: without the zeros of all others.
-    SparseFloats sparse_floats(const Accessor& accessor, const Wanted& wanted);
-    /// Unsigned numbers that are not normalised; 32 bits only if `allow_32_bits`.
-    std::vector<std::uint32_t> integers(const Accessor& accessor, std::size_t width,
-                                        bool allow_32_bits);
-
-private:
-    /// The bytes of a buffer view, and where they begin in their buffer.
-    struct View {
-        std::string_view bytes;
-        std::uint64_t offset = 0;
-    };
-    View view_of(const JsonAt& view);
-    PackedArray packed(const JsonAt& owner, std::size_t view_index, std::uint64_t offset,
-                       Component component, std::size_t width, std::size_t count,
-                       bool may_have_stride);
-    void open_sparse(const JsonAt& sparse, Component component, Accessor& accessor);
-    std::vector<std::uint32_t> sparse_indices(const Accessor& accessor);
-
-    const GltfFile& file_;
-    std::size_t view_count_;
+/// The elements of a sparse accessor that differ from its base.
+template <class Number>
+struct Sparse {
+    std::vector<std::uint32_t> indices;
+    std::vector<Number> values;
 };
+Sparse<float> sparse_floats(const Accessor& accessor, const Wanted& wanted);
+
+/// Unsigned numbers that are not normalised; 32 bits only if `allow_32_bits`.
+std::vector<std::uint32_t> integers(const Accessor& accessor, std::size_t width,
+                                    bool allow_32_bits);
 
 }  // namespace mray::gltf

@@ -12,7 +12,6 @@
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "scenes/gltf/transforms.h"
-#include "scenes/warning_count.h"
 
 namespace mray::gltf {
 namespace {
@@ -22,20 +21,11 @@ constexpr float kMostSeconds = 1e6f;
 /// Three values a key.
 constexpr std::size_t kSplineParts = 3;
 
-std::string name_of(const JsonAt& animation) {
-    const auto name = animation.find("name");
-    return name ? std::string(name->text()) : std::string();
-}
-
-std::string list_of(const GltfFile& file) {
-    constexpr std::size_t kMostListed = 20;
-    const std::size_t count = file.count("animations");
+std::string list_of(const std::vector<std::string>& names) {
     std::string list;
-    for (std::size_t i = 0; i < std::min(count, kMostListed); ++i) {
-        list += fmt::format("{}{} {}", i == 0 ? "" : ", ", i,
-                            quote(name_of(file.element("animations", i))));
-    }
-    return count > kMostListed ? fmt::format("{} and {} more", list, count - kMostListed) : list;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        list += fmt::format("{}{} {}", i == 0 ? "" : ", ", i, quote(names[i]));
+    return list;
 }
 
 Target target_of(const JsonAt& path) {
@@ -67,16 +57,11 @@ void require_times(const JsonAt& reference, std::span<const float> times) {
     }
 }
 
-constexpr Wanted kTimes = {1, "SCALAR"};
-
 class AnimationReader {
 public:
-    AnimationReader(const GltfFile& file, Accessors& accessors, std::size_t index,
+    AnimationReader(const GltfFile& file, std::size_t index,
                     std::span<const std::size_t> target_counts)
-        : accessors_(accessors),
-          accessor_count_(file.count("accessors")),
-          at_(file.element("animations", index)),
-          target_counts_(target_counts) {}
+        : file_(file), at_(file.element("animations", index)), target_counts_(target_counts) {}
 
     Animation run() {
         const JsonAt channels = at_.at("channels");
@@ -109,11 +94,11 @@ private:
     }
 
     std::span<const float> numbers_of(const JsonAt& reference, const Wanted& wanted) {
-        const std::tuple key(reference.index_below(accessor_count_, "accessors"), wanted.width,
-                             wanted.integers != Wanted::Integers::kNone);
+        const std::tuple key(reference.index_below(file_.count("accessors"), "accessors"),
+                             wanted.width, wanted.integers != Wanted::Integers::kNone);
         auto known = animation_.numbers.find(key);
         if (known == animation_.numbers.end()) {
-            std::vector<float> values = accessors_.floats(accessors_.open(reference), wanted);
+            std::vector<float> values = floats(open_accessor(file_, reference), wanted);
             known = animation_.numbers.emplace(key, std::move(values)).first;
             for (std::size_t i = 0; i < known->second.size(); ++i) {
                 if (!std::isfinite(known->second[i]))
@@ -124,7 +109,7 @@ private:
     }
 
     std::span<const float> times_of(const JsonAt& reference) {
-        const std::span<const float> times = numbers_of(reference, kTimes);
+        const std::span<const float> times = numbers_of(reference, {1, "SCALAR"});
         if (checked_times_.insert(times.data()).second) require_times(reference, times);
         return times;
     }
@@ -146,50 +131,12 @@ private:
         return values;
     }
 
-    Accessors& accessors_;
-    const std::size_t accessor_count_;
+    const GltfFile& file_;
     const JsonAt at_;
     std::span<const std::size_t> target_counts_;
     Animation animation_;
     std::set<std::pair<std::uint32_t, Target>> known_;
     std::set<const float*> checked_times_;
-};
-
-class AnimationLister {
-public:
-    AnimationLister(const GltfFile& file, Accessors& accessors)
-        : file_(file), accessors_(accessors) {}
-
-    /// Throws Error(kBadInput) for what it cannot read, after it has filled in the rest.
-    void read(const JsonAt& at, ClipAnimation& animation) {
-        animation.name = name_of(at);
-        const JsonAt channels = at.at("channels");
-        const JsonAt samplers = at.at("samplers");
-        double seconds = 0;
-        for (std::size_t i = 0; i < channels.size(); ++i) {
-            if (!channels[i].at("target").find("node")) continue;
-            ++animation.channels;
-            const std::uint32_t sampler =
-                channels[i].at("sampler").index_below(samplers.size(), "samplers");
-            seconds = std::max(seconds, last_time(samplers[sampler].at("input")));
-        }
-        animation.seconds = seconds;
-    }
-
-private:
-    double last_time(const JsonAt& reference) {
-        const std::uint32_t index = reference.index_below(file_.count("accessors"), "accessors");
-        const auto known = last_times_.find(index);
-        if (known != last_times_.end()) return known->second;
-        const std::vector<float> times = accessors_.floats(accessors_.open(reference), kTimes);
-        require_times(reference, times);
-        return last_times_.emplace(index, double{times.back()}).first->second;
-    }
-
-    const GltfFile& file_;
-    Accessors& accessors_;
-    /// By the indices of accessors, which animations share.
-    std::map<std::uint32_t, double> last_times_;
 };
 
 double value_at(const Channel& channel, std::size_t key, std::size_t part, std::size_t k) {
@@ -240,45 +187,35 @@ void sample_spline(const Channel& channel, const KeyAt& at, std::span<double> ou
 
 }  // namespace
 
+std::vector<std::string> animation_names(const GltfFile& file) {
+    std::vector<std::string> names;
+    const std::size_t count = file.count("animations");
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto name = file.element("animations", i).find("name");
+        names.push_back(name && name->is_text() ? std::string(name->text()) : std::string());
+    }
+    return names;
+}
+
 std::size_t find_animation(const GltfFile& file, const std::string& text) {
     if (text.empty()) return 0;
-    const std::size_t count = file.count("animations");
-    if (count == 0) {
+    const std::vector<std::string> names = animation_names(file);
+    if (names.empty()) {
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("animation {}: {} has no animations", quote(text), file.name()));
     }
-    for (std::size_t i = 0; i < count; ++i)
-        if (name_of(file.element("animations", i)) == text) return i;
+    const auto named = std::find(names.begin(), names.end(), text);
+    if (named != names.end()) return static_cast<std::size_t>(named - names.begin());
     const std::optional<std::uint64_t> index = parse_unsigned(text);
-    if (index && *index < count) return static_cast<std::size_t>(*index);
+    if (index && *index < names.size()) return static_cast<std::size_t>(*index);
     throw Error(ErrorKind::kBadArgument,
                 fmt::format("animation {}: {} has no such one; choose one of {}", quote(text),
-                            file.name(), list_of(file)));
+                            file.name(), list_of(names)));
 }
 
-Animation read_animation(const GltfFile& file, Accessors& accessors, std::size_t index,
+Animation read_animation(const GltfFile& file, std::size_t index,
                          std::span<const std::size_t> target_counts) {
-    return AnimationReader(file, accessors, index, target_counts).run();
-}
-
-std::vector<ClipAnimation> list_animations(const GltfFile& file, Accessors& accessors,
-                                           const WarnFunction& warn) {
-    std::vector<ClipAnimation> animations(file.count("animations"));
-    AnimationLister lister(file, accessors);
-    WarningCount unread;
-    for (std::size_t i = 0; i < animations.size(); ++i) {
-        try {
-            lister.read(file.element("animations", i), animations[i]);
-        } catch (const Error& error) {
-            if (error.kind() != ErrorKind::kBadInput) throw;
-            unread.add([&] {
-                return Warning{file.name(),
-                               as_warning(error, file.name()).text + "; its length is not known"};
-            });
-        }
-    }
-    unread.tell(warn);
-    return animations;
+    return AnimationReader(file, index, target_counts).run();
 }
 
 void sample(const Channel& channel, double time, std::span<double> out) {

@@ -9,8 +9,6 @@
 #include <tuple>
 #include <vector>
 
-#include "common/base/errors.h"
-#include "scenes/clip.h"
 #include "scenes/gltf/accessor.h"
 
 namespace mray::gltf {
@@ -49,13 +47,11 @@ std::size_t find_animation(const GltfFile& file, const std::string& text);
 /// `target_counts` has the number of morph targets of each node. Throws Error(kBadInput) for times
 /// that are negative, not finite or do not increase, values that are not finite or do not fit, and
 /// two channels of one property.
-Animation read_animation(const GltfFile& file, Accessors& accessors, std::size_t index,
+Animation read_animation(const GltfFile& file, std::size_t index,
                          std::span<const std::size_t> target_counts);
 
-/// All animations of a file, of which only the times are read. Warns of those that cannot be read,
-/// whose seconds are left out.
-std::vector<ClipAnimation> list_animations(const GltfFile& file, Accessors& accessors,
-                                           const WarnFunction& warn);
+/// The names of all animations of a file, empty where it gives none.
+std::vector<std::string> animation_names(const GltfFile& file);
 
 /// The value of a channel at a time in seconds; a rotation has length 1.
 void sample(const Channel& channel, double time, std::span<double> out);

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "scenes/clip.h"
-#include "scenes/clip_options.h"
 
 namespace mray {
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <cstring>
 #include <iterator>
 #include <utility>
@@ -17,12 +18,6 @@
 namespace mray::gltf {
 namespace {
 
-/// Parts of the bytes of a GLB file; `binary` has no data if there is no such chunk.
-struct Glb {
-    std::string_view json;
-    std::string_view binary;
-};
-
 constexpr std::string_view kMagic = "glTF";
 constexpr std::size_t kHeadSize = 12;
 constexpr std::size_t kChunkHeadSize = 8;
@@ -30,8 +25,14 @@ constexpr std::uint32_t kVersion = 2;
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
 constexpr std::uint32_t kBinaryChunk = 0x004E4942;
 
-[[noreturn]] void refuse(const std::string& file, const std::string& what) {
-    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", file, what));
+/// Parts of the bytes of a GLB file; `binary` has no data if there is no such chunk.
+struct Glb {
+    std::string_view json;
+    std::string_view binary;
+};
+
+[[noreturn]] void refuse(const std::string& file, std::size_t byte, const std::string& what) {
+    throw Error(ErrorKind::kBadInput, fmt::format("{}: byte {}: {}", file, byte, what));
 }
 
 std::uint32_t word_at(std::string_view bytes, std::size_t offset) {
@@ -43,34 +44,33 @@ std::uint32_t word_at(std::string_view bytes, std::size_t offset) {
 
 /// Finds the chunks of a GLB file (version 2), of which those of unknown types are skipped.
 Glb split_glb(std::string_view bytes, const std::string& file) {
-    if (bytes.size() < kHeadSize) refuse(file, "ends within its head; is it complete?");
+    constexpr const char* kCut = "ends within a head; is it complete?";
+    if (bytes.size() < kHeadSize) refuse(file, bytes.size(), kCut);
     const std::uint32_t version = word_at(bytes, 4);
     if (version != kVersion)
-        refuse(file, fmt::format("byte 4: has version {}; only {} is known", version, kVersion));
+        refuse(file, 4, fmt::format("has version {}; only {} is known", version, kVersion));
     const std::uint32_t length = word_at(bytes, 8);
     if (length != bytes.size()) {
-        refuse(file, fmt::format("byte 8: has {} bytes, but its head tells of {}; is it complete?",
-                                 bytes.size(), length));
+        refuse(file, 8,
+               fmt::format("has {} bytes, but its head tells of {}; is it complete?", bytes.size(),
+                           length));
     }
     Glb glb;
     std::size_t chunk = 0;
-    for (std::size_t at = kHeadSize; at < bytes.size(); ++chunk) {
-        if (bytes.size() - at < kChunkHeadSize)
-            refuse(file, fmt::format("byte {}: ends within the head of a chunk", at));
+    std::size_t at = kHeadSize;
+    do {
+        if (bytes.size() - at < kChunkHeadSize) refuse(file, at, kCut);
         const std::uint32_t size = word_at(bytes, at);
         const std::uint32_t type = word_at(bytes, at + 4);
-        const std::size_t begin = at + kChunkHeadSize;
-        if (size > bytes.size() - begin) {
-            refuse(file, fmt::format("byte {}: a chunk of {} bytes, but {} follow", at, size,
-                                     bytes.size() - begin));
-        }
-        if (chunk == 0 && type != kJsonChunk)
-            refuse(file, fmt::format("byte {}: the first chunk is not JSON", at + 4));
-        if (chunk == 0) glb.json = bytes.substr(begin, size);
-        if (chunk == 1 && type == kBinaryChunk) glb.binary = bytes.substr(begin, size);
-        at = begin + size;
-    }
-    if (chunk == 0) refuse(file, "byte 12: has no chunk of JSON");
+        const std::string_view rest = bytes.substr(at + kChunkHeadSize);
+        if (size > rest.size())
+            refuse(file, at, fmt::format("a chunk of {} bytes, but {} follow", size, rest.size()));
+        if (chunk == 0 && type != kJsonChunk) refuse(file, at + 4, "the first chunk is not JSON");
+        if (chunk == 0) glb.json = rest.substr(0, size);
+        if (chunk == 1 && type == kBinaryChunk) glb.binary = rest.substr(0, size);
+        at += kChunkHeadSize + size;
+        ++chunk;
+    } while (at < bytes.size());
     return glb;
 }
 
@@ -83,65 +83,52 @@ bool may_be_left_out(std::string_view name) {
                        [&](std::string_view family) { return name.starts_with(family); });
 }
 
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
-
-/// The scheme of a URI, without its colon; empty if it has none.
-std::string_view scheme_of(std::string_view uri) {
-    const std::size_t colon = uri.find_first_of(":/?#");
-    if (colon == std::string_view::npos || uri[colon] != ':' || colon == 0 || !is_letter(uri[0]))
-        return {};
-    return uri.substr(0, colon);
+/// The scheme of a URI in lower case, without its colon; empty if it has none.
+std::string scheme_of(std::string_view uri) {
+    const std::size_t end = uri.find_first_of(":/?#");
+    const bool has_scheme = end != std::string_view::npos && uri[end] == ':';
+    return has_scheme ? lower_case(std::string(uri.substr(0, end))) : std::string();
 }
 
-bool is_data(std::string_view uri) {
-    const std::string_view scheme = scheme_of(uri);
-    constexpr std::string_view kData = "data";
-    return std::equal(scheme.begin(), scheme.end(), kData.begin(), kData.end(),
-                      [](char a, char b) { return (a | 0x20) == b; });
-}
-
-std::optional<int> hex_digit(char c) {
-    if (c >= '0' && c <= '9') return c - '0';
-    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-    return std::nullopt;
+/// Refuses a URI because of the error that is being handled.
+[[noreturn]] void refuse_uri(const JsonAt& uri, const Error& error) {
+    if (error.kind() != ErrorKind::kBadInput) throw;
+    uri.fail(as_warning(error, uri.file()).text);
 }
 
 /// The text from `first` on.
 std::string percent_decoded(const JsonAt& uri, std::size_t first = 0) {
     const std::string_view text = uri.text();
     std::string decoded;
-    for (std::size_t i = first; i < text.size(); ++i) {
-        if (text[i] != '%') {
-            decoded += text[i];
-            continue;
-        }
-        const auto high = i + 2 < text.size() ? hex_digit(text[i + 1]) : std::nullopt;
-        const auto low = i + 2 < text.size() ? hex_digit(text[i + 2]) : std::nullopt;
-        if (!high || !low) uri.fail("has a % without two hexadecimal digits");
-        decoded += static_cast<char>(*high * 16 + *low);
-        i += 2;
+    for (std::size_t i = first;;) {
+        const std::size_t percent = text.find('%', i);
+        decoded += text.substr(i, percent - i);
+        if (percent == std::string_view::npos) return decoded;
+        const std::string_view digits = text.substr(percent + 1, 2);
+        std::uint8_t byte = 0;
+        const char* const end = digits.data() + digits.size();
+        if (digits.size() < 2 || std::from_chars(digits.data(), end, byte, 16).ptr != end)
+            uri.fail("has a % without two hexadecimal digits");
+        decoded += static_cast<char>(byte);
+        i = percent + 3;
     }
-    return decoded;
 }
 
 }  // namespace
 
 std::optional<JsonAt> extension_of(const JsonAt& at, std::string_view name) {
     const auto extensions = at.find("extensions");
-    return extensions ? extensions->find(std::string(name).c_str()) : std::nullopt;
+    return extensions ? extensions->find(std::string(name)) : std::nullopt;
 }
 
 std::optional<std::string> data_of_uri(const JsonAt& uri) {
     const std::string_view text = uri.text();
-    if (!is_data(text)) return std::nullopt;
+    if (scheme_of(text) != "data") return std::nullopt;
     constexpr std::string_view kBase64 = ";base64";
     const std::size_t comma = text.find(',');
     if (comma == std::string_view::npos || !text.substr(0, comma).ends_with(kBase64))
         uri.fail("is a data: URI that is not in base 64");
-    std::optional<std::string> bytes = text.find('%', comma) == std::string_view::npos
-                                           ? from_base64(text.substr(comma + 1))
-                                           : from_base64(percent_decoded(uri, comma + 1));
+    std::optional<std::string> bytes = from_base64(percent_decoded(uri, comma + 1));
     if (!bytes) uri.fail("has characters that are not base 64, or is cut");
     return bytes;
 }
@@ -158,30 +145,24 @@ std::filesystem::path file_of_uri(const JsonAt& uri, const std::filesystem::path
     try {
         return side_file(scene_file, name);
     } catch (const Error& error) {
-        if (error.kind() != ErrorKind::kBadInput) throw;
-        const Warning at = as_warning(error, uri.file());
-        uri.fail(at.place.empty() || at.place == uri.file() ? at.text : error.what());
+        refuse_uri(uri, error);
     }
 }
 
 GltfFile::GltfFile(const std::filesystem::path& path, const WarnFunction& warn)
     : path_(path), name_(escape(path)) {
     bytes_ = read_input_file(path);
-    std::string_view binary;
-    if (bytes_.starts_with(kMagic)) {
-        const Glb glb = split_glb(bytes_, name_);
-        json_ = parse_json(glb.json, name_);
-        binary = glb.binary;
-        buffer_bytes_ = binary.size();
-    } else {
-        json_ = parse_json(bytes_, name_);
-        bytes_ = {};
-    }
+    Glb glb = {bytes_, {}};
+    if (bytes_.starts_with(kMagic)) glb = split_glb(bytes_, name_);
+    json_ = parse_json(glb.json, name_);
     require_version();
     require_known_extensions(warn);
-    read_buffers(binary, binary.data() == nullptr
-                             ? 0
-                             : static_cast<std::uint64_t>(binary.data() - bytes_.data()));
+    buffer_bytes_ = glb.binary.size();
+    const std::size_t buffer_count = count("buffers");
+    for (std::size_t i = 0; i < buffer_count; ++i)
+        buffers_.push_back(
+            read_buffer(element("buffers", i), i == 0 ? glb.binary : std::string_view()));
+    if (glb.binary.data() == nullptr) bytes_ = {};
 }
 
 std::size_t GltfFile::count(const char* key) const {
@@ -190,6 +171,20 @@ std::size_t GltfFile::count(const char* key) const {
 }
 
 JsonAt GltfFile::element(const char* key, std::size_t index) const { return root().at(key)[index]; }
+
+View GltfFile::view(const JsonAt& reference) const {
+    const JsonAt at =
+        element("bufferViews", reference.index_below(count("bufferViews"), "buffer views"));
+    const Buffer& buffer = buffers_[at.at("buffer").index_below(buffers_.size(), "buffers")];
+    const std::uint64_t offset = at.count_or("byteOffset", 0);
+    const std::uint64_t length = at.at("byteLength").count();
+    if (length > buffer.bytes.size() || offset > buffer.bytes.size() - length) {
+        at.at("byteLength")
+            .fail(fmt::format("bytes {} to {} are not in the buffer, which has {}", offset,
+                              offset + length, buffer.bytes.size()));
+    }
+    return {at, buffer, buffer.bytes.substr(offset, length), offset};
+}
 
 bool GltfFile::uses_extension(std::string_view extension) const {
     const std::optional<JsonAt> used = root().find("extensionsUsed");
@@ -227,47 +222,42 @@ void GltfFile::require_known_extensions(const WarnFunction& warn) const {
     left_out.tell(warn);
 }
 
-void GltfFile::read_buffers(std::string_view binary_chunk, std::uint64_t chunk_offset) {
-    const std::size_t buffer_count = count("buffers");
-    for (std::size_t i = 0; i < buffer_count; ++i) {
-        const JsonAt buffer = element("buffers", i);
-        const JsonAt byte_length = buffer.at("byteLength");
-        const std::uint64_t length = byte_length.count();
-        Buffer content = read_buffer(buffer, i, binary_chunk, chunk_offset);
-        if (length > content.bytes.size()) {
-            byte_length.fail(fmt::format("is {}, but there are {} bytes; is the file complete?",
-                                         length, content.bytes.size()));
-        }
-        content.bytes = content.bytes.substr(0, length);
-        buffers_.push_back(std::move(content));
+Buffer GltfFile::read_buffer(const JsonAt& buffer, std::string_view binary_chunk) {
+    const JsonAt byte_length = buffer.at("byteLength");
+    const std::uint64_t length = byte_length.count();
+    const std::optional<JsonAt> uri = buffer.find("uri");
+    Buffer content;
+    if (!uri) {
+        if (binary_chunk.data() == nullptr)
+            buffer.fail("has no uri, and the file has no binary chunk for it");
+        content = {binary_chunk, path_,
+                   static_cast<std::uint64_t>(binary_chunk.data() - bytes_.data())};
+    } else if (std::optional<std::string> data = data_of_uri(*uri)) {
+        buffer_bytes_ += data->size();
+        content.data = std::make_shared<const std::string>(std::move(*data));
+        content.bytes = *content.data;
+    } else {
+        content.file = file_of_uri(*uri, path_);
+        content.bytes = read_side_file(*uri, content.file);
     }
+    if (length > content.bytes.size()) {
+        byte_length.fail(fmt::format("is {}, but there are {} bytes; is the file complete?", length,
+                                     content.bytes.size()));
+    }
+    content.bytes = content.bytes.substr(0, length);
+    return content;
 }
 
-Buffer GltfFile::read_buffer(const JsonAt& buffer, std::size_t index, std::string_view binary_chunk,
-                             std::uint64_t chunk_offset) {
-    const std::optional<JsonAt> uri = buffer.find("uri");
-    const bool has_chunk = index == 0 && binary_chunk.data() != nullptr;
-    if (!uri) {
-        if (!has_chunk) buffer.fail("has no uri, and the file has no binary chunk for it");
-        return {binary_chunk, path_, chunk_offset};
+const std::string& GltfFile::read_side_file(const JsonAt& uri, const std::filesystem::path& file) {
+    const auto [content, is_new] = files_.try_emplace(file);
+    if (!is_new) return content->second;
+    try {
+        content->second = read_input_file(file);
+    } catch (const Error& error) {
+        refuse_uri(uri, error);
     }
-    if (std::optional<std::string> data = data_of_uri(*uri)) {
-        buffer_bytes_ += data->size();
-        const auto content = std::make_shared<const std::string>(std::move(*data));
-        return {.bytes = *content, .data = content};
-    }
-    const std::filesystem::path file = file_of_uri(*uri, path_);
-    auto content = files_.find(file);
-    if (content == files_.end()) {
-        try {
-            content = files_.emplace(file, read_input_file(file)).first;
-        } catch (const Error& error) {
-            if (error.kind() != ErrorKind::kBadInput) throw;
-            uri->fail(error.what());
-        }
-        buffer_bytes_ += content->second.size();
-    }
-    return {content->second, file};
+    buffer_bytes_ += content->second.size();
+    return content->second;
 }
 
 }  // namespace mray::gltf

@@ -7,7 +7,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,12 +35,21 @@ std::filesystem::path file_of_uri(const JsonAt& uri, const std::filesystem::path
 
 /// Bytes of a buffer, and where they are on the disk.
 struct Buffer {
-    std::string_view bytes;
+    std::string_view bytes = {};
     /// Empty for a data: URI.
     std::filesystem::path file = {};
     std::uint64_t offset_in_file = 0;
     /// The content of a data: URI, in which `bytes` lie; otherwise null.
     std::shared_ptr<const std::string> data = {};
+};
+
+/// A part of a buffer.
+struct View {
+    JsonAt at;
+    const Buffer& buffer;
+    std::string_view bytes;
+    /// Where the bytes begin in the buffer.
+    std::uint64_t offset = 0;
 };
 
 /// The JSON of a .gltf or .glb file and the content of its buffers, from the file, from data: URIs
@@ -65,7 +73,8 @@ public:
     /// An element of a member that has it.
     JsonAt element(const char* key, std::size_t index) const;
 
-    std::span<const Buffer> buffers() const { return buffers_; }
+    /// The buffer view that a member refers to. Throws Error(kBadInput) if it is not in its buffer.
+    View view(const JsonAt& reference) const;
     /// The bytes of all buffers, those that share a file counted once.
     std::uint64_t buffer_bytes() const { return buffer_bytes_; }
     bool uses_extension(std::string_view extension) const;
@@ -73,9 +82,9 @@ public:
 private:
     void require_version() const;
     void require_known_extensions(const WarnFunction& warn) const;
-    void read_buffers(std::string_view binary_chunk, std::uint64_t chunk_offset);
-    Buffer read_buffer(const JsonAt& buffer, std::size_t index, std::string_view binary_chunk,
-                       std::uint64_t chunk_offset);
+    /// `binary_chunk` has no data if it is not this buffer's.
+    Buffer read_buffer(const JsonAt& buffer, std::string_view binary_chunk);
+    const std::string& read_side_file(const JsonAt& uri, const std::filesystem::path& file);
 
     std::filesystem::path path_;
     std::string name_;

@@ -2,20 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <bit>
 #include <cstdint>
 #include <span>
 #include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include <glm/geometric.hpp>
 
 #include "common/base/errors.h"
-#include "common/base/hash.h"
 #include "scenes/gltf/materials.h"
-#include "scenes/mesh/mesh_rules.h"
+#include "scenes/mesh/smooth_numbers.h"
 
 namespace mray::gltf {
 namespace {
@@ -24,64 +21,20 @@ constexpr std::uint64_t kMaxVertices = 3 * kMaxTriangles;
 // Each has a weight in every pose.
 constexpr std::uint64_t kMaxTargets = std::uint64_t{1} << 22;
 
-/// Numbers for corners: those of one position with equal normals have the same.
-class SmoothGroups {
-public:
-    /// For each vertex the group of those with its position and normal.
-    std::vector<std::uint32_t> groups_of(std::span<const vec3> positions,
-                                         std::span<const vec3> normals) {
-        std::vector<std::uint32_t> groups(normals.size());
-        for (std::size_t i = 0; i < groups.size(); ++i) {
-            const vec3& p = positions[i];
-            const vec3& n = normals[i];
-            const Corner corner{bits(p.x), bits(p.y), bits(p.z), bits(n.x), bits(n.y), bits(n.z)};
-            const auto next = static_cast<std::uint32_t>(numbers_.size());
-            groups[i] = groups_.try_emplace(corner, next).first->second;
-            if (groups[i] == next) numbers_.push_back(kNone);
-        }
-        return groups;
-    }
-
-    /// The number of a corner of a group: that of the first one, which is its own.
-    std::uint32_t number_of(std::uint32_t group, std::uint32_t corner) {
-        if (numbers_[group] == kNone) numbers_[group] = corner;
-        return numbers_[group];
-    }
-
-private:
-    struct Corner {
-        std::uint32_t px, py, pz, nx, ny, nz;
-        bool operator==(const Corner&) const = default;
-    };
-    struct CornerHash {
-        std::size_t operator()(const Corner& corner) const {
-            return static_cast<std::size_t>(hash_of(corner));
-        }
-    };
-    /// Those of 0 for -0.
-    static std::uint32_t bits(float x) { return std::bit_cast<std::uint32_t>(x + 0.0f); }
-
-    static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
-    std::unordered_map<Corner, std::uint32_t, CornerHash> groups_;
-    std::vector<std::uint32_t> numbers_;
-};
-
 class SceneReader {
 public:
     SceneReader(const std::filesystem::path& path, const ClipOptions& options)
-        : options_(options), file_(path, options.warn), accessors_(file_) {}
+        : options_(options), file_(path, options.warn) {}
 
     GltfScene run() {
         const std::size_t animation = find_animation(file_, options_.animation);
-        scene_.tree = read_nodes(file_, options_.warn);
+        scene_.tree = read_nodes(file_);
         materials_ = read_materials(file_, options_);
         read_meshes();
-        if (file_.count("animations") > 0) {
-            scene_.animation = read_animation(file_, accessors_, animation, target_counts());
-            if (options_.list_animations) {
-                scene_.animations = list_animations(file_, accessors_, options_.warn);
-                scene_.animations[animation].is_shown = true;
-            }
+        for (std::string& name : animation_names(file_)) scene_.animations.push_back({name});
+        if (!scene_.animations.empty()) {
+            scene_.animation = read_animation(file_, animation, target_counts());
+            scene_.animations[animation].is_shown = true;
         }
         check_channels();
         require_limits();
@@ -97,16 +50,14 @@ public:
 
 private:
     void read_meshes() {
-        const TexcoordUses uses = materials_.texcoord_uses();
-        MeshReader reader(file_, accessors_, uses, options_);
+        std::vector<std::uint32_t> used;
         for (const std::uint32_t index : scene_.tree.scene) {
             const Node& node = scene_.tree.nodes[index];
-            if (node.mesh && !scene_.meshes.contains(*node.mesh))
-                scene_.meshes.emplace(*node.mesh, reader.read(*node.mesh));
+            if (node.mesh) used.push_back(*node.mesh);
             if (node.skin && !scene_.skins.contains(*node.skin))
-                scene_.skins.emplace(*node.skin, read_skin(file_, accessors_, *node.skin));
+                scene_.skins.emplace(*node.skin, read_skin(file_, *node.skin));
         }
-        reader.finish();
+        scene_.meshes = gltf::read_meshes(file_, materials_, used, options_);
         for (const std::uint32_t index : scene_.tree.scene) check_node(index);
     }
 
@@ -209,38 +160,39 @@ private:
             scene_.parts.push_back({index, &set, is_skinned ? node.skin : std::nullopt, first});
             scene_.topology.vertex_count += static_cast<std::uint32_t>(set.positions.size());
         }
-        SmoothGroups groups;
+        SmoothNumbers numbers;
         for (const Primitive& primitive : mesh.primitives) {
             const std::size_t set = primitive.vertex_set;
             const bool is_skinned = node.skin && mesh.sets[set].influences.per_vertex > 0;
             add_primitive(mesh, primitive, first_vertices[set], is_mirrored_[index] && !is_skinned,
-                          groups);
+                          numbers);
         }
     }
 
     /// Corners of a mirrored mesh are taken the other way round, so that its outside stays outside
     /// (glTF 2.0, 3.7.4). Joints alone place one that is skinned.
     void add_primitive(const Mesh& mesh, const Primitive& primitive, std::uint32_t first_vertex,
-                       bool is_mirrored, SmoothGroups& groups) {
+                       bool is_mirrored, SmoothNumbers& numbers) {
         const Material material =
             primitive.material ? materials_.materials[*primitive.material] : Material{};
         if (material.is_cut_away) return;
         const bool is_textured = !primitive.texcoords.empty();
         has_textures_ = has_textures_ || is_textured;
         has_normals_ = has_normals_ || !primitive.normals.empty();
-        const std::vector<std::uint32_t> vertex_groups =
-            groups.groups_of(mesh.sets[primitive.vertex_set].positions, primitive.normals);
+        const std::vector<vec3>& positions = mesh.sets[primitive.vertex_set].positions;
+        const std::vector<vec3>& normals = primitive.normals;
+        std::vector<std::uint32_t> vertex_numbers(normals.size(), SmoothNumbers::kNone);
         for (const uvec3& given : primitive.triangles) {
             const uvec3 t = is_mirrored ? uvec3(given.x, given.z, given.y) : given;
             const auto corner = static_cast<std::uint32_t>(3 * scene_.topology.triangles.size());
             scene_.topology.triangles.push_back(
                 {t.x + first_vertex, t.y + first_vertex, t.z + first_vertex});
             scene_.topology.albedo.push_back(material.albedo);
-            const auto group = [&](std::uint32_t vertex, std::uint32_t k) {
-                return vertex_groups.empty() ? corner + k
-                                             : groups.number_of(vertex_groups[vertex], corner + k);
-            };
-            scene_.smooth.emplace_back(group(t.x, 0), group(t.y, 1), group(t.z, 2));
+            uvec3& smooth = scene_.smooth.emplace_back(corner, corner + 1, corner + 2);
+            for (int k = 0; k < 3 && !normals.empty(); ++k) {
+                smooth[k] = numbers.number_of(vertex_numbers[t[k]], positions[t[k]], normals[t[k]],
+                                              smooth[k]);
+            }
             if (materials_.textures.empty()) continue;
             scene_.textures.texture_ids.push_back(is_textured ? material.texture : kNoTexture);
             scene_.textures.texcoords.push_back(is_textured ? Texcoords{primitive.texcoords[t.x],
@@ -258,17 +210,12 @@ private:
 
     void require_content() const {
         if (!scene_.topology.triangles.empty()) return;
-        if (!options_.allow_empty) {
-            throw Error(ErrorKind::kBadInput,
-                        fmt::format("{}: its scene has no triangles", file_.name()));
-        }
-        if (options_.warn)
-            options_.warn({file_.name(), "its scene has no triangles; the image will be empty"});
+        throw Error(ErrorKind::kBadInput,
+                    fmt::format("{}: its scene has no triangles", file_.name()));
     }
 
     const ClipOptions& options_;
     GltfFile file_;
-    Accessors accessors_;
     Materials materials_;
     GltfScene scene_;
     /// By node.

@@ -10,7 +10,6 @@
 #include "common/scene/mesh.h"
 #include "common/scene/textures.h"
 #include "scenes/clip.h"
-#include "scenes/clip_options.h"
 #include "scenes/gltf/animation.h"
 #include "scenes/gltf/meshes.h"
 #include "scenes/gltf/nodes.h"

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -24,16 +25,9 @@ constexpr std::uint64_t kMirroredRepeat = 33648;
 constexpr std::uint64_t kRepeat = 10497;
 constexpr const char* kLeftOut = "; its triangles have their colour alone";
 
-struct BaseColour {
-    std::optional<JsonAt> factor = {};
-    std::optional<JsonAt> texture = {};
-};
-
-BaseColour base_colour_of(const JsonAt& material) {
-    if (const auto metal = material.find("pbrMetallicRoughness")) {
-        return {metal->find("baseColorFactor"), metal->find("baseColorTexture")};
-    }
-    return {};
+/// Reads numbers that may be left out.
+void numbers_of(const JsonAt& at, const char* key, std::span<double> out) {
+    if (const auto given = at.find(key)) given->numbers(out);
 }
 
 /// The texture coordinates of a textureInfo.
@@ -48,8 +42,8 @@ TexcoordUse texcoords_of(const JsonAt& info) {
     use.set = set_of(*transform, use.set);
     std::array<double, 2> offset = {0, 0};
     std::array<double, 2> scale = {1, 1};
-    if (const auto given = transform->find("offset")) given->numbers(offset);
-    if (const auto given = transform->find("scale")) given->numbers(scale);
+    numbers_of(*transform, "offset", offset);
+    numbers_of(*transform, "scale", scale);
     const auto rotation = transform->find("rotation");
     constexpr double kTurn = 6.283185307179586476925;
     const CosSin turned = circle_point(rotation ? rotation->number() / kTurn : 0);
@@ -65,18 +59,19 @@ public:
 
     void read(const JsonAt& at) {
         Material& material = result_.materials.emplace_back();
-        const BaseColour base = base_colour_of(at);
+        const auto base = at.find("pbrMetallicRoughness");
+        const auto texture = base ? base->find("baseColorTexture") : std::nullopt;
         std::array<double, 4> factor = {1, 1, 1, 1};
-        if (base.factor) base.factor->numbers(factor);
+        if (base) numbers_of(*base, "baseColorFactor", factor);
         material.albedo = albedo_of(static_cast<float>(factor[0]), static_cast<float>(factor[1]),
                                     static_cast<float>(factor[2]));
         const double cutoff = alpha_cutoff_of(at);
         material.is_cut_away = factor[3] < cutoff;
-        if (!base.texture || material.is_cut_away) return;
+        if (!texture || material.is_cut_away) return;
         // The factor is above 0 where the cutoff is.
-        material.texture = texture_of(base.texture->at("index"),
+        material.texture = texture_of(texture->at("index"),
                                       cutoff == 0 ? 0 : static_cast<float>(cutoff / factor[3]));
-        material.texcoords = texcoords_of(*base.texture);
+        material.texcoords = texcoords_of(*texture);
     }
 
     void tell(const WarnFunction& warn) const {
@@ -162,23 +157,15 @@ private:
     }
 
     std::optional<TextureFile> find_in_buffer(const JsonAt& image) {
-        const JsonAt view = file_.element(
-            "bufferViews",
-            image.at("bufferView").index_below(file_.count("bufferViews"), "buffer views"));
-        const Buffer& buffer =
-            file_.buffers()[view.at("buffer").index_below(file_.buffers().size(), "buffers")];
-        const std::uint64_t offset = view.count_or("byteOffset", 0);
-        const std::uint64_t length = view.at("byteLength").count();
-        if (length > buffer.bytes.size() || offset > buffer.bytes.size() - length)
-            view.fail(fmt::format("bytes {} to {} are not in the buffer, which has {}", offset,
-                                  offset + length, buffer.bytes.size()));
-        if (length == 0) {
+        const View view = file_.view(image.at("bufferView"));
+        if (view.bytes.empty()) {
             warn(image, fmt::format("has no bytes{}", kLeftOut));
             return std::nullopt;
         }
+        const Buffer& buffer = view.buffer;
         return TextureFile{.path = (buffer.data ? file_.path() : buffer.file).native(),
-                           .offset = buffer.offset_in_file + offset,
-                           .size = length,
+                           .offset = buffer.offset_in_file + view.offset,
+                           .size = view.bytes.size(),
                            .place = image.path(),
                            .content = buffer.data};
     }
@@ -194,15 +181,6 @@ private:
 };
 
 }  // namespace
-
-TexcoordUses Materials::texcoord_uses() const {
-    TexcoordUses uses;
-    for (const Material& material : materials) {
-        uses.push_back(material.texture == kNoTexture ? std::nullopt
-                                                      : std::optional(material.texcoords));
-    }
-    return uses;
-}
 
 Materials read_materials(const GltfFile& file, const ClipOptions& options) {
     Materials result;

@@ -1,17 +1,30 @@
 // Colours and textures of a glTF file's materials.
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "common/scene/mesh.h"
 #include "common/scene/textures.h"
-#include "scenes/clip_options.h"
+#include "scenes/clip.h"
 #include "scenes/gltf/gltf_file.h"
-#include "scenes/gltf/meshes.h"
 
 namespace mray::gltf {
+
+/// A point of an image, glTF's (u, v) with v from the top, is (u[0] * u + u[1] * v + u[2], v[0] * u
+/// + v[1] * v + v[2]).
+struct TexcoordMap {
+    std::array<double, 3> u = {1, 0, 0};
+    std::array<double, 3> v = {0, 1, 0};
+    bool operator==(const TexcoordMap&) const = default;
+};
+
+/// The texture coordinates that a material wants: attribute TEXCOORD_n, and where it maps them.
+struct TexcoordUse {
+    std::uint32_t set = 0;
+    TexcoordMap map = {};
+};
 
 struct Material {
     /// White where the file does not say.
@@ -27,8 +40,6 @@ struct Material {
 struct Materials {
     std::vector<Material> materials;
     std::vector<TextureFile> textures;
-
-    TexcoordUses texcoord_uses() const;
 };
 
 /// Reads baseColorFactor and baseColorTexture of every material. Images are files in the

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <span>
 
-#include "scenes/warning_count.h"
-
 namespace mray::gltf {
 namespace {
 
@@ -90,24 +88,7 @@ void append_tree(const std::vector<Node>& nodes, std::uint32_t root,
     }
 }
 
-/// Warns of nodes that a scene lists although they have parents.
-void warn_of_parents(const JsonAt& roots, const NodeTree& tree,
-                     const std::vector<std::uint32_t>& listed, const WarnFunction& warn) {
-    WarningCount with_parents;
-    for (std::size_t i = 0; i < listed.size(); ++i) {
-        if (tree.nodes[listed[i]].parent == kNoNode) continue;
-        with_parents.add([&] {
-            return Warning{roots.file(),
-                           fmt::format("{}: is {}, which has a parent; it is drawn once, where its "
-                                       "parents place it",
-                                       roots[i].path(), listed[i])};
-        });
-    }
-    with_parents.tell(warn);
-}
-
-std::vector<std::uint32_t> scene_of(const GltfFile& file, const NodeTree& tree,
-                                    const WarnFunction& warn) {
+std::vector<std::uint32_t> scene_of(const GltfFile& file, const NodeTree& tree) {
     const std::size_t scene_count = file.count("scenes");
     const std::uint32_t index =
         file.root().index_or_none("scene", scene_count, "scenes").value_or(0);
@@ -123,7 +104,6 @@ std::vector<std::uint32_t> scene_of(const GltfFile& file, const NodeTree& tree,
         is_listed[root] = true;
         listed.push_back(root);
     }
-    warn_of_parents(*roots, tree, listed, warn);
     // A node below a listed one is in its tree already.
     std::vector<bool> is_below(node_count);
     for (const std::uint32_t node : tree.parents_first) {
@@ -136,21 +116,9 @@ std::vector<std::uint32_t> scene_of(const GltfFile& file, const NodeTree& tree,
     return order;
 }
 
-// Joints are numbers of 16 bits.
-constexpr std::size_t kMaxJoints = 65536;
-
-Affine matrix_of(const float* m) {
-    Affine matrix;
-    for (std::size_t k = 0; k < 4; ++k) {
-        matrix.column[k] = {static_cast<double>(m[4 * k]), static_cast<double>(m[4 * k + 1]),
-                            static_cast<double>(m[4 * k + 2])};
-    }
-    return matrix;
-}
-
 }  // namespace
 
-NodeTree read_nodes(const GltfFile& file, const WarnFunction& warn) {
+NodeTree read_nodes(const GltfFile& file) {
     NodeTree tree;
     const std::size_t count = file.count("nodes");
     tree.nodes.reserve(count);
@@ -165,36 +133,8 @@ NodeTree read_nodes(const GltfFile& file, const WarnFunction& warn) {
     for (const std::uint32_t node : tree.parents_first) is_reached[node] = true;
     for (std::size_t i = 0; i < count; ++i)
         if (!is_reached[i]) file.element("nodes", i).fail("is its own ancestor");
-    tree.scene = scene_of(file, tree, warn);
+    tree.scene = scene_of(file, tree);
     return tree;
-}
-
-Skin read_skin(const GltfFile& file, Accessors& accessors, std::size_t index) {
-    const JsonAt at = file.element("skins", index);
-    const JsonAt joints = at.at("joints");
-    const std::size_t joint_count = joints.size();
-    if (joint_count == 0 || joint_count > kMaxJoints)
-        joints.fail(fmt::format("has {} joints; must be from 1 to {}", joint_count, kMaxJoints));
-    Skin skin;
-    for (std::size_t i = 0; i < joint_count; ++i)
-        skin.joints.push_back(joints[i].index_below(file.count("nodes"), "nodes"));
-    skin.inverse_binds.resize(joint_count);
-    const auto reference = at.find("inverseBindMatrices");
-    if (!reference) return skin;
-    const Accessor accessor = accessors.open(*reference);
-    if (accessor.count < joint_count) {
-        accessor.at.at("count").fail(
-            fmt::format("is {}, but {} has {} joints", accessor.count, at.path(), joint_count));
-    }
-    const std::vector<float> values = accessors.floats(accessor, {16, "MAT4"});
-    for (std::size_t i = 0; i < joint_count; ++i) {
-        for (std::size_t k = 0; k < 16; ++k) {
-            if (!std::isfinite(values[16 * i + k]))
-                reference->fail(fmt::format("matrix {} is not finite", i));
-        }
-        skin.inverse_binds[i] = matrix_of(&values[16 * i]);
-    }
-    return skin;
 }
 
 }  // namespace mray::gltf

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "scenes/gltf/accessor.h"
+#include "scenes/gltf/gltf_file.h"
 #include "scenes/gltf/transforms.h"
 
 namespace mray::gltf {
@@ -35,19 +35,7 @@ struct NodeTree {
 };
 
 /// Throws Error(kBadInput) for indices out of range, a node with two parents, one that is its own
-/// ancestor, a matrix together with other transformations, numbers that are not a transformation,
-/// and more nodes than the budget has memory for. Warns of a scene that lists nodes with parents.
-NodeTree read_nodes(const GltfFile& file, const WarnFunction& warn);
-
-struct Skin {
-    /// Indices of nodes, at least one.
-    std::vector<std::uint32_t> joints;
-    /// For each joint the map from the mesh to the joint's space.
-    std::vector<Affine> inverse_binds;
-};
-
-/// Throws Error(kBadInput) for a skin without joints or with more than 65536, and for fewer or
-/// other matrices than joints.
-Skin read_skin(const GltfFile& file, Accessors& accessors, std::size_t index);
+/// ancestor, a matrix together with other transformations, and numbers that are not one.
+NodeTree read_nodes(const GltfFile& file);
 
 }  // namespace mray::gltf

@@ -9,7 +9,6 @@
 
 #include "common/simd/simd_target.h"
 #include "scenes/gltf/gltf_scene.h"
-#include "scenes/gltf/skinned_places.h"
 
 namespace mray::gltf {
 
@@ -23,6 +22,31 @@ struct Pose {
 /// `seconds` before the first and after the last key are those keys. A pure function: the bits do
 /// not depend on machine, threads or earlier calls.
 Pose pose_at(const GltfScene& scene, double seconds);
+
+/// The columns of an affine map; the fourth row is 0, 0, 0, 1.
+struct alignas(32) Columns {
+    double column[4][4];
+};
+
+/// Vertices with `per_vertex` joints and weights each.
+struct SkinnedVertices {
+    /// The maps of the skin's joints, which `joints` are indices of.
+    const Columns* maps;
+    std::size_t per_vertex;
+    const std::uint16_t* joints;
+    const float* weights;
+    /// The position of each vertex; not used if there are morphed ones.
+    const vec3* positions;
+    /// x, y, z of each after morph targets; null without these.
+    const double* morphed;
+    std::size_t count;
+};
+
+/// Writes the places of all vertices.
+using PlaceSkinned = void (*)(const SkinnedVertices& vertices, vec3* out);
+
+/// The function for a target. All give the same bits.
+PlaceSkinned place_skinned_on(const SimdTarget& target);
 
 inline constexpr std::size_t kNoVertex = std::numeric_limits<std::size_t>::max();
 

@@ -13,8 +13,7 @@ namespace {
 
 constexpr std::array kFormats = {
     MeshFormat{"OBJ", ".obj", "polygons, colours, textures, smooth corners", read_obj},
-    MeshFormat{"PLY", ".ply", "polygons, strips, colours, smooth corners; text and binary",
-               read_ply},
+    MeshFormat{"PLY", ".ply", "polygons, colours, smooth corners; text and binary", read_ply},
 };
 
 }  // namespace

@@ -20,8 +20,6 @@ struct MeshFileOptions {
     /// Accept coordinates that are not finite or beyond 1e30 and leave out faces that cannot be
     /// read, with a warning each.
     bool lenient = false;
-    /// Accept a file without faces, or without anything.
-    bool allow_empty = false;
     /// Read colours and material libraries; otherwise every albedo is kDefaultAlbedo.
     bool materials = true;
     /// Read which corners share a normal.
@@ -74,14 +72,14 @@ inline constexpr std::size_t kMaxObjLineBytes = std::size_t{1} << 20;
 /// the folder of its library, is a warning, and its faces have their colour alone; so do faces
 /// without texture coordinates. Checks the words of faces
 /// before tinyobjloader parses them. Leaves out faces of two corners with a warning; keeps
-/// degenerate faces. Gives warnings only if it does not throw. Throws Error: kBadInput with file
+/// degenerate faces. Throws Error: kBadInput with file
 /// and line, kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its own options.
 FileMesh read_obj(const std::filesystem::path& path, const MeshFileOptions& options = {});
 
 /// Reads a PLY file (Greg Turk, "The PLY Polygon File Format", 1994), in text or binary with either
 /// order of bytes: of the element `vertex` the positions x y z, the colours red green blue and the
 /// normals nx ny nz, the latter for FileMesh::smooth alone; of `face` the list vertex_indices or
-/// vertex_index; of `tristrips` the same list, in which -1 ends a strip. Skips all others. Faults
+/// vertex_index. Skips all others. Faults
 /// of coordinates and faces are those of OBJ files (MeshRules).
 ///
 /// Colours of type uchar are those of images, whose squares are linear; others are linear.
@@ -89,7 +87,7 @@ FileMesh read_obj(const std::filesystem::path& path, const MeshFileOptions& opti
 /// normals.
 ///
 /// Checks the numbers of the header against the size of the file before it takes memory for them.
-/// Gives warnings only if it does not throw. Throws Error: kBadInput with the file and the line, or
+/// Throws Error: kBadInput with the file and the line, or
 /// the byte of a binary file; kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its own
 /// options.
 FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& options = {});

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "common/base/errors.h"
 #include "common/text/text_parts.h"
 
@@ -67,18 +65,10 @@ std::string not_a_number(std::string_view text) {
         has_comma ? "write decimals with a point, not a comma" : "is the file complete?");
 }
 
-void HeldWarnings::tell(const WarnFunction& warn) const {
-    if (warn) std::for_each(warnings_.begin(), warnings_.end(), warn);
-}
-
-void require_faces(const FileMesh& mesh, const std::string& name, std::string_view kind,
-                   const MeshFileOptions& options) {
+void require_faces(const FileMesh& mesh, const std::string& name, std::string_view kind) {
     if (!mesh.faces.corner_counts.empty()) return;
     const char* const missing = mesh.positions.empty() ? "no vertices" : "no faces";
-    if (!options.allow_empty) {
-        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; is it {}?", name, missing, kind));
-    }
-    if (options.warn) options.warn({name, fmt::format("{}; the image will be empty", missing)});
+    fail(name, fmt::format("{}; is it {}?", missing, kind));
 }
 
 }  // namespace mray

@@ -7,7 +7,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "scenes/mesh/mesh_file.h"
 #include "scenes/warning_count.h"
@@ -69,21 +68,8 @@ private:
 /// Returns the message for a text that is no number: what is wrong with it, and what to do.
 std::string not_a_number(std::string_view text);
 
-/// Keeps warnings until a file has been read, so that one that is refused gives an error alone.
-class HeldWarnings {
-public:
-    WarnFunction keeper() {
-        return [this](const Warning& warning) { warnings_.push_back(warning); };
-    }
-    void tell(const WarnFunction& warn) const;
-
-private:
-    std::vector<Warning> warnings_;
-};
-
-/// Throws Error(kBadInput) for a mesh without faces, or warns if the options accept it. `name` is
-/// the file and `kind` its format in the message: "an OBJ file".
-void require_faces(const FileMesh& mesh, const std::string& name, std::string_view kind,
-                   const MeshFileOptions& options);
+/// Throws Error(kBadInput) for a mesh without faces. `name` is the file and `kind` its format in
+/// the message: "an OBJ file".
+void require_faces(const FileMesh& mesh, const std::string& name, std::string_view kind);
 
 }  // namespace mray

@@ -1,6 +1,9 @@
 // The materials that an OBJ file uses.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <set>
@@ -8,8 +11,12 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
+#include "common/base/errors.h"
+#include "common/base/input_file.h"
+#include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_file.h"
 #include "scenes/obj/mtl_reader.h"
 #include "scenes/warning_count.h"
@@ -22,24 +29,124 @@ namespace mray {
 class ObjMaterials {
 public:
     /// `path` is the OBJ file. Keeps references to all three.
-    ObjMaterials(const std::filesystem::path& path, const MeshFileOptions& options, FileMesh& mesh);
+    ObjMaterials(const std::filesystem::path& path, const MeshFileOptions& options, FileMesh& mesh)
+        : path_(path), options_(options), mesh_(mesh), name_(escape(path)) {}
 
     /// Adds the materials of a library. One that cannot be opened is a warning.
-    void read_library(const std::string& file);
+    void read_library(const std::string& file) {
+        const std::string name(trimmed(file, " \t"));
+        if (!options_.materials || name.empty()) return;
+        std::filesystem::path library;
+        std::string bytes;
+        try {
+            library = side_file(path_, name);
+            if (!libraries_.insert(library).second) return;
+            bytes = read_input_file(library, kMaxMtlBytes);
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            unread_.add([&] {
+                return Warning{name_, fmt::format("{}; its materials are grey",
+                                                  as_warning(error, name_).text)};
+            });
+            return;
+        }
+        read_mtl_text(bytes, library, escape(library), options_.lenient, options_.warn, materials_);
+    }
+
     /// The number of a material; 0 for the default, which a name that is not known gets.
-    std::uint32_t use(std::string_view name);
+    std::uint32_t use(std::string_view text) {
+        if (!options_.materials) return 0;
+        const std::string name(trimmed(text, " \t"));
+        if (const auto known = numbers_.find(name); known != numbers_.end()) return known->second;
+        const auto material = materials_.find(name);
+        if (material == materials_.end()) {
+            unknown_.add([&] {
+                return Warning{name_,
+                               fmt::format("material {} is in no library; faces that use it are "
+                                           "grey",
+                                           quote(name))};
+            });
+            return 0;
+        }
+        const auto number = static_cast<std::uint32_t>(used_.size());
+        const TextureMap* const map = material->second.map.get();
+        used_.push_back(
+            {.material = material->second,
+             .texture = options_.textures && map != nullptr ? texture_of(*map) : kNoTexture});
+        return numbers_.emplace(name, number).first->second;
+    }
     /// Colours the next face of the mesh. Null stands for corners without texture coordinates.
-    void add_face(std::uint32_t material, std::span<const Texcoord* const> texcoords);
+    void add_face(std::uint32_t material, std::span<const Texcoord* const> texcoords) {
+        const auto& [used, texture] = used_[material];
+        bool is_textured = texture != kNoTexture;
+        if (is_textured &&
+            std::find(texcoords.begin(), texcoords.end(), nullptr) != texcoords.end()) {
+            is_textured = false;
+            without_texcoords_.add([&] {
+                return Warning{name_,
+                               "face with a texture, but without texture coordinates; has its "
+                               "colour alone"};
+            });
+        }
+        mesh_.albedo.push_back(is_textured ? used.textured_albedo : used.albedo);
+        if (mesh_.textures.empty()) return;
+        has_textured_faces_ |= is_textured;
+        mesh_.face_textures.push_back(is_textured ? texture : kNoTexture);
+        for (const Texcoord* const at : texcoords) {
+            Texcoord& texcoord = mesh_.texcoords.emplace_back();
+            if (!is_textured) continue;
+            texcoord.u = at->u * used.map->scale[0] + used.map->offset[0];
+            texcoord.v = at->v * used.map->scale[1] + used.map->offset[1];
+        }
+    }
     /// Gives the warnings, once all faces have been added.
-    void finish();
+    void finish() {
+        for (const WarningCount* const warnings :
+             {&unread_, &unknown_, &missing_, &without_texcoords_})
+            warnings->tell(options_.warn);
+        if (has_textured_faces_) return;
+        mesh_.textures = {};
+        mesh_.face_textures = {};
+        mesh_.texcoords = {};
+    }
 
 private:
     struct Used {
         Material material;
         std::uint32_t texture = kNoTexture;
     };
-    std::uint32_t texture_of(const TextureMap& map);
-    std::filesystem::path file_of(const TextureMap& map);
+    /// The index of the map's texture, or kNoTexture with a warning if there is no such file.
+    std::uint32_t texture_of(const TextureMap& map) {
+        TextureFile file{.clamp = map.clamp};
+        try {
+            file.path = file_of(map).native();
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            missing_.add([&] {
+                return Warning{map.place, fmt::format("map_Kd: {}; its faces have no texture",
+                                                      as_warning(error, escape(map.library)).text)};
+            });
+            return kNoTexture;
+        }
+        const auto same = std::find(mesh_.textures.begin(), mesh_.textures.end(), file);
+        const auto texture = static_cast<std::uint32_t>(same - mesh_.textures.begin());
+        if (same == mesh_.textures.end()) mesh_.textures.push_back(std::move(file));
+        return texture;
+    }
+    std::filesystem::path file_of(const TextureMap& map) {
+        try {
+            return side_file(map.library, map.file);
+        } catch (const Error& error) {
+            const std::size_t slash = map.file.rfind('/');
+            if (error.kind() != ErrorKind::kBadInput || slash == std::string::npos) throw;
+            try {
+                return side_file(map.library, map.file.substr(slash + 1));
+            } catch (const Error&) {
+            }
+            // The message names the file as the library does.
+            throw;
+        }
+    }
 
     const std::filesystem::path& path_;
     const MeshFileOptions& options_;

@@ -4,25 +4,23 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <istream>
 #include <optional>
 #include <streambuf>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <utility>
 
 #define TINYOBJLOADER_IMPLEMENTATION
 #include <tiny_obj_loader.h>
 
 #include "common/base/errors.h"
-#include "common/base/hash.h"
 #include "common/base/input_file.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_rules.h"
+#include "scenes/mesh/smooth_numbers.h"
 #include "scenes/obj/obj_lines.h"
 #include "scenes/obj/obj_materials.h"
 
@@ -81,13 +79,6 @@ private:
         std::uint32_t corner_count;
         std::uint32_t material;
     };
-    /// A vertex and the bits of its normal.
-    using SmoothCorner = std::array<std::uint32_t, 4>;
-    struct SmoothCornerHash {
-        std::size_t operator()(const SmoothCorner& corner) const {
-            return static_cast<std::size_t>(hash_of(corner));
-        }
-    };
 
     /// The next statement for tinyobjloader.
     int_type underflow() override {
@@ -141,8 +132,8 @@ private:
     void read_normal(std::string_view words) {
         for (std::uint32_t& bits : normals_.emplace_back()) {
             const float value = parse_float(next_word(words)).value_or(0.0f);
-            // NaN equals nothing, and -0 is 0.
-            bits = std::bit_cast<std::uint32_t>(std::isnan(value) ? 0.0f : value + 0.0f);
+            // NaN equals nothing.
+            bits = SmoothNumbers::bits(std::isnan(value) ? 0.0f : value);
         }
     }
 
@@ -274,7 +265,7 @@ private:
         if (corner.normal == kNone) return next;
         has_normals_ = true;
         const auto& [x, y, z] = normals_[corner.normal];
-        return numbers_.try_emplace({corner.vertex, x, y, z}, next).first->second;
+        return numbers_.number_of({corner.vertex, 0, 0, x, y, z}, next);
     }
 
     const std::string name_;
@@ -294,7 +285,7 @@ private:
     std::vector<const Texcoord*> texcoords_of_face_;
     int largest_index_ = 0;
     std::uint64_t largest_index_line_ = 0;
-    std::unordered_map<SmoothCorner, std::uint32_t, SmoothCornerHash> numbers_;
+    SmoothNumbers numbers_;
     bool has_normals_ = false;
     WarningCount odd_texcoords_;
     WarningCount undefined_;
@@ -303,13 +294,9 @@ private:
 }  // namespace
 
 FileMesh read_obj(const fs::path& path, const MeshFileOptions& options) {
-    HeldWarnings warnings;
-    MeshFileOptions held = options;
-    held.warn = warnings.keeper();
     const std::string text = read_input_file(path);
-    FileMesh mesh = ObjReader(path, text, held).read();
-    require_faces(mesh, escape(path), "an OBJ file", held);
-    warnings.tell(options.warn);
+    FileMesh mesh = ObjReader(path, text, options).read();
+    require_faces(mesh, escape(path), "an OBJ file");
     return mesh;
 }
 

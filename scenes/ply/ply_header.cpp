@@ -35,7 +35,6 @@ void set_role(const PlyElement& element, PlyProperty& property) {
             property.name == "vertex_indices" || property.name == "vertex_index";
         if (!has_corners || !is_integer(property.type)) return;
         if (element.name == "face") property.role = PlyRole::kFace;
-        if (element.name == "tristrips") property.role = PlyRole::kStrip;
     } else if (element.name == "vertex") {
         const auto found = std::find(kComponents.begin(), kComponents.end(), property.name);
         if (found == kComponents.end()) return;
@@ -180,6 +179,33 @@ private:
     PlyHeader header_;
 };
 
+/// The bytes that an item takes at least. A value in text takes a digit and a blank or line end.
+std::uint64_t least_bytes(const PlyElement& element, PlyEncoding encoding) {
+    std::uint64_t bytes = 0;
+    for (const PlyProperty& property : element.properties) {
+        bytes += encoding == PlyEncoding::kText
+                     ? 2
+                     : size_of(property.count_type.value_or(property.type));
+    }
+    return bytes;
+}
+
+/// Refuses numbers of items that do not fit into the file.
+void require_size(const PlyHeader& header, std::uint64_t file_size, const std::string& name) {
+    // The last line of a text may lack its end.
+    std::uint64_t left = file_size - header.size + (header.encoding == PlyEncoding::kText ? 1 : 0);
+    for (const PlyElement& element : header.elements) {
+        const std::uint64_t bytes = least_bytes(element, header.encoding);
+        if (bytes != 0 && element.count > left / bytes) {
+            throw Error(ErrorKind::kBadInput,
+                        fmt::format("{}:{}: {} items of {}, which {} bytes cannot hold; is the "
+                                    "file complete?",
+                                    name, element.line, element.count, quote(element.name), left));
+        }
+        left -= element.count * bytes;
+    }
+}
+
 }  // namespace
 
 bool PlyElement::is_read() const {
@@ -195,7 +221,9 @@ bool PlyElement::has_all(PlyRole role) const {
 }
 
 PlyHeader parse_ply_header(std::string_view text, const std::string& name) {
-    return HeaderParser(text, name).run();
+    PlyHeader header = HeaderParser(text, name).run();
+    require_size(header, text.size(), name);
+    return header;
 }
 
 }  // namespace mray

@@ -35,8 +35,6 @@ enum class PlyRole : std::uint8_t {
     kColour,
     /// The corners of a face.
     kFace,
-    /// The corners of strips of triangles.
-    kStrip,
 };
 
 struct PlyProperty {
@@ -70,7 +68,8 @@ struct PlyHeader {
 };
 
 /// Parses the header at the beginning of a file and gives properties their roles. Lines end as the
-/// first one does. `name` is the file in messages. Throws Error(kBadInput) with file and line.
+/// first one does. `name` is the file in messages. Numbers of items fit into the text. Throws
+/// Error(kBadInput) with file and line.
 PlyHeader parse_ply_header(std::string_view text, const std::string& name);
 
 }  // namespace mray

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,39 +14,135 @@
 #include "common/base/input_file.h"
 #include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_rules.h"
+#include "scenes/mesh/smooth_numbers.h"
 #include "scenes/ply/ply_header.h"
-#include "scenes/ply/ply_mesh.h"
 #include "scenes/ply/ply_source.h"
 
 namespace mray {
 namespace {
 
-/// The bytes that an item takes at least. A value in text takes a digit and a blank or line end.
-std::uint64_t least_bytes(const PlyElement& element, PlyEncoding encoding) {
-    std::uint64_t bytes = 0;
-    for (const PlyProperty& property : element.properties) {
-        bytes += encoding == PlyEncoding::kText
-                     ? 2
-                     : size_of(property.count_type.value_or(property.type));
-    }
-    return bytes;
+/// Whether channels have types whose meaning is known.
+bool are_channels(const PlyElement& vertices) {
+    return std::all_of(vertices.properties.begin(), vertices.properties.end(),
+                       [](const PlyProperty& property) {
+                           return property.role != PlyRole::kColour ||
+                                  property.type == PlyScalar::kUint8 || !is_integer(property.type);
+                       });
 }
 
-/// Refuses numbers of items that do not fit into the file.
-void require_size(const PlyHeader& header, std::uint64_t file_size, const std::string& name) {
-    // The last line of a text may lack its end.
-    std::uint64_t left = file_size - header.size + (header.encoding == PlyEncoding::kText ? 1 : 0);
-    for (const PlyElement& element : header.elements) {
-        const std::uint64_t bytes = least_bytes(element, header.encoding);
-        if (bytes != 0 && element.count > left / bytes) {
-            throw Error(ErrorKind::kBadInput,
-                        fmt::format("{}:{}: {} items of {}, which {} bytes cannot hold; is the "
-                                    "file complete?",
-                                    name, element.line, element.count, quote(element.name), left));
-        }
-        left -= element.count * bytes;
-    }
+void drop(PlyElement& element, PlyRole role) {
+    for (PlyProperty& property : element.properties)
+        if (property.role == role) property.role = PlyRole::kNone;
 }
+
+/// Collects the mesh of a file while its elements are read.
+class PlyMesh {
+public:
+    using Place = MeshRules::Place;
+
+    /// Takes the roles of properties that are not read away from `header`: those that the options
+    /// do not want, and colours and normals that are not complete. Keeps a reference to the
+    /// options.
+    PlyMesh(PlyHeader& header, const std::string& name, const MeshFileOptions& options)
+        : options_(options), rules_(options.lenient) {
+        for (PlyElement& element : header.elements) {
+            if (element.name != "vertex") continue;
+            bool has_colours = options.materials && element.has_all(PlyRole::kColour);
+            if (has_colours && !are_channels(element)) {
+                has_colours = false;
+                if (options.warn)
+                    options.warn(
+                        {fmt::format("{}:{}", name, element.line),
+                         "colours of this type are not read, only uchar, float and double; "
+                         "taken as grey"});
+            }
+            const bool has_normals = options.normals && element.has_all(PlyRole::kNormal);
+            if (!has_colours) drop(element, PlyRole::kColour);
+            if (!has_normals) drop(element, PlyRole::kNormal);
+            const auto count = static_cast<std::size_t>(element.count);
+            mesh_.positions.resize(count);
+            if (has_colours) mesh_.vertex_colours.resize(count);
+            if (has_normals) normals_.resize(count);
+        }
+    }
+
+    std::size_t vertex_count() const { return mesh_.positions.size(); }
+    /// The components of each vertex that a role has to do with.
+    std::vector<vec3>& components(PlyRole role) {
+        if (role == PlyRole::kColour) return mesh_.vertex_colours;
+        return role == PlyRole::kNormal ? normals_ : mesh_.positions;
+    }
+    /// Checks a vertex that has been read.
+    void check_vertex(std::size_t vertex, const Place& place) {
+        for (int axis = 0; axis < 3; ++axis) {
+            const float value = mesh_.positions[vertex][axis];
+            if (!MeshRules::is_good(value))
+                rules_.take_bad_coordinate(value, fmt::format("{}", value), place);
+            if (mesh_.vertex_colours.empty()) continue;
+            float& channel = mesh_.vertex_colours[vertex][axis];
+            if (std::isfinite(channel)) continue;
+            constexpr const char* kWhat = "colour of a vertex is not finite";
+            if (!options_.lenient) {
+                throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; repair it", place(), kWhat),
+                            Hint::kLenient);
+            }
+            odd_channels_.add([&] {
+                return Warning{place(), fmt::format("{}; taken as 0", kWhat)};
+            });
+            channel = 0;
+        }
+    }
+
+    /// Adds a face if the rules keep it.
+    void add_face(std::span<const std::int64_t> corners, const Place& place) {
+        if (!rules_.keeps_face(corners.size(), false, place)) return;
+        for (const std::int64_t corner : corners) {
+            if (corner >= 0 && static_cast<std::size_t>(corner) < vertex_count()) continue;
+            return rules_.leave_out(
+                fmt::format("vertex {} of {}; indices start at 0 and end below the number of "
+                            "vertices",
+                            corner, vertex_count()),
+                place);
+        }
+        rules_.count_triangles(corners.size() - 2, place);
+        mesh_.faces.corners.insert(mesh_.faces.corners.end(), corners.begin(), corners.end());
+        mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(corners.size()));
+    }
+    /// Adds the triangles that come next, at most `most`; returns their number.
+    template <class Source>
+    std::size_t add_triangles(Source& source, std::uint64_t most, const Place& place) {
+        Polygons& faces = mesh_.faces;
+        const std::size_t count = source.take_triangles(most, vertex_count(), faces.corners);
+        rules_.count_triangles(count, place);
+        faces.corner_counts.insert(faces.corner_counts.end(), count, 3);
+        return count;
+    }
+    void reserve_triangles(std::size_t count) {
+        mesh_.faces.corners.reserve(3 * count);
+        mesh_.faces.corner_counts.reserve(count);
+    }
+
+    /// The mesh, once all has been read. Gives the warnings.
+    FileMesh finish() {
+        rules_.tell(options_.warn);
+        odd_channels_.tell(options_.warn);
+        SmoothNumbers numbers;
+        std::vector<std::uint32_t> vertex_numbers(normals_.size(), SmoothNumbers::kNone);
+        for (std::uint32_t i = 0; !normals_.empty() && i < mesh_.faces.corners.size(); ++i) {
+            const std::uint32_t vertex = mesh_.faces.corners[i];
+            mesh_.smooth.push_back(numbers.number_of(vertex_numbers[vertex],
+                                                     mesh_.positions[vertex], normals_[vertex], i));
+        }
+        return std::move(mesh_);
+    }
+
+private:
+    const MeshFileOptions& options_;
+    std::vector<vec3> normals_;
+    FileMesh mesh_;
+    MeshRules rules_;
+    WarningCount odd_channels_;
+};
 
 /// Reads the elements from a PlyText or PlyBinary.
 template <class Source>
@@ -60,13 +158,12 @@ public:
         const bool has_triangles = is_list_of_triangles(element);
         if constexpr (!Source::kHasRows) {
             if (has_triangles) mesh_.reserve_triangles(source_.left() / Source::kTriangleBytes);
-        }
-        if constexpr (!Source::kHasRows) {
             if (is_vertex && read_columns(element)) return;
         }
         for (std::uint64_t item = 0; item < element.count; ++item) {
             if constexpr (!Source::kHasRows) {
-                if (has_triangles) item += read_triangles(element.count - item);
+                if (has_triangles)
+                    item += mesh_.add_triangles(source_, element.count - item, place_);
                 if (item == element.count) return;
             }
             source_.begin(element, item);
@@ -84,13 +181,6 @@ private:
         const PlyProperty& list = element.properties[0];
         return element.properties.size() == 1 && list.role == PlyRole::kFace &&
                size_of(*list.count_type) == 1 && size_of(list.type) == 4;
-    }
-
-    std::size_t read_triangles(std::uint64_t most) {
-        const std::size_t count =
-            source_.take_triangles(most, mesh_.vertex_count(), mesh_.corners());
-        mesh_.count_triangles(count, place_);
-        return count;
     }
 
     void read_property(const PlyProperty& property, std::size_t item) {
@@ -153,7 +243,6 @@ private:
                 corners_.push_back(source_.integer(property.type));
         }
         if (property.role == PlyRole::kFace) mesh_.add_face(corners_, place_);
-        if (property.role == PlyRole::kStrip) mesh_.add_strips(corners_, place_);
     }
 
     [[noreturn]] void fail(const std::string& what) const {
@@ -180,24 +269,19 @@ std::size_t read_body(const PlyHeader& header, Source source, PlyMesh& mesh) {
 FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& options) {
     static_assert(std::endian::native == std::endian::little);
     const std::string name = escape(path);
-    HeldWarnings warnings;
-    MeshFileOptions held = options;
-    held.warn = warnings.keeper();
-
     const std::string text = read_input_file(path);
     PlyHeader header = parse_ply_header(text, name);
-    require_size(header, text.size(), name);
-    PlyMesh builder(header, name, held);
+    PlyMesh builder(header, name, options);
     const std::string_view rest = std::string_view(text).substr(header.size);
     const std::size_t left = header.encoding == PlyEncoding::kText
                                  ? read_body(header, PlyText(rest, header, name), builder)
                              : header.encoding == PlyEncoding::kLittleEndian
                                  ? read_body(header, PlyBinary<false>(rest, header, name), builder)
                                  : read_body(header, PlyBinary<true>(rest, header, name), builder);
-    if (left > 0) held.warn({name, fmt::format("{} bytes after the last item; ignored", left)});
+    if (left > 0 && options.warn)
+        options.warn({name, fmt::format("{} bytes after the last item; ignored", left)});
     FileMesh mesh = builder.finish();
-    require_faces(mesh, name, "a mesh with faces", held);
-    warnings.tell(options.warn);
+    require_faces(mesh, name, "a mesh with faces");
     return mesh;
 }
 

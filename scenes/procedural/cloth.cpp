@@ -103,7 +103,6 @@ DeformingMesh make_cloth(std::uint64_t triangles) {
 
     DeformingMesh mesh;
     ground.append_to(mesh.topology, checkers(ground.grid(), rgb(104, 110, 118), rgb(66, 72, 82)));
-    mesh.static_triangle_count = ground.triangle_count() + ball.triangle_count();
     ball.append_to(mesh.topology, [](auto, auto) { return rgb(24, 110, 150); });
     sheet.append_to(mesh.topology, checkers(sheet.grid(), rgb(214, 184, 138), rgb(164, 30, 24)));
 

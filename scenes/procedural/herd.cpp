@@ -132,7 +132,6 @@ DeformingMesh make_herd(std::uint64_t triangles) {
                          const auto lift = static_cast<std::uint32_t>(std::max(0.0, 40 * height));
                          return rgb(40 + lift, 84 + lift / 2, 34);
                      });
-    mesh.static_triangle_count = ground.triangle_count();
     for (std::uint32_t animal = 0; animal < animals; ++animal) {
         for (std::uint32_t part = 0; part < kPartCount; ++part) {
             const Albedo albedo = kParts[part].fleece ? fleece_colour(animal) : rgb(58, 44, 40);

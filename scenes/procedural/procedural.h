@@ -10,10 +10,13 @@
 
 namespace mray {
 
+struct DeformingMesh;
+
 struct ProceduralScene {
     const char* name;
     const char* description;
     std::uint32_t default_triangles;
+    DeformingMesh (*make)(std::uint64_t triangles);
 };
 
 /// All built-in scenes, in the order in which `info` lists them.

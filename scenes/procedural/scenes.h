@@ -3,10 +3,37 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
 
-#include "scenes/procedural/deforming_mesh.h"
+#include <glm/vec3.hpp>
+
+#include "scenes/clip.h"
 
 namespace mray {
+
+/// Vertices [begin, end).
+struct VertexRange {
+    std::uint32_t begin = 0;
+    std::uint32_t end = 0;
+};
+
+struct DeformingMesh {
+    Topology topology;
+    /// Frames are 0 to this whole number.
+    double last_frame = 24;
+    /// Writes out[begin..end) for a frame in [0, last_frame]: a pure function of the frame and the
+    /// vertex, computed in double and rounded once. Called by many threads at once on parts.
+    std::function<void(double frame, VertexRange range, std::span<vec3> out)> move;
+    /// The result of Clip::inside_view().
+    std::optional<InsideView> inside_view;
+};
+
+/// Rounds a position, once.
+inline vec3 round_to_float(const glm::dvec3& p) {
+    return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+}
 
 /// A sheet that comes down waving over a ball and hangs around it in folds, above a plane.
 DeformingMesh make_cloth(std::uint64_t triangles);
@@ -15,7 +42,7 @@ DeformingMesh make_cloth(std::uint64_t triangles);
 /// to 4 turns; boxes between the ends turn in proportion to their height.
 DeformingMesh make_twist(std::uint64_t triangles);
 
-/// Animals that walk about rigidly on hills. The hills are the static triangles, at least half.
+/// Animals that walk about rigidly on hills, which are at least half of the triangles.
 DeformingMesh make_herd(std::uint64_t triangles);
 
 /// One torus in every frame, made of separate triangles that change places at each whole frame,

@@ -1,5 +1,3 @@
-#include "scenes/sequence/keyframe_clip.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include "common/base/hash.h"
 #include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_file.h"
+#include "scenes/sequence/sequences.h"
 #include "scenes/sequence/streamed_clip.h"
 
 namespace mray {
@@ -20,41 +19,14 @@ std::uint64_t hash_of_faces(const Polygons& faces) {
     return Hasher().add(std::span(faces.corners)).add(std::span(faces.corner_counts)).digest();
 }
 
-// The first difference between a frame's mesh and that of `first`; empty if they are equal.
-std::string difference(const FileMesh& mesh, const Polygons& faces, std::size_t vertex_count,
-                       const std::string& first) {
-    if (mesh.positions.size() != vertex_count) {
-        return fmt::format("{} vertices instead of the {} of {}", mesh.positions.size(),
-                           vertex_count, first);
-    }
-    if (mesh.faces.corner_counts.size() != faces.corner_counts.size()) {
-        return fmt::format("{} faces instead of the {} of {}", mesh.faces.corner_counts.size(),
-                           faces.corner_counts.size(), first);
-    }
-    if (mesh.faces == faces) return {};
-    std::size_t face = 0;
-    std::size_t begin = 0;
-    for (; face < faces.corner_counts.size(); ++face) {
-        const std::size_t count = faces.corner_counts[face];
-        const auto corner = faces.corners.begin() + static_cast<std::ptrdiff_t>(begin);
-        if (mesh.faces.corner_counts[face] != count ||
-            !std::equal(corner, corner + static_cast<std::ptrdiff_t>(count),
-                        mesh.faces.corners.begin() + static_cast<std::ptrdiff_t>(begin))) {
-            break;
-        }
-        begin += count;
-    }
-    return fmt::format("other vertices in face {} than {}", face + 1, first);
-}
-
 class FileSource : public KeyframeSource {
 public:
     FileSource(std::vector<KeyframeFile> files, const FirstMesh& first, const ClipOptions& options)
         : files_(std::move(files)),
           vertex_count_(first.positions.size()),
+          face_count_(first.faces.corner_counts.size()),
           faces_hash_(hash_of_faces(first.faces)) {
         positions_only_.lenient = options.lenient;
-        positions_only_.allow_empty = options.allow_empty;
         positions_only_.materials = false;
     }
 
@@ -79,27 +51,24 @@ public:
                             file.frame, at.text),
                 error.hint());
         }
-        if (mesh.positions.size() != vertex_count_ || hash_of_faces(mesh.faces) != faces_hash_)
-            refuse(file, mesh);
+        if (mesh.positions.size() != vertex_count_ || hash_of_faces(mesh.faces) != faces_hash_) {
+            throw Error(
+                ErrorKind::kBadInput,
+                fmt::format("{}: frame {} has other faces ({} of {} vertices) than {} ({} of "
+                            "{}); all frames of a clip share one topology, render "
+                            "sequences that change it in separate runs",
+                            escape(file.path), file.frame, mesh.faces.corner_counts.size(),
+                            mesh.positions.size(), escape(files_.front().path), face_count_,
+                            vertex_count_));
+        }
         std::copy(mesh.positions.begin(), mesh.positions.end(), out.begin());
         return first_warning;
     }
 
 private:
-    /// Says how the mesh differs from the first, whose faces are not kept.
-    [[noreturn]] void refuse(const KeyframeFile& file, const FileMesh& mesh) const {
-        const std::filesystem::path& path = files_.front().path;
-        const FileMesh first = read_mesh_file(path, positions_only_);
-        std::string differs = difference(mesh, first.faces, first.positions.size(), escape(path));
-        if (differs.empty()) differs = fmt::format("other faces than {} had", escape(path));
-        throw Error(ErrorKind::kBadInput,
-                    fmt::format("{}: frame {} has {}; all frames of a clip share one topology, "
-                                "render sequences that change it in separate runs",
-                                escape(file.path), file.frame, differs));
-    }
-
     std::vector<KeyframeFile> files_;
     std::size_t vertex_count_;
+    std::size_t face_count_;
     std::uint64_t faces_hash_;
     MeshFileOptions positions_only_;
 };

@@ -1,5 +1,3 @@
-#include "scenes/sequence/keyframe_files.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +12,7 @@
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_file.h"
+#include "scenes/sequence/sequences.h"
 
 namespace mray {
 namespace {
@@ -32,16 +31,6 @@ struct NumberedName {
 
 [[noreturn]] void fail(const fs::path& path, const std::string& what, Hint hint = Hint::kNone) {
     throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", escape(path), what), hint);
-}
-
-void require_one_format(const fs::path& folder, const std::vector<NumberedName>& names) {
-    const MeshFormat* const first = mesh_format_of(names[0].name);
-    for (const NumberedName& name : names) {
-        if (mesh_format_of(name.name) == first) continue;
-        fail(folder, fmt::format("{} and {} have different formats, which one clip does not mix; "
-                                 "give a pattern such as frame_%04d{}, or one file",
-                                 escape(names[0].name), escape(name.name), first->extension));
-    }
 }
 
 std::vector<std::string> file_names(const fs::path& folder) {
@@ -88,15 +77,17 @@ void require_alike(const fs::path& folder, const std::vector<NumberedName>& name
     }
 }
 
-/// The files in the order of their numbers; frames are `number` of each. Reports missing ones.
-template <class Number>
-std::vector<KeyframeFile> numbered_files(const fs::path& folder, std::vector<NumberedName> names,
-                                         std::uint64_t step, const ClipOptions& options,
-                                         const Number& number) {
+/// The files in the order of their numbers: number `first` is frame 0, and the next frame is `step`
+/// numbers on. Reports missing ones.
+std::vector<KeyframeFile> numbered_files(const fs::path& folder,
+                                         const std::vector<NumberedName>& names,
+                                         std::uint64_t first, std::uint64_t step,
+                                         const ClipOptions& options) {
     std::vector<KeyframeFile> files;
     std::string first_missing;
     for (std::size_t i = 0; i < names.size(); ++i) {
-        files.push_back({static_cast<double>(number(names[i])), folder / names[i].name});
+        files.push_back(
+            {static_cast<double>((names[i].number - first) / step), folder / names[i].name});
         if (i == 0) continue;
         const NumberedName& before = names[i - 1];
         if (names[i].number == before.number) {
@@ -209,15 +200,12 @@ std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const ClipOpti
         fail(folder,
              fmt::format("no {} file in this folder; check the path", extensions_of_meshes()));
     }
-    require_one_format(folder, names);
     sort_by_number(names);
     require_alike(folder, names);
     const std::uint64_t first = names[0].number;
     std::uint64_t step = 0;
     for (const NumberedName& name : names) step = std::gcd(step, name.number - first);
-    return numbered_files(folder, names, step, options, [&](const NumberedName& name) {
-        return step == 0 ? 0 : (name.number - first) / step;
-    });
+    return numbered_files(folder, names, first, std::max<std::uint64_t>(step, 1), options);
 }
 
 std::vector<KeyframeFile> files_of_pattern(const std::string& text, const ClipOptions& options) {
@@ -228,8 +216,7 @@ std::vector<KeyframeFile> files_of_pattern(const std::string& text, const ClipOp
     }
     if (names.empty()) fail(text, "no file matches this pattern; check the path");
     sort_by_number(names);
-    return numbered_files(pattern.folder, names, 1, options,
-                          [](const NumberedName& name) { return name.number; });
+    return numbered_files(pattern.folder, names, 0, 1, options);
 }
 
 }  // namespace mray

@@ -9,8 +9,7 @@
 #include <utility>
 
 #include "common/text/text_parts.h"
-#include "scenes/interpolate.h"
-#include "scenes/polygons/triangulate.h"
+#include "scenes/mesh/mesh_file.h"
 
 namespace mray {
 namespace {
@@ -220,11 +219,9 @@ private:
 }  // namespace
 
 FirstMesh read_first_mesh(const std::filesystem::path& path, const ClipOptions& options) {
-    FileMesh mesh = read_mesh_file(path, {.lenient = options.lenient,
-                                          .allow_empty = options.allow_empty,
-                                          .normals = true,
-                                          .textures = true,
-                                          .warn = options.warn});
+    FileMesh mesh = read_mesh_file(
+        path,
+        {.lenient = options.lenient, .normals = true, .textures = true, .warn = options.warn});
     FirstMesh first;
     Topology& topology = first.topology;
     topology.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <string_view>
 #include <system_error>
@@ -13,9 +12,7 @@
 #include "scenes/gltf/gltf_clip.h"
 #include "scenes/mesh/mesh_file.h"
 #include "scenes/procedural/procedural.h"
-#include "scenes/sequence/keyframe_clip.h"
-#include "scenes/sequence/keyframe_files.h"
-#include "scenes/sequence/point_cache.h"
+#include "scenes/sequence/sequences.h"
 
 namespace mray {
 namespace {
@@ -30,15 +27,6 @@ std::string builtin_names() {
         names += fmt::format("{}{}", names.empty() ? "" : ", ", scene.name);
     }
     return names;
-}
-
-// An example of builtin:NAME:TRIANGLES, with the given name if such a scene exists.
-std::string builtin_example(const std::string& name) {
-    const std::span<const ProceduralScene> scenes = procedural_scenes();
-    const bool exists =
-        std::any_of(scenes.begin(), scenes.end(),
-                    [&](const ProceduralScene& scene) { return name == scene.name; });
-    return fmt::format("builtin:{}:100000", exists ? name : scenes.front().name);
 }
 
 std::unique_ptr<Clip> open_builtin(const std::string& spec) {
@@ -57,8 +45,8 @@ std::unique_ptr<Clip> open_builtin(const std::string& spec) {
     if (!triangles || *triangles <= 0) {
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("scene {}: {} is not a number of triangles; write "
-                                "builtin:NAME:TRIANGLES, such as {}",
-                                quote(spec), quote(rest.substr(colon + 1)), builtin_example(name)));
+                                "builtin:NAME:TRIANGLES, such as builtin:cloth:100000",
+                                quote(spec), quote(rest.substr(colon + 1))));
     }
     return make_procedural(name, static_cast<std::uint64_t>(*triangles));
 }

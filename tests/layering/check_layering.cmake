@@ -72,7 +72,7 @@ set(places
     "^gmp(xx)?\\.h$"            "^(common/scene/exact_crossing\\.cpp$|lab/accuracy/)"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
     # One source that reads JSON, and one header for writing it.
-    "^nlohmann/"                "^(scenes/json/json_at\\.cpp$|app/report/json_parts\\.h$|tests/)"
+    "^nlohmann/"                "^(scenes/json/json_at\\.h$|app/report/json_parts\\.h$|tests/)"
     # The command lines of the program, of the benchmark and of the fuzzer.
     "^CLI/"                     "^(app/cli/|lab/bench/(options|two_builds/compare_builds)\\.cpp$|tests/fuzz/([a-z_]+/)?[a-z_]+_fuzz\\.cpp$)"
     "stb_image\\.h$"            "^$")

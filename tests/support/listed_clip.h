@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "scenes/clip.h"
-#include "scenes/interpolate.h"
+#include "scenes/sequence/streamed_clip.h"
 
 namespace mray::test {
 

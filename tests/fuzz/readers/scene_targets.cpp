@@ -120,7 +120,7 @@ std::string scene_failure(const std::string& scene, const std::string& file,
     bool is_refused = false;
     std::string failure = opening_failure(scene, file, options, &is_refused);
     if (!failure.empty() || !is_refused) return failure;
-    options.lenient = options.allow_empty = true;
+    options.lenient = true;
     return opening_failure(scene, file, options, nullptr);
 }
 
@@ -160,16 +160,11 @@ std::string gltf_failure(std::string_view bytes) {
     static CaseFile binary("case.glb");
     CaseFile& file = bytes.starts_with("glTF") ? binary : text;
     file.write(bytes);
-    return scene_failure(file.path(), file.path(), {.list_animations = true});
+    return scene_failure(file.path(), file.path());
 }
 
 std::string pc2_failure(std::string_view bytes) {
     static CaseFile file("case.pc2");
-    return cache_failure(file, bytes);
-}
-
-std::string mdd_failure(std::string_view bytes) {
-    static CaseFile file("case.mdd");
     return cache_failure(file, bytes);
 }
 

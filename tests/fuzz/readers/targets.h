@@ -24,7 +24,6 @@ std::string ply_failure(std::string_view bytes);
 std::string gltf_failure(std::string_view bytes);
 /// Positions of a mesh of three vertices.
 std::string pc2_failure(std::string_view bytes);
-std::string mdd_failure(std::string_view bytes);
 /// Images of `diff`, and textures.
 std::string png_failure(std::string_view bytes);
 std::string jpeg_failure(std::string_view bytes);
@@ -35,8 +34,8 @@ struct Target {
     FailureFunction failure_of;
 };
 inline constexpr Target kTargets[] = {
-    {"obj", obj_failure}, {"mtl", mtl_failure}, {"ply", ply_failure}, {"gltf", gltf_failure},
-    {"pc2", pc2_failure}, {"mdd", mdd_failure}, {"png", png_failure}, {"jpeg", jpeg_failure}};
+    {"obj", obj_failure}, {"mtl", mtl_failure}, {"ply", ply_failure},  {"gltf", gltf_failure},
+    {"pc2", pc2_failure}, {"png", png_failure}, {"jpeg", jpeg_failure}};
 
 /// The bytes with one to four changes: cut, bits and bytes changed, numbers of 1 to 8 bytes set to
 /// 0, 1, their limits or what lies beside those, decimal numbers replaced by such ones, parts

@@ -310,14 +310,14 @@ TEST(BadGltf, ALinkOutOfTheFolderIsNotFollowed) {
 }
 
 TEST(BadGltf, TextThatIsNoGltf) {
-    EXPECT_EQ(gltf_error(""), "scene.gltf: byte 1 of its text is not JSON; is it a glTF file?");
+    EXPECT_EQ(gltf_error(""), "scene.gltf: byte 1 of its text is not JSON; is it complete?");
     EXPECT_EQ(gltf_error("\x89PNG\r\n\x1a\n", {}, "a.glb"),
-              "a.glb: byte 1 of its text is not JSON; is it a glTF file?");
+              "a.glb: byte 1 of its text is not JSON; is it complete?");
     EXPECT_EQ(gltf_error("[]"), "scene.gltf: must be an object");
     EXPECT_EQ(gltf_error(R"({"asset": {"version": "2.0"}, "scene": 1e999})"),
               "scene.gltf: JSON has a number that is too large");
     EXPECT_EQ(gltf_error(std::string(1000000, '[')),
-              "scene.gltf: byte 1000001 of its text is not JSON; is it a glTF file?");
+              "scene.gltf: byte 1000001 of its text is not JSON; is it complete?");
 }
 
 TEST(BadGltf, TooManyInstancesAreRefusedWithTheirPlace) {

@@ -1,31 +1,29 @@
-// The scenes that claim to be closed meshes.
+// The scenes that claim to be closed meshes, and the one whose triangles change places.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <set>
-#include <tuple>
+#include <array>
+#include <bit>
 #include <vector>
 
 #include "scenes/procedural/procedural.h"
-#include "scenes/procedural/scenes.h"
 #include "tests/scenes/procedural/mesh_checks.h"
 
 namespace mray {
 namespace {
 
-TEST(ClosedMeshes, SpikesShareEachEdgeBetweenTwoOppositeTriangles) {
-    for (const std::uint64_t request : {1, 10, 123, 5000, 40000}) {
-        EXPECT_EQ(open_edges(make_spikes(request).topology.triangles), 0u) << request;
+TEST(ClosedMeshes, ShareEachEdgeBetweenTwoOppositeTriangles) {
+    for (const char* name : {"spikes", "twist"}) {
+        for (const std::uint64_t request : {1, 10, 123, 5000, 40000}) {
+            const auto clip = make_procedural(name, request);
+            EXPECT_EQ(open_edges(clip->topology().triangles), 0u) << name << ' ' << request;
+        }
     }
-}
-
-TEST(ClosedMeshes, BoxesAndAnimalsShareEachEdgeBetweenTwoOppositeTriangles) {
-    for (const std::uint64_t request : {1, 100, 5000, 40000}) {
-        EXPECT_EQ(open_edges(make_twist(request).topology.triangles), 0u) << request;
-        const DeformingMesh herd = make_herd(request);
-        const auto animals = std::span(herd.topology.triangles).subspan(herd.static_triangle_count);
-        EXPECT_EQ(open_edges(animals), 0u) << request;
-    }
+    // The first twelve triangles of the hall are its walls.
+    const auto hall = make_procedural("hall", 5000);
+    const auto walls = std::span(hall->topology().triangles).first(12);
+    EXPECT_EQ(open_edges(walls), 0u);
+    EXPECT_LT(mesh_volume6(walls, positions_of(*hall, 4)), 0);
 }
 
 TEST(ClosedMeshes, FaceOutwards) {
@@ -35,23 +33,6 @@ TEST(ClosedMeshes, FaceOutwards) {
             EXPECT_GT(mesh_volume6(clip->topology().triangles, positions_of(*clip, frame)), 0)
                 << name << ' ' << frame;
         }
-    }
-    const DeformingMesh herd = make_herd(3000);
-    std::vector<vec3> positions(herd.topology.vertex_count);
-    herd.move(5, {0, herd.topology.vertex_count}, positions);
-    const auto animals = std::span(herd.topology.triangles).subspan(herd.static_triangle_count);
-    EXPECT_GT(mesh_volume6(animals, positions), 0);
-}
-
-TEST(ClosedMeshes, ClothAndHerdHaveGroundThatFacesUp) {
-    for (const DeformingMesh& mesh : {make_cloth(3000), make_herd(3000)}) {
-        std::vector<vec3> positions(mesh.topology.vertex_count);
-        mesh.move(0, {0, mesh.topology.vertex_count}, positions);
-        const uvec3 t = mesh.topology.triangles[0];
-        const vec3 a = positions[t.x];
-        const vec3 b = positions[t.y];
-        const vec3 c = positions[t.z];
-        EXPECT_GT((b.z - a.z) * (c.x - a.x) - (b.x - a.x) * (c.z - a.z), 0);
     }
 }
 
@@ -64,6 +45,33 @@ TEST(Spikes, IsStarShapedAroundTheOrigin) {
                 ASSERT_GT(volume6(positions[t.x], positions[t.y], positions[t.z]), 0)
                     << request << ' ' << frame;
             }
+        }
+    }
+}
+
+using TriangleBits = std::array<std::uint32_t, 9>;
+
+std::vector<TriangleBits> triangle_bits(const Clip& clip, double frame) {
+    const std::vector<vec3> positions = positions_of(clip, frame);
+    std::vector<TriangleBits> triangles;
+    for (const uvec3& t : clip.topology().triangles) {
+        TriangleBits& bits = triangles.emplace_back();
+        for (int i = 0; i < 9; ++i)
+            bits[i] = std::bit_cast<std::uint32_t>(positions[t[i / 3]][i % 3]);
+    }
+    return triangles;
+}
+
+TEST(Shuffle, HasTheSameTrianglesInEveryFrame) {
+    for (const std::uint64_t request : {1, 20, 37, 500, 1024, 9000}) {
+        const auto clip = make_procedural("shuffle", request);
+        auto expected = triangle_bits(*clip, 0);
+        std::sort(expected.begin(), expected.end());
+        EXPECT_EQ(std::adjacent_find(expected.begin(), expected.end()), expected.end());
+        for (const double frame : {0.5, 1.0, 2.999, 7.0, 24.0}) {
+            auto actual = triangle_bits(*clip, frame);
+            std::sort(actual.begin(), actual.end());
+            EXPECT_EQ(actual, expected) << request << ' ' << frame;
         }
     }
 }

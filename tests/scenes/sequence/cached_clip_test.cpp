@@ -1,5 +1,3 @@
-#include "scenes/sequence/point_cache.h"
-
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -10,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "scenes/interpolate.h"
+#include "scenes/sequence/streamed_clip.h"
 #include "scenes/source/open_scene.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
@@ -23,18 +21,15 @@ using namespace test;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 const std::string kMesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-void append(std::string& bytes, std::uint32_t word, bool is_big_endian = false) {
-    if (is_big_endian) word = __builtin_bswap32(word);
+void append(std::string& bytes, std::uint32_t word) {
     bytes.append(reinterpret_cast<const char*>(&word), sizeof word);
 }
-void append(std::string& bytes, float x, bool is_big_endian = false) {
-    append(bytes, std::bit_cast<std::uint32_t>(x), is_big_endian);
-}
+void append(std::string& bytes, float x) { append(bytes, std::bit_cast<std::uint32_t>(x)); }
 
 /// A sample of three points, the first of them at x.
-void append_sample(std::string& bytes, float x, bool is_big_endian = false) {
+void append_sample(std::string& bytes, float x) {
     for (const float value : {x, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f})
-        append(bytes, value, is_big_endian);
+        append(bytes, value);
 }
 
 struct Pc2Head {
@@ -56,27 +51,16 @@ std::string pc2(const Pc2Head& head, const std::vector<float>& xs) {
     return bytes;
 }
 
-std::string mdd(std::uint32_t samples, std::uint32_t points, const std::vector<float>& xs) {
-    std::string bytes;
-    append(bytes, samples, true);
-    append(bytes, points, true);
-    for (std::size_t i = 0; i < xs.size(); ++i) append(bytes, static_cast<float>(i) / 24, true);
-    for (const float x : xs) append_sample(bytes, x, true);
-    return bytes;
-}
-
 /// A mesh with a cache, as files that exist as long as the object.
 class CachedScene {
 public:
-    explicit CachedScene(const std::string& cache, const char* name = "cloth.pc2",
-                         const std::string& mesh = kMesh)
-        : name_(name) {
+    explicit CachedScene(const std::string& cache, const std::string& mesh = kMesh) {
         folder_.write("mesh.obj", mesh);
-        folder_.write(name, cache);
+        write(cache);
     }
 
     std::unique_ptr<Clip> open(ClipOptions options = {}) {
-        options.cache = (folder_.path() / name_).native();
+        options.cache = (folder_.path() / "cloth.pc2").native();
         options.warn = [this](const Warning& warning) { warnings_.push_back(warning.line()); };
         return open_scene((folder_.path() / "mesh.obj").native(), options);
     }
@@ -88,12 +72,11 @@ public:
             text.erase(at, folder.size());
         return text;
     }
-    void write(const std::string& cache) { folder_.write(name_, cache); }
+    void write(const std::string& cache) { folder_.write("cloth.pc2", cache); }
     const std::vector<std::string>& warnings() const { return warnings_; }
 
 private:
     TemporaryFolder folder_;
-    std::string name_;
     std::vector<std::string> warnings_;
 };
 
@@ -107,26 +90,23 @@ float x_at(const Clip& clip, double frame) { return positions_at(clip, frame)[0]
 
 TEST(CachedClip, GivesSamplesBitForBitAndInterpolatesBetween) {
     const std::vector<float> xs = {0.1f, 1e-42f, 4.0f};
-    CachedScene with_pc2(pc2({}, xs));
-    CachedScene with_mdd(mdd(3, 3, xs), "cloth.mdd");
-    for (CachedScene* scene : {&with_pc2, &with_mdd}) {
-        const std::unique_ptr<Clip> clip = scene->open();
-        EXPECT_EQ(clip->topology().triangles.size(), 1u);
-        EXPECT_EQ(clip->first_frame(), 0);
-        EXPECT_EQ(clip->last_frame(), 2);
-        for (std::size_t i = 0; i < xs.size(); ++i)
-            EXPECT_EQ(x_at(*clip, static_cast<double>(i)), xs[i]);
-        EXPECT_EQ(x_at(*clip, 0.7), interpolate(xs[0], xs[1], 0.7f));
-        EXPECT_EQ(x_at(*clip, 1.25), interpolate(xs[1], xs[2], 0.25f));
-        EXPECT_EQ(x_at(*clip, std::nextafter(2.0, 0.0)), 4.0f);
-        EXPECT_EQ(x_at(*clip, -5), xs[0]);
-        EXPECT_EQ(x_at(*clip, 9), xs[2]);
-        EXPECT_EQ(x_at(*clip, std::nan("")), xs[0]);
-        EXPECT_EQ(positions_at(*clip, 1)[2], vec3(0, 1, 0));
-        EXPECT_EQ(clip->bounds().lower[0], 0);
-        EXPECT_EQ(clip->bounds().upper[0], 1);
-    }
-    EXPECT_TRUE(with_pc2.warnings().empty());
+    CachedScene scene(pc2({}, xs));
+    const std::unique_ptr<Clip> clip = scene.open();
+    EXPECT_EQ(clip->topology().triangles.size(), 1u);
+    EXPECT_EQ(clip->first_frame(), 0);
+    EXPECT_EQ(clip->last_frame(), 2);
+    for (std::size_t i = 0; i < xs.size(); ++i)
+        EXPECT_EQ(x_at(*clip, static_cast<double>(i)), xs[i]);
+    EXPECT_EQ(x_at(*clip, 0.7), interpolate(xs[0], xs[1], 0.7f));
+    EXPECT_EQ(x_at(*clip, 1.25), interpolate(xs[1], xs[2], 0.25f));
+    EXPECT_EQ(x_at(*clip, std::nextafter(2.0, 0.0)), 4.0f);
+    EXPECT_EQ(x_at(*clip, -5), xs[0]);
+    EXPECT_EQ(x_at(*clip, 9), xs[2]);
+    EXPECT_EQ(x_at(*clip, std::nan("")), xs[0]);
+    EXPECT_EQ(positions_at(*clip, 1)[2], vec3(0, 1, 0));
+    EXPECT_EQ(clip->bounds().lower[0], 0);
+    EXPECT_EQ(clip->bounds().upper[0], 1);
+    EXPECT_TRUE(scene.warnings().empty());
 }
 
 TEST(CachedClip, TellsWhichSampleIsNotFinite) {
@@ -153,18 +133,16 @@ TEST(CachedClip, TellsWhichSampleIsNotFinite) {
 }
 
 TEST(CachedClip, RefusesWhatIsNoCacheOfTheMesh) {
-    EXPECT_EQ(CachedScene("").error(), "cloth.pc2: not a point cache; give a .pc2 or an .mdd file");
+    EXPECT_EQ(CachedScene("").error(), "cloth.pc2: not a point cache; give a .pc2 file");
     EXPECT_EQ(CachedScene("v 0 0 0\nf 1 1 1\n").error(),
-              "cloth.pc2: not a point cache; give a .pc2 or an .mdd file");
-    EXPECT_EQ(CachedScene("short", "cloth.mdd").error(),
-              "cloth.mdd: ends within its head; is it complete?");
+              "cloth.pc2: not a point cache; give a .pc2 file");
     EXPECT_EQ(CachedScene(pc2({.version = 2}, {1, 2, 3})).error(),
               "cloth.pc2: has version 2; only 1 is known");
     EXPECT_EQ(CachedScene(pc2({.samples = 0}, {})).error(),
               "cloth.pc2: has no samples; write it again");
     EXPECT_EQ(CachedScene(pc2({.points = 0}, {1, 2, 3})).error(),
               "cloth.pc2: has no points; write it again");
-    EXPECT_EQ(CachedScene(pc2({}, {1, 2, 3}), "cloth.pc2",
+    EXPECT_EQ(CachedScene(pc2({}, {1, 2, 3}),
                           "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\n"
                           "f 1 2 3\n")
                   .error(),
@@ -185,30 +163,26 @@ TEST(CachedClip, RefusesWhatIsNoCacheOfTheMesh) {
 }
 
 TEST(CachedClip, RefusesAnySizeButThatOfTheHead) {
-    for (const char* const name : {"cloth.pc2", "cloth.mdd"}) {
-        const bool is_pc2 = std::string(name) == "cloth.pc2";
-        const std::string whole = is_pc2 ? pc2({}, {1, 2, 3}) : mdd(3, 3, {1, 2, 3});
-        CachedScene scene(whole, name);
-        EXPECT_EQ(scene.error(), "");
-        for (std::size_t size = 0; size < whole.size(); ++size) {
-            scene.write(whole.substr(0, size));
-            EXPECT_EQ(kind_of([&] { scene.open(); }), ErrorKind::kBadInput) << size;
-        }
-        scene.write(whole + "x");
-        EXPECT_EQ(kind_of([&] { scene.open(); }), ErrorKind::kBadInput);
-        // Every number of the head at its limits.
-        const std::size_t head = is_pc2 ? 12 : 0;
-        for (std::size_t at = head; at < head + (is_pc2 ? 20 : 8); at += 4) {
-            for (const std::uint32_t word : {0u, 1u, 0x7FFFFFFFu, 0x80000000u, 0xFFFFFFFFu}) {
-                std::string changed = whole;
-                std::memcpy(changed.data() + at, &word, sizeof word);
-                if (changed == whole) continue;
-                scene.write(changed);
-                // The first frame may be any small number.
-                const bool is_fine = is_pc2 && at == 20 && (word < 2 || word == 0x80000000u);
-                EXPECT_EQ(kind_of([&] { scene.open(); }) == ErrorKind::kBadInput, !is_fine)
-                    << at << " " << word;
-            }
+    const std::string whole = pc2({}, {1, 2, 3});
+    CachedScene scene(whole);
+    EXPECT_EQ(scene.error(), "");
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+        scene.write(whole.substr(0, size));
+        EXPECT_EQ(kind_of([&] { scene.open(); }), ErrorKind::kBadInput) << size;
+    }
+    scene.write(whole + "x");
+    EXPECT_EQ(kind_of([&] { scene.open(); }), ErrorKind::kBadInput);
+    // Every number of the head at its limits.
+    for (std::size_t at = 12; at < 32; at += 4) {
+        for (const std::uint32_t word : {0u, 1u, 0x7FFFFFFFu, 0x80000000u, 0xFFFFFFFFu}) {
+            std::string changed = whole;
+            std::memcpy(changed.data() + at, &word, sizeof word);
+            if (changed == whole) continue;
+            scene.write(changed);
+            // The first frame may be any small number.
+            const bool is_fine = at == 20 && (word < 2 || word == 0x80000000u);
+            EXPECT_EQ(kind_of([&] { scene.open(); }) == ErrorKind::kBadInput, !is_fine)
+                << at << " " << word;
         }
     }
 }

@@ -6,7 +6,6 @@
 #include <thread>
 #include <vector>
 
-#include "scenes/interpolate.h"
 #include "scenes/sequence/streamed_clip.h"
 
 namespace mray {
