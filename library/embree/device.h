@@ -1,27 +1,86 @@
-// Devices, and the errors of calls.
+// Devices, the objects behind handles, and the errors of calls.
 #pragma once
 
+#define RTC_EXPORT_API
+#if MORPHRAY_EMBREE == 3
+#include <embree3/rtcore.h>
+#else
+#include <embree4/rtcore.h>
+#endif
+
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <exception>
-#include <new>
 #include <string>
 #include <type_traits>
 #include <utility>
 
-#include "library/embree/object.h"
-#include "library/embree/rtcore.h"
 #include "morphray/device.hpp"
 
 namespace mray::embree {
 
-/// Why a call does nothing. The message is one line.
+#if MORPHRAY_EMBREE == 3
+using Context = RTCIntersectContext;
+inline constexpr unsigned int kDefaultMask = 0xFFFFFFFFu;
+#else
+using Context = RTCRayQueryContext;
+inline constexpr unsigned int kDefaultMask = 1;
+#endif
+inline constexpr unsigned int kInvalid = RTC_INVALID_GEOMETRY_ID;
+
+/// Begins with one reference, that of its maker. Threads may retain and release at the same time.
+class Object {
+public:
+    Object() = default;
+    Object(const Object&) = delete;
+    Object& operator=(const Object&) = delete;
+
+    void retain() { references_.fetch_add(1, std::memory_order_relaxed); }
+    void release() {
+        if (references_.fetch_sub(1, std::memory_order_acq_rel) == 1) delete this;
+    }
+
+protected:
+    virtual ~Object() = default;
+
+private:
+    std::atomic<int> references_ = 1;
+};
+
+/// A reference to an object, or null.
+template <class Type>
+class Ref {
+public:
+    Ref() = default;
+    explicit Ref(Type* object) : object_(object) {
+        if (object_ != nullptr) object_->retain();
+    }
+    Ref(const Ref& other) : Ref(other.object_) {}
+    Ref(Ref&& other) noexcept : object_(std::exchange(other.object_, nullptr)) {}
+    Ref& operator=(Ref other) noexcept {
+        std::swap(object_, other.object_);
+        return *this;
+    }
+    ~Ref() {
+        if (object_ != nullptr) object_->release();
+    }
+
+    Type* get() const { return object_; }
+    Type& operator*() const { return *object_; }
+    Type* operator->() const { return object_; }
+    bool operator==(const Ref&) const = default;
+
+private:
+    Type* object_ = nullptr;
+};
+
+/// The reason why a call does nothing. The message is one line.
 struct Failure {
     RTCError code;
     std::string message;
 };
 
-/// One of what this library does not do.
+/// A failure because this library does not have what is asked for.
 struct Unsupported : Failure {};
 
 [[noreturn]] void fail_argument(std::string message);
@@ -35,25 +94,21 @@ public:
     /// Of Embree's text of settings threads= counts; results depend on none of them. Null: none.
     explicit Device(const char* config);
 
+    Device& device() { return *this; }
     const morphray::Device& tracer() const { return tracer_; }
-
-    void set_error_function(RTCErrorFunction function, void* user);
-
     /// Names the device in slots of errors; no other device has the number.
     std::uint64_t number() const { return number_; }
-    void call_error_function(const Failure& failure) const;
+
+    RTCErrorFunction error_function = nullptr;
+    void* error_user = nullptr;
 
 private:
     std::uint64_t number_;
     morphray::Device tracer_;
-    RTCErrorFunction error_function_ = nullptr;
-    void* error_user_ = nullptr;
 };
 
-/// Notes an error in this thread's slot of the device, or that of no device, unless the slot has an
-/// error; calls the device's function for errors.
-void report(Device* device, const Failure& failure) noexcept;
-/// Reports the exception that is being handled.
+/// Reports the exception that is being handled to the device's function for errors, and notes it
+/// in this thread's slot of the device, or that of no device, unless the slot has an error.
 void report_current(Device* device, const char* call) noexcept;
 
 /// Calls `work` and returns its answer; errors are reported, and the answer is an empty value.
@@ -68,17 +123,12 @@ auto guarded(const char* call, Device* device, Work work) noexcept -> decltype(w
     if constexpr (!std::is_void_v<Answer>) return Answer();
 }
 
-/// The object of a handle: `Type` has device(). A null handle is an error.
+/// Calls `work` with the object of a handle: `Type` has device(). A null handle is an error.
 template <class Type, class Handle, class Work>
 auto with(const char* call, Handle handle, Work work) noexcept
     -> decltype(work(std::declval<Type&>())) {
     auto* const object = reinterpret_cast<Type*>(handle);
-    Device* device = nullptr;
-    if constexpr (std::is_same_v<Type, Device>) {
-        device = object;
-    } else if (object != nullptr) {
-        device = &object->device();
-    }
+    Device* const device = object == nullptr ? nullptr : &object->device();
     return guarded(call, device, [&]() -> decltype(work(std::declval<Type&>())) {
         if (object == nullptr) fail_argument("the handle is null");
         return work(*object);
@@ -86,3 +136,12 @@ auto with(const char* call, Handle handle, Work work) noexcept
 }
 
 }  // namespace mray::embree
+
+/// Defines rtcRetainName() and rtcReleaseName(), for objects of this type.
+#define MORPHRAY_COUNTED(Name, Type)                                \
+    void rtcRetain##Name(RTC##Name object) {                        \
+        with<Type>(__func__, object, [](Type& o) { o.retain(); });  \
+    }                                                               \
+    void rtcRelease##Name(RTC##Name object) {                       \
+        with<Type>(__func__, object, [](Type& o) { o.release(); }); \
+    }

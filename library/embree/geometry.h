@@ -1,20 +1,68 @@
-// Geometries: triangle meshes, quad meshes and instances, and those of other types, which take
+// Buffers, and geometries: triangle meshes, quad meshes and instances. Those of other types take
 // buffers and are refused by commits: programs write through the pointers that they ask for.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <utility>
-#include <vector>
 
-#include "library/embree/buffer.h"
 #include "library/embree/device.h"
-#include "library/embree/object.h"
-#include "library/embree/transform.h"
+#include "morphray/geometry.hpp"
 
 namespace mray::embree {
 
 class SceneObject;
+
+/// Bytes of the caller or of our own, which geometries share.
+class Buffer final : public Object {
+public:
+    /// Owns `size` bytes, and 16 more that a reader of vectors may touch.
+    Buffer(Device& device, std::size_t size);
+    /// Borrows `size` bytes.
+    Buffer(Device& device, void* data, std::size_t size);
+    ~Buffer() override;
+
+    Device& device() const { return *device_; }
+    char* data() const { return data_; }
+    std::size_t size() const { return size_; }
+
+private:
+    Ref<Device> device_;
+    std::size_t size_;
+    bool is_own_ = false;
+    char* data_;
+};
+
+/// `count` items in a buffer, `stride` bytes apart.
+struct BufferView {
+    Ref<Buffer> buffer;
+    RTCFormat format = RTC_FORMAT_UNDEFINED;
+    char* data = nullptr;
+    std::size_t stride = 0;
+    std::size_t count = 0;
+
+    template <class Item>
+    const Item* at(std::size_t i) const {
+        return reinterpret_cast<const Item*>(data + i * stride);
+    }
+};
+
+/// Maps a point p to columns[0] * p.x + columns[1] * p.y + columns[2] * p.z + columns[3].
+struct Transform {
+    double columns[4][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
+
+    morphray::Vec3 point(const morphray::Vec3& p) const;
+    morphray::Vec3 vector(const morphray::Vec3& v) const;
+    /// The inverse; that of a matrix without one has numbers that are not finite.
+    Transform inverse() const;
+};
+
+/// Maps by `inner`, then by `outer`.
+Transform operator*(const Transform& outer, const Transform& inner);
+/// Reads a matrix of 3x4 or 4x4 floats, row or column major. Throws Failure for another format.
+Transform read_transform(RTCFormat format, const void* floats);
+void write_transform(const Transform& transform, RTCFormat format, void* floats);
 
 /// Numbers of changes, by which a scene finds what happened since its last commit.
 struct GeometryVersion {
@@ -37,16 +85,16 @@ public:
 
     Device& device() const { return *device_; }
     bool is_instance() const { return type_ == RTC_GEOMETRY_TYPE_INSTANCE; }
-    bool is_instance_array() const;
     bool is_quads() const { return type_ == RTC_GEOMETRY_TYPE_QUAD; }
-    /// The type as the subject of a sentence, "curves are", if it is not supported; otherwise null.
+    /// Null if type and time steps are supported; otherwise the subject of a sentence, "curves
+    /// are".
     const char* unsupported() const;
     const GeometryVersion& version() const { return version_; }
 
     bool is_enabled() const { return is_enabled_; }
     void enable(bool is_enabled);
+    /// Throws Failure for more than one, which is motion blur, and for none.
     void set_time_steps(unsigned int count);
-    void set_attribute_count(unsigned int count);
     void set_mask(unsigned int mask);
     unsigned int mask() const { return mask_; }
     bool has_mask() const { return has_mask_; }
@@ -56,24 +104,18 @@ public:
     /// Throws Failure for a buffer that this type does not have.
     void set_buffer(RTCBufferType type, unsigned int slot, BufferView view);
     void touch_buffer(RTCBufferType type, unsigned int slot);
-    /// Null if there is none.
-    const BufferView* find_buffer(RTCBufferType type, unsigned int slot) const;
-
-    const BufferView& indices() const { return indices_; }
-    const BufferView& vertices() const { return vertices_.front(); }
-    /// Throws Unsupported if time steps differ, which is motion blur.
-    void require_static() const;
+    /// Throws Failure if there is none.
+    const BufferView& buffer(RTCBufferType type, unsigned int slot) const;
 
     void set_instanced_scene(SceneObject* scene);
     /// Null if there is none.
     const SceneObject* instanced_scene() const { return instanced_.get(); }
     void set_transform(unsigned int step, const Transform& transform);
-    const Transform& transform() const { return transforms_.front(); }
+    const Transform& transform() const { return transform_; }
 
     /// Takes positions that were written in place, of which nothing else may tell.
     void commit();
-
-    /// For filters and other settings that queries read: to be called after a change.
+    /// Filters and other settings that queries read have changed.
     void settings_changed() { ++version_.settings; }
 
     void* user = nullptr;
@@ -84,8 +126,6 @@ public:
     bool takes_argument_filter = false;
 
 private:
-    BufferView& buffer(RTCBufferType type, unsigned int slot);
-
     Ref<Device> device_;
     RTCGeometryType type_;
     GeometryVersion version_ = {1, 1, 1};
@@ -95,14 +135,10 @@ private:
     bool has_mask_ = false;
     unsigned int mask_ = kDefaultMask;
     RTCBuildQuality quality_ = RTC_BUILD_QUALITY_MEDIUM;
-    BufferView indices_;
-    /// One for each time step.
-    std::vector<BufferView> vertices_ = std::vector<BufferView>(1);
-    std::vector<BufferView> attributes_;
-    /// The buffers of types that are not supported, by type and slot.
-    std::map<std::pair<RTCBufferType, unsigned int>, BufferView> others_;
+    unsigned int time_steps_ = 1;
+    std::map<std::pair<RTCBufferType, unsigned int>, BufferView> buffers_;
     Ref<SceneObject> instanced_;
-    std::vector<Transform> transforms_ = std::vector<Transform>(1);
+    Transform transform_;
 };
 
 }  // namespace mray::embree

@@ -1,9 +1,7 @@
-#include "library/embree/transform.h"
-
-#include <cmath>
+// Affine transformations of instances.
 #include <cstddef>
 
-#include "library/embree/device.h"
+#include "library/embree/geometry.h"
 
 namespace mray::embree {
 namespace {

@@ -1,6 +1,6 @@
 // The functions of Embree that this library does not have: each reports an error that names it.
-#include "library/embree/device.h"
-#include "library/embree/scene/scene.h"
+#include "library/embree/geometry.h"
+#include "library/embree/scene.h"
 
 /// Exported by Embree, and in none of its headers.
 RTC_API void rtcMakeStaticBVH(RTCBVH bvh);
@@ -8,124 +8,124 @@ RTC_API void rtcMakeStaticBVH(RTCBVH bvh);
 namespace mray::embree {
 namespace {
 
-void refuse(const char* call, RTCScene scene, const char* what) {
-    auto* const object = reinterpret_cast<SceneObject*>(scene);
-    guarded(call, object == nullptr ? nullptr : &object->device(), [&] { fail_unsupported(what); });
+void refuse(const char* call, Device* device, const char* what) {
+    guarded(call, device, [&] { fail_unsupported(what); });
 }
 
+/// Refuses a call about what no supported geometry has. A geometry that has it was refused when it
+/// was made.
+void refuse(const char* call, RTCGeometry geometry, const char* what) {
+    with<Geometry>(call, geometry, [&](const Geometry& g) {
+        if (g.unsupported() == nullptr) fail_unsupported(what);
+    });
+}
+
+constexpr Device* kNoDevice = nullptr;
 constexpr const char* kBuilder = "its own builder is";
+constexpr const char* kInterpolation = "interpolation is";
+constexpr const char* kSubdivision = "subdivision surfaces are";
+constexpr const char* kUser = "user geometries are";
 
 }  // namespace
 }  // namespace mray::embree
 
 using namespace mray::embree;
 
-void rtcCollide(RTCScene scene, RTCScene, RTCCollideFunc, void*) {
-    refuse("rtcCollide", scene, "collision detection is");
-}
+/// Defines a function of these parameters that refuses its call.
+#define MORPHRAY_REFUSED(call, object, what, ...) \
+    void call(__VA_ARGS__) { refuse(#call, object, what); }
+
+MORPHRAY_REFUSED(rtcInterpolate, asked->geometry, kInterpolation,
+                 const RTCInterpolateArguments* asked)
+MORPHRAY_REFUSED(rtcInterpolateN, asked->geometry, kInterpolation,
+                 const RTCInterpolateNArguments* asked)
+MORPHRAY_REFUSED(rtcRetainBVH, kNoDevice, kBuilder, RTCBVH)
+MORPHRAY_REFUSED(rtcReleaseBVH, kNoDevice, kBuilder, RTCBVH)
+MORPHRAY_REFUSED(rtcMakeStaticBVH, kNoDevice, kBuilder, RTCBVH)
 
 RTCBVH rtcNewBVH(RTCDevice device) {
-    with<Device>("rtcNewBVH", device, [](Device&) { fail_unsupported(kBuilder); });
+    with<Device>(__func__, device, [](Device&) { fail_unsupported(kBuilder); });
     return nullptr;
 }
-void* rtcBuildBVH(const struct RTCBuildArguments*) {
-    refuse("rtcBuildBVH", nullptr, kBuilder);
+void* rtcBuildBVH(const RTCBuildArguments*) {
+    refuse(__func__, kNoDevice, kBuilder);
     return nullptr;
 }
 void* rtcThreadLocalAlloc(RTCThreadLocalAllocator, size_t, size_t) {
-    refuse("rtcThreadLocalAlloc", nullptr, kBuilder);
+    refuse(__func__, kNoDevice, kBuilder);
     return nullptr;
 }
-void rtcRetainBVH(RTCBVH) { refuse("rtcRetainBVH", nullptr, kBuilder); }
-void rtcReleaseBVH(RTCBVH) { refuse("rtcReleaseBVH", nullptr, kBuilder); }
-void rtcMakeStaticBVH(RTCBVH) { refuse("rtcMakeStaticBVH", nullptr, kBuilder); }
+void rtcCollide(RTCScene scene, RTCScene, RTCCollideFunc, void*) {
+    with<SceneObject>(__func__, scene,
+                      [](SceneObject&) { fail_unsupported("collision detection is"); });
+}
+
+/// Defines a function of a geometry and these parameters that refuses its call.
+#define MORPHRAY_REFUSED_FOR(call, what, ...) \
+    MORPHRAY_REFUSED(call, geometry, what, RTCGeometry geometry, __VA_ARGS__)
+/// Defines one that returns an ID.
+#define MORPHRAY_REFUSED_ID(call, ...)                     \
+    unsigned int call(RTCGeometry geometry, __VA_ARGS__) { \
+        refuse(#call, geometry, kSubdivision);             \
+        return kInvalid;                                   \
+    }
+
+MORPHRAY_REFUSED_FOR(rtcSetGeometryMaxRadiusScale, "curves and points are", float)
+MORPHRAY_REFUSED_FOR(rtcSetGeometryTessellationRate, "curves are", float)
+MORPHRAY_REFUSED_FOR(rtcSetGeometryTransformQuaternion, "quaternions are", unsigned int,
+                     const RTCQuaternionDecomposition*)
+MORPHRAY_REFUSED_FOR(rtcSetGeometryUserPrimitiveCount, kUser, unsigned int)
+MORPHRAY_REFUSED_FOR(rtcSetGeometryBoundsFunction, kUser, RTCBoundsFunction, void*)
+MORPHRAY_REFUSED_FOR(rtcSetGeometryIntersectFunction, kUser, RTCIntersectFunctionN)
+MORPHRAY_REFUSED_FOR(rtcSetGeometryOccludedFunction, kUser, RTCOccludedFunctionN)
+MORPHRAY_REFUSED_FOR(rtcSetGeometryTopologyCount, kSubdivision, unsigned int)
+MORPHRAY_REFUSED_FOR(rtcSetGeometrySubdivisionMode, kSubdivision, unsigned int, RTCSubdivisionMode)
+MORPHRAY_REFUSED_FOR(rtcSetGeometryVertexAttributeTopology, kSubdivision, unsigned int,
+                     unsigned int)
+MORPHRAY_REFUSED_FOR(rtcSetGeometryDisplacementFunction, kSubdivision, RTCDisplacementFunctionN)
+MORPHRAY_REFUSED_ID(rtcGetGeometryFirstHalfEdge, unsigned int)
+MORPHRAY_REFUSED_ID(rtcGetGeometryFace, unsigned int)
+MORPHRAY_REFUSED_ID(rtcGetGeometryNextHalfEdge, unsigned int)
+MORPHRAY_REFUSED_ID(rtcGetGeometryPreviousHalfEdge, unsigned int)
+MORPHRAY_REFUSED_ID(rtcGetGeometryOppositeHalfEdge, unsigned int, unsigned int)
 
 #if MORPHRAY_EMBREE == 3
 
-void rtcFilterIntersection(const struct RTCIntersectFunctionNArguments*,
-                           const struct RTCFilterFunctionNArguments*) {
-    refuse("rtcFilterIntersection", nullptr, "user geometries are");
-}
-void rtcFilterOcclusion(const struct RTCOccludedFunctionNArguments*,
-                        const struct RTCFilterFunctionNArguments*) {
-    refuse("rtcFilterOcclusion", nullptr, "user geometries are");
-}
+MORPHRAY_REFUSED(rtcFilterIntersection, kNoDevice, kUser, const RTCIntersectFunctionNArguments*,
+                 const RTCFilterFunctionNArguments*)
+MORPHRAY_REFUSED(rtcFilterOcclusion, kNoDevice, kUser, const RTCOccludedFunctionNArguments*,
+                 const RTCFilterFunctionNArguments*)
 
 #else
 
-void rtcInvokeIntersectFilterFromGeometry(const struct RTCIntersectFunctionNArguments*,
-                                          const struct RTCFilterFunctionNArguments*) {
-    refuse("rtcInvokeIntersectFilterFromGeometry", nullptr, "user geometries are");
-}
-void rtcInvokeOccludedFilterFromGeometry(const struct RTCOccludedFunctionNArguments*,
-                                         const struct RTCFilterFunctionNArguments*) {
-    refuse("rtcInvokeOccludedFilterFromGeometry", nullptr, "user geometries are");
-}
+MORPHRAY_REFUSED_FOR(rtcSetGeometryInstancedScenes, "instance arrays are", RTCScene*, size_t)
+MORPHRAY_REFUSED(rtcInvokeIntersectFilterFromGeometry, kNoDevice, kUser,
+                 const RTCIntersectFunctionNArguments*, const RTCFilterFunctionNArguments*)
+MORPHRAY_REFUSED(rtcInvokeOccludedFilterFromGeometry, kNoDevice, kUser,
+                 const RTCOccludedFunctionNArguments*, const RTCFilterFunctionNArguments*)
 
-// Rays that user geometries forward.
-void rtcForwardIntersect1(const struct RTCIntersectFunctionNArguments*, RTCScene scene,
-                          struct RTCRay*, unsigned int) {
-    refuse("rtcForwardIntersect1", scene, "user geometries are");
-}
-void rtcForwardIntersect1Ex(const struct RTCIntersectFunctionNArguments*, RTCScene scene,
-                            struct RTCRay*, unsigned int, unsigned int) {
-    refuse("rtcForwardIntersect1Ex", scene, "user geometries are");
-}
-void rtcForwardIntersect4(const int*, const struct RTCIntersectFunctionNArguments*, RTCScene scene,
-                          struct RTCRay4*, unsigned int) {
-    refuse("rtcForwardIntersect4", scene, "user geometries are");
-}
-void rtcForwardIntersect4Ex(const int*, const struct RTCIntersectFunctionNArguments*,
-                            RTCScene scene, struct RTCRay4*, unsigned int, unsigned int) {
-    refuse("rtcForwardIntersect4Ex", scene, "user geometries are");
-}
-void rtcForwardIntersect8(const int*, const struct RTCIntersectFunctionNArguments*, RTCScene scene,
-                          struct RTCRay8*, unsigned int) {
-    refuse("rtcForwardIntersect8", scene, "user geometries are");
-}
-void rtcForwardIntersect8Ex(const int*, const struct RTCIntersectFunctionNArguments*,
-                            RTCScene scene, struct RTCRay8*, unsigned int, unsigned int) {
-    refuse("rtcForwardIntersect8Ex", scene, "user geometries are");
-}
-void rtcForwardIntersect16(const int*, const struct RTCIntersectFunctionNArguments*, RTCScene scene,
-                           struct RTCRay16*, unsigned int) {
-    refuse("rtcForwardIntersect16", scene, "user geometries are");
-}
-void rtcForwardIntersect16Ex(const int*, const struct RTCIntersectFunctionNArguments*,
-                             RTCScene scene, struct RTCRay16*, unsigned int, unsigned int) {
-    refuse("rtcForwardIntersect16Ex", scene, "user geometries are");
-}
-void rtcForwardOccluded1(const struct RTCOccludedFunctionNArguments*, RTCScene scene,
-                         struct RTCRay*, unsigned int) {
-    refuse("rtcForwardOccluded1", scene, "user geometries are");
-}
-void rtcForwardOccluded1Ex(const struct RTCOccludedFunctionNArguments*, RTCScene scene,
-                           struct RTCRay*, unsigned int, unsigned int) {
-    refuse("rtcForwardOccluded1Ex", scene, "user geometries are");
-}
-void rtcForwardOccluded4(const int*, const struct RTCOccludedFunctionNArguments*, RTCScene scene,
-                         struct RTCRay4*, unsigned int) {
-    refuse("rtcForwardOccluded4", scene, "user geometries are");
-}
-void rtcForwardOccluded4Ex(const int*, const struct RTCOccludedFunctionNArguments*, RTCScene scene,
-                           struct RTCRay4*, unsigned int, unsigned int) {
-    refuse("rtcForwardOccluded4Ex", scene, "user geometries are");
-}
-void rtcForwardOccluded8(const int*, const struct RTCOccludedFunctionNArguments*, RTCScene scene,
-                         struct RTCRay8*, unsigned int) {
-    refuse("rtcForwardOccluded8", scene, "user geometries are");
-}
-void rtcForwardOccluded8Ex(const int*, const struct RTCOccludedFunctionNArguments*, RTCScene scene,
-                           struct RTCRay8*, unsigned int, unsigned int) {
-    refuse("rtcForwardOccluded8Ex", scene, "user geometries are");
-}
-void rtcForwardOccluded16(const int*, const struct RTCOccludedFunctionNArguments*, RTCScene scene,
-                          struct RTCRay16*, unsigned int) {
-    refuse("rtcForwardOccluded16", scene, "user geometries are");
-}
-void rtcForwardOccluded16Ex(const int*, const struct RTCOccludedFunctionNArguments*, RTCScene scene,
-                            struct RTCRay16*, unsigned int, unsigned int) {
-    refuse("rtcForwardOccluded16Ex", scene, "user geometries are");
-}
+/// Defines the functions by which user geometries forward one ray.
+#define MORPHRAY_FORWARD(kind)                                                                    \
+    MORPHRAY_REFUSED(rtcForward##kind##1, kNoDevice, kUser, const RTC##kind##FunctionNArguments*, \
+                     RTCScene, RTCRay*, unsigned int)                                             \
+    MORPHRAY_REFUSED(rtcForward##kind##1Ex, kNoDevice, kUser,                                     \
+                     const RTC##kind##FunctionNArguments*, RTCScene, RTCRay*, unsigned int,       \
+                     unsigned int)
+/// Defines those for packets of n rays.
+#define MORPHRAY_FORWARD_PACKET(kind, n)                                                       \
+    MORPHRAY_REFUSED(rtcForward##kind##n, kNoDevice, kUser, const int*,                        \
+                     const RTC##kind##FunctionNArguments*, RTCScene, RTCRay##n*, unsigned int) \
+    MORPHRAY_REFUSED(rtcForward##kind##n##Ex, kNoDevice, kUser, const int*,                    \
+                     const RTC##kind##FunctionNArguments*, RTCScene, RTCRay##n*, unsigned int, \
+                     unsigned int)
+
+MORPHRAY_FORWARD(Intersect)
+MORPHRAY_FORWARD_PACKET(Intersect, 4)
+MORPHRAY_FORWARD_PACKET(Intersect, 8)
+MORPHRAY_FORWARD_PACKET(Intersect, 16)
+MORPHRAY_FORWARD(Occluded)
+MORPHRAY_FORWARD_PACKET(Occluded, 4)
+MORPHRAY_FORWARD_PACKET(Occluded, 8)
+MORPHRAY_FORWARD_PACKET(Occluded, 16)
 
 #endif

@@ -11,12 +11,12 @@
 #include <set>
 #include <string>
 
-#include "tests/library/embree/door.h"
+#include "tests/library/embree/embree_api.h"
 
 namespace mray {
 namespace {
 
-using namespace door_test;
+using namespace embree_test;
 
 /// The functions that the headers declare and do not define.
 std::set<std::string> declared_functions() {
@@ -38,7 +38,7 @@ std::set<std::string> declared_functions() {
     return names;
 }
 
-TEST(DoorAbi, ExportsWhatTheHeadersDeclareAndNothingElse) {
+TEST(EmbreeAbi, ExportsWhatTheHeadersDeclareAndNothingElse) {
     std::set<std::string> expected = declared_functions();
     ASSERT_GT(expected.size(), 90u);
     expected.insert("rtcMakeStaticBVH");  // Embree exports it undeclared.
@@ -57,7 +57,7 @@ TEST(DoorAbi, ExportsWhatTheHeadersDeclareAndNothingElse) {
     EXPECT_EQ(exported, expected);
 }
 
-TEST(DoorAbi, RecordsHaveTheSizesOfTheVersion) {
+TEST(EmbreeAbi, RecordsHaveTheSizesOfTheVersion) {
     EXPECT_EQ(sizeof(RTCRay), 48u);
     EXPECT_EQ(offsetof(RTCRayHit, hit), 48u);
 #if MORPHRAY_EMBREE == 3
@@ -69,13 +69,13 @@ TEST(DoorAbi, RecordsHaveTheSizesOfTheVersion) {
 #endif
 }
 
-TEST(DoorAbi, TheVersionIsThatOfTheHeaders) {
-    const Door door;
-    EXPECT_EQ(rtcGetDeviceProperty(door.device, RTC_DEVICE_PROPERTY_VERSION), RTC_VERSION);
-    EXPECT_EQ(rtcGetDeviceProperty(door.device, RTC_DEVICE_PROPERTY_VERSION_MAJOR),
+TEST(EmbreeAbi, TheVersionIsThatOfTheHeaders) {
+    const TestDevice device;
+    EXPECT_EQ(rtcGetDeviceProperty(device.handle, RTC_DEVICE_PROPERTY_VERSION), RTC_VERSION);
+    EXPECT_EQ(rtcGetDeviceProperty(device.handle, RTC_DEVICE_PROPERTY_VERSION_MAJOR),
               MORPHRAY_EMBREE);
-    EXPECT_EQ(rtcGetDeviceProperty(door.device, RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED), 1);
-    EXPECT_EQ(rtcGetDeviceProperty(door.device, RTC_DEVICE_PROPERTY_CURVE_GEOMETRY_SUPPORTED), 0);
+    EXPECT_EQ(rtcGetDeviceProperty(device.handle, RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED), 1);
+    EXPECT_EQ(rtcGetDeviceProperty(device.handle, RTC_DEVICE_PROPERTY_CURVE_GEOMETRY_SUPPORTED), 0);
 }
 
 }  // namespace

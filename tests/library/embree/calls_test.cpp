@@ -13,17 +13,17 @@
 
 #include "morphray/morphray.hpp"
 #include "tests/fuzz/generate/dice.h"
-#include "tests/library/embree/door.h"
+#include "tests/library/embree/embree_api.h"
 
 namespace mray {
 namespace {
 
-using namespace door_test;
+using namespace embree_test;
 using fuzz::Dice;
 
 constexpr float kFar = 2e18f;
 
-/// A geometry of triangles or quads in buffers of the door.
+/// A geometry of triangles or quads in buffers of the Embree API.
 struct Mesh {
     RTCGeometry geometry = nullptr;
     bool is_quads = false;
@@ -43,7 +43,7 @@ Point draw_point(Dice& dice) {
     return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
 }
 
-/// The library's scene of the meshes, which ascend by the door's numbers.
+/// The library's scene of the meshes, which ascend by their IDs.
 struct Model {
     struct Part {
         unsigned int geom_id;
@@ -112,7 +112,7 @@ struct Model {
     }
 };
 
-/// A scene of the door and the model beside it.
+/// A scene of the Embree API and the model beside it.
 class Play {
 public:
     explicit Play(std::uint64_t seed) : dice_(seed), has_masks_(dice_.one_in(3)) {
@@ -126,7 +126,7 @@ public:
         if (has_masks_) rtcSetGeometryMask(frame.geometry, kInvalid);
         const int steps = dice_.from(4, 20);
         for (int i = 0; i < steps && !testing::Test::HasFailure(); ++i) step();
-        EXPECT_EQ(door_.error(), RTC_ERROR_NONE);
+        EXPECT_EQ(device_.error(), RTC_ERROR_NONE);
     }
     ~Play() { rtcReleaseScene(scene_); }
     Play(const Play&) = delete;
@@ -134,7 +134,7 @@ public:
 private:
     void attach(unsigned int id, Mesh& mesh) {
         mesh.geometry = rtcNewGeometry(
-            door_.device, mesh.is_quads ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_TRIANGLE);
+            device_.handle, mesh.is_quads ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_TRIANGLE);
         mesh.buffer = static_cast<Point*>(
             rtcSetNewGeometryBuffer(mesh.geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                     sizeof(Point), mesh.vertices.size()));
@@ -225,7 +225,7 @@ private:
     void renew() {
         const RTCSceneFlags flags = rtcGetSceneFlags(scene_);
         rtcReleaseScene(scene_);
-        scene_ = rtcNewScene(door_.device);
+        scene_ = rtcNewScene(device_.handle);
         rtcSetSceneFlags(scene_, flags);
         for (auto& [id, mesh] : meshes_) {
             attach(id, mesh);
@@ -281,26 +281,22 @@ private:
 
     /// One lane of a packet, the others of which are off.
     void ask_packet(const RTCRayHit& ray, const RTCRayHit& expected) {
-        constexpr std::size_t kMembers = MORPHRAY_EMBREE == 3 ? 20 : 21;
         RTCRayHit16 packet;
         std::memset(&packet, 0, sizeof packet);
         alignas(64) int valid[16] = {};
         const std::uint32_t lane = dice_.below(16);
         valid[lane] = -1;
-        auto* const floats = reinterpret_cast<float*>(&packet);
-        for (std::size_t k = 0; k < kMembers; ++k)
-            std::memcpy(&floats[k * 16 + lane], reinterpret_cast<const float*>(&ray) + k, 4);
+        store_lane(&ray, &packet, 16, lane);
         trace_packet(rtcIntersect16, valid, scene_, &packet);
         RTCRayHit found = ray;
-        for (std::size_t k = 0; k < kMembers; ++k)
-            std::memcpy(reinterpret_cast<float*>(&found) + k, &floats[k * 16 + lane], 4);
+        load_lane(&packet, &found, 16, lane);
         ASSERT_TRUE(are_same(found, expected)) << "as lane " << lane << " of a packet";
     }
 
     Dice dice_;
     const bool has_masks_;
-    const Door door_;
-    RTCScene scene_ = rtcNewScene(door_.device);
+    const TestDevice device_;
+    RTCScene scene_ = rtcNewScene(device_.handle);
     /// Those that are attached, by number.
     std::map<unsigned int, Mesh> meshes_;
     Model model_;
@@ -312,10 +308,10 @@ std::uint64_t setting(const char* name, std::uint64_t otherwise) {
     return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
 }
 
-// MORPHRAY_DOOR_CASES=N tries N cases, MORPHRAY_DOOR_SEED=S from seed S on.
-TEST(DoorCalls, AnswerAsTheModelDoes) {
-    const std::uint64_t first = setting("MORPHRAY_DOOR_SEED", 1);
-    const std::uint64_t count = setting("MORPHRAY_DOOR_CASES", 300);
+// MORPHRAY_EMBREE_CASES=N tries N cases, MORPHRAY_EMBREE_SEED=S from seed S on.
+TEST(EmbreeCalls, AnswerAsTheModelDoes) {
+    const std::uint64_t first = setting("MORPHRAY_EMBREE_SEED", 1);
+    const std::uint64_t count = setting("MORPHRAY_EMBREE_CASES", 300);
     for (std::uint64_t seed = first; seed < first + count && !HasFailure(); ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         const Play play(seed);

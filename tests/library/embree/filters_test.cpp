@@ -1,12 +1,12 @@
 // Masks and filters.
 #include <gtest/gtest.h>
 
-#include "tests/library/embree/door.h"
+#include "tests/library/embree/embree_api.h"
 
 namespace mray {
 namespace {
 
-using namespace door_test;
+using namespace embree_test;
 
 /// The hits that filters see, and which of them pass.
 struct Seen {
@@ -25,18 +25,18 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
     if (t < seen->least_accepted) arguments->valid[0] = 0;
 }
 
-class DoorFilters : public testing::Test {
+class EmbreeFilters : public testing::Test {
 protected:
-    DoorFilters() { seen = &seen_; }
+    EmbreeFilters() { seen = &seen_; }
     Seen seen_;
-    Door door_;
+    TestDevice device_;
 };
 
-TEST_F(DoorFilters, RejectedHitsAreFollowedByTheNext) {
-    RTCGeometry upper = door_.triangle(0);
+TEST_F(EmbreeFilters, RejectedHitsAreFollowedByTheNext) {
+    RTCGeometry upper = device_.triangle(0);
     rtcSetGeometryIntersectFilterFunction(upper, filter);
     rtcSetGeometryOccludedFilterFunction(upper, filter);
-    RTCScene scene = door_.committed({upper, door_.triangle(-1)});
+    RTCScene scene = device_.committed({upper, device_.triangle(-1)});
     const RTCRayHit hit = trace(scene, down(0.25f, 0.25f));
     EXPECT_EQ(hit.hit.geomID, 1u);
     EXPECT_EQ(hit.ray.tfar, 2);
@@ -51,8 +51,9 @@ TEST_F(DoorFilters, RejectedHitsAreFollowedByTheNext) {
     rtcReleaseScene(scene);
 }
 
-TEST_F(DoorFilters, HitsAtOnePlaceAreAllSeenInOrder) {
-    RTCScene scene = door_.committed({door_.triangle(), door_.triangle(), door_.triangle(-1)});
+TEST_F(EmbreeFilters, HitsAtOnePlaceAreAllSeenInOrder) {
+    RTCScene scene =
+        device_.committed({device_.triangle(), device_.triangle(), device_.triangle(-1)});
     Query query;
     query.filter = filter;
     const RTCRayHit hit = trace(scene, down(0.25f, 0.25f), query);
@@ -61,24 +62,24 @@ TEST_F(DoorFilters, HitsAtOnePlaceAreAllSeenInOrder) {
     rtcReleaseScene(scene);
 }
 
-TEST_F(DoorFilters, SeeAClosedMeshAnEvenNumberOfTimesThroughItsEdges) {
+TEST_F(EmbreeFilters, SeeAClosedMeshAnEvenNumberOfTimesThroughItsEdges) {
     // A cube; rays go through edges, corners and diagonals of faces.
     std::vector<Point> corners;
     for (int i = 0; i < 8; ++i)
         corners.push_back({static_cast<float>(i & 1), static_cast<float>(i >> 1 & 1),
                            static_cast<float>(i >> 2)});
-    RTCScene scene = door_.committed({door_.triangles(corners, {{0, 2, 1},
-                                                                {1, 2, 3},
-                                                                {4, 5, 6},
-                                                                {5, 7, 6},
-                                                                {0, 1, 4},
-                                                                {1, 5, 4},
-                                                                {2, 6, 3},
-                                                                {3, 6, 7},
-                                                                {0, 4, 2},
-                                                                {2, 4, 6},
-                                                                {1, 3, 5},
-                                                                {3, 7, 5}})});
+    RTCScene scene = device_.committed({device_.triangles(corners, {{0, 2, 1},
+                                                                    {1, 2, 3},
+                                                                    {4, 5, 6},
+                                                                    {5, 7, 6},
+                                                                    {0, 1, 4},
+                                                                    {1, 5, 4},
+                                                                    {2, 6, 3},
+                                                                    {3, 6, 7},
+                                                                    {0, 4, 2},
+                                                                    {2, 4, 6},
+                                                                    {1, 3, 5},
+                                                                    {3, 7, 5}})});
     Query query;
     query.filter = filter;
     for (const Point& through :
@@ -94,17 +95,18 @@ TEST_F(DoorFilters, SeeAClosedMeshAnEvenNumberOfTimesThroughItsEdges) {
     rtcReleaseScene(scene);
 }
 
-TEST_F(DoorFilters, QuadsAreSeenOnceThroughTheirDiagonal) {
-    RTCScene scene = door_.committed(
-        {door_.quads({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{{0, 1, 2, 3}}})});
+TEST_F(EmbreeFilters, QuadsAreSeenOnceThroughTheirDiagonal) {
+    RTCScene scene = device_.committed(
+        {device_.quads({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{{0, 1, 2, 3}}})});
     Query query;
     query.filter = filter;
     trace(scene, down(0.5f, 0.5f), query);
     EXPECT_EQ(seen_.t.size(), 1u);
     rtcReleaseScene(scene);
-    RTCGeometry quad = door_.quads({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{{0, 1, 2, 3}}});
+    RTCGeometry quad =
+        device_.quads({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{{0, 1, 2, 3}}});
     rtcSetGeometryIntersectFilterFunction(quad, filter);
-    scene = door_.committed({quad});
+    scene = device_.committed({quad});
     seen_ = {};
     trace(scene, down(0.5f, 0.5f));
     EXPECT_EQ(seen_.t.size(), 1u);
@@ -116,26 +118,22 @@ template <class Packet, class Function>
 Packet traced_with_masks(RTCScene scene, Function function) {
     Packet packet;
     std::memset(&packet, 0, sizeof packet);
-    auto* const members = reinterpret_cast<float*>(&packet);
-    const RTCRayHit ray = down(0.25f, 0.25f);
+    RTCRayHit ray = down(0.25f, 0.25f);
     for (unsigned int lane = 0; lane < 8; ++lane) {
-        for (unsigned int member = 0; member < sizeof(Packet) / 32; ++member)
-            std::memcpy(members + 8 * member + lane, reinterpret_cast<const float*>(&ray) + member,
-                        4);
-        const unsigned int mask = lane;
-        std::memcpy(members + 8 * 9 + lane, &mask, 4);
+        ray.ray.mask = lane;
+        store_lane(&ray, &packet, 8, lane, sizeof(Packet) / 32);
     }
     alignas(32) const int valid[8] = {-1, -1, -1, -1, -1, -1, -1, -1};
     trace_packet(function, valid, scene, &packet);
     return packet;
 }
 
-TEST_F(DoorFilters, RaysOfAPacketHaveMasksOfTheirOwn) {
-    RTCGeometry upper = door_.triangle(0);
+TEST_F(EmbreeFilters, RaysOfAPacketHaveMasksOfTheirOwn) {
+    RTCGeometry upper = device_.triangle(0);
     rtcSetGeometryMask(upper, 2);
-    RTCGeometry lower = door_.triangle(-1);
+    RTCGeometry lower = device_.triangle(-1);
     rtcSetGeometryMask(lower, 4);
-    RTCScene scene = door_.committed({upper, lower});
+    RTCScene scene = device_.committed({upper, lower});
     const auto hits = traced_with_masks<RTCRayHit8>(scene, rtcIntersect8);
     const auto shadows = traced_with_masks<RTCRay8>(scene, rtcOccluded8);
     for (unsigned int mask = 0; mask < 8; ++mask) {
@@ -151,12 +149,12 @@ void count_and_reject(const RTCFilterFunctionNArguments* arguments) {
     arguments->valid[0] = 0;
 }
 
-TEST_F(DoorFilters, TheSecondOneSeesNoHitThatTheFirstOneRejects) {
-    RTCGeometry mesh = door_.triangle();
+TEST_F(EmbreeFilters, TheSecondOneSeesNoHitThatTheFirstOneRejects) {
+    RTCGeometry mesh = device_.triangle();
     int count = 0;
     rtcSetGeometryUserData(mesh, &count);
     rtcSetGeometryIntersectFilterFunction(mesh, count_and_reject);
-    RTCScene scene = door_.committed({mesh});
+    RTCScene scene = device_.committed({mesh});
     Query query;
     query.filter = filter;
     EXPECT_EQ(trace(scene, down(0.25f, 0.25f), query).hit.geomID, kInvalid);

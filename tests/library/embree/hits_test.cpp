@@ -7,16 +7,16 @@
 #include <vector>
 
 #include "morphray/device.hpp"
-#include "tests/library/embree/door.h"
+#include "tests/library/embree/embree_api.h"
 
 namespace mray {
 namespace {
 
-using namespace door_test;
+using namespace embree_test;
 
-TEST(DoorHits, HaveTheNormalAndWeightsOfEmbree) {
-    const Door door;
-    RTCScene scene = door.committed({door.triangle()});
+TEST(EmbreeHits, HaveTheNormalAndWeightsOfEmbree) {
+    const TestDevice device;
+    RTCScene scene = device.committed({device.triangle()});
     const RTCRayHit hit = trace(scene, down(0.25f, 0.5f, 2));
     EXPECT_EQ(hit.ray.tfar, 2);
     EXPECT_EQ(hit.hit.u, 0.25f);
@@ -32,9 +32,9 @@ TEST(DoorHits, HaveTheNormalAndWeightsOfEmbree) {
     rtcReleaseScene(scene);
 }
 
-TEST(DoorHits, MissesAndBadRaysChangeNoBitAndAreNoErrors) {
-    const Door door;
-    RTCScene scene = door.committed({door.triangle()});
+TEST(EmbreeHits, MissesAndBadRaysChangeNoBitAndAreNoErrors) {
+    const TestDevice device;
+    RTCScene scene = device.committed({device.triangle()});
     for (const RTCRayHit& bad :
          {make_ray({kNan, 0, 1}, {0, 0, -1}), make_ray({0.2f, 0.2f, 1}, {kNan, 0, -1}),
           make_ray({0.2f, 0.2f, 1}, {0, 0, -1}, kNan),
@@ -48,15 +48,15 @@ TEST(DoorHits, MissesAndBadRaysChangeNoBitAndAreNoErrors) {
         occluded1(scene, ray);
         EXPECT_EQ(std::memcmp(&ray, &bad.ray, sizeof ray), 0);
     }
-    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    EXPECT_EQ(device.error(), RTC_ERROR_NONE);
     rtcReleaseScene(scene);
 }
 
-TEST(DoorHits, QuadsHaveOneIdAndOneSquareOfWeights) {
-    const Door door;
-    RTCScene scene = door.committed(
-        {door.quads({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {5, 0, 0}, {6, 0, 0}, {5, 1, 0}},
-                    {{{4, 5, 6, 6}}, {{0, 1, 2, 3}}})});
+TEST(EmbreeHits, QuadsHaveOneIdAndOneSquareOfWeights) {
+    const TestDevice device;
+    RTCScene scene = device.committed(
+        {device.quads({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {5, 0, 0}, {6, 0, 0}, {5, 1, 0}},
+                      {{{4, 5, 6, 6}}, {{0, 1, 2, 3}}})});
     for (const auto& [x, y] : {std::array{0.25f, 0.5f}, std::array{0.75f, 0.875f}}) {
         const RTCRayHit hit = trace(scene, down(x, y));
         EXPECT_EQ(hit.hit.primID, 1u);
@@ -70,8 +70,8 @@ TEST(DoorHits, QuadsHaveOneIdAndOneSquareOfWeights) {
     rtcReleaseScene(scene);
 }
 
-TEST(DoorHits, StridesAndSharedBuffersAreRead) {
-    const Door door;
+TEST(EmbreeHits, StridesAndSharedBuffersAreRead) {
+    const TestDevice device;
     struct Vertex {
         float normal[3];
         Point position;
@@ -80,22 +80,22 @@ TEST(DoorHits, StridesAndSharedBuffersAreRead) {
     const std::vector<Vertex> vertices = {
         {{}, {0, 0, 0}, 0}, {{}, {1, 0, 0}, 0}, {{}, {0, 1, 0}, 0}};
     const std::vector<std::array<unsigned int, 5>> indices = {{9, 9, 0, 1, 2}};
-    RTCGeometry mesh = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    RTCGeometry mesh = rtcNewGeometry(device.handle, RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, vertices.data(),
                                12, sizeof(Vertex), vertices.size());
     rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices.data(), 8,
                                20, 1);
-    RTCScene scene = door.committed({mesh});
+    RTCScene scene = device.committed({mesh});
     EXPECT_EQ(trace(scene, down(0.25f, 0.5f)).hit.v, 0.5f);
-    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    EXPECT_EQ(device.error(), RTC_ERROR_NONE);
     rtcReleaseScene(scene);
 }
 
-TEST(DoorHits, BoundsAreThoseOfTriangles) {
-    const Door door;
+TEST(EmbreeHits, BoundsAreThoseOfTriangles) {
+    const TestDevice device;
     // Two vertices belong to no triangle. They stretch no scene so far that the triangle is a
     // point.
-    RTCScene scene = door.committed({door.triangles(
+    RTCScene scene = device.committed({device.triangles(
         {{-1, 0, 0}, {1, 0, 2}, {9, 9, 9}, {0, 3, 0}, {-3e38f, 2e38f, 1e38f}}, {{0, 1, 3}})});
     const RTCRayHit hit = trace(scene, down(0, 1, 3));
     EXPECT_NEAR(hit.hit.v, 1 / 3.0f, 1e-6f);
@@ -112,8 +112,8 @@ TEST(DoorHits, BoundsAreThoseOfTriangles) {
         EXPECT_EQ(each.upper_z, 2);
     }
     rtcGetSceneLinearBounds(scene, nullptr);
-    EXPECT_EQ(door.error(), RTC_ERROR_INVALID_ARGUMENT);
-    RTCScene empty = door.committed({});
+    EXPECT_EQ(device.error(), RTC_ERROR_INVALID_ARGUMENT);
+    RTCScene empty = device.committed({});
     rtcGetSceneBounds(empty, &bounds);
     EXPECT_EQ(bounds.lower_x, kInfinity);
     EXPECT_EQ(bounds.upper_x, -kInfinity);

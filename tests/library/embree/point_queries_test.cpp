@@ -1,12 +1,12 @@
 // Point queries.
 #include <gtest/gtest.h>
 
-#include "tests/library/embree/door.h"
+#include "tests/library/embree/embree_api.h"
 
 namespace mray {
 namespace {
 
-using namespace door_test;
+using namespace embree_test;
 
 bool lower_radius(RTCPointQueryFunctionArguments* arguments) {
     ++*static_cast<int*>(arguments->userPtr);
@@ -19,12 +19,12 @@ bool count_only(RTCPointQueryFunctionArguments* arguments) {
     return false;
 }
 
-TEST(DoorPointQueries, VisitPrimitivesWithinTheRadius) {
-    const Door door;
+TEST(EmbreePointQueries, VisitPrimitivesWithinTheRadius) {
+    const TestDevice device;
     const Waves waves(16);
-    RTCScene scene = door.committed(
-        {door.triangles(waves.vertices, waves.indices),
-         door.quads({{9, 0, 0}, {10, 0, 0}, {10, 1, 0}, {9, 1, 0}}, {{{0, 1, 2, 3}}})});
+    RTCScene scene = device.committed(
+        {device.triangles(waves.vertices, waves.indices),
+         device.quads({{9, 0, 0}, {10, 0, 0}, {10, 1, 0}, {9, 1, 0}}, {{{0, 1, 2, 3}}})});
     const auto count = [&](Point at, float radius, RTCPointQueryFunction function) {
         RTCPointQuery query = {at[0], at[1], at[2], 0, radius};
         RTCPointQueryContext context;
@@ -39,45 +39,8 @@ TEST(DoorPointQueries, VisitPrimitivesWithinTheRadius) {
     // The nearest primitives come first, and once the radius is small no others.
     EXPECT_LE(count({9.5f, 0.5f, 1}, kInfinity, lower_radius), 4);
     EXPECT_EQ(count({kInfinity, 0, 0}, 1, count_only), 0);
-    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    EXPECT_EQ(device.error(), RTC_ERROR_NONE);
     rtcReleaseScene(scene);
-}
-
-/// The primitives that a query of any radius visits, in their order.
-std::vector<unsigned int> visited_from(RTCScene scene, Point at) {
-    RTCPointQuery query = {at[0], at[1], at[2], 0, kInfinity};
-    RTCPointQueryContext context;
-    rtcInitPointQueryContext(&context);
-    std::vector<unsigned int> visited;
-    rtcPointQuery(scene, &query, &context, note_prim, &visited);
-    return visited;
-}
-
-/// The triangles of a column in the order in which a query at y = 0 visits them. `heights` has the
-/// y of each.
-std::vector<unsigned int> visited_from_below(const std::vector<float>& heights) {
-    const Door door;
-    std::vector<Point> vertices;
-    std::vector<std::array<unsigned int, 3>> indices;
-    for (const float y : heights) {
-        const auto first = static_cast<unsigned int>(vertices.size());
-        vertices.insert(vertices.end(), {{0, y, 0}, {0.5f, y, 0}, {0, y + 0.5f, 0}});
-        indices.push_back({first, first + 1, first + 2});
-    }
-    RTCScene scene = door.committed({door.triangles(vertices, indices)});
-    const std::vector<unsigned int> visited = visited_from(scene, {0, 0, 0});
-    rtcReleaseScene(scene);
-    return visited;
-}
-
-TEST(DoorPointQueries, VisitTheNearerHalfFirst) {
-    const std::vector<float> heights = {6, 1, 4, 3, 0, 7, 2, 5};
-    const std::vector<unsigned int> visited = visited_from_below(heights);
-    ASSERT_EQ(visited.size(), heights.size());
-    for (std::size_t i = 0; i < visited.size(); ++i)
-        EXPECT_EQ(heights[visited[i]] < 4, i < 4) << visited[i];
-    // Four are not parted.
-    EXPECT_EQ(visited_from_below({3, 2, 1, 0}), (std::vector<unsigned int>{0, 1, 2, 3}));
 }
 
 bool changes_once(RTCPointQueryFunctionArguments* arguments) {
@@ -98,10 +61,10 @@ bool changes_once(RTCPointQueryFunctionArguments* arguments) {
     return is_first;
 }
 
-TEST(DoorPointQueries, KnowTheInstance) {
-    const Door door;
-    RTCScene child = door.committed({door.triangle(), door.triangle(-1)});
-    RTCScene scene = instance_of(door, child, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
+TEST(EmbreePointQueries, KnowTheInstance) {
+    const TestDevice device;
+    RTCScene child = device.committed({device.triangle(), device.triangle(-1)});
+    RTCScene scene = instance_of(device, child, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
                                  {0, 2, 0, 10, 2, 0, 0, 20, 0, 0, 2, 30});
     rtcDetachGeometry(scene, 0);
     rtcCommitScene(scene);
@@ -150,10 +113,10 @@ bool note_call(RTCPointQueryFunctionArguments* arguments) {
     return false;
 }
 
-TEST(DoorPointQueries, StartAtTheTopOfTheCallersInstances) {
-    const Door door;
-    RTCScene child = door.committed({door.triangle()});
-    RTCScene nested = instance_of(door, child, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
+TEST(EmbreePointQueries, StartAtTheTopOfTheCallersInstances) {
+    const TestDevice device;
+    RTCScene child = device.committed({device.triangle()});
+    RTCScene nested = instance_of(device, child, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
                                   {1, 0, 0, 0, 0, 1, 0, 3, 0, 0, 1, 0});
     RTCPointQueryContext context;
     const auto ask = [&](RTCScene scene, Point at, float radius) {
@@ -188,7 +151,7 @@ TEST(DoorPointQueries, StartAtTheTopOfTheCallersInstances) {
     EXPECT_EQ(flat.prims.size(), 1u);
     EXPECT_EQ(flat.similarity, 0);
     EXPECT_TRUE(ask(child, {0.2f, 0.2f, 3}, 0.6f).prims.empty());
-    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    EXPECT_EQ(device.error(), RTC_ERROR_NONE);
     for (RTCScene each : {nested, child}) rtcReleaseScene(each);
 }
 

@@ -1,17 +1,17 @@
 // Commits: updates, refits, geometries that come and go, instances.
 #include <gtest/gtest.h>
 
-#include "tests/library/embree/door.h"
+#include "tests/library/embree/embree_api.h"
 
 namespace mray {
 namespace {
 
-using namespace door_test;
+using namespace embree_test;
 
-TEST(DoorScenes, PositionsWrittenInPlaceAreSeenAfterBothCommits) {
-    const Door door;
-    RTCGeometry mesh = door.triangle();
-    RTCScene scene = door.committed({mesh});
+TEST(EmbreeScenes, PositionsWrittenInPlaceAreSeenAfterBothCommits) {
+    const TestDevice device;
+    RTCGeometry mesh = device.triangle();
+    RTCScene scene = device.committed({mesh});
     for (const float z : {-1.0f, -2.0f, -3.0f}) {
         auto* const points =
             static_cast<Point*>(rtcGetGeometryBufferData(mesh, RTC_BUFFER_TYPE_VERTEX, 0));
@@ -25,15 +25,15 @@ TEST(DoorScenes, PositionsWrittenInPlaceAreSeenAfterBothCommits) {
     rtcReleaseScene(scene);
 }
 
-TEST(DoorScenes, NewBuffersReplaceTheOldOnes) {
-    const Door door;
-    RTCScene scene = door.committed({door.triangle()});
+TEST(EmbreeScenes, NewBuffersReplaceTheOldOnes) {
+    const TestDevice device;
+    RTCScene scene = device.committed({device.triangle()});
     const std::vector<Point> moved = {{0, 0, -4}, {1, 0, -4}, {0, 1, -4}};
     rtcSetSharedGeometryBuffer(rtcGetGeometry(scene, 0), RTC_BUFFER_TYPE_VERTEX, 0,
                                RTC_FORMAT_FLOAT3, moved.data(), 0, sizeof(Point), 3);
     rtcCommitScene(scene);
     EXPECT_EQ(trace(scene, down(0.25f, 0.25f)).ray.tfar, 5);
-    RTCBuffer buffer = rtcNewBuffer(door.device, 3 * sizeof(Point));
+    RTCBuffer buffer = rtcNewBuffer(device.handle, 3 * sizeof(Point));
     std::memcpy(rtcGetBufferData(buffer), moved.data(), 3 * sizeof(Point));
     static_cast<Point*>(rtcGetBufferData(buffer))[0][2] = 0;
     rtcSetGeometryBuffer(rtcGetGeometry(scene, 0), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -44,9 +44,9 @@ TEST(DoorScenes, NewBuffersReplaceTheOldOnes) {
     rtcReleaseScene(scene);
 }
 
-TEST(DoorScenes, InstancesTakeAllLayoutsOfTransformations) {
-    const Door door;
-    RTCScene child = door.committed({door.triangle(), door.triangle(-1)});
+TEST(EmbreeScenes, InstancesTakeAllLayoutsOfTransformations) {
+    const TestDevice device;
+    RTCScene child = device.committed({device.triangle(), device.triangle(-1)});
     // x and y change places, everything is twice as large and moved by (10, 20, 30).
     const std::vector<float> rows = {0, 2, 0, 10, 2, 0, 0, 20, 0, 0, 2, 30};
     const std::vector<float> columns = {0, 2, 0, 2, 0, 0, 0, 0, 2, 10, 20, 30};
@@ -59,7 +59,7 @@ TEST(DoorScenes, InstancesTakeAllLayoutsOfTransformations) {
         {RTC_FORMAT_FLOAT4X4_ROW_MAJOR, rows4},
         {RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, columns4}};
     for (const auto& [format, floats] : layouts) {
-        RTCScene scene = instance_of(door, child, format, floats);
+        RTCScene scene = instance_of(device, child, format, floats);
         const RTCRayHit hit = trace(scene, down(11, 20.5f, 40));
         EXPECT_EQ(hit.ray.tfar, 10);
         EXPECT_EQ(hit.hit.instID[0], 1u);
@@ -73,21 +73,21 @@ TEST(DoorScenes, InstancesTakeAllLayoutsOfTransformations) {
         EXPECT_EQ(read, floats);
         rtcReleaseScene(scene);
     }
-    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    EXPECT_EQ(device.error(), RTC_ERROR_NONE);
     rtcReleaseScene(child);
 }
 
-TEST(DoorScenes, InstancesOfInstances) {
-    const Door door;
-    RTCScene child = door.committed({door.triangle()});
-    RTCScene middle = instance_of(door, child, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
+TEST(EmbreeScenes, InstancesOfInstances) {
+    const TestDevice device;
+    RTCScene child = device.committed({device.triangle()});
+    RTCScene middle = instance_of(device, child, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
                                   {1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0});
-    RTCGeometry instance = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_INSTANCE);
+    RTCGeometry instance = rtcNewGeometry(device.handle, RTC_GEOMETRY_TYPE_INSTANCE);
     rtcSetGeometryInstancedScene(instance, middle);
     // A quarter turn about z, then up.
     std::vector<float> turned = {0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 2};
     rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, turned.data());
-    RTCScene scene = door.committed({instance});
+    RTCScene scene = device.committed({instance});
     // (5.25, 0.5, 0) of the middle scene is at (-0.5, 5.25, 2).
     const RTCRayHit hit = trace(scene, down(-0.5f, 5.25f, 3));
     EXPECT_NEAR(hit.ray.tfar, 1, 1e-6);
@@ -99,7 +99,7 @@ TEST(DoorScenes, InstancesOfInstances) {
     rtcCommitGeometry(instance);
     rtcCommitScene(scene);
     EXPECT_NEAR(trace(scene, down(-0.5f, 5.25f, 3)).ray.tfar, 2, 1e-6);
-    EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+    EXPECT_EQ(device.error(), RTC_ERROR_NONE);
     for (RTCScene each : {scene, middle, child}) rtcReleaseScene(each);
 }
 

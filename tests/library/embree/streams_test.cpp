@@ -3,12 +3,12 @@
 
 #include <cmath>
 
-#include "tests/library/embree/door.h"
+#include "tests/library/embree/embree_api.h"
 
 namespace mray {
 namespace {
 
-using namespace door_test;
+using namespace embree_test;
 
 /// Camera rays row by row, which are traced in packets, and rays of all directions.
 std::vector<RTCRayHit> mixed_rays() {
@@ -26,12 +26,12 @@ std::vector<RTCRayHit> mixed_rays() {
     return rays;
 }
 
-class DoorStreams : public testing::Test {
+class EmbreeStreams : public testing::Test {
 protected:
-    DoorStreams() {
+    EmbreeStreams() {
         const Waves waves(40);
-        scene_ =
-            door_.committed({door_.triangles(waves.vertices, waves.indices), door_.triangle()});
+        scene_ = device_.committed(
+            {device_.triangles(waves.vertices, waves.indices), device_.triangle()});
         for (RTCRayHit& ray : expected_) intersect1(scene_, ray);
         for (const RTCRayHit& ray : mixed_rays()) {
             RTCRay occluded = ray.ray;
@@ -39,8 +39,8 @@ protected:
             occluded_.push_back(occluded);
         }
     }
-    ~DoorStreams() override {
-        EXPECT_EQ(door_.error(), RTC_ERROR_NONE);
+    ~EmbreeStreams() override {
+        EXPECT_EQ(device_.error(), RTC_ERROR_NONE);
         rtcReleaseScene(scene_);
     }
 
@@ -56,58 +56,40 @@ protected:
 
     template <class Packet, class RayPacket, std::size_t n, class Intersect, class Occluded>
     void check_packets(Intersect intersect, Occluded occluded) const {
-        std::vector<RTCRayHit> rays = mixed_rays();
-        std::vector<RTCRay> shadows(rays.size());
-        for (std::size_t first = 0; first < rays.size(); first += n) {
+        const std::vector<RTCRayHit> rays = mixed_rays();
+        for (std::size_t first = 0; first + n <= rays.size(); first += n) {
             Packet packet;
             std::memset(&packet, 0x5A, sizeof packet);
             alignas(64) int valid[n];
-            auto* const floats = reinterpret_cast<float*>(&packet);
             for (std::size_t i = 0; i < n; ++i) {
                 // Some lanes are off.
-                const bool is_on = first + i < rays.size() && (first + i) % 7 != 0;
-                valid[i] = is_on ? -1 : 0;
-                if (!is_on) continue;
-                const auto* const from = reinterpret_cast<const float*>(&rays[first + i]);
-                for (std::size_t k = 0; k < kMembers; ++k)
-                    std::memcpy(&floats[k * n + i], &from[k], 4);
+                valid[i] = (first + i) % 7 == 0 ? 0 : -1;
+                store_lane(&rays[first + i], &packet, n, i);
             }
             RayPacket shadow;
             std::memcpy(&shadow, &packet, sizeof shadow);
-            const Packet before = packet;
             trace_packet(intersect, valid, scene_, &packet);
             trace_packet(occluded, valid, scene_, &shadow);
-            const auto* const old = reinterpret_cast<const float*>(&before);
-            const auto* const dark = reinterpret_cast<const float*>(&shadow);
             for (std::size_t i = 0; i < n; ++i) {
-                if (valid[i] == 0) {
-                    for (std::size_t k = 0; k < kMembers; ++k)
-                        ASSERT_EQ(std::memcmp(&floats[k * n + i], &old[k * n + i], 4), 0);
-                    if (first + i < rays.size()) {
-                        intersect1(scene_, rays[first + i]);
-                        shadows[first + i] = occluded_[first + i];
-                    }
-                    continue;
-                }
-                auto* const to = reinterpret_cast<float*>(&rays[first + i]);
-                for (std::size_t k = 0; k < kMembers; ++k)
-                    std::memcpy(&to[k], &floats[k * n + i], 4);
-                auto* const ray = reinterpret_cast<float*>(&shadows[first + i]);
-                for (std::size_t k = 0; k < 12; ++k) std::memcpy(&ray[k], &dark[k * n + i], 4);
+                RTCRayHit hit = rays[first + i];
+                RTCRay dark = hit.ray;
+                load_lane(&packet, &hit, n, i);
+                load_lane(&shadow, &dark, n, i, kRayMembers);
+                const bool is_on = valid[i] == -1;
+                ASSERT_TRUE(are_same(hit, is_on ? expected_[first + i] : rays[first + i]));
+                const RTCRay& expected = is_on ? occluded_[first + i] : rays[first + i].ray;
+                ASSERT_EQ(std::memcmp(&dark, &expected, sizeof dark), 0);
             }
         }
-        expect_hits(rays);
-        expect_occlusion(shadows);
     }
 
-    static constexpr std::size_t kMembers = MORPHRAY_EMBREE == 3 ? 20 : 21;
-    Door door_;
+    TestDevice device_;
     RTCScene scene_;
     std::vector<RTCRayHit> expected_ = mixed_rays();
     std::vector<RTCRay> occluded_;
 };
 
-TEST_F(DoorStreams, PacketsEqualSingleRays) {
+TEST_F(EmbreeStreams, PacketsEqualSingleRays) {
     check_packets<RTCRayHit4, RTCRay4, 4>(rtcIntersect4, rtcOccluded4);
     check_packets<RTCRayHit8, RTCRay8, 8>(rtcIntersect8, rtcOccluded8);
     check_packets<RTCRayHit16, RTCRay16, 16>(rtcIntersect16, rtcOccluded16);
@@ -121,7 +103,7 @@ std::vector<RTCRay> rays_of(const std::vector<RTCRayHit>& hits) {
     return rays;
 }
 
-TEST_F(DoorStreams, StreamsOfRaysEqualSingleRays) {
+TEST_F(EmbreeStreams, StreamsOfRaysEqualSingleRays) {
     Query query;
     std::vector<RTCRayHit> rays = mixed_rays();
     const auto count = static_cast<unsigned int>(rays.size());
@@ -145,7 +127,7 @@ TEST_F(DoorStreams, StreamsOfRaysEqualSingleRays) {
     expect_occlusion(shadows);
 }
 
-TEST_F(DoorStreams, LongStreamsAreTracedToTheEnd) {
+TEST_F(EmbreeStreams, LongStreamsAreTracedToTheEnd) {
     // More than are traced at a time.
     const std::vector<RTCRayHit> once = mixed_rays();
     std::vector<RTCRayHit> rays;
@@ -157,7 +139,7 @@ TEST_F(DoorStreams, LongStreamsAreTracedToTheEnd) {
         ASSERT_TRUE(are_same(rays[i], expected_[i % once.size()])) << i;
 }
 
-TEST_F(DoorStreams, StreamsOfPacketsAndArraysEqualSingleRays) {
+TEST_F(EmbreeStreams, StreamsOfPacketsAndArraysEqualSingleRays) {
     Query query;
     std::vector<RTCRayHit> rays = mixed_rays();
     // 605 packets of 4, with a gap behind each; one packet of all, and arrays.
@@ -165,32 +147,23 @@ TEST_F(DoorStreams, StreamsOfPacketsAndArraysEqualSingleRays) {
     const auto m = static_cast<unsigned int>(rays.size() / kN);
     const std::size_t stride = kN * 80 + 16;
     std::vector<char> bytes(m * stride);
-    const auto at = [&](std::size_t i, std::size_t k) {
-        return reinterpret_cast<float*>(bytes.data() + i / kN * stride) + k * kN + i % kN;
-    };
-    for (std::size_t i = 0; i < rays.size(); ++i)
-        for (std::size_t k = 0; k < 20; ++k)
-            std::memcpy(at(i, k), reinterpret_cast<const float*>(&rays[i]) + k, 4);
+    const auto packet = [&](std::size_t i) { return bytes.data() + i / kN * stride; };
+    for (std::size_t i = 0; i < rays.size(); ++i) store_lane(&rays[i], packet(i), kN, i % kN);
     rtcIntersectNM(scene_, &query.context, reinterpret_cast<RTCRayHitN*>(bytes.data()), kN, m,
                    stride);
-    for (std::size_t i = 0; i < rays.size(); ++i)
-        for (std::size_t k = 0; k < 20; ++k)
-            std::memcpy(reinterpret_cast<float*>(&rays[i]) + k, at(i, k), 4);
+    for (std::size_t i = 0; i < rays.size(); ++i) load_lane(packet(i), &rays[i], kN, i % kN);
     expect_hits(rays);
 
-    const std::vector<RTCRayHit> asked = mixed_rays();
-    const auto n = static_cast<unsigned int>(asked.size());
-    std::vector<std::vector<float>> arrays(20, std::vector<float>(n));
-    for (std::size_t i = 0; i < n; ++i)
-        for (std::size_t k = 0; k < 20; ++k)
-            std::memcpy(&arrays[k][i], reinterpret_cast<const float*>(&asked[i]) + k, 4);
+    // Arrays that follow each other are a packet.
+    rays = mixed_rays();
+    const std::size_t n = rays.size();
+    std::vector<float> arrays(20 * n);
+    for (std::size_t i = 0; i < n; ++i) store_lane(&rays[i], arrays.data(), n, i);
     RTCRayHitNp pointers;
     auto* const members = reinterpret_cast<float**>(&pointers);
-    for (std::size_t k = 0; k < 20; ++k) members[k] = arrays[k].data();
-    rtcIntersectNp(scene_, &query.context, &pointers, n);
-    for (std::size_t i = 0; i < n; ++i)
-        for (std::size_t k = 0; k < 20; ++k)
-            std::memcpy(reinterpret_cast<float*>(&rays[i]) + k, &arrays[k][i], 4);
+    for (std::size_t k = 0; k < 20; ++k) members[k] = &arrays[k * n];
+    rtcIntersectNp(scene_, &query.context, &pointers, static_cast<unsigned int>(n));
+    for (std::size_t i = 0; i < n; ++i) load_lane(arrays.data(), &rays[i], n, i);
     expect_hits(rays);
 }
 

@@ -8,13 +8,13 @@
 #include <latch>
 #include <vector>
 
-#include "tests/library/embree/door.h"
+#include "tests/library/embree/embree_api.h"
 #include "tests/support/run_together.h"
 
 namespace mray {
 namespace {
 
-using namespace door_test;
+using namespace embree_test;
 using test::run_together;
 
 /// The hits of rays down onto a grid of places.
@@ -34,11 +34,11 @@ bool are_all_same(const std::vector<RTCRayHit>& a, const std::vector<RTCRayHit>&
 }
 
 /// The first of several threads that join a commit works, and all find the scene committed.
-TEST(DoorThreads, JoinEachCommitOfMovedPositions) {
-    const Door door;
+TEST(EmbreeThreads, JoinEachCommitOfMovedPositions) {
+    const TestDevice device;
     const Waves waves(20);
-    RTCGeometry mesh = door.triangles(waves.vertices, waves.indices);
-    RTCScene scene = door.committed({mesh});
+    RTCGeometry mesh = device.triangles(waves.vertices, waves.indices);
+    RTCScene scene = device.committed({mesh});
     auto* const vertices =
         static_cast<Point*>(rtcGetGeometryBufferData(mesh, RTC_BUFFER_TYPE_VERTEX, 0));
     for (int pose = 1; pose <= 8; ++pose) {
@@ -53,7 +53,7 @@ TEST(DoorThreads, JoinEachCommitOfMovedPositions) {
             rtcJoinCommitScene(scene);
             committed.arrive_and_wait();
             if (trace(scene, down(0.4f, 0.5f)).ray.tfar != 1 + height) ++wrong;
-            if (door.error() != RTC_ERROR_NONE) ++wrong;
+            if (device.error() != RTC_ERROR_NONE) ++wrong;
         });
         EXPECT_EQ(wrong, 0) << pose;
     }
@@ -61,18 +61,18 @@ TEST(DoorThreads, JoinEachCommitOfMovedPositions) {
 }
 
 /// Scenes that share a mesh and a scene that they instance are independent otherwise.
-TEST(DoorThreads, CommitScenesOfTheirOwnAtTheSameTime) {
-    const Door door;
+TEST(EmbreeThreads, CommitScenesOfTheirOwnAtTheSameTime) {
+    const TestDevice device;
     const Waves waves(20);
-    RTCGeometry shared = door.triangles(waves.vertices, waves.indices);
+    RTCGeometry shared = device.triangles(waves.vertices, waves.indices);
     rtcCommitGeometry(shared);
-    RTCScene child = door.committed({door.triangle(-2)});
+    RTCScene child = device.committed({device.triangle(-2)});
     const auto work = [&] {
-        RTCScene scene = rtcNewScene(door.device);
+        RTCScene scene = rtcNewScene(device.handle);
         rtcAttachGeometry(scene, shared);
-        RTCGeometry instance = rtcNewGeometry(door.device, RTC_GEOMETRY_TYPE_INSTANCE);
+        RTCGeometry instance = rtcNewGeometry(device.handle, RTC_GEOMETRY_TYPE_INSTANCE);
         rtcSetGeometryInstancedScene(instance, child);
-        RTCGeometry own = door.triangles(waves.vertices, waves.indices);
+        RTCGeometry own = device.triangles(waves.vertices, waves.indices);
         for (RTCGeometry geometry : {instance, own}) {
             rtcCommitGeometry(geometry);
             rtcAttachGeometry(scene, geometry);
@@ -88,7 +88,7 @@ TEST(DoorThreads, CommitScenesOfTheirOwnAtTheSameTime) {
             const std::vector<RTCRayHit> hits = hits_from_above(scene);
             all.insert(all.end(), hits.begin(), hits.end());
         }
-        EXPECT_EQ(door.error(), RTC_ERROR_NONE);
+        EXPECT_EQ(device.error(), RTC_ERROR_NONE);
         rtcReleaseGeometry(instance);
         rtcReleaseGeometry(own);
         rtcReleaseScene(scene);
@@ -108,13 +108,13 @@ bool count_primitives(RTCPointQueryFunctionArguments* arguments) {
 }
 
 /// The first point queries at a pose make a tree of boxes that all share.
-TEST(DoorThreads, AskTheFirstPointQueriesTogether) {
-    const Door door;
+TEST(EmbreeThreads, AskTheFirstPointQueriesTogether) {
+    const TestDevice device;
     // To make the tree takes longer than to start the threads, on a busy machine, too.
     constexpr unsigned int kSide = 64;
     const Waves waves(kSide);
-    RTCGeometry mesh = door.triangles(waves.vertices, waves.indices);
-    RTCScene scene = door.committed({mesh});
+    RTCGeometry mesh = device.triangles(waves.vertices, waves.indices);
+    RTCScene scene = device.committed({mesh});
     for (int pose = 0; pose < 8; ++pose) {
         std::atomic<int> wrong = 0;
         std::atomic<bool> is_made = false;
@@ -134,7 +134,7 @@ TEST(DoorThreads, AskTheFirstPointQueriesTogether) {
                 mine += visited != 2 * kSide * kSide;
                 is_made.store(true, std::memory_order_relaxed);
             }
-            mine += door.error() != RTC_ERROR_NONE;
+            mine += device.error() != RTC_ERROR_NONE;
             wrong += mine;
         });
         EXPECT_EQ(wrong, 0) << pose;

@@ -58,12 +58,9 @@ if name == "instances":
 if name == "deform":
     add_shape(monkey)
     render.use_persistent_data = True
-if name in ("glass", "subsurface"):
+if name == "glass":
     material = bpy.data.materials.new("inner")
-    if name == "glass":
-        set_first(principled(material), ("Transmission", "Transmission Weight"), 1)
-    else:
-        set_first(principled(material), ("Subsurface", "Subsurface Weight"), 0.5)
+    set_first(principled(material), ("Transmission", "Transmission Weight"), 1)
     sphere.data.materials.append(material)
     half = bpy.data.materials.new("half transparent")
     set_first(principled(half), ("Alpha",), 0.5)

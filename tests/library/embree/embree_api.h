@@ -8,13 +8,15 @@
 #endif
 
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <limits>
 #include <string>
 #include <vector>
 
-namespace mray::door_test {
+namespace mray::embree_test {
 
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -90,23 +92,26 @@ inline RTCSceneFlags both(RTCSceneFlags a, RTCSceneFlags b) {
 
 using Point = std::array<float, 3>;
 
-/// Whether all members have the same bits. Version 4 has bytes behind them.
+/// The members of a ray, and of a ray with its hit, of 4 bytes each. Version 4 has bytes behind
+/// them.
+inline constexpr std::size_t kRayMembers = 12;
+inline constexpr std::size_t kMembers = MORPHRAY_EMBREE == 3 ? 20 : 21;
+
+/// Whether all members have the same bits.
 inline bool are_same(const RTCRayHit& a, const RTCRayHit& b) {
-    return std::memcmp(&a, &b, MORPHRAY_EMBREE == 3 ? 80 : 84) == 0;
+    return std::memcmp(&a, &b, 4 * kMembers) == 0;
 }
 
-/// Sixteen rays from (0.25, 0.25, 1) straight down.
-inline RTCRayHit16 packet_down() {
-    RTCRayHit16 packet = {};
-    for (std::size_t i = 0; i < 16; ++i) {
-        packet.ray.org_x[i] = packet.ray.org_y[i] = 0.25f;
-        packet.ray.org_z[i] = 1;
-        packet.ray.dir_z[i] = -1;
-        packet.ray.tfar[i] = kInfinity;
-        packet.ray.mask[i] = kInvalid;
-        packet.hit.geomID[i] = kInvalid;
-    }
-    return packet;
+/// Stores a ray, with its hit if `members` counts them, as lane i of a packet of n.
+inline void store_lane(const void* ray, void* packet, std::size_t n, std::size_t i,
+                       std::size_t members = kMembers) {
+    for (std::size_t k = 0; k < members; ++k)
+        std::memcpy(static_cast<float*>(packet) + k * n + i, static_cast<const float*>(ray) + k, 4);
+}
+inline void load_lane(const void* packet, void* ray, std::size_t n, std::size_t i,
+                      std::size_t members = kMembers) {
+    for (std::size_t k = 0; k < members; ++k)
+        std::memcpy(static_cast<float*>(ray) + k, static_cast<const float*>(packet) + k * n + i, 4);
 }
 
 inline RTCRayHit make_ray(Point org, Point dir, float tnear = 0, float tfar = kInfinity,
@@ -138,13 +143,13 @@ inline bool is_occluded(RTCScene scene, RTCRayHit ray, const Query& query = {}) 
 }
 
 /// A device that is released at the end; in between its errors are taken by error().
-class Door {
+class TestDevice {
 public:
-    explicit Door(const char* settings = nullptr) : device(rtcNewDevice(settings)) {}
-    ~Door() { rtcReleaseDevice(device); }
-    Door(const Door&) = delete;
+    explicit TestDevice(const char* settings = nullptr) : handle(rtcNewDevice(settings)) {}
+    ~TestDevice() { rtcReleaseDevice(handle); }
+    TestDevice(const TestDevice&) = delete;
 
-    RTCError error() const { return rtcGetDeviceError(device); }
+    RTCError error() const { return rtcGetDeviceError(handle); }
 
     /// The caller attaches the geometry and releases it. Vertices and indices are copied.
     RTCGeometry triangles(const std::vector<Point>& vertices,
@@ -162,7 +167,7 @@ public:
     /// A scene of these geometries, which it releases, not committed.
     RTCScene scene(const std::vector<RTCGeometry>& geometries,
                    RTCSceneFlags flags = RTC_SCENE_FLAG_NONE) const {
-        RTCScene made = rtcNewScene(device);
+        RTCScene made = rtcNewScene(handle);
         rtcSetSceneFlags(made, flags);
         for (RTCGeometry geometry : geometries) {
             rtcCommitGeometry(geometry);
@@ -178,13 +183,13 @@ public:
         return made;
     }
 
-    RTCDevice device;
+    RTCDevice handle;
 
 private:
     template <class Index>
     RTCGeometry mesh(RTCGeometryType type, RTCFormat format, const std::vector<Point>& vertices,
                      const std::vector<Index>& indices) const {
-        RTCGeometry made = rtcNewGeometry(device, type);
+        RTCGeometry made = rtcNewGeometry(handle, type);
         void* to = rtcSetNewGeometryBuffer(made, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                            sizeof(Point), vertices.size());
         std::memcpy(to, vertices.data(), vertices.size() * sizeof(Point));
@@ -197,13 +202,12 @@ private:
 
 /// A scene of a triangle far below and of `child` as an instance whose transformation has this
 /// layout.
-RTCScene instance_of(const Door& door, RTCScene child, RTCFormat format,
-                     const std::vector<float>& floats);
-
-/// A function of point queries that notes the primitives in a std::vector<unsigned int>.
-inline bool note_prim(RTCPointQueryFunctionArguments* arguments) {
-    static_cast<std::vector<unsigned int>*>(arguments->userPtr)->push_back(arguments->primID);
-    return false;
+inline RTCScene instance_of(const TestDevice& device, RTCScene child, RTCFormat format,
+                            const std::vector<float>& floats) {
+    RTCGeometry instance = rtcNewGeometry(device.handle, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(instance, child);
+    rtcSetGeometryTransform(instance, 0, format, floats.data());
+    return device.committed({device.triangle(-50), instance});
 }
 
 /// A grid of 2 n n triangles over [0, 1]^2 whose height waves.
@@ -211,7 +215,23 @@ struct Waves {
     std::vector<Point> vertices;
     std::vector<std::array<unsigned int, 3>> indices;
 
-    explicit Waves(unsigned int n, float phase = 0);
+    explicit Waves(unsigned int n) {
+        for (unsigned int y = 0; y <= n; ++y) {
+            for (unsigned int x = 0; x <= n; ++x) {
+                const float u = static_cast<float>(x) / static_cast<float>(n);
+                const float v = static_cast<float>(y) / static_cast<float>(n);
+                vertices.push_back({u, v, 0.1f * std::sin(9 * u + 7 * v)});
+            }
+        }
+        for (unsigned int y = 0; y < n; ++y) {
+            for (unsigned int x = 0; x < n; ++x) {
+                const unsigned int a = y * (n + 1) + x;
+                const unsigned int c = a + n + 1;
+                indices.push_back({a, a + 1, c});
+                indices.push_back({a + 1, c + 1, c});
+            }
+        }
+    }
 };
 
-}  // namespace mray::door_test
+}  // namespace mray::embree_test

@@ -1,10 +1,11 @@
-#include "library/embree/scene/scene.h"
+#include "library/embree/scene.h"
 
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -88,7 +89,35 @@ RTCBounds bounds_of(const Committed& committed) {
 
 }  // namespace
 
-SceneObject::SceneObject(Device& device) : device_(&device) {}
+void Committed::read_settings() {
+    static std::atomic<std::uint64_t> last_number = 0;
+    settings_number = ++last_number;
+    uses_masks = false;
+    filters_hits = false;
+    filters_occlusion = false;
+    for (Part& part : parts) {
+        uses_masks |= part.read_masks();
+        filters_hits |= part.mesh().intersect_filter != nullptr;
+        filters_occlusion |= part.mesh().occluded_filter != nullptr;
+    }
+    std::set<unsigned int> different;
+    if (uses_masks)
+        for (const Part& part : parts) different.insert(part.masks.begin(), part.masks.end());
+    masks.assign(different.begin(), different.end());
+}
+
+std::span<const std::uint8_t> Committed::visible(unsigned int ray_mask) const {
+    // Rays of a few kinds, each with a mask, come in turn.
+    constexpr std::size_t kMostAnswers = 8;
+    thread_local std::map<std::pair<std::uint64_t, unsigned int>, std::vector<std::uint8_t>>
+        answers;
+    const std::pair key(settings_number, ray_mask);
+    if (const auto found = answers.find(key); found != answers.end()) return found->second;
+    if (answers.size() == kMostAnswers) answers.clear();
+    std::vector<std::uint8_t> is_visible;
+    for (const Part& part : parts) is_visible.push_back(part.sees(ray_mask) ? 1 : 0);
+    return answers.emplace(key, std::move(is_visible)).first->second;
+}
 
 unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {
     if (&geometry.device() != device_.get()) fail_argument("the geometry is of another device");
@@ -123,13 +152,6 @@ Geometry* SceneObject::find_locked(unsigned int id) const {
     return find(id);
 }
 
-void SceneObject::set_flags(RTCSceneFlags flags) { flags_ = flags; }
-
-void SceneObject::set_build_quality(RTCBuildQuality quality) {
-    if (quality > RTC_BUILD_QUALITY_HIGH) fail_argument("the build quality is unknown");
-    quality_ = quality;
-}
-
 void SceneObject::commit() {
     const std::scoped_lock lock(commit_mutex_);
     try {
@@ -146,8 +168,8 @@ void SceneObject::commit() {
 
 void SceneObject::commit_parts(std::vector<Part> parts) {
     const bool is_kept = committed_ != nullptr && have_same_shape(committed_->parts, parts) &&
-                         committed_->way == BuildWay{quality_, is_any_refitted(parts)};
-    const bool is_robust = (flags_ & RTC_SCENE_FLAG_ROBUST) != 0;
+                         committed_->way == BuildWay{quality, is_any_refitted(parts)};
+    const bool is_robust = (flags & RTC_SCENE_FLAG_ROBUST) != 0;
     if (is_kept && committed_->is_robust == is_robust &&
         have_same_versions(committed_->parts, parts)) {
         return;
@@ -160,7 +182,7 @@ void SceneObject::commit_parts(std::vector<Part> parts) {
 void SceneObject::build(std::vector<Part> parts) {
     committed_ = nullptr;
     auto made = std::make_unique<Committed>();
-    made->way = {quality_, is_any_refitted(parts)};
+    made->way = {quality, is_any_refitted(parts)};
     made->parts = std::move(parts);
     for (Part& part : made->parts) part.find_used_vertices();
     prepare(made->parts);
@@ -201,28 +223,22 @@ bool SceneObject::update(const std::vector<Part>& parts) {
 using namespace mray::embree;
 
 RTCScene rtcNewScene(RTCDevice device) {
-    return with<Device>("rtcNewScene", device,
+    return with<Device>(__func__, device,
                         [](Device& d) { return reinterpret_cast<RTCScene>(new SceneObject(d)); });
 }
 
 RTCDevice rtcGetSceneDevice(RTCScene scene) {
-    return with<SceneObject>("rtcGetSceneDevice", scene, [](SceneObject& s) {
+    return with<SceneObject>(__func__, scene, [](SceneObject& s) {
         s.device().retain();
         return reinterpret_cast<RTCDevice>(&s.device());
     });
 }
 
-void rtcRetainScene(RTCScene scene) {
-    with<SceneObject>("rtcRetainScene", scene, [](SceneObject& s) { s.retain(); });
-}
-
-void rtcReleaseScene(RTCScene scene) {
-    with<SceneObject>("rtcReleaseScene", scene, [](SceneObject& s) { s.release(); });
-}
+MORPHRAY_COUNTED(Scene, SceneObject)
 
 unsigned int rtcAttachGeometry(RTCScene scene, RTCGeometry geometry) {
     unsigned int id = kInvalid;
-    with<SceneObject>("rtcAttachGeometry", scene, [&](SceneObject& s) {
+    with<SceneObject>(__func__, scene, [&](SceneObject& s) {
         if (geometry == nullptr) fail_argument("the geometry is null");
         id = s.attach(*reinterpret_cast<Geometry*>(geometry));
     });
@@ -230,7 +246,7 @@ unsigned int rtcAttachGeometry(RTCScene scene, RTCGeometry geometry) {
 }
 
 void rtcAttachGeometryByID(RTCScene scene, RTCGeometry geometry, unsigned int id) {
-    with<SceneObject>("rtcAttachGeometryByID", scene, [&](SceneObject& s) {
+    with<SceneObject>(__func__, scene, [&](SceneObject& s) {
         if (geometry == nullptr) fail_argument("the geometry is null");
         if (id == kInvalid) fail_argument("the geometry ID is RTC_INVALID_GEOMETRY_ID");
         s.attach(*reinterpret_cast<Geometry*>(geometry), id);
@@ -238,56 +254,57 @@ void rtcAttachGeometryByID(RTCScene scene, RTCGeometry geometry, unsigned int id
 }
 
 void rtcDetachGeometry(RTCScene scene, unsigned int id) {
-    with<SceneObject>("rtcDetachGeometry", scene, [&](SceneObject& s) { s.detach(id); });
+    with<SceneObject>(__func__, scene, [&](SceneObject& s) { s.detach(id); });
 }
 
 RTCGeometry rtcGetGeometry(RTCScene scene, unsigned int id) {
-    return with<SceneObject>("rtcGetGeometry", scene, [&](SceneObject& s) {
-        return reinterpret_cast<RTCGeometry>(s.find(id));
-    });
+    return with<SceneObject>(
+        __func__, scene, [&](SceneObject& s) { return reinterpret_cast<RTCGeometry>(s.find(id)); });
 }
 
 RTCGeometry rtcGetGeometryThreadSafe(RTCScene scene, unsigned int id) {
-    return with<SceneObject>("rtcGetGeometryThreadSafe", scene, [&](SceneObject& s) {
+    return with<SceneObject>(__func__, scene, [&](SceneObject& s) {
         return reinterpret_cast<RTCGeometry>(s.find_locked(id));
     });
 }
 
 void rtcCommitScene(RTCScene scene) {
-    with<SceneObject>("rtcCommitScene", scene, [](SceneObject& s) { s.commit(); });
+    with<SceneObject>(__func__, scene, [](SceneObject& s) { s.commit(); });
 }
 
 void rtcJoinCommitScene(RTCScene scene) {
-    with<SceneObject>("rtcJoinCommitScene", scene, [](SceneObject& s) { s.commit(); });
+    with<SceneObject>(__func__, scene, [](SceneObject& s) { s.commit(); });
 }
 
 /// The function is never called.
 void rtcSetSceneProgressMonitorFunction(RTCScene scene, RTCProgressMonitorFunction, void*) {
-    with<SceneObject>("rtcSetSceneProgressMonitorFunction", scene, [](SceneObject&) {});
+    with<SceneObject>(__func__, scene, [](SceneObject&) {});
 }
 
 void rtcSetSceneBuildQuality(RTCScene scene, enum RTCBuildQuality quality) {
-    with<SceneObject>("rtcSetSceneBuildQuality", scene,
-                      [&](SceneObject& s) { s.set_build_quality(quality); });
+    with<SceneObject>(__func__, scene, [&](SceneObject& s) {
+        if (quality > RTC_BUILD_QUALITY_HIGH) fail_argument("the build quality is unknown");
+        s.quality = quality;
+    });
 }
 
 void rtcSetSceneFlags(RTCScene scene, enum RTCSceneFlags flags) {
-    with<SceneObject>("rtcSetSceneFlags", scene, [&](SceneObject& s) { s.set_flags(flags); });
+    with<SceneObject>(__func__, scene, [&](SceneObject& s) { s.flags = flags; });
 }
 
 RTCSceneFlags rtcGetSceneFlags(RTCScene scene) {
-    return with<SceneObject>("rtcGetSceneFlags", scene, [](SceneObject& s) { return s.flags(); });
+    return with<SceneObject>(__func__, scene, [](SceneObject& s) { return s.flags; });
 }
 
 void rtcGetSceneBounds(RTCScene scene, struct RTCBounds* bounds) {
-    with<SceneObject>("rtcGetSceneBounds", scene, [&](SceneObject& s) {
+    with<SceneObject>(__func__, scene, [&](SceneObject& s) {
         if (bounds == nullptr) fail_argument("the bounds are null");
         *bounds = bounds_of(s.committed());
     });
 }
 
 void rtcGetSceneLinearBounds(RTCScene scene, struct RTCLinearBounds* bounds) {
-    with<SceneObject>("rtcGetSceneLinearBounds", scene, [&](SceneObject& s) {
+    with<SceneObject>(__func__, scene, [&](SceneObject& s) {
         if (bounds == nullptr) fail_argument("the bounds are null");
         bounds->bounds0 = bounds->bounds1 = bounds_of(s.committed());
     });

@@ -3,17 +3,50 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <vector>
 
 #include "library/embree/geometry.h"
-#include "library/embree/scene/bounds.h"
 #include "morphray/geometry.hpp"
 #include "morphray/mesh.hpp"
 
 namespace mray::embree {
+
+/// Whether a primitive may have this vertex. Embree leaves out those with others, which are no
+/// numbers, or so far away that squares of lengths overflow.
+inline bool is_in_range(const morphray::Vec3& p) {
+    constexpr float kLimit = 1.844e18f;
+    return std::abs(p.x) < kLimit && std::abs(p.y) < kLimit && std::abs(p.z) < kLimit;
+}
+
+/// A box; lower > upper if nothing is in it.
+struct Bounds {
+    static constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    std::array<float, 3> lower = {kInfinity, kInfinity, kInfinity};
+    std::array<float, 3> upper = {-kInfinity, -kInfinity, -kInfinity};
+
+    void add(const morphray::Vec3& p) { add({{p.x, p.y, p.z}, {p.x, p.y, p.z}}); }
+    void add(const Bounds& other) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            lower[axis] = std::min(lower[axis], other.lower[axis]);
+            upper[axis] = std::max(upper[axis], other.upper[axis]);
+        }
+    }
+    /// The squared distance of a point.
+    float distance2(const std::array<float, 3>& point) const {
+        float sum = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const float beside =
+                std::max({lower[axis] - point[axis], 0.0f, point[axis] - upper[axis]});
+            sum += beside * beside;
+        }
+        return sum;
+    }
+};
 
 /// A mesh as a scene was committed with it. What it reads of the caller stays alive with it.
 struct Part {
@@ -112,9 +145,6 @@ struct Part {
     /// For Scene::build(). `triangles` is memory that it may use for the vertices of triangles.
     morphray::MeshView view(std::vector<std::uint32_t>& triangles) const;
 };
-
-/// How deep instances may be nested.
-inline constexpr std::size_t kMostLevels = 32;
 
 /// Geometries by the IDs that they are attached with.
 using Attachments = std::map<unsigned int, Ref<Geometry>>;

@@ -8,14 +8,88 @@
 #include <utility>
 #include <vector>
 
-#include "library/embree/device.h"
-#include "library/embree/scene/box_tree.h"
-#include "library/embree/scene/scene.h"
+#include "library/embree/scene.h"
 
 namespace mray::embree {
-namespace {
 
 using Function = RTCPointQueryFunction;
+
+struct PrimBox : Bounds {
+    /// The mesh in Committed::parts, and its primitive.
+    std::uint32_t part;
+    std::uint32_t prim_id;
+};
+
+/// A binary tree over the median of the longest axis, in the order of its boxes. The node over the
+/// boxes [first, last) has the halves of them as children; its number is that of its middle box.
+class BoxTree {
+public:
+    explicit BoxTree(std::vector<PrimBox> boxes);
+
+    /// Calls visit(box) for boxes at most `radius` away from the point, the nearer half of each
+    /// node first. `radius` is read again after each call, which may lower it.
+    template <class Visit>
+    void visit_near(const std::array<float, 3>& point, const float& radius, Visit visit) const {
+        if (!boxes_.empty()) visit_range(0, boxes_.size(), point, radius, visit);
+    }
+
+private:
+    static constexpr std::size_t kLeaf = 4;
+
+    void build(std::size_t first, std::size_t last);
+    template <class Visit>
+    void visit_range(std::size_t first, std::size_t last, const std::array<float, 3>& point,
+                     const float& radius, Visit& visit) const {
+        const auto is_near = [&](float distance2) { return distance2 <= radius * radius; };
+        if (last - first <= kLeaf) {
+            for (std::size_t i = first; i < last; ++i)
+                if (is_near(boxes_[i].distance2(point))) visit(boxes_[i]);
+            return;
+        }
+        const std::size_t middle = first + (last - first) / 2;
+        const float left = distance2(first, middle, point);
+        const float right = distance2(middle, last, point);
+        if (left <= right) {
+            if (is_near(left)) visit_range(first, middle, point, radius, visit);
+            if (is_near(right)) visit_range(middle, last, point, radius, visit);
+        } else {
+            if (is_near(right)) visit_range(middle, last, point, radius, visit);
+            if (is_near(left)) visit_range(first, middle, point, radius, visit);
+        }
+    }
+    float distance2(std::size_t first, std::size_t last, const std::array<float, 3>& point) const {
+        return last - first <= kLeaf ? 0 : bounds_[first + (last - first) / 2].distance2(point);
+    }
+
+    std::vector<PrimBox> boxes_;
+    /// By node.
+    std::vector<Bounds> bounds_;
+};
+
+BoxTree::BoxTree(std::vector<PrimBox> boxes) : boxes_(std::move(boxes)), bounds_(boxes_.size()) {
+    build(0, boxes_.size());
+}
+
+void BoxTree::build(std::size_t first, std::size_t last) {
+    if (last - first <= kLeaf) return;
+    Bounds around;
+    for (std::size_t i = first; i < last; ++i) around.add(boxes_[i]);
+    std::size_t longest = 0;
+    for (std::size_t axis = 1; axis < 3; ++axis) {
+        if (around.upper[axis] - around.lower[axis] > around.upper[longest] - around.lower[longest])
+            longest = axis;
+    }
+    const std::size_t middle = first + (last - first) / 2;
+    bounds_[middle] = around;
+    const auto at = [&](std::size_t i) { return boxes_.begin() + static_cast<std::ptrdiff_t>(i); };
+    std::nth_element(at(first), at(middle), at(last), [&](const PrimBox& a, const PrimBox& b) {
+        return a.lower[longest] + a.upper[longest] < b.lower[longest] + b.upper[longest];
+    });
+    build(first, middle);
+    build(middle, last);
+}
+
+namespace {
 
 /// The primitives whose vertices are all in range.
 std::vector<PrimBox> boxes_of(const std::vector<Part>& parts) {
@@ -27,11 +101,11 @@ std::vector<PrimBox> boxes_of(const std::vector<Part>& parts) {
             PrimBox box = {
                 {}, static_cast<std::uint32_t>(p), static_cast<std::uint32_t>(triangle / step)};
             bool is_whole = true;
-            for (std::size_t half = 0; half < step; ++half) {
+            for (std::size_t half = 0; half < step && is_whole; ++half) {
                 std::array<std::uint32_t, 3> corners;
-                is_whole = is_whole && part.find_traced_corners(triangle + half, corners);
-                if (!is_whole) break;
-                for (const std::uint32_t vertex : corners) {
+                is_whole = part.find_traced_corners(triangle + half, corners);
+                for (std::size_t i = 0; i < 3 && is_whole; ++i) {
+                    const std::uint32_t vertex = corners[i];
                     const morphray::Vec3 corner = part.placed_vertex(vertex);
                     is_whole = is_whole && is_in_range(corner);
                     box.add(corner);
@@ -137,19 +211,11 @@ bool visit_near(const Committed& committed, RTCPointQuery& query, RTCPointQueryC
     return has_changed;
 }
 
-bool query_point(RTCScene scene, RTCPointQuery* query, RTCPointQueryContext* context,
-                 Function function, void* user) {
-    return with<SceneObject>("rtcPointQuery", scene, [&](SceneObject& s) {
-        if (query == nullptr || context == nullptr) fail_argument("query or context is null");
-        return visit_near(s.committed(), *query, *context, function, user);
-    });
-}
-
 /// One query after the other.
 template <std::size_t n, class Packet>
-bool query_points(const int* valid, RTCScene scene, Packet* queries, RTCPointQueryContext* context,
-                  Function function, void** users) {
-    return with<SceneObject>("rtcPointQuery", scene, [&](SceneObject& s) {
+bool query_points(const char* call, const int* valid, RTCScene scene, Packet* queries,
+                  RTCPointQueryContext* context, Function function, void** users) {
+    return with<SceneObject>(call, scene, [&](SceneObject& s) {
         if (valid == nullptr || queries == nullptr || context == nullptr)
             fail_argument("valid, queries or context is null");
         bool has_changed = false;
@@ -169,7 +235,7 @@ bool query_points(const int* valid, RTCScene scene, Packet* queries, RTCPointQue
 
 const BoxTree& Committed::boxes() const {
     const std::scoped_lock lock(boxes_mutex_);
-    if (made_boxes_ == nullptr) made_boxes_ = std::make_unique<BoxTree>(boxes_of(parts));
+    if (made_boxes_ == nullptr) made_boxes_ = std::make_shared<BoxTree>(boxes_of(parts));
     return *made_boxes_;
 }
 
@@ -177,26 +243,20 @@ const BoxTree& Committed::boxes() const {
 
 using namespace mray::embree;
 
-bool rtcPointQuery(RTCScene scene, struct RTCPointQuery* query,
-                   struct RTCPointQueryContext* context, RTCPointQueryFunction function,
-                   void* user) {
-    return query_point(scene, query, context, function, user);
+bool rtcPointQuery(RTCScene scene, RTCPointQuery* query, RTCPointQueryContext* context,
+                   RTCPointQueryFunction function, void* user) {
+    return with<SceneObject>(__func__, scene, [&](SceneObject& s) {
+        if (query == nullptr || context == nullptr) fail_argument("query or context is null");
+        return visit_near(s.committed(), *query, *context, function, user);
+    });
 }
 
-bool rtcPointQuery4(const int* valid, RTCScene scene, struct RTCPointQuery4* queries,
-                    struct RTCPointQueryContext* context, RTCPointQueryFunction function,
-                    void** users) {
-    return query_points<4>(valid, scene, queries, context, function, users);
-}
-
-bool rtcPointQuery8(const int* valid, RTCScene scene, struct RTCPointQuery8* queries,
-                    struct RTCPointQueryContext* context, RTCPointQueryFunction function,
-                    void** users) {
-    return query_points<8>(valid, scene, queries, context, function, users);
-}
-
-bool rtcPointQuery16(const int* valid, RTCScene scene, struct RTCPointQuery16* queries,
-                     struct RTCPointQueryContext* context, RTCPointQueryFunction function,
-                     void** users) {
-    return query_points<16>(valid, scene, queries, context, function, users);
-}
+#define MORPHRAY_POINT_QUERY(n)                                                            \
+    bool rtcPointQuery##n(const int* valid, RTCScene scene, RTCPointQuery##n* queries,     \
+                          RTCPointQueryContext* context, RTCPointQueryFunction function,   \
+                          void** users) {                                                  \
+        return query_points<n>(__func__, valid, scene, queries, context, function, users); \
+    }
+MORPHRAY_POINT_QUERY(4)
+MORPHRAY_POINT_QUERY(8)
+MORPHRAY_POINT_QUERY(16)

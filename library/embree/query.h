@@ -2,12 +2,41 @@
 #pragma once
 
 #include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 
-#include "library/embree/scene/scene.h"
+#include "library/embree/scene.h"
 #include "morphray/geometry.hpp"
 
 namespace mray::embree {
+
+/// The members of a hit, of 4 bytes each. Behind them version 4 has bytes that are the caller's.
+inline constexpr std::size_t kHitMembers = MORPHRAY_EMBREE == 3 ? 8 : 9;
+inline void copy_hit(RTCHit& to, const RTCHit& from) { std::memcpy(&to, &from, 4 * kHitMembers); }
+
+/// The arguments of a query beside its rays.
+struct QueryOptions {
+    /// May be null.
+    Context* context = nullptr;
+    /// The filter of context or arguments; null: none.
+    RTCFilterFunctionN filter = nullptr;
+    /// Whether it is called for geometries that have not asked for it.
+    bool filters_all = false;
+};
+
+#if MORPHRAY_EMBREE == 3
+inline QueryOptions options_of(const Context* context) {
+    return {const_cast<Context*>(context), context == nullptr ? nullptr : context->filter, true};
+}
+#else
+template <class Arguments>
+QueryOptions options_of(const Arguments* arguments) {
+    if (arguments == nullptr) return {};
+    return {arguments->context, arguments->filter,
+            (arguments->flags & RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER) != 0};
+}
+#endif
 
 /// A ray's interval is closed in scenes that are robust and in the library, and open at tnear in
 /// the others.

@@ -1,4 +1,4 @@
-#include "library/embree/queries/query.h"
+#include "library/embree/query.h"
 
 namespace mray::embree {
 namespace {

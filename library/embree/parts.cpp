@@ -1,52 +1,44 @@
-#include "library/embree/scene/parts.h"
+#include "library/embree/parts.h"
 
 #include <algorithm>
 #include <limits>
-#include <utility>
 
-#include "library/embree/scene/scene.h"
+#include "library/embree/scene.h"
 
 namespace mray::embree {
 namespace {
 
-class Collector {
-public:
-    void collect(const Attachments& attachments) {
-        for (const auto& [id, geometry] : attachments) {
-            if (!geometry->is_enabled()) continue;
-            if (chain_.empty()) first_id_ = id;
-            if (const char* const type = geometry->unsupported()) fail_unsupported(type);
-            chain_.push_back(geometry);
-            geometry->require_static();
-            if (!geometry->is_instance()) {
-                append(id, *geometry);
-            }
-            if (const SceneObject* const scene = geometry->instanced_scene()) {
-                if (chain_.size() == kMostLevels)
-                    fail_argument("instances are nested more than 32 levels deep");
-                collect(scene->attachments());
-            }
-            chain_.pop_back();
+constexpr std::size_t kMostLevels = 32;
+
+Part make_part(const std::vector<Ref<Geometry>>& chain, unsigned int first_id, unsigned int id) {
+    const Geometry& mesh = *chain.back();
+    Part part{.chain = chain, .versions = {}, .geom_id = id};
+    part.inst_id = part.is_instance() ? first_id : kInvalid;
+    for (const Ref<Geometry>& geometry : chain) part.versions.push_back(geometry->version());
+    part.vertices = mesh.buffer(RTC_BUFFER_TYPE_VERTEX, 0);
+    part.indices = mesh.buffer(RTC_BUFFER_TYPE_INDEX, 0);
+    part.is_quads = mesh.is_quads();
+    part.has_own_positions = part.is_instance();
+    return part;
+}
+
+/// Appends the meshes that are attached below `chain`, whose first geometry has the ID `first_id`.
+void collect(const Attachments& attachments, std::vector<Ref<Geometry>>& chain,
+             unsigned int first_id, std::vector<Part>& parts) {
+    for (const auto& [id, geometry] : attachments) {
+        if (!geometry->is_enabled()) continue;
+        if (chain.empty()) first_id = id;
+        if (const char* const what = geometry->unsupported()) fail_unsupported(what);
+        chain.push_back(geometry);
+        if (!geometry->is_instance()) parts.push_back(make_part(chain, first_id, id));
+        if (const SceneObject* const scene = geometry->instanced_scene()) {
+            if (chain.size() == kMostLevels)
+                fail_argument("instances are nested more than 32 levels deep");
+            collect(scene->attachments(), chain, first_id, parts);
         }
+        chain.pop_back();
     }
-    std::vector<Part> take() { return std::move(parts_); }
-
-private:
-    void append(unsigned int id, const Geometry& mesh) {
-        Part part{.chain = chain_, .versions = {}, .geom_id = id};
-        part.inst_id = chain_.size() > 1 ? first_id_ : kInvalid;
-        for (const Ref<Geometry>& geometry : chain_) part.versions.push_back(geometry->version());
-        part.vertices = mesh.vertices();
-        part.indices = mesh.indices();
-        part.is_quads = mesh.is_quads();
-        part.has_own_positions = part.is_instance();
-        parts_.push_back(std::move(part));
-    }
-
-    std::vector<Ref<Geometry>> chain_;
-    unsigned int first_id_ = kInvalid;
-    std::vector<Part> parts_;
-};
+}
 
 /// Whether a vertex is out of range, but not because of what is no finite number: triangles with
 /// such are never hit.
@@ -179,9 +171,10 @@ morphray::MeshView Part::view(std::vector<std::uint32_t>& triangles) const {
 }
 
 std::vector<Part> collect_parts(const Attachments& attachments) {
-    Collector collector;
-    collector.collect(attachments);
-    return collector.take();
+    std::vector<Ref<Geometry>> chain;
+    std::vector<Part> parts;
+    collect(attachments, chain, kInvalid, parts);
+    return parts;
 }
 
 bool have_same_shape(const std::vector<Part>& a, const std::vector<Part>& b) {

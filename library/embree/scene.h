@@ -1,0 +1,113 @@
+// Scenes: attached geometries, and what a commit makes of them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "library/embree/parts.h"
+#include "morphray/scene.hpp"
+
+namespace mray::embree {
+
+class BoxTree;
+
+/// How a tree is built.
+struct BuildWay {
+    RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM;
+    /// Whether updates refit, whatever the tree is like then.
+    bool is_refitted = false;
+
+    bool operator==(const BuildWay&) const = default;
+};
+
+/// The scene as queries read it. Its parts are the meshes of `scene`, by geom_id.
+struct Committed {
+    std::vector<Part> parts;
+    /// Nothing if the scene has no triangles.
+    std::optional<morphray::Scene> scene;
+    BuildWay way;
+    bool is_robust = false;
+    /// Whether rays are compared with masks: only where the caller has set one.
+    bool uses_masks = false;
+    /// All different masks on the way to meshes, if they are used.
+    std::vector<unsigned int> masks;
+    /// Whether a mesh has a filter for hits, or for occlusion.
+    bool filters_hits = false;
+    bool filters_occlusion = false;
+    /// Changes with each read_settings(); no two scenes have the same.
+    std::uint64_t settings_number = 0;
+
+    void read_settings();
+    /// Whether a ray with this mask passes by no mesh.
+    bool all_seen(unsigned int ray_mask) const {
+        for (const unsigned int mask : masks)
+            if ((mask & ray_mask) == 0) return false;
+        return true;
+    }
+    /// By part, 1 for those that a ray with this mask does not pass by. Valid until the thread's
+    /// next call.
+    std::span<const std::uint8_t> visible(unsigned int ray_mask) const;
+    /// A tree of all primitives, made from the buffers by the first call at a pose. Threads may
+    /// call it at the same time.
+    const BoxTree& boxes() const;
+    void forget_boxes() { made_boxes_ = nullptr; }
+
+private:
+    mutable std::mutex boxes_mutex_;
+    mutable std::shared_ptr<const BoxTree> made_boxes_;
+};
+
+/// Queries may be asked by many threads at the same time. A commit that changes a scene during its
+/// queries is undefined. Geometries may be attached by several threads at the same time.
+class SceneObject final : public Object {
+public:
+    explicit SceneObject(Device& device) : device_(&device) {}
+
+    Device& device() const { return *device_; }
+
+    /// The lowest ID that is free, or `id` if it is given. Throws Failure if that is taken.
+    unsigned int attach(Geometry& geometry, unsigned int id = kInvalid);
+    void detach(unsigned int id);
+    /// Without a lock; null if there is none.
+    Geometry* find(unsigned int id) const;
+    Geometry* find_locked(unsigned int id) const;
+    /// A copy: other threads may attach to an instanced scene while one with it is committed.
+    Attachments attachments() const {
+        const std::scoped_lock lock(mutex_);
+        return attachments_;
+    }
+
+    /// Brings queries to the geometries. Several threads may call it: the first one works, the
+    /// others wait. Throws Failure or morphray::Error; then queries are refused until a later
+    /// commit succeeds.
+    void commit();
+    /// Throws Failure if there was no commit, or the last one failed.
+    const Committed& committed() const {
+        if (committed_ == nullptr) fail_operation("the scene is not committed");
+        return *committed_;
+    }
+
+    RTCSceneFlags flags = RTC_SCENE_FLAG_NONE;
+    RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM;
+
+private:
+    void commit_parts(std::vector<Part> parts);
+    void build(std::vector<Part> parts);
+    /// Returns false if the tree has other triangles than it must have at these positions.
+    bool update(const std::vector<Part>& parts);
+
+    Ref<Device> device_;
+    mutable std::mutex mutex_;
+    Attachments attachments_;
+    /// All IDs below are taken.
+    unsigned int lowest_free_ = 0;
+    std::mutex commit_mutex_;
+    std::unique_ptr<Committed> committed_;
+};
+
+}  // namespace mray::embree
