@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "app/backends/device_check.h"
 #include "app/cli/command_line.h"
 #include "app/terminal/interrupt.h"
 
@@ -52,7 +51,6 @@ ExitCode run_program(const std::vector<std::string>& arguments, CommandRunner ru
 
 void run_process(int argc, char** argv, CommandRunner run_command) {
     hold_standard_descriptors();
-    allow_check_in_child();
     handle_signals();
     end_process(run_program({argv + (argc > 0 ? 1 : 0), argv + argc}, run_command));
 }

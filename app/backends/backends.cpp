@@ -4,7 +4,6 @@
 
 #include <utility>
 
-#include "app/backends/device_check.h"
 #include "app/base/library_calls.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
@@ -34,6 +33,15 @@ std::unique_ptr<Backend> make_concrete(BackendChoice choice, const BackendOption
 }
 
 }  // namespace
+
+void require_sound_device(const std::string& device) {
+    const morphray::DeviceCheck check =
+        call_library([&] { return morphray::check_vulkan_device(device, false); });
+    if (check.passed) return;
+    throw Error(check.code == morphray::ErrorCode::device_lost ? ErrorKind::kDeviceLost
+                                                               : ErrorKind::kUnavailable,
+                check.problem);
+}
 
 bool asks_for_vulkan(const BackendOptions& options) {
     return !options.device.empty() || options.validate;

@@ -7,7 +7,6 @@
 #include <glm/geometric.hpp>
 
 #include "app/backends/backends.h"
-#include "app/backends/device_check.h"
 #include "app/base/library_calls.h"
 #include "app/files/image_reader.h"
 #include "app/terminal/progress.h"

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "app/backends/backends.h"
-#include "app/backends/device_check.h"
+#include "app/base/library_calls.h"
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
 #include "app/report/scene_report.h"
@@ -20,7 +20,9 @@ std::vector<std::optional<morphray::DeviceCheck>> check_all(
     const std::vector<morphray::VulkanDeviceInfo>& devices) {
     std::vector<std::optional<morphray::DeviceCheck>> checks(devices.size());
     for (std::size_t i = 0; i < devices.size(); ++i) {
-        if (devices[i].unusable.empty()) checks[i] = check_device(std::to_string(devices[i].index));
+        if (!devices[i].unusable.empty()) continue;
+        checks[i] = call_library(
+            [&] { return morphray::check_vulkan_device(std::to_string(devices[i].index)); });
     }
     return checks;
 }
@@ -49,7 +51,6 @@ std::string details_of(const morphray::VulkanDeviceInfo& device,
 }  // namespace
 
 ExitCode run_devices(const DevicesOptions& options, const Messages& messages) {
-    if (options.checks && is_check_child()) return exit_code_of({check_device({})});
     check_reports({options.json});
     const std::vector<morphray::VulkanDeviceInfo> devices = vulkan_devices();
     std::vector<std::optional<morphray::DeviceCheck>> checks(devices.size());

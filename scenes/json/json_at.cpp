@@ -52,7 +52,7 @@ void JsonAt::fail(const std::string& what, Hint hint) const {
     throw JsonValueError(ErrorKind::kBadInput,
                          path_.empty() ? fmt::format("{}: {}", file_, what)
                                        : fmt::format("{}: {}: {}", file_, path_, what),
-                         remedy);
+                         hint);
 }
 
 bool JsonAt::is_null() const { return tree_of(node_).is_null(); }

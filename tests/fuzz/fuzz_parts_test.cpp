@@ -99,11 +99,9 @@ public:
     void trace_image(const ImageParams& params, Frame& frame) override {
         inner_->trace_image(params, frame);
     }
-    void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override {
-        inner_->trace_rays(rays, hits);
-    }
+    void trace(const RayBatch& batch) override { inner_->trace(batch); }
+    void query(const QueryBatch& batch) override { inner_->query(batch); }
     const BackendTimes& finish() override { return inner_->finish(); }
-    const SceneQueries& scene_queries() const override { return inner_->scene_queries(); }
 
 private:
     std::unique_ptr<Backend> inner_;

@@ -34,7 +34,7 @@ void run_session(const FaultyLoader& loader, bool force_staging) {
     Frame frame;
     backend->trace_image(view(16, 16, kRaysShadow), frame);
     std::vector<Hit> hits(64);
-    backend->trace_rays(scattered_rays(64, 1), hits);
+    backend->trace({scattered_rays(64, 1), hits});
     backend->read_tree(bvh);
 }
 

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -120,16 +119,10 @@ struct DeviceCheck {
     ErrorCode code = ErrorCode::unavailable;
 };
 
-/// Tests the device that VulkanOptions::device names, in this process. A dispatch that takes longer
-/// than 20 s is a device that does not answer: it is given up, and never destroyed. Keeps the
-/// result in $XDG_CACHE_HOME/morphray or ~/.cache/morphray, for this device, driver and version of
-/// the library. Device::vulkan() does so for a device without a result. Throws as Device::vulkan(),
-/// and limit.
-MORPHRAY_API DeviceCheck check_vulkan_device(const std::string& device = {});
-/// The result that is kept for a device, if there is one. Throws as Device::vulkan().
-MORPHRAY_API std::optional<DeviceCheck> kept_device_check(const std::string& device = {});
-/// Keeps the failure of a device whose test a caller had to end; `what` says how it ended. Returns
-/// it. Throws as Device::vulkan().
-MORPHRAY_API DeviceCheck keep_lost_device(const std::string& device, const std::string& what);
+/// Tests the device that VulkanOptions::device names; if not `again`, only without a result that is
+/// kept. A dispatch that takes longer than 20 s is a device that does not answer: it is given up,
+/// and never destroyed. Keeps the result in $XDG_CACHE_HOME/morphray or ~/.cache/morphray, for this
+/// device, driver and version of the library. Throws as Device::vulkan(), and limit.
+MORPHRAY_API DeviceCheck check_vulkan_device(const std::string& device = {}, bool again = true);
 
 }  // namespace morphray
