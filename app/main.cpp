@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "app/backends/device_check.h"
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
 #include "app/terminal/failure.h"
@@ -55,6 +56,7 @@ ExitCode run_program(const std::vector<std::string>& arguments) {
 int main(int argc, char** argv) {
     using namespace mray::app;
     hold_standard_descriptors();
+    allow_check_in_child();
     handle_signals();
     end_process(run_program({argv + (argc > 0 ? 1 : 0), argv + argc}));
 }

@@ -1,5 +1,5 @@
-// Questions about all triangles of a backend's scene: all hits of rays, windings around points,
-// closest points. Answers are pure functions of question and triangles, the same bits everywhere.
+// Queries about all triangles of a backend's scene: all hits of rays, windings around points,
+// closest points. Answers are pure functions of query and triangles, the same bits everywhere.
 #pragma once
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <numeric>
 #include <span>
+#include <variant>
 #include <vector>
 
 #include "common/interop/ray.h"
@@ -87,51 +88,75 @@ struct VisibleMeshes {
     }
 };
 
-/// All in scene space. Spans of a call have one size. Points are finite; those of closest() are
-/// within kOriginExtent.
-class SceneQueries {
-public:
-    virtual ~SceneQueries() = default;
+// The queries of a batch, in scene space. Spans of a query have one size. Points are finite; those
+// of ClosestQuery are within kOriginExtent.
 
-    /// Counts the hits of each ray.
-    virtual void count(std::span<const Ray> rays, Crossing crossing,
-                       std::span<std::uint64_t> counts) const = 0;
-    /// Appends to `lists` the first `most` hits of each ray.
-    virtual void list(std::span<const Ray> rays, Crossing crossing, std::uint32_t most,
-                      HitLists& lists) const = 0;
-    /// Finds the first hit of each ray after its cursor.
-    virtual void intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
-                                 Crossing crossing, std::span<Hit> hits) const = 0;
-    /// Finds the closest hit of each ray with a mesh that is visible: step by step, unless a class
-    /// knows better.
-    virtual void intersect_visible(std::span<const Ray> rays, const VisibleMeshes& meshes,
-                                   std::span<Hit> hits) const;
-    /// Finds the crossings that floats can decide, and appends the others to `uncertain`, in any
-    /// order: exact_crossing() decides on those.
-    virtual void wind(std::span<const vec3> points, std::span<FloatWinding> windings,
-                      std::vector<UncertainCrossing>& uncertain) const = 0;
-    /// Finds the closest triangles whose squared distance is at most `most_d2`.
-    virtual void closest(std::span<const vec3> points, float most_d2,
-                         std::span<ClosestTriangle> closest) const = 0;
+/// Counts the hits of each ray.
+struct CountQuery {
+    std::span<const Ray> rays;
+    Crossing crossing;
+    std::span<std::uint64_t> counts;
 };
 
-inline void SceneQueries::intersect_visible(std::span<const Ray> rays, const VisibleMeshes& meshes,
-                                            std::span<Hit> hits) const {
-    std::vector<std::size_t> left(rays.size());
+/// Appends to `lists` the first `most` hits of each ray.
+struct ListQuery {
+    std::span<const Ray> rays;
+    Crossing crossing;
+    std::uint32_t most;
+    HitLists& lists;
+};
+
+/// Finds the first hit of each ray after its cursor.
+struct NextQuery {
+    std::span<const Ray> rays;
+    std::span<const HitCursor> after;
+    Crossing crossing;
+    std::span<Hit> hits;
+};
+
+/// Finds the closest hit of each ray with a mesh that is visible.
+struct VisibleQuery {
+    std::span<const Ray> rays;
+    VisibleMeshes meshes;
+    std::span<Hit> hits;
+};
+
+/// Finds the crossings that floats can decide, and appends the others to `uncertain`, in any order:
+/// exact_crossing() decides on those.
+struct WindingQuery {
+    std::span<const vec3> points;
+    std::span<FloatWinding> windings;
+    std::vector<UncertainCrossing>& uncertain;
+};
+
+/// Finds the closest triangles whose squared distance is at most `most_d2`.
+struct ClosestQuery {
+    std::span<const vec3> points;
+    float most_d2;
+    std::span<ClosestTriangle> closest;
+};
+
+using QueryBatch =
+    std::variant<CountQuery, ListQuery, NextQuery, VisibleQuery, WindingQuery, ClosestQuery>;
+
+/// Answers `query` by find_next(NextQuery), which passes one hit after the other.
+template <class FindNext>
+void step_to_visible(const VisibleQuery& query, FindNext find_next) {
+    std::vector<std::size_t> left(query.rays.size());
     std::iota(left.begin(), left.end(), std::size_t{0});
-    std::vector<Ray> asked(rays.begin(), rays.end());
+    std::vector<Ray> rays(query.rays.begin(), query.rays.end());
     std::vector<HitCursor> after(rays.size());
     std::vector<Hit> found(rays.size());
     while (!left.empty()) {
-        intersect_after(std::span(asked).first(left.size()), std::span(after).first(left.size()),
-                        Crossing::kEach, std::span(found).first(left.size()));
+        find_next(NextQuery{std::span(rays).first(left.size()), std::span(after).first(left.size()),
+                            Crossing::kEach, std::span(found).first(left.size())});
         std::size_t kept = 0;
         for (std::size_t i = 0; i < left.size(); ++i) {
             const Hit& hit = found[i];
-            hits[left[i]] = hit;
-            if (hit.prim_id == kNoPrim || meshes.sees(hit.prim_id)) continue;
+            query.hits[left[i]] = hit;
+            if (hit.prim_id == kNoPrim || query.meshes.sees(hit.prim_id)) continue;
             left[kept] = left[i];
-            asked[kept] = asked[i];
+            rays[kept] = rays[i];
             after[kept++] = {hit.t, hit.prim_id};
         }
         left.resize(kept);

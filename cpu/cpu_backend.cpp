@@ -6,12 +6,10 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cassert>
 #include <type_traits>
 
 #include "common/base/stopwatch.h"
 #include "common/base/thread_arena.h"
-#include "common/ray_queries.h"
 #include "common/scene_queries.h"
 #include "common/simd/simd_target.h"
 #include "common/update/refit_plan.h"
@@ -41,20 +39,21 @@ std::uint64_t count_hits(const Frame& frame, const Tile& tile) {
 }
 
 /// Scene, threads, refits and timing, the same for every CPU tracer; `MakeTracer` gives the tracer
-/// for a scene and `MakeQueries` its SceneQueries.
+/// for a scene and `MakeQueries` what answers a QueryBatch.
 template <class MakeTracer, class MakeQueries>
-class TracerBackend final : public Backend, private RayQueries {
+class TracerBackend final : public Backend {
 public:
     TracerBackend(std::string name, const std::string& how, const SimdTarget& target,
                   std::unique_ptr<ThreadArena> arena, MakeTracer make_tracer,
                   MakeQueries make_queries)
-        : Backend({std::move(name), fmt::format("{}, {} threads", how, arena->threads())}),
+        : Backend(
+              {std::move(name), fmt::format("{}, {} threads", how, arena->threads()), true, true}),
           target_(target),
           arena_(std::move(arena)),
           make_tracer_(std::move(make_tracer)),
           make_queries_(std::move(make_queries)),
           tracer_(make_tracer_(topology_, planner_.pose().positions(), bvh_)),
-          scene_queries_(make_queries_(topology_, planner_.pose().positions(), bvh_)) {}
+          queries_(make_queries_(topology_, planner_.pose().positions(), bvh_)) {}
 
     void set_scene(const Topology& topology, std::span<const vec3> positions,
                    const Bvh& bvh) override {
@@ -65,7 +64,7 @@ public:
         // Until the next scene the arrays of topology, pose and tree may change, but not their
         // places.
         tracer_ = make_tracer_(topology_, planner_.pose().positions(), bvh_);
-        scene_queries_ = make_queries_(topology_, planner_.pose().positions(), bvh_);
+        queries_ = make_queries_(topology_, planner_.pose().positions(), bvh_);
         times_ = {.update = {.upload_ms = watch.ms()}};
     }
 
@@ -127,38 +126,37 @@ public:
         times_.rays = pixels + hits * rays_per_hit(params.rays, params.ao_count);
     }
 
-    void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override {
-        assert(rays.size() == hits.size());
-        const Stopwatch watch;
+    void trace(const RayBatch& batch) override {
+        const auto trace_part = [&](std::size_t first, std::size_t count) {
+            const std::span<const Ray> rays = batch.rays.subspan(first, count);
+            if (batch.occluded.empty()) {
+                tracer_->intersect(rays, batch.hits.subspan(first, count));
+            } else {
+                tracer_->occluded(rays, batch.occluded.subspan(first, count));
+            }
+        };
+        if (batch.rays.size() <= kRayGrain) {
+            trace_part(0, batch.rays.size());
+            return;
+        }
         using Range = tbb::blocked_range<std::size_t>;
         arena_->execute([&] {
-            tbb::parallel_for(Range(0, rays.size(), kRayGrain), [&](const Range& r) {
-                tracer_->intersect(rays.subspan(r.begin(), r.size()),
-                                   hits.subspan(r.begin(), r.size()));
-            });
+            tbb::parallel_for(Range(0, batch.rays.size(), kRayGrain),
+                              [&](const Range& r) { trace_part(r.begin(), r.size()); });
         });
-        times_.trace_ms = watch.ms();
-        times_.rays = rays.size();
     }
 
-    const BackendTimes& finish() override { return times_; }
+    bool trace_stored(const StoredRayTile& tile, Hit* hits) override {
+        return tracer_->intersect_stored(tile, hits);
+    }
 
-    const RayQueries* queries() const override { return this; }
-    const SceneQueries& scene_queries() const override { return *scene_queries_; }
+    void query(const QueryBatch& batch) override { queries_(batch); }
+
+    const BackendTimes& finish() override { return times_; }
 
 private:
     using Tracer =
         std::invoke_result_t<MakeTracer, const Topology&, std::span<const vec3>, const Bvh&>;
-
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
-        tracer_->intersect(rays, hits);
-    }
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const override {
-        tracer_->occluded(rays, occluded);
-    }
-    bool intersect_tile(const StoredRayTile& tile, Hit* hits) const override {
-        return tracer_->intersect_stored(tile, hits);
-    }
 
     /// The largest that packets are made of, but where these are few for the threads.
     ImageTiles tiles_for(const ImageParams& params) const {
@@ -177,7 +175,7 @@ private:
     RefitPlanner planner_;
     Bvh bvh_;
     Tracer tracer_;
-    std::unique_ptr<SceneQueries> scene_queries_;
+    std::invoke_result_t<MakeQueries, const Topology&, std::span<const vec3>, const Bvh&> queries_;
     BackendTimes times_;
 };
 
@@ -201,7 +199,7 @@ std::unique_ptr<Backend> make_portable(std::string name, const CpuConfig& config
 /// Makes TreeQueries of a target.
 auto tree_queries(const SimdTarget& target) {
     return [target](const Topology&, std::span<const vec3>, const Bvh& bvh) {
-        return std::make_unique<TreeQueries>(bvh, target);
+        return TreeQueries(bvh, target);
     };
 }
 
@@ -229,7 +227,7 @@ std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config) {
             OneByOne(BruteTracer(topology, positions)));
     };
     const auto queries = [](const Topology& topology, std::span<const vec3> positions, const Bvh&) {
-        return std::make_unique<BruteQueries>(topology, positions);
+        return BruteQueries(topology, positions);
     };
     return make_portable("brute", config, make, queries);
 }

@@ -60,52 +60,53 @@ std::uint32_t Questions::ask(const char* what, Kernel& kernel, std::uint32_t fla
     return found;
 }
 
-void Questions::count(std::span<const Ray> rays, Crossing crossing,
-                      std::span<std::uint64_t> counts) const {
-    const RayPasses::Use use = start_();
+void Questions::answer(const CountQuery& query) const {
     std::vector<uvec4> answers;
-    for_parts(rays.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
-        transfer_.upload(std::as_bytes(rays.subspan(first, size)), passes_.rays());
+    for_parts(query.rays.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
+        transfer_.upload(std::as_bytes(query.rays.subspan(first, size)), passes_.rays());
         answers.resize(size);
-        ask("count hits", kernels_.hits, kAskCount | flags_of(crossing), answers);
-        for (std::size_t i = 0; i < size; ++i) counts[first + i] = answers[i].x;
+        ask("count hits", kernels_.hits, kAskCount | flags_of(query.crossing), answers);
+        for (std::size_t i = 0; i < size; ++i) query.counts[first + i] = answers[i].x;
     });
 }
 
-void Questions::intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
-                                Crossing crossing, std::span<Hit> hits) const {
-    const RayPasses::Use use = start_();
+void Questions::answer(const NextQuery& query) const {
     std::vector<Ray> rest;
     std::vector<std::uint32_t> first_prims;
     std::vector<uvec4> answers;
-    for_parts(rays.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
-        rest.assign(rays.begin() + static_cast<std::ptrdiff_t>(first),
-                    rays.begin() + static_cast<std::ptrdiff_t>(first + size));
+    for_parts(query.rays.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
+        const std::span<const Ray> rays = query.rays.subspan(first, size);
+        rest.assign(rays.begin(), rays.end());
         first_prims.resize(size);
         for (std::size_t i = 0; i < size; ++i)
-            first_prims[i] = start_after(after[first + i], rest[i]);
+            first_prims[i] = start_after(query.after[first + i], rest[i]);
         transfer_.upload(std::as_bytes(std::span(rest)), passes_.rays());
         transfer_.upload(std::as_bytes(std::span(first_prims)), passes_.visible_pixels());
         answers.resize(size);
-        ask("find next hits", kernels_.hits, flags_of(crossing), answers);
-        for (std::size_t i = 0; i < size; ++i) hits[first + i] = hit_of(answers[i]);
+        ask("find next hits", kernels_.hits, flags_of(query.crossing), answers);
+        for (std::size_t i = 0; i < size; ++i) query.hits[first + i] = hit_of(answers[i]);
     });
 }
 
+void Questions::answer(const VisibleQuery& query) const {
+    step_to_visible(query, [this](const NextQuery& next) { answer(next); });
+}
+
 /// Hit after hit of the rays that have more, and then their numbers.
-void Questions::list(std::span<const Ray> rays, Crossing crossing, std::uint32_t most,
-                     HitLists& lists) const {
+void Questions::answer(const ListQuery& query) const {
+    const std::span<const Ray> rays = query.rays;
+    HitLists& lists = query.lists;
     std::vector<std::vector<Hit>> found(rays.size());
     std::vector<std::size_t> left(rays.size());
     for (std::size_t i = 0; i < rays.size(); ++i) left[i] = i;
     std::vector<Ray> asked(rays.begin(), rays.end());
     std::vector<HitCursor> after(rays.size());
     std::vector<Hit> hits(rays.size());
-    for (std::uint32_t step = 0; step < most && !left.empty(); ++step) {
+    for (std::uint32_t step = 0; step < query.most && !left.empty(); ++step) {
         asked.resize(left.size());
         after.resize(left.size());
         hits.resize(left.size());
-        intersect_after(asked, after, crossing, hits);
+        answer(NextQuery{asked, after, query.crossing, hits});
         std::size_t kept = 0;
         for (std::size_t k = 0; k < left.size(); ++k) {
             if (hits[k].prim_id == kNoPrim) continue;
@@ -120,7 +121,7 @@ void Questions::list(std::span<const Ray> rays, Crossing crossing, std::uint32_t
     asked.clear();
     for (const std::size_t i : left) asked.push_back(rays[i]);
     std::vector<std::uint64_t> counts(left.size());
-    if (!left.empty()) count(asked, crossing, counts);
+    if (!left.empty()) answer(CountQuery{asked, query.crossing, counts});
     std::size_t counted = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         lists.hits.insert(lists.hits.end(), found[i].begin(), found[i].end());
@@ -130,35 +131,30 @@ void Questions::list(std::span<const Ray> rays, Crossing crossing, std::uint32_t
     }
 }
 
-/// One part of the points. If there is no room for all uncertain crossings, it is divided.
-void Questions::wind(std::span<const vec3> points, std::span<FloatWinding> windings,
-                     std::vector<UncertainCrossing>& uncertain) const {
-    const RayPasses::Use use = start_();
-    for_parts(points.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
-        wind_part(points, first, size, windings, uncertain);
-    });
+void Questions::answer(const WindingQuery& query) const {
+    for_parts(query.points.size(), passes_.size().rays(),
+              [&](std::size_t first, std::size_t size) { wind_part(query, first, size); });
 }
 
-void Questions::wind_part(std::span<const vec3> points, std::size_t first, std::size_t size,
-                          std::span<FloatWinding> windings,
-                          std::vector<UncertainCrossing>& uncertain) const {
+/// One part of the points. If there is no room for all uncertain crossings, it is divided.
+void Questions::wind_part(const WindingQuery& query, std::size_t first, std::size_t size) const {
     std::vector<uvec4> asked(size);
     std::vector<uvec4> answers(size);
     for (std::size_t i = 0; i < size; ++i) {
-        const vec3 p = clipped_point(points[first + i]);
+        const vec3 p = clipped_point(query.points[first + i]);
         asked[i] = {floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z), 0};
     }
     transfer_.upload(std::as_bytes(std::span(asked)), passes_.rays());
     const std::uint32_t found = ask("wind around points", kernels_.winding, 0, answers);
     const std::size_t room = pair_room();
     if (found > room && size > 1) {
-        wind_part(points, first, size / 2, windings, uncertain);
-        wind_part(points, first + size / 2, size - size / 2, windings, uncertain);
+        wind_part(query, first, size / 2);
+        wind_part(query, first + size / 2, size - size / 2);
         return;
     }
     for (std::size_t i = 0; i < size; ++i) {
-        windings[first + i] = {.winding = static_cast<std::int32_t>(answers[i].x),
-                               .crossings = answers[i].y};
+        query.windings[first + i] = {.winding = static_cast<std::int32_t>(answers[i].x),
+                                     .crossings = answers[i].y};
     }
     if (found > room) {
         throw Error(ErrorKind::kLimit,
@@ -172,29 +168,27 @@ void Questions::wind_part(std::span<const vec3> points, std::size_t first, std::
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     for (UncertainCrossing pair : pairs) {
         pair.point += static_cast<std::uint32_t>(first);
-        uncertain.push_back(pair);
+        query.uncertain.push_back(pair);
         for (const RepeatedTriangle& repeat : scene_.repeats_of(pair.prim_id))
-            uncertain.push_back({pair.point, repeat.prim_id});
+            query.uncertain.push_back({pair.point, repeat.prim_id});
     }
 }
 
-void Questions::closest(std::span<const vec3> points, float most_d2,
-                        std::span<ClosestTriangle> closest) const {
-    const RayPasses::Use use = start_();
+void Questions::answer(const ClosestQuery& query) const {
     std::vector<uvec4> asked;
     std::vector<uvec4> answers;
-    for_parts(points.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
+    for_parts(query.points.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
         asked.resize(size);
         answers.resize(size);
         for (std::size_t i = 0; i < size; ++i) {
-            const vec3 p = points[first + i];
+            const vec3 p = query.points[first + i];
             asked[i] = {floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z),
-                        floatBitsToUint(most_d2)};
+                        floatBitsToUint(query.most_d2)};
         }
         transfer_.upload(std::as_bytes(std::span(asked)), passes_.rays());
         ask("find closest triangles", kernels_.closest, 0, answers);
         for (std::size_t i = 0; i < size; ++i)
-            closest[first + i] = {uintBitsToFloat(answers[i].x), answers[i].y};
+            query.closest[first + i] = {uintBitsToFloat(answers[i].x), answers[i].y};
     });
 }
 

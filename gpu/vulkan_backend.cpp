@@ -6,6 +6,8 @@
 #include <cassert>
 #include <optional>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "common/base/errors.h"
 #include "common/base/stopwatch.h"
@@ -41,7 +43,7 @@ BackendInfo info_of(const DeviceInfo& device) {
     return {"vulkan",
             fmt::format("{}, {}, Vulkan {}.{}", device.name, device.driver, device.api_major,
                         device.api_minor),
-            device.type == "cpu"};
+            device.type == "cpu", false, 0.002};
 }
 
 class VulkanBackend final : public Backend {
@@ -57,10 +59,7 @@ public:
                   step_budget(physical(), tuning)),
           scene_(shared_->device, kind_, transfer_, Topology{}, {}, empty_tree()),
           images_(context_, kernels_, passes_, scene_),
-          questions_(transfer_, kernels_, passes_, scene_, [this] {
-              finish_refit();
-              return use_ray_buffers();
-          }) {
+          questions_(transfer_, kernels_, passes_, scene_) {
         bind();
         // A device that is lost or does not answer fails here instead of at the first image.
         context_.submit("start", [](VkCommandBuffer) {});
@@ -75,9 +74,9 @@ public:
     void read_tree(Bvh& bvh) override;
     void edit_tree(const TreeEdit& edit) override;
     void trace_image(const ImageParams& params, Frame& frame) override;
-    void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override;
+    void trace(const RayBatch& batch) override;
+    void query(const QueryBatch& batch) override;
     const BackendTimes& finish() override;
-    const SceneQueries& scene_queries() const override { return questions_; }
 
 private:
     const PhysicalDevice& physical() const { return shared_->device.physical(); }
@@ -299,7 +298,11 @@ void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
     images_.trace(params, frame, times_, image_watch());
 }
 
-void VulkanBackend::trace_rays(std::span<const Ray> rays, std::span<Hit> hits) {
+/// Any hits are closest hits: no kernel ends at the first hit of any ray.
+void VulkanBackend::trace(const RayBatch& batch) {
+    const std::span<const Ray> rays = batch.rays;
+    std::vector<Hit> found(batch.occluded.size());
+    const std::span<Hit> hits = batch.occluded.empty() ? batch.hits : std::span(found);
     assert(rays.size() == hits.size());
     prepare_rays();
     finish_refit();
@@ -317,6 +320,14 @@ void VulkanBackend::trace_rays(std::span<const Ray> rays, std::span<Hit> hits) {
         times_.trace_ms += passes_.run({"trace rays", false, dispatch}, kernels_, scene_);
         transfer_.download(passes_.hits(), std::as_writable_bytes(hits.subspan(first, count)));
     }
+    for (std::size_t i = 0; i < found.size(); ++i)
+        batch.occluded[i] = found[i].prim_id != kNoPrim ? 1 : 0;
+}
+
+void VulkanBackend::query(const QueryBatch& batch) {
+    finish_refit();
+    const RayPasses::Use use = use_ray_buffers();
+    std::visit([this](const auto& query) { questions_.answer(query); }, batch);
 }
 
 const BackendTimes& VulkanBackend::finish() {

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <optional>
 #include <utility>
 
+#include "app/backends/device_check.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
@@ -13,17 +13,6 @@
 
 namespace mray::app {
 namespace {
-
-#ifdef MORPHRAY_HAS_VULKAN
-/// Throws Error if the device failed its self-test, which is made now if no result is kept.
-void require_sound_device(const std::string& device) {
-    const morphray::DeviceCheck check = call_library([&] {
-        const std::optional<morphray::DeviceCheck> kept = morphray::kept_device_check(device);
-        return kept ? *kept : morphray::check_vulkan_device(device);
-    });
-    if (!check.passed) throw Error(kind_of(check.code), check.problem);
-}
-#endif
 
 std::unique_ptr<Backend> make_unwatched(BackendChoice choice, const BackendOptions& options) {
     const cpu::CpuConfig config{.threads = options.threads, .simd = options.simd};

@@ -32,6 +32,9 @@ bool has_only_software_devices();
 
 /// Throws Error if Vulkan is not built in, or if there is too little memory for a driver to start.
 void check_vulkan();
+/// Throws Error with the problem if the device failed its self-test, which is made now if no result
+/// is kept.
+void require_sound_device(const std::string& device);
 
 /// Calls make(choice) for kCpu, kVulkan or kBrute: what kAuto means here. kAuto is Vulkan if there
 /// is a GPU, otherwise the CPU: with a warning if Vulkan is unavailable, with a note if its only

@@ -4,10 +4,10 @@
 #include <optional>
 
 #include "app/backends/backends.h"
+#include "app/backends/device_check.h"
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
-#include "app/terminal/failure.h"
 #include "common/report/table.h"
 
 namespace mray::app {
@@ -20,9 +20,7 @@ std::vector<std::optional<morphray::DeviceCheck>> check_all(
     const std::vector<morphray::VulkanDeviceInfo>& devices) {
     std::vector<std::optional<morphray::DeviceCheck>> checks(devices.size());
     for (std::size_t i = 0; i < devices.size(); ++i) {
-        if (!devices[i].unusable.empty()) continue;
-        checks[i] = call_library(
-            [&] { return morphray::check_vulkan_device(std::to_string(devices[i].index)); });
+        if (devices[i].unusable.empty()) checks[i] = check_device(std::to_string(devices[i].index));
     }
     return checks;
 }
@@ -69,6 +67,7 @@ std::string details_of(const morphray::VulkanDeviceInfo& device,
 }  // namespace
 
 ExitCode run_command(const DevicesOptions& options, const Messages& messages) {
+    if (options.checks && is_check_child()) return exit_code_of({check_device({})});
     check_reports({options.json});
     const std::vector<morphray::VulkanDeviceInfo> devices = vulkan_devices();
     std::vector<std::optional<morphray::DeviceCheck>> checks(devices.size());

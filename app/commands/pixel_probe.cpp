@@ -115,7 +115,7 @@ void trace_secondary(const ImageParams& params, const Topology& topology,
     report.faces_light = faces_light(surface, params.light);
     const std::vector<Ray> rays = secondary_rays(params, surface, report.pixel, report.faces_light);
     std::vector<Hit> hits(rays.size());
-    if (!rays.empty()) backend.trace_rays(rays, hits);
+    if (!rays.empty()) backend.trace({rays, hits});
     for (std::size_t i = 0; i < rays.size(); ++i) report.secondary.push_back({rays[i], hits[i]});
 }
 
@@ -173,7 +173,7 @@ ProbeReport probe_pixel(const ProbeOptions& options, const Messages& messages) {
     report.image = frame.hits[index];
     report.occlusion = frame.occlusion[index];
     report.colour = frame.pixels[index];
-    tracer->trace_rays({&report.ray, 1}, {&report.alone, 1});
+    tracer->trace({{&report.ray, 1}, {&report.alone, 1}});
     const std::span<const vec3> positions = scene.positions(frame_number);
     trace_secondary(params, topology, positions, *tracer, report);
     const std::uint32_t wanted[] = {report.image.prim_id, report.alone.prim_id};

@@ -25,12 +25,7 @@ constexpr double kTraceExponent = 0.3;
 
 /// Returns the config with the first_per_visit of this kind of tracer.
 UpdateConfig for_tracer(UpdateConfig config, const Backend& tracer) {
-    // With trees that are only refitted, packets of camera rays had 0.0002 (shuffle) to 0.0007
-    // (orbits) on the CPU, 0.0015 to 0.003 on lavapipe.
-    constexpr double kOnCpu = 0.0005;
-    constexpr double kOnDevice = 0.002;
-    if (!config.deterministic)
-        config.first_per_visit = tracer.info().name == "vulkan" ? kOnDevice : kOnCpu;
+    if (!config.deterministic) config.first_per_visit = tracer.info().trace_per_visit;
     return config;
 }
 

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <variant>
 #include <vector>
 
 #include "common/bvh/bvh.h"
@@ -39,38 +40,35 @@ HWY_INLINE void count_hits_of_rays(const Bvh& bvh, std::span<const Ray> rays,
                   HWY_ATTR { CountStream<kCrossing>(bvh, batch, order).count(&counts[first]); });
 }
 
-void count_hits(const Bvh& bvh, std::span<const Ray> rays, Crossing crossing,
-                std::span<std::uint64_t> counts) {
-    if (crossing == Crossing::kOwner) {
-        count_hits_of_rays<Crossing::kOwner>(bvh, rays, counts);
+HWY_INLINE void answer(const Bvh& bvh, const CountQuery& query) {
+    if (query.crossing == Crossing::kOwner) {
+        count_hits_of_rays<Crossing::kOwner>(bvh, query.rays, query.counts);
     } else {
-        count_hits_of_rays<Crossing::kEach>(bvh, rays, counts);
+        count_hits_of_rays<Crossing::kEach>(bvh, query.rays, query.counts);
     }
 }
 
-void list_hits(const Bvh& bvh, std::span<const Ray> rays, Crossing crossing, std::uint32_t most,
-               HitLists& lists) {
-    for (const Ray& ray : rays) {
-        if (crossing == Crossing::kOwner) {
-            list_hits_of<Crossing::kOwner>(bvh, ray, most, lists);
+HWY_INLINE void answer(const Bvh& bvh, const ListQuery& query) {
+    for (const Ray& ray : query.rays) {
+        if (query.crossing == Crossing::kOwner) {
+            list_hits_of<Crossing::kOwner>(bvh, ray, query.most, query.lists);
         } else {
-            list_hits_of<Crossing::kEach>(bvh, ray, most, lists);
+            list_hits_of<Crossing::kEach>(bvh, ray, query.most, query.lists);
         }
     }
 }
 
-void find_next_hits(const Bvh& bvh, std::span<const Ray> rays, std::span<const HitCursor> after,
-                    Crossing crossing, std::span<Hit> hits) {
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        hits[i] = crossing == Crossing::kOwner
-                      ? next_hit_of<Crossing::kOwner>(bvh, rays[i], after[i])
-                      : next_hit_of<Crossing::kEach>(bvh, rays[i], after[i]);
+HWY_INLINE void answer(const Bvh& bvh, const NextQuery& query) {
+    for (std::size_t i = 0; i < query.rays.size(); ++i) {
+        query.hits[i] = query.crossing == Crossing::kOwner
+                            ? next_hit_of<Crossing::kOwner>(bvh, query.rays[i], query.after[i])
+                            : next_hit_of<Crossing::kEach>(bvh, query.rays[i], query.after[i]);
     }
 }
 
-void find_visible_hits(const Bvh& bvh, std::span<const Ray> rays, const VisibleMeshes& meshes,
-                       std::span<Hit> hits) {
-    for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = visible_hit_of(bvh, rays[i], meshes);
+HWY_INLINE void answer(const Bvh& bvh, const VisibleQuery& query) {
+    for (std::size_t i = 0; i < query.rays.size(); ++i)
+        query.hits[i] = visible_hit_of(bvh, query.rays[i], query.meshes);
 }
 
 /// Whether bundles pay, by what they and single points have taken so far.
@@ -133,8 +131,9 @@ HWY_INLINE void ask_in_bundles(std::size_t total, Bundle bundle, Each each) {
     }
 }
 
-void wind_points(const Bvh& bvh, std::span<const vec3> points, std::span<FloatWinding> windings,
-                 std::vector<UncertainCrossing>& uncertain) {
+HWY_INLINE void answer(const Bvh& bvh, const WindingQuery& query) {
+    const std::span<const vec3> points = query.points;
+    std::vector<UncertainCrossing>& uncertain = query.uncertain;
     const auto add_uncertain = [&](std::size_t point, std::uint32_t prim_id) {
         uncertain.push_back({static_cast<std::uint32_t>(point), prim_id});
     };
@@ -148,7 +147,7 @@ void wind_points(const Bvh& bvh, std::span<const vec3> points, std::span<FloatWi
         if (search.search(bvh, most_leaves, [&](std::size_t i, std::uint32_t prim_id) {
                 add_uncertain(first + i, prim_id);
             })) {
-            search.store_windings(windings.subspan(first, count));
+            search.store_windings(query.windings.subspan(first, count));
             return true;
         }
         uncertain.resize(before);
@@ -158,15 +157,17 @@ void wind_points(const Bvh& bvh, std::span<const vec3> points, std::span<FloatWi
     ask_in_bundles(points.size(), bundle, [&](std::size_t first, std::size_t count) {
         std::size_t leaves = 0;
         for (std::size_t i = first; i < first + count; ++i) {
-            windings[i] = wind_around(bvh, points[i], leaves,
-                                      [&](std::uint32_t prim_id) { add_uncertain(i, prim_id); });
+            query.windings[i] = wind_around(
+                bvh, points[i], leaves, [&](std::uint32_t prim_id) { add_uncertain(i, prim_id); });
         }
         return leaves;
     });
 }
 
-void find_closest_triangles(const Bvh& bvh, std::span<const vec3> points, float most_d2,
-                            std::span<ClosestTriangle> closest) {
+HWY_INLINE void answer(const Bvh& bvh, const ClosestQuery& query) {
+    const std::span<const vec3> points = query.points;
+    const std::span<ClosestTriangle> closest = query.closest;
+    const float most_d2 = query.most_d2;
     std::fill(closest.begin(), closest.end(), ClosestTriangle{most_d2, kNoPrim});
     std::uint32_t near_leaf = kNoPrim;
     const auto bundle = [&]([[maybe_unused]] std::size_t first, [[maybe_unused]] std::size_t count,
@@ -232,6 +233,10 @@ void place_points(std::span<const vec3> points, std::span<const ClosestTriangle>
                                  {values[3][i], values[4][i], values[5][i]}};
         }
     }
+}
+
+void answer_batch(const Bvh& bvh, const QueryBatch& batch) {
+    std::visit([&](const auto& query) HWY_ATTR { answer(bvh, query); }, batch);
 }
 
 }  // namespace HWY_NAMESPACE

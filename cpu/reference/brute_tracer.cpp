@@ -53,46 +53,50 @@ bool is_before(const Hit& a, const Hit& b) { return is_closer(a.t, a.prim_id, b.
 
 }  // namespace
 
-void BruteQueries::count(std::span<const Ray> rays, Crossing crossing,
-                         std::span<std::uint64_t> counts) const {
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        counts[i] = 0;
-        for_each_hit(*topology_, positions_, rays[i], crossing, [&](const Hit&) { ++counts[i]; });
+void BruteQueries::answer(const CountQuery& query) const {
+    for (std::size_t i = 0; i < query.rays.size(); ++i) {
+        query.counts[i] = 0;
+        for_each_hit(*topology_, positions_, query.rays[i], query.crossing,
+                     [&](const Hit&) { ++query.counts[i]; });
     }
 }
 
-void BruteQueries::list(std::span<const Ray> rays, Crossing crossing, std::uint32_t most,
-                        HitLists& lists) const {
-    for (const Ray& ray : rays) {
+void BruteQueries::answer(const ListQuery& query) const {
+    HitLists& lists = query.lists;
+    for (const Ray& ray : query.rays) {
         const std::size_t first = lists.hits.size();
-        for_each_hit(*topology_, positions_, ray, crossing,
+        for_each_hit(*topology_, positions_, ray, query.crossing,
                      [&](const Hit& hit) { lists.hits.push_back(hit); });
         const std::size_t total = lists.hits.size() - first;
         std::sort(lists.hits.begin() + static_cast<std::ptrdiff_t>(first), lists.hits.end(),
                   is_before);
-        const std::size_t listed = std::min<std::size_t>(total, most);
+        const std::size_t listed = std::min<std::size_t>(total, query.most);
         lists.hits.resize(first + listed);
         lists.listed.push_back(static_cast<std::uint32_t>(listed));
         lists.total.push_back(total);
     }
 }
 
-void BruteQueries::intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
-                                   Crossing crossing, std::span<Hit> hits) const {
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        hits[i] = no_hit();
-        for_each_hit(*topology_, positions_, rays[i], crossing, [&](const Hit& hit) {
-            const bool is_after = is_closer(after[i].t, after[i].prim_id, hit.t, hit.prim_id);
-            if (is_after && (hits[i].prim_id == kNoPrim || is_before(hit, hits[i]))) hits[i] = hit;
+void BruteQueries::answer(const NextQuery& query) const {
+    for (std::size_t i = 0; i < query.rays.size(); ++i) {
+        const HitCursor& after = query.after[i];
+        Hit& next = query.hits[i];
+        next = no_hit();
+        for_each_hit(*topology_, positions_, query.rays[i], query.crossing, [&](const Hit& hit) {
+            const bool is_after = is_closer(after.t, after.prim_id, hit.t, hit.prim_id);
+            if (is_after && (next.prim_id == kNoPrim || is_before(hit, next))) next = hit;
         });
     }
 }
 
-void BruteQueries::wind(std::span<const vec3> points, std::span<FloatWinding> windings,
-                        std::vector<UncertainCrossing>& uncertain) const {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        windings[i] = {};
-        const vec3 p = clipped_point(points[i]);
+void BruteQueries::answer(const VisibleQuery& query) const {
+    step_to_visible(query, [this](const NextQuery& next) { answer(next); });
+}
+
+void BruteQueries::answer(const WindingQuery& query) const {
+    for (std::size_t i = 0; i < query.points.size(); ++i) {
+        query.windings[i] = {};
+        const vec3 p = clipped_point(query.points[i]);
         std::uint32_t prim_id = 0;
         for (const uvec3& t : topology_->triangles) {
             const vec3 a = positions_[t.x];
@@ -100,29 +104,28 @@ void BruteQueries::wind(std::span<const vec3> points, std::span<FloatWinding> wi
             const vec3 c = positions_[t.z];
             if (finite_vertices(a, b, c)) {
                 const FloatCrossing crossing = float_crossing(p, a, b, c);
-                windings[i].winding += crossing.is_up - crossing.is_down;
-                windings[i].crossings += crossing.is_up || crossing.is_down;
+                query.windings[i].winding += crossing.is_up - crossing.is_down;
+                query.windings[i].crossings += crossing.is_up || crossing.is_down;
                 if (crossing.is_uncertain)
-                    uncertain.push_back({static_cast<std::uint32_t>(i), prim_id});
+                    query.uncertain.push_back({static_cast<std::uint32_t>(i), prim_id});
             }
             ++prim_id;
         }
     }
 }
 
-void BruteQueries::closest(std::span<const vec3> points, float most_d2,
-                           std::span<ClosestTriangle> closest) const {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        closest[i] = {most_d2, kNoPrim};
+void BruteQueries::answer(const ClosestQuery& query) const {
+    for (std::size_t i = 0; i < query.points.size(); ++i) {
+        ClosestTriangle& closest = query.closest[i];
+        closest = {query.most_d2, kNoPrim};
         std::uint32_t prim_id = 0;
         for (const uvec3& t : topology_->triangles) {
             const vec3 a = positions_[t.x];
             const vec3 b = positions_[t.y];
             const vec3 c = positions_[t.z];
             if (finite_vertices(a, b, c)) {
-                const float d2 = closest_on_triangle(points[i], a, b, c).d2;
-                if (is_closer(d2, prim_id, closest[i].d2, closest[i].prim_id))
-                    closest[i] = {d2, prim_id};
+                const float d2 = closest_on_triangle(query.points[i], a, b, c).d2;
+                if (is_closer(d2, prim_id, closest.d2, closest.prim_id)) closest = {d2, prim_id};
             }
             ++prim_id;
         }

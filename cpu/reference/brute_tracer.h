@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <variant>
 
 #include "common/interop/ray.h"
 #include "common/scene/mesh.h"
@@ -25,23 +26,23 @@ private:
 };
 
 /// Answers over a mesh (positions in scene space) that outlives it. Threads may share one.
-class BruteQueries final : public SceneQueries {
+class BruteQueries {
 public:
     BruteQueries(const Topology& topology, std::span<const vec3> positions)
         : topology_(&topology), positions_(positions) {}
 
-    void count(std::span<const Ray> rays, Crossing crossing,
-               std::span<std::uint64_t> counts) const override;
-    void list(std::span<const Ray> rays, Crossing crossing, std::uint32_t most,
-              HitLists& lists) const override;
-    void intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
-                         Crossing crossing, std::span<Hit> hits) const override;
-    void wind(std::span<const vec3> points, std::span<FloatWinding> windings,
-              std::vector<UncertainCrossing>& uncertain) const override;
-    void closest(std::span<const vec3> points, float most_d2,
-                 std::span<ClosestTriangle> closest) const override;
+    void operator()(const QueryBatch& batch) const {
+        std::visit([this](const auto& query) { answer(query); }, batch);
+    }
 
 private:
+    void answer(const CountQuery& query) const;
+    void answer(const ListQuery& query) const;
+    void answer(const NextQuery& query) const;
+    void answer(const VisibleQuery& query) const;
+    void answer(const WindingQuery& query) const;
+    void answer(const ClosestQuery& query) const;
+
     const Topology* topology_;
     std::span<const vec3> positions_;
 };

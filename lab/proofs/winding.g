@@ -13,7 +13,7 @@
 #                height = fl(fl(fl(u z) + fl(v z)) + fl(w z)); sum = fl(|u| + |v| + |w|);
 #                error = fl(fl(fl(fl(3 bound) + fl(kWindingHeightError sum)) * fl(Z + c)) + fl(c sum))
 #                with Z the largest |z|
-#   used by      TreeQueries::wind, shaders/queries/winding.comp
+#   used by      WindingQuery, shaders/queries/winding.comp
 #   by hand      A triangle is beside or above the point if all r on an axis are beyond c: then the
 #                exact differences have that sign (first lemma). Two points that are displaced
 #                change a product of their coordinates by what fast_edges.g says. All operations of

@@ -4,16 +4,15 @@
 
 #include "common/base/errors.h"
 #include "common/simd/simd_target.h"
-#include "library/src/device_check.h"
+#include "common/version.h"
 #include "library/src/device_impl.h"
 #include "library/src/scene/errors.h"
+#include "morphray/version.hpp"
 #ifdef MORPHRAY_HAS_VULKAN
 #include "gpu/vulkan_backend.h"
 #endif
 
 namespace morphray {
-namespace {}  // namespace
-
 namespace detail {
 
 DeviceImpl::DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan,
@@ -25,7 +24,11 @@ DeviceImpl::DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vu
       arena_(cpu.threads),
       simd_target_(mray::find_simd_target(cpu.simd == mray::kSimdOff ? "scalar" : cpu.simd)) {
 #ifdef MORPHRAY_HAS_VULKAN
-    if (kind_ == Kind::vulkan && host_.device == nullptr) require_sound_device(vulkan_);
+    if (kind_ == Kind::vulkan && host_.device == nullptr) {
+        const std::optional<DeviceCheck> kept = kept_device_check(vulkan_.device);
+        const DeviceCheck check = kept ? *kept : check_vulkan_device(vulkan_.device);
+        if (!check.passed) throw Error(check.code, check.problem);
+    }
 #endif
     std::unique_ptr<mray::Backend> backend = make_backend();
     name_ = backend->info().name;
@@ -72,6 +75,8 @@ Device DeviceImpl::make(Kind kind, const CpuOptions& cpu, const VulkanOptions& v
 }  // namespace detail
 
 using detail::DeviceImpl;
+
+const char* version() noexcept { return mray::kVersion.data(); }
 
 Device::Device(std::shared_ptr<DeviceImpl> impl) : impl_(std::move(impl)) {}
 

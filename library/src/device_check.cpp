@@ -1,13 +1,10 @@
-#include "library/src/device_check.h"
-
-#include <cmath>
+// The self-test of a Vulkan device.
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <map>
-#include <mutex>
+#include <optional>
 #include <random>
 #include <sstream>
 #include <vector>
@@ -17,6 +14,7 @@
 #include "common/interop/arithmetic.h"
 #include "common/version.h"
 #include "cpu/cpu_backend.h"
+#include "library/src/device_impl.h"
 #include "library/src/scene/errors.h"
 #ifdef MORPHRAY_HAS_VULKAN
 #include "gpu/vulkan_backend.h"
@@ -34,42 +32,25 @@ struct TestScene {
     std::vector<vec3> positions;
 };
 
-/// A torus, which hides parts of itself, and triangles of all shapes around it.
+/// Triangles of all shapes, which hide each other.
 TestScene make_scene() {
-    constexpr std::uint32_t kRings = 32;
-    constexpr std::uint32_t kSides = 16;
-    constexpr std::uint32_t kLoose = 400;
-    constexpr float kTurn = 6.2831853f;
+    constexpr std::uint32_t kTriangles = 1500;
     TestScene scene;
-    const auto add = [&](vec3 p) { scene.positions.push_back(mray::snap_point(p * kUnit)); };
-    for (std::uint32_t ring = 0; ring < kRings; ++ring) {
-        for (std::uint32_t side = 0; side < kSides; ++side) {
-            const float a = kTurn * static_cast<float>(ring) / kRings;
-            const float b = kTurn * static_cast<float>(side) / kSides;
-            const float r = 2 + 0.8f * std::cos(b);
-            add({r * std::cos(a), 0.8f * std::sin(b), r * std::sin(a)});
-            const std::uint32_t next_ring = (ring + 1) % kRings * kSides;
-            const std::uint32_t next_side = (side + 1) % kSides;
-            const std::uint32_t at = ring * kSides;
-            scene.topology.triangles.emplace_back(at + side, next_ring + side, at + next_side);
-            scene.topology.triangles.emplace_back(at + next_side, next_ring + side,
-                                                  next_ring + next_side);
-        }
-    }
     std::mt19937 random(1);
     const auto in = [&](float size) {
         return size * (static_cast<float>(random() % 20001) * 1e-4f - 1);
     };
-    for (std::uint32_t i = 0; i < kLoose; ++i) {
-        const auto first = static_cast<std::uint32_t>(scene.positions.size());
-        const vec3 centre(in(3), in(3), in(3));
+    for (std::uint32_t i = 0; i < kTriangles; ++i) {
+        const vec3 centre(in(3), in(2), in(3));
         const float size = i % 3 == 0 ? 1e-3f : 0.3f;
-        for (int k = 0; k < 3; ++k) add(centre + vec3(in(size), in(size), in(size)));
-        scene.topology.triangles.emplace_back(first, first + 1, first + 2);
+        for (int k = 0; k < 3; ++k) {
+            const vec3 corner = centre + vec3(in(size), in(size), in(size));
+            scene.positions.push_back(mray::snap_point(corner * kUnit));
+        }
+        scene.topology.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
+        scene.topology.albedo.push_back(0xFF404040u + i * 0x010305u);
     }
-    scene.topology.vertex_count = static_cast<std::uint32_t>(scene.positions.size());
-    for (std::size_t i = 0; i < scene.topology.triangles.size(); ++i)
-        scene.topology.albedo.push_back(0xFF404040u + static_cast<std::uint32_t>(i) * 0x010305u);
+    scene.topology.vertex_count = 3 * kTriangles;
     return scene;
 }
 
@@ -135,17 +116,6 @@ namespace {
 /// Longer than any machine takes for a dispatch of the test, compiling included.
 constexpr std::uint64_t kTimeLimitMs = 20'000;
 
-/// Results of this process, for users without a folder for files.
-struct Results {
-    std::mutex mutex;
-    std::map<std::string, DeviceCheck> checks;
-};
-
-Results& results() {
-    static Results all;
-    return all;
-}
-
 /// A result belongs to a device, its driver, and a version of this library.
 std::string key_of(const mray::gpu::DeviceInfo& info) {
     return info.uuid + '\n' + info.driver + '\n' + std::string(mray::kVersionDetail) + '\n';
@@ -164,9 +134,10 @@ std::filesystem::path file_of(const mray::gpu::DeviceInfo& info) {
     return folder / "morphray" / ("device-" + info.uuid);
 }
 
-/// What a file says, if it is of this key.
-std::optional<DeviceCheck> read_check(const std::filesystem::path& path, const std::string& key) {
-    std::ifstream file(path, std::ios::binary);
+/// The kept result, if there is one of this key.
+std::optional<DeviceCheck> kept_check(const mray::gpu::DeviceInfo& info) {
+    const std::string key = key_of(info);
+    std::ifstream file(file_of(info), std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     if (!text.starts_with(key)) return std::nullopt;
     std::istringstream rest(text.substr(key.size()));
@@ -179,22 +150,7 @@ std::optional<DeviceCheck> read_check(const std::filesystem::path& path, const s
                        word == "wrong" ? ErrorCode::unavailable : ErrorCode::device_lost};
 }
 
-std::optional<DeviceCheck> kept_check(const mray::gpu::DeviceInfo& info) {
-    const std::string key = key_of(info);
-    if (const auto check = read_check(file_of(info), key)) return check;
-    Results& all = results();
-    const std::scoped_lock lock(all.mutex);
-    const auto place = all.checks.find(key);
-    return place != all.checks.end() ? std::optional(place->second) : std::nullopt;
-}
-
 void keep_check(const mray::gpu::DeviceInfo& info, const DeviceCheck& check) {
-    const std::string key = key_of(info);
-    {
-        Results& all = results();
-        const std::scoped_lock lock(all.mutex);
-        all.checks[key] = check;
-    }
     const char* const word = check.passed                           ? "passed"
                              : check.code == ErrorCode::device_lost ? "lost"
                                                                     : "wrong";
@@ -202,7 +158,7 @@ void keep_check(const mray::gpu::DeviceInfo& info, const DeviceCheck& check) {
     if (file.empty()) return;
     try {
         std::filesystem::create_directories(file.parent_path());
-        mray::write_file(file, key + word + '\n' + check.problem + '\n');
+        mray::write_file(file, key_of(info) + word + '\n' + check.problem + '\n');
     } catch (const std::exception&) {
         // Without the file the next process tests again.
     }
@@ -233,16 +189,6 @@ DeviceCheck run_check(const mray::gpu::DeviceInfo& info) {
 }
 
 }  // namespace
-
-void require_sound_device(const VulkanOptions& options) {
-    const mray::gpu::DeviceInfo info = mray::gpu::find_device(options.device);
-    std::optional<DeviceCheck> check = kept_check(info);
-    if (!check) {
-        check = run_check(info);
-        keep_check(info, *check);
-    }
-    if (!check->passed) throw Error(check->code, check->problem);
-}
 #endif
 
 }  // namespace morphray::detail
@@ -264,11 +210,22 @@ std::optional<DeviceCheck> kept_device_check(const std::string& device) {
         [&] { return detail::kept_check(mray::gpu::find_device(device)); });
 }
 
+DeviceCheck keep_lost_device(const std::string& device, const std::string& what) {
+    return detail::with_public_errors([&] {
+        const mray::gpu::DeviceInfo info = mray::gpu::find_device(device);
+        const DeviceCheck check = detail::failure(info, ErrorCode::device_lost, what);
+        detail::keep_check(info, check);
+        return check;
+    });
+}
 #else
 DeviceCheck check_vulkan_device(const std::string&) {
     throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
 }
 std::optional<DeviceCheck> kept_device_check(const std::string&) {
+    throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
+}
+DeviceCheck keep_lost_device(const std::string&, const std::string&) {
     throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
 }
 #endif

@@ -58,4 +58,8 @@ private:
     std::shared_ptr<mray::gpu::SharedDevice> shared_;
 };
 
+/// Has both backends trace, shade and refit a small scene. Returns what differs first in the tested
+/// one, such as "closest hits"; empty if all bits are equal. Throws what the backends throw.
+std::string find_difference(mray::Backend& tested, mray::Backend& reference);
+
 }  // namespace morphray::detail

@@ -1,11 +1,10 @@
-#include "library/src/policy.h"
-
+// Update policies of the public interface, as those behind it.
 #include <fmt/format.h>
 
 #include <cmath>
 #include <variant>
 
-#include "library/src/scene/errors.h"
+#include "library/src/scene_impl.h"
 
 namespace morphray {
 
@@ -28,44 +27,26 @@ UpdatePolicy parse_update_policy(const std::string& text) {
 namespace detail {
 namespace {
 
-template <class... Cases>
-struct Overloaded : Cases... {
-    using Cases::operator()...;
-};
-template <class... Cases>
-Overloaded(Cases...) -> Overloaded<Cases...>;
-
-mray::PolicySpec spec_of_every(const Every& every) {
-    if (every.poses < 1 || every.poses > mray::kMostPeriod) {
-        throw_bad_argument(fmt::format("Every: a tree is used for 1 to {} poses, not for {}",
-                                       mray::kMostPeriod, every.poses));
-    }
-    return {mray::PolicyKind::kEvery, every.poses};
-}
-
 void check_budget(const char* name, double budget) {
     if (std::isfinite(budget) && budget >= 0) return;
     throw_bad_argument(
         fmt::format("Auto: {} is {}; give a finite number that is not negative", name, budget));
 }
 
-mray::PolicySpec spec_of_auto(const Auto& automatic) {
-    check_budget("budget_ms", automatic.budget_ms);
-    check_budget("budget", automatic.budget);
-    return {mray::PolicyKind::kAuto};
-}
-
 }  // namespace
 
 mray::PolicySpec spec_of(const UpdatePolicy& policy) {
-    return std::visit(
-        Overloaded{
-            [](const Refit&) { return mray::PolicySpec{mray::PolicyKind::kRefit}; },
-            [](const Rebuild&) { return mray::PolicySpec{mray::PolicyKind::kRebuild}; },
-            [](const Every& every) { return spec_of_every(every); },
-            [](const Auto& automatic) { return spec_of_auto(automatic); },
-        },
-        policy);
+    if (std::holds_alternative<Refit>(policy)) return {mray::PolicyKind::kRefit};
+    if (std::holds_alternative<Rebuild>(policy)) return {mray::PolicyKind::kRebuild};
+    if (const auto* const every = std::get_if<Every>(&policy)) {
+        if (every->poses >= 1 && every->poses <= mray::kMostPeriod)
+            return {mray::PolicyKind::kEvery, every->poses};
+        throw_bad_argument(fmt::format("Every: a tree is used for 1 to {} poses, not for {}",
+                                       mray::kMostPeriod, every->poses));
+    }
+    check_budget("budget_ms", std::get<Auto>(policy).budget_ms);
+    check_budget("budget", std::get<Auto>(policy).budget);
+    return {mray::PolicyKind::kAuto};
 }
 
 mray::UpdateConfig config_of(const UpdatePolicy& policy) {

@@ -1,39 +1,152 @@
 #include "morphray/scene.hpp"
 
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
 #include <utility>
 
-#include "library/src/scene/errors.h"
+#include "common/base/stopwatch.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {
+namespace detail {
+
+void SceneImpl::start(const mray::Bvh* tree, const MeshList* before) {
+    updater.reset();
+    if (tracer == nullptr) tracer = DeviceImpl::of(device).make_backend();
+    if (options.refit_on && refitter == nullptr)
+        refitter = DeviceImpl::of(*options.refit_on).make_backend();
+    const mray::Stopwatch watch;
+    if (tree == nullptr) pose.read_list(meshes, before, arena());
+    read_ms = watch.ms();
+    space.emplace(pose.space(), target());
+    normals.reset();
+    has_normals = false;
+    mray::UpdateConfig config = config_of(options.update);
+    config.record_cost_ratio = options.record_cost_ratio;
+    const mray::BuildConfig build{.split = options.split == Split::sweep
+                                               ? mray::SplitMethod::kSweep
+                                               : mray::SplitMethod::kBinned,
+                                  .threads = DeviceImpl::of(device).threads(),
+                                  .watch = mray::Watch(options.cancel, options.done)};
+    updater = std::make_unique<mray::TreeUpdater>(meshes.topology(), pose.positions(), *tracer,
+                                                  refitter.get(), spec_of(options.update), build,
+                                                  config, tree);
+    cost.reset();
+}
+
+void SceneImpl::follow(std::span<const PoseReader::Piece> pieces) {
+    const mray::Stopwatch watch;
+    const std::vector<mray::IndexRange> changed = pose.read_pieces(meshes, pieces, arena());
+    read_ms = watch.ms();
+    space.emplace(pose.space(), target());
+    has_normals = false;
+    updater->frame_done({.ms = cost.ms(), .rays = cost.rays()});
+    cost.reset();
+    updater->update(pose.positions(), changed);
+}
+
+}  // namespace detail
+
 namespace {
 
+using detail::MeshList;
 using detail::SceneImpl;
+using detail::throw_bad_argument;
 using detail::with_public_errors;
+using detail::with_scene;
 
-template <class Impl>
-Impl& require(const std::unique_ptr<Impl>& impl) {
-    if (impl == nullptr) detail::throw_bad_argument("this scene has been moved from");
-    return *impl;
+void check_bounds(const std::optional<Box>& bounds) {
+    if (!bounds) return;
+    // Positions are floats.
+    constexpr double kMost = std::numeric_limits<float>::max();
+    const auto& [lower, upper] = *bounds;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (!std::isfinite(lower[axis]) || !std::isfinite(upper[axis]) || lower[axis] > upper[axis])
+            throw_bad_argument("bounds: must be finite, with lower <= upper");
+        if (lower[axis] < -kMost || upper[axis] > kMost)
+            throw_bad_argument("bounds: must be within the range of floats");
+    }
+}
+
+// Both name the same steps in one order.
+static_assert(static_cast<int>(Step::swap) == static_cast<int>(mray::TreeStep::kSwapped));
+
+Update to_public(const mray::TreeUpdate& update, double read_ms) {
+    return {.step = static_cast<Step>(update.step),
+            .reason = update.reason,
+            .cost_ratio = update.cost_ratio,
+            .build_pending = update.build_pending,
+            .read_ms = read_ms,
+            .upload_ms = update.times.upload_ms,
+            .refit_ms = update.times.refit_ms,
+            .decide_ms = update.times.decide_ms,
+            .restructure_ms = update.times.restructure_ms,
+            .rebuild_ms = update.times.rebuild_ms};
+}
+
+/// A call that changes the scene: keeps other threads out, and notes an error that leaves it of no
+/// use.
+class Change {
+public:
+    explicit Change(const std::unique_ptr<SceneImpl>& impl) : scene_(require(impl)) {
+        if (scene_.is_changing.exchange(true)) {
+            throw Error(ErrorCode::busy,
+                        "another thread is changing this scene; update() takes one at a time");
+        }
+    }
+    ~Change() { scene_.is_changing = false; }
+    Change(const Change&) = delete;
+
+    SceneImpl& usable() const {
+        scene_.require_usable();
+        return scene_;
+    }
+
+    template <class Work>
+    Update run(Work work) {
+        usable();
+        try {
+            return with_public_errors([&] {
+                work(scene_);
+                return to_public(scene_.updater->last(), scene_.read_ms);
+            });
+        } catch (const Error& error) {
+            scene_.broken = error;
+            throw;
+        }
+    }
+
+private:
+    SceneImpl& scene_;
+};
+
+/// Scene::update(), and update_with_new_bounds() if it takes bounds.
+Update update_all(const std::unique_ptr<SceneImpl>& impl, bool takes_bounds) {
+    return with_public_errors([&] {
+        return Change(impl).run([&](SceneImpl& scene) {
+            if (takes_bounds) scene.pose.forget_bounds();
+            if (scene.meshes.has_changes()) {
+                MeshList meshes = scene.meshes.changed();
+                // The updater follows the topology that it was made for.
+                scene.updater.reset();
+                const MeshList before = std::exchange(scene.meshes, std::move(meshes));
+                scene.start(nullptr, &before);
+                return;
+            }
+            std::vector<detail::PoseReader::Piece> pieces;
+            for (const detail::MeshPlace& mesh : scene.meshes.places())
+                if (mesh.used && mesh.deforms) pieces.push_back({&mesh, 0, mesh.positions.count});
+            scene.follow(pieces);
+        });
+    });
 }
 
 }  // namespace
 
 const char* to_string(Step step) noexcept {
-    switch (step) {
-        case Step::build:
-            return "build";
-        case Step::keep:
-            return "keep";
-        case Step::refit:
-            return "refit";
-        case Step::restructure:
-            return "restructure";
-        case Step::rebuild:
-            return "rebuild";
-        default:
-            return "swap";
-    }
+    return mray::name_of(static_cast<mray::TreeStep>(step));
 }
 
 Scene::Scene(std::unique_ptr<SceneImpl> impl) : impl_(std::move(impl)) {}
@@ -47,140 +160,83 @@ Scene Scene::build(const MeshView& mesh, const Device& device, const SceneOption
 
 Scene Scene::build(std::span<const MeshView> meshes, const Device& device,
                    const SceneOptions& options) {
-    return with_public_errors(
-        [&] { return Scene(std::make_unique<SceneImpl>(meshes, device, options)); });
-}
-
-Update Scene::update() {
-    return with_public_errors([&] { return require(impl_).update(false); });
-}
-
-Update Scene::update(std::uint32_t geom_id, std::size_t first, std::size_t count) {
-    return with_public_errors([&] { return require(impl_).update(geom_id, first, count); });
-}
-
-Update Scene::update_with_new_bounds() {
-    return with_public_errors([&] { return require(impl_).update(true); });
-}
-
-std::uint32_t Scene::attach(const MeshView& mesh) {
-    return with_public_errors([&] { return require(impl_).attach(mesh); });
-}
-
-void Scene::detach(std::uint32_t geom_id) {
-    with_public_errors([&] { require(impl_).detach(geom_id); });
-}
-
-Update Scene::last_update() const {
-    return with_public_errors([&] { return require(impl_).last_update(); });
-}
-
-void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
-                      const std::atomic<bool>* cancel) const {
-    with_public_errors(
-        [&] { require(impl_).intersect(rays, hits, coherence, Threads::all, cancel); });
-}
-
-void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
-                      Coherence coherence) const {
-    with_public_errors([&] { require(impl_).intersect(rays, hits, coherence, threads, nullptr); });
-}
-
-Hit Scene::intersect(const Ray& ray) const {
-    return with_public_errors([&] { return require(impl_).intersect(ray); });
-}
-
-void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
-                     Coherence coherence, const std::atomic<bool>* cancel) const {
-    with_public_errors(
-        [&] { require(impl_).occluded(rays, occluded, coherence, Threads::all, cancel); });
-}
-
-void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Threads threads,
-                     Coherence coherence) const {
-    with_public_errors(
-        [&] { require(impl_).occluded(rays, occluded, coherence, threads, nullptr); });
-}
-
-bool Scene::occluded(const Ray& ray) const {
-    return with_public_errors([&] { return require(impl_).occluded(ray); });
-}
-
-AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& options) const {
-    return with_public_errors(
-        [&] { return require(impl_).questions().intersect_all(rays, options); });
-}
-
-Hit Scene::intersect_visible(const Ray& ray, std::span<const std::uint8_t> is_visible) const {
-    return with_public_errors(
-        [&] { return require(impl_).questions().intersect_visible(ray, is_visible); });
-}
-
-Hit Scene::intersect(const Ray& ray, const Hit& after, Crossing crossing) const {
-    return with_public_errors(
-        [&] { return require(impl_).questions().intersect(ray, after, crossing); });
-}
-
-void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Crossing crossing,
-                  Coherence coherence, const std::atomic<bool>* cancel) const {
-    with_public_errors(
-        [&] { require(impl_).questions().count(rays, counts, crossing, coherence, cancel); });
-}
-
-void Scene::winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
-                    const std::atomic<bool>* cancel) const {
-    with_public_errors([&] { require(impl_).questions().winding(points, windings, cancel); });
-}
-
-void Scene::contains(std::span<const Vec3> points, std::span<std::uint8_t> inside, FillRule rule,
-                     const std::atomic<bool>* cancel) const {
-    with_public_errors([&] { require(impl_).questions().contains(points, inside, rule, cancel); });
-}
-
-void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
-                           float max_distance, const std::atomic<bool>* cancel) const {
-    with_public_errors(
-        [&] { require(impl_).questions().closest_points(points, closest, max_distance, cancel); });
-}
-
-void Scene::signed_distance(std::span<const Vec3> points, std::span<float> distances, FillRule rule,
-                            float max_distance, const std::atomic<bool>* cancel) const {
-    with_public_errors([&] {
-        require(impl_).questions().signed_distance(points, distances, rule, max_distance, cancel);
+    return with_public_errors([&] {
+        check_bounds(options.bounds);
+        detail::spec_of(options.update);
+        auto scene = std::make_unique<SceneImpl>(
+            device, options,
+            detail::PoseReader(options.bounds, detail::DeviceImpl::of(device).simd_target()));
+        for (const MeshView& mesh : meshes) scene->meshes.attach(mesh);
+        scene->meshes = scene->meshes.changed();
+        scene->start(nullptr, nullptr);
+        return Scene(std::move(scene));
     });
 }
 
-Image Scene::render(const View& view) const {
-    Image image;
-    render(view, image);
-    return image;
-}
-
-void Scene::render(const View& view, Image& image) const {
-    with_public_errors([&] { require(impl_).render(view, image); });
-}
-
 Scene Scene::on(const Device& device, const std::atomic<bool>* cancel) const {
-    return with_public_errors(
-        [&] { return Scene(std::make_unique<SceneImpl>(require(impl_), device, cancel)); });
+    return with_scene(impl_, [&](SceneImpl& scene) {
+        SceneOptions options = scene.options;
+        options.refit_on.reset();
+        options.cancel = cancel;
+        options.done = nullptr;
+        auto other = std::make_unique<SceneImpl>(device, options, scene.pose);
+        other->meshes = scene.meshes;
+        mray::Bvh tree;
+        {
+            const std::scoped_lock lock(scene.mutex);
+            scene.tracer->read_tree(tree);
+        }
+        other->start(&tree, nullptr);
+        return Scene(std::move(other));
+    });
 }
 
-TreeStatistics Scene::tree_statistics() const {
-    return with_public_errors([&] { return require(impl_).tree_statistics(); });
+Update Scene::update() { return update_all(impl_, false); }
+
+Update Scene::update_with_new_bounds() { return update_all(impl_, true); }
+
+Update Scene::update(std::uint32_t geom_id, std::size_t first, std::size_t count) {
+    return with_public_errors([&] {
+        Change change(impl_);
+        const MeshList& meshes = change.usable().meshes;
+        const detail::MeshPlace* const mesh = meshes.find(geom_id);
+        if (mesh == nullptr)
+            throw_bad_argument(fmt::format("the scene has no mesh with geom_id {}", geom_id));
+        if (first > mesh->positions.count || count > mesh->positions.count - first) {
+            throw_bad_argument(fmt::format("{} positions from number {} on, of a mesh that has {}",
+                                           count, first, mesh->positions.count));
+        }
+        if (meshes.has_changes()) {
+            throw_bad_argument(
+                "meshes have been attached or detached; call update() without a range first");
+        }
+        return change.run([&](SceneImpl& scene) {
+            scene.follow(std::vector<detail::PoseReader::Piece>{{mesh, first, count}});
+        });
+    });
 }
 
-std::vector<Box> Scene::tree_boxes(std::uint32_t depth) const {
-    return with_public_errors([&] { return require(impl_).tree_boxes(depth); });
+std::uint32_t Scene::attach(const MeshView& mesh) {
+    return with_public_errors([&] { return Change(impl_).usable().meshes.attach(mesh); });
 }
 
-const Device& Scene::device() const { return require(impl_).device(); }
-
-std::uint64_t Scene::triangle_count() const { return require(impl_).topology().triangles.size(); }
-
-std::uint64_t Scene::vertex_count() const { return require(impl_).topology().vertex_count; }
-
-Box Scene::bounds() const {
-    return with_public_errors([&] { return require(impl_).bounds(); });
+void Scene::detach(std::uint32_t geom_id) {
+    with_public_errors([&] { Change(impl_).usable().meshes.detach(geom_id); });
 }
+
+Update Scene::last_update() const {
+    return with_scene(impl_, [](SceneImpl& scene) {
+        const std::scoped_lock lock(scene.mutex);
+        return to_public(scene.updater->finish(), scene.read_ms);
+    });
+}
+
+const Device& Scene::device() const { return require(impl_).device; }
+
+std::uint64_t Scene::triangle_count() const {
+    return require(impl_).meshes.topology().triangles.size();
+}
+
+std::uint64_t Scene::vertex_count() const { return require(impl_).meshes.topology().vertex_count; }
 
 }  // namespace morphray

@@ -1,33 +1,100 @@
-// The members of SceneImpl that make images, and that describe the tree.
+// The members of Scene that make images, and that describe the tree.
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <limits>
 #include <utility>
 
 #include "common/bvh/box.h"
 #include "common/bvh/bvh_stats.h"
-#include "library/src/image/image_conversion.h"
+#include "common/image/depth.h"
+#include "library/src/image/lit_image.h"
 #include "library/src/scene_impl.h"
 
-namespace morphray::detail {
+namespace morphray {
+namespace detail {
 namespace {
+
+std::uint32_t to_engine(Rays rays) {
+    switch (rays) {
+        case Rays::primary:
+            return mray::kRaysPrimary;
+        case Rays::shadow:
+            return mray::kRaysShadow;
+        case Rays::ao:
+            return mray::kRaysAo;
+    }
+    throw_bad_argument("View::rays: not one of primary, shadow and ao");
+}
+
+}  // namespace
+
+mray::ViewSpec to_spec(const View& view) {
+    return {.eye = view.eye,
+            .target = view.target,
+            .up = view.up,
+            .fov = view.fov,
+            .light = view.light,
+            .width = view.width,
+            .height = view.height,
+            .rays = to_engine(view.rays),
+            .ao_count = view.ao_count,
+            .ao_distance = view.ao_distance};
+}
+
+}  // namespace detail
+
+namespace {
+
+using detail::SceneImpl;
+using detail::TracedImage;
+using detail::with_scene;
 
 // The most samples of an image whose memory is kept for the next image: 340 MB with those of the
 // sky.
 constexpr std::size_t kMostSpareSamples = std::size_t{1} << 23;
 
-/// Lets a backend's images be watched while it lives.
-class Watched {
-public:
-    Watched(mray::Backend& backend, const mray::Watch& watch) : backend_(backend) {
-        backend_.watch_images(watch);
+/// Fills hits, occlusion and both hashes of an image whose pixels are there; without hits as
+/// View::hits says. Takes the occlusion out of `traced`. Throws Error(kCancelled) between rows.
+void fill_hits(SceneImpl& scene, bool with_hits, TracedImage& traced, const mray::Watch& watch,
+               Image& image) {
+    mray::Frame& frame = traced.samples;
+    if (!with_hits) {
+        image.hits.clear();
+        image.occlusion.clear();
+        image.hits_hash = 0;
+        image.image_hash = mray::image_hash(image.pixels);
+        return;
     }
-    ~Watched() { backend_.watch_images({}); }
-    Watched(const Watched&) = delete;
-    Watched& operator=(const Watched&) = delete;
-
-private:
-    mray::Backend& backend_;
-};
+    mray::resize_watched(image.hits, frame.hits.size(), watch);
+    const auto convert_row = [&](std::uint32_t y) {
+        watch.throw_if_cancelled();
+        for (std::uint32_t x = 0; x < frame.width; ++x) {
+            const std::size_t i = std::size_t{y} * frame.width + x;
+            const mray::Hit& hit = frame.hits[i];
+            image.hits[i] =
+                hit.prim_id == mray::kNoPrim
+                    ? Hit{}
+                    : scene.meshes.locate(
+                          mray::world_depth(traced.params.camera, scene.pose.space(), hit.t, x, y),
+                          hit.u, hit.v, hit.prim_id);
+        }
+    };
+    const auto add_sky = [&](std::uint32_t y) {
+        const std::size_t end = std::size_t{y + 1} * frame.width;
+        for (std::size_t i = end - frame.width; i < end; ++i)
+            frame.occlusion[i] += traced.sky.occlusion[i];
+    };
+    scene.arena().execute([&] {
+        if (traced.has_sky) tbb::parallel_for(std::uint32_t{0}, frame.height, add_sky);
+        tbb::parallel_invoke(
+            [&] { tbb::parallel_for(std::uint32_t{0}, frame.height, convert_row); },
+            [&] { image.hits_hash = mray::hits_hash(frame); },
+            [&] { image.image_hash = mray::image_hash(image.pixels); });
+    });
+    image.occlusion.swap(frame.occlusion);
+}
 
 /// At 0 the box around everything, at 1 those of the root's children, and so on, without empty
 /// ones. Leaves above the depth are left out; there is nothing below the tree.
@@ -47,81 +114,93 @@ std::vector<mray::Box> boxes_at_depth(const mray::Bvh& tree, std::uint32_t depth
     return boxes;
 }
 
-}  // namespace
-
-void SceneImpl::render(const View& view, Image& image) const {
-    require_usable();
-    TracedImage traced;
-    const mray::Watch watch(view.cancel, view.done);
-    {
-        const std::scoped_lock lock(mutex_);
-        const Watched watched(*tracer_, watch);
-        if (ImageShader::is_needed_for(view)) {
-            shader_.render(view, meshes_, pose_, *tracer_, arena(), spare_, image);
-        } else {
-            render_plain(view, spare_, image);
-        }
-        std::swap(traced, spare_);
-    }
-    fill_hits(view.hits, traced, pose_.space(), meshes_, arena(), watch, image);
-    image.width = view.width;
-    image.height = view.height;
-    image.samples = view.samples;
-    cost_.add(image.trace_ms, image.ray_count);
-    if (traced.samples.hits.size() > kMostSpareSamples) return;
-    const std::scoped_lock lock(mutex_);
-    spare_ = std::move(traced);
-}
-
-void SceneImpl::render_plain(const View& view, TracedImage& traced, Image& image) const {
-    traced.params = mray::make_image_params(to_spec(view), pose_.bounds(), pose_.space());
+/// An image of one sample a pixel in the colours of the backend.
+void render_plain(SceneImpl& scene, const View& view, TracedImage& traced, Image& image) {
+    traced.params =
+        mray::make_image_params(detail::to_spec(view), scene.pose.bounds(), scene.pose.space());
     traced.has_sky = false;
     traced.samples.with_pixels = true;
     traced.samples.with_hits = view.hits;
-    tracer_->trace_image(traced.params, traced.samples);
-    image.ray_count = tracer_->finish().rays;
-    image.trace_ms = tracer_->finish().trace_ms;
+    scene.tracer->trace_image(traced.params, traced.samples);
+    image.ray_count = scene.tracer->finish().rays;
+    image.trace_ms = scene.tracer->finish().trace_ms;
     image.shade_ms = 0;
     image.pixels.swap(traced.samples.pixels);
     image.lit_pixels.clear();
 }
 
-TreeStatistics SceneImpl::tree_statistics() const {
-    require_usable();
-    const std::scoped_lock lock(mutex_);
-    const mray::Bvh& tree = updater_->tree();
-    const mray::BvhStats stats = mray::bvh_stats(tree);
-    return {stats.sah_cost, stats.node_count, stats.leaf_count,
-            stats.depth,    stats.bytes,      mray::bvh_hash(tree)};
+}  // namespace
+
+Image Scene::render(const View& view) const {
+    Image image;
+    render(view, image);
+    return image;
 }
 
-std::vector<Box> SceneImpl::tree_boxes(std::uint32_t depth) const {
-    require_usable();
-    const std::scoped_lock lock(mutex_);
-    const mray::Bvh& tree = updater_->tree();
-    std::vector<Box> boxes;
-    for (const mray::Box& box : boxes_at_depth(tree, depth)) {
-        const mray::vec3 lower = pose_.space().to_world(box.lower);
-        const mray::vec3 upper = pose_.space().to_world(box.upper);
-        boxes.push_back({{lower.x, lower.y, lower.z}, {upper.x, upper.y, upper.z}});
-    }
-    return boxes;
-}
-
-Box SceneImpl::bounds() const {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-    const std::span<const mray::vec3> positions = pose_.positions();
-    for (std::uint32_t vertex = 0; vertex < positions.size(); ++vertex) {
-        if (positions[vertex].x == mray::kInvalidCoordinate) continue;
-        const mray::vec3 p = pose_.world_position(vertex);
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto k = static_cast<std::size_t>(axis);
-            box.lower[k] = std::min(box.lower[k], static_cast<double>(p[axis]));
-            box.upper[k] = std::max(box.upper[k], static_cast<double>(p[axis]));
+void Scene::render(const View& view, Image& image) const {
+    with_scene(impl_, [&](SceneImpl& scene) {
+        TracedImage traced;
+        const mray::Watch watch(view.cancel, view.done);
+        {
+            const std::scoped_lock lock(scene.mutex);
+            scene.tracer->watch_images(watch);
+            if (view.shading != Shading::plain || view.samples != 1) {
+                render_lit(scene, view, watch, scene.spare, image);
+            } else {
+                render_plain(scene, view, scene.spare, image);
+            }
+            std::swap(traced, scene.spare);
         }
-    }
-    return box;
+        fill_hits(scene, view.hits, traced, watch, image);
+        image.width = view.width;
+        image.height = view.height;
+        image.samples = view.samples;
+        scene.cost.add(image.trace_ms, image.ray_count);
+        if (traced.samples.hits.size() > kMostSpareSamples) return;
+        const std::scoped_lock lock(scene.mutex);
+        scene.spare = std::move(traced);
+    });
 }
 
-}  // namespace morphray::detail
+TreeStatistics Scene::tree_statistics() const {
+    return with_scene(impl_, [](SceneImpl& scene) -> TreeStatistics {
+        const std::scoped_lock lock(scene.mutex);
+        const mray::Bvh& tree = scene.updater->tree();
+        const mray::BvhStats stats = mray::bvh_stats(tree);
+        return {stats.sah_cost, stats.node_count, stats.leaf_count,
+                stats.depth,    stats.bytes,      mray::bvh_hash(tree)};
+    });
+}
+
+std::vector<Box> Scene::tree_boxes(std::uint32_t depth) const {
+    return with_scene(impl_, [&](SceneImpl& scene) {
+        const std::scoped_lock lock(scene.mutex);
+        std::vector<Box> boxes;
+        for (const mray::Box& box : boxes_at_depth(scene.updater->tree(), depth)) {
+            const mray::vec3 lower = scene.pose.space().to_world(box.lower);
+            const mray::vec3 upper = scene.pose.space().to_world(box.upper);
+            boxes.push_back({{lower.x, lower.y, lower.z}, {upper.x, upper.y, upper.z}});
+        }
+        return boxes;
+    });
+}
+
+Box Scene::bounds() const {
+    return with_scene(impl_, [](SceneImpl& scene) {
+        constexpr double kInfinity = std::numeric_limits<double>::infinity();
+        Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+        const std::span<const mray::vec3> positions = scene.pose.positions();
+        for (std::uint32_t vertex = 0; vertex < positions.size(); ++vertex) {
+            if (positions[vertex].x == mray::kInvalidCoordinate) continue;
+            const mray::vec3 p = scene.pose.world_position(vertex);
+            for (int axis = 0; axis < 3; ++axis) {
+                const auto k = static_cast<std::size_t>(axis);
+                box.lower[k] = std::min(box.lower[k], static_cast<double>(p[axis]));
+                box.upper[k] = std::max(box.upper[k], static_cast<double>(p[axis]));
+            }
+        }
+        return box;
+    });
+}
+
+}  // namespace morphray

@@ -1,6 +1,10 @@
-// A scene behind the public interface.
+// What a scene is made of, for the members of Scene.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -9,86 +13,225 @@
 #include <span>
 #include <vector>
 
+#include "common/backend.h"
+#include "common/base/stopwatch.h"
+#include "common/image/frame.h"
+#include "common/scene/vertex_normals.h"
+#include "common/update/policy.h"
 #include "common/update/tree_updater.h"
+#include "cpu/image/lit_shader.h"
 #include "library/src/device_impl.h"
-#include "library/src/image/image_conversion.h"
-#include "library/src/image/image_shader.h"
-#include "library/src/queries/queries.h"
-#include "library/src/queries/query_cost.h"
-#include "library/src/queries/ray_space.h"
-#include "library/src/queries/scene_questions.h"
+#include "library/src/ray_order.h"
+#include "library/src/ray_runs.h"
+#include "library/src/ray_space.h"
+#include "library/src/scene/errors.h"
 #include "library/src/scene/mesh_list.h"
 #include "library/src/scene/pose_reader.h"
 #include "morphray/scene.hpp"
 
 namespace morphray::detail {
 
-/// Members are called as those of Scene, which say what they do, but throw mray::Error as well.
-class SceneImpl {
+/// The cost of a scene's queries since the last update, for policies that weigh it. Threads may add
+/// at the same time. Rays are counted exactly, by any threads in any order, so that deterministic
+/// policies decide by them.
+class QueryCost {
 public:
-    SceneImpl(std::span<const MeshView> meshes, const Device& device, const SceneOptions& options);
-    /// Scene::on().
-    SceneImpl(const SceneImpl& other, const Device& device, const std::atomic<bool>* cancel);
-    SceneImpl& operator=(const SceneImpl&) = delete;
-
-    /// Scene::update() or update_with_new_bounds().
-    Update update(bool takes_bounds);
-    Update update(std::uint32_t geom_id, std::size_t first, std::size_t count);
-    std::uint32_t attach(const MeshView& mesh);
-    void detach(std::uint32_t geom_id);
-    Update last_update() const;
-
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
-                   Threads threads, const std::atomic<bool>* cancel) const;
-    Hit intersect(const Ray& ray) const;
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence coherence,
-                  Threads threads, const std::atomic<bool>* cancel) const;
-    bool occluded(const Ray& ray) const;
-    /// The questions at the current pose.
-    SceneQuestions questions() const {
-        require_usable();
-        return {*queries_, rays_, pose_, meshes_, arena()};
+    void add(double ms, std::uint64_t rays) {
+        add_time(ms);
+        count_rays(rays);
     }
-    void render(const View& view, Image& image) const;
+    /// Calls `query`, which traces this many rays. Of calls with fewer than kSample rays, the one
+    /// with every kSample-th ray of this thread is timed and stands for kSample rays: a clock costs
+    /// as much as a ray.
+    template <class Query>
+    void measure(std::uint64_t rays, Query query) {
+        constexpr std::uint64_t kSample = 64;
+        const std::uint64_t count = count_rays(rays);
+        if (count / kSample == (count - rays) / kSample) {
+            query();
+            return;
+        }
+        const mray::Stopwatch watch;
+        query();
+        const double shown = static_cast<double>(std::max(rays, kSample));
+        add_time(watch.ms() * (shown / static_cast<double>(rays)));
+    }
 
-    TreeStatistics tree_statistics() const;
-    std::vector<Box> tree_boxes(std::uint32_t depth) const;
-    const Device& device() const { return device_; }
-    const mray::Topology& topology() const { return meshes_.topology(); }
-    Box bounds() const;
+    double ms() const {
+        return static_cast<double>(nanoseconds_.load(std::memory_order_relaxed)) * 1e-6;
+    }
+    /// No other thread may add at the same time.
+    std::uint64_t rays() const { return counted() - counted_before_; }
+    /// As rays().
+    void reset() {
+        nanoseconds_ = 0;
+        counted_before_ = counted();
+    }
 
 private:
-    class Change;
+    struct alignas(64) Counter {
+        std::atomic<std::uint64_t> rays = 0;
+    };
+    static constexpr std::size_t kCounters = 64;
 
-    void start(const mray::Bvh* tree, const MeshList* before);
-    void follow(std::span<const mray::IndexRange> changed, double read_ms);
-    std::unique_ptr<const Queries> make_queries();
-    void require_usable() const;
-    /// An image of one sample a pixel in the colours of the backend; mutex_ is locked.
-    void render_plain(const View& view, TracedImage& traced, Image& image) const;
-    mray::ThreadArena& arena() const { return DeviceImpl::of(device_).arena(); }
+    void add_time(double ms) {
+        nanoseconds_.fetch_add(static_cast<std::uint64_t>(ms * 1e6), std::memory_order_relaxed);
+    }
+    /// Returns the number of rays in this thread's counter, these included.
+    std::uint64_t count_rays(std::uint64_t rays) {
+        // Threads that share a cache line would wait for each other.
+        static constinit std::atomic<std::size_t> threads = 0;
+        thread_local const std::size_t index =
+            threads.fetch_add(1, std::memory_order_relaxed) % kCounters;
+        return counters_[index].rays.fetch_add(rays, std::memory_order_relaxed) + rays;
+    }
+    std::uint64_t counted() const {
+        std::uint64_t sum = 0;
+        for (const Counter& counter : counters_)
+            sum += counter.rays.load(std::memory_order_relaxed);
+        return sum;
+    }
 
-    Device device_;
-    SceneOptions options_;
-    MeshList meshes_;
-    PoseReader pose_;
-    RaySpace rays_;
-    std::unique_ptr<mray::Backend> tracer_;
-    std::unique_ptr<mray::Backend> refitter_;
-    /// Those of tracer_.
-    std::unique_ptr<const Queries> queries_;
-    std::unique_ptr<mray::TreeUpdater> updater_;
-    double read_ms_ = 0;
-
-    std::atomic<bool> is_changing_ = false;
-    /// Why the scene is of no use any more.
-    std::optional<Error> broken_;
-    /// Guards tracer_, updater_, shader_ and spare_ in const members.
-    mutable std::mutex mutex_;
-    mutable ImageShader shader_;
-    /// The memory of the image before.
-    mutable TracedImage spare_;
-    mutable QueryCost cost_;
+    std::atomic<std::uint64_t> nanoseconds_ = 0;
+    /// counted() at the last reset(). Counters go on, so that scenes with few queries a pose are
+    /// sampled, too.
+    std::uint64_t counted_before_ = 0;
+    std::array<Counter, kCounters> counters_;
 };
+
+/// The results of a backend for an image. The next image may use their memory again.
+struct TracedImage {
+    /// Parameters of the samples: width and height are those of the image times the side of a
+    /// pixel's square.
+    mray::ImageParams params = {};
+    mray::Frame samples;
+    /// The same samples with ambient-occlusion rays, if `has_sky`; else those of an image before.
+    mray::Frame sky;
+    bool has_sky = false;
+};
+
+class SceneImpl {
+public:
+    /// Has no backend yet: start() makes them.
+    SceneImpl(const Device& on, const SceneOptions& with, const PoseReader& at)
+        : device(on), options(with), pose(at), shader(target()) {}
+
+    /// Hands the meshes to the device with a tree, which is built if there is none. `before` is the
+    /// list that they were made of, or null.
+    void start(const mray::Bvh* tree, const MeshList* before);
+    /// Reads these positions and brings the tree to them.
+    void follow(std::span<const PoseReader::Piece> pieces);
+    void require_usable() const {
+        if (broken) throw *broken;
+    }
+
+    const mray::SimdTarget& target() const { return DeviceImpl::of(device).simd_target(); }
+    mray::ThreadArena& arena() { return DeviceImpl::of(device).arena(); }
+
+    Device device;
+    SceneOptions options;
+    MeshList meshes;
+    PoseReader pose;
+    /// That of the pose, once the scene has started.
+    std::optional<RaySpace> space;
+    std::unique_ptr<mray::Backend> tracer;
+    std::unique_ptr<mray::Backend> refitter;
+    std::unique_ptr<mray::TreeUpdater> updater;
+    double read_ms = 0;
+
+    std::atomic<bool> is_changing = false;
+    /// Why the scene is of no use any more.
+    std::optional<Error> broken;
+    QueryCost cost;
+
+    /// Guards in const members of Scene what follows, `updater`, and a tracer that does not answer
+    /// threads.
+    std::mutex mutex;
+    mray::cpu::LitShader shader;
+    /// Those of the meshes, and whether they are those of the pose.
+    std::optional<mray::VertexNormals> normals;
+    bool has_normals = false;
+    /// The memory of the image before.
+    TracedImage spare;
+
+    /// Guards `sorter`.
+    std::mutex sorter_mutex;
+    RaySorter sorter;
+};
+
+/// Throws Error(bad_argument) for a budget or a number of poses out of range.
+mray::PolicySpec spec_of(const UpdatePolicy& policy);
+/// The settings of an Auto; for others the defaults.
+mray::UpdateConfig config_of(const UpdatePolicy& policy);
+
+/// Throws Error if the Scene has been moved from.
+inline SceneImpl& require(const std::unique_ptr<SceneImpl>& impl) {
+    if (impl == nullptr) throw_bad_argument("this scene has been moved from");
+    return *impl;
+}
+
+/// Throws Error unless there is room for as many answers.
+inline void require_room(std::size_t questions, const char* what, std::size_t answers) {
+    if (questions == answers) return;
+    throw_bad_argument(fmt::format("{} {}, but room for {} answers", questions, what, answers));
+}
+
+/// Calls work(scene) for a scene that can be used; whatever goes wrong comes out as a public Error.
+template <class Work>
+decltype(auto) with_scene(const std::unique_ptr<SceneImpl>& impl, Work work) {
+    return with_public_errors([&]() -> decltype(auto) {
+        SceneImpl& scene = require(impl);
+        scene.require_usable();
+        return work(scene);
+    });
+}
+
+/// Calls work(first, part, order) for parts of the rays, those from `first` on, until `cancel` is
+/// true. If `sorts` and that pays, `order` has the places of the part's rays in an order in which
+/// neighbours are alike; else it is empty. `arena` may be null.
+template <class Work>
+void for_ordered_parts(SceneImpl& scene, std::span<const Ray> rays, bool sorts, std::size_t most,
+                       mray::ThreadArena* arena, const std::atomic<bool>* cancel, Work work) {
+    constexpr std::size_t kLeastSorted = 8192;
+    sorts &= rays.size() >= kLeastSorted && scene.tracer->info().is_on_processor;
+    std::unique_lock lock(scene.sorter_mutex, std::defer_lock);
+    std::optional<RaySorter> own;
+    RaySorter* sorter = nullptr;
+    if (sorts) {
+        sorter = lock.try_lock() ? &scene.sorter : &own.emplace();
+        sorter->choose_curve(rays, scene.space->extent());
+    }
+    for_runs_of(
+        0, rays.size(), cancel,
+        [&](std::size_t first, std::size_t count) {
+            const std::span<const Ray> part = rays.subspan(first, count);
+            std::span<const std::uint32_t> order;
+            if (sorter != nullptr) order = sorter->sort(part, scene.target(), arena);
+            work(first, part, order);
+        },
+        most);
+}
+
+/// Calls ask(first, count) for parts of [0, total): on the threads of the host, or for one part
+/// after the other of a device. Throws Error(kCancelled).
+template <class Ask>
+void ask_in_parts(SceneImpl& scene, std::size_t total, const std::atomic<bool>* cancel, Ask ask) {
+    // Enough for streams of each octant of directions.
+    constexpr std::size_t kHostBatch = 2048;
+    constexpr std::size_t kDeviceBatch = std::size_t{1} << 16;
+    if (scene.tracer->info().answers_threads) {
+        scene.cost.measure(total,
+                           [&] { for_each_run(&scene.arena(), total, cancel, ask, kHostBatch); });
+    } else {
+        const mray::Stopwatch watch;
+        const auto ask_alone = [&](std::size_t first, std::size_t count) {
+            const std::scoped_lock lock(scene.mutex);
+            ask(first, count);
+        };
+        for_runs_of(0, total, cancel, ask_alone, kDeviceBatch);
+        scene.cost.add(watch.ms(), total);
+    }
+    throw_if_cancelled(cancel);
+}
 
 }  // namespace morphray::detail

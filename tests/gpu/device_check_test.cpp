@@ -7,9 +7,9 @@
 
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
-#include "gpu/vulkan/spirv.h"
 #include "gpu/shared_device.h"
-#include "library/src/device_check.h"
+#include "gpu/vulkan/spirv.h"
+#include "library/src/device_impl.h"
 #include "morphray/error.hpp"
 #include "tests/gpu/faulty_loader.h"
 
@@ -108,6 +108,21 @@ TEST_F(KeptCheck, IsMadeByTheFirstDeviceAndCanBeMadeAgain) {
     EXPECT_NO_THROW(morphray::Device::vulkan());
     ASSERT_TRUE(morphray::kept_device_check().has_value());
     EXPECT_TRUE(morphray::kept_device_check()->passed);
+
+    morphray::keep_lost_device("", "it did not answer within 60 s");
+    const std::optional<morphray::DeviceCheck> lost = morphray::kept_device_check();
+    ASSERT_TRUE(lost.has_value());
+    EXPECT_FALSE(lost->passed);
+    EXPECT_EQ(lost->code, morphray::ErrorCode::device_lost);
+    EXPECT_NE(lost->problem.find("did not answer"), std::string::npos);
+    EXPECT_NE(lost->problem.find("devices --check"), std::string::npos);
+    try {
+        morphray::Device::vulkan();
+        FAIL();
+    } catch (const morphray::Error& error) {
+        EXPECT_EQ(error.code(), morphray::ErrorCode::device_lost);
+        EXPECT_EQ(error.what(), lost->problem);
+    }
     EXPECT_TRUE(morphray::check_vulkan_device().passed);
     EXPECT_NO_THROW(morphray::Device::vulkan());
 }

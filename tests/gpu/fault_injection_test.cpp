@@ -7,8 +7,8 @@
 
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
-#include "gpu/vulkan/result.h"
 #include "gpu/shared_device.h"
+#include "gpu/vulkan/result.h"
 #include "tests/gpu/faulty_device.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
@@ -34,7 +34,7 @@ void run_session(const FaultyLoader& loader, bool force_staging) {
     Frame frame;
     backend->trace_image(view(16, 16, kRaysShadow), frame);
     std::vector<Hit> hits(64);
-    backend->trace_rays(scattered_rays(64, 1), hits);
+    backend->trace({scattered_rays(64, 1), hits});
     backend->read_tree(bvh);
 }
 

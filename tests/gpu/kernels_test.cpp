@@ -41,7 +41,7 @@ public:
     }
     void trace_rays() {
         std::vector<Hit> hits(64);
-        backend_->trace_rays(scattered_rays(hits.size(), 1), hits);
+        backend_->trace({scattered_rays(hits.size(), 1), hits});
     }
 
 private:

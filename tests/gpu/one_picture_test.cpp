@@ -181,8 +181,8 @@ TEST(OnePicture, BatchesOfRaysEqualBruteForce) {
         brute->set_scene(scene.topology, scene.positions, bvh);
         vulkan->set_scene(scene.topology, scene.positions, bvh);
         std::vector<Hit> expected(rays.size()), actual(rays.size());
-        brute->trace_rays(rays, expected);
-        vulkan->trace_rays(rays, actual);
+        brute->trace({rays, expected});
+        vulkan->trace({rays, actual});
         std::size_t different = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             different += !same_bits(expected[i], actual[i]);
@@ -201,8 +201,8 @@ TEST(OnePicture, LateBoxesAreEntered) {
         backend->set_scene(scene.topology, scene.positions, scene.bvh);
     const std::vector<Ray> rays = rays_at_late_boxes(Late::kOnAnotherAxis, 1000);
     std::vector<Hit> hits(rays.size()), expected_hits(rays.size());
-    vulkan->trace_rays(rays, hits);
-    brute->trace_rays(rays, expected_hits);
+    vulkan->trace({rays, hits});
+    brute->trace({rays, expected_hits});
     for (std::size_t i = 0; i < rays.size(); ++i) {
         EXPECT_EQ(expected_hits[i].prim_id, 0u);
         EXPECT_TRUE(same_bits(hits[i], expected_hits[i])) << i;

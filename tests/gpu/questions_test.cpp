@@ -30,10 +30,10 @@ void compare_with_brute_force(gpu::Tuning tuning, std::size_t size, const std::s
             for (const std::uint32_t most : {1u, kAllHits}) {
                 if (most == kAllHits && named.name == "repeated")
                     continue;  // thousands of hits a ray
-                EXPECT_EQ(count_differences(
-                              answers_of(device->scene_queries(), questions, crossing, most),
-                              answers_of(brute, questions, crossing, most)),
-                          0u)
+                EXPECT_EQ(
+                    count_differences(answers_of(queries_of(*device), questions, crossing, most),
+                                      answers_of(brute, questions, crossing, most)),
+                    0u)
                     << named.name << ", " << most;
             }
         }

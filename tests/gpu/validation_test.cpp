@@ -151,7 +151,7 @@ TEST(Validation, HasNothingToSayAboutAWholeSessionAndItsEnd) {
             return restructure(scene.topology, swayed(scene, 0.5f), 1, 1, tree, areas) > 0;
         });
         std::vector<Hit> hits(100);
-        backend->trace_rays(scattered_rays(100, 1), hits);
+        backend->trace({scattered_rays(100, 1), hits});
         backend->read_tree(bvh);
     }
     EXPECT_TRUE(log.messages().empty()) << log.messages().front();

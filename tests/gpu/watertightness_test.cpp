@@ -20,7 +20,7 @@ TEST(WatertightOnVulkan, LetsNoRayOutAfterAThousandRefits) {
         const std::vector<vec3> positions = breathing(scene.positions(), random);
         vulkan->refit(positions);
         const std::vector<Ray> rays = rays_from_inside(scene, positions, hits.size(), random);
-        vulkan->trace_rays(rays, hits);
+        vulkan->trace({rays, hits});
         for (const Hit& hit : hits) leaks += hit.prim_id == kNoPrim;
     }
     EXPECT_EQ(leaks, 0u);

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <algorithm>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/library/scenes.h"
@@ -118,6 +120,48 @@ inline void expect_visible_hits_on(const morphray::Device& device, std::size_t r
     EXPECT_GT(hit_count, ray_count / 2);
 }
 
+/// Calls of every member of a scene that can be cancelled, by `flag` as it is then. All of what the
+/// calls use must outlive them.
+class CancelledCalls {
+public:
+    CancelledCalls(const morphray::Scene& scene, const std::vector<morphray::Ray>& rays,
+                   const std::vector<morphray::Vec3>& points)
+        : hits_(rays.size()),
+          counts_(rays.size()),
+          bytes_(rays.size()),
+          windings_(points.size()),
+          closest_(points.size()),
+          distances_(points.size()) {
+        using morphray::Crossing;
+        using morphray::FillRule;
+        constexpr float kFar = std::numeric_limits<float>::infinity();
+        calls = {
+            {"intersect", [&] { scene.intersect(rays, hits_, {}, flag); }},
+            {"occluded", [&] { scene.occluded(rays, bytes_, {}, flag); }},
+            {"compare", [&] { compare(scene, scene, rays, 10, flag); }},
+            {"intersect_all", [&] { scene.intersect_all(rays, {.cancel = flag}); }},
+            {"count", [&] { scene.count(rays, counts_, Crossing::owner, {}, flag); }},
+            {"winding", [&] { scene.winding(points, windings_, flag); }},
+            {"contains", [&] { scene.contains(points, bytes_, FillRule::odd, flag); }},
+            {"closest_points", [&] { scene.closest_points(points, closest_, kFar, flag); }},
+            {"signed_distance",
+             [&] { scene.signed_distance(points, distances_, FillRule::odd, kFar, flag); }},
+        };
+    }
+    CancelledCalls(const CancelledCalls&) = delete;
+
+    std::vector<std::pair<const char*, std::function<void()>>> calls;
+    const std::atomic<bool>* flag = nullptr;
+
+private:
+    std::vector<morphray::Hit> hits_;
+    std::vector<std::uint64_t> counts_;
+    std::vector<std::uint8_t> bytes_;
+    std::vector<std::int32_t> windings_;
+    std::vector<morphray::ClosestPoint> closest_;
+    std::vector<float> distances_;
+};
+
 /// Every question, about nothing as well, is cancelled on a device by a flag that is true before.
 inline void expect_all_are_cancelled_on(const morphray::Device& device) {
     UserMesh mesh(icosphere(1));
@@ -126,37 +170,10 @@ inline void expect_all_are_cancelled_on(const morphray::Device& device) {
     for (const std::size_t count : {0, 1, 1000}) {
         const std::vector<morphray::Ray> rays(count, {.org = {0, 0, 0}, .dir = {0, 0, 1}});
         const std::vector<morphray::Vec3> points(count);
-        std::vector<morphray::Hit> hits(count);
-        std::vector<std::uint8_t> bytes(count);
-        std::vector<std::uint64_t> counts(count);
-        std::vector<std::int32_t> windings(count);
-        std::vector<morphray::ClosestPoint> closest(count);
-        std::vector<float> distances(count);
-        constexpr float kInfinity = std::numeric_limits<float>::infinity();
-        const auto expect_cancelled = [&](const char* what, auto ask) {
-            try {
-                ask();
-                ADD_FAILURE() << what << " of " << count << " on " << device.description();
-            } catch (const morphray::Error& error) {
-                EXPECT_EQ(error.code(), morphray::ErrorCode::cancelled) << what;
-            }
-        };
-        expect_cancelled("intersect", [&] { scene.intersect(rays, hits, {}, &cancelled); });
-        expect_cancelled("occluded", [&] { scene.occluded(rays, bytes, {}, &cancelled); });
-        expect_cancelled("intersect_all",
-                         [&] { scene.intersect_all(rays, {.cancel = &cancelled}); });
-        expect_cancelled(
-            "count", [&] { scene.count(rays, counts, morphray::Crossing::owner, {}, &cancelled); });
-        expect_cancelled("winding", [&] { scene.winding(points, windings, &cancelled); });
-        expect_cancelled("contains", [&] {
-            scene.contains(points, bytes, morphray::FillRule::odd, &cancelled);
-        });
-        expect_cancelled("closest_points",
-                         [&] { scene.closest_points(points, closest, kInfinity, &cancelled); });
-        expect_cancelled("signed_distance", [&] {
-            scene.signed_distance(points, distances, morphray::FillRule::odd, kInfinity,
-                                  &cancelled);
-        });
+        CancelledCalls all(scene, rays, points);
+        all.flag = &cancelled;
+        for (const auto& [name, call] : all.calls)
+            EXPECT_EQ(error_of(call), "cancelled") << name << " of " << count;
     }
 }
 

@@ -1,10 +1,7 @@
 // Bad input gets an error with a code and a line, and changes nothing.
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cmath>
-#include <limits>
-#include <thread>
 #include <utility>
 
 #include "tests/library/scenes.h"
@@ -71,23 +68,6 @@ TEST(LibraryErrors, RefuseUnsuitableOptions) {
     EXPECT_EQ(error_of([] { Device::cpu({.simd = "mmx"}); }), "bad_argument");
 }
 
-TEST(LibraryErrors, SayWhichPositionsAreNotInTheMesh) {
-    const UserMesh mesh(icosphere(1));
-    Scene scene = Scene::build(mesh.view());
-    const auto update = [&](std::size_t first, std::size_t count) {
-        return message_of([&] { scene.update(0, first, count); });
-    };
-    constexpr std::size_t kMost = std::numeric_limits<std::size_t>::max();
-    EXPECT_EQ(update(40, 3), "3 positions from number 40 on, of a mesh that has 42");
-    EXPECT_EQ(update(1, kMost),
-              "18446744073709551615 positions from number 1 on, of a mesh that has 42");
-    EXPECT_EQ(update(kMost, kMost),
-              "18446744073709551615 positions from number 18446744073709551615 on, of a mesh that "
-              "has 42");
-    EXPECT_EQ(update(40, 2), "none");
-    EXPECT_EQ(update(42, 0), "none");
-}
-
 TEST(LibraryErrors, RefuseSpansAndRangesThatDoNotFit) {
     const UserMesh mesh(icosphere(1));
     Scene scene = Scene::build(mesh.view());
@@ -150,26 +130,6 @@ TEST(LibraryErrors, RefuseScenesThatWereMovedFrom) {
     EXPECT_EQ(error_of([&] { scene.render({}); }), "bad_argument");
     EXPECT_EQ(error_of([&] { scene.device(); }), "bad_argument");
     scene = std::move(other);
-    EXPECT_EQ(error_of([&] { scene.update(); }), "none");
-}
-
-TEST(LibraryErrors, ASecondThreadInUpdateIsToldSo) {
-    const UserMesh mesh(icosphere(5));
-    Scene scene = Scene::build(mesh.view(), Device::cpu(), {.update = morphray::Rebuild{}});
-    std::atomic<int> busy = 0;
-    std::atomic<int> done = 0;
-    const auto update = [&] {
-        for (int i = 0; i < 200 && busy == 0; ++i) {
-            const std::string error = error_of([&] { scene.update(); });
-            if (error == "busy") ++busy;
-            if (error == "none") ++done;
-        }
-    };
-    std::thread other(update);
-    update();
-    other.join();
-    EXPECT_GT(busy, 0);
-    EXPECT_GT(done, 0);
     EXPECT_EQ(error_of([&] { scene.update(); }), "none");
 }
 

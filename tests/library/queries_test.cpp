@@ -31,19 +31,6 @@ TEST(Queries, EqualBruteForceOnHardMeshes) {
     EXPECT_GT(hits, 5000u);
 }
 
-TEST(Queries, AreTheSameForEachInstructionSet) {
-    const UserMesh mesh(torus(60, 40));
-    const std::vector<morphray::Ray> rays = world_rays(mesh, kRays, 4);
-    const std::vector<morphray::Hit> expected = hits_of(Scene::build(mesh.view()), rays);
-    EXPECT_GT(count_hits(expected), kRays / 3);
-    std::vector<std::string> targets = morphray::simd_targets();
-    targets.push_back("off");
-    for (const std::string& simd : targets) {
-        const Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 2, .simd = simd}));
-        expect_same_hits(hits_of(scene, rays), expected, simd);
-    }
-}
-
 /// Few rays are traced one by one, more of them in streams.
 TEST(Queries, OfFewRaysAreThoseOfOneRayForEachInstructionSet) {
     const UserMesh mesh(torus(60, 40));
@@ -104,31 +91,6 @@ TEST(Queries, OfImagesEqualBruteForce) {
         }
     }
     EXPECT_GT(hit_count, 3000u);
-}
-
-TEST(Queries, OfTheCallingThreadAreThoseOfAllThreads) {
-    const UserMesh mesh(torus(40, 20));
-    const Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 4}));
-    std::vector<morphray::Ray> image;
-    for (int i = 0; i < 150 * 70 + 9; ++i) {
-        const float x = static_cast<float>(i % 150) / 80 - 0.9f;
-        const float y = static_cast<float>(i / 150) / 80 - 0.4f;
-        image.push_back({.org = {0.3f, 0.2f, 3}, .dir = {x, y, -1}});
-    }
-    const std::pair<std::vector<morphray::Ray>, morphray::Coherence> batches[] = {
-        {image, morphray::Coherence::image(150)},
-        {world_rays(mesh, 9000, 31), morphray::Coherence::sort()}};
-    for (const auto& [rays, coherence] : batches) {
-        const std::vector<morphray::Hit> expected = hits_of(scene, rays, coherence);
-        EXPECT_GT(count_hits(expected), 100u);
-        std::vector<morphray::Hit> hits(rays.size());
-        std::vector<std::uint8_t> occluded(rays.size());
-        scene.intersect(rays, std::span(hits), morphray::Threads::calling, coherence);
-        scene.occluded(rays, std::span(occluded), morphray::Threads::calling, coherence);
-        expect_same_hits(hits, expected, "calling");
-        for (std::size_t i = 0; i < rays.size(); ++i)
-            ASSERT_EQ(occluded[i] != 0, bool{expected[i]}) << i;
-    }
 }
 
 TEST(Queries, HitPointsAreOnTheTrianglesOfTheCaller) {

@@ -11,7 +11,6 @@
 namespace mray::test {
 namespace {
 
-using morphray::Device;
 using morphray::Image;
 using morphray::MeshView;
 using morphray::Point;
@@ -34,8 +33,6 @@ View lit_view(const Point& eye, const Point& target, const Point& light) {
             .shading = Shading::lit,
             .ao_count = 0};
 }
-
-Scene build(const std::vector<MeshView>& meshes) { return Scene::build(std::span(meshes)); }
 
 using Vector = std::array<double, 3>;
 
@@ -135,28 +132,6 @@ TEST(SmoothShadows, FlatMeshesAreAsTheBackendTracesThem) {
         const Image plain = flat.render(view);
         EXPECT_EQ(image.hits_hash, plain.hits_hash);
         EXPECT_EQ(image.ray_count, plain.ray_count);
-    }
-}
-
-TEST(SmoothShadows, AreTheSameOnEveryDeviceOfTheCpu) {
-    const Ball ball(1);
-    const UserMesh ring(torus(9, 7));
-    const Scene scene = build({view_with_normals(ball.mesh), view_with_normals(ring)});
-    std::vector<Scene> others;
-    others.push_back(scene.on(Device::brute_force()));
-    std::vector<std::string> targets = morphray::simd_targets();
-    targets.push_back("off");
-    for (const std::string& simd : targets)
-        others.push_back(scene.on(Device::cpu({.threads = 1, .simd = simd})));
-    for (const Point& light : kLights) {
-        View view = lit_view(kEyes[1], {0, 0, 0}, light);
-        view.samples = 4;
-        view.ao_count = 2;
-        const Image image = scene.render(view);
-        for (const Scene& other : others) {
-            const morphray::Comparison same = morphray::compare(image, other.render(view));
-            EXPECT_TRUE(same.equal()) << morphray::describe(same);
-        }
     }
 }
 

@@ -18,8 +18,6 @@ using morphray::Shading;
 using morphray::TextureView;
 using morphray::View;
 
-constexpr std::uint32_t kWhite = 0xFFFFFF;
-
 View textured_view(std::uint32_t samples = 1) {
     return {.width = 45, .height = 31, .shading = Shading::lit, .samples = samples, .ao_count = 2};
 }
@@ -110,28 +108,6 @@ TEST(Textures, ImageIsUprightFromItsTopRowDown) {
         EXPECT_EQ(is_on(at(27, 4), k), k == 1);
         EXPECT_EQ(is_on(at(4, 27), k), k == 2);
         EXPECT_TRUE(is_on(at(27, 27), k));
-    }
-}
-
-TEST(Textures, AreMeansWhereTexelsAreSmall) {
-    const TexturedSquare square;
-    std::vector<std::uint32_t> texels;
-    for (std::uint32_t i = 0; i < 1024 * 1024; ++i)
-        texels.push_back((i / 1024 + i) % 2 == 0 ? kWhite : 0);
-    const std::vector<TextureView> textures = {{.texels = texels, .width = 1024, .height = 1024}};
-    const Image image = Scene::build(square.textured(textures)).render(square_view(16));
-    // Half the light of white, but for the encoding.
-    const std::vector<std::uint32_t> half(2, 0x808080);
-    MeshView grey = square.view();
-    grey.albedo = half;
-    const Image expected = Scene::build(grey).render(square_view(16));
-    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-        for (int k = 0; k < 3; ++k) {
-            const auto channel = [&](const Image& of) {
-                return static_cast<double>(of.pixels[i] >> (8 * k) & 0xFF);
-            };
-            EXPECT_NEAR(channel(image), channel(expected), 2);
-        }
     }
 }
 

@@ -16,8 +16,7 @@
 #include <vector>
 
 #include "common/image/png.h"
-#include "library/src/queries/ray_order.h"
-#include "tests/library/scenes.h"
+#include "tests/library/answers.h"
 #include "tests/support/run_together.h"
 #include "tests/support/temporary_folder.h"
 
@@ -297,31 +296,10 @@ TEST(Threads, EndTheQuestionsOfOthers) {
     const Scene scene = Scene::build(mesh.view(), Device::brute_force());
     const std::vector<morphray::Ray> rays(1 << 16, {.org = {9, 8, 7}, .dir = {-9, -8, -7}});
     const std::vector<morphray::Vec3> points(rays.size(), {0.5f, 0.25f, 0.125f});
-    std::vector<morphray::Hit> hits(rays.size());
-    std::vector<std::uint8_t> bytes(rays.size());
-    std::vector<std::uint64_t> counts(rays.size());
-    std::vector<std::int32_t> windings(rays.size());
-    std::vector<morphray::ClosestPoint> closest(rays.size());
-    std::vector<float> distances(rays.size());
-    constexpr float kFar = std::numeric_limits<float>::infinity();
-    using morphray::Crossing;
-    using morphray::FillRule;
-    const std::atomic<bool>* flag = nullptr;
-    const std::pair<const char*, std::function<void()>> questions[] = {
-        {"intersect", [&] { scene.intersect(rays, hits, {}, flag); }},
-        {"occluded", [&] { scene.occluded(rays, bytes, {}, flag); }},
-        {"compare", [&] { compare(scene, scene, rays, 10, flag); }},
-        {"intersect_all", [&] { scene.intersect_all(rays, {.cancel = flag}); }},
-        {"count", [&] { scene.count(rays, counts, Crossing::owner, {}, flag); }},
-        {"winding", [&] { scene.winding(points, windings, flag); }},
-        {"contains", [&] { scene.contains(points, bytes, FillRule::nonzero, flag); }},
-        {"closest_points", [&] { scene.closest_points(points, closest, kFar, flag); }},
-        {"signed_distance",
-         [&] { scene.signed_distance(points, distances, FillRule::nonzero, kFar, flag); }},
-    };
-    for (const auto& question : questions) {
+    CancelledCalls all(scene, rays, points);
+    for (const auto& question : all.calls) {
         std::atomic<bool> cancel = false;
-        flag = &cancel;
+        all.flag = &cancel;
         std::string error;
         run_together({[&] { cancel = true; },
                       [&] {

@@ -1,5 +1,4 @@
-// Images without hits, images and queries that are cancelled, and the boxes of a tree: what a
-// viewer needs.
+// Images without hits, images that are cancelled, and the boxes of a tree: what a viewer needs.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,7 +6,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <thread>
 #include <vector>
 
@@ -17,7 +15,6 @@ namespace mray::test {
 namespace {
 
 using morphray::Box;
-using morphray::Coherence;
 using morphray::Device;
 using morphray::Hit;
 using morphray::Image;
@@ -118,63 +115,6 @@ TEST(SceneBuild, IsCancelledAndSaysWhichPartIsDone) {
         EXPECT_EQ(error_of([&] { scene.tree_statistics(); }), "cancelled");
         EXPECT_EQ(error_of([&] { scene.tree_boxes(0); }), "cancelled");
         EXPECT_EQ(error_of([&] { scene.update_with_new_bounds(); }), "cancelled");
-    }
-}
-
-struct Batch {
-    std::vector<Ray> rays;
-    Coherence coherence;
-};
-
-/// Any rays, and those of an image, which are traced in tiles.
-std::vector<Batch> batches(std::uint32_t side) {
-    std::vector<Ray> image;
-    for (std::uint32_t y = 0; y < side; ++y) {
-        for (std::uint32_t x = 0; x < side; ++x) {
-            const float scale = 2 / static_cast<float>(side);
-            image.push_back({.org = {0, 0, 5},
-                             .dir = {static_cast<float>(x) * scale - 1,
-                                     static_cast<float>(y) * scale - 1, -4}});
-        }
-    }
-    std::vector<Ray> any = image;
-    for (std::size_t i = 0; i < any.size(); ++i) any[i].org.z += static_cast<float>(i % 3);
-    return {{any, Coherence::sort()}, {image, Coherence::image(side)}};
-}
-
-TEST(Queries, ThatAreCancelledThrowAndTheNextAreWhole) {
-    const UserMesh mesh(torus(30, 20));
-    for (const Device& device : {Device::cpu(), Device::brute_force()}) {
-        const Scene scene = Scene::build(mesh.view(), device);
-        for (const Batch& batch : batches(64)) {
-            const std::vector<Ray>& rays = batch.rays;
-            const Coherence coherence = batch.coherence;
-            std::vector<Hit> hits(rays.size());
-            std::vector<std::uint8_t> occluded(rays.size());
-            scene.intersect(rays, hits, coherence);
-            const std::vector<Hit> expected = hits;
-            for (const std::size_t count : {std::size_t{5}, rays.size()}) {
-                const std::span<const Ray> some = std::span(rays).first(count);
-                std::atomic<bool> cancel = true;
-                hits.assign(count, Hit{.t = 7});
-                occluded.assign(count, 7);
-                EXPECT_EQ(error_of([&] { scene.intersect(some, hits, coherence, &cancel); }),
-                          "cancelled");
-                EXPECT_EQ(error_of([&] { scene.occluded(some, occluded, coherence, &cancel); }),
-                          "cancelled");
-                EXPECT_EQ(error_of([&] { compare(scene, scene, some, 10, &cancel); }), "cancelled");
-                for (std::size_t i = 0; i < count; ++i) {
-                    ASSERT_EQ(hits[i].t, 7);
-                    ASSERT_EQ(occluded[i], 7);
-                }
-                cancel = false;
-                scene.intersect(some, hits, coherence, &cancel);
-                scene.occluded(some, occluded, coherence, &cancel);
-                expect_same_hits(hits, {expected.begin(), expected.begin() + count});
-                for (std::size_t i = 0; i < count; ++i)
-                    ASSERT_EQ(occluded[i], expected[i] ? 1 : 0) << i;
-            }
-        }
     }
 }
 

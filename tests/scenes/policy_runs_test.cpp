@@ -42,11 +42,9 @@ public:
     void read_tree(Bvh& bvh) override { bvh = bvh_; }
     void edit_tree(const TreeEdit& edit) override { edit(bvh_); }
     void trace_image(const ImageParams&, Frame&) override { times_.trace_ms = 1 + refits_; }
-    void trace_rays(std::span<const Ray>, std::span<Hit>) override {}
+    void trace(const RayBatch&) override {}
+    void query(const QueryBatch&) override {}
     const BackendTimes& finish() override { return times_; }
-    const SceneQueries& scene_queries() const override {
-        throw Error(ErrorKind::kInternal, "no questions are expected");
-    }
 
 private:
     void take(const Bvh& bvh) {

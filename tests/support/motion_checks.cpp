@@ -40,7 +40,7 @@ std::vector<Ray> rays_at(const Motion& motion, std::size_t pose) {
 
 std::vector<Hit> hits_of(Backend& backend, const std::vector<Ray>& rays) {
     std::vector<Hit> hits(rays.size());
-    backend.trace_rays(rays, hits);
+    backend.trace({rays, hits});
     return hits;
 }
 

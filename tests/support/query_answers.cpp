@@ -7,7 +7,7 @@
 
 namespace mray::test {
 
-Questions mixed_questions(const TestScene& scene, const SceneQueries& reference, Crossing crossing,
+Questions mixed_questions(const TestScene& scene, const Queries& reference, Crossing crossing,
                           std::size_t count, std::uint64_t seed) {
     Questions q;
     q.rays = mixed_rays(scene, count, seed);
@@ -15,28 +15,28 @@ Questions mixed_questions(const TestScene& scene, const SceneQueries& reference,
     q.after.resize(q.rays.size());
     std::vector<Hit> hits(q.rays.size());
     for (std::size_t step = 0; step < 3; ++step) {
-        reference.intersect_after(q.rays, q.after, crossing, hits);
+        reference(NextQuery{q.rays, q.after, crossing, hits});
         for (std::size_t i = step; i < q.rays.size(); i += 3)
             if (hits[i].prim_id != kNoPrim) q.after[i] = {hits[i].t, hits[i].prim_id};
     }
     return q;
 }
 
-Answers answers_of(const SceneQueries& queries, const Questions& questions, Crossing crossing,
+Answers answers_of(const Queries& queries, const Questions& questions, Crossing crossing,
                    std::uint32_t most) {
     Answers a;
     a.counts.resize(questions.rays.size());
-    queries.count(questions.rays, crossing, a.counts);
-    queries.list(questions.rays, crossing, most, a.lists);
+    queries(CountQuery{questions.rays, crossing, a.counts});
+    queries(ListQuery{questions.rays, crossing, most, a.lists});
     a.next.resize(questions.rays.size());
-    queries.intersect_after(questions.rays, questions.after, crossing, a.next);
+    queries(NextQuery{questions.rays, questions.after, crossing, a.next});
     a.windings.resize(questions.points.size());
-    queries.wind(questions.points, a.windings, a.uncertain);
+    queries(WindingQuery{questions.points, a.windings, a.uncertain});
     std::sort(a.uncertain.begin(), a.uncertain.end());
     a.closest.resize(questions.points.size());
-    queries.closest(questions.points, kAnyDistance2, a.closest);
+    queries(ClosestQuery{questions.points, kAnyDistance2, a.closest});
     a.near.resize(questions.points.size());
-    queries.closest(questions.points, questions.reach, a.near);
+    queries(ClosestQuery{questions.points, questions.reach, a.near});
     return a;
 }
 

@@ -2,12 +2,21 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
+#include "common/backend.h"
 #include "common/scene_queries.h"
 #include "tests/support/test_scene.h"
 
 namespace mray::test {
+
+/// Answers a batch: cpu::TreeQueries, cpu::BruteQueries or a backend.
+using Queries = std::function<void(const QueryBatch&)>;
+
+inline Queries queries_of(Backend& backend) {
+    return [&backend](const QueryBatch& batch) { backend.query(batch); };
+}
 
 /// Rays, each with a cursor, and points.
 struct Questions {
@@ -19,7 +28,7 @@ struct Questions {
 };
 
 /// Questions on which answers fail; cursors are at hits that `reference` finds, or before all.
-Questions mixed_questions(const TestScene& scene, const SceneQueries& reference, Crossing crossing,
+Questions mixed_questions(const TestScene& scene, const Queries& reference, Crossing crossing,
                           std::size_t count, std::uint64_t seed);
 
 struct Answers {
@@ -34,7 +43,7 @@ struct Answers {
 };
 
 /// Lists have at most `most` hits a ray.
-Answers answers_of(const SceneQueries& queries, const Questions& questions, Crossing crossing,
+Answers answers_of(const Queries& queries, const Questions& questions, Crossing crossing,
                    std::uint32_t most);
 
 /// The number of answers that differ.

@@ -118,15 +118,15 @@ Questions pseudo_random_questions(const Topology& topology, std::span<const vec3
     return questions;
 }
 
-Answers answers_of(const SceneQueries& queries, const Questions& questions) {
+Answers answers_of(Backend& backend, const Questions& questions) {
     Answers answers;
-    queries.list(questions.rays, Crossing::kEach, kAllHits, answers.hits[0]);
-    queries.list(questions.rays, Crossing::kOwner, kAllHits, answers.hits[1]);
+    backend.query(ListQuery{questions.rays, Crossing::kEach, kAllHits, answers.hits[0]});
+    backend.query(ListQuery{questions.rays, Crossing::kOwner, kAllHits, answers.hits[1]});
     answers.windings.resize(questions.points.size());
-    queries.wind(questions.points, answers.windings, answers.uncertain);
+    backend.query(WindingQuery{questions.points, answers.windings, answers.uncertain});
     std::ranges::sort(answers.uncertain);
     answers.closest.resize(questions.points.size());
-    queries.closest(questions.points, kAnyDistance2, answers.closest);
+    backend.query(ClosestQuery{questions.points, kAnyDistance2, answers.closest});
     return answers;
 }
 

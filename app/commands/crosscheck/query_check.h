@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/report/crosscheck/check_report.h"
+#include "common/backend.h"
 #include "common/scene/mesh.h"
 #include "common/scene_queries.h"
 
@@ -32,7 +33,7 @@ struct Answers {
     std::vector<ClosestTriangle> closest;
 };
 
-Answers answers_of(const SceneQueries& queries, const Questions& questions);
+Answers answers_of(Backend& backend, const Questions& questions);
 
 /// Counts the rays and points with other answers, bit by bit.
 QueryDifference compare_answers(const Answers& expected, const Answers& actual);

@@ -55,7 +55,7 @@ void add_vulkan(const ChartScene& scene, const MakeBackend& make_vulkan,
     }
     backend->set_scene(scene.topology, scene.scene_space.positions, scene.scene_space.bvh);
     methods.push_back(ours("Vulkan", [backend](std::span<const Ray> rays, std::span<Hit> hits) {
-        backend->trace_rays(rays, hits);
+        backend->trace({rays, hits});
     }));
     methods.back().alone = true;
 }

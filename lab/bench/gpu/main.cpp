@@ -148,7 +148,7 @@ private:
     void trace_diffuse() {
         std::vector<Hit> hits(diffuse_.size());
         const DeviceMethod ours = {"vulkan", [&] {
-                                       ours_->trace_rays(diffuse_, hits);
+                                       ours_->trace({diffuse_, hits});
                                        return ours_->finish().trace_ms;
                                    }};
         const DeviceMethod peer = {"bvh2", [&] { return peer_.trace(kPeerRays); }};

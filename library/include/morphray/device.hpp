@@ -128,5 +128,8 @@ struct DeviceCheck {
 MORPHRAY_API DeviceCheck check_vulkan_device(const std::string& device = {});
 /// The result that is kept for a device, if there is one. Throws as Device::vulkan().
 MORPHRAY_API std::optional<DeviceCheck> kept_device_check(const std::string& device = {});
+/// Keeps the failure of a device whose test a caller had to end; `what` says how it ended. Returns
+/// it. Throws as Device::vulkan().
+MORPHRAY_API DeviceCheck keep_lost_device(const std::string& device, const std::string& what);
 
 }  // namespace morphray

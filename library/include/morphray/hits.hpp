@@ -1,8 +1,8 @@
 // Files with the hits of images.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,10 +11,6 @@
 #include "morphray/image.hpp"
 
 namespace morphray {
-
-namespace detail {
-class HitsBytes;
-}
 
 /// Collects the hits of images of one size and writes them to a file. Little-endian throughout:
 ///
@@ -30,9 +26,6 @@ class HitsBytes;
 class MORPHRAY_API HitsWriter {
 public:
     HitsWriter(std::uint32_t width, std::uint32_t height);
-    HitsWriter(HitsWriter&&) noexcept;
-    HitsWriter& operator=(HitsWriter&&) noexcept;
-    ~HitsWriter();
 
     /// An image with several samples a pixel counts by its hits: its sides are longer by the square
     /// root of their number. Throws bad_argument for an image of another size, and for hits of
@@ -43,7 +36,11 @@ public:
     void write(const std::string& file) const;
 
 private:
-    std::unique_ptr<detail::HitsBytes> bytes_;
+    std::uint32_t width_;
+    std::uint32_t height_;
+    std::uint32_t image_count_ = 0;
+    /// The file.
+    std::vector<std::byte> bytes_;
 };
 
 /// A file of HitsWriter.

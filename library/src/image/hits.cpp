@@ -10,12 +10,17 @@
 
 #include "common/base/input_file.h"
 #include "common/base/output_file.h"
+#include "common/image/png.h"
 #include "common/interop/ray.h"
 #include "common/text/text_parts.h"
 #include "library/src/scene/errors.h"
+#include "morphray/image.hpp"
 
 namespace morphray {
-namespace detail {
+namespace {
+
+using detail::throw_bad_argument;
+using detail::with_public_errors;
 
 struct HitsHeader {
     char magic[8] = {'M', 'R', 'H', 'I', 'T', 'S', '1', '\0'};
@@ -24,56 +29,7 @@ struct HitsHeader {
     std::uint32_t image_count = 0;
 };
 static_assert(sizeof(HitsHeader) == 20 && sizeof(mray::Hit) == 16, "no padding");
-
 static_assert(std::endian::native == std::endian::little, "the file is written as memory is");
-
-class HitsBytes {
-public:
-    HitsBytes(std::uint32_t width, std::uint32_t height) {
-        header_.width = width;
-        header_.height = height;
-        bytes_.resize(sizeof(HitsHeader));
-        write_header();
-    }
-
-    void add(const Image& image) {
-        const std::size_t count = std::size_t{header_.width} * header_.height;
-        const std::uint64_t side = sample_side(image.samples);
-        if (image.width * side != header_.width || image.height * side != header_.height ||
-            image.hits.size() != count || image.occlusion.size() != count)
-            throw_bad_argument("HitsWriter: an image of another size");
-        for (const Hit& hit : image.hits) {
-            if (hit && hit.geom_id != 0) {
-                throw_bad_argument(
-                    fmt::format("HitsWriter: a hit of geom_id {}; the file has room for one mesh",
-                                hit.geom_id));
-            }
-        }
-        // Nothing has changed if memory does not suffice.
-        std::size_t at = bytes_.size();
-        bytes_.resize(at + count * (sizeof(mray::Hit) + sizeof(std::uint32_t)));
-        for (const Hit& hit : image.hits) {
-            const mray::Hit written{hit.t, hit.u, hit.v, hit.prim_id};
-            std::memcpy(bytes_.data() + at, &written, sizeof(written));
-            at += sizeof(written);
-        }
-        // An empty image has null pointers, which memcpy does not take.
-        if (count > 0)
-            std::memcpy(bytes_.data() + at, image.occlusion.data(), count * sizeof(std::uint32_t));
-        ++header_.image_count;
-        write_header();
-    }
-
-    const std::vector<std::byte>& bytes() const { return bytes_; }
-
-private:
-    void write_header() { std::memcpy(bytes_.data(), &header_, sizeof(header_)); }
-
-    HitsHeader header_;
-    std::vector<std::byte> bytes_;
-};
-
-namespace {
 
 HitsFile parse(const std::string& file, std::string_view text) {
     const auto refuse = [&](const std::string& reason) {
@@ -120,32 +76,60 @@ HitsFile parse(const std::string& file, std::string_view text) {
 }
 
 }  // namespace
-}  // namespace detail
 
 HitsWriter::HitsWriter(std::uint32_t width, std::uint32_t height)
-    : bytes_(detail::with_public_errors(
-          [&] { return std::make_unique<detail::HitsBytes>(width, height); })) {}
-HitsWriter::HitsWriter(HitsWriter&&) noexcept = default;
-HitsWriter& HitsWriter::operator=(HitsWriter&&) noexcept = default;
-HitsWriter::~HitsWriter() = default;
+    : width_(width), height_(height), bytes_(sizeof(HitsHeader)) {
+    const HitsHeader header{.width = width, .height = height};
+    std::memcpy(bytes_.data(), &header, sizeof(header));
+}
 
 void HitsWriter::add(const Image& image) {
-    detail::with_public_errors([&] {
-        if (bytes_ == nullptr) detail::throw_bad_argument("this HitsWriter has been moved from");
-        bytes_->add(image);
+    with_public_errors([&] {
+        const std::size_t count = std::size_t{width_} * height_;
+        const std::uint64_t side = sample_side(image.samples);
+        if (image.width * side != width_ || image.height * side != height_ ||
+            image.hits.size() != count || image.occlusion.size() != count)
+            throw_bad_argument("HitsWriter: an image of another size");
+        for (const Hit& hit : image.hits) {
+            if (hit && hit.geom_id != 0) {
+                throw_bad_argument(
+                    fmt::format("HitsWriter: a hit of geom_id {}; the file has room for one mesh",
+                                hit.geom_id));
+            }
+        }
+        // Nothing has changed if memory does not suffice.
+        std::size_t at = bytes_.size();
+        bytes_.resize(at + count * (sizeof(mray::Hit) + sizeof(std::uint32_t)));
+        for (const Hit& hit : image.hits) {
+            const mray::Hit written{hit.t, hit.u, hit.v, hit.prim_id};
+            std::memcpy(bytes_.data() + at, &written, sizeof(written));
+            at += sizeof(written);
+        }
+        // An empty image has null pointers, which memcpy does not take.
+        if (count > 0)
+            std::memcpy(bytes_.data() + at, image.occlusion.data(), count * sizeof(std::uint32_t));
+        ++image_count_;
+        std::memcpy(bytes_.data() + offsetof(HitsHeader, image_count), &image_count_,
+                    sizeof(image_count_));
     });
 }
 
 void HitsWriter::write(const std::string& file) const {
-    detail::with_public_errors([&] {
-        if (bytes_ == nullptr) detail::throw_bad_argument("this HitsWriter has been moved from");
-        mray::write_file(file, bytes_->bytes());
-    });
+    with_public_errors([&] { mray::write_file(file, bytes_); });
 }
 
 HitsFile read_hits(const std::string& file) {
-    return detail::with_public_errors(
-        [&] { return detail::parse(file, mray::read_input_file(file)); });
+    return with_public_errors([&] { return parse(file, mray::read_input_file(file)); });
+}
+
+void write_png(const std::string& file, const Image& image) {
+    with_public_errors([&] {
+        if (image.pixels.size() != std::size_t{image.width} * image.height ||
+            image.pixels.empty()) {
+            throw_bad_argument("write_png: the image's pixels do not fit its size");
+        }
+        mray::write_file(file, mray::encode_png({image.width, image.height, image.pixels}));
+    });
 }
 
 }  // namespace morphray

@@ -61,7 +61,6 @@ Error::Error(ErrorCode code, const std::string& message)
 Error::~Error() = default;
 
 namespace detail {
-
 namespace {
 
 // Made while there is memory: a copy takes none.

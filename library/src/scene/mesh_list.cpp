@@ -252,16 +252,6 @@ MeshList MeshList::changed() const {
     return list;
 }
 
-bool MeshList::is_smooth() const {
-    return std::any_of(places_.begin(), places_.end(),
-                       [](const MeshPlace& mesh) { return mesh.used && mesh.is_smooth; });
-}
-
-bool MeshList::has_alpha_test() const {
-    return std::any_of(textures_.begin(), textures_.end(),
-                       [](const auto& texture) { return texture->has_alpha_test(); });
-}
-
 /// Vertices come first, then the numbers of one mesh after the other.
 std::vector<mray::uvec3> MeshList::normal_ids() const {
     std::vector<mray::uvec3> ids(topology_.triangles.size(), mray::uvec3(mray::kFlatCorner));

@@ -223,22 +223,6 @@ std::vector<mray::IndexRange> PoseReader::read_pieces(const MeshList& meshes,
     return ranges;
 }
 
-std::vector<mray::IndexRange> PoseReader::read_deforming(const MeshList& meshes,
-                                                         mray::ThreadArena& arena) {
-    std::vector<Piece> pieces;
-    for (const MeshPlace& mesh : meshes.places()) {
-        if (mesh.used && mesh.deforms) pieces.push_back({&mesh, 0, mesh.positions.count});
-    }
-    return read_pieces(meshes, pieces, arena);
-}
-
-std::vector<mray::IndexRange> PoseReader::read(const MeshList& meshes, const MeshPlace& mesh,
-                                               std::size_t first, std::size_t count,
-                                               mray::ThreadArena& arena) {
-    const Piece piece{&mesh, first, count};
-    return read_pieces(meshes, {&piece, 1}, arena);
-}
-
 mray::vec3 PoseReader::world_position(std::uint32_t vertex) const {
     const auto after = kept_.upper_bound(vertex);
     if (after != kept_.begin()) {

@@ -42,23 +42,18 @@ public:
     /// Reads the positions of a list of meshes that was made by changes of the list `before`, or of
     /// a first list (null). Meshes that do not deform and were in the list before are not read.
     void read_list(const MeshList& meshes, const MeshList* before, mray::ThreadArena& arena);
-    /// Reads the positions of all meshes that deform. Returns the vertices outside of which none
-    /// has changed in scene space.
-    std::vector<mray::IndexRange> read_deforming(const MeshList& meshes, mray::ThreadArena& arena);
-    /// Reads these vertices of a mesh, which must be in it. Returns as above.
-    std::vector<mray::IndexRange> read(const MeshList& meshes, const MeshPlace& mesh,
-                                       std::size_t first, std::size_t count,
-                                       mray::ThreadArena& arena);
-
-private:
+    /// Positions of a mesh, which are in it.
     struct Piece {
         const MeshPlace* mesh;
         std::size_t first;
         std::size_t count;
     };
-
+    /// Reads these positions. Returns the vertices outside of which none has changed in scene
+    /// space.
     std::vector<mray::IndexRange> read_pieces(const MeshList& meshes, std::span<const Piece> pieces,
                                               mray::ThreadArena& arena);
+
+private:
     bool read_piece(const Piece& piece, mray::ThreadArena& arena);
     std::vector<mray::vec3> world_positions(const MeshList& meshes) const;
     void find_space(const MeshList& meshes, std::span<const mray::vec3> world,

@@ -27,7 +27,7 @@ Asked ask_tetrahedron(std::uint32_t count) {
     asked.questions = app::pseudo_random_questions(asked.topology, asked.positions, count);
     const auto backend = cpu::make_cpu_backend({});
     backend->set_scene(asked.topology, asked.positions, build_bvh(asked.topology, asked.positions));
-    asked.answers = app::answers_of(backend->scene_queries(), asked.questions);
+    asked.answers = app::answers_of(*backend, asked.questions);
     return asked;
 }
 

@@ -71,22 +71,22 @@ TEST(TreeQueries, AnswerAboutPointsNearEachOtherAsBruteForceOnEveryTarget) {
         const cpu::BruteQueries brute(scene.topology(), scene.positions());
         std::vector<FloatWinding> expected_windings(points.size());
         std::vector<UncertainCrossing> expected_uncertain;
-        brute.wind(points, expected_windings, expected_uncertain);
+        brute(WindingQuery{points, expected_windings, expected_uncertain});
         std::sort(expected_uncertain.begin(), expected_uncertain.end());
         for (const SimdTarget& target : supported_simd_targets()) {
             std::vector<FloatWinding> windings(points.size());
             std::vector<UncertainCrossing> uncertain;
-            cpu::TreeQueries(bvh, target).wind(points, windings, uncertain);
+            cpu::TreeQueries(bvh, target)(WindingQuery{points, windings, uncertain});
             std::sort(uncertain.begin(), uncertain.end());
             EXPECT_TRUE(windings == expected_windings) << named.name << ", " << target.name;
             EXPECT_TRUE(uncertain == expected_uncertain) << named.name << ", " << target.name;
         }
         for (const float most_d2 : {kAnyDistance2, 1.0f}) {
             std::vector<ClosestTriangle> expected(points.size());
-            brute.closest(points, most_d2, expected);
+            brute(ClosestQuery{points, most_d2, expected});
             for (const SimdTarget& target : supported_simd_targets()) {
                 std::vector<ClosestTriangle> found(points.size());
-                cpu::TreeQueries(bvh, target).closest(points, most_d2, found);
+                cpu::TreeQueries(bvh, target)(ClosestQuery{points, most_d2, found});
                 EXPECT_TRUE(found == expected) << named.name << ", " << target.name;
             }
         }
@@ -109,17 +109,18 @@ TEST(TreeQueries, CountHitsOfRaysNearEachOtherAsBruteForceOnEveryTarget) {
         }
         // Some end at their first hit, or just before it.
         std::vector<Hit> first(rays.size());
-        brute.intersect_after(rays, std::vector<HitCursor>(rays.size()), Crossing::kEach, first);
+        const std::vector<HitCursor> before(rays.size());
+        brute(NextQuery{rays, before, Crossing::kEach, first});
         for (std::size_t i = 0; i < rays.size(); ++i) {
             if (first[i].prim_id == kNoPrim || i % 3 == 0) continue;
             rays[i].tfar = i % 3 == 1 ? first[i].t : std::nextafter(first[i].t, 0.0f);
         }
         for (const Crossing crossing : {Crossing::kEach, Crossing::kOwner}) {
             std::vector<std::uint64_t> expected(rays.size());
-            brute.count(rays, crossing, expected);
+            brute(CountQuery{rays, crossing, expected});
             for (const SimdTarget& target : supported_simd_targets()) {
                 std::vector<std::uint64_t> counts(rays.size());
-                cpu::TreeQueries(bvh, target).count(rays, crossing, counts);
+                cpu::TreeQueries(bvh, target)(CountQuery{rays, crossing, counts});
                 EXPECT_EQ(counts, expected) << named.name << ", " << target.name;
             }
         }

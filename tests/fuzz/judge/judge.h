@@ -90,11 +90,11 @@ private:
 class CaseQueries {
 public:
     /// Leaves out rays and points that scene space does not take.
-    CaseQueries(const FuzzScene& scene, const FuzzCase& fuzz_case, const SceneQueries& reference);
+    CaseQueries(const FuzzScene& scene, const FuzzCase& fuzz_case, const test::Queries& reference);
 
     /// The number of rays and points.
     std::size_t size() const { return ray_indices_.size() + point_indices_.size(); }
-    std::vector<AnswerDifference> compare(const SceneQueries& queries) const;
+    std::vector<AnswerDifference> compare(const test::Queries& queries) const;
 
 private:
     struct Round {

@@ -107,7 +107,7 @@ void AnswerDifferences::add(Asked asked, std::size_t index) {
 }
 
 CaseQueries::CaseQueries(const FuzzScene& scene, const FuzzCase& fuzz_case,
-                         const SceneQueries& reference) {
+                         const test::Queries& reference) {
     test::Questions questions;
     for (std::size_t i = 0; i < fuzz_case.rays.size(); ++i) {
         const SceneRay ray = to_scene(scene.space(), fuzz_case.rays[i]);
@@ -129,7 +129,7 @@ CaseQueries::CaseQueries(const FuzzScene& scene, const FuzzCase& fuzz_case,
     if (!questions.points.empty()) {
         ClosestTriangle closest;
         const std::size_t middle = questions.points.size() / 2;
-        reference.closest({&questions.points[middle], 1}, kAnyDistance2, {&closest, 1});
+        reference(ClosestQuery{{&questions.points[middle], 1}, kAnyDistance2, {&closest, 1}});
         reach = closest.d2;
     }
     const float less = reach > 0 ? std::nextafter(reach, 0.0f) : 0;
@@ -139,7 +139,7 @@ CaseQueries::CaseQueries(const FuzzScene& scene, const FuzzCase& fuzz_case,
           {Crossing::kOwner, 2u, 0.0f}}) {
         questions.reach = round_reach;
         HitLists lists;
-        reference.list(questions.rays, crossing, kAllOfThem, lists);
+        reference(ListQuery{questions.rays, crossing, kAllOfThem, lists});
         const auto hits = split(lists);
         for (std::size_t i = 0; i < hits.size(); ++i)
             questions.after[i] = cursor_of(hits[i], i + 5 * rounds_.size());
@@ -148,7 +148,7 @@ CaseQueries::CaseQueries(const FuzzScene& scene, const FuzzCase& fuzz_case,
     }
 }
 
-std::vector<AnswerDifference> CaseQueries::compare(const SceneQueries& queries) const {
+std::vector<AnswerDifference> CaseQueries::compare(const test::Queries& queries) const {
     AnswerDifferences differences;
     for (const Round& round : rounds_) {
         const test::Answers actual =

@@ -8,7 +8,6 @@
 
 #include "common/base/errors.h"
 #include "common/interop/arithmetic.h"
-#include "common/ray_queries.h"
 #include "common/scene_queries.h"
 #include "tests/fuzz/judge/judge.h"
 #include "tests/support/backend_results.h"
@@ -51,9 +50,9 @@ void add_crowd(const Ray& ray, std::vector<Ray>& rays) {
     }
 }
 
-std::vector<std::uint8_t> any_hits(const RayQueries& queries, std::span<const Ray> rays) {
+std::vector<std::uint8_t> any_hits(Backend& backend, std::span<const Ray> rays) {
     std::vector<std::uint8_t> occluded(rays.size());
-    queries.occluded(rays, occluded);
+    backend.trace({rays, {}, occluded});
     return occluded;
 }
 
@@ -119,7 +118,7 @@ std::unique_ptr<TreeUpdater> Referee::travel(Backend& backend) {
         // The policy needs the cost of a frame.
         const Ray ray = any_ray();
         Hit hit;
-        backend.trace_rays(std::span(&ray, 1), std::span(&hit, 1));
+        backend.trace({std::span(&ray, 1), std::span(&hit, 1)});
         updater->frame_done(test::last_trace(backend));
     }
     return updater;
@@ -157,7 +156,7 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
     if (rays.empty()) return {};
     std::vector<Hit> expected(rays.size());
     std::vector<Hit> actual(rays.size());
-    reference_.trace_rays(rays, expected);
+    reference_.trace({rays, expected});
     std::vector<Finding> findings;
     const auto add = [&](const Variant& variant, const std::vector<AnswerDifference>& differences) {
         for (const AnswerDifference& difference : differences)
@@ -165,14 +164,13 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
     };
     for (const Variant& variant : variants_) {
         prepare(variant);
-        variant.backend->trace_rays(rays, actual);
+        variant.backend->trace({rays, actual});
         tally.rays += rays.size();
         add(variant, find_differences(Asked::kClosestHits, indices, [&](std::size_t i) {
                 return !test::same_bits(expected[i], actual[i]);
             }));
-        const RayQueries* const queries = variant.backend->queries();
-        if (queries == nullptr) continue;
-        const std::vector<std::uint8_t> occluded = any_hits(*queries, rays);
+        if (!variant.backend->info().answers_threads) continue;
+        const std::vector<std::uint8_t> occluded = any_hits(*variant.backend, rays);
         add(variant, find_differences(Asked::kAnyHits, indices, [&](std::size_t i) {
                 return (occluded[i] != 0) != (expected[i].prim_id != kNoPrim);
             }));
@@ -181,7 +179,7 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
 }
 
 std::vector<Finding> Referee::compare_questions(const FuzzCase& fuzz_case, Tally& tally) {
-    const CaseQueries queries(*scene_, fuzz_case, reference_.scene_queries());
+    const CaseQueries queries(*scene_, fuzz_case, test::queries_of(reference_));
     tally.questions += queries.size();
     std::vector<Finding> findings;
     const auto add = [&](const Variant& variant, const std::vector<AnswerDifference>& differences) {
@@ -190,7 +188,7 @@ std::vector<Finding> Referee::compare_questions(const FuzzCase& fuzz_case, Tally
     };
     for (const Variant& variant : variants_) {
         prepare(variant);
-        add(variant, queries.compare(variant.backend->scene_queries()));
+        add(variant, queries.compare(test::queries_of(*variant.backend)));
     }
     add(world_, check_world(fuzz_case));
     return findings;
@@ -227,7 +225,7 @@ std::vector<WorldRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_cas
         const SceneRay ray = to_scene(scene.space(), world);
         if (!ray.valid) continue;
         HitLists lists;
-        brute.scene_queries().list({&ray.ray, 1}, Crossing::kEach, kMostHits, lists);
+        brute.query(ListQuery{{&ray.ray, 1}, Crossing::kEach, kMostHits, lists});
         if (lists.hits.empty()) continue;
         // Questions are asked about all hits.
         const Hit hit = lists.hits[fuzz_case.asks_questions ? all.size() % lists.hits.size() : 0];

@@ -1,4 +1,4 @@
-#include "library/src/image/image_shader.h"
+#include "library/src/image/lit_image.h"
 
 #include <fmt/format.h>
 #include <tbb/blocked_range.h>
@@ -12,11 +12,8 @@
 #include "common/image/depth.h"
 #include "common/image/heat_colours.h"
 #include "common/interop/camera.h"
+#include "cpu/image/lit_shader.h"
 #include "cpu/reference/tree_heat.h"
-#include "library/src/image/alpha_test.h"
-#include "library/src/image/image_conversion.h"
-#include "library/src/image/smooth_shadows.h"
-#include "library/src/scene/errors.h"
 
 namespace morphray::detail {
 namespace {
@@ -60,18 +57,6 @@ mray::vec3 unit_vector(const Point& p) {
             static_cast<float>(z / length)};
 }
 
-/// The depths between which greys differ, in scene space.
-struct GreyDepths {
-    float near = 0;
-    float per_depth = 0;
-};
-
-GreyDepths grey_depths(const mray::ResolvedView& view, const PoseReader& pose) {
-    const mray::DepthRange depths = mray::depth_range(view.eye, pose.bounds());
-    return {static_cast<float>(pose.space().length_to_scene(depths.near)),
-            static_cast<float>(1 / pose.space().length_to_scene(depths.range))};
-}
-
 /// Colours the samples by what the tree costs there; black without a hit, but for steps.
 void colour_by_tree(Shading shading, mray::Backend& backend, mray::ThreadArena& arena,
                     const mray::Watch& watch, TracedImage& image) {
@@ -101,6 +86,15 @@ void colour_by_tree(Shading shading, mray::Backend& backend, mray::ThreadArena& 
     });
 }
 
+/// Brings the normals of the meshes to the pose.
+void update_normals(SceneImpl& scene) {
+    if (scene.has_normals) return;
+    if (!scene.normals)
+        scene.normals.emplace(scene.meshes.topology().triangles, scene.meshes.normal_ids());
+    scene.arena().execute([&] { scene.normals->update(scene.pose.positions()); });
+    scene.has_normals = true;
+}
+
 /// A product of image sizes that is at least 2^32 - 1 stays there, so that it is refused.
 std::uint32_t times(std::uint32_t pixels, std::uint32_t side) {
     return static_cast<std::uint32_t>(
@@ -109,22 +103,12 @@ std::uint32_t times(std::uint32_t pixels, std::uint32_t side) {
 
 }  // namespace
 
-bool ImageShader::is_needed_for(const View& view) {
-    return view.shading != Shading::plain || view.samples != 1;
-}
-
-void ImageShader::prepare_normals(const MeshList& meshes, const PoseReader& pose,
-                                  mray::ThreadArena& arena) {
-    if (has_normals_) return;
-    if (!normals_) normals_.emplace(meshes.topology().triangles, meshes.normal_ids());
-    arena.execute([&] { normals_->update(pose.positions()); });
-    has_normals_ = true;
-}
-
-void ImageShader::render(const View& view, const MeshList& meshes, const PoseReader& pose,
-                         mray::Backend& backend, mray::ThreadArena& arena, TracedImage& traced,
-                         Image& image) {
-    const mray::Watch watch(view.cancel, view.done);
+void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, TracedImage& traced,
+                Image& image) {
+    const MeshList& meshes = scene.meshes;
+    const PoseReader& pose = scene.pose;
+    mray::Backend& backend = *scene.tracer;
+    mray::ThreadArena& arena = scene.arena();
     const LitKind kind = kind_of(view.shading);
     const bool is_lit = kind == LitKind::kLit;
     const bool is_smooth = (is_lit || kind == LitKind::kNormal) && !view.flat;
@@ -161,28 +145,23 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
 
     const bool has_smooth = is_smooth && meshes.is_smooth();
     mray::Stopwatch stopwatch;
-    const bool has_alpha_test = meshes.has_alpha_test();
-    const TracedScene scene{
-        .mesh = {&meshes.topology(), pose.positions()},
-        .textures = has_alpha_test ? meshes.textures() : mray::cpu::TexturedTriangles(),
-        .backend = backend,
-        .arena = arena,
-        .cancel = view.cancel};
-    if (is_lit && has_alpha_test) image.ray_count += apply_alpha_test(scene, traced);
-    if (has_smooth) prepare_normals(meshes, pose, arena);
+    if (is_lit && meshes.has_alpha_test())
+        image.ray_count += apply_alpha_test(scene, watch, traced);
+    if (has_smooth) update_normals(scene);
     if (is_heat) colour_by_tree(view.shading, backend, arena, watch, traced);
-    const GreyDepths depths = grey_depths(mray::resolve_view(spec, pose.bounds()), pose);
+    const mray::DepthRange depths =
+        mray::depth_range(mray::resolve_view(spec, pose.bounds()).eye, pose.bounds());
     const mray::cpu::LitSamples samples{
         .params = traced.params,
         .side = side,
         .kind = kind,
         .up = unit_vector(view.up),
-        .near = depths.near,
-        .per_depth = depths.per_depth,
+        .near = static_cast<float>(pose.space().length_to_scene(depths.near)),
+        .per_depth = static_cast<float>(1 / pose.space().length_to_scene(depths.range)),
         .topology = meshes.topology(),
         .positions = pose.positions(),
-        .normal_ids = has_smooth ? normals_->ids() : std::span<const mray::uvec3>(),
-        .normals = has_smooth ? normals_->normals() : std::span<const mray::vec3>(),
+        .normal_ids = has_smooth ? scene.normals->ids() : std::span<const mray::uvec3>(),
+        .normals = has_smooth ? scene.normals->normals() : std::span<const mray::vec3>(),
         .textures = meshes.textures(),
         .hits = traced.samples.hits,
         .shadows = traced.samples.occlusion,
@@ -192,7 +171,7 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
     if (is_lit) {
         if (has_smooth) {
             image.ray_count +=
-                light_smooth_surfaces(scene, shader_, samples, traced.samples.occlusion);
+                light_smooth_surfaces(scene, watch, samples, traced.samples.occlusion);
         }
         image.trace_ms += stopwatch.ms();
         stopwatch = mray::Stopwatch();
@@ -215,8 +194,8 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
                 image.lit_pixels.empty()
                     ? nullptr
                     : reinterpret_cast<mray::cpu::LitPixel*>(&image.lit_pixels[first]);
-            shader_.shade_rows(samples, begin, std::min(begin + band, view.height),
-                               image.pixels.data() + first, details);
+            scene.shader.shade_rows(samples, begin, std::min(begin + band, view.height),
+                                    image.pixels.data() + first, details);
             shading.set_done(++done, bands);
         });
     });

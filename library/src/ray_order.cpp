@@ -1,4 +1,4 @@
-#include "library/src/queries/ray_order.h"
+#include "library/src/ray_order.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <utility>
-#include <vector>
+
+#include "library/src/ray_runs.h"
 
 namespace morphray::detail {
 namespace {
@@ -82,58 +83,68 @@ RayCurve curve_over(std::span<const Range> ranges, double extent) {
     return curve;
 }
 
-}  // namespace
+// Bits of all coordinates together: two passes over 2^11 places.
+constexpr std::uint32_t kPassBits = 11;
+constexpr std::uint32_t kBits = 2 * kPassBits;
 
-void find_tiled_places(std::size_t width, std::size_t total, std::size_t begin,
-                       std::span<std::size_t> places) {
-    const std::size_t band_size = kTileSide * width;
-    const std::size_t tiled = total / width / kTileSide * band_size;
-    std::size_t filled = 0;
-    while (filled < places.size() && begin + filled < tiled) {
-        // The rest of a tile. Columns beside the tiles are a narrower one.
-        const std::size_t in_band = (begin + filled) % band_size;
-        const std::size_t x = in_band / (kTileSide * kTileSide) * kTileSide;
-        const std::size_t tile_width = std::min(kTileSide, width - x);
-        const std::size_t in_tile = in_band - x * kTileSide;
-        const std::size_t corner = begin + filled - in_band + x;
-        std::size_t column = in_tile % tile_width;
-        for (std::size_t y = in_tile / tile_width; y < kTileSide && filled < places.size(); ++y) {
-            for (; column < tile_width && filled < places.size(); ++column)
-                places[filled++] = corner + y * width + column;
-            column = 0;
-        }
-    }
-    for (; filled < places.size(); ++filled) places[filled] = begin + filled;
+struct Item {
+    std::uint32_t key;
+    std::uint32_t index;
+};
+
+/// x with a zero between its bits, for x < 2^16.
+std::uint32_t spread_by_2(std::uint32_t x) {
+    x = (x | (x << 8)) & 0x00FF00FFu;
+    x = (x | (x << 4)) & 0x0F0F0F0Fu;
+    x = (x | (x << 2)) & 0x33333333u;
+    return (x | (x << 1)) & 0x55555555u;
 }
 
-RayCurve curve_of(std::span<const Ray> rays, double extent) {
+/// x with two zeros between its bits, for x < 2^10.
+std::uint32_t spread_by_3(std::uint32_t x) {
+    x = (x | (x << 16)) & 0x030000FFu;
+    x = (x | (x << 8)) & 0x0300F00Fu;
+    x = (x | (x << 4)) & 0x030C30C3u;
+    return (x | (x << 2)) & 0x09249249u;
+}
+
+void sort_by_digit(std::span<const Item> from, std::span<Item> to, std::uint32_t shift) {
+    constexpr std::uint32_t kMask = (1u << kPassBits) - 1;
+    std::vector<std::uint32_t> next(std::size_t{1} << kPassBits);
+    for (const Item& item : from) ++next[(item.key >> shift) & kMask];
+    std::uint32_t sum = 0;
+    for (std::uint32_t& count : next) sum += std::exchange(count, sum);
+    for (const Item& item : from) to[next[(item.key >> shift) & kMask]++] = item;
+}
+
+}  // namespace
+
+void RaySorter::choose_curve(std::span<const Ray> rays, double extent) {
     assert(!rays.empty());
     std::array<Coordinates, kSamples> samples;
     for (std::size_t i = 0; i < kSamples; ++i)
         samples[i] = mray::cpu::ray_coordinates(stored(rays)[(rays.size() - 1) / kSamples * i]);
     std::array<Range, RayCurve::kCoordinates> ranges;
     for (std::size_t k = 0; k < ranges.size(); ++k) ranges[k] = range_of(samples, k);
-    return curve_over(ranges, extent);
-}
-
-void RaySorter::make_room(std::size_t rays) {
-    assert(rays <= kMost);
-    if (places_.size() >= rays) return;
-    keys_.resize(rays);
-    items_.resize(rays);
-    places_.resize(rays);
+    curve_ = curve_over(ranges, extent);
 }
 
 std::span<const std::uint32_t> RaySorter::sort(std::span<const Ray> rays,
-                                               const mray::cpu::RayKeys& ray_keys,
+                                               const mray::SimdTarget& target,
                                                mray::ThreadArena* arena) {
-    assert(rays.size() <= places_.size());
+    assert(rays.size() <= kMost);
     const std::size_t count = rays.size();
+    if (places_.size() < count) {
+        keys_.resize(count);
+        items_.resize(count);
+        places_.resize(count);
+    }
+    const mray::cpu::RayKeys ray_keys(curve_, target);
     // By the upper digit, in blocks; then each digit's rays by the lower one.
     std::array<Counts, kMost / kBlock> counts;
     const std::size_t blocks = (count + kBlock - 1) / kBlock;
     const auto end_of = [&](std::size_t block) { return std::min((block + 1) * kBlock, count); };
-    for_each_part(arena, blocks, [&](std::size_t block) {
+    for_each_index(arena, blocks, [&](std::size_t block) {
         const std::size_t begin = block * kBlock;
         const std::span keys = std::span(keys_).subspan(begin, end_of(block) - begin);
         ray_keys.find(stored(rays.subspan(begin, keys.size())), keys);
@@ -148,7 +159,7 @@ std::span<const std::uint32_t> RaySorter::sort(std::span<const Ray> rays,
             sum += std::exchange(counts[block][digit], sum);
     }
     begins[kDigits] = sum;
-    for_each_part(arena, blocks, [&](std::size_t block) {
+    for_each_index(arena, blocks, [&](std::size_t block) {
         Counts& next = counts[block];
         for (std::size_t i = block * kBlock; i < end_of(block); ++i) {
             const std::uint32_t key = keys_[i];
@@ -156,7 +167,7 @@ std::span<const std::uint32_t> RaySorter::sort(std::span<const Ray> rays,
             items_[next[key >> kDigitBits]++] = key << kIndexBits | index;
         }
     });
-    for_each_part(arena, kDigits, [&](std::size_t digit) {
+    for_each_index(arena, kDigits, [&](std::size_t digit) {
         const std::span<const std::uint32_t> items =
             std::span(items_).subspan(begins[digit], begins[digit + 1] - begins[digit]);
         Counts next{};
@@ -170,14 +181,41 @@ std::span<const std::uint32_t> RaySorter::sort(std::span<const Ray> rays,
     return std::span(places_).first(count);
 }
 
-std::unique_ptr<RaySorter> RaySorterStore::take() {
-    const std::lock_guard lock(mutex_);
-    return kept_ ? std::move(kept_) : std::make_unique<RaySorter>();
-}
-
-void RaySorterStore::keep(std::unique_ptr<RaySorter> sorter) {
-    const std::lock_guard lock(mutex_);
-    kept_ = std::move(sorter);
+std::vector<std::uint32_t> order_points(std::span<const mray::vec3> points, PointOrder by) {
+    const int axes = by == PointOrder::columns ? 2 : 3;
+    constexpr float kMost = std::numeric_limits<float>::max();
+    float lower[3] = {kMost, kMost, kMost};
+    float upper[3] = {-kMost, -kMost, -kMost};
+    for (const mray::vec3& p : points) {
+        for (int axis = 0; axis < 3; ++axis) {
+            lower[axis] = std::min(lower[axis], p[axis]);
+            upper[axis] = std::max(upper[axis], p[axis]);
+        }
+    }
+    const auto cells = static_cast<float>(1u << (kBits / static_cast<std::uint32_t>(axes)));
+    float scale[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        const float extent = upper[axis] - lower[axis];
+        scale[axis] = extent > 0 && extent <= kMost ? cells / extent : 0;
+    }
+    std::vector<Item> items(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        std::uint32_t key = 0;
+        for (int axis = 0; axis < axes; ++axis) {
+            const float cell = (points[i][axis] - lower[axis]) * scale[axis];
+            // Comparisons that are false for NaN.
+            const float clamped = cell >= 0 ? (cell < cells ? cell : cells - 1) : 0;
+            const auto number = static_cast<std::uint32_t>(clamped);
+            key |= (axes == 2 ? spread_by_2(number) : spread_by_3(number)) << axis;
+        }
+        items[i] = {key, static_cast<std::uint32_t>(i)};
+    }
+    std::vector<Item> sorted(items.size());
+    sort_by_digit(items, sorted, 0);
+    sort_by_digit(sorted, items, kPassBits);
+    std::vector<std::uint32_t> order(items.size());
+    for (std::size_t i = 0; i < items.size(); ++i) order[i] = items[i].index;
+    return order;
 }
 
 }  // namespace morphray::detail

@@ -1,0 +1,87 @@
+#include "library/src/ray_space.h"
+
+#include <cmath>
+
+#include "common/interop/arithmetic.h"
+
+namespace morphray::detail {
+namespace {
+
+// The largest exponent of a power of two that floats are multiplied by: it and its inverse are
+// normal.
+constexpr int kMostExponent = 126;
+
+/// A ray in scene space that hits nothing: its interval is empty.
+constexpr mray::Ray kNoRay = {.org = {0, 0, 0}, .tnear = 1, .dir = {0, 0, 1}, .tfar = 0};
+
+}  // namespace
+
+RaySpace::RaySpace(const mray::SceneSpace& space, const mray::SimdTarget& target)
+    : space_(space),
+      maker_(space, target),
+      centre_{static_cast<float>(space.centre(0)), static_cast<float>(space.centre(1)),
+              static_cast<float>(space.centre(2))},
+      scale_(std::abs(space.exponent()) <= kMostExponent ? std::ldexp(1.0f, space.exponent())
+                                                         : std::nanf("")) {}
+
+/// Refuses rays with numbers that need more than floats, too. It does what SceneRayMaker does in
+/// vectors (cpu/scene_space/scene_rays.cpp says why the bits are those of doubles), in a shorter
+/// chain of operations, for which a call for one ray waits.
+std::optional<int> RaySpace::to_scene_in_floats(const Ray& world, mray::Ray& scene) const {
+    const float org[3] = {world.org.x, world.org.y, world.org.z};
+    bool is_near = true;
+    for (int axis = 0; axis < 3; ++axis) {
+        const float scaled = (org[axis] - centre_[axis]) * scale_;
+        is_near &= std::abs(scaled) < mray::kOriginExtent;
+        scene.org[axis] = mray::snap_coordinate(scaled);
+    }
+    // Bits of numbers that are not negative are in their order; those of NaN are the largest.
+    const std::uint32_t largest =
+        std::max({magnitude(world.dir.x), magnitude(world.dir.y), magnitude(world.dir.z)});
+    const std::uint32_t power = largest & 0x7F800000u;
+    const auto dir_scale = std::bit_cast<float>(0x7F000000u - power);
+    const float dir[3] = {world.dir.x, world.dir.y, world.dir.z};
+    for (int axis = 0; axis < 3; ++axis)
+        scene.dir[axis] = mray::snap_direction_component(dir[axis] * dir_scale);
+    const int exponent = space_.exponent() + (static_cast<int>(power >> 23) - 127);
+    const auto t_scale = std::bit_cast<float>(static_cast<std::uint32_t>(exponent + 127) << 23);
+    scene.tnear = std::min(std::max(world.tnear, 0.0f) * t_scale, mray::kInfiniteT);
+    scene.tfar = std::min(world.tfar * t_scale, mray::kInfiniteT);
+    if (scene.tnear < 0x1p-100f) scene.tnear = 0;
+    const bool is_plain = is_near & (power - 0x00800000u < 0x7E800000u) &
+                          (std::abs(exponent) <= kMostExponent) & (world.tnear <= world.tfar) &
+                          (scene.tfar >= 0x1p-100f);
+    return is_plain ? std::optional(-exponent) : std::nullopt;
+}
+
+std::optional<int> RaySpace::to_scene(const Ray& world, mray::Ray& scene) const {
+    if (const std::optional<int> exponent = to_scene_in_floats(world, scene)) return exponent;
+    const mray::SceneRay ray = mray::to_scene(space_, {{world.org.x, world.org.y, world.org.z},
+                                                       {world.dir.x, world.dir.y, world.dir.z},
+                                                       world.tnear,
+                                                       world.tfar});
+    scene = ray.ray;
+    return ray.valid ? std::optional(ray.t_exponent) : std::nullopt;
+}
+
+void RaySpace::to_scene(std::span<const Ray> rays, mray::cpu::SceneRays& scene) const {
+    static_assert(sizeof(Ray) == sizeof(mray::StoredRay));
+    maker_.make({reinterpret_cast<const mray::StoredRay*>(rays.data()), rays.size()}, scene);
+    for (std::size_t k = 0; k < scene.hard_count; ++k) {
+        const std::size_t i = scene.hard[k];
+        const std::optional<int> exponent = to_scene(rays[i], scene.rays[i]);
+        if (!exponent) scene.rays[i] = kNoRay;
+        scene.t_exponents[2 * i + 1] = exponent.value_or(0);
+    }
+}
+
+bool RaySpace::to_scene(const Vec3& world, mray::vec3& scene) const {
+    if (!std::isfinite(world.x) || !std::isfinite(world.y) || !std::isfinite(world.z)) return false;
+    const mray::vec3 placed = space_.to_scene(mray::vec3(world.x, world.y, world.z));
+    for (int axis = 0; axis < 3; ++axis)
+        if (!(std::abs(placed[axis]) <= mray::kOriginExtent)) return false;
+    scene = placed;
+    return true;
+}
+
+}  // namespace morphray::detail

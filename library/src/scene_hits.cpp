@@ -1,0 +1,188 @@
+// The members of Scene that ask about all hits of rays.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "common/interop/hit_rule.h"
+#include "library/src/scene_impl.h"
+
+namespace morphray {
+namespace {
+
+using detail::ask_in_parts;
+using detail::require_room;
+using detail::SceneImpl;
+using detail::throw_bad_argument;
+using detail::with_scene;
+
+mray::Crossing crossing_of(Crossing crossing) {
+    return crossing == Crossing::each ? mray::Crossing::kEach : mray::Crossing::kOwner;
+}
+
+/// Rays in scene space, and what their t is multiplied by.
+struct SceneBatch {
+    std::vector<mray::Ray> rays;
+    std::vector<int> t_exponents;
+
+    SceneBatch(const detail::RaySpace& space, std::span<const Ray> world) {
+        rays.reserve(world.size());
+        t_exponents.reserve(world.size());
+        detail::for_runs_of(0, world.size(), nullptr, [&](std::size_t first, std::size_t count) {
+            mray::cpu::SceneRays run;
+            space.to_scene(world.subspan(first, count), run);
+            rays.insert(rays.end(), run.rays, run.rays + count);
+            for (std::size_t i = 0; i < count; ++i)
+                t_exponents.push_back(run.t_exponents[2 * i + 1]);
+        });
+    }
+};
+
+/// t in scene space of a hit of the last one of `passed` triangles. A power of two gives it
+/// exactly, unless t is rounded in world space: where it is a denormal, or too large for a float.
+/// Then the triangle is asked again.
+float scene_t(const SceneImpl& scene, const mray::Ray& ray, int t_exponent, float world_t,
+              std::uint32_t passed) {
+    using Limits = std::numeric_limits<float>;
+    const auto t = static_cast<float>(std::ldexp(static_cast<double>(world_t), -t_exponent));
+    const bool is_exact = world_t >= Limits::min() && world_t < Limits::max();
+    if (is_exact || passed == 0) return t;
+    const mray::uvec3 corners = scene.meshes.topology().triangles[passed - 1];
+    const std::span<const mray::vec3> positions = scene.pose.positions();
+    mray::TriangleHit hit;
+    const bool is_hit = mray::intersect_triangle(mray::shear_ray(ray.org, ray.dir), ray.tnear,
+                                                 ray.tfar, positions[corners.x],
+                                                 positions[corners.y], positions[corners.z], hit);
+    return is_hit && detail::to_world_t(hit.t, t_exponent) == world_t ? hit.t : t;
+}
+
+/// Answers one ray by find(ray, t_exponent), in scene space.
+template <class Find>
+Hit ask_one(SceneImpl& scene, const Ray& ray, Find find) {
+    Hit hit;
+    ask_in_parts(scene, 1, nullptr, [&](std::size_t, std::size_t) {
+        mray::Ray asked;
+        const std::optional<int> t_exponent = scene.space->to_scene(ray, asked);
+        if (!t_exponent) return;
+        hit = to_world(scene.meshes, find(asked, *t_exponent), *t_exponent);
+    });
+    return hit;
+}
+
+}  // namespace
+
+void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Crossing crossing,
+                  Coherence coherence, const std::atomic<bool>* cancel) const {
+    with_scene(impl_, [&](SceneImpl& scene) {
+        require_room(rays.size(), "rays", counts.size());
+        const auto ask = [&](std::span<const Ray> some, std::span<std::uint64_t> counts_of_some) {
+            const SceneBatch batch(*scene.space, some);
+            scene.tracer->query(
+                mray::CountQuery{batch.rays, crossing_of(crossing), counts_of_some});
+        };
+        // Rays of an image are sorted, too: neighbours in a row alone are less alike.
+        detail::for_ordered_parts(
+            scene, rays, coherence.kind != Coherence::Kind::none, detail::RaySorter::kMost,
+            &scene.arena(), cancel, [&](std::size_t first, auto part, auto order) {
+                const auto answers = counts.subspan(first, part.size());
+                ask_in_parts(scene, part.size(), cancel, [&](std::size_t begin, std::size_t size) {
+                    if (order.empty()) {
+                        ask(part.subspan(begin, size), answers.subspan(begin, size));
+                        return;
+                    }
+                    std::vector<Ray> some(size);
+                    std::vector<std::uint64_t> counts_of_some(size);
+                    for (std::size_t i = 0; i < size; ++i) some[i] = part[order[begin + i]];
+                    ask(some, counts_of_some);
+                    for (std::size_t i = 0; i < size; ++i)
+                        answers[order[begin + i]] = counts_of_some[i];
+                });
+            });
+        detail::throw_if_cancelled(cancel);
+    });
+}
+
+AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& options) const {
+    /// The answers of rays from `first` on.
+    struct Part {
+        std::size_t first;
+        std::vector<std::uint32_t> listed;
+        std::vector<std::uint64_t> total;
+        std::vector<Hit> hits;
+    };
+    return with_scene(impl_, [&](SceneImpl& scene) {
+        std::mutex mutex;
+        std::vector<Part> parts;
+        ask_in_parts(scene, rays.size(), options.cancel, [&](std::size_t begin, std::size_t size) {
+            const SceneBatch batch(*scene.space, rays.subspan(begin, size));
+            mray::HitLists lists;
+            scene.tracer->query(mray::ListQuery{batch.rays, crossing_of(options.crossing),
+                                                options.max_hits, lists});
+            Part part{begin, std::move(lists.listed), std::move(lists.total), {}};
+            part.hits.reserve(lists.hits.size());
+            auto hit = lists.hits.begin();
+            for (std::size_t i = 0; i < size; ++i) {
+                for (std::uint32_t k = 0; k < part.listed[i]; ++k)
+                    part.hits.push_back(to_world(scene.meshes, *hit++, batch.t_exponents[i]));
+            }
+            const std::scoped_lock lock(mutex);
+            parts.push_back(std::move(part));
+        });
+        std::ranges::sort(parts, {}, &Part::first);
+        AllHits all;
+        all.offsets.reserve(rays.size() + 1);
+        all.left_out.reserve(rays.size());
+        std::size_t hit_count = 0;
+        for (const Part& part : parts) hit_count += part.hits.size();
+        all.hits.reserve(hit_count);
+        for (Part& part : parts) {
+            for (std::size_t i = 0; i < part.listed.size(); ++i) {
+                all.offsets.push_back(all.offsets.back() + part.listed[i]);
+                all.left_out.push_back(part.total[i] - part.listed[i]);
+            }
+            all.hits.insert(all.hits.end(), part.hits.begin(), part.hits.end());
+            part = {};
+        }
+        return all;
+    });
+}
+
+Hit Scene::intersect(const Ray& ray, const Hit& after, Crossing crossing) const {
+    return with_scene(impl_, [&](SceneImpl& scene) -> Hit {
+        if (std::isnan(after.t)) throw_bad_argument("after: its t is NaN");
+        if (!after) return {};
+        return ask_one(scene, ray, [&](const mray::Ray& asked, int t_exponent) {
+            mray::HitCursor cursor;
+            const std::uint32_t passed = scene.meshes.count_up_to(after.geom_id, after.prim_id);
+            cursor.t = scene_t(scene, asked, t_exponent, after.t, passed);
+            if (passed != 0) {
+                cursor.prim_id = passed - 1;
+            } else {  // All hits at this t come after it.
+                cursor.t = std::nextafter(cursor.t, -std::numeric_limits<float>::infinity());
+                cursor.prim_id = mray::kNoPrim;
+            }
+            mray::Hit found;
+            scene.tracer->query(
+                mray::NextQuery{{&asked, 1}, {&cursor, 1}, crossing_of(crossing), {&found, 1}});
+            return found;
+        });
+    });
+}
+
+Hit Scene::intersect_visible(const Ray& ray, std::span<const std::uint8_t> is_visible) const {
+    return with_scene(impl_, [&](SceneImpl& scene) {
+        return ask_one(scene, ray, [&](const mray::Ray& asked, int) {
+            mray::Hit found;
+            scene.tracer->query(
+                mray::VisibleQuery{{&asked, 1}, scene.meshes.visible(is_visible), {&found, 1}});
+            return found;
+        });
+    });
+}
+
+}  // namespace morphray

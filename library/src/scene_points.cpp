@@ -1,0 +1,241 @@
+// The members of Scene that ask about points.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "common/base/errors.h"
+#include "common/interop/closest_rule.h"
+#include "common/scene/exact_crossing.h"
+#include "cpu/queries/tree_queries.h"
+#include "library/src/scene_impl.h"
+
+namespace morphray {
+namespace {
+
+using detail::ask_in_parts;
+using detail::PointOrder;
+using detail::require_room;
+using detail::SceneImpl;
+using detail::throw_bad_argument;
+using detail::with_scene;
+using Cancel = const std::atomic<bool>*;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr std::size_t kMostPoints = std::numeric_limits<std::uint32_t>::max();
+// Points up to this number are asked about in the order given.
+constexpr std::size_t kFewPoints = 64;
+
+/// The crossings of a half-line from a point.
+struct PointWinding {
+    std::int32_t winding = 0;
+    std::uint32_t crossings = 0;
+    bool is_on_surface = false;
+
+    void add(const mray::ExactCrossing& crossing) {
+        winding += crossing.sign;
+        crossings += crossing.sign != 0;
+        is_on_surface |= crossing.is_on_triangle;
+    }
+    bool is_inside(FillRule rule) const {
+        if (is_on_surface) return true;
+        return rule == FillRule::nonzero ? winding != 0 : (crossings & 1) != 0;
+    }
+};
+
+/// The closest triangle of a point, and the place on it.
+struct PlacedTriangle {
+    std::uint32_t prim_id = mray::kNoPrim;
+    mray::NearPoint place;
+};
+
+/// In world space, where 1 in scene space is `scale` long.
+float distance_of(float d2, double scale) {
+    return static_cast<float>(std::sqrt(static_cast<double>(d2)) * scale);
+}
+
+/// Points in scene space; those that are not finite or too far away have is_within 0 and some
+/// place.
+struct ScenePoints {
+    std::vector<mray::vec3> points;
+    std::vector<std::uint8_t> is_within;
+    /// The order to ask in; empty for the one given.
+    std::vector<std::uint32_t> order;
+
+    ScenePoints(const detail::RaySpace& space, std::span<const Vec3> world, PointOrder by) {
+        if (world.size() > kMostPoints) {
+            throw mray::Error(mray::ErrorKind::kLimit,
+                              "more than 4294967295 points; ask about fewer at a time");
+        }
+        points.resize(world.size(), mray::vec3(0, 0, 0));
+        is_within.resize(world.size());
+        for (std::size_t i = 0; i < world.size(); ++i)
+            is_within[i] = space.to_scene(world[i], points[i]) ? 1 : 0;
+        sort(by);
+    }
+    void sort(PointOrder by) {
+        if (points.size() > kFewPoints) order = detail::order_points(points, by);
+    }
+};
+
+/// Asks find(points, answers, index) about the points in their order, where index(i) is the number
+/// of points[i] among all, and calls visit(i, answer) for each of them that is within reach.
+template <class Answer, class Find, class Visit>
+void ask_points(SceneImpl& scene, const ScenePoints& points, Cancel cancel, Find find,
+                Visit visit) {
+    ask_in_parts(scene, points.points.size(), cancel, [&](std::size_t begin, std::size_t size) {
+        std::vector<mray::vec3> asked(size);
+        std::vector<Answer> answers(size);
+        const auto index = [&](std::size_t i) {
+            return points.order.empty() ? begin + i : points.order[begin + i];
+        };
+        for (std::size_t i = 0; i < size; ++i) asked[i] = points.points[index(i)];
+        find(std::span<const mray::vec3>(asked), std::span(answers), index);
+        for (std::size_t i = 0; i < size; ++i)
+            if (points.is_within[index(i)] != 0) visit(index(i), answers[i]);
+    });
+}
+
+/// Finds the crossings of points, exactly, and calls visit(i, winding) for each of them that is
+/// within reach.
+template <class Visit>
+void wind(SceneImpl& scene, std::span<const Vec3> world, const ScenePoints& points, Cancel cancel,
+          Visit visit) {
+    const auto find = [&](auto asked, auto answers, auto index) {
+        std::vector<mray::FloatWinding> windings(asked.size());
+        std::vector<mray::UncertainCrossing> uncertain;
+        scene.tracer->query(mray::WindingQuery{asked, windings, uncertain});
+        for (std::size_t i = 0; i < answers.size(); ++i)
+            answers[i] = {windings[i].winding, windings[i].crossings, false};
+        for (const mray::UncertainCrossing& one : uncertain) {
+            const std::size_t at = index(one.point);
+            if (points.is_within[at] == 0) continue;
+            const mray::uvec3 t = scene.meshes.topology().triangles[one.prim_id];
+            answers[one.point].add(mray::exact_crossing(
+                {world[at].x, world[at].y, world[at].z}, scene.pose.world_position(t.x),
+                scene.pose.world_position(t.y), scene.pose.world_position(t.z)));
+        }
+    };
+    ask_points<PointWinding>(scene, points, cancel, find, visit);
+}
+
+/// At least the squares of all distances in scene space that distance_of() takes to max_distance or
+/// less. Throws Error for a max_distance that is negative or NaN.
+float most_d2(const SceneImpl& scene, float max_distance) {
+    if (!(max_distance >= 0))
+        throw_bad_argument(fmt::format("max_distance: {} is not 0 or more", max_distance));
+    // The next float, because distances are rounded, by up to a half of them if they are denormals;
+    // and a little more than its square.
+    const double most = scene.pose.space().length_to_scene(std::nextafter(max_distance, kInfinity));
+    return static_cast<float>(std::min(most * most * (1 + 0x1p-20), double{mray::kAnyDistance2}));
+}
+
+/// `scale` is the length in world space of 1 in scene space.
+ClosestPoint to_world(const SceneImpl& scene, mray::vec3 point, std::uint32_t prim_id,
+                      const mray::NearPoint& near, double scale) {
+    float world[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        const double in_scene = static_cast<double>(point[axis]) + double{near.offset[axis]};
+        world[axis] = static_cast<float>(in_scene * scale + scene.pose.space().centre(axis));
+    }
+    const int zeros = (near.u == 0) + (near.v == 0) + (1.0f - (near.u + near.v) <= 0);
+    const Hit hit = scene.meshes.locate(0, near.u, near.v, prim_id);
+    return {.point = {world[0], world[1], world[2]},
+            .distance = distance_of(near.d2, scale),
+            .u = near.u,
+            .v = near.v,
+            .prim_id = hit.prim_id,
+            .geom_id = hit.geom_id,
+            .feature = zeros == 0   ? Feature::face
+                       : zeros == 1 ? Feature::edge
+                                    : Feature::vertex};
+}
+
+}  // namespace
+
+void Scene::winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
+                    const std::atomic<bool>* cancel) const {
+    with_scene(impl_, [&](SceneImpl& scene) {
+        require_room(points.size(), "points", windings.size());
+        std::ranges::fill(windings, 0);
+        wind(scene, points, {*scene.space, points, PointOrder::columns}, cancel,
+             [&](std::size_t i, const PointWinding& winding) { windings[i] = winding.winding; });
+    });
+}
+
+void Scene::contains(std::span<const Vec3> points, std::span<std::uint8_t> inside, FillRule rule,
+                     const std::atomic<bool>* cancel) const {
+    with_scene(impl_, [&](SceneImpl& scene) {
+        require_room(points.size(), "points", inside.size());
+        std::ranges::fill(inside, std::uint8_t{0});
+        wind(scene, points, {*scene.space, points, PointOrder::columns}, cancel,
+             [&](std::size_t i, const PointWinding& winding) {
+                 inside[i] = winding.is_inside(rule) ? 1 : 0;
+             });
+    });
+}
+
+void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
+                           float max_distance, const std::atomic<bool>* cancel) const {
+    with_scene(impl_, [&](SceneImpl& scene) {
+        require_room(points.size(), "points", closest.size());
+        const float most = most_d2(scene, max_distance);
+        std::ranges::fill(closest, ClosestPoint{});
+        const double scale = scene.pose.space().length_to_world(1);
+        const ScenePoints asked(*scene.space, points, PointOrder::places);
+        const auto find = [&](std::span<const mray::vec3> run, auto answers, auto) {
+            std::vector<mray::ClosestTriangle> found(run.size());
+            std::vector<mray::NearPoint> places(run.size());
+            scene.tracer->query(mray::ClosestQuery{run, most, found});
+            mray::cpu::find_places(scene.target(), run, found, scene.meshes.topology().triangles,
+                                   scene.pose.positions(), places);
+            for (std::size_t i = 0; i < run.size(); ++i) answers[i] = {found[i].prim_id, places[i]};
+        };
+        ask_points<PlacedTriangle>(
+            scene, asked, cancel, find, [&](std::size_t i, const PlacedTriangle& found) {
+                if (found.prim_id == mray::kNoPrim) return;
+                const ClosestPoint place =
+                    to_world(scene, asked.points[i], found.prim_id, found.place, scale);
+                if (place.distance <= max_distance) closest[i] = place;
+            });
+    });
+}
+
+void Scene::signed_distance(std::span<const Vec3> points, std::span<float> distances, FillRule rule,
+                            float max_distance, const std::atomic<bool>* cancel) const {
+    with_scene(impl_, [&](SceneImpl& scene) {
+        require_room(points.size(), "points", distances.size());
+        const float most = most_d2(scene, max_distance);
+        const auto is_finite = [](const Vec3& p) {
+            return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+        };
+        for (std::size_t i = 0; i < points.size(); ++i)
+            distances[i] =
+                is_finite(points[i]) ? kInfinity : std::numeric_limits<float>::quiet_NaN();
+        ScenePoints asked(*scene.space, points, PointOrder::places);
+        const double scale = scene.pose.space().length_to_world(1);
+        ask_points<mray::ClosestTriangle>(
+            scene, asked, cancel,
+            [&](auto run, auto answers, auto) {
+                scene.tracer->query(mray::ClosestQuery{run, most, answers});
+            },
+            [&](std::size_t i, const mray::ClosestTriangle& found) {
+                if (found.prim_id == mray::kNoPrim) return;
+                const float distance = distance_of(found.d2, scale);
+                if (distance <= max_distance) distances[i] = distance;
+            });
+        asked.sort(PointOrder::columns);
+        wind(scene, points, asked, cancel, [&](std::size_t i, const PointWinding& winding) {
+            if (winding.is_on_surface) {
+                distances[i] = 0;
+            } else if (winding.is_inside(rule)) {
+                distances[i] = -distances[i];
+            }
+        });
+    });
+}
+
+}  // namespace morphray

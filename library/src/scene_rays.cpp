@@ -1,0 +1,288 @@
+// The members of Scene that trace rays.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <mutex>
+#include <type_traits>
+#include <vector>
+
+#include "library/src/ray_runs.h"
+#include "library/src/scene_impl.h"
+
+namespace morphray {
+namespace {
+
+using detail::kRun;
+using detail::SceneImpl;
+using detail::with_scene;
+using Cancel = const std::atomic<bool>*;
+
+// The answers of a tile's rays are prefetched this many rows ahead: processors do not foresee where
+// a row begins (lab/notes/cpu_tracer.md).
+constexpr std::size_t kRowsAhead = 2;
+// Rays that are gathered are prefetched this many ahead.
+constexpr std::size_t kRaysAhead = 16;
+// Rays that are handed to a device together, and where the caller may cancel. A submission cannot
+// be interrupted, and software devices trace some hundred thousand rays a second.
+constexpr std::size_t kDeviceBatch = std::size_t{1} << 18;
+constexpr std::size_t kCancelledBatch = std::size_t{1} << 15;
+// Rows of fewer rays are not traced as an image.
+constexpr std::size_t kLeastWidth = 8;
+
+// An Answer is a Hit, or 1 for a ray that hits anything and 0 for others.
+void set_answer(const SceneImpl& scene, const mray::Hit& hit, int t_exponent, Hit& answer) {
+    answer = to_world(scene.meshes, hit, t_exponent);
+}
+void set_answer(const SceneImpl&, const mray::Hit& hit, int, std::uint8_t& answer) {
+    answer = hit.prim_id != mray::kNoPrim ? 1 : 0;
+}
+
+/// Traces at most kRun rays in this thread.
+void trace_run(SceneImpl& scene, std::span<const Ray> rays, std::span<Hit> hits) {
+    mray::cpu::SceneRays run;
+    std::array<mray::Hit, kRun> found;
+    scene.space->to_scene(rays, run);
+    scene.tracer->trace(
+        {std::span(run.rays).first(rays.size()), std::span(found).first(rays.size())});
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        hits[i] = to_world(scene.meshes, found[i], run.t_exponents[2 * i + 1]);
+}
+void trace_run(SceneImpl& scene, std::span<const Ray> rays, std::span<std::uint8_t> occluded) {
+    mray::cpu::SceneRays run;
+    scene.space->to_scene(rays, run);
+    scene.tracer->trace({std::span(run.rays).first(rays.size()), {}, occluded});
+}
+
+/// Traces the rays of a tile of an image, which `rays` begins with, in packets: closest hits, which
+/// take less time than any hits of single rays. Returns false, and sets nothing, if they have no
+/// packet.
+template <class Answer>
+bool trace_tile(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> answers,
+                std::size_t row, std::size_t width, std::size_t height) {
+    mray::Ray first;
+    if (!scene.space->to_scene(rays.front(), first)) return false;
+    alignas(64) std::array<mray::Hit, mray::kStoredTileSide * mray::kStoredTileSide> found;
+    const mray::StoredRayTile tile{reinterpret_cast<const mray::StoredRay*>(rays.data()), row,
+                                   static_cast<std::uint32_t>(width),
+                                   static_cast<std::uint32_t>(height), first.org};
+    if (!scene.tracer->trace_stored(tile, found.data())) return false;
+    for (std::size_t y = 0; y < height; ++y) {
+        if (y + kRowsAhead < height) {
+            const Answer* const ahead = &answers[(y + kRowsAhead) * row];
+            for (std::size_t x = 0; x < width; x += 64 / sizeof(Answer))
+                __builtin_prefetch(ahead + x, 1);
+        }
+        for (std::size_t x = 0; x < width; ++x) {
+            const std::size_t i = y * row + x;
+            set_answer(scene, found[y * mray::kStoredTileSide + x],
+                       scene.space->t_exponent(rays[i].dir), answers[i]);
+        }
+    }
+    return true;
+}
+
+/// Traces rows of an image, as many as have tiles, until `cancel` is true. Returns the number of
+/// their rays. Runs in this thread if `arena` is null.
+template <class Answer>
+std::size_t trace_image(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> answers,
+                        std::size_t row, mray::ThreadArena* arena, Cancel cancel) {
+    constexpr std::size_t kSide = mray::kStoredTileSide;
+    constexpr std::size_t kStep = mray::kStoredTileStep;
+    const std::size_t width = row / kStep * kStep;
+    const std::size_t height = rays.size() / row / kStep * kStep;
+    const std::size_t columns = (width + kSide - 1) / kSide;
+    const std::size_t tiles = columns * ((height + kSide - 1) / kSide);
+    const auto run_range = [&](std::size_t begin, std::size_t end) {
+        detail::for_runs_of(begin, end, cancel, [&](std::size_t first, std::size_t count) {
+            trace_run(scene, rays.subspan(first, count), answers.subspan(first, count));
+        });
+    };
+    detail::for_each_index(arena, tiles, [&](std::size_t i) {
+        if (detail::is_cancelled(cancel)) return;
+        const std::size_t x0 = i % columns * kSide;
+        const std::size_t y0 = i / columns * kSide;
+        const std::size_t x1 = std::min(x0 + kSide, width);
+        const std::size_t y1 = std::min(y0 + kSide, height);
+        const std::size_t first = y0 * row + x0;
+        if (trace_tile(scene, rays.subspan(first), answers.subspan(first), row, x1 - x0, y1 - y0))
+            return;
+        for (std::size_t y = y0; y < y1; ++y) run_range(y * row + x0, y * row + x1);
+    });
+    // Columns beside the tiles.
+    if (width < row) {
+        detail::for_each_index(arena, height,
+                               [&](std::size_t y) { run_range(y * row + width, (y + 1) * row); });
+    }
+    return height * row;
+}
+
+/// The rays [first, first + count) of a part in its order. At most kRun of them are gathered in
+/// `room`; in the order given they are where they are.
+std::span<const Ray> in_order(std::span<const Ray> part, std::span<const std::uint32_t> order,
+                              std::size_t first, std::size_t count, std::array<Ray, kRun>& room) {
+    if (order.empty()) return part.subspan(first, count);
+    const std::span<const std::uint32_t> places = order.subspan(first, count);
+    for (std::size_t i = 0; i < count; ++i) {
+        __builtin_prefetch(&part[places[std::min(i + kRaysAhead, count - 1)]]);
+        room[i] = part[places[i]];
+    }
+    return std::span(room).first(count);
+}
+
+/// Traces a part of the rays on the host until `cancel` is true.
+template <class Answer>
+void trace_on_host(SceneImpl& scene, std::span<const Ray> part,
+                   std::span<const std::uint32_t> order, std::span<Answer> answers,
+                   mray::ThreadArena* arena, Cancel cancel) {
+    detail::for_each_run(arena, part.size(), cancel, [&](std::size_t first, std::size_t count) {
+        if (order.empty()) {
+            trace_run(scene, part.subspan(first, count), answers.subspan(first, count));
+            return;
+        }
+        std::array<Ray, kRun> room;
+        std::array<Answer, kRun> found;
+        const std::span<const Ray> rays = in_order(part, order, first, count, room);
+        for (std::size_t i = 0; i < count; ++i) __builtin_prefetch(&answers[order[first + i]], 1);
+        trace_run(scene, rays, std::span(found).first(count));
+        for (std::size_t i = 0; i < count; ++i) answers[order[first + i]] = found[i];
+    });
+}
+
+/// Traces rays on a device, and converts them in many threads. The reported cost is the time of
+/// tracing; it leaves out what the tree has no part in, such as waiting for other threads and
+/// compiling kernels.
+class DeviceTrace {
+public:
+    explicit DeviceTrace(SceneImpl& scene) : scene_(scene) {}
+
+    template <class Answer>
+    void trace(std::span<const Ray> part, std::span<const std::uint32_t> order,
+               std::span<Answer> answers) {
+        rays_.resize(part.size());
+        t_exponents_.resize(part.size());
+        hits_.resize(part.size());
+        const auto for_runs = [&](auto work) {
+            detail::for_each_run(&scene_.arena(), part.size(), nullptr, work);
+        };
+        for_runs([&](std::size_t first, std::size_t count) {
+            std::array<Ray, kRun> room;
+            mray::cpu::SceneRays run;
+            scene_.space->to_scene(in_order(part, order, first, count, room), run);
+            for (std::size_t i = 0; i < count; ++i) {
+                rays_[first + i] = run.rays[i];
+                t_exponents_[first + i] = run.t_exponents[2 * i + 1];
+            }
+        });
+        {
+            const std::scoped_lock lock(scene_.mutex);
+            scene_.tracer->trace({rays_, hits_});
+            scene_.cost.add(scene_.tracer->finish().trace_ms, part.size());
+        }
+        for_runs([&](std::size_t first, std::size_t count) {
+            for (std::size_t i = first; i < first + count; ++i)
+                set_answer(scene_, hits_[i], t_exponents_[i],
+                           answers[order.empty() ? i : order[i]]);
+        });
+    }
+
+private:
+    SceneImpl& scene_;
+    std::vector<mray::Ray> rays_;
+    std::vector<int> t_exponents_;
+    std::vector<mray::Hit> hits_;
+};
+
+template <class Answer>
+void trace_all(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> answers,
+               Coherence coherence, Threads threads, Cancel cancel) {
+    detail::require_room(rays.size(), "rays", answers.size());
+    if (!scene.tracer->info().answers_threads) {
+        DeviceTrace device(scene);
+        detail::for_ordered_parts(
+            scene, rays, coherence.kind == Coherence::Kind::sort,
+            cancel == nullptr ? kDeviceBatch : kCancelledBatch, &scene.arena(), cancel,
+            [&](std::size_t first, auto part, auto order) {
+                device.trace(part, order, answers.subspan(first, part.size()));
+            });
+        detail::throw_if_cancelled(cancel);
+        return;
+    }
+    mray::ThreadArena* const arena =
+        threads == Threads::calling || rays.size() <= detail::kFewRays ? nullptr : &scene.arena();
+    scene.cost.measure(rays.size(), [&] {
+        std::size_t done = 0;
+        if (coherence.kind == Coherence::Kind::image && coherence.width >= kLeastWidth)
+            done = trace_image(scene, rays, answers, coherence.width, arena, cancel);
+        detail::for_ordered_parts(
+            scene, rays.subspan(done), coherence.kind == Coherence::Kind::sort,
+            detail::RaySorter::kMost, arena, cancel, [&](std::size_t first, auto part, auto order) {
+                trace_on_host(scene, part, order, answers.subspan(done + first, part.size()), arena,
+                              cancel);
+            });
+        detail::throw_if_cancelled(cancel);
+    });
+}
+
+/// A ray in the calling thread, without the memory of runs.
+template <class Answer>
+Answer trace_one(SceneImpl& scene, const Ray& ray) {
+    Answer answer{};
+    if (!scene.tracer->info().answers_threads) {
+        DeviceTrace(scene).trace({&ray, 1}, {}, std::span(&answer, 1));
+        return answer;
+    }
+    scene.cost.measure(1, [&] {
+        mray::Ray in_scene;
+        const std::optional<int> t_exponent = scene.space->to_scene(ray, in_scene);
+        if (!t_exponent) return;
+        if constexpr (std::is_same_v<Answer, Hit>) {
+            mray::Hit found;
+            scene.tracer->trace({{&in_scene, 1}, {&found, 1}});
+            answer = to_world(scene.meshes, found, *t_exponent);
+        } else {
+            scene.tracer->trace({{&in_scene, 1}, {}, {&answer, 1}});
+        }
+    });
+    return answer;
+}
+
+}  // namespace
+
+void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
+                      const std::atomic<bool>* cancel) const {
+    with_scene(impl_, [&](SceneImpl& scene) {
+        trace_all(scene, rays, hits, coherence, Threads::all, cancel);
+    });
+}
+
+void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
+                      Coherence coherence) const {
+    with_scene(impl_, [&](SceneImpl& scene) {
+        trace_all(scene, rays, hits, coherence, threads, nullptr);
+    });
+}
+
+Hit Scene::intersect(const Ray& ray) const {
+    return with_scene(impl_, [&](SceneImpl& scene) { return trace_one<Hit>(scene, ray); });
+}
+
+void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+                     Coherence coherence, const std::atomic<bool>* cancel) const {
+    with_scene(impl_, [&](SceneImpl& scene) {
+        trace_all(scene, rays, occluded, coherence, Threads::all, cancel);
+    });
+}
+
+void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Threads threads,
+                     Coherence coherence) const {
+    with_scene(impl_, [&](SceneImpl& scene) {
+        trace_all(scene, rays, occluded, coherence, threads, nullptr);
+    });
+}
+
+bool Scene::occluded(const Ray& ray) const {
+    return with_scene(impl_,
+                      [&](SceneImpl& scene) { return trace_one<std::uint8_t>(scene, ray) != 0; });
+}
+
+}  // namespace morphray
