@@ -1,9 +1,7 @@
 // Arrays that start on a cache line and whose elements are written before they are read.
 #pragma once
 
-#ifdef __linux__
 #include <sys/mman.h>
-#endif
 
 #include <cstddef>
 #include <cstdint>
@@ -14,9 +12,8 @@
 namespace mray {
 
 /// Advises the kernel to back the memory with huge pages (2 MiB): one fault and one entry of the
-/// TLB instead of 512. Does nothing on other systems than Linux.
+/// TLB instead of 512.
 inline void ask_for_huge_pages(void* p, std::size_t size) {
-#ifdef __linux__
     constexpr std::uintptr_t kHugePage = std::uintptr_t{1} << 21;
     const auto begin = reinterpret_cast<std::uintptr_t>(p);
     const std::uintptr_t first = (begin + kHugePage - 1) & -kHugePage;
@@ -24,7 +21,6 @@ inline void ask_for_huge_pages(void* p, std::size_t size) {
     // Advice only, so a refusal does no harm.
     if (first < end)
         madvise(static_cast<std::byte*>(p) + (first - begin), end - first, MADV_HUGEPAGE);
-#endif
 }
 
 /// Memory that starts on a cache line (64 B). resize(n) leaves new elements of trivial types

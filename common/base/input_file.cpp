@@ -29,10 +29,6 @@ std::string why_not_opened(int error) {
         case EACCES:
         case EPERM:
             return "may not be read; check its permissions";
-        case ELOOP:
-            return "is a loop of symbolic links; give the file itself";
-        case ENAMETOOLONG:
-            return "name too long; check the path";
         default:
             return fmt::format("cannot be opened: {}; check the path",
                                std::generic_category().message(error));

@@ -13,6 +13,14 @@ Albedo channel(float value) {
     return static_cast<Albedo>(std::lround(std::clamp(value, 0.0f, 1.0f) * 255.0f));
 }
 
+/// Whether (e1 + r1) * (f2 + s2) - (e2 + r2) * (f1 + s1) is 0 because every product that a rounding
+/// error r or s takes part in is 0 and the others cancel exactly.
+bool products_cancel(float e1, float r1, float e2, float r2, float f1, float s1, float f2,
+                     float s2) {
+    return difference_of_products(e1, f2, e2, f1) == 0.0f && (r1 == 0.0f || f2 == 0.0f) &&
+           (s2 == 0.0f || e1 == 0.0f) && (r2 == 0.0f || f1 == 0.0f) && (s1 == 0.0f || e2 == 0.0f);
+}
+
 }  // namespace
 
 Albedo albedo_of(float r, float g, float b) {
@@ -41,18 +49,6 @@ DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3>
     }
     return count;
 }
-
-namespace {
-
-/// Whether (e1 + r1) * (f2 + s2) - (e2 + r2) * (f1 + s1) is 0 because every product that a rounding
-/// error r or s takes part in is 0 and the others cancel exactly.
-bool products_cancel(float e1, float r1, float e2, float r2, float f1, float s1, float f2,
-                     float s2) {
-    return difference_of_products(e1, f2, e2, f1) == 0.0f && (r1 == 0.0f || f2 == 0.0f) &&
-           (s2 == 0.0f || e1 == 0.0f) && (r2 == 0.0f || f1 == 0.0f) && (s1 == 0.0f || e2 == 0.0f);
-}
-
-}  // namespace
 
 bool has_area(vec3 a, vec3 b, vec3 c) {
     vec3 e = b - a;

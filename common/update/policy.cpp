@@ -369,17 +369,10 @@ PolicySpec parse_policy(const std::string& text) {
 
 std::unique_ptr<UpdatePolicy> make_update_policy(const PolicySpec& policy,
                                                  const UpdateConfig& config) {
-    switch (policy.kind) {
-        case PolicyKind::kRefit:
-            return std::make_unique<PeriodicPolicy>(0);
-        case PolicyKind::kRebuild:
-            return std::make_unique<PeriodicPolicy>(1);
-        case PolicyKind::kEvery:
-            assert(policy.period >= 1);
-            return std::make_unique<PeriodicPolicy>(policy.period);
-        default:
-            return std::make_unique<AutoPolicy>(config);
-    }
+    if (policy.kind == PolicyKind::kAuto) return std::make_unique<AutoPolicy>(config);
+    assert((policy.kind == PolicyKind::kEvery) == (policy.period >= 1));
+    const bool always = policy.kind == PolicyKind::kRebuild;
+    return std::make_unique<PeriodicPolicy>(always ? 1 : policy.period);
 }
 
 }  // namespace mray

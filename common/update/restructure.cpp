@@ -7,7 +7,6 @@
 
 #include "common/bvh/builder/binary_tree.h"
 #include "common/bvh/builder/collapse.h"
-#include "common/bvh/builder/meshlet.h"
 
 namespace mray {
 namespace {

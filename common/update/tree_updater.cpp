@@ -32,20 +32,9 @@ UpdateConfig for_tracer(UpdateConfig config, const Backend& tracer) {
 }  // namespace
 
 const char* name_of(TreeStep step) {
-    switch (step) {
-        case TreeStep::kBuilt:
-            return "build";
-        case TreeStep::kKept:
-            return "keep";
-        case TreeStep::kRefitted:
-            return "refit";
-        case TreeStep::kRestructured:
-            return "restructure";
-        case TreeStep::kRebuilt:
-            return "rebuild";
-        default:
-            return "swap";
-    }
+    // In the order of TreeStep.
+    constexpr const char* kNames[] = {"build", "keep", "refit", "restructure", "rebuild", "swap"};
+    return kNames[static_cast<std::size_t>(step)];
 }
 
 TreeUpdater::TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,

@@ -9,7 +9,6 @@
 #include "common/bvh/box.h"
 #include "common/bvh/builder/binary_tree.h"
 #include "common/bvh/builder/collapse.h"
-#include "common/bvh/builder/meshlet.h"
 
 namespace mray {
 namespace {

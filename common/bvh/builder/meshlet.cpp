@@ -1,6 +1,7 @@
-#include "common/bvh/builder/meshlet.h"
-
+// Makes leaves.
 #include <algorithm>
+
+#include "common/bvh/builder/binary_tree.h"
 
 namespace mray {
 namespace {

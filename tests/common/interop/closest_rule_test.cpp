@@ -116,25 +116,6 @@ TEST(ClosestRule, IsNotNearerThanAnyBoxAroundTheTriangle) {
     EXPECT_EQ(nearer, 0u);
 }
 
-TEST(ClosestRule, IsAsNearToABoxAsItsNearestPoint) {
-    Random random(9);
-    double largest = 0;
-    for (int i = 0; i < 200000; ++i) {
-        const Case one = random_case(random);
-        Box box;
-        for (const vec3& corner : {one.a, one.b, one.c}) box.extend(corner);
-        double exact = 0;
-        for (int axis = 0; axis < 3; ++axis) {
-            const double p = one.p[axis];
-            const double d = std::max({box.lower[axis] - p, p - box.upper[axis], 0.0});
-            exact += d * d;
-        }
-        const double found = box_distance2(one.p, box.lower, box.upper);
-        if (exact > 0) largest = std::max(largest, std::abs(found - exact) / exact);
-    }
-    EXPECT_LT(largest, 0x1p-21);
-}
-
 TEST(ClosestRule, GivesAVertexTheSameBitsInAllEdges) {
     Random random(10);
     std::size_t different = 0;

@@ -156,22 +156,6 @@ TEST(MakeImageParams, CopesWithASceneFarFromTheOrigin) {
     }
 }
 
-TEST(MakeImageParams, PassesOnOtherSettings) {
-    ViewSpec view = some_view();
-    view.rays = kRaysAo;
-    view.ao_count = 256;
-    view.ao_distance = 0.5;
-    view.light = {0, 4, 0};
-    const WorldBounds bounds = box(-1, 1);
-    const ImageParams params = params_of(view, bounds);
-    EXPECT_EQ(params.width, 101u);
-    EXPECT_EQ(params.height, 77u);
-    EXPECT_EQ(params.rays, kRaysAo);
-    EXPECT_EQ(params.ao_count, 256u);
-    EXPECT_EQ(params.ao_tfar, 0x1p19f);
-    EXPECT_EQ(params.light, vec3(0, 0x1p22f, 0));
-}
-
 TEST(ResolveView, FillsTheImageWithTheBounds) {
     const WorldBounds shapes[] = {box(-1, 1),
                                   box(100, 101),

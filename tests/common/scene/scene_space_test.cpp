@@ -166,14 +166,6 @@ TEST(SpaceOfFrame, IsThatOfTheReferenceUntilAFrameLeavesItsRange) {
     EXPECT_LE(extended.to_scene({9, 1, 1}).x, kSceneExtent);
 }
 
-TEST(SceneSpace, ConvertsListsAsItConvertsPoints) {
-    const SceneSpace space(WorldBounds{{-4, -4, -4}, {9, 9, 9}});
-    const std::vector<vec3> world = {{1, 2, 3}, {kNan, 0, 0}, {-4, 9, 1e-30f}};
-    std::vector<vec3> scene(3);
-    space.to_scene(world, scene);
-    for (int i = 0; i < 3; ++i) EXPECT_EQ(scene[i], space.to_scene(world[i]));
-}
-
 TEST(SceneSpace, ConvertsLengthsExactly) {
     for (const auto& points : scenes()) {
         const SceneSpace space(bounds_of(points));
