@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <optional>
-#include <utility>
 
 #include "app/terminal/failure.h"
 #include "app/terminal/progress.h"

@@ -1,7 +1,6 @@
 #include "app/commands/crosscheck/query_check.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <iterator>
 #include <limits>
@@ -107,26 +106,26 @@ std::size_t count_true(const std::vector<bool>& values) {
 
 }  // namespace
 
-Questions pseudo_random_questions(const Topology& topology, std::span<const vec3> positions,
-                                  std::uint32_t count) {
+CheckBatch pseudo_random_batch(const Topology& topology, std::span<const vec3> positions,
+                               std::uint32_t count) {
     Places places(topology, positions);
-    Questions questions;
+    CheckBatch batch;
     for (std::uint32_t i = 0; i < count; ++i) {
-        questions.rays.push_back(places.ray());
-        questions.points.push_back(places.any());
+        batch.rays.push_back(places.ray());
+        batch.points.push_back(places.any());
     }
-    return questions;
+    return batch;
 }
 
-Answers answers_of(const SceneQueries& queries, const Questions& questions) {
+Answers answers_of(const SceneQueries& queries, const CheckBatch& batch) {
     Answers answers;
-    queries.list(questions.rays, Crossing::kEach, kAllHits, answers.hits[0]);
-    queries.list(questions.rays, Crossing::kOwner, kAllHits, answers.hits[1]);
-    answers.windings.resize(questions.points.size());
-    queries.wind(questions.points, answers.windings, answers.uncertain);
+    queries.list(batch.rays, Crossing::kEach, kAllHits, answers.hits[0]);
+    queries.list(batch.rays, Crossing::kOwner, kAllHits, answers.hits[1]);
+    answers.windings.resize(batch.points.size());
+    queries.wind(batch.points, answers.windings, answers.uncertain);
     std::ranges::sort(answers.uncertain);
-    answers.closest.resize(questions.points.size());
-    queries.closest(questions.points, kAnyDistance2, answers.closest);
+    answers.closest.resize(batch.points.size());
+    queries.closest(batch.points, kAnyDistance2, answers.closest);
     return answers;
 }
 
