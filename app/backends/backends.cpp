@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <utility>
 
 #include "app/backends/device_check.h"
 #include "app/terminal/failure.h"

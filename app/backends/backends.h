@@ -2,7 +2,6 @@
 // in.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>

@@ -71,10 +71,10 @@ inline constexpr Choice<morphray::Crossing> kCrossings[] = {{"each", morphray::C
                                                             {"owner", morphray::Crossing::owner}};
 inline constexpr Choice<morphray::FillRule> kFillRules[] = {
     {"nonzero", morphray::FillRule::nonzero}, {"odd", morphray::FillRule::odd}};
-inline constexpr Choice<Question> kQuestions[] = {{"inside", Question::kInside},
-                                                  {"winding", Question::kWinding},
-                                                  {"distance", Question::kDistance},
-                                                  {"closest", Question::kClosest}};
+inline constexpr Choice<PointQuery> kPointQueries[] = {{"inside", PointQuery::kInside},
+                                                       {"winding", PointQuery::kWinding},
+                                                       {"distance", PointQuery::kDistance},
+                                                       {"closest", PointQuery::kClosest}};
 inline constexpr Choice<Reference> kReferences[] = {
     {"auto", Reference::kAuto}, {"brute", Reference::kBrute}, {"cpu", Reference::kCpu}};
 

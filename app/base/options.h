@@ -23,7 +23,7 @@ enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
 /// The tracer whose images crosscheck expects.
 enum class Reference { kAuto, kBrute, kCpu };
 
-enum class Question { kInside, kWinding, kDistance, kClosest };
+enum class PointQuery { kInside, kWinding, kDistance, kClosest };
 
 /// A scene and how it is read. The members are those of ClipOptions.
 struct SourceOptions {
@@ -163,7 +163,7 @@ struct QueryOptions {
     BackendOptions backend = {.choice = BackendChoice::kCpu};
     std::string point_file = {};
     /// Each at most once, in the order of the answers.
-    std::vector<Question> questions = {};
+    std::vector<PointQuery> queries = {};
     morphray::FillRule rule = morphray::FillRule::nonzero;
     float max_distance = std::numeric_limits<float>::infinity();
     std::string out = "-";

@@ -71,14 +71,14 @@ void add_trace(CommandAdder& adder) {
         });
 }
 
-std::vector<Question> parse_questions(const std::string& option, const std::string& text) {
-    std::vector<Question> questions;
+std::vector<PointQuery> parse_point_queries(const std::string& option, const std::string& text) {
+    std::vector<PointQuery> queries;
     for (const std::string_view part : split(text, ',')) {
-        questions.push_back(parse_choice<Question>(option, std::string(part), kQuestions));
-        if (std::ranges::count(questions, questions.back()) > 1)
+        queries.push_back(parse_choice<PointQuery>(option, std::string(part), kPointQueries));
+        if (std::ranges::count(queries, queries.back()) > 1)
             refuse(option + ": " + std::string(part) + " is given twice");
     }
-    return questions;
+    return queries;
 }
 
 void add_query(CommandAdder& adder) {
@@ -91,11 +91,11 @@ void add_query(CommandAdder& adder) {
             add_text(command, "--points", "FILE|-", "a line `x y z` for each point",
                      options.point_file)
                 ->required();
-            add_value(command, "--ask", names_of<Question>(kQuestions) + ",...",
+            add_value(command, "--ask", names_of<PointQuery>(kPointQueries) + ",...",
                       "what is answered, in this order: 0 or 1; a whole number; a distance, "
                       "negative inside; `x y z distance prim u v feature`",
                       [&options](const std::string& option, const std::string& value) {
-                          options.questions = parse_questions(option, value);
+                          options.queries = parse_point_queries(option, value);
                       })
                 ->required();
             add_choice<morphray::FillRule>(

@@ -40,6 +40,7 @@ CLI::Option* add_scene(CLI::App& command, SourceOptions& source) {
                  "builtin:NAME[:TRIANGLES], a mesh file (.obj, .ply), a folder of such files, a "
                  "pattern such as frame_%04d.obj, or a .gltf or .glb file",
                  source.scene);
+    scene->type_name("");
     add_source_options(command, source);
     return scene;
 }

@@ -1,7 +1,6 @@
-// A scene of the library at one frame of a clip, for questions that a file asks.
+// A scene of the library at one frame of a clip, for the rays or points of a file.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <vector>
 

@@ -3,7 +3,6 @@
 
 #include <exception>
 #include <optional>
-#include <utility>
 
 #include "app/backends/backends.h"
 #include "app/clip/frames.h"
@@ -17,7 +16,6 @@
 namespace mray::app {
 namespace {
 
-/// The command line, ready for a shell.
 std::string command_text(const CrosscheckOptions& options) {
     std::vector<std::string> line = {"morphray"};
     line.insert(line.end(), options.arguments.begin(), options.arguments.end());

@@ -15,7 +15,7 @@
 namespace mray::app {
 namespace {
 
-// Points that are asked about and written together.
+// Points that are answered and written together.
 constexpr std::size_t kPointsOfBatch = std::size_t{1} << 16;
 
 bool is_finite(const morphray::Vec3& p) {
@@ -33,15 +33,15 @@ std::string text_of(const morphray::ClosestPoint& c) {
                        c.point.z, c.distance, c.prim_id, c.u, c.v, name_of(c.feature));
 }
 
-/// Asks about points in batches and gathers the answers as lines.
+/// Answers queries about points in batches and gathers the answers as lines.
 class PointQueries {
 public:
     PointQueries(const QueryOptions& options, const morphray::Scene& scene)
         : options_(options), scene_(scene) {}
 
-    void ask(std::span<const morphray::Vec3> points) {
+    void answer(std::span<const morphray::Vec3> points) {
         call_library([&] {
-            for (const Question question : options_.questions) ask(question, points);
+            for (const PointQuery query : options_.queries) answer(query, points);
         });
         for (std::size_t i = 0; i < points.size(); ++i) write(i);
     }
@@ -49,23 +49,23 @@ public:
     const std::string& text() const { return text_; }
 
 private:
-    void ask(Question question, std::span<const morphray::Vec3> points) {
+    void answer(PointQuery query, std::span<const morphray::Vec3> points) {
         const std::size_t count = points.size();
-        switch (question) {
-            case Question::kInside:
+        switch (query) {
+            case PointQuery::kInside:
                 inside_.resize(count);
                 scene_.contains(points, inside_, options_.rule, &interrupt_flag());
                 break;
-            case Question::kWinding:
+            case PointQuery::kWinding:
                 windings_.resize(count);
                 scene_.winding(points, windings_, &interrupt_flag());
                 break;
-            case Question::kDistance:
+            case PointQuery::kDistance:
                 distances_.resize(count);
                 scene_.signed_distance(points, distances_, options_.rule, options_.max_distance,
                                        &interrupt_flag());
                 break;
-            case Question::kClosest:
+            case PointQuery::kClosest:
                 closest_.resize(count);
                 scene_.closest_points(points, closest_, options_.max_distance, &interrupt_flag());
                 break;
@@ -75,12 +75,12 @@ private:
     /// The answers for a point of the batch.
     void write(std::size_t i) {
         const auto out = std::back_inserter(text_);
-        for (const Question question : options_.questions) {
-            if (question != options_.questions.front()) text_ += ' ';
-            if (question == Question::kInside) fmt::format_to(out, "{}", inside_[i]);
-            if (question == Question::kWinding) fmt::format_to(out, "{}", windings_[i]);
-            if (question == Question::kDistance) fmt::format_to(out, "{:.9g}", distances_[i]);
-            if (question == Question::kClosest) text_ += text_of(closest_[i]);
+        for (const PointQuery query : options_.queries) {
+            if (query != options_.queries.front()) text_ += ' ';
+            if (query == PointQuery::kInside) fmt::format_to(out, "{}", inside_[i]);
+            if (query == PointQuery::kWinding) fmt::format_to(out, "{}", windings_[i]);
+            if (query == PointQuery::kDistance) fmt::format_to(out, "{:.9g}", distances_[i]);
+            if (query == PointQuery::kClosest) text_ += text_of(closest_[i]);
         }
         text_ += '\n';
     }
@@ -103,11 +103,11 @@ ExitCode run_command(const QueryOptions& options, const Messages& messages) {
     const PosedScene scene(options.source, options.backend, options.frame, messages);
     PointQueries queries(options, scene.scene());
     {
-        Progress progress("asking", points.size(), messages);
+        Progress progress("querying", points.size(), messages);
         for (std::size_t done = 0; done < points.size(); done += kPointsOfBatch) {
             throw_if_interrupted();
             progress.update(done);
-            queries.ask(
+            queries.answer(
                 std::span(points).subspan(done, std::min(kPointsOfBatch, points.size() - done)));
         }
     }

@@ -15,9 +15,9 @@ constexpr double kAffordableTests = 2e9;
 
 }  // namespace
 
-std::vector<std::string> simd_to_check(const std::string& asked) {
-    if (asked == kSimdOff) return {};
-    if (!asked.empty()) return {find_simd_target(asked).name};
+std::vector<std::string> simd_to_check(const std::string& simd) {
+    if (simd == kSimdOff) return {};
+    if (!simd.empty()) return {find_simd_target(simd).name};
     std::vector<std::string> names;
     for (const SimdTarget& target : supported_simd_targets()) {
         names.emplace_back(target.name);
@@ -121,17 +121,17 @@ bool CrossChecker::queries_use_brute() const {
     return kTests * options_.query_count * triangles <= kAffordableTests;
 }
 
-void CrossChecker::ask_reference(std::span<const vec3> positions) {
+void CrossChecker::query_reference(std::span<const vec3> positions) {
     if (options_.query_count == 0) return;
-    questions_ = pseudo_random_questions(scene_.clip().topology(), positions, options_.query_count);
+    batch_ = pseudo_random_batch(scene_.clip().topology(), positions, options_.query_count);
     Backend& reference = queries_use_brute() ? *backends_.brute : *backends_.cpu.given;
-    expected_answers_ = answers_of(reference, questions_);
+    expected_answers_ = answers_of(reference, batch_);
 }
 
 void CrossChecker::compare_queries(const Variant& variant, const std::string& name) {
     report_.queries.push_back(
         {frame_, name, queries_use_brute() ? "brute" : "cpu", options_.query_count,
-         compare_answers(expected_answers_, answers_of(*variant.backend, questions_))});
+         compare_answers(expected_answers_, answers_of(*variant.backend, batch_))});
 }
 
 void CrossChecker::compare_variant(const Variant& variant) {
@@ -202,7 +202,7 @@ void CrossChecker::check(double frame, Progress& progress) {
     const Bvh rebuilt = build_bvh(scene_.clip().topology(), positions,
                                   build_config(options_.split, options_.backend));
     trace_reference(positions, rebuilt);
-    ask_reference(positions);
+    query_reference(positions);
     if (backends_.vulkan) check_vulkan(positions, rebuilt);
     if (checks_cpu()) check_cpu(positions, rebuilt);
 }

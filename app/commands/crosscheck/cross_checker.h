@@ -19,9 +19,9 @@ namespace mray::app {
 /// Whether brute force takes at most 2e9 ray-triangle tests a frame.
 bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uint32_t rays);
 
-/// Instruction sets that are compared if `asked` is --simd: all that this machine has, one, or
+/// Instruction sets that are compared if `simd` is --simd: all that this machine has, one, or
 /// none.
-std::vector<std::string> simd_to_check(const std::string& asked);
+std::vector<std::string> simd_to_check(const std::string& simd);
 
 /// Two instances of a backend and the tree that one of them refits.
 struct BackendPair {
@@ -75,8 +75,8 @@ private:
     };
 
     void trace_reference(std::span<const vec3> positions, const Bvh& rebuilt);
-    /// Asks the reference, if queries are compared.
-    void ask_reference(std::span<const vec3> positions);
+    /// Queries the reference, if queries are compared.
+    void query_reference(std::span<const vec3> positions);
     void compare_variant(const Variant& variant);
     void check_vulkan(std::span<const vec3> positions, const Bvh& rebuilt);
     void check_cpu(std::span<const vec3> positions, const Bvh& rebuilt);
@@ -101,7 +101,7 @@ private:
     double frame_ = 0;
     Progress* progress_ = nullptr;
     std::vector<Expected> expected_;
-    Questions questions_;
+    CheckBatch batch_;
     Answers expected_answers_;
 };
 

@@ -1,7 +1,6 @@
 #include "app/commands/crosscheck/query_check.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <iterator>
 #include <limits>
@@ -107,26 +106,26 @@ std::size_t count_true(const std::vector<bool>& values) {
 
 }  // namespace
 
-Questions pseudo_random_questions(const Topology& topology, std::span<const vec3> positions,
-                                  std::uint32_t count) {
+CheckBatch pseudo_random_batch(const Topology& topology, std::span<const vec3> positions,
+                               std::uint32_t count) {
     Places places(topology, positions);
-    Questions questions;
+    CheckBatch batch;
     for (std::uint32_t i = 0; i < count; ++i) {
-        questions.rays.push_back(places.ray());
-        questions.points.push_back(places.any());
+        batch.rays.push_back(places.ray());
+        batch.points.push_back(places.any());
     }
-    return questions;
+    return batch;
 }
 
-Answers answers_of(Backend& backend, const Questions& questions) {
+Answers answers_of(Backend& backend, const CheckBatch& batch) {
     Answers answers;
-    backend.query(ListQuery{questions.rays, Crossing::kEach, kAllHits, answers.hits[0]});
-    backend.query(ListQuery{questions.rays, Crossing::kOwner, kAllHits, answers.hits[1]});
-    answers.windings.resize(questions.points.size());
-    backend.query(WindingQuery{questions.points, answers.windings, answers.uncertain});
+    backend.query(ListQuery{batch.rays, Crossing::kEach, kAllHits, answers.hits[0]});
+    backend.query(ListQuery{batch.rays, Crossing::kOwner, kAllHits, answers.hits[1]});
+    answers.windings.resize(batch.points.size());
+    backend.query(WindingQuery{batch.points, answers.windings, answers.uncertain});
     std::ranges::sort(answers.uncertain);
-    answers.closest.resize(questions.points.size());
-    backend.query(ClosestQuery{questions.points, kAnyDistance2, answers.closest});
+    answers.closest.resize(batch.points.size());
+    backend.query(ClosestQuery{batch.points, kAnyDistance2, answers.closest});
     return answers;
 }
 

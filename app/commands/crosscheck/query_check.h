@@ -1,4 +1,4 @@
-// Questions about all triangles of a scene, and how the answers of backends differ.
+// Queries about all triangles of a scene, and how the answers of backends differ.
 #pragma once
 
 #include <array>
@@ -14,15 +14,15 @@
 namespace mray::app {
 
 /// Rays and points in scene space, as many of the one as of the other.
-struct Questions {
+struct CheckBatch {
     std::vector<Ray> rays;
     std::vector<vec3> points;
 };
 
-/// The same questions for the same triangles on every machine: rays to, and points in, the room
+/// The same queries for the same triangles on every machine: rays to, and points in, the room
 /// around the mesh, its vertices, its edges and its triangles.
-Questions pseudo_random_questions(const Topology& topology, std::span<const vec3> positions,
-                                  std::uint32_t count);
+CheckBatch pseudo_random_batch(const Topology& topology, std::span<const vec3> positions,
+                               std::uint32_t count);
 
 struct Answers {
     /// For Crossing::kEach and kOwner.
@@ -33,7 +33,7 @@ struct Answers {
     std::vector<ClosestTriangle> closest;
 };
 
-Answers answers_of(Backend& backend, const Questions& questions);
+Answers answers_of(Backend& backend, const CheckBatch& batch);
 
 /// Counts the rays and points with other answers, bit by bit.
 QueryDifference compare_answers(const Answers& expected, const Answers& actual);

@@ -12,7 +12,6 @@
 
 namespace mray::app {
 
-/// The head of a profile's report.
 ReportHead profile_head(const ProfileOptions& options, const Clip& clip);
 
 /// morphray profile --policies: compares update policies over a clip.

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "app/base/choices.h"
+#include "app/clip/frames.h"
 #include "app/files/image_files.h"
 #include "app/terminal/messages.h"
 #include "common/base/errors.h"
@@ -12,7 +13,6 @@
 #include "common/base/output_file.h"
 #include "common/report/shell.h"
 #include "common/text/number_text.h"
-#include "common/text/text_parts.h"
 #include "common/version.h"
 
 namespace mray::app {
@@ -58,34 +58,24 @@ std::string render_command(const ImageOptions& options, double frame) {
 
 std::string software_text() { return fmt::format("morphray {}", kVersionDetail); }
 
-/// Why a file does not count.
-struct Unusable {
-    std::string reason;
-};
-
 bool is_there(const std::filesystem::path& file) {
     std::error_code error;
     return std::filesystem::exists(file, error);
 }
 
-/// Throws Unusable unless the file has the text that this run would write.
-void require_text(const char* what, const std::string& text, const std::string& expected) {
-    if (text != expected) throw Unusable{fmt::format("{} is '{}', not '{}'", what, text, expected)};
-}
-
-void require_whole(const RenderOptions& options, const std::filesystem::path& folder,
-                   const FrameTask& task, std::uint64_t scene_hash) {
+/// Why the image of an earlier run does not count; empty if it does.
+std::string flaw_of(const RenderOptions& options, const std::filesystem::path& folder,
+                    const FrameTask& task, std::uint64_t scene_hash) {
     const PngFile png = read_png_file(folder / task.file);
-    require_text("version", png.text("Software"), software_text());
-    require_text("command", png.text("Source"), render_command(options.image, task.frame));
-    require_text("scene", png.text("Scene hash"), hash_text(scene_hash));
-    require_text("hash of pixels", hash_text(image_hash(png.image.pixels)), png.text("Image hash"));
-    if (png.image.width != options.image.view.width ||
-        png.image.height != options.image.view.height)
-        throw Unusable{"the image has another size"};
+    if (png.text("Software") != software_text()) return "another version made it";
+    if (png.text("Source") != render_command(options.image, task.frame))
+        return "it is of another command";
+    if (png.text("Scene hash") != hash_text(scene_hash)) return "it is of another scene";
+    if (png.text("Image hash") != hash_text(image_hash(png.image.pixels)))
+        return "its pixels are not those of its hash";
     const std::filesystem::path exr = exr_file_of(options, folder, task);
-    if (!exr.empty() && !is_there(exr))
-        throw Unusable{fmt::format("{} is missing", exr.filename().string())};
+    if (!exr.empty() && !is_there(exr)) return exr.filename().string() + " is missing";
+    return {};
 }
 
 /// Also the length of an array, so that moving elements to the next one changes the hash.
@@ -176,15 +166,13 @@ bool is_kept(const RenderOptions& options, const std::filesystem::path& folder,
     reason.clear();
     if (!is_there(folder / task.file)) return false;
     try {
-        require_whole(options, folder, task, scene_hash);
-        return true;
-    } catch (const Unusable& unusable) {
-        reason = unusable.reason;
+        reason = flaw_of(options, folder, task, scene_hash);
+        return reason.empty();
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kBadInput && error.kind() != ErrorKind::kLimit) throw;
         reason = error.what();
+        return false;
     }
-    return false;
 }
 
 std::vector<PngText> image_texts(const ImageOptions& options, double frame,

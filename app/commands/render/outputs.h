@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "app/base/options.h"
-#include "app/clip/frames.h"
 #include "common/image/png.h"
 #include "morphray/image.hpp"
 #include "scenes/clip.h"

@@ -60,7 +60,7 @@ struct QueryDifference {
 /// "3 rays differ in all hits, 1 point differs in the winding"; empty if nothing differs.
 std::string describe(const QueryDifference& difference);
 
-/// The answers of one variant of one frame to the questions of --queries, against the reference.
+/// The answers of one variant of one frame to --queries, against the reference.
 struct QueryRow {
     double frame = 0;
     /// CheckRow::variant().

@@ -1,4 +1,4 @@
-// The questions of --queries, and what counts as another answer.
+// The batch of --queries, and what counts as another answer.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,31 +11,31 @@
 namespace mray::test {
 namespace {
 
-struct Asked {
+struct Answered {
     Topology topology;
     std::vector<vec3> positions;
-    app::Questions questions;
+    app::CheckBatch batch;
     app::Answers answers;
 };
 
 /// A tetrahedron, and its answers.
-Asked ask_tetrahedron(std::uint32_t count) {
-    Asked asked;
-    asked.topology.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
-    asked.topology.vertex_count = 4;
-    asked.positions = {{0, 0, 0}, {1024, 0, 0}, {0, 1024, 0}, {0, 0, 1024}};
-    asked.questions = app::pseudo_random_questions(asked.topology, asked.positions, count);
+Answered query_tetrahedron(std::uint32_t count) {
+    Answered one;
+    one.topology.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+    one.topology.vertex_count = 4;
+    one.positions = {{0, 0, 0}, {1024, 0, 0}, {0, 1024, 0}, {0, 0, 1024}};
+    one.batch = app::pseudo_random_batch(one.topology, one.positions, count);
     const auto backend = cpu::make_cpu_backend({});
-    backend->set_scene(asked.topology, asked.positions, build_bvh(asked.topology, asked.positions));
-    asked.answers = app::answers_of(*backend, asked.questions);
-    return asked;
+    backend->set_scene(one.topology, one.positions, build_bvh(one.topology, one.positions));
+    one.answers = app::answers_of(*backend, one.batch);
+    return one;
 }
 
-TEST(QueryCheck, QuestionsAreTheSameAndHitTheMesh) {
-    const Asked a = ask_tetrahedron(200);
-    const Asked b = ask_tetrahedron(200);
-    ASSERT_EQ(a.questions.rays.size(), 200u);
-    ASSERT_EQ(a.questions.points.size(), 200u);
+TEST(QueryCheck, BatchesAreTheSameAndHitTheMesh) {
+    const Answered a = query_tetrahedron(200);
+    const Answered b = query_tetrahedron(200);
+    ASSERT_EQ(a.batch.rays.size(), 200u);
+    ASSERT_EQ(a.batch.points.size(), 200u);
     EXPECT_EQ(app::compare_answers(a.answers, b.answers).total(), 0u);
     EXPECT_GT(a.answers.hits[1].hits.size(), 100u);
     std::size_t inside = 0;
@@ -45,37 +45,37 @@ TEST(QueryCheck, QuestionsAreTheSameAndHitTheMesh) {
     for (const ClosestTriangle& closest : a.answers.closest) EXPECT_NE(closest.prim_id, kNoPrim);
 }
 
-TEST(QueryCheck, EmptyMeshHasQuestionsToo) {
-    const app::Questions questions = app::pseudo_random_questions({}, {}, 5);
-    EXPECT_EQ(questions.rays.size(), 5u);
-    EXPECT_EQ(questions.points.size(), 5u);
+TEST(QueryCheck, EmptyMeshHasABatchToo) {
+    const app::CheckBatch batch = app::pseudo_random_batch({}, {}, 5);
+    EXPECT_EQ(batch.rays.size(), 5u);
+    EXPECT_EQ(batch.points.size(), 5u);
 }
 
 TEST(QueryCheck, EveryBitOfAnAnswerCounts) {
-    const Asked asked = ask_tetrahedron(50);
+    const Answered one = query_tetrahedron(50);
     {
-        app::Answers other = asked.answers;
+        app::Answers other = one.answers;
         float& t = other.hits[0].hits.front().t;
         t = std::nextafter(t, 0.0f);
-        EXPECT_EQ(app::compare_answers(asked.answers, other).all_hits, 1u);
-        EXPECT_EQ(app::compare_answers(asked.answers, other).total(), 1u);
+        EXPECT_EQ(app::compare_answers(one.answers, other).all_hits, 1u);
+        EXPECT_EQ(app::compare_answers(one.answers, other).total(), 1u);
     }
     {
-        app::Answers other = asked.answers;
+        app::Answers other = one.answers;
         ++other.hits[1].total.back();
-        EXPECT_EQ(app::compare_answers(asked.answers, other).all_hits, 1u);
+        EXPECT_EQ(app::compare_answers(one.answers, other).all_hits, 1u);
     }
     {
-        app::Answers other = asked.answers;
+        app::Answers other = one.answers;
         ++other.windings[3].crossings;
         other.uncertain.push_back({7, 0xFFFFFF});
-        EXPECT_EQ(app::compare_answers(asked.answers, other).winding, 2u);
+        EXPECT_EQ(app::compare_answers(one.answers, other).winding, 2u);
     }
     {
-        app::Answers other = asked.answers;
+        app::Answers other = one.answers;
         other.closest[4].d2 = std::nextafter(other.closest[4].d2, 1e30f);
         ++other.closest[5].prim_id;
-        EXPECT_EQ(app::compare_answers(asked.answers, other).closest, 2u);
+        EXPECT_EQ(app::compare_answers(one.answers, other).closest, 2u);
     }
 }
 
