@@ -64,15 +64,4 @@ inline void refit_node(const RefitArrays& tree, std::uint32_t node_index) {
     set_slot_box(tree.nodes[parent / kWidth], parent % kWidth, node_box(tree.nodes[node_index]));
 }
 
-/// list[0 .. count), or first .. first + count - 1 if there is no list.
-struct IndexSequence {
-    const std::uint32_t* list;
-    std::uint32_t first;
-    std::uint32_t count;
-
-    std::uint32_t operator[](std::uint32_t i) const {
-        return list == nullptr ? first + i : list[i];
-    }
-};
-
 }  // namespace mray::cpu
