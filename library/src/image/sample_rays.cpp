@@ -13,7 +13,7 @@
 #include "common/interop/lit.h"
 #include "common/interop/surface.h"
 #include "common/scene/vertex_normals.h"
-#include "cpu/image/shaded_mesh.h"
+#include "cpu/image/pixel_shader.h"
 #include "cpu/image/texture.h"
 #include "library/src/image/lit_image.h"
 
