@@ -65,13 +65,8 @@ std::string to_json(const SceneReport& report) {
     json["animations"] = Json::array();
     for (std::size_t i = 0; i < report.animations.size(); ++i) {
         const ClipAnimation& animation = report.animations[i];
-        Json row = {{"index", i},
-                    {"name", animation.name},
-                    {"seconds", nullptr},
-                    {"channels", animation.channels},
-                    {"shown", animation.is_shown}};
-        if (animation.seconds) row["seconds"] = *animation.seconds;
-        json["animations"].push_back(row);
+        json["animations"].push_back(
+            {{"index", i}, {"name", animation.name}, {"shown", animation.is_shown}});
     }
     json["trees"] = Json::array();
     for (const SceneReport::Tree& tree : report.trees) {

@@ -11,6 +11,7 @@
 #include "common/base/errors.h"
 #include "common/base/hash.h"
 #include "common/base/output_file.h"
+#include "common/image/frame.h"
 #include "common/report/shell.h"
 #include "common/text/number_text.h"
 #include "common/version.h"
