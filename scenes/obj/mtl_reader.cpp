@@ -60,7 +60,6 @@ public:
         }
         end_material();
         odd_.tell(warn);
-        black_maps_.tell(warn);
     }
 
 private:
@@ -68,13 +67,10 @@ private:
         throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place(), what));
     }
     std::string place() const { return fmt::format("{}:{}", name_, line_); }
-    void warn(const std::string& what) {
-        odd_.add([&] { return Warning{place(), what}; });
-    }
     /// `instead` is what a lenient reader does.
     void refuse(const std::string& what, std::string_view instead) {
         if (!lenient_) fail(what + "; repair the material");
-        warn(fmt::format("{}; {}", what, instead));
+        odd_.add([&] { return Warning{place(), fmt::format("{}; {}", what, instead)}; });
     }
 
     void read_statement(std::string_view statement) {
@@ -95,8 +91,6 @@ private:
         std::vector<std::string_view> words;
         for (std::string_view rest = text; !rest.empty() && rest[0] != '#';)
             words.push_back(take_word(rest));
-        if (!words.empty() && (words[0] == "spectral" || words[0] == "xyz"))
-            return warn(fmt::format("Kd as {} is not read; taken as grey", words[0]));
         // "If only r is specified, then g and b are assumed to be equal to r" (MTL format).
         if (words.size() == 1) words.assign(3, words[0]);
         std::vector<float> kd;
@@ -140,9 +134,7 @@ private:
     bool read_option(std::string_view& rest, TextureMap& map, std::string& problem) {
         const std::string_view option = take_word(rest);
         const std::string_view value = rest.substr(0, rest.find_first_of(kBlanks));
-        std::array<float, 2> turbulence = {};
         bool is_good = true;
-        bool is_read = true;
         if (option == "-clamp") {
             map.clamp = value == "on";
             is_good = map.clamp || value == "off";
@@ -152,18 +144,16 @@ private:
         } else if (option == "-o") {
             is_good = take_numbers(rest, map.offset);
         } else if (option == "-t") {
+            std::array<float, 2> turbulence = {};
             is_good = take_numbers(rest, turbulence);
-            is_read = turbulence == std::array<float, 2>{};
         } else {
             const auto* const other =
                 std::find_if(std::begin(kOtherOptions), std::end(kOtherOptions),
                              [&](const auto& known) { return known.first == option; });
             if (other == std::end(kOtherOptions)) return false;
             for (int i = 0; i < other->second; ++i) take_word(rest);
-            is_read = false;
         }
         if (!is_good) problem = fmt::format("has {} {}", option, quote(value));
-        if (!is_read) warn(fmt::format("option {} of map_Kd is not read; ignored", option));
         return true;
     }
 
@@ -171,16 +161,8 @@ private:
         if (!material_.empty()) {
             Material material{.map = std::move(map_)};
             if (albedo_) material.albedo = material.textured_albedo = *albedo_;
-            if (material.map != nullptr && material.textured_albedo == 0) {
-                // Some exporters write it for materials whose colour is the texture.
-                material.textured_albedo = kWhite;
-                black_maps_.add([&] {
-                    return Warning{material.map->place,
-                                   fmt::format("Kd of material {} is black; taken as white, so "
-                                               "that its texture shows",
-                                               quote(material_))};
-                });
-            }
+            // Some exporters write black for materials whose colour is the texture.
+            if (material.textured_albedo == 0) material.textured_albedo = kWhite;
             materials_.emplace(material_, std::move(material));
         }
         material_ = {};
@@ -197,7 +179,6 @@ private:
     std::optional<Albedo> albedo_;
     std::shared_ptr<const TextureMap> map_;
     WarningCount odd_;
-    WarningCount black_maps_;
 };
 
 }  // namespace

@@ -42,8 +42,8 @@ inline constexpr std::uint64_t kMaxMtlBytes = std::uint64_t{256} << 20;
 
 /// Adds the materials of an MTL text to `materials`, by their names without the blanks around them;
 /// the first of several materials of one name stays. The albedo is Kd, taken as linear, clamped to
-/// [0, 1] and rounded to 8 bits; kDefaultAlbedo without a Kd or with one that is no RGB colour. Of
-/// the options of map_Kd, -s, -o and -clamp are read; others warn if they change colours.
+/// [0, 1] and rounded to 8 bits; kDefaultAlbedo without a Kd. Of the options of map_Kd, -s, -o and
+/// -clamp are read.
 ///
 /// `library` is the file, `name` the same in messages. Throws Error(kBadInput) for NUL bytes, for a
 /// Kd without three finite numbers and for options of map_Kd without their values; if lenient,

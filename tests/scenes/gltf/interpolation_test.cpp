@@ -74,17 +74,5 @@ TEST(UnitQuaternion, OfNoDirectionIsTheIdentity) {
     EXPECT_EQ(unit_quaternion({nan, 0, 0, 1}), glm::dvec4(0, 0, 0, 1));
 }
 
-TEST(HermiteWeights, InterpolateValuesAndSlopes) {
-    const auto start = hermite_weights(0, 2);
-    const auto end = hermite_weights(1, 2);
-    EXPECT_EQ(start, (std::array<double, 4>{1, 0, 0, 0}));
-    EXPECT_EQ(end, (std::array<double, 4>{0, 0, 1, 0}));
-    // The slope at the start is the out-tangent.
-    const double h = 1e-6;
-    const auto after = hermite_weights(h, 2);
-    EXPECT_NEAR(after[1] / (2 * h), 1, 1e-5);
-    EXPECT_NEAR((after[0] - 1) / h, 0, 1e-5);
-}
-
 }  // namespace
 }  // namespace mray::gltf
