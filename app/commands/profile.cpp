@@ -203,8 +203,8 @@ ExitCode run_command(const ProfileOptions& given, const Messages& messages) {
     const bool has_stdout = !takes_stdout({options.json, options.csv});
     if (has_stdout) {
         messages.print(fmt::format(
-            "medians of {} run{} in ms; update: upload and refit; new trace: of the tree that "
-            "rebuild\nmakes; SAH ratio: cost of the refitted tree over that of the new one\n{}",
+            "medians of {} run{} in ms; update: upload and refit; new trace: of the tree that\n"
+            "rebuild makes; SAH ratio: cost of the refitted tree over that of the new one\n{}",
             report.repeat, report.repeat == 1 ? "" : "s", profile_table(report).text()));
     }
     if (!baseline) return ExitCode::kOk;
