@@ -21,8 +21,6 @@ const std::map<std::string, std::vector<std::string>> kSets = {
       "builtin:soup", "builtin:shuffle"}}};
 const std::vector<std::string> kWorks = {"primary", "shadow", "diffuse", "ao",   "one-ray",
                                          "refit",   "build",  "queries", "frame"};
-const std::map<std::string, ViewKind> kViews = {{"fill", ViewKind::kFill},
-                                                {"whole", ViewKind::kWhole}};
 
 /// The supported targets among those named, best first.
 std::vector<SimdTarget> targets_named(const std::vector<std::string>& names) {
@@ -52,6 +50,7 @@ BenchOptions parse_options(std::span<const std::string> arguments) {
     std::vector<std::string> given;
     std::vector<std::string> targets = {"best"};
     std::string set = "default";
+    std::string view = "fill";
     std::uint32_t size = o.view.width;
     bool is_only_given = false;
     CLI::App app("Measures morphray side by side with Embree on built-in scenes and each SCENE.",
@@ -78,9 +77,9 @@ BenchOptions parse_options(std::span<const std::string> arguments) {
     app.add_option("--size", size, "images of as many pixels a side")
         ->check(CLI::Range(1, 16384))
         ->check(check_size);
-    app.add_option("--view", o.view_kind,
+    app.add_option("--view", view,
                    "what fills the image: the scene, or the whole clip with its surroundings")
-        ->transform(CLI::CheckedTransformer(&kViews));
+        ->check(CLI::IsMember({"fill", "whole"}));
     try {
         app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
     } catch (const CLI::CallForHelp&) {
@@ -93,6 +92,7 @@ BenchOptions parse_options(std::span<const std::string> arguments) {
     o.scenes.insert(o.scenes.end(), given.begin(), given.end());
     if (o.scenes.empty()) throw Error(ErrorKind::kBadArgument, "--only: expected a SCENE");
     o.targets = targets_named(targets);
+    o.view_kind = view == "fill" ? ViewKind::kFill : ViewKind::kWhole;
     o.view.width = o.view.height = size;
     return o;
 }
