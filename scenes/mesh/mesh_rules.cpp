@@ -11,7 +11,7 @@ namespace mray {
 namespace {
 
 [[noreturn]] void fail(const std::string& place, const std::string& what, Hint hint = Hint::kNone) {
-    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place, what), remedy);
+    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place, what), hint);
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ std::string nearest_scene(std::string_view name) {
 }
 
 // The name, fit for a message of one line.
-std::string quoted(std::string_view name) {
+std::string quoted_name(std::string_view name) {
     constexpr std::size_t kLongest = 40;
     std::string text(name.substr(0, kLongest));
     for (char& c : text) {
@@ -64,7 +64,7 @@ std::unique_ptr<Clip> make_procedural(const std::string& name, std::uint64_t tri
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("there is no built-in scene {}; the nearest "
                                 "name is '{}'",
-                                quoted(name), nearest_scene(name)));
+                                quoted_name(name), nearest_scene(name)));
     }
     if (triangles > kMaxTriangles) {
         throw Error(ErrorKind::kLimit,

@@ -32,7 +32,7 @@ struct NumberedName {
 };
 
 [[noreturn]] void fail(const fs::path& path, const std::string& what, Hint hint = Hint::kNone) {
-    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", escape(path), what), remedy);
+    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", escape(path), what), hint);
 }
 
 void require_one_format(const fs::path& folder, const std::vector<NumberedName>& names) {
