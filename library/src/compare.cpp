@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <array>
-#include <bit>
+#include <cstring>
 
 #include "library/src/scene/errors.h"
 #include "morphray/scene.hpp"
@@ -11,10 +10,7 @@
 namespace morphray {
 namespace {
 
-bool same_bits(const Hit& a, const Hit& b) {
-    using Bits = std::array<std::uint32_t, sizeof(Hit) / sizeof(std::uint32_t)>;
-    return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
-}
+bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(Hit)) == 0; }
 
 /// Compares as many hits of both; same(i) tells whether what belongs to hit i is equal, too.
 template <class Same>

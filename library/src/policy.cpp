@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 #include <variant>
 
 #include "library/src/scene_impl.h"
@@ -25,15 +26,6 @@ UpdatePolicy parse_update_policy(const std::string& text) {
 }
 
 namespace detail {
-namespace {
-
-void check_budget(const char* name, double budget) {
-    if (std::isfinite(budget) && budget >= 0) return;
-    throw_bad_argument(
-        fmt::format("Auto: {} is {}; give a finite number that is not negative", name, budget));
-}
-
-}  // namespace
 
 mray::PolicySpec spec_of(const UpdatePolicy& policy) {
     if (std::holds_alternative<Refit>(policy)) return {mray::PolicyKind::kRefit};
@@ -44,8 +36,13 @@ mray::PolicySpec spec_of(const UpdatePolicy& policy) {
         throw_bad_argument(fmt::format("Every: a tree is used for 1 to {} poses, not for {}",
                                        mray::kMostPeriod, every->poses));
     }
-    check_budget("budget_ms", std::get<Auto>(policy).budget_ms);
-    check_budget("budget", std::get<Auto>(policy).budget);
+    const Auto& automatic = std::get<Auto>(policy);
+    for (const auto& [name, budget] :
+         {std::pair("budget_ms", automatic.budget_ms), std::pair("budget", automatic.budget)}) {
+        if (std::isfinite(budget) && budget >= 0) continue;
+        throw_bad_argument(
+            fmt::format("Auto: {} is {}; give a finite number that is not negative", name, budget));
+    }
     return {mray::PolicyKind::kAuto};
 }
 

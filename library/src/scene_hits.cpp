@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <limits>
 #include <mutex>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -23,6 +24,21 @@ using detail::with_scene;
 
 mray::Crossing crossing_of(Crossing crossing) {
     return crossing == Crossing::each ? mray::Crossing::kEach : mray::Crossing::kOwner;
+}
+
+/// The places of an image's rays tile after tile, which are streams.
+std::vector<std::uint32_t> tiled_places(std::size_t width, std::size_t total) {
+    constexpr std::size_t kSide = 8;
+    const std::size_t height = width < kSide ? 0 : total / width / kSide * kSide;
+    std::vector<std::uint32_t> places(total);
+    auto next = places.begin();
+    for (std::size_t tile = 0; tile < height; tile += kSide)
+        for (std::size_t left = 0; left < width; left += kSide)
+            for (std::size_t y = tile; y < tile + kSide; ++y)
+                for (std::size_t x = left; x < std::min(left + kSide, width); ++x)
+                    *next++ = static_cast<std::uint32_t>(y * width + x);
+    std::iota(next, places.end(), static_cast<std::uint32_t>(next - places.begin()));
+    return places;
 }
 
 /// Rays in scene space, and what their t is multiplied by.
@@ -80,29 +96,28 @@ void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Cr
                   Coherence coherence, const std::atomic<bool>* cancel) const {
     with_scene(impl_, [&](SceneImpl& scene) {
         require_room(rays.size(), "rays", counts.size());
-        const auto ask = [&](std::span<const Ray> some, std::span<std::uint64_t> counts_of_some) {
-            const SceneBatch batch(*scene.space, some);
-            scene.tracer->query(
-                mray::CountQuery{batch.rays, crossing_of(crossing), counts_of_some});
-        };
-        // Rays of an image are sorted, too: neighbours in a row alone are less alike.
-        detail::for_ordered_parts(
-            scene, rays, coherence.kind != Coherence::Kind::none, detail::RaySorter::kMost,
-            &scene.arena(), cancel, [&](std::size_t first, auto part, auto order) {
-                const auto answers = counts.subspan(first, part.size());
-                ask_in_parts(scene, part.size(), cancel, [&](std::size_t begin, std::size_t size) {
-                    if (order.empty()) {
-                        ask(part.subspan(begin, size), answers.subspan(begin, size));
-                        return;
-                    }
-                    std::vector<Ray> some(size);
-                    std::vector<std::uint64_t> counts_of_some(size);
-                    for (std::size_t i = 0; i < size; ++i) some[i] = part[order[begin + i]];
-                    ask(some, counts_of_some);
-                    for (std::size_t i = 0; i < size; ++i)
-                        answers[order[begin + i]] = counts_of_some[i];
-                });
+        const auto count_part = [&](std::size_t first, std::span<const Ray> part,
+                                    std::span<const std::uint32_t> order) {
+            ask_in_parts(scene, part.size(), cancel, [&](std::size_t begin, std::size_t size) {
+                const auto place = [&](std::size_t i) {
+                    return order.empty() ? begin + i : order[begin + i];
+                };
+                std::vector<Ray> some(size);
+                std::vector<std::uint64_t> found(size);
+                for (std::size_t i = 0; i < size; ++i) some[i] = part[place(i)];
+                const SceneBatch batch(*scene.space, some);
+                scene.tracer->query(mray::CountQuery{batch.rays, crossing_of(crossing), found});
+                for (std::size_t i = 0; i < size; ++i) counts[first + place(i)] = found[i];
             });
+        };
+        const bool sorts = coherence.kind == Coherence::Kind::sort;
+        constexpr std::uint32_t kMostTiled = std::numeric_limits<std::uint32_t>::max();
+        if (coherence.kind == Coherence::Kind::image && rays.size() <= kMostTiled) {
+            count_part(0, rays, tiled_places(coherence.width, rays.size()));
+        } else {
+            detail::for_ordered_parts(scene, rays, sorts, detail::RaySorter::kMost, &scene.arena(),
+                                      cancel, count_part);
+        }
         detail::throw_if_cancelled(cancel);
     });
 }

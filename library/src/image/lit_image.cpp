@@ -49,12 +49,9 @@ std::uint32_t checked_side(std::uint32_t samples) {
 }
 
 mray::vec3 unit_vector(const Point& p) {
-    // Scaled where the length overflows.
-    const double scale = std::isfinite(std::hypot(p[0], p[1], p[2])) ? 1 : 0.25;
-    const double x = scale * p[0], y = scale * p[1], z = scale * p[2];
-    const double length = std::hypot(x, y, z);
-    return {static_cast<float>(x / length), static_cast<float>(y / length),
-            static_cast<float>(z / length)};
+    const double length = std::hypot(p[0], p[1], p[2]);
+    return {static_cast<float>(p[0] / length), static_cast<float>(p[1] / length),
+            static_cast<float>(p[2] / length)};
 }
 
 /// Colours the samples by what the tree costs there; black without a hit, but for steps.
@@ -95,12 +92,6 @@ void update_normals(SceneImpl& scene) {
     scene.has_normals = true;
 }
 
-/// A product of image sizes that is at least 2^32 - 1 stays there, so that it is refused.
-std::uint32_t times(std::uint32_t pixels, std::uint32_t side) {
-    return static_cast<std::uint32_t>(
-        std::min<std::uint64_t>(std::uint64_t{pixels} * side, 0xFFFFFFFFu));
-}
-
 }  // namespace
 
 void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, TracedImage& traced,
@@ -114,8 +105,10 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
     const bool is_smooth = (is_lit || kind == LitKind::kNormal) && !view.flat;
     const std::uint32_t side = checked_side(view.samples);
     mray::ViewSpec spec = to_spec(view);
-    spec.width = times(view.width, side);
-    spec.height = times(view.height, side);
+    // More than this is refused.
+    constexpr std::uint32_t kMostPixels = 1u << 20;
+    spec.width = std::min(view.width, kMostPixels) * side;
+    spec.height = std::min(view.height, kMostPixels) * side;
     const bool is_heat = view.shading == Shading::steps || view.shading == Shading::sah;
     if (view.shading != Shading::plain) spec.rays = is_lit ? mray::kRaysShadow : mray::kRaysPrimary;
     if (is_lit) spec.ao_count = std::max(view.ao_count, 1u);
