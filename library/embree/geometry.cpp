@@ -47,34 +47,7 @@ const char* Geometry::unsupported() const {
 #if MORPHRAY_EMBREE == 4
     if (type_ == RTC_GEOMETRY_TYPE_INSTANCE_ARRAY) return "instance arrays are";
 #endif
-    return time_steps_ > 1 ? "motion blur is" : nullptr;
-}
-
-void Geometry::enable(bool is_enabled) {
-    if (is_enabled_ == is_enabled) return;
-    is_enabled_ = is_enabled;
-    ++version_.shape;
-}
-
-void Geometry::set_time_steps(unsigned int count) {
-    if (count < 1 || count > RTC_MAX_TIME_STEP_COUNT)
-        fail_argument("the number of time steps is not from 1 to 129");
-    if (time_steps_ != count) ++version_.shape;
-    time_steps_ = count;
-    if (count > 1) fail_unsupported(unsupported());
-}
-
-void Geometry::set_mask(unsigned int mask) {
-    mask_ = mask;
-    has_mask_ = true;
-    settings_changed();
-}
-
-void Geometry::set_build_quality(RTCBuildQuality quality) {
-    if (quality > RTC_BUILD_QUALITY_REFIT) fail_argument("the build quality is unknown");
-    if (quality_ == quality) return;
-    quality_ = quality;
-    settings_changed();
+    return time_steps > 1 ? "motion blur is" : nullptr;
 }
 
 const BufferView& Geometry::buffer(RTCBufferType type, unsigned int slot) const {
@@ -95,35 +68,7 @@ void Geometry::set_buffer(RTCBufferType type, unsigned int slot, BufferView view
             fail_operation("vertices have the format FLOAT3");
     }
     buffers_[{type, slot}] = std::move(view);
-    if (type != RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE) ++version_.shape;
-}
-
-void Geometry::touch_buffer(RTCBufferType type, unsigned int slot) {
-    if (unsupported() != nullptr) return;
-    buffer(type, slot);
-    if (type == RTC_BUFFER_TYPE_INDEX) ++version_.shape;
-    if (type == RTC_BUFFER_TYPE_VERTEX) ++version_.pose;
-}
-
-void Geometry::commit() {
-    if (version_.shape == committed_version_.shape && version_.pose == committed_version_.pose)
-        ++version_.pose;
-    committed_version_ = version_;
-}
-
-void Geometry::set_instanced_scene(SceneObject* scene) {
-    if (!is_instance()) fail_operation("the geometry is no instance");
-    if (scene == nullptr) fail_argument("the scene is null");
-    instanced_ = Ref<SceneObject>(scene);
-    ++version_.shape;
-}
-
-void Geometry::set_transform(unsigned int step, const Transform& transform) {
-    if (!is_instance()) fail_operation("the geometry is no instance");
-    if (step >= time_steps_) fail_operation("there is no such time step");
-    if (step > 0) return;
-    transform_ = transform;
-    ++version_.pose;
+    if (type != RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE) ++version.shape;
 }
 
 }  // namespace mray::embree

@@ -76,7 +76,7 @@ struct GeometryVersion {
     bool operator==(const GeometryVersion&) const = default;
 };
 
-/// One thread at a time may change it. Members that queries read are public.
+/// One thread at a time may change it. What changes a member counts it in `version`.
 class Geometry final : public Object {
 public:
     /// Throws Failure for types that Embree does not have.
@@ -89,34 +89,26 @@ public:
     /// Null if type and time steps are supported; otherwise the subject of a sentence, "curves
     /// are".
     const char* unsupported() const;
-    const GeometryVersion& version() const { return version_; }
-
-    bool is_enabled() const { return is_enabled_; }
-    void enable(bool is_enabled);
-    /// Throws Failure for more than one, which is motion blur, and for none.
-    void set_time_steps(unsigned int count);
-    void set_mask(unsigned int mask);
-    unsigned int mask() const { return mask_; }
-    bool has_mask() const { return has_mask_; }
-    void set_build_quality(RTCBuildQuality quality);
-    bool is_refitted() const { return quality_ == RTC_BUILD_QUALITY_REFIT; }
+    void require_instance() const {
+        if (!is_instance()) fail_operation("the geometry is no instance");
+    }
 
     /// Throws Failure for a buffer that this type does not have.
     void set_buffer(RTCBufferType type, unsigned int slot, BufferView view);
-    void touch_buffer(RTCBufferType type, unsigned int slot);
     /// Throws Failure if there is none.
     const BufferView& buffer(RTCBufferType type, unsigned int slot) const;
 
-    void set_instanced_scene(SceneObject* scene);
-    /// Null if there is none.
-    const SceneObject* instanced_scene() const { return instanced_.get(); }
-    void set_transform(unsigned int step, const Transform& transform);
-    const Transform& transform() const { return transform_; }
-
-    /// Takes positions that were written in place, of which nothing else may tell.
-    void commit();
-    /// Filters and other settings that queries read have changed.
-    void settings_changed() { ++version_.settings; }
+    GeometryVersion version = {1, 1, 1};
+    /// That of the last rtcCommitGeometry().
+    GeometryVersion committed_version;
+    bool is_enabled = true;
+    bool has_mask = false;
+    unsigned int mask = kDefaultMask;
+    RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM;
+    unsigned int time_steps = 1;
+    /// Of instances alone.
+    Ref<SceneObject> instanced;
+    Transform transform;
 
     void* user = nullptr;
     RTCFilterFunctionN intersect_filter = nullptr;
@@ -128,17 +120,7 @@ public:
 private:
     Ref<Device> device_;
     RTCGeometryType type_;
-    GeometryVersion version_ = {1, 1, 1};
-    /// At the last commit().
-    GeometryVersion committed_version_;
-    bool is_enabled_ = true;
-    bool has_mask_ = false;
-    unsigned int mask_ = kDefaultMask;
-    RTCBuildQuality quality_ = RTC_BUILD_QUALITY_MEDIUM;
-    unsigned int time_steps_ = 1;
     std::map<std::pair<RTCBufferType, unsigned int>, BufferView> buffers_;
-    Ref<SceneObject> instanced_;
-    Transform transform_;
 };
 
 }  // namespace mray::embree

@@ -1,6 +1,7 @@
 // The functions of Embree about buffers and geometries.
 #include <cstdint>
 #include <new>
+#include <utility>
 
 #include "library/embree/geometry.h"
 #include "library/embree/scene.h"
@@ -34,7 +35,7 @@ void set_filter(const char* call, RTCGeometry geometry, RTCFilterFunctionN Geome
     with<Geometry>(call, geometry, [&](Geometry& g) {
         if (g.is_instance()) fail_operation("instances have no filters");
         g.*member = filter;
-        g.settings_changed();
+        ++g.version.settings;
     });
 }
 
@@ -77,19 +78,33 @@ MORPHRAY_COUNTED(Geometry, Geometry)
 
 /// Changes count at the commit of a scene, whether they were committed here or not.
 void rtcCommitGeometry(RTCGeometry geometry) {
-    with<Geometry>(__func__, geometry, [](Geometry& g) { g.commit(); });
+    with<Geometry>(__func__, geometry, [](Geometry& g) {
+        // Positions may have been written in place, of which nothing else may tell.
+        const GeometryVersion& last = g.committed_version;
+        if (g.version.shape == last.shape && g.version.pose == last.pose) ++g.version.pose;
+        g.committed_version = g.version;
+    });
 }
 
 void rtcEnableGeometry(RTCGeometry geometry) {
-    with<Geometry>(__func__, geometry, [](Geometry& g) { g.enable(true); });
+    with<Geometry>(__func__, geometry, [](Geometry& g) {
+        if (!std::exchange(g.is_enabled, true)) ++g.version.shape;
+    });
 }
 
 void rtcDisableGeometry(RTCGeometry geometry) {
-    with<Geometry>(__func__, geometry, [](Geometry& g) { g.enable(false); });
+    with<Geometry>(__func__, geometry, [](Geometry& g) {
+        if (std::exchange(g.is_enabled, false)) ++g.version.shape;
+    });
 }
 
 void rtcSetGeometryTimeStepCount(RTCGeometry geometry, unsigned int count) {
-    with<Geometry>(__func__, geometry, [&](Geometry& g) { g.set_time_steps(count); });
+    with<Geometry>(__func__, geometry, [&](Geometry& g) {
+        if (count < 1 || count > RTC_MAX_TIME_STEP_COUNT)
+            fail_argument("the number of time steps is not from 1 to 129");
+        if (std::exchange(g.time_steps, count) != count) ++g.version.shape;
+        if (count > 1) fail_unsupported(g.unsupported());
+    });
 }
 
 /// Without motion blur a range of times says nothing.
@@ -105,11 +120,18 @@ void rtcSetGeometryVertexAttributeCount(RTCGeometry geometry, unsigned int) {
 }
 
 void rtcSetGeometryMask(RTCGeometry geometry, unsigned int mask) {
-    with<Geometry>(__func__, geometry, [&](Geometry& g) { g.set_mask(mask); });
+    with<Geometry>(__func__, geometry, [&](Geometry& g) {
+        g.mask = mask;
+        g.has_mask = true;
+        ++g.version.settings;
+    });
 }
 
 void rtcSetGeometryBuildQuality(RTCGeometry geometry, enum RTCBuildQuality quality) {
-    with<Geometry>(__func__, geometry, [&](Geometry& g) { g.set_build_quality(quality); });
+    with<Geometry>(__func__, geometry, [&](Geometry& g) {
+        if (quality > RTC_BUILD_QUALITY_REFIT) fail_argument("the build quality is unknown");
+        if (std::exchange(g.quality, quality) != quality) ++g.version.settings;
+    });
 }
 
 void rtcSetGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, unsigned int slot,
@@ -153,7 +175,12 @@ void* rtcGetGeometryBufferData(RTCGeometry geometry, enum RTCBufferType type, un
 }
 
 void rtcUpdateGeometryBuffer(RTCGeometry geometry, enum RTCBufferType type, unsigned int slot) {
-    with<Geometry>(__func__, geometry, [&](Geometry& g) { g.touch_buffer(type, slot); });
+    with<Geometry>(__func__, geometry, [&](Geometry& g) {
+        if (g.unsupported() != nullptr) return;
+        g.buffer(type, slot);
+        if (type == RTC_BUFFER_TYPE_INDEX) ++g.version.shape;
+        if (type == RTC_BUFFER_TYPE_VERTEX) ++g.version.pose;
+    });
 }
 
 void rtcSetGeometryIntersectFilterFunction(RTCGeometry geometry, RTCFilterFunctionN filter) {
@@ -178,20 +205,29 @@ void rtcSetGeometryPointQueryFunction(RTCGeometry geometry, RTCPointQueryFunctio
 
 void rtcSetGeometryInstancedScene(RTCGeometry geometry, RTCScene scene) {
     with<Geometry>(__func__, geometry, [&](Geometry& g) {
-        g.set_instanced_scene(reinterpret_cast<SceneObject*>(scene));
+        g.require_instance();
+        if (scene == nullptr) fail_argument("the scene is null");
+        g.instanced = Ref<SceneObject>(reinterpret_cast<SceneObject*>(scene));
+        ++g.version.shape;
     });
 }
 
 void rtcSetGeometryTransform(RTCGeometry geometry, unsigned int step, enum RTCFormat format,
                              const void* floats) {
-    with<Geometry>(__func__, geometry,
-                   [&](Geometry& g) { g.set_transform(step, read_transform(format, floats)); });
+    with<Geometry>(__func__, geometry, [&](Geometry& g) {
+        g.require_instance();
+        if (step >= g.time_steps) fail_operation("there is no such time step");
+        const Transform transform = read_transform(format, floats);
+        if (step > 0) return;
+        g.transform = transform;
+        ++g.version.pose;
+    });
 }
 
 void rtcGetGeometryTransform(RTCGeometry geometry, float, enum RTCFormat format, void* floats) {
     with<Geometry>(__func__, geometry, [&](Geometry& g) {
-        if (!g.is_instance()) fail_operation("the geometry is no instance");
-        write_transform(g.transform(), format, floats);
+        g.require_instance();
+        write_transform(g.transform, format, floats);
     });
 }
 
@@ -200,7 +236,7 @@ void rtcGetGeometryTransform(RTCGeometry geometry, float, enum RTCFormat format,
 void rtcSetGeometryEnableFilterFunctionFromArguments(RTCGeometry geometry, bool is_enabled) {
     with<Geometry>(__func__, geometry, [&](Geometry& g) {
         g.takes_argument_filter = is_enabled;
-        g.settings_changed();
+        ++g.version.settings;
     });
 }
 

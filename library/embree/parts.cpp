@@ -14,7 +14,7 @@ Part make_part(const std::vector<Ref<Geometry>>& chain, unsigned int first_id, u
     const Geometry& mesh = *chain.back();
     Part part{.chain = chain, .versions = {}, .geom_id = id};
     part.inst_id = part.is_instance() ? first_id : kInvalid;
-    for (const Ref<Geometry>& geometry : chain) part.versions.push_back(geometry->version());
+    for (const Ref<Geometry>& geometry : chain) part.versions.push_back(geometry->version);
     part.vertices = mesh.buffer(RTC_BUFFER_TYPE_VERTEX, 0);
     part.indices = mesh.buffer(RTC_BUFFER_TYPE_INDEX, 0);
     part.is_quads = mesh.is_quads();
@@ -26,12 +26,12 @@ Part make_part(const std::vector<Ref<Geometry>>& chain, unsigned int first_id, u
 void collect(const Attachments& attachments, std::vector<Ref<Geometry>>& chain,
              unsigned int first_id, std::vector<Part>& parts) {
     for (const auto& [id, geometry] : attachments) {
-        if (!geometry->is_enabled()) continue;
+        if (!geometry->is_enabled) continue;
         if (chain.empty()) first_id = id;
         if (const char* const what = geometry->unsupported()) fail_unsupported(what);
         chain.push_back(geometry);
         if (!geometry->is_instance()) parts.push_back(make_part(chain, first_id, id));
-        if (const SceneObject* const scene = geometry->instanced_scene()) {
+        if (const SceneObject* const scene = geometry->instanced.get()) {
             if (chain.size() == kMostLevels)
                 fail_argument("instances are nested more than 32 levels deep");
             collect(scene->attachments(), chain, first_id, parts);
@@ -60,9 +60,9 @@ void Part::place() {
             own_positions[i] = keep(vertex(static_cast<std::uint32_t>(i)));
         return;
     }
-    to_world = chain.front()->transform();
+    to_world = chain.front()->transform;
     for (std::size_t level = 1; level + 1 < chain.size(); ++level)
-        to_world = to_world * chain[level]->transform();
+        to_world = to_world * chain[level]->transform;
     to_object = to_world.inverse();
     for (std::size_t i = 0; i < vertices.count; ++i)
         own_positions[i] = keep(to_world.point(keep(vertex(static_cast<std::uint32_t>(i)))));
@@ -137,8 +137,8 @@ bool Part::read_masks() {
     masks.clear();
     bool is_set = false;
     for (const Ref<Geometry>& geometry : chain) {
-        masks.push_back(geometry->mask());
-        is_set |= geometry->has_mask();
+        masks.push_back(geometry->mask);
+        is_set |= geometry->has_mask;
     }
     return is_set;
 }

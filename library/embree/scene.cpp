@@ -20,8 +20,9 @@ std::size_t triangle_count(const std::vector<Part>& parts) {
 }
 
 bool is_any_refitted(const std::vector<Part>& parts) {
-    return std::any_of(parts.begin(), parts.end(),
-                       [](const Part& part) { return part.mesh().is_refitted(); });
+    return std::any_of(parts.begin(), parts.end(), [](const Part& part) {
+        return part.mesh().quality == RTC_BUILD_QUALITY_REFIT;
+    });
 }
 
 bool have_same_versions(const std::vector<Part>& a, const std::vector<Part>& b) {

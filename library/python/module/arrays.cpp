@@ -3,8 +3,11 @@
 #include <pybind11/eval.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <functional>
 #include <utility>
 
+#include "library/python/module/bindings.h"
 #include "morphray/error.hpp"
 
 namespace morphray::python {
@@ -14,11 +17,13 @@ using Shape = std::vector<py::ssize_t>;
 
 std::string text_of(const py::handle& object) { return py::str(object); }
 
-std::string type_of(const py::handle& object) {
-    return py::str(py::type::handle_of(object).attr("__name__"));
-}
-
 std::string text_of_shape(const py::array& array) { return text_of(array.attr("shape")); }
+
+[[noreturn]] void throw_shape(const py::array& array, const std::string& name,
+                              const std::string& wanted, const std::string& hint = {}) {
+    throw py::value_error(name + ": a shape of " + wanted + " is needed, not " +
+                          text_of_shape(array) + hint);
+}
 
 /// Native byte order and, for structured types, equal names and offsets.
 bool has_dtype(const py::array& array, const py::dtype& dtype) {
@@ -31,15 +36,22 @@ bool has_dtype(const py::array& array) {
 }
 
 py::array require_array(const py::object& object, const std::string& name) {
-    if (!py::isinstance<py::array>(object))
-        throw py::type_error(name + ": a numpy.ndarray is needed, not " + type_of(object));
-    return py::reinterpret_borrow<py::array>(object);
+    if (py::isinstance<py::array>(object)) return py::reinterpret_borrow<py::array>(object);
+    throw py::type_error(name + ": a numpy.ndarray is needed, not " +
+                         text_of(py::type::handle_of(object).attr("__name__")));
 }
 
 [[noreturn]] void throw_dtype(const py::array& array, const std::string& name,
                               const std::string& wanted) {
     throw py::type_error(name + ": dtype " + wanted + " in native byte order is needed, not " +
                          text_of(array.dtype().attr("str")) + "; astype() makes a copy");
+}
+
+template <class Number>
+py::array require(const py::object& object, const std::string& name, const char* dtype) {
+    py::array array = require_array(object, name);
+    if (!has_dtype<Number>(array)) throw_dtype(array, name, dtype);
+    return array;
 }
 
 /// Whether numbers of this alignment can be read from here on. numpy's own flag is set for any
@@ -58,25 +70,53 @@ py::array contiguous(const py::array& array, std::size_t alignment = alignof(flo
 /// Rows of three numbers.
 void require_rows_of_three(const py::array& array, const std::string& name, const char* rows) {
     if (array.ndim() == 2 && array.shape(1) == 3) return;
-    std::string message =
-        name + ": a shape of (" + rows + ", 3) is needed, not " + text_of_shape(array);
-    if (array.ndim() == 2 && array.shape(1) > 3) message += "; a slice [:, :3] is read in place";
-    throw py::value_error(message);
+    const bool is_wide = array.ndim() == 2 && array.shape(1) > 3;
+    throw_shape(array, name, std::string("(") + rows + ", 3)",
+                is_wide ? "; a slice [:, :3] is read in place" : "");
 }
 
+/// The numbers of an array that has `columns` of them for each triangle; -1 only if `may_be_none`.
 template <class Index>
-std::vector<std::uint32_t> copy_indices(const py::array& triangles, const std::string& name) {
-    const py::array packed = contiguous(triangles, alignof(Index));
+std::vector<std::uint32_t> copy_ids(const py::array& array, const std::string& name,
+                                    std::size_t columns, const char* what, bool may_be_none) {
+    const py::array packed = contiguous(array, alignof(Index));
     const auto* const from = static_cast<const Index*>(packed.data());
-    std::vector<std::uint32_t> indices(static_cast<std::size_t>(packed.size()));
-    for (std::size_t i = 0; i < indices.size(); ++i) {
-        if (!std::in_range<std::uint32_t>(from[i])) {
-            throw Error(ErrorCode::bad_input, name + ": triangle " + std::to_string(i / 3) +
-                                                  " has vertex " + std::to_string(from[i]));
+    std::vector<std::uint32_t> ids(static_cast<std::size_t>(packed.size()));
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+        const bool is_none = may_be_none && from[i] == static_cast<Index>(-1);
+        if (!std::in_range<std::uint32_t>(from[i]) && !is_none) {
+            throw Error(ErrorCode::bad_input, name + ": triangle " + std::to_string(i / columns) +
+                                                  " has " + what + " " + std::to_string(from[i]));
         }
-        indices[i] = static_cast<std::uint32_t>(from[i]);
+        ids[i] = static_cast<std::uint32_t>(from[i]);
     }
-    return indices;
+    return ids;
+}
+
+/// Calls copy_ids() for the type of the array.
+std::vector<std::uint32_t> ids_of(const py::array& array, const std::string& name,
+                                  std::size_t columns, const char* what, bool may_be_none) {
+    const auto copy = has_dtype<std::uint32_t>(array)   ? &copy_ids<std::uint32_t>
+                      : has_dtype<std::int32_t>(array)  ? &copy_ids<std::int32_t>
+                      : has_dtype<std::int64_t>(array)  ? &copy_ids<std::int64_t>
+                      : has_dtype<std::uint64_t>(array) ? &copy_ids<std::uint64_t>
+                                                        : nullptr;
+    if (copy == nullptr) throw_dtype(array, name, "uint32, int32, uint64 or int64");
+    return copy(array, name, columns, what, may_be_none);
+}
+
+/// Colours of 3 or 4 bytes as numbers; `alpha` is that of those of 3.
+std::vector<std::uint32_t> packed_colours(const py::array& array, std::uint32_t alpha) {
+    const py::array packed = contiguous(array, 1);
+    const py::ssize_t channels = packed.shape(packed.ndim() - 1);
+    const auto* from = static_cast<const std::uint8_t*>(packed.data());
+    std::vector<std::uint32_t> colours(static_cast<std::size_t>(packed.size() / channels));
+    for (std::uint32_t& colour : colours) {
+        if (channels == 4) alpha = from[3];
+        colour = from[0] | std::uint32_t{from[1]} << 8 | std::uint32_t{from[2]} << 16 | alpha << 24;
+        from += channels;
+    }
+    return colours;
 }
 
 py::dtype dtype_of(const char* fields) {
@@ -90,14 +130,57 @@ Shape shape_of(const py::array& array) { return {array.shape(), array.shape() + 
 void read(const py::array& array, QueryArray& queries) {
     queries.count = 1;
     for (const py::ssize_t size : queries.shape) queries.count *= static_cast<std::size_t>(size);
-    const py::array packed = contiguous(array);
-    queries.array = packed;
-    queries.data = static_cast<const float*>(packed.data());
+    queries.array = contiguous(array);
+    queries.data = static_cast<const float*>(queries.array.data());
 }
 
-std::pair<std::uintptr_t, std::uintptr_t> bytes_of(const void* data, std::size_t size) {
-    const auto begin = reinterpret_cast<std::uintptr_t>(data);
-    return {begin, begin + size};
+bool is_list(const py::object& object) {
+    return py::isinstance<py::list>(object) || py::isinstance<py::tuple>(object);
+}
+
+float cutoff_of(const py::handle& number, const std::string& name) {
+    try {
+        return number.cast<float>();
+    } catch (const py::cast_error&) {
+        throw py::type_error(name + ": a number from 0 to 1 is needed, or a list of one an image");
+    }
+}
+
+void set_cutoffs(const py::object& given, const std::string& name,
+                 std::vector<TextureView>& views) {
+    if (is_list(given) && py::len(given) != views.size()) {
+        throw py::value_error(name + ": " + std::to_string(py::len(given)) + " for " +
+                              std::to_string(views.size()) + " images");
+    }
+    for (std::size_t i = 0; i < views.size(); ++i)
+        views[i].alpha_cutoff = cutoff_of(is_list(given) ? given[py::int_(i)] : given, name);
+}
+
+/// Copies images, one or a list of them, and makes views of them.
+void add_images(const py::object& given, const std::string& name, MeshTextures& textures) {
+    const py::object images = is_list(given) ? given : py::make_tuple(given);
+    std::vector<std::vector<std::uint32_t>> texels;
+    for (const py::handle item : images) {
+        std::string place = name + ": image";
+        if (is_list(given)) place.append(" ").append(std::to_string(texels.size()));
+        const auto image =
+            require<std::uint8_t>(py::reinterpret_borrow<py::object>(item), place, "uint8");
+        const bool fits = image.ndim() == 3 && (image.shape(2) == 3 || image.shape(2) == 4);
+        if (!fits || image.size() == 0) throw_shape(image, place, "(H, W, 3) or (H, W, 4)");
+        if (std::max(image.shape(0), image.shape(1)) > py::ssize_t{kMaxTextureSide}) {
+            throw Error(ErrorCode::limit, place + ": a shape of " + text_of_shape(image) +
+                                              "; at most " + std::to_string(kMaxTextureSide) +
+                                              " texels a side are possible");
+        }
+        texels.push_back(packed_colours(image, 255));
+        textures.views.push_back({.width = static_cast<std::uint32_t>(image.shape(1)),
+                                  .height = static_cast<std::uint32_t>(image.shape(0))});
+    }
+    if (texels.empty()) throw py::value_error(name + ": no images");
+    textures.texels =
+        std::make_shared<const std::vector<std::vector<std::uint32_t>>>(std::move(texels));
+    for (std::size_t i = 0; i < textures.views.size(); ++i)
+        textures.views[i].texels = (*textures.texels)[i];
 }
 
 }  // namespace
@@ -122,27 +205,21 @@ const py::dtype& closest_dtype() {
     return *dtype;
 }
 
-py::array points_array(const py::object& points, const std::string& name) {
-    py::array array = require_array(points, name);
-    if (!has_dtype<float>(array)) throw_dtype(array, name, "float32");
-    require_rows_of_three(array, name, "V");
-    return array;
-}
-
-Positions positions_of(const py::array& points, const std::string& name) {
+Positions positions_of(const py::object& object, const std::string& name) {
+    const py::array points = require<float>(object, name, "float32");
+    require_rows_of_three(points, name, "V");
     Positions positions{points.data(), static_cast<std::size_t>(points.shape(0)), sizeof(Vec3)};
     if (positions.count == 0) return positions;
-    if (points.strides(1) != sizeof(float)) {
-        throw py::value_error(
-            name + ": the three numbers of a point must be next to each other, but strides are " +
-            text_of(points.attr("strides")) + "; numpy.ascontiguousarray() makes a copy");
-    }
-    if (positions.count == 1) return positions;
-    if (points.strides(0) < static_cast<py::ssize_t>(sizeof(Vec3))) {
-        throw py::value_error(name + ": points must follow each other, 12 bytes apart or more, " +
-                              "but strides are " + text_of(points.attr("strides")) +
+    const auto throw_strides = [&](const char* what) {
+        throw py::value_error(name + ": " + what + ", but strides are " +
+                              text_of(points.attr("strides")) +
                               "; numpy.ascontiguousarray() makes a copy");
-    }
+    };
+    if (points.strides(1) != sizeof(float))
+        throw_strides("the three numbers of a point must be next to each other");
+    if (positions.count == 1) return positions;
+    if (points.strides(0) < static_cast<py::ssize_t>(sizeof(Vec3)))
+        throw_strides("points must follow each other, 12 bytes apart or more");
     positions.stride = static_cast<std::size_t>(points.strides(0));
     return positions;
 }
@@ -150,35 +227,55 @@ Positions positions_of(const py::array& points, const std::string& name) {
 std::vector<std::uint32_t> indices_of(const py::object& triangles, const std::string& name) {
     const py::array array = require_array(triangles, name);
     require_rows_of_three(array, name, "T");
-    if (has_dtype<std::uint32_t>(array)) return copy_indices<std::uint32_t>(array, name);
-    if (has_dtype<std::int32_t>(array)) return copy_indices<std::int32_t>(array, name);
-    if (has_dtype<std::int64_t>(array)) return copy_indices<std::int64_t>(array, name);
-    if (has_dtype<std::uint64_t>(array)) return copy_indices<std::uint64_t>(array, name);
-    throw_dtype(array, name, "uint32, int32, uint64 or int64");
+    return ids_of(array, name, 3, "vertex", false);
 }
 
 std::vector<std::uint32_t> albedo_of(const py::object& albedo, const std::string& name) {
     if (albedo.is_none()) return {};
     const py::array array = require_array(albedo, name);
-    const bool is_packed = has_dtype<std::uint32_t>(array);
-    if (!is_packed && !has_dtype<std::uint8_t>(array)) throw_dtype(array, name, "uint32 or uint8");
-    if (is_packed ? array.ndim() != 1 : array.ndim() != 2 || array.shape(1) != 3) {
-        throw py::value_error(name + ": a shape of " + (is_packed ? "(T,)" : "(T, 3)") +
-                              " is needed, not " + text_of_shape(array));
+    if (has_dtype<std::uint32_t>(array)) {
+        if (array.ndim() != 1) throw_shape(array, name, "(T,)");
+        return ids_of(array, name, 1, "colour", false);
     }
-    const py::array packed = contiguous(array);
-    std::vector<std::uint32_t> colours(static_cast<std::size_t>(packed.shape(0)));
-    if (is_packed) {
-        const auto* const from = static_cast<const std::uint32_t*>(packed.data());
-        colours.assign(from, from + colours.size());
-    } else {
-        const auto* from = static_cast<const std::uint8_t*>(packed.data());
-        for (std::uint32_t& colour : colours) {
-            colour = from[0] | std::uint32_t{from[1]} << 8 | std::uint32_t{from[2]} << 16;
-            from += 3;
-        }
+    if (!has_dtype<std::uint8_t>(array)) throw_dtype(array, name, "uint32 or uint8");
+    if (array.ndim() != 2 || array.shape(1) != 3) throw_shape(array, name, "(T, 3)");
+    return packed_colours(array, 0);
+}
+
+MeshTextures textures_of(const py::object& textures, const std::string& name) {
+    MeshTextures result;
+    if (textures.is_none()) return result;
+    if (!py::isinstance<py::tuple>(textures)) {
+        throw py::type_error(name +
+                             ": a morphray.Textures or a tuple (images, texcoords) is needed");
     }
-    return colours;
+    const auto parts = py::reinterpret_borrow<py::tuple>(textures);
+    if (parts.size() < 2 || parts.size() > 5) {
+        throw py::value_error(name +
+                              ": 2 to 5 items are needed, (images, texcoords, ids, wrap, "
+                              "alpha_cutoff), not " +
+                              std::to_string(parts.size()));
+    }
+    add_images(parts[0], name, result);
+    const py::array texcoords = require<float>(parts[1], name + ": texcoords", "float32");
+    if (texcoords.ndim() != 3 || texcoords.shape(1) != 3 || texcoords.shape(2) != 2)
+        throw_shape(texcoords, name + ": texcoords", "(T, 3, 2)");
+    const py::array packed = contiguous(texcoords);
+    const auto* const numbers = static_cast<const float*>(packed.data());
+    result.texcoords.assign(numbers, numbers + packed.size());
+    if (parts.size() > 2 && !parts[2].is_none()) {
+        const py::array ids = require_array(parts[2], name + ": ids");
+        if (ids.ndim() != 1) throw_shape(ids, name + ": ids", "(T,)");
+        result.ids = ids_of(ids, name + ": ids", 1, "image", true);
+    }
+    if (parts.size() > 3) {
+        if (!py::isinstance<py::str>(parts[3]))
+            throw py::type_error(name + ": wrap: a str is needed");
+        const Wrap wrap = wrap_named(parts[3].cast<std::string>());
+        for (TextureView& view : result.views) view.wrap = wrap;
+    }
+    if (parts.size() > 4) set_cutoffs(parts[4], name + ": alpha_cutoff", result.views);
+    return result;
 }
 
 QueryArray rays_of(const py::object& object) {
@@ -186,10 +283,8 @@ QueryArray rays_of(const py::object& object) {
     QueryArray rays{.name = "rays", .shape = shape_of(array)};
     if (!has_dtype(array, ray_dtype())) {
         if (!has_dtype<float>(array)) throw_dtype(array, "rays", "float32 or morphray.ray_dtype");
-        if (array.ndim() < 2 || (rays.shape.back() != 6 && rays.shape.back() != 8)) {
-            throw py::value_error("rays: a shape of (N, 6) or (N, 8) is needed, not " +
-                                  text_of_shape(array));
-        }
+        if (array.ndim() < 2 || (rays.shape.back() != 6 && rays.shape.back() != 8))
+            throw_shape(array, "rays", "(N, 6) or (N, 8)");
         rays.columns = static_cast<std::size_t>(rays.shape.back());
         rays.shape.pop_back();
     }
@@ -198,11 +293,9 @@ QueryArray rays_of(const py::object& object) {
 }
 
 QueryArray query_points_of(const py::object& object) {
-    const py::array array = require_array(object, "points");
+    const py::array array = require<float>(object, "points", "float32");
     QueryArray points{.name = "points", .columns = 3, .shape = shape_of(array)};
-    if (!has_dtype<float>(array)) throw_dtype(array, "points", "float32");
-    if (array.ndim() < 2 || points.shape.back() != 3)
-        throw py::value_error("points: a shape of (N, 3) is needed, not " + text_of_shape(array));
+    if (array.ndim() < 2 || points.shape.back() != 3) throw_shape(array, "points", "(N, 3)");
     points.shape.pop_back();
     read(array, points);
     return points;
@@ -227,12 +320,11 @@ py::array results_for(const QueryArray& queries, const py::object& out, const py
         throw py::value_error("out: the array must be C-contiguous and aligned to " +
                               std::to_string(alignment) + " bytes");
     }
-    const auto [begin, end] = bytes_of(array.data(), static_cast<std::size_t>(array.nbytes()));
-    const auto [first, last] =
-        bytes_of(queries.data, queries.count * queries.columns * sizeof(float));
-    if (begin < last && first < end) {
+    const auto* const begin = static_cast<const char*>(array.data());
+    const auto* const first = reinterpret_cast<const char*>(queries.data);
+    const std::size_t size = queries.count * queries.columns * sizeof(float);
+    if (std::less<>()(begin, first + size) && std::less<>()(first, begin + array.nbytes()))
         throw py::value_error(std::string("out: the array shares memory with the ") + queries.name);
-    }
     return array;
 }
 

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,8 +24,7 @@ const py::dtype& closest_dtype();
 
 /// An array of shape (V, 3) of float32 as positions; the last axis is contiguous. Throws TypeError
 /// for what is no such array and ValueError for a shape or strides that do not fit.
-Positions positions_of(const py::array& points, const std::string& name);
-py::array points_array(const py::object& points, const std::string& name);
+Positions positions_of(const py::object& points, const std::string& name);
 
 /// The indices of an array of shape (T, 3) of uint32, int32, int64 or uint64, copied. Throws
 /// TypeError, ValueError, and Error(bad_input) for an index that is negative or above 2^32 - 1.
@@ -32,6 +32,20 @@ std::vector<std::uint32_t> indices_of(const py::object& triangles, const std::st
 
 /// The colours of an array of shape (T,) of uint32, or (T, 3) of uint8. None: no colours.
 std::vector<std::uint32_t> albedo_of(const py::object& albedo, const std::string& name);
+
+/// The textures of a mesh, copied from arrays.
+struct MeshTextures {
+    std::shared_ptr<const std::vector<std::vector<std::uint32_t>>> texels;
+    /// Views of `texels`, which copies share.
+    std::vector<TextureView> views;
+    std::vector<float> texcoords;
+    std::vector<std::uint32_t> ids;
+};
+
+/// The fields of morphray.Textures, or of a tuple (images, texcoords[, ids[, wrap[,
+/// alpha_cutoff]]]). None: no textures. Throws TypeError, ValueError, and Error(bad_input) for an
+/// id that is no uint32.
+MeshTextures textures_of(const py::object& textures, const std::string& name);
 
 /// Rays or points of the caller: `columns` floats each, one after the other.
 struct QueryArray {

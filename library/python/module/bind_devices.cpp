@@ -2,56 +2,20 @@
 #include <pybind11/stl.h>
 
 #include "library/python/module/bindings.h"
-#include "library/python/module/gil_release.h"
+#include "library/python/module/interruptible.h"
 #include "morphray/device.hpp"
 
 namespace morphray::python {
 
 using py::arg;
 
-Device device_of(const py::object& device, const std::string& name) {
-    if (py::isinstance<Device>(device)) return device.cast<Device>();
-    if (!py::isinstance<py::str>(device))
-        throw py::type_error(name + ": a morphray.Device or a str is needed");
-    const auto text = device.cast<std::string>();
-    const GilRelease release;
-    if (text == "cpu") return Device::cpu();
-    if (text == "vulkan") return Device::vulkan();
-    if (text == "brute") return Device::brute_force();
-    throw py::value_error(name + ": \"" + text +
-                          "\" is none of \"cpu\", \"vulkan\" and \"brute\"; Device.vulkan() takes "
-                          "the name of a device");
-}
-
-Point point_of(const py::object& point, const std::string& name) {
-    const std::string message = name + ": three numbers are needed";
-    if (!py::isinstance<py::sequence>(point) || py::isinstance<py::str>(point))
-        throw py::type_error(message);
-    const auto sequence = py::reinterpret_borrow<py::sequence>(point);
-    if (py::len(sequence) != 3) throw py::value_error(message);
-    Point result{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        try {
-            result[axis] = py::object(sequence[axis]).cast<double>();
-        } catch (const py::cast_error&) {
-            throw py::type_error(message);
-        }
-    }
-    return result;
-}
-
-std::optional<Point> optional_point_of(const py::object& point, const std::string& name) {
-    if (point.is_none()) return {};
-    return point_of(point, name);
-}
-
 void bind_devices(py::module_& module) {
     py::class_<Device>(
         module, "Device",
         R"(Where scenes live and rays are traced. Made by cpu(), vulkan() or brute_force().
 
-Threads may use a device at the same time, for any number of scenes. A scene keeps its device
-alive. Scenes that share a Device of Vulkan start it once; the string "vulkan" starts another one.)")
+Threads may use a device at the same time, for any number of scenes. Scenes that share a Device of
+Vulkan start it once; the string "vulkan" starts another one.)")
         .def_static(
             "cpu",
             [](int threads, const std::string& simd) {
@@ -63,11 +27,8 @@ alive. Scenes that share a Device of Vulkan start it once; the string "vulkan" s
 
 The processors of this machine. Results do not depend on the arguments.
 
-threads: 0 is one for each processor.
-simd:    an instruction set of simd_targets(), "" for the best one, "off" for portable code.
-
-Raises Error "bad_argument" for an unknown instruction set or negative threads, and "unavailable"
-for an instruction set that the machine lacks.)",
+threads: 0 is one for each processor
+simd:    an instruction set of simd_targets(), "" for the best one, "off" for portable code)",
             arg("threads") = 0, arg("simd") = "")
         .def_static(
             "vulkan",
@@ -81,10 +42,8 @@ for an instruction set that the machine lacks.)",
 A Vulkan 1.1 device. Starting it compiles its kernels, which takes from 0.1 s to some seconds.
 
 device:   an index of vulkan_devices(), a part of the name of one device, or a UUID. "": the first
-          usable device, discrete before integrated, virtual, CPU.
-validate: enable the Khronos validation layer.
-
-Raises Error "unavailable".)",
+          usable device, discrete before integrated, virtual, CPU
+validate: enable the Khronos validation layer)",
             arg("device") = "", arg("validate") = false)
         .def_static(
             "brute_force",
@@ -92,10 +51,7 @@ Raises Error "unavailable".)",
                 const GilRelease release;
                 return Device::brute_force({.threads = threads, .simd = simd});
             },
-            R"(brute_force(threads=0, simd="")
---
-
-Tests every triangle for every ray, without a tree. For checks of small scenes.)",
+            "brute_force(threads=0, simd=\"\")\n--\n\nTests every triangle for every ray.",
             arg("threads") = 0, arg("simd") = "")
         .def_property_readonly("name", &Device::name, R"("cpu", "vulkan" or "brute".)")
         .def_property_readonly("description", &Device::description,
@@ -120,15 +76,10 @@ Tests every triangle for every ray, without a tree. For checks of small scenes.)
         });
 
     module.def("vulkan_devices", &vulkan_devices, py::call_guard<GilRelease>(),
-               R"(vulkan_devices()
---
-
-A list of VulkanDeviceInfo. Raises Error "unavailable": not built in, no Vulkan library, no driver.)");
-    module.def("simd_targets", &simd_targets,
-               R"(simd_targets()
---
-
-The instruction sets that Device.cpu() accepts on this machine, the best one first.)");
+               "vulkan_devices()\n--\n\nA list of VulkanDeviceInfo. Raises Error \"unavailable\".");
+    module.def(
+        "simd_targets", &simd_targets,
+        "simd_targets()\n--\n\nWhat Device.cpu() accepts on this machine, the best one first.");
 }
 
 }  // namespace morphray::python

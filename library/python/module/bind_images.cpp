@@ -1,46 +1,18 @@
-// morphray.Image and files of hits.
-#include <pybind11/stl.h>
+// morphray.Image and morphray.compare().
 #include <pybind11/stl/filesystem.h>
 
 #include <filesystem>
-#include <memory>
-#include <mutex>
 
 #include "library/python/module/arrays.h"
 #include "library/python/module/bindings.h"
-#include "library/python/module/gil_release.h"
-#include "library/python/module/options.h"
-#include "morphray/hits.hpp"
+#include "library/python/module/scene.h"
+#include "morphray/compare.hpp"
 #include "morphray/image.hpp"
 
 namespace morphray::python {
 namespace {
 
 using py::arg;
-using HitsImage = HitsFile::ImageHits;
-
-/// A file of hits, with the size that its images have.
-struct SizedHits {
-    std::uint32_t width = 0;
-    std::uint32_t height = 0;
-    HitsImage image;
-};
-
-/// Threads take turns.
-struct PyHitsWriter {
-    PyHitsWriter(std::uint32_t width, std::uint32_t height) : writer(width, height) {}
-
-    HitsWriter writer;
-    std::mutex mutex;
-
-    /// Calls `work(writer)` without the GIL.
-    template <class Work>
-    void use(Work work) {
-        const GilRelease release;
-        const std::scoped_lock lock(mutex);
-        work(writer);
-    }
-};
 
 /// A read-only view of memory of `owner`.
 py::array view(const py::dtype& dtype, const std::vector<py::ssize_t>& shape, const void* data,
@@ -50,23 +22,16 @@ py::array view(const py::dtype& dtype, const std::vector<py::ssize_t>& shape, co
     return array;
 }
 
-template <class Sized>
-std::vector<py::ssize_t> image_shape(const Sized& image) {
-    return {static_cast<py::ssize_t>(image.height), static_cast<py::ssize_t>(image.width)};
-}
-
 py::array pixels_of(const py::object& self) {
     const auto& image = self.cast<const Image&>();
-    std::vector<py::ssize_t> shape = image_shape(image);
-    shape.push_back(4);
-    return view(py::dtype::of<std::uint8_t>(), shape, image.pixels.data(), self);
+    return view(py::dtype::of<std::uint8_t>(), {image.height, image.width, 4}, image.pixels.data(),
+                self);
 }
 
 /// The shape of arrays with one element for each camera ray.
 std::vector<py::ssize_t> sample_shape_of(const Image& image) {
-    std::vector<py::ssize_t> shape = image_shape(image);
-    for (py::ssize_t& length : shape) length *= sample_side(image.samples);
-    return shape;
+    const py::ssize_t side = sample_side(image.samples);
+    return {side * image.height, side * image.width};
 }
 
 py::array hits_of(const py::object& self) {
@@ -80,23 +45,68 @@ py::array occlusion_of(const py::object& self) {
                 self);
 }
 
-py::array file_hits_of(const py::object& self) {
-    const auto& hits = self.cast<const SizedHits&>();
-    return view(hit_dtype(), image_shape(hits), hits.image.hits.data(), self);
+Comparison compare_scenes(PyScene& first, PyScene& second, const QueryArray& rays,
+                          std::size_t keep) {
+    Comparison result;
+    const auto compare_in = [&](const Scene& a, const Scene& b,
+                                const std::atomic<bool>* cancelled) {
+        for_each_batch(rays, batch_size(rays, {}), 0, std::numeric_limits<float>::infinity(),
+                       [&](std::size_t begin, std::span<const Ray> batch) {
+                           const std::size_t room = keep - result.differences.size();
+                           Comparison part = compare(a, b, batch, room, cancelled);
+                           result.compared += part.compared;
+                           result.different += part.different;
+                           for (HitDifference& difference : part.differences) {
+                               difference.index += begin;
+                               result.differences.push_back(difference);
+                           }
+                       });
+    };
+    first.query(nullptr, [&](const Scene& a, const std::atomic<bool>* cancelled) {
+        if (&first == &second) return compare_in(a, a, cancelled);
+        const std::shared_lock lock = second.query_lock();
+        compare_in(a, second.scene(), cancelled);
+    });
+    return result;
 }
 
-py::array file_occlusion_of(const py::object& self) {
-    const auto& hits = self.cast<const SizedHits&>();
-    return view(py::dtype::of<std::uint32_t>(), image_shape(hits), hits.image.occlusion.data(),
-                self);
+Comparison compare_any(const py::object& first, const py::object& second, const py::object& rays,
+                       std::size_t keep) {
+    if (py::isinstance<PyScene>(first) && py::isinstance<PyScene>(second)) {
+        if (rays.is_none()) throw py::type_error("compare: two scenes need rays to compare");
+        return compare_scenes(first.cast<PyScene&>(), second.cast<PyScene&>(), rays_of(rays), keep);
+    }
+    if (py::isinstance<Image>(first) && py::isinstance<Image>(second)) {
+        if (!rays.is_none()) throw py::type_error("compare: two images take no rays");
+        const auto& a = first.cast<const Image&>();
+        const auto& b = second.cast<const Image&>();
+        const GilRelease release;
+        return compare(a, b, keep);
+    }
+    throw py::type_error("compare: two scenes or two images are needed");
 }
 
-std::vector<SizedHits> read_sized_hits(const std::filesystem::path& file) {
-    HitsFile read = read_hits(file.string());
-    std::vector<SizedHits> images;
-    for (HitsImage& image : read.images)
-        images.push_back({read.width, read.height, std::move(image)});
-    return images;
+struct DifferenceRecord {
+    std::uint64_t index;
+    Hit first;
+    Hit second;
+};
+
+py::array differences_of(const Comparison& comparison) {
+    py::list fields;
+    fields.append(py::make_tuple("index", py::dtype::of<std::uint64_t>()));
+    fields.append(py::make_tuple("first", hit_dtype()));
+    fields.append(py::make_tuple("second", hit_dtype()));
+    const py::object dtype = py::module_::import("numpy").attr("dtype")(fields);
+    py::array array(py::reinterpret_borrow<py::dtype>(dtype),
+                    static_cast<py::ssize_t>(comparison.differences.size()));
+    static_assert(sizeof(DifferenceRecord) == 48 && offsetof(DifferenceRecord, second) == 28);
+    auto* const out = static_cast<DifferenceRecord*>(array.mutable_data());
+    for (std::size_t i = 0; i < comparison.differences.size(); ++i) {
+        const HitDifference& difference = comparison.differences[i];
+        out[i] = {difference.index, difference.first, difference.second};
+    }
+    return array;
 }
 
 }  // namespace
@@ -115,18 +125,14 @@ arrays can be pickled, the image cannot.)")
         .def_property_readonly("hits", &hits_of,
                                R"((height, width) of hit_dtype: the hit of each camera ray.
 
-t is the depth along the viewing direction, in world space. With several samples a pixel both sides
-are longer by the square root of their number.)")
+t is the depth along the viewing direction. Several samples a pixel are a square of elements.)")
         .def_property_readonly("occlusion", &occlusion_of,
-                               R"((height, width) uint32: occluded rays of each camera ray.
-
-Of its shadow ray and its ambient-occlusion rays. With several samples shaped as hits.)")
+                               "uint32 of the shape of hits: occluded shadow and ambient-occlusion "
+                               "rays of each camera ray.")
         .def_readonly("ray_count", &Image::ray_count, "The rays that were traced.")
         .def_readonly("trace_ms", &Image::trace_ms, "The time of the trace in milliseconds.")
         .def_readonly("hits_hash", &Image::hits_hash,
-                      R"(XXH3 (64 bits) of hits and occlusion: the same on every device and machine.
-
-f"{image.hits_hash:016x}" is what the program `morphray render --json` reports.)")
+                      "XXH3 (64 bits) of hits and occlusion: the same on every device and machine.")
         .def_readonly("image_hash", &Image::image_hash, "XXH3 (64 bits) of the pixels.")
         .def(
             "save",
@@ -134,65 +140,36 @@ f"{image.hits_hash:016x}" is what the program `morphray render --json` reports.)
                 const GilRelease release;
                 write_png(file.string(), image);
             },
-            R"(save(self, path)
---
-
-Writes a PNG file: as a whole, or not at all. Raises Error "output" if it cannot be written.)",
-            arg("path"))
+            "save(self, path)\n--\n\nWrites a PNG file, as a whole or not at all.", arg("path"))
         .def("__repr__", [](const Image& image) {
             return "<morphray.Image " + std::to_string(image.width) + "x" +
                    std::to_string(image.height) + ">";
         });
 
-    py::class_<PyHitsWriter> writer_class(module, "HitsWriter", R"(HitsWriter(width, height)
+    py::class_<Comparison>(
+        module, "Comparison",
+        "The hits that differ in any bit. True if there are any; str() has the first ones.")
+        .def_readonly("compared", &Comparison::compared, "The number of rays or pixels.")
+        .def_readonly("different", &Comparison::different, "The number of those that differ.")
+        .def_property_readonly("equal", &Comparison::equal, "Whether none differs.")
+        .def_property_readonly(
+            "differences", &differences_of,
+            "The first ones that differ, with the fields index, first and second (hit_dtype).")
+        .def("__bool__", [](const Comparison& comparison) { return !comparison.equal(); })
+        .def("__str__", &describe)
+        .def("__repr__", [](const Comparison& comparison) {
+            return "<morphray.Comparison " + std::to_string(comparison.different) + " of " +
+                   std::to_string(comparison.compared) + " differ>";
+        });
+    module.def("compare", &compare_any,
+               R"(compare(first, second, rays=None, keep=10)
 --
 
-Collects the hits of images of one size and writes them to a file. Threads take turns.
+Compares two scenes by tracing rays in both, or two images by hits, occlusion and pixels.
 
-Little-endian: char[8] "MRHITS1\0"; uint32 width, height, number of images; then for each image
-width * height times {float32 t, u, v; uint32 prim_id}, and width * height times uint32 occlusion.)");
-    writer_class
-        .def(py::init([](const py::object& width, const py::object& height) {
-                 return std::make_unique<PyHitsWriter>(uint32_of(width, "width"),
-                                                       uint32_of(height, "height"));
-             }),
-             "__init__(self, width, height)\n--\n\nSee the class.", arg("width"), arg("height"))
-        .def(
-            "add",
-            [](PyHitsWriter& self, const Image& image) {
-                self.use([&](HitsWriter& writer) { writer.add(image); });
-            },
-            R"(add(self, image)
---
-
-Adds the hits of an Image; with several samples a pixel, width and height are those of `hits`. Raises
-Error "bad_argument" for an image of another size, and for hits of another mesh than geom_id 0, for
-which the file has no place.)",
-            arg("image"))
-        .def(
-            "write",
-            [](PyHitsWriter& self, const std::filesystem::path& file) {
-                self.use([&](const HitsWriter& writer) { writer.write(file.string()); });
-            },
-            R"(write(self, path)
---
-
-Writes the file with the images so far: as a whole, or not at all. Raises Error "output".)",
-            arg("path"));
-
-    py::class_<SizedHits>(module, "ImageHits", "The hits of an image, from read_hits().")
-        .def_readonly("width", &SizedHits::width, "In pixels.")
-        .def_readonly("height", &SizedHits::height, "In pixels.")
-        .def_property_readonly("hits", &file_hits_of, "(height, width) of hit_dtype, read-only.")
-        .def_property_readonly("occlusion", &file_occlusion_of,
-                               "(height, width) uint32, read-only: occluded rays of each pixel.");
-    module.def("read_hits", &read_sized_hits, py::call_guard<GilRelease>(),
-               R"(read_hits(path)
---
-
-The images of a file of HitsWriter: a list of ImageHits. Raises Error "bad_input" for a file that
-cannot be read or is no such file.)",
-               arg("path"));
+rays: as Scene.intersect() takes them; needed for scenes, and not taken for images
+keep: how many of those that differ Comparison.differences has at most)",
+               arg("first"), arg("second"), arg("rays") = py::none(), arg("keep") = 10);
 }
 
 }  // namespace morphray::python

@@ -1,9 +1,7 @@
 // morphray.Scene.
 #include <pybind11/stl.h>
 
-#include "library/python/module/arrays.h"
 #include "library/python/module/bindings.h"
-#include "library/python/module/options.h"
 #include "library/python/module/scene.h"
 #include "library/python/module/scene_docs.h"
 #include "morphray/scene.hpp"
@@ -80,65 +78,6 @@ Update update(PyScene& scene, const py::object& geom_id, const py::object& first
     return scene.update(uint32_of(geom_id, "geom_id"), uint32_of(first, "first"), points);
 }
 
-py::array intersect(PyScene& scene, const py::object& rays, const py::object& out,
-                    const py::object& coherence) {
-    const QueryArray array = rays_of(rays);
-    py::array hits = results_for(array, out, hit_dtype());
-    scene.intersect(array, coherence_of(coherence),
-                    {static_cast<Hit*>(hits.mutable_data()), array.count});
-    return hits;
-}
-
-py::array occluded_in(PyScene& scene, const QueryArray& rays, float tnear, float tfar,
-                      const py::object& out, const py::object& coherence) {
-    // 0 and 1 in a byte.
-    py::array results = results_for(rays, out, py::dtype::of<bool>());
-    scene.occluded(rays, coherence_of(coherence), tnear, tfar,
-                   {static_cast<std::uint8_t*>(results.mutable_data()), rays.count});
-    return results;
-}
-
-py::array occluded(PyScene& scene, const py::object& rays, const py::object& out,
-                   const py::object& coherence) {
-    return occluded_in(scene, rays_of(rays), 0, std::numeric_limits<float>::infinity(), out,
-                       coherence);
-}
-
-py::array test_occlusions(PyScene& scene, const py::object& rays, float tnear,
-                          std::optional<float> tfar, const py::object& coherence) {
-    const QueryArray array = rays_of(rays);
-    if (array.columns == 8 && (tnear != 0 || tfar)) {
-        throw py::value_error(
-            "test_occlusions: tnear and tfar are for rays of six numbers; these have their own");
-    }
-    return occluded_in(scene, array, tnear, tfar.value_or(std::numeric_limits<float>::infinity()),
-                       py::none(), coherence);
-}
-
-py::dict cast_rays(PyScene& scene, const py::object& rays, const py::object& coherence) {
-    const QueryArray array = rays_of(rays);
-    const auto with_axis = [&](py::ssize_t size) {
-        std::vector<py::ssize_t> shape = array.shape;
-        shape.push_back(size);
-        return shape;
-    };
-    py::array_t<float> t_hit(array.shape);
-    py::array_t<std::uint32_t> geometry_ids(array.shape);
-    py::array_t<std::uint32_t> primitive_ids(array.shape);
-    py::array_t<float> uvs(with_axis(2));
-    py::array_t<float> normals(with_axis(3));
-    scene.cast(array, coherence_of(coherence),
-               {t_hit.mutable_data(), geometry_ids.mutable_data(), primitive_ids.mutable_data(),
-                uvs.mutable_data(), normals.mutable_data()});
-    py::dict result;
-    result["t_hit"] = t_hit;
-    result["geometry_ids"] = geometry_ids;
-    result["primitive_ids"] = primitive_ids;
-    result["primitive_uvs"] = uvs;
-    result["primitive_normals"] = normals;
-    return result;
-}
-
 Image render(PyScene& scene, const py::object& size, const py::object& eye,
              const py::object& target, const py::object& up, double fov, const py::object& light,
              const std::string& rays, const py::object& ao_count, double ao_distance,
@@ -147,42 +86,51 @@ Image render(PyScene& scene, const py::object& size, const py::object& eye,
     if (!py::isinstance<py::sequence>(size) || py::len(size) != 2)
         throw py::type_error("size: a pair of numbers is needed, (width, height)");
     const auto pair = py::reinterpret_borrow<py::sequence>(size);
-    const View view{.eye = optional_point_of(eye, "eye"),
-                    .target = optional_point_of(target, "target"),
-                    .up = point_of(up, "up"),
-                    .fov = fov,
-                    .light = optional_point_of(light, "light"),
-                    .width = uint32_of(py::object(pair[0]), "size[0]"),
-                    .height = uint32_of(py::object(pair[1]), "size[1]"),
-                    .rays = rays_named(rays),
-                    .shading = shading_named(shading),
-                    .samples = uint32_of(samples, "samples"),
-                    .flat = flat,
-                    .ao_count = uint32_of(ao_count, "ao_count"),
-                    .ao_distance = ao_distance};
-    return scene.render(view, cancel_of(cancel));
+    View view{.eye = optional_point_of(eye, "eye"),
+              .target = optional_point_of(target, "target"),
+              .up = point_of(up, "up"),
+              .fov = fov,
+              .light = optional_point_of(light, "light"),
+              .width = uint32_of(py::object(pair[0]), "size[0]"),
+              .height = uint32_of(py::object(pair[1]), "size[1]"),
+              .rays = rays_named(rays),
+              .shading = shading_named(shading),
+              .samples = uint32_of(samples, "samples"),
+              .flat = flat,
+              .ao_count = uint32_of(ao_count, "ao_count"),
+              .ao_distance = ao_distance};
+    Image image;
+    scene.query(cancel_of(cancel), [&](const Scene& rendered, const std::atomic<bool>* cancelled) {
+        view.cancel = cancelled;
+        image = rendered.render(view);
+    });
+    return image;
 }
 
-void bind_cancel(py::module_& module) {
-    py::class_<Cancel> cancel_class(module, "Cancel", kCancelDoc);
-    cancel_class.def(py::init<>(), "__init__(self)\n--\n\nSee the class.")
-        .def("set", &Cancel::set, kCancelSetDoc)
-        .def("clear", &Cancel::clear, kCancelClearDoc)
-        .def("is_set", &Cancel::is_set, kCancelIsSetDoc);
+/// A function that returns what a member of Scene returns.
+template <class Result>
+auto reading(Result (Scene::*member)() const) {
+    return [member](PyScene& scene) {
+        return scene.read(
+            [&](const Scene& s) -> std::remove_cvref_t<Result> { return (s.*member)(); });
+    };
 }
 
 py::tuple bounds(PyScene& scene) {
-    const Box box = scene.query([](const Scene& s) { return s.bounds(); });
+    const Box box = scene.read([](const Scene& s) { return s.bounds(); });
     return py::make_tuple(py::array_t<double>(3, box.lower.data()),
                           py::array_t<double>(3, box.upper.data()));
 }
 
 void bind_update(py::module_& module) {
-    py::class_<Update>(module, "Update", kUpdateDoc)
+    py::class_<Update>(module, "Update",
+                       "What Scene.update() did. A part that did not happen takes 0 ms.")
         .def_property_readonly(
             "step", [](const Update& update) { return to_string(update.step); }, kStepDoc)
         .def_readonly("reason", &Update::reason, "Why, as a clause for people.")
-        .def_readonly("cost_ratio", &Update::cost_ratio, kCostRatioDoc)
+        .def_readonly(
+            "cost_ratio", &Update::cost_ratio,
+            "The cost of the tree relative to that when it was built. 1: it was not asked for.")
         .def_readonly("build_pending", &Update::build_pending,
                       "Whether a tree is being built in the background.")
         .def_property_readonly("milliseconds", &Update::milliseconds, "The sum of all parts.")
@@ -197,7 +145,8 @@ void bind_update(py::module_& module) {
                    update.reason + ">";
         });
     py::class_<TreeStatistics>(module, "TreeStatistics", "Of Scene.tree_statistics().")
-        .def_readonly("sah_cost", &TreeStatistics::sah_cost, kSahCostDoc)
+        .def_readonly("sah_cost", &TreeStatistics::sah_cost,
+                      "Expected visits of nodes and tests of triangles of a random ray.")
         .def_readonly("node_count", &TreeStatistics::node_count)
         .def_readonly("leaf_count", &TreeStatistics::leaf_count)
         .def_readonly("depth", &TreeStatistics::depth)
@@ -213,7 +162,14 @@ void bind_update(py::module_& module) {
 }  // namespace
 
 void bind_scene(py::module_& module) {
-    bind_cancel(module);
+    py::class_<Cancel>(module, "Cancel", kCancelDoc)
+        .def(py::init<>(), "__init__(self)\n--\n\nSee the class.")
+        .def("set", &Cancel::set,
+             "set(self)\n--\n\nEnds all calls that have this Cancel now or later.")
+        .def("clear", &Cancel::clear,
+             "clear(self)\n--\n\nLets calls that begin from now on run to their end.")
+        .def("is_set", &Cancel::is_set,
+             "is_set(self)\n--\n\nWhether set() has been called since the last clear().");
     bind_update(module);
     const Auto automatic;
     py::class_<PyScene> scene_class(module, "Scene", kSceneDoc);
@@ -243,22 +199,11 @@ void bind_scene(py::module_& module) {
             [](PyScene& scene, const py::object& geom_id) {
                 scene.detach(uint32_of(geom_id, "geom_id"));
             },
-            kDetachDoc, arg("geom_id"))
-        .def(
-            "last_update",
-            [](PyScene& scene) {
-                return scene.query([](const Scene& s) { return s.last_update(); });
-            },
-            kLastUpdateDoc)
-        .def("intersect", &intersect, kIntersectDoc, arg("rays"), arg("out") = py::none(),
-             py::kw_only(), arg("coherence") = "none")
-        .def("occluded", &occluded, kOccludedDoc, arg("rays"), arg("out") = py::none(),
-             py::kw_only(), arg("coherence") = "none")
-        .def("cast_rays", &cast_rays, kCastRaysDoc, arg("rays"), py::kw_only(),
-             arg("coherence") = "none")
-        .def("test_occlusions", &test_occlusions, kTestOcclusionsDoc, arg("rays"),
-             arg("tnear") = 0.0f, arg("tfar") = py::none(), py::kw_only(),
-             arg("coherence") = "none")
+            "detach(self, geom_id)\n--\n\nRemoves a mesh from the next update() on.",
+            arg("geom_id"))
+        .def("last_update", reading(&Scene::last_update),
+             "last_update(self)\n--\n\nWhat the last build or update() did, as far as it is known "
+             "by now.")
         .def("render", &render, kRenderDoc, arg("size") = py::make_tuple(1024, 1024), py::kw_only(),
              arg("eye") = py::none(), arg("target") = py::none(),
              arg("up") = py::make_tuple(0.0, 1.0, 0.0), arg("fov") = View{}.fov,
@@ -270,31 +215,23 @@ void bind_scene(py::module_& module) {
             [](PyScene& scene, const py::object& device) {
                 return scene.on(device_of(device, "device"));
             },
-            kOnDoc, arg("device"))
-        .def(
-            "tree_statistics",
-            [](PyScene& scene) {
-                return scene.query([](const Scene& s) { return s.tree_statistics(); });
-            },
-            kTreeStatisticsDoc)
+            "on(self, device)\n--\n\nA scene over the same arrays with a copy of this tree on "
+            "another device.",
+            arg("device"))
+        .def("tree_statistics", reading(&Scene::tree_statistics),
+             "tree_statistics(self)\n--\n\nReads the tree back from the device.")
         .def_property_readonly("device", &PyScene::device, "The Device that traces.")
-        .def_property_readonly("bounds", &bounds, kBoundsDoc)
-        .def_property_readonly(
-            "triangle_count",
-            [](PyScene& scene) {
-                return scene.query([](const Scene& s) { return s.triangle_count(); });
-            },
-            "Of all meshes together.")
-        .def_property_readonly(
-            "vertex_count",
-            [](PyScene& scene) {
-                return scene.query([](const Scene& s) { return s.vertex_count(); });
-            },
-            "Of all meshes together.")
+        .def_property_readonly("bounds", &bounds,
+                               "(lower, upper), two (3,) float64, of the finite points. lower > "
+                               "upper if there are none.")
+        .def_property_readonly("triangle_count", reading(&Scene::triangle_count),
+                               "Of all meshes together.")
+        .def_property_readonly("vertex_count", reading(&Scene::vertex_count),
+                               "Of all meshes together.")
         .def("__repr__", [](const PyScene& scene) {
             return "<morphray.Scene on " + scene.device().name() + ">";
         });
-    bind_questions(scene_class);
+    bind_queries(scene_class);
 }
 
 }  // namespace morphray::python

@@ -1,7 +1,8 @@
-// Calls that Ctrl-C ends, and morphray.Cancel.
+// Calls that give up the GIL while C++ works, and what ends them: Ctrl-C and morphray.Cancel.
 #pragma once
 
 #include <pybind11/pybind11.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <functional>
@@ -11,11 +12,26 @@ namespace morphray::python {
 
 namespace py = pybind11;
 
-/// Runs `work`, which is told by `cancel` to end early. Called with the GIL, which it gives up
-/// meanwhile. Python runs handlers of signals in its main thread alone: a call from there waits
-/// while another thread works, and looks at signals every 50 ms. If a handler raises, as that of
-/// SIGINT does, `cancel` becomes true, and the exception is thrown once `work` has ended.
-void run_interruptibly(std::atomic<bool>& cancel, const std::function<void()>& work);
+/// Without the GIL from construction to destruction. In place of py::gil_scoped_release, which ends
+/// the process if the interpreter ends while a daemon thread works: Python before 3.14 ends such a
+/// thread where it asks for the GIL, by unwinding its stack. Here the thread waits for the end of
+/// the process, as in Python 3.14.
+class GilRelease {
+public:
+    GilRelease() : state_(PyEval_SaveThread()) {}
+    ~GilRelease() {
+        try {
+            PyEval_RestoreThread(state_);
+        } catch (...) {
+            // Leaving this block would go on with the unwinding.
+            while (true) pause();
+        }
+    }
+    GilRelease(const GilRelease&) = delete;
+
+private:
+    PyThreadState* state_;
+};
 
 /// Ends the calls that it has been given to. The GIL, which all members need, guards it.
 class Cancel {
@@ -49,5 +65,9 @@ private:
     bool is_set_ = false;
     std::vector<std::atomic<bool>*> calls_;
 };
+
+/// Runs `work` without the GIL. SIGINT in the main thread makes `cancel` true, which ends the work
+/// early. Throws what Python's handler of the signal raises then, KeyboardInterrupt.
+void run_interruptibly(std::atomic<bool>& cancel, const std::function<void()>& work);
 
 }  // namespace morphray::python

@@ -1,8 +1,10 @@
-#include "library/python/module/options.h"
-
+// Keyword arguments as options of C++.
 #include <limits>
+#include <utility>
 
 #include "library/python/module/bindings.h"
+#include "library/python/module/interruptible.h"
+#include "morphray/error.hpp"
 
 namespace morphray::python {
 namespace {
@@ -12,7 +14,75 @@ namespace {
     throw py::value_error(name + ": \"" + value + "\" is none of " + choices);
 }
 
+/// The value that has the name `text` among these.
+template <class Value>
+Value choice(const std::string& name, const std::string& text,
+             std::initializer_list<std::pair<const char*, Value>> values) {
+    std::string choices;
+    for (const auto& [choice, value] : values) {
+        if (text == choice) return value;
+        choices += (choices.empty() ? "\"" : "\", \"") + std::string(choice);
+    }
+    throw_choice(name, text, choices + "\"");
+}
+
+/// The items of a sequence that is no text, or nothing.
+std::optional<py::sequence> items_of(const py::object& object) {
+    if (!py::isinstance<py::sequence>(object) || py::isinstance<py::str>(object)) return {};
+    return py::reinterpret_borrow<py::sequence>(object);
+}
+
 }  // namespace
+
+Cancel* cancel_of(const py::object& cancel) {
+    if (cancel.is_none()) return nullptr;
+    if (!py::isinstance<Cancel>(cancel))
+        throw py::type_error("cancel: a morphray.Cancel or None is needed");
+    return &cancel.cast<Cancel&>();
+}
+
+Device device_of(const py::object& device, const std::string& name) {
+    if (py::isinstance<Device>(device)) return device.cast<Device>();
+    if (!py::isinstance<py::str>(device))
+        throw py::type_error(name + ": a morphray.Device or a str is needed");
+    const auto text = device.cast<std::string>();
+    const GilRelease release;
+    if (text == "cpu") return Device::cpu();
+    if (text == "vulkan") return Device::vulkan();
+    if (text == "brute") return Device::brute_force();
+    throw_choice(name, text,
+                 R"("cpu", "vulkan" and "brute"; Device.vulkan() takes the name of a device)");
+}
+
+Point point_of(const py::object& point, const std::string& name) {
+    const std::string message = name + ": three numbers are needed";
+    const std::optional<py::sequence> numbers = items_of(point);
+    if (!numbers) throw py::type_error(message);
+    if (py::len(*numbers) != 3) throw py::value_error(message);
+    Point result{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        try {
+            result[axis] = py::object((*numbers)[axis]).cast<double>();
+        } catch (const py::cast_error&) {
+            throw py::type_error(message);
+        }
+    }
+    return result;
+}
+
+std::optional<Point> optional_point_of(const py::object& point, const std::string& name) {
+    if (point.is_none()) return {};
+    return point_of(point, name);
+}
+
+std::optional<Box> bounds_of(const py::object& bounds) {
+    if (bounds.is_none()) return {};
+    const std::string message = "bounds: a pair of points is needed, (lower, upper)";
+    const std::optional<py::sequence> pair = items_of(bounds);
+    if (!pair) throw py::type_error(message);
+    if (py::len(*pair) != 2) throw py::value_error(message);
+    return Box{point_of((*pair)[0], "bounds[0]"), point_of((*pair)[1], "bounds[1]")};
+}
 
 UpdatePolicy policy_of(const std::string& update, double budget_ms, double budget,
                        bool deterministic) {
@@ -33,44 +103,36 @@ UpdatePolicy policy_of(const std::string& update, double budget_ms, double budge
 }
 
 Split split_of(const std::string& split) {
-    if (split == "binned") return Split::binned;
-    if (split == "sweep") return Split::sweep;
-    throw_choice("split", split, R"("binned" and "sweep")");
-}
-
-std::optional<Box> bounds_of(const py::object& bounds) {
-    if (bounds.is_none()) return {};
-    if (!py::isinstance<py::sequence>(bounds) || py::isinstance<py::str>(bounds))
-        throw py::type_error("bounds: a pair of points is needed, (lower, upper)");
-    const auto pair = py::reinterpret_borrow<py::sequence>(bounds);
-    if (py::len(pair) != 2)
-        throw py::value_error("bounds: a pair of points is needed, (lower, upper)");
-    return Box{point_of(pair[0], "bounds[0]"), point_of(pair[1], "bounds[1]")};
+    return choice<Split>("split", split, {{"binned", Split::binned}, {"sweep", Split::sweep}});
 }
 
 Rays rays_named(const std::string& rays) {
-    if (rays == "primary") return Rays::primary;
-    if (rays == "shadow") return Rays::shadow;
-    if (rays == "ao") return Rays::ao;
-    throw_choice("rays", rays, R"("primary", "shadow" and "ao")");
+    return choice<Rays>("rays", rays,
+                        {{"primary", Rays::primary}, {"shadow", Rays::shadow}, {"ao", Rays::ao}});
 }
 
 Shading shading_named(const std::string& shading) {
-    if (shading == "plain") return Shading::plain;
-    if (shading == "lit") return Shading::lit;
-    if (shading == "normal") return Shading::normal;
-    if (shading == "depth") return Shading::depth;
-    if (shading == "prim") return Shading::prim;
-    if (shading == "steps") return Shading::steps;
-    if (shading == "sah") return Shading::sah;
-    throw_choice("shading", shading,
-                 R"("plain", "lit", "normal", "depth", "prim", "steps" and "sah")");
+    return choice<Shading>("shading", shading,
+                           {{"plain", Shading::plain},
+                            {"lit", Shading::lit},
+                            {"normal", Shading::normal},
+                            {"depth", Shading::depth},
+                            {"prim", Shading::prim},
+                            {"steps", Shading::steps},
+                            {"sah", Shading::sah}});
 }
 
 Crossing crossing_named(const std::string& crossing) {
-    if (crossing == "owner") return Crossing::owner;
-    if (crossing == "each") return Crossing::each;
-    throw_choice("crossing", crossing, R"("owner" and "each")");
+    return choice<Crossing>("crossing", crossing,
+                            {{"owner", Crossing::owner}, {"each", Crossing::each}});
+}
+
+FillRule rule_named(const std::string& rule) {
+    return choice<FillRule>("rule", rule, {{"nonzero", FillRule::nonzero}, {"odd", FillRule::odd}});
+}
+
+Wrap wrap_named(const std::string& wrap) {
+    return choice<Wrap>("wrap", wrap, {{"repeat", Wrap::repeat}, {"clamp", Wrap::clamp}});
 }
 
 Coherence coherence_of(const py::object& coherence) {
@@ -80,12 +142,6 @@ Coherence coherence_of(const py::object& coherence) {
     if (name == "none") return Coherence::none();
     if (name == "sort") return Coherence::sort();
     throw_choice("coherence", name, R"("none" and "sort", or the width of an image)");
-}
-
-FillRule rule_named(const std::string& rule) {
-    if (rule == "nonzero") return FillRule::nonzero;
-    if (rule == "odd") return FillRule::odd;
-    throw_choice("rule", rule, R"("nonzero" and "odd")");
 }
 
 std::uint32_t uint32_of(const py::handle& number, const std::string& name) {

@@ -4,17 +4,16 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <shared_mutex>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "library/python/module/arrays.h"
-#include "library/python/module/gil_release.h"
 #include "library/python/module/interruptible.h"
-#include "library/python/module/textures.h"
-#include "library/python/module/use_guard.h"
-#include "morphray/compare.hpp"
+#include "morphray/error.hpp"
 #include "morphray/scene.hpp"
 
 namespace morphray::python {
@@ -47,25 +46,22 @@ BorrowedMesh borrow(const py::object& points, const py::object& triangles, bool 
                     const py::object& albedo, const py::object& textures,
                     const std::string& place = {});
 
-/// The arrays that cast_rays() fills, one element a ray.
-struct CastHits {
-    float* t_hit;
-    std::uint32_t* geometry_ids;
-    std::uint32_t* primitive_ids;
-    float* primitive_uvs;
-    float* primitive_normals;
-};
-
-/// All rays where nothing has to be converted, and otherwise as many as are converted together.
+/// The size of batches for rays that are converted: whole rows of an image, in eights, as tiles
+/// have them.
+std::size_t converted_size(Coherence coherence);
+/// All rays where nothing has to be converted, and otherwise converted_size().
 std::size_t batch_size(const QueryArray& rays, Coherence coherence);
 /// Calls `work(first, rays)` for batches of rays as those of C++; without rays, once: it may have
 /// an error to throw. Rays of six numbers have these limits.
 void for_each_batch(const QueryArray& rays, std::size_t batch_size, float tnear, float tfar,
                     const std::function<void(std::size_t, std::span<const Ray>)>& work);
 
-/// Members are called with the GIL, and give it up while they work.
+/// Any number of queries or one change at a time use a scene. C++ leaves a query during an update
+/// undefined; here it is an error. Members are called with the GIL, and give it up while they work.
 class PyScene {
 public:
+    using Meshes = std::map<std::uint32_t, BorrowedMesh>;
+
     PyScene(std::vector<BorrowedMesh> meshes, const Device& device, const SceneOptions& options);
     ~PyScene();
     PyScene(const PyScene&) = delete;
@@ -75,45 +71,37 @@ public:
     std::uint32_t attach(BorrowedMesh mesh);
     void detach(std::uint32_t geom_id);
 
-    void intersect(const QueryArray& rays, Coherence coherence, std::span<Hit> hits);
-    void occluded(const QueryArray& rays, Coherence coherence, float tnear, float tfar,
-                  std::span<std::uint8_t> occluded);
-    void cast(const QueryArray& rays, Coherence coherence, const CastHits& out);
-
-    /// Calls `work(scene, cancelled)` for questions that any triangle may have a part in the answer
-    /// of: long ones end early when `cancel`, which may be null, is set.
-    void ask(const QueryArray& queries, Cancel* cancel,
-             const std::function<void(const Scene&, const std::atomic<bool>*)>& work);
-
-    Comparison compare(PyScene& other, const QueryArray& rays, std::size_t keep);
-    std::unique_ptr<PyScene> on(const Device& device);
-
-    Image render(View view, Cancel* cancel);
-
-    /// Calls `work(scene)` as a query.
+    /// Calls `work(scene, cancelled)` as a query, which SIGINT and `cancel`, which may be null,
+    /// end.
+    void query(Cancel* cancel,
+               const std::function<void(const Scene&, const std::atomic<bool>*)>& work);
+    /// Returns work(scene), which is short.
     template <class Work>
-    auto query(Work work) {
-        const QueryUse use(uses_);
+    auto read(Work work) {
+        const std::shared_lock lock = query_lock();
         const GilRelease release;
         return work(*scene_);
     }
+    std::unique_ptr<PyScene> on(const Device& device);
 
+    /// Held by queries. Throws Error(busy) during a change.
+    std::shared_lock<std::shared_mutex> query_lock();
+    const Scene& scene() const { return *scene_; }
     const Device& device() const { return scene_->device(); }
+    /// Those of the last update(), by geom_id.
+    const Meshes& meshes() const { return meshes_; }
 
 private:
-    using Meshes = std::map<std::uint32_t, BorrowedMesh>;
-
     PyScene() = default;
-    bool is_long(std::size_t rays) const;
-    void build_interruptibly(std::size_t triangles, const std::function<void()>& work);
+    std::unique_lock<std::shared_mutex> change_lock();
 
-    /// Those of the last update(), and those that the next one will have.
     Meshes meshes_;
+    /// Those that the next update() will have.
     Meshes next_meshes_;
     /// Ends the building of its trees.
     std::atomic<bool> cancel_build_ = false;
     std::optional<Scene> scene_;
-    UseCount uses_;
+    std::shared_mutex mutex_;
 };
 
 }  // namespace morphray::python

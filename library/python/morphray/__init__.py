@@ -27,9 +27,7 @@ from ._morphray import (
     Comparison,
     Device,
     Error,
-    HitsWriter,
     Image,
-    ImageHits,
     Scene,
     TreeStatistics,
     Update,
@@ -39,7 +37,6 @@ from ._morphray import (
     compare,
     hit_dtype,
     ray_dtype,
-    read_hits,
     simd_targets,
     vulkan_devices,
 )
@@ -49,16 +46,13 @@ class Textures(_NamedTuple):
     """Images that the triangles of a mesh show.
 
     images:    (H, W, 3) or (H, W, 4) uint8, the top row first and encoded as in image files, or a
-               list of such arrays; alpha is read for alpha_cutoff alone
-    texcoords: (T, 3, 2) float32: u and v of the corners of each triangle, u from the left (0) to the
-               right (1), v from the bottom (0) to the top (1)
+               list of such arrays
+    texcoords: (T, 3, 2) float32: u and v of the corners of each triangle, from the lower left
     ids:       (T,) uint32, int32, uint64 or int64: the image of each triangle, or INVALID_ID for
                none; None: the first of all
     wrap:      beyond the image, "repeat" it or "clamp" to its border
-    alpha_cutoff: where alpha / 255, linear between texels, is below this number from 0 to 1,
-               triangles have holes: in lit images rays of all kinds pass there, while queries and
-               other images know no holes. 0: no holes. A list has a number for each image. A number
-               that is not in this range is an Error "bad_argument" of the scene
+    alpha_cutoff: a number from 0 to 1, or a list of one an image: where alpha / 255, linear between
+               texels, is below it, rays of lit images pass. Queries and other images do not know it
     """
 
     images: _Any
@@ -109,33 +103,7 @@ class AllHits(_NamedTuple):
         return _np.repeat(_np.arange(len(self.left_out)), _np.diff(self.offsets))
 
 
-__all__ = [
-    "INVALID_ID",
-    "AllHits",
-    "Cancel",
-    "Comparison",
-    "Device",
-    "Error",
-    "HitsWriter",
-    "Image",
-    "ImageHits",
-    "Mesh",
-    "Scene",
-    "Textures",
-    "TreeStatistics",
-    "Update",
-    "VulkanDeviceInfo",
-    "__version__",
-    "closest_dtype",
-    "compare",
-    "hit_dtype",
-    "ray_dtype",
-    "read_hits",
-    "simd_targets",
-    "vulkan_devices",
-]
-
-for _name in __all__:
-    if isinstance(globals()[_name], type):
-        globals()[_name].__module__ = __name__
-del _name
+for _name, _value in list(globals().items()):
+    if isinstance(_value, type) and not _name.startswith("_"):
+        _value.__module__ = __name__
+del _name, _value

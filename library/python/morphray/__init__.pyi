@@ -4,32 +4,6 @@ from typing import Any, Literal, NamedTuple, Optional, Sequence, Tuple, TypedDic
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "INVALID_ID",
-    "AllHits",
-    "Cancel",
-    "Comparison",
-    "Device",
-    "Error",
-    "HitsWriter",
-    "Image",
-    "ImageHits",
-    "Mesh",
-    "Scene",
-    "Textures",
-    "TreeStatistics",
-    "Update",
-    "VulkanDeviceInfo",
-    "__version__",
-    "closest_dtype",
-    "compare",
-    "hit_dtype",
-    "ray_dtype",
-    "read_hits",
-    "simd_targets",
-    "vulkan_devices",
-]
-
 __version__: str
 INVALID_ID: int
 ray_dtype: np.dtype[np.void]
@@ -174,11 +148,10 @@ _MeshLike = Union[
 ]
 
 class Scene(metaclass=_Type):
-    @overload
     def __init__(
         self,
-        points: NDArray[np.float32],
-        triangles: _Indices,
+        points: Union[NDArray[np.float32], Sequence[_MeshLike]],
+        triangles: Optional[_Indices] = None,
         *,
         device: _DeviceLike = "cpu",
         bounds: Optional[_Bounds] = None,
@@ -192,25 +165,6 @@ class Scene(metaclass=_Type):
         refit_on: Optional[_DeviceLike] = None,
         record_cost_ratio: bool = False,
         textures: Optional[_TexturesLike] = None,
-    ) -> None: ...
-    @overload
-    def __init__(
-        self,
-        points: Sequence[_MeshLike],
-        triangles: None = None,
-        *,
-        device: _DeviceLike = "cpu",
-        bounds: Optional[_Bounds] = None,
-        update: str = "auto",
-        budget_ms: float = 0.0,
-        budget: float = 0.75,
-        deterministic: bool = False,
-        split: Literal["binned", "sweep"] = "binned",
-        deforms: bool = True,
-        albedo: None = None,
-        refit_on: Optional[_DeviceLike] = None,
-        record_cost_ratio: bool = False,
-        textures: None = None,
     ) -> None: ...
     def update(
         self, geom_id: Optional[int] = None, first: int = 0, count: Optional[int] = None
@@ -348,23 +302,6 @@ class Image(_Made):
     @property
     def image_hash(self) -> int: ...
     def save(self, path: _Path) -> None: ...
-
-class HitsWriter(metaclass=_Type):
-    def __init__(self, width: int, height: int) -> None: ...
-    def add(self, image: Image) -> None: ...
-    def write(self, path: _Path) -> None: ...
-
-class ImageHits(_Made):
-    @property
-    def width(self) -> int: ...
-    @property
-    def height(self) -> int: ...
-    @property
-    def hits(self) -> NDArray[np.void]: ...
-    @property
-    def occlusion(self) -> NDArray[np.uint32]: ...
-
-def read_hits(path: _Path) -> list[ImageHits]: ...
 
 class Comparison(_Made):
     @property

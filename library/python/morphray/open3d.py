@@ -11,8 +11,10 @@ Arrays are numpy's; tensors of Open3D are accepted, and so are its meshes. Open3
 
 import operator as _operator
 import threading as _threading
+from typing import Any, Dict, List
 
 import numpy as np
+from numpy.typing import NDArray
 
 import morphray as _morphray
 
@@ -24,9 +26,19 @@ def _array(tensor):
     return (tensor.cpu() if hasattr(tensor, "cpu") else tensor).numpy()
 
 
-def _coherence(rays):
-    """Rays of (height, width, 6), as create_rays_pinhole() makes them, are those of an image."""
-    return rays.shape[1] if getattr(rays, "ndim", 0) == 3 else "sort"
+def _rays(tensor, nthreads):
+    """Rays, and their coherence: those of (height, width, 6) are those of an image, as
+    create_rays_pinhole() makes them."""
+    _require_count(nthreads, "nthreads", 0)
+    rays = _array(tensor)
+    return rays, rays.shape[1] if getattr(rays, "ndim", 0) == 3 else "sort"
+
+
+def _points(tensor, nthreads, nsamples=1):
+    _require_count(nthreads, "nthreads", 0)
+    if _require_count(nsamples, "nsamples", 1) % 2 == 0:
+        raise ValueError(f"nsamples: an odd number is needed, not {nsamples}")
+    return _array(tensor)
 
 
 def _require_count(number, name, least):
@@ -34,17 +46,6 @@ def _require_count(number, name, least):
     if count < least:
         raise ValueError(f"{name}: {count} is below {least}")
     return count
-
-
-def _require_samples(nsamples):
-    if _require_count(nsamples, "nsamples", 1) % 2 == 0:
-        raise ValueError(f"nsamples: an odd number is needed, not {nsamples}")
-
-
-def _device_of(device, nthreads):
-    if device is None or str(device).upper().startswith("CPU"):
-        return _morphray.Device.cpu(threads=nthreads)
-    return device
 
 
 def _matrix(array, name, shape):
@@ -55,46 +56,37 @@ def _matrix(array, name, shape):
 
 
 class RaycastingScene:
-    """Triangle meshes, and questions about rays and points.
+    """Triangle meshes, and queries of rays and points.
 
     nthreads: the threads of the device, 0 for all of the machine
-    device:   None, or one whose name begins with "CPU"; or what morphray.Scene takes, "vulkan" among
-              others: answers have the same bits
+    device:   None, or one whose name begins with "CPU"; or what morphray.Scene takes
 
-    rays are (..., 6) float32: org and dir, and t is in units of dir. Those of (height, width, 6) are
-    traced as an image's, others are sorted, for speed alone. Hits have t > 0: a ray that
-    starts on a triangle does not hit it there. query_points are (..., 3) float32. Axes in front are
-    kept in the results. The argument nthreads of the methods is checked and has no effect, since the
-    device has its threads.
-
-    Unlike in Open3D, each crossing of a surface is listed and counted once (Scene.intersect_all()
-    has the rule), also through edges and vertices, and inside is exact; see compute_occupancy().
+    rays are (..., 6) float32, org and dir, and query_points (..., 3) float32. Axes in front are kept in
+    the results. The arguments nthreads and nsamples of the methods are checked and have no effect: the
+    device has its threads, and inside is exact. Unlike in Open3D, each crossing of a surface is
+    listed and counted once, also through edges and vertices.
 
     Any number of threads may use a scene at the same time: what add_triangles() adds is there for
-    questions that begin afterwards. Ctrl-C ends long questions.
-
-    Raises TypeError for arrays of another dtype, ValueError for other shapes, morphray.Error for
-    what the library finds.
+    queries that begin afterwards.
     """
 
-    INVALID_ID = _morphray.INVALID_ID
+    INVALID_ID: int = _morphray.INVALID_ID
 
-    def __init__(self, nthreads=0, device=None):
-        device = _device_of(device, _require_count(nthreads, "nthreads", 0))
+    def __init__(self, nthreads: int = 0, device: Any = None) -> None:
+        threads = _require_count(nthreads, "nthreads", 0)
+        if device is None or str(device).upper().startswith("CPU"):
+            device = _morphray.Device.cpu(threads=threads)
         # One device for all scenes that are to be built.
         self._device = _morphray.Scene([], device=device).device
-        self._meshes = []
+        self._meshes: List[Any] = []
         self._scene = None
         self._lock = _threading.Lock()
 
-    def add_triangles(self, vertex_positions, triangle_indices=None):
+    def add_triangles(self, vertex_positions: Any, triangle_indices: Any = None) -> int:
         """Adds a mesh, which is copied, and returns its geometry ID: 0, 1, ... in order.
 
         vertex_positions: (V, 3) float32; or, alone, a TriangleMesh of o3d.t.geometry
         triangle_indices: (T, 3) uint32, int32, uint64 or int64
-
-        The next question builds the scene anew. Raises Error "bad_input" for an index that is out
-        of range.
         """
         if triangle_indices is None:
             mesh = vertex_positions
@@ -102,11 +94,8 @@ class RaycastingScene:
                 raise TypeError("add_triangles: positions and indices are needed, or a "
                                 f"o3d.t.geometry.TriangleMesh, not {type(mesh).__name__}")
             vertex_positions, triangle_indices = mesh.vertex.positions, mesh.triangle.indices
-        points, triangles = _array(vertex_positions), _array(triangle_indices)
-        if isinstance(points, np.ndarray):
-            points = points.copy(order="C")
-        if isinstance(triangles, np.ndarray):
-            triangles = triangles.copy(order="C")
+        arrays = (_array(vertex_positions), _array(triangle_indices))
+        points, triangles = (a.copy(order="C") if isinstance(a, np.ndarray) else a for a in arrays)
         mesh = _morphray.Mesh(points, triangles, deforms=False)
         # Finds what is wrong with it now.
         _morphray.Scene([mesh], device="brute")
@@ -121,41 +110,35 @@ class RaycastingScene:
                 self._scene = _morphray.Scene(self._meshes, device=self._device, update="refit")
             return self._scene
 
-    def cast_rays(self, rays, nthreads=0):
+    def cast_rays(self, rays: Any, nthreads: int = 0) -> Dict[str, NDArray[Any]]:
         """Finds the closest hits. Returns the dict of morphray.Scene.cast_rays()."""
-        _require_count(nthreads, "nthreads", 0)
-        rays = _array(rays)
-        return self._built().cast_rays(rays, coherence=_coherence(rays))
+        array, coherence = _rays(rays, nthreads)
+        return self._built().cast_rays(array, coherence=coherence)
 
-    def test_occlusions(self, rays, tnear=0.0, tfar=np.inf, nthreads=0):
-        """Finds whether rays hit anything at tnear <= t <= tfar: bool, one a ray."""
-        _require_count(nthreads, "nthreads", 0)
-        rays = _array(rays)
-        return self._built().test_occlusions(rays, tnear, tfar, coherence=_coherence(rays))
+    def test_occlusions(self, rays: Any, tnear: float = 0.0, tfar: float = np.inf,
+                        nthreads: int = 0) -> NDArray[np.bool_]:
+        """Finds whether rays hit anything at tnear <= t <= tfar."""
+        array, coherence = _rays(rays, nthreads)
+        return self._built().test_occlusions(array, tnear, tfar, coherence=coherence)
 
-    def count_intersections(self, rays, nthreads=0):
-        """Counts all hits of rays: int32, one a ray."""
-        _require_count(nthreads, "nthreads", 0)
-        rays = _array(rays)
-        return self._built().count(rays, coherence=_coherence(rays)).astype(np.int32)
+    def count_intersections(self, rays: Any, nthreads: int = 0) -> NDArray[np.int32]:
+        """Counts all hits of rays."""
+        array, coherence = _rays(rays, nthreads)
+        return self._built().count(array, coherence=coherence).astype(np.int32)
 
-    def list_intersections(self, rays, nthreads=0):
-        """Finds all hits of rays. Returns a dict of
+    def list_intersections(self, rays: Any, nthreads: int = 0) -> Dict[str, NDArray[Any]]:
+        """Finds all hits of rays, in ascending order of t for each ray. Returns a dict of
 
-        ray_splits:    (N + 1,) uint32: those of ray i have the numbers from ray_splits[i] on, up to
-                       ray_splits[i + 1], which is the first one of the next ray
-        ray_ids:       (H,) uint32: the ray of each hit, counted over all axes in front
-        t_hit:         (H,) float32, in ascending order for each ray
-        geometry_ids:  (H,) uint32
-        primitive_ids: (H,) uint32
-        primitive_uvs: (H, 2) float32
+        ray_splits: (N + 1,) uint32: the hits of ray i are those from ray_splits[i] to
+                    ray_splits[i + 1]
+        ray_ids:    (H,) uint32: the ray of each hit, counted over all axes in front
+        t_hit, geometry_ids, primitive_ids, primitive_uvs: those of cast_rays()
         """
-        _require_count(nthreads, "nthreads", 0)
-        all_hits = self._built().intersect_all(_array(rays))
-        if len(all_hits.hits) > 0xFFFFFFFF:
-            raise ValueError(f"list_intersections: {len(all_hits.hits)} hits are more than uint32 "
-                             "counts; morphray.Scene.intersect_all() has no such limit")
+        all_hits = self._built().intersect_all(_rays(rays, nthreads)[0])
         hits = all_hits.hits
+        if len(hits) > 0xFFFFFFFF:
+            raise ValueError(f"list_intersections: {len(hits)} hits are more than uint32 counts; "
+                             "morphray.Scene.intersect_all() has no such limit")
         return {
             "ray_splits": all_hits.offsets.astype(np.uint32),
             "ray_ids": all_hits.ray_ids.astype(np.uint32),
@@ -165,21 +148,15 @@ class RaycastingScene:
             "primitive_uvs": np.stack([hits["u"], hits["v"]], axis=-1),
         }
 
-    def compute_closest_points(self, query_points, nthreads=0):
-        """Finds the closest points of the meshes. Returns a dict of
-
-        points:            (..., 3) float32
-        geometry_ids:      (...) uint32
-        primitive_ids:     (...) uint32: of equally close triangles the lowest
-        primitive_uvs:     (..., 2) float32
-        primitive_normals: (..., 3) float32, (p1 - p0) x (p2 - p0) with length 1; 0 for a triangle
-                           without area
+    def compute_closest_points(self, query_points: Any,
+                               nthreads: int = 0) -> Dict[str, NDArray[Any]]:
+        """Finds the closest points of the meshes. Returns a dict of points, geometry_ids,
+        primitive_ids (the lowest of equally close triangles), primitive_uvs and primitive_normals.
 
         Where there is none, in an empty scene or for a point that is NaN or infinite, IDs are
         INVALID_ID and all else is 0.
         """
-        _require_count(nthreads, "nthreads", 0)
-        closest = self._built().closest_points(_array(query_points))
+        closest = self._built().closest_points(_points(query_points, nthreads))
         return {
             "points": closest["point"].copy(),
             "geometry_ids": closest["geom_id"].copy(),
@@ -200,33 +177,29 @@ class RaycastingScene:
             normals[here] = np.divide(n, length, out=np.zeros_like(n), where=length > 0)
         return normals
 
-    def compute_distance(self, query_points, nthreads=0):
-        """Finds the distances to the meshes: float32, one a point. inf where there is none."""
-        _require_count(nthreads, "nthreads", 0)
-        return self._built().closest_points(_array(query_points))["distance"].copy()
+    def compute_distance(self, query_points: Any, nthreads: int = 0) -> NDArray[np.float32]:
+        """Finds the distances to the meshes. inf where there is none."""
+        return self._built().closest_points(_points(query_points, nthreads))["distance"].copy()
 
-    def compute_signed_distance(self, query_points, nthreads=0, nsamples=1):
-        """The distances to the meshes, negative inside, as compute_occupancy() says: float32.
+    def compute_signed_distance(self, query_points: Any, nthreads: int = 0,
+                                nsamples: int = 1) -> NDArray[np.float32]:
+        """The distances to the meshes, negative inside, as compute_occupancy() says. NaN for a
+        point that is NaN or infinite."""
+        points = _points(query_points, nthreads, nsamples)
+        return self._built().signed_distance(points, rule="odd")
 
-        inf where there is none, NaN for a point that is NaN or infinite.
-        """
-        _require_count(nthreads, "nthreads", 0)
-        _require_samples(nsamples)
-        return self._built().signed_distance(_array(query_points), rule="odd")
-
-    def compute_occupancy(self, query_points, nthreads=0, nsamples=1):
-        """Finds which points are inside: float32, 1 inside and 0 outside.
+    def compute_occupancy(self, query_points: Any, nthreads: int = 0,
+                          nsamples: int = 1) -> NDArray[np.float32]:
+        """Finds which points are inside: 1 inside and 0 outside.
 
         A point is inside if a half-line from it crosses the meshes an odd number of times, exactly,
-        or if it lies on a triangle. nsamples is checked to be odd and has no effect, since there is
-        no doubt that votes would decide. Meshes with holes have no inside.
+        or if it lies on a triangle. Meshes with holes have no inside.
         """
-        _require_count(nthreads, "nthreads", 0)
-        _require_samples(nsamples)
-        return self._built().contains(_array(query_points), rule="odd").astype(np.float32)
+        points = _points(query_points, nthreads, nsamples)
+        return self._built().contains(points, rule="odd").astype(np.float32)
 
     @staticmethod
-    def create_rays_pinhole(*args, **kwargs):
+    def create_rays_pinhole(*args: Any, **kwargs: Any) -> NDArray[np.float32]:
         """The rays of a pinhole camera through the middles of pixels: (height_px, width_px, 6).
 
         create_rays_pinhole(intrinsic_matrix, extrinsic_matrix, width_px, height_px): (3, 3), upper

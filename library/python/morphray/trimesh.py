@@ -17,11 +17,16 @@ A mesh that moved is updated, not built anew.
 """
 
 import threading as _threading
-from typing import Any as _Any, NamedTuple as _NamedTuple
+import typing as _typing
+from typing import Any, Optional, Tuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 import morphray as _morphray
+
+_Floats = NDArray[np.float64]
+_Ints = NDArray[np.int64]
 
 # trimesh's tol.merge: distances that it does not tell apart.
 _MERGE = 1e-8
@@ -55,11 +60,11 @@ def _dot(a, b):
     return np.einsum("ij,ij->i", a, b)
 
 
-class _Frame(_NamedTuple):
+class _Frame(_typing.NamedTuple):
     """Maps a mesh into [-1, 1] on all axes: by a shift, where it is farther from 0 than it is large,
     and by a power of two. Vertices that are float32 keep all of their bits."""
 
-    origin: _Any
+    origin: Any
     scale: float
 
     @staticmethod
@@ -93,6 +98,12 @@ class _MeshScene:
         self._key = None
         self.scene = None
 
+    def __getstate__(self):
+        return self.mesh, self.device
+
+    def __setstate__(self, state):
+        self.__init__(*state)
+
     def update(self):
         """Brings all members to the mesh. Where its class has a hash of its own, as trimesh's have,
         that tells whether the mesh has changed; otherwise the arrays are compared."""
@@ -104,7 +115,7 @@ class _MeshScene:
             try:
                 self._read(_rows(np.array(self.mesh.vertices), "vertices"), _faces_of(self.mesh))
             except BaseException:
-                # Ctrl-C, for example, has left members of two poses. The next question builds anew.
+                # Ctrl-C, for example, has left members of two poses. The next query builds anew.
                 self.scene = self._key = None
                 raise
             self._key = key
@@ -190,10 +201,10 @@ class _MeshScene:
         return best
 
 
-class _Hits(_NamedTuple):
-    triangles: _Any
-    rays: _Any
-    locations: _Any
+class _Hits(_typing.NamedTuple):
+    triangles: Any
+    rays: Any
+    locations: Any
 
 
 _NO_HITS = _Hits(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 3)))
@@ -204,35 +215,24 @@ class RayMeshIntersector:
 
     geometry:     the mesh
     scale_to_box: has no effect: answers depend neither on the scale nor on the place of a mesh
-    device:       what morphray.Scene takes: "cpu", "vulkan", "brute" or a Device
+    device:       what morphray.Scene takes
 
     ray_origins and ray_directions are (n, 3) numbers; directions have any length but 0. A ray hits
-    what it starts on, as in trimesh. Where it goes through an edge or a vertex, the closest hit is
-    one of the triangles there, and among all hits are those by which it passes through the surface:
-    one, in a closed mesh, where trimesh lists up to one a triangle. A ray with a NaN, and one in the
-    plane of a triangle, hits nothing there.
+    what it starts on, as in trimesh. A ray through an edge or a vertex of a closed mesh has one hit
+    there, where trimesh lists up to one a triangle. The hits of a ray follow each other, the closest
+    one first.
 
-    Results are numpy arrays: int64 for indices, float64 for locations, bool. The hits of a ray follow
-    each other, the closest one first.
-
-    Any number of threads may ask at the same time; nothing may change the mesh meanwhile. Ctrl-C ends
-    long questions. Raises ValueError for other shapes, or origins and directions that differ in
-    number, and what morphray.Scene raises for the mesh.
+    Any number of threads may use it at the same time; nothing may change the mesh meanwhile.
     """
 
-    def __init__(self, geometry, scale_to_box=True, *, device="cpu"):
+    def __init__(self, geometry: Any, scale_to_box: bool = True, *, device: Any = "cpu") -> None:
         self.mesh = geometry
-        self._scale_to_box = scale_to_box
-        self._device = device
         self._followed = _MeshScene(geometry, device)
 
-    def intersects_id(self, ray_origins, ray_directions, multiple_hits=True, max_hits=None,
-                      return_locations=False):
-        """Finds the triangles that rays hit.
-
-        multiple_hits:    all hits of each ray, or the closest one
-        max_hits:         the most hits of a ray; None: all. (trimesh stops at 100.)
-        return_locations: whether locations are returned
+    def intersects_id(self, ray_origins: ArrayLike, ray_directions: ArrayLike,
+                      multiple_hits: bool = True, max_hits: Optional[int] = None,
+                      return_locations: bool = False) -> Tuple[NDArray[Any], ...]:
+        """Finds the triangles that rays hit: all of each ray, up to max_hits, or the closest one.
 
         Returns (index_tri, index_ray), or (index_tri, index_ray, locations): (h,) int64 each, and
         (h, 3) float64.
@@ -242,30 +242,28 @@ class RayMeshIntersector:
             return hits.triangles, hits.rays, hits.locations
         return hits.triangles, hits.rays
 
-    def intersects_location(self, ray_origins, ray_directions, multiple_hits=True):
+    def intersects_location(self, ray_origins: ArrayLike, ray_directions: ArrayLike,
+                            multiple_hits: bool = True) -> Tuple[_Floats, _Ints, _Ints]:
         """Finds the places where rays hit. Returns (locations, index_ray, index_tri)."""
         hits = self._hits(ray_origins, ray_directions, multiple_hits, None)
         return hits.locations, hits.rays, hits.triangles
 
-    def intersects_first(self, ray_origins, ray_directions):
-        """Finds the first triangle of each ray: (n,) int64, -1 for a miss."""
+    def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> _Ints:
+        """Finds the first triangle of each ray, -1 for a miss."""
         origins = _rows(ray_origins, "ray_origins")
         hits = self._hits(origins, ray_directions, False, None)
         first = np.full(len(origins), -1, np.int64)
         first[hits.rays] = hits.triangles
         return first
 
-    def intersects_any(self, ray_origins, ray_directions):
-        """Finds whether rays hit anything: (n,) bool."""
+    def intersects_any(self, ray_origins: ArrayLike,
+                       ray_directions: ArrayLike) -> NDArray[np.bool_]:
+        """Finds whether rays hit anything."""
         return self.intersects_first(ray_origins, ray_directions) >= 0
 
-    def contains_points(self, points):
-        """Finds which points are inside: (n,) bool.
-
-        A point is inside if a half-line from it crosses the mesh an odd number of times, exactly for
-        float32; one that lies on a triangle is inside. A mesh with holes has no inside: any answer
-        may come for a point within its bounds, and none outside of them is inside.
-        """
+    def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Finds which points are inside: those whose half-lines cross the mesh an odd number of
+        times, exactly for float32, and those on a triangle. None outside of the bounds is inside."""
         rows = _rows(points, "points")
         self._followed.update()
         return self._followed.contains(rows)
@@ -335,18 +333,6 @@ class RayMeshIntersector:
             t = np.where(grazing, _dot(on_triangle - origin, direction), t)
         return _Hits(triangles, rays.astype(np.int64), locations), t >= 0
 
-    def __getstate__(self):
-        return self.mesh, self._scale_to_box, self._device
-
-    def __setstate__(self, state):
-        self.__init__(*state[:2], device=state[2])
-
-    def __copy__(self):
-        return RayMeshIntersector(self.mesh, self._scale_to_box, device=self._device)
-
-    def __deepcopy__(self, memo):
-        return self.__copy__()
-
 
 def _first_of_each(hits, count):
     """The first `count` hits of each ray, whose hits follow each other; None: all."""
@@ -358,28 +344,17 @@ def _first_of_each(hits, count):
 
 
 class ProximityQuery:
-    """Distances from a mesh, as trimesh.proximity.ProximityQuery.
+    """Distances from a mesh, as trimesh.proximity.ProximityQuery, in units of the mesh."""
 
-    mesh:   the mesh
-    device: what morphray.Scene takes
-
-    points are (n, 3) numbers, in units of the mesh. Results are numpy arrays. Threads, Ctrl-C and
-    errors are as for RayMeshIntersector.
-    """
-
-    def __init__(self, mesh, *, device="cpu"):
-        self._mesh = mesh
-        self._device = device
+    def __init__(self, mesh: Any, *, device: Any = "cpu") -> None:
         self._followed = _MeshScene(mesh, device)
 
-    def on_surface(self, points):
-        """Finds the closest points of the mesh.
+    def on_surface(self, points: ArrayLike) -> Tuple[_Floats, _Floats, _Ints]:
+        """Finds the closest points of the mesh. Returns (closest, distance, triangle_id).
 
-        Returns (closest, distance, triangle_id): (n, 3) and (n,) float64, (n,) int64. Where the
-        closest point lies on an edge or a vertex, triangle_id is the triangle there that faces the
-        point most, as in trimesh; then the lowest. Where there is none, for a point that is not
-        finite or a million times as far away as the mesh is large, or in an empty mesh, they are
-        NaN, inf and -1.
+        Where the closest point lies on an edge or a vertex, triangle_id is the triangle there that
+        faces the point most, as in trimesh; then the lowest. Where there is none, for a point that
+        is not finite or a million mesh sizes away, or in an empty mesh, they are NaN, inf and -1.
         """
         rows = _rows(points, "points")
         followed = self._followed
@@ -420,12 +395,9 @@ class ProximityQuery:
         at = chosen[owner[best]]
         triangle_id[at], closest[at], distance[at] = faces[best], on_face[best], apart[best]
 
-    def vertex(self, points):
-        """Finds the closest vertices, also those that no face has.
-
-        Returns (distance, vertex_id): (n,) float64 and int64; inf and the number of vertices where
-        there is none, as scipy's trees answer.
-        """
+    def vertex(self, points: ArrayLike) -> Tuple[_Floats, _Ints]:
+        """Finds the closest vertices, also those that no face has. Returns (distance, vertex_id);
+        inf and the number of vertices where there is none, as scipy's trees answer."""
         rows = _rows(points, "points")
         followed = self._followed
         followed.update()
@@ -437,34 +409,11 @@ class ProximityQuery:
         vertex_id[~there] = len(followed.vertices)
         return distance, vertex_id
 
-    def signed_distance(self, points):
-        """The distances to the mesh: (n,) float64, positive inside and negative outside, and positive
-        within 1e-8 of it, as in trimesh. Inside is that of RayMeshIntersector.contains_points().
-        """
+    def signed_distance(self, points: ArrayLike) -> _Floats:
+        """The distances to the mesh, positive inside and within 1e-8 of it, as in trimesh. Inside
+        is that of RayMeshIntersector.contains_points()."""
         rows = _rows(points, "points")
         distance = self.on_surface(rows)[1]
         outside = ~self._followed.contains(rows) & (distance > _MERGE)
         distance[outside] *= -1
         return distance
-
-    def __getstate__(self):
-        return self._mesh, self._device
-
-    def __setstate__(self, state):
-        self.__init__(state[0], device=state[1])
-
-    def __copy__(self):
-        return ProximityQuery(self._mesh, device=self._device)
-
-    def __deepcopy__(self, memo):
-        return self.__copy__()
-
-
-def closest_point(mesh, points):
-    """ProximityQuery(mesh).on_surface(points), as trimesh.proximity.closest_point()."""
-    return ProximityQuery(mesh).on_surface(points)
-
-
-def signed_distance(mesh, points):
-    """ProximityQuery(mesh).signed_distance(points), as trimesh.proximity.signed_distance()."""
-    return ProximityQuery(mesh).signed_distance(points)

@@ -10,40 +10,24 @@ import morphray
 from scenes import assert_same_bits, grid, random_rays
 
 
-class Counter:
-    """Counts in a thread of its own, which needs the GIL."""
-
-    def __enter__(self):
-        self.count = 0
-        self._end = False
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
-        return self
-
-    def _run(self):
-        while not self._end:
-            self.count += 1
-            time.sleep(0.0005)
-
-    def __exit__(self, *_):
-        self._end = True
-        self._thread.join()
-
-
-def counted_during(work):
-    with Counter() as counter:
-        before = counter.count
-        start = time.perf_counter()
-        work()
-        seconds = time.perf_counter() - start
-        return counter.count - before, seconds
-
-
 def assert_gil_is_released(work):
     """A call that held the GIL would let the other thread count once or twice, at its ends."""
-    counted, seconds = counted_during(work)
-    assert seconds > 0.02, "too short to tell"
-    assert counted > 5
+    end = threading.Event()
+    times = []
+
+    def count():
+        while not end.wait(0.0005):
+            times.append(time.perf_counter())
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    begin = time.perf_counter()
+    work()
+    done = time.perf_counter()
+    end.set()
+    thread.join()
+    assert done - begin > 0.02, "too short to tell"
+    assert sum(begin < at < done for at in times) > 5
 
 
 @pytest.fixture(scope="module")
@@ -67,12 +51,12 @@ def test_queries_release_the_gil(brute):
     for call in [brute.intersect, brute.occluded, brute.cast_rays]:
         assert_gil_is_released(lambda: call(rays))
     where = rays[:1000, :3].copy()
-    for call, questions in [
+    for call, queries in [
         (brute.intersect_all, rays[:100]), (brute.count, rays[:100]), (brute.winding, where),
         (brute.contains, where), (brute.closest_points, where[:100]),
         (brute.signed_distance, where[:100]),
     ]:
-        assert_gil_is_released(lambda: call(questions))
+        assert_gil_is_released(lambda: call(queries))
     assert_gil_is_released(lambda: morphray.compare(brute, brute, rays))
     assert_gil_is_released(lambda: brute.render((64, 64)))
 
