@@ -40,7 +40,7 @@ HWY_INLINE void count_hits_of_rays(const Bvh& bvh, std::span<const Ray> rays,
                   HWY_ATTR { CountStream<kCrossing>(bvh, batch, order).count(&counts[first]); });
 }
 
-HWY_INLINE void answer(const Bvh& bvh, const CountQuery& query) {
+void answer(const Bvh& bvh, const CountQuery& query) {
     if (query.crossing == Crossing::kOwner) {
         count_hits_of_rays<Crossing::kOwner>(bvh, query.rays, query.counts);
     } else {
@@ -48,7 +48,7 @@ HWY_INLINE void answer(const Bvh& bvh, const CountQuery& query) {
     }
 }
 
-HWY_INLINE void answer(const Bvh& bvh, const ListQuery& query) {
+void answer(const Bvh& bvh, const ListQuery& query) {
     for (const Ray& ray : query.rays) {
         if (query.crossing == Crossing::kOwner) {
             list_hits_of<Crossing::kOwner>(bvh, ray, query.most, query.lists);
@@ -58,7 +58,7 @@ HWY_INLINE void answer(const Bvh& bvh, const ListQuery& query) {
     }
 }
 
-HWY_INLINE void answer(const Bvh& bvh, const NextQuery& query) {
+void answer(const Bvh& bvh, const NextQuery& query) {
     for (std::size_t i = 0; i < query.rays.size(); ++i) {
         query.hits[i] = query.crossing == Crossing::kOwner
                             ? next_hit_of<Crossing::kOwner>(bvh, query.rays[i], query.after[i])
@@ -66,7 +66,7 @@ HWY_INLINE void answer(const Bvh& bvh, const NextQuery& query) {
     }
 }
 
-HWY_INLINE void answer(const Bvh& bvh, const VisibleQuery& query) {
+void answer(const Bvh& bvh, const VisibleQuery& query) {
     for (std::size_t i = 0; i < query.rays.size(); ++i)
         query.hits[i] = visible_hit_of(bvh, query.rays[i], query.meshes);
 }
@@ -131,7 +131,7 @@ HWY_INLINE void ask_in_bundles(std::size_t total, Bundle bundle, Each each) {
     }
 }
 
-HWY_INLINE void answer(const Bvh& bvh, const WindingQuery& query) {
+void answer(const Bvh& bvh, const WindingQuery& query) {
     const std::span<const vec3> points = query.points;
     std::vector<UncertainCrossing>& uncertain = query.uncertain;
     const auto add_uncertain = [&](std::size_t point, std::uint32_t prim_id) {
@@ -164,7 +164,7 @@ HWY_INLINE void answer(const Bvh& bvh, const WindingQuery& query) {
     });
 }
 
-HWY_INLINE void answer(const Bvh& bvh, const ClosestQuery& query) {
+void answer(const Bvh& bvh, const ClosestQuery& query) {
     const std::span<const vec3> points = query.points;
     const std::span<ClosestTriangle> closest = query.closest;
     const float most_d2 = query.most_d2;
