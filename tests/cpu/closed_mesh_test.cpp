@@ -13,7 +13,7 @@
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/refit/refit.h"
 #include "cpu/single_ray/single_ray_tracer.h"
-#include "tests/support/closed_poses.h"
+#include "tests/support/motions.h"
 
 namespace mray::test {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "tests/gpu/validated_device.h"
-#include "tests/support/closed_poses.h"
+#include "tests/support/motions.h"
 
 namespace mray::test {
 namespace {
