@@ -62,7 +62,7 @@ Comparison compare_scenes(PyScene& first, PyScene& second, const QueryArray& ray
                            }
                        });
     };
-    first.query(nullptr, [&](const Scene& a, const std::atomic<bool>* cancelled) {
+    first.query(rays.count, nullptr, [&](const Scene& a, const std::atomic<bool>* cancelled) {
         if (&first == &second) return compare_in(a, a, cancelled);
         const std::shared_lock lock = second.query_lock();
         compare_in(a, second.scene(), cancelled);

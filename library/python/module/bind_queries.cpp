@@ -42,7 +42,7 @@ py::array ask_rays(PyScene& scene, const QueryArray& rays, float tnear, float tf
                    Coherence coherence, const py::object& out, const py::dtype& dtype,
                    Cancel* cancel, Work work) {
     return answer<Written>(rays, out, dtype, [&](std::span<Written> results) {
-        scene.query(cancel, [&](const Scene& asked, const Flag* cancelled) {
+        scene.query(rays.count, cancel, [&](const Scene& asked, const Flag* cancelled) {
             for_each_batch(rays, batch_size(rays, coherence), tnear, tfar,
                            [&](std::size_t first, std::span<const Ray> batch) {
                                work(asked, batch, results.subspan(first, batch.size()), cancelled);
@@ -58,7 +58,7 @@ py::array ask_points(PyScene& scene, const py::object& points, const py::object&
     const QueryArray array = query_points_of(points);
     const std::span where(reinterpret_cast<const Vec3*>(array.data), array.count);
     return answer<Written>(array, out, dtype, [&](std::span<Written> results) {
-        scene.query(cancel_of(cancel), [&](const Scene& asked, const Flag* cancelled) {
+        scene.query(array.count, cancel_of(cancel), [&](const Scene& asked, const Flag* cancelled) {
             work(asked, where, results, cancelled);
         });
     });
@@ -158,7 +158,7 @@ py::dict cast_rays(PyScene& scene, const py::object& rays, const py::object& coh
     std::uint32_t* const prim_id = primitive_ids.mutable_data();
     float* const uv = uvs.mutable_data();
     float* const normal = normals.mutable_data();
-    scene.query(nullptr, [&](const Scene& asked, const Flag* cancelled) {
+    scene.query(array.count, nullptr, [&](const Scene& asked, const Flag* cancelled) {
         // By geom_id.
         std::vector<Corners> meshes;
         for (const auto& [id, mesh] : scene.meshes()) {
@@ -201,7 +201,7 @@ py::object intersect_all(PyScene& scene, const py::object& rays, const std::stri
     if (!max_hits.is_none()) options.max_hits = uint32_of(max_hits, "max_hits");
     const QueryArray array = rays_of(rays);
     AllHits all;
-    scene.query(cancel_of(cancel), [&](const Scene& asked, const Flag* cancelled) {
+    scene.query(array.count, cancel_of(cancel), [&](const Scene& asked, const Flag* cancelled) {
         options.cancel = cancelled;
         // One batch: the answer takes as much memory as converted rays.
         for_each_batch(array, std::max<std::size_t>(array.count, 1), 0, kInfinity,

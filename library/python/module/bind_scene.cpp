@@ -100,10 +100,12 @@ Image render(PyScene& scene, const py::object& size, const py::object& eye,
               .ao_count = uint32_of(ao_count, "ao_count"),
               .ao_distance = ao_distance};
     Image image;
-    scene.query(cancel_of(cancel), [&](const Scene& rendered, const std::atomic<bool>* cancelled) {
-        view.cancel = cancelled;
-        image = rendered.render(view);
-    });
+    const std::size_t rays_of_image = std::size_t{view.width} * view.height * view.samples;
+    scene.query(rays_of_image, cancel_of(cancel),
+                [&](const Scene& rendered, const std::atomic<bool>* cancelled) {
+                    view.cancel = cancelled;
+                    image = rendered.render(view);
+                });
     return image;
 }
 

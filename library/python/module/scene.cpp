@@ -8,6 +8,10 @@ namespace {
 
 // Rays that are converted and traced together.
 constexpr std::size_t kBatch = std::size_t{1} << 18;
+// Queries below both limits take milliseconds at most, on any device. Setting a handler of SIGINT
+// takes as long as tens of rays.
+constexpr std::size_t kManyRays = std::size_t{1} << 14;
+constexpr std::uint64_t kManyTests = std::uint64_t{1} << 24;
 
 template <class Lock>
 Lock locked(Lock lock) {
@@ -136,12 +140,16 @@ void PyScene::detach(std::uint32_t geom_id) {
     next_meshes_.erase(geom_id);
 }
 
-void PyScene::query(Cancel* cancel,
+void PyScene::query(std::size_t count, Cancel* cancel,
                     const std::function<void(const Scene&, const std::atomic<bool>*)>& work) {
     const std::shared_lock lock = query_lock();
     std::atomic<bool> cancelled = false;
     const Cancel::Use use(cancel, cancelled);
-    run_interruptibly(cancelled, [&] { work(*scene_, &cancelled); });
+    const auto run = [&] { work(*scene_, &cancelled); };
+    if (count >= kManyRays || count * scene_->triangle_count() >= kManyTests)
+        return run_interruptibly(cancelled, run);
+    const GilRelease release;
+    run();
 }
 
 std::unique_ptr<PyScene> PyScene::on(const Device& device) {

@@ -71,9 +71,9 @@ public:
     std::uint32_t attach(BorrowedMesh mesh);
     void detach(std::uint32_t geom_id);
 
-    /// Calls `work(scene, cancelled)` as a query, which SIGINT and `cancel`, which may be null,
-    /// end.
-    void query(Cancel* cancel,
+    /// Calls `work(scene, cancelled)` as a query of so many rays or points, which `cancel`, which
+    /// may be null, ends, and SIGINT if it may take long.
+    void query(std::size_t count, Cancel* cancel,
                const std::function<void(const Scene&, const std::atomic<bool>*)>& work);
     /// Returns work(scene), which is short.
     template <class Work>

@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/base/file_descriptor.h"
 #include "scenes/source/open_scene.h"
 #include "tests/fuzz/readers/targets.h"
 #include "tests/support/temporary_folder.h"
@@ -45,25 +44,27 @@ const std::filesystem::path& case_folder() {
 class CaseFile {
 public:
     explicit CaseFile(std::string_view name) : path_((case_folder() / name).native()) {}
+    ~CaseFile() { remove(); }
+    CaseFile(const CaseFile&) = delete;
 
     const std::string& path() const { return path_; }
     void write(std::string_view bytes) {
-        if (!file_)
-            file_.emplace(open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
-        const bool is_written = pwrite(file_->fd(), bytes.data(), bytes.size(), 0) ==
-                                static_cast<ssize_t>(bytes.size());
-        if (!is_written || ftruncate(file_->fd(), static_cast<off_t>(bytes.size())) != 0)
+        if (fd_ < 0) fd_ = open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+        const bool is_written =
+            pwrite(fd_, bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size());
+        if (!is_written || ftruncate(fd_, static_cast<off_t>(bytes.size())) != 0)
             throw std::runtime_error("cannot write " + path_);
     }
     void remove() {
-        if (file_) unlink(path_.c_str());
-        file_.reset();
+        if (fd_ < 0) return;
+        unlink(path_.c_str());
+        close(std::exchange(fd_, -1));
     }
 
 private:
     std::string path_;
-    /// Nothing before it is made.
-    std::optional<FileDescriptor> file_;
+    /// Below 0 before it is made.
+    int fd_ = -1;
 };
 
 /// Reads frames of a clip, which may be refused.
@@ -125,11 +126,8 @@ std::string scene_failure(const std::string& scene, const std::string& file,
 }
 
 std::string cache_failure(CaseFile& cache, std::string_view bytes) {
-    static CaseFile mesh = [] {
-        CaseFile file("mesh.ply");
-        file.write(kMesh);
-        return file;
-    }();
+    static CaseFile mesh("mesh.ply");
+    mesh.write(kMesh);
     cache.write(bytes);
     return scene_failure(mesh.path(), cache.path(), {.cache = cache.path()});
 }
