@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <climits>
 #include <system_error>
 
 #include "common/base/errors.h"
@@ -89,6 +90,10 @@ void InputFile::read(std::uint64_t offset, std::span<std::byte> out) const {
 }
 
 fs::path side_file(const fs::path& scene_file, const std::string& name) {
+    if (name.size() >= PATH_MAX) {
+        fail(scene_file, fmt::format("names {}, a name of {} bytes, which no file can have",
+                                     quote(name), name.size()));
+    }
     const fs::path given(name);
     if (given.is_absolute() || name.find('\0') != std::string::npos) {
         fail(scene_file, fmt::format("names {} by an absolute path, which is not followed; put the "

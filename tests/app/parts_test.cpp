@@ -137,7 +137,6 @@ TEST(Failure, HasTheExitCodeOfItsKind) {
     EXPECT_EQ(code_of(Error(ErrorKind::kCancelled, "stop")), ExitCode::kInterrupted);
     EXPECT_EQ(code_of(std::bad_alloc()), ExitCode::kLimit);
     EXPECT_EQ(code_of(std::length_error("vector")), ExitCode::kLimit);
-    EXPECT_EQ(code_of(std::system_error(EAGAIN, std::generic_category())), ExitCode::kLimit);
     EXPECT_EQ(code_of(std::system_error(EIO, std::generic_category())), ExitCode::kInternal);
     EXPECT_EQ(code_of(std::logic_error("bug")), ExitCode::kInternal);
     EXPECT_EQ(code_of(42), ExitCode::kInternal);

@@ -168,15 +168,6 @@ TEST(Trace, TrianglesThatAreNotFiniteAreWarnedAboutAndNeverHit) {
         << outcome.err;
 }
 
-TEST(Trace, EmptyMeshAnswersMisses) {
-    TemporaryFolder folder;
-    for (const char* text : {"", "# nothing\n", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"}) {
-        const Outcome outcome = trace(folder.write("t.obj", text), "0.25 0.25 2 0 0 -1\n");
-        EXPECT_EQ(outcome.code, 0) << outcome.err;
-        EXPECT_EQ(outcome.out, "M\n");
-    }
-}
-
 TEST(Trace, FrameOfASequenceIsChosen) {
     TemporaryFolder folder;
     folder.write("s/f_0.obj", square_at(0));

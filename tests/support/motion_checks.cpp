@@ -67,7 +67,7 @@ void expect_hits_of_brute_force(const Motion& motion, Backend& tracer, Backend& 
             const std::vector<Ray> rays = rays_at(motion, pose);
             ASSERT_EQ(different(hits_of(tracer, rays), hits_of(brute, rays)), 0u)
                 << motion.name << ", " << policy << ", pose " << pose;
-            updater.frame_done(last_trace(tracer));
+            updater.frame_done({0, rays.size()});
             ASSERT_EQ(check_bvh(updater.tree(), motion.topology, positions),
                       std::vector<std::string>{})
                 << motion.name << ", " << policy << ", pose " << pose;
@@ -82,8 +82,9 @@ std::vector<std::string> counted_decisions(const Motion& motion, Backend& tracer
     std::vector<std::string> decisions;
     for (std::size_t pose = 0; pose < motion.poses.size(); ++pose) {
         updater.update(motion.poses[pose]);
-        hits_of(tracer, rays_at(motion, pose));
-        updater.frame_done(last_trace(tracer));
+        const std::vector<Ray> rays = rays_at(motion, pose);
+        hits_of(tracer, rays);
+        updater.frame_done({0, rays.size()});
         decisions.push_back(name_of(updater.last().step) + (", " + updater.last().reason) + ", " +
                             std::to_string(bvh_hash(updater.tree())));
     }

@@ -120,8 +120,8 @@ TEST(MakeProcedural, NamesTheNearestSceneForAnUnknownOne) {
             ADD_FAILURE() << name;
         } catch (const Error& error) {
             EXPECT_EQ(error.kind(), ErrorKind::kBadArgument);
-            EXPECT_NE(std::string(error.what()).find(std::string("'") + nearest + "'"),
-                      std::string::npos)
+            EXPECT_TRUE(
+                std::string(error.what()).ends_with(std::string("did you mean ") + nearest + "?"))
                 << error.what();
         }
     }
