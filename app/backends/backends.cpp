@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-
 #include "app/backends/device_check.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/progress.h"

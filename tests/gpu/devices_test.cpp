@@ -6,8 +6,8 @@
 #include <fstream>
 
 #include "common/base/errors.h"
-#include "gpu/vulkan/device_info.h"
 #include "gpu/shared_device.h"
+#include "gpu/vulkan/device_info.h"
 #include "tests/gpu/faulty_loader.h"
 
 namespace mray::test {

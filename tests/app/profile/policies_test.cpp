@@ -48,8 +48,7 @@ TEST(Policies, SequenceThatChangesItsFacesIsRefusedUnderEveryUpdate) {
             run({"render", folder.file("f_%d.obj"), "--size", "16x16", "--backend", "cpu",
                  "--update", update, "--frames", "0..2", "--out", folder.file("out")});
         EXPECT_EQ(outcome.code, 8) << update;
-        EXPECT_NE(outcome.err.find("frame 2 has other faces"), std::string::npos)
-            << outcome.err;
+        EXPECT_NE(outcome.err.find("frame 2 has other faces"), std::string::npos) << outcome.err;
         EXPECT_TRUE(std::filesystem::exists(folder.path() / "out/frame_0001.png"));
         EXPECT_FALSE(std::filesystem::exists(folder.path() / "out/frame_0002.png"));
     }
