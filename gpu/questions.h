@@ -8,7 +8,7 @@
 #include "gpu/kernels.h"
 #include "gpu/ray_passes.h"
 #include "gpu/scene_buffers.h"
-#include "gpu/vulkan/transfer.h"
+#include "gpu/transfer.h"
 
 namespace mray::gpu {
 

@@ -5,8 +5,8 @@
 #include <mutex>
 #include <vector>
 
+#include "gpu/limits.h"
 #include "gpu/read_buffer.h"
-#include "gpu/vulkan/limits.h"
 #include "gpu/vulkan/pipeline.h"
 
 namespace mray::gpu {

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "gpu/kernels.h"
+#include "gpu/limits.h"
 #include "gpu/scene_buffers.h"
-#include "gpu/vulkan/limits.h"
 
 namespace mray::gpu {
 

@@ -10,8 +10,8 @@
 #include "common/scene/mesh.h"
 #include "common/update/refit_plan.h"
 #include "gpu/read_buffer.h"
+#include "gpu/transfer.h"
 #include "gpu/vulkan/pipeline.h"
-#include "gpu/vulkan/transfer.h"
 
 namespace mray::gpu {
 

@@ -14,11 +14,11 @@
 #include "common/update/refit_plan.h"
 #include "gpu/image_tracer.h"
 #include "gpu/kernels.h"
+#include "gpu/limits.h"
 #include "gpu/questions.h"
 #include "gpu/ray_passes.h"
 #include "gpu/refit_pass.h"
 #include "gpu/shared_device.h"
-#include "gpu/vulkan/limits.h"
 
 namespace mray::gpu {
 namespace {

@@ -12,8 +12,8 @@ namespace {
 constexpr const char* kFewFrames = "the first, those at a quarter and a half, the last";
 constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a GPU, else the CPU";
 
-/// Adds the options that render and view share. The result fills in the defaults, given the samples
-/// of lit images.
+/// Adds the options that render and view share. Returns a function that fills in defaults, for a
+/// given number of samples of lit images.
 auto add_image_options(CLI::App& command, ImageOptions& image, const char* size,
                        const char* samples_help) {
     add_scene(command, image.source)->required();

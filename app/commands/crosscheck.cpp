@@ -103,7 +103,7 @@ private:
     }
 
     /// Returns kPartial, after a message, if a frame after the first one cannot be read. Throws
-    /// what scene, builder and backends throw.
+    /// the errors of scenes, of the builder and of backends.
     ExitCode check_scene(const CrosscheckOptions& options, CheckReport& report) {
         SceneFrames scene(open_clip(options.source, messages_));
         const Clip& clip = scene.clip();

@@ -79,8 +79,9 @@ struct ProbeReport {
 /// pixel outside the image.
 ProbeReport probe_pixel(const ProbeOptions& options, const Messages& messages);
 
-/// "triangle 46629, 9.28 away; all agree": the hit in the image, its distance in world space, and
-/// whether the ray alone and brute force find the same bits; without a newline.
+/// Returns a line such as "triangle 46629, 9.28 away; all agree", without a newline. It has the hit
+/// in the image and its distance in world space. All agree if the single ray and brute force give
+/// the same bits.
 std::string probe_sentence(const ProbeReport& report);
 
 }  // namespace mray::app

@@ -65,7 +65,7 @@ Failure describe_failure(const std::exception_ptr& failure);
 /// once. A signal that is ignored (nohup) stays so. A write to a closed pipe fails with EPIPE.
 void handle_signals();
 
-/// Whether a signal has arrived: for calls that take a flag by which they are cancelled.
+/// The flag is true once a signal has arrived. Calls that can be cancelled take it.
 const std::atomic<bool>& interrupt_flag();
 inline bool interrupted() { return interrupt_flag().load(); }
 /// The signal that has arrived; SIGINT without one.

@@ -33,7 +33,7 @@ struct ProgressState {
     std::string step = {};
     /// The part of it that is done, from 0 to 1; negative: not known.
     float part = -1;
-    /// Whether that is a part of a unit.
+    /// True if `part` is a part of one counted unit, not of all the work.
     bool counts_part = false;
 };
 

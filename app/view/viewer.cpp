@@ -98,7 +98,7 @@ private:
 
     /// Asks for the first image of a state that has changed, and for a better one when it is still.
     void post(double now) {
-        // Of a screenshot only the complete image is wanted.
+        // A screenshot shows the complete image, so coarser ones are left out.
         const int first = options_.screenshot.empty() ? 0 : last_step(state_);
         ImageRequest fresh = request_of(state_, first);
         if (step_ < 0 || fresh != first_request_) {

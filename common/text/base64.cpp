@@ -1,6 +1,5 @@
 #include "common/text/base64.h"
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -19,21 +18,6 @@ constexpr std::array<std::uint8_t, 256> make_values() {
 constexpr std::array<std::uint8_t, 256> kValues = make_values();
 
 }  // namespace
-
-std::string base64(std::span<const std::byte> bytes) {
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-        std::uint32_t group = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-            group = group << 8 | (k < count ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0);
-        // One byte gives two digits, two give three.
-        for (std::size_t k = 0; k < 4; ++k)
-            text += k <= count ? kDigits[(group >> (18 - 6 * k)) & 63] : '=';
-    }
-    return text;
-}
 
 std::optional<std::string> from_base64(std::string_view text) {
     if (text.size() % 4 != 0) return std::nullopt;

@@ -1,16 +1,11 @@
 // Bytes as text of 64 characters (RFC 4648).
 #pragma once
 
-#include <cstddef>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 
 namespace mray {
-
-/// The bytes in base 64, with padding and without line ends.
-std::string base64(std::span<const std::byte> bytes);
 
 /// The bytes of a text in base 64. Nothing for any other text: characters outside of the 64, blanks
 /// and line ends among them, a length that is no multiple of 4, padding that is not at the end.

@@ -22,6 +22,8 @@ constexpr double kBuildPerTriangle = 100e-6;
 constexpr double kRestructurePerTriangle = 10e-6;
 constexpr double kTracePerRay = 20e-6;
 constexpr double kTraceExponent = 0.3;
+// A tree that was built where all vertices were in one place has an infinite ratio elsewhere.
+constexpr double kMostCostRatio = 1e6;
 
 /// Returns the config with the first_per_visit of this kind of tracer.
 UpdateConfig for_tracer(UpdateConfig config, const Backend& tracer) {
@@ -295,8 +297,9 @@ FrameCost TreeUpdater::cost_of_frame(const TraceCost& trace) const {
         cost.refit = kRefitPerTriangle * triangles;
         cost.restructure = restructuring_ ? kRestructurePerTriangle * triangles : 0;
         cost.rebuild = built ? kBuildPerTriangle * triangles : 0;
-        cost.trace = kTracePerRay * static_cast<double>(trace.rays) *
-                     std::pow(std::max(1.0, last_.cost_ratio), kTraceExponent);
+        cost.trace =
+            kTracePerRay * static_cast<double>(trace.rays) *
+            std::pow(std::min(std::max(1.0, last_.cost_ratio), kMostCostRatio), kTraceExponent);
         return cost;
     }
     const UpdateTimes& times = last_.times;

@@ -102,10 +102,11 @@ void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Cr
                 const auto place = [&](std::size_t i) {
                     return order.empty() ? begin + i : order[begin + i];
                 };
-                std::vector<Ray> some(size);
+                std::vector<Ray> gathered(order.empty() ? 0 : size);
+                for (std::size_t i = 0; i < gathered.size(); ++i) gathered[i] = part[place(i)];
+                const SceneBatch batch(
+                    *scene.space, order.empty() ? part.subspan(begin, size) : std::span(gathered));
                 std::vector<std::uint64_t> found(size);
-                for (std::size_t i = 0; i < size; ++i) some[i] = part[place(i)];
-                const SceneBatch batch(*scene.space, some);
                 scene.tracer->query(mray::CountQuery{batch.rays, crossing_of(crossing), found});
                 for (std::size_t i = 0; i < size; ++i) counts[first + place(i)] = found[i];
             });

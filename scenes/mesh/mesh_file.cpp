@@ -13,8 +13,8 @@ namespace mray {
 namespace {
 
 constexpr std::array kFormats = {
-    MeshFormat{"OBJ", ".obj", "polygons, colours, textures, smooth corners", read_obj},
-    MeshFormat{"PLY", ".ply", "polygons, colours, smooth corners; text and binary", read_ply},
+    MeshFormat{".obj", read_obj},
+    MeshFormat{".ply", read_ply},
 };
 
 [[noreturn]] void fail(const std::string& place, const std::string& what, Hint hint = Hint::kNone) {
@@ -22,8 +22,6 @@ constexpr std::array kFormats = {
 }
 
 }  // namespace
-
-std::span<const MeshFormat> mesh_formats() { return kFormats; }
 
 const MeshFormat* mesh_format_of(const std::filesystem::path& path) {
     const std::string extension = lower_case(path.extension().native());

@@ -54,11 +54,8 @@ struct FileMesh {
 
 /// A format of files with one mesh each.
 struct MeshFormat {
-    std::string_view name;
     /// With its dot, in lower case.
     std::string_view extension;
-    /// The things that are read from a file, in words.
-    std::string_view content;
     /// Throws Error: kBadInput with the file and the place in it, kLimit.
     FileMesh (*read)(const std::filesystem::path& path, const MeshFileOptions& options);
 };
@@ -91,9 +88,6 @@ FileMesh read_obj(const std::filesystem::path& path, const MeshFileOptions& opti
 /// the byte of a binary file; kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its own
 /// options.
 FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& options = {});
-
-/// The formats that every build reads.
-std::span<const MeshFormat> mesh_formats();
 
 /// The format whose extension the name has, in letters of either case; null if there is none.
 const MeshFormat* mesh_format_of(const std::filesystem::path& path);

@@ -8,7 +8,7 @@
 
 namespace mray {
 
-/// Opens `builtin:NAME[:TRIANGLES]`, a mesh file (mesh_formats()), a folder of them, a pattern such
+/// Opens `builtin:NAME[:TRIANGLES]`, a mesh file (OBJ or PLY), a folder of them, a pattern such
 /// as `frame_%04d.obj`, or a .gltf or .glb file. Throws Error: kBadArgument (unknown builtin, bad
 /// pattern, a cache for anything but one mesh file, an animation for anything but a glTF file that
 /// has it), kBadInput, kLimit.

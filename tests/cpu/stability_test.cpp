@@ -22,6 +22,13 @@ TEST_P(HardMotion, TakesTheSameDecisionsOnAnyNumberOfThreads) {
               counted_decisions(GetParam(), *cpu::make_cpu_backend({.threads = 3})));
 }
 
+TEST_P(HardMotion, LosesAFiniteTimeInEachFrame) {
+    for (const std::string& decision : counted_decisions(GetParam(), *cpu::make_cpu_backend())) {
+        EXPECT_EQ(decision.find("nan %"), std::string::npos) << decision;
+        EXPECT_EQ(decision.find("inf %"), std::string::npos) << decision;
+    }
+}
+
 TEST_P(HardMotion, LeavesTheBytesOfAFreshRefit) {
     expect_no_drift(GetParam(), *cpu::make_cpu_backend());
 }

@@ -4,9 +4,9 @@
 #include <functional>
 
 #include "common/base/errors.h"
+#include "gpu/limits.h"
 #include "gpu/shared_device.h"
 #include "gpu/vulkan/buffer.h"
-#include "gpu/vulkan/limits.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
 

@@ -5,7 +5,7 @@
 #include "common/base/errors.h"
 #include "common/update/restructure.h"
 #include "gpu/shared_device.h"
-#include "gpu/vulkan/transfer.h"
+#include "gpu/transfer.h"
 #include "tests/gpu/test_scenes.h"
 #include "tests/shaders/hazard_spirv.h"
 

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "gpu/shared_device.h"
-#include "gpu/vulkan/transfer.h"
+#include "gpu/transfer.h"
 #include "tests/shaders/cases.h"
 #include "tests/shaders/evaluate_changed_spirv.h"
 #include "tests/shaders/evaluate_contracted_spirv.h"

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "common/base/errors.h"
-#include "gpu/vulkan/limits.h"
+#include "gpu/limits.h"
 #include "gpu/vulkan/spirv.h"
 #include "shaders/kernel_interface.h"
 #include "tests/shaders/kernel_table.h"

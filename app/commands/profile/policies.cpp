@@ -77,8 +77,8 @@ std::string ms(double value) { return fmt::format("{:.2f}", value); }
 
 std::string in_percent(double part) { return fmt::format("{:.1f}", 100 * part); }
 
-/// A row for each policy and backend, and one for the best schedule of each backend; below them
-/// what regret is against.
+/// Returns a table with a row for each policy and backend and one for the best schedule of each
+/// backend. A line below says which total the regret of a backend is compared with.
 std::string text_of(const PolicyReport& report) {
     Table table({"policy", "backend", "total", "spread", "median", "worst", "slower", "regret",
                  "rebuilds"});

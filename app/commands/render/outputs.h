@@ -60,10 +60,10 @@ std::uint64_t frame_hash(std::uint64_t clip_hash, std::span<const vec3> position
 std::vector<PngText> image_texts(const ImageOptions& options, double frame,
                                  std::uint64_t scene_hash, const morphray::Image& image);
 
-/// Whether the image of an earlier run need not be rendered again. Its PNG file must be readable,
-/// have the pixels of its own hash, and name this version, these options and this scene (a
-/// frame_hash()); its OpenEXR file must be there, if the options ask for one. Otherwise `reason`
-/// says why; it is empty if there is no file.
+/// Returns true if the image of an earlier run is kept. Its PNG file must be readable, and its
+/// pixels must have the hash in it. It must name this version, these options and this scene (a
+/// frame_hash()). The OpenEXR file must exist if the options ask for one. If the image is not kept,
+/// `reason` says why; it is empty if there is no file.
 bool is_kept(const RenderOptions& options, const std::filesystem::path& folder,
              const FrameTask& task, std::uint64_t scene_hash, std::string& reason);
 

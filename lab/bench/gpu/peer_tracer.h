@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gpu/shared_device.h"
-#include "gpu/vulkan/transfer.h"
+#include "gpu/transfer.h"
 #include "lab/bench/gpu/peer_interface.h"
 
 namespace mray::bench {

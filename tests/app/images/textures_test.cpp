@@ -9,6 +9,7 @@
 #include "tests/app/images/image_files.h"
 #include "tests/app/program.h"
 #include "tests/scenes/gltf/gltf_builder.h"
+#include "tests/support/base64.h"
 
 namespace mray::test {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "common/text/base64.h"
+#include "tests/support/base64.h"
 
 namespace mray::test {
 

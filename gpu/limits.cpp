@@ -1,4 +1,4 @@
-#include "gpu/vulkan/limits.h"
+#include "gpu/limits.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "gpu/vulkan/transfer.h"
+#include "gpu/transfer.h"
 
 #include <algorithm>
 #include <cassert>
