@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <png.h>
 
+#include <algorithm>
 #include <csetjmp>
 #include <cstring>
 #include <string>
@@ -41,6 +42,9 @@ public:
         png_set_read_fn(png_, this, on_read);
         // Larger images are refused by their size, which the head says.
         png_set_user_limits(png_, 0x7FFFFFFF, 0x7FFFFFFF);
+        // A damaged chunk may claim gigabytes, which libpng would allocate and clear.
+        constexpr std::size_t kLeastChunk = std::size_t{1} << 16;
+        png_set_chunk_malloc_max(png_, std::max(left_, kLeastChunk));
         // By default a text with a wrong checksum would be left out without an error.
         png_set_crc_action(png_, PNG_CRC_ERROR_QUIT, PNG_CRC_ERROR_QUIT);
         png_read_info(png_, info_);

@@ -11,7 +11,7 @@ namespace mray {
 namespace {
 
 /// A tree whose degradation is known: it takes `sound` to trace when new, a build costs `build`.
-struct Clip {
+struct DegradingTree {
     double sound = 10;
     double build = 5;
     double refit = 0.1;
@@ -32,10 +32,10 @@ struct Played {
 };
 
 /// Plays frames as TreeUpdater does; a background build ends before the next frame.
-Played play(UpdatePolicy& policy, const Clip& clip, int frames) {
-    policy.built(clip.build);
+Played play(UpdatePolicy& policy, const DegradingTree& tree, int frames) {
+    policy.built(tree.build);
     // The frame of the build.
-    policy.frame_done({.trace = clip.sound});
+    policy.frame_done({.trace = tree.sound});
     Played played;
     int age = 0;
     double cured = 0;  // of the excess, by restructurings
@@ -45,25 +45,25 @@ Played play(UpdatePolicy& policy, const Clip& clip, int frames) {
         ++age;
         UpdateDecision decision = policy.plan();
         if (decision.step == UpdateStep::kRefit) {
-            cost.refit = clip.refit;
+            cost.refit = tree.refit;
             cost.new_tree = pending;
             if (pending) {
                 age = 1;
                 cured = 0;
             }
             pending = false;
-            decision = policy.review({.excess = clip.excess(age) - cured});
+            decision = policy.review({.excess = tree.excess(age) - cured});
         }
         if (decision.step == UpdateStep::kRestructure) {
-            cost.restructure = clip.restructure;
-            cured += clip.cure * (clip.excess(age) - cured);
+            cost.restructure = tree.restructure;
+            cured += tree.cure * (tree.excess(age) - cured);
             ++played.restructurings;
-            decision = policy.review({.excess = clip.excess(age) - cured, .restructured = true});
+            decision = policy.review({.excess = tree.excess(age) - cured, .restructured = true});
         }
         if (decision.step == UpdateStep::kRebuild) {
             age = 0;
             cured = 0;
-            cost.rebuild = clip.build;
+            cost.rebuild = tree.build;
             cost.new_tree = true;
             ++played.rebuilds;
         }
@@ -71,8 +71,8 @@ Played play(UpdatePolicy& policy, const Clip& clip, int frames) {
             pending = true;
             ++played.rebuilds;
         }
-        cost.excess = clip.excess(age) - cured;
-        cost.trace = clip.sound * clip.slowdown(cost.excess);
+        cost.excess = tree.excess(age) - cured;
+        cost.trace = tree.sound * tree.slowdown(cost.excess);
         cost.build_pending = pending;
         policy.frame_done(cost);
         played.steps.push_back(decision.step);
@@ -83,8 +83,8 @@ Played play(UpdatePolicy& policy, const Clip& clip, int frames) {
     return played;
 }
 
-Played play(const char* policy, const Clip& clip, int frames) {
-    return play(*make_update_policy(parse_policy(policy)), clip, frames);
+Played play(const char* policy, const DegradingTree& tree, int frames) {
+    return play(*make_update_policy(parse_policy(policy)), tree, frames);
 }
 
 TEST(UpdatePolicy, RefitNeverRebuildsAndRebuildAlwaysDoes) {
@@ -115,61 +115,61 @@ TEST(UpdatePolicy, TextsThatAreNoneAreRefusedWithAllForms) {
 }
 
 TEST(AutoPolicy, IsAsGoodAsTheBestPeriodWhereRotIsEvenAndNothingElseHelps) {
-    Clip clip;
-    clip.excess = [](int age) { return 15.0 * age; };
+    DegradingTree tree;
+    tree.excess = [](int age) { return 15.0 * age; };
     for (const double build : {0.5, 2.0, 4.0}) {
-        clip.build = build;
-        double best = play("refit", clip, 400).total;
+        tree.build = build;
+        double best = play("refit", tree, 400).total;
         for (int period = 1; period < 60; ++period) {
             const std::string every = "every:" + std::to_string(period);
-            best = std::min(best, play(every.c_str(), clip, 400).total);
+            best = std::min(best, play(every.c_str(), tree, 400).total);
         }
-        EXPECT_LE(play("auto", clip, 400).total, 1.03 * best) << build;
+        EXPECT_LE(play("auto", tree, 400).total, 1.03 * best) << build;
     }
 }
 
 TEST(AutoPolicy, RestructuresInsteadWhereThatCures) {
-    Clip clip;
-    clip.cure = 1;
-    clip.build = 20;
-    const Played played = play("auto", clip, 400);
+    DegradingTree tree;
+    tree.cure = 1;
+    tree.build = 20;
+    const Played played = play("auto", tree, 400);
     EXPECT_EQ(played.rebuilds, 0);
     EXPECT_GT(played.restructurings, 10);
-    EXPECT_LT(played.total, 0.95 * play("every:8", clip, 400).total);
+    EXPECT_LT(played.total, 0.95 * play("every:8", tree, 400).total);
 }
 
 TEST(AutoPolicy, LossesBeforeARestructuringDoNotCallForTheNext) {
-    Clip clip;
-    clip.cure = 1;
-    clip.excess = [](int age) { return 15.0 * age; };
-    EXPECT_LE(play("auto", clip, 400).restructurings, 220);
+    DegradingTree tree;
+    tree.cure = 1;
+    tree.excess = [](int age) { return 15.0 * age; };
+    EXPECT_LE(play("auto", tree, 400).restructurings, 220);
 }
 
 TEST(AutoPolicy, WaitsWhereADegradedTreeIsSeenToTraceNoSlower) {
-    Clip clip;
-    clip.excess = [](int age) { return 200.0 * age; };
-    EXPECT_GT(play("auto", clip, 8).rebuilds, 0);
-    clip.slowdown = [](double) { return 1.0; };
-    EXPECT_EQ(play("auto", clip, 8).rebuilds, 0);
+    DegradingTree tree;
+    tree.excess = [](int age) { return 200.0 * age; };
+    EXPECT_GT(play("auto", tree, 8).rebuilds, 0);
+    tree.slowdown = [](double) { return 1.0; };
+    EXPECT_EQ(play("auto", tree, 8).rebuilds, 0);
 }
 
 TEST(AutoPolicy, RebuildsWhatRestructuringLeaves) {
-    Clip clip;
-    clip.cure = 0.7;
-    const Played played = play("auto", clip, 400);
+    DegradingTree tree;
+    tree.cure = 0.7;
+    const Played played = play("auto", tree, 400);
     EXPECT_GT(played.restructurings, played.rebuilds);
     EXPECT_GT(played.rebuilds, 0);
 }
 
 TEST(AutoPolicy, RestructuringsThatDoNotHelpBecomeRare) {
-    Clip clip;
-    EXPECT_LE(play("auto", clip, 400).restructurings, 12);
+    DegradingTree tree;
+    EXPECT_LE(play("auto", tree, 400).restructurings, 12);
 }
 
 TEST(AutoPolicy, NeverRebuildsATreeThatDoesNotRot) {
-    Clip clip;
-    clip.excess = [](int) { return 8.0; };
-    EXPECT_EQ(play("auto", clip, 500).rebuilds, 0);
+    DegradingTree tree;
+    tree.excess = [](int) { return 8.0; };
+    EXPECT_EQ(play("auto", tree, 500).rebuilds, 0);
 }
 
 TEST(AutoPolicy, DoesNotBlameTheTreeForAnImageThatTakesLonger) {
@@ -193,22 +193,22 @@ TEST(AutoPolicy, LearnsWithinReasonWhateverClocksSay) {
 }
 
 TEST(AutoPolicy, BuildsThatDoNotHelpBecomeRare) {
-    Clip clip;
-    clip.excess = [](int age) { return std::min(600.0, 200.0 * age); };
-    clip.slowdown = [](double) { return 1.0; };
+    DegradingTree tree;
+    tree.excess = [](int age) { return std::min(600.0, 200.0 * age); };
+    tree.slowdown = [](double) { return 1.0; };
     const auto policy = make_update_policy({PolicyKind::kAuto});
-    const int early = play(*policy, clip, 50).rebuilds;
-    play(*policy, clip, 200);
-    const int late = play(*policy, clip, 50).rebuilds;
+    const int early = play(*policy, tree, 50).rebuilds;
+    play(*policy, tree, 200);
+    const int late = play(*policy, tree, 50).rebuilds;
     EXPECT_GT(early, 0);
     EXPECT_LT(late, early);
 }
 
 TEST(AutoPolicy, DoesNotFlapAtARatioThatSwingsAroundSound) {
-    Clip clip;
-    clip.excess = [](int age) { return age % 2 == 0 ? 5.0 : 23.0; };
+    DegradingTree tree;
+    tree.excess = [](int age) { return age % 2 == 0 ? 5.0 : 23.0; };
     // Every other frame loses 0.23 ms, 58 ms in all: no more than 12 builds of 5 ms.
-    EXPECT_LE(play("auto", clip, 500).rebuilds, 12);
+    EXPECT_LE(play("auto", tree, 500).rebuilds, 12);
 }
 
 TEST(AutoPolicy, RemedyThatPaysInItsOwnFrameIsAppliedAtOnceWhateverTheBudget) {
@@ -237,15 +237,15 @@ TEST(AutoPolicy, IsWithinATwentiethOfTheBetterOfRefitAndRebuildInShortClips) {
             for (const double cure : {0.0, 1.0}) {
                 static double growth;
                 growth = visits;
-                Clip clip;
-                clip.build = build;
-                clip.restructure = (cure > 0 ? 0.4 : 0.02) * build;
-                clip.cure = cure;
-                clip.excess = [](int age) { return std::min(growth * age, 5000.0); };
+                DegradingTree tree;
+                tree.build = build;
+                tree.restructure = (cure > 0 ? 0.4 : 0.02) * build;
+                tree.cure = cure;
+                tree.excess = [](int age) { return std::min(growth * age, 5000.0); };
                 for (const int frames : {3, 5, 10}) {
-                    const double better = std::min(play("refit", clip, frames).total,
-                                                   play("rebuild", clip, frames).total);
-                    EXPECT_LE(play("auto", clip, frames).total, 1.05 * better)
+                    const double better = std::min(play("refit", tree, frames).total,
+                                                   play("rebuild", tree, frames).total);
+                    EXPECT_LE(play("auto", tree, frames).total, 1.05 * better)
                         << visits << ' ' << build << ' ' << cure << ' ' << frames;
                 }
             }
@@ -254,12 +254,12 @@ TEST(AutoPolicy, IsWithinATwentiethOfTheBetterOfRefitAndRebuildInShortClips) {
 }
 
 TEST(AutoPolicy, NoInvestmentDoublesAFrame) {
-    Clip clip;
-    clip.excess = [](int age) { return 8.0 * age; };
+    DegradingTree tree;
+    tree.excess = [](int age) { return 8.0 * age; };
     for (const double build : {1.0, 7.0, 30.0}) {
-        clip.build = build;
-        const double worst_refitted = clip.sound * clip.slowdown(clip.excess(60));
-        EXPECT_LE(play("auto", clip, 400).worst_frame, 1.9 * worst_refitted) << build;
+        tree.build = build;
+        const double worst_refitted = tree.sound * tree.slowdown(tree.excess(60));
+        EXPECT_LE(play("auto", tree, 400).worst_frame, 1.9 * worst_refitted) << build;
     }
 }
 
