@@ -44,12 +44,14 @@ void add_trace(CommandAdder& adder) {
         [&adder](CLI::App& command, TraceOptions& options) {
             add_answers(adder, command, options);
             add_text(command, "--rays", "FILE|-",
-                     "a line `ox oy oz dx dy dz [tnear tfar]` for each ray", options.ray_file)
+                     "a line `ox oy oz dx dy dz [tnear tfar]` for each ray, or an array (.npy)",
+                     options.ray_file)
                 ->required();
             add_text(command, "-o,--out", "FILE|-", "a line `H t prim u v` or `M` for each ray",
                      options.out)
                 ->required();
-            add_flag(command, "--binary", "rays are 8 little-endian floats each",
+            add_flag(command, "--binary",
+                     "rays are 8 little-endian floats each: org, tnear, dir, tfar",
                      options.binary_rays);
             CLI::Option* const all = add_flag(
                 command, "--all",

@@ -15,7 +15,8 @@ namespace mray::app {
 // kLimit for too large a file.
 
 /// The rays of a file: lines `ox oy oz dx dy dz [tnear tfar]`, where tnear defaults to 0 and tfar
-/// to inf, or with `is_binary` 8 little-endian floats each.
+/// to inf; with `is_binary` the little-endian bytes of struct Ray each; or a .npy file of ray_dtype
+/// or of float32 of shape (N, 6) or (N, 8).
 std::vector<WorldRay> read_rays(const std::string& file, bool is_binary);
 
 /// The points of a file, lines `x y z`.
