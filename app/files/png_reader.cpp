@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <png.h>
 
-#include <algorithm>
 #include <csetjmp>
 #include <cstring>
 #include <string>
@@ -42,9 +41,6 @@ public:
         png_set_read_fn(png_, this, on_read);
         // Larger images are refused by their size, which the head says.
         png_set_user_limits(png_, 0x7FFFFFFF, 0x7FFFFFFF);
-        // A damaged chunk may claim gigabytes, which libpng would allocate and clear.
-        constexpr std::size_t kLeastChunk = std::size_t{1} << 16;
-        png_set_chunk_malloc_max(png_, std::max(left_, kLeastChunk));
         // By default a text with a wrong checksum would be left out without an error.
         png_set_crc_action(png_, PNG_CRC_ERROR_QUIT, PNG_CRC_ERROR_QUIT);
         png_read_info(png_, info_);
@@ -106,6 +102,23 @@ private:
     char error_[128] = {};
 };
 
+/// Whether a chunk claims more bytes than the file has. libpng would allocate and clear them.
+bool is_cut(std::string_view bytes) {
+    constexpr std::size_t kSignature = 8;
+    constexpr std::size_t kFrame = 12;  // length, type, checksum
+    for (std::size_t at = kSignature; at < bytes.size();) {
+        const std::string_view rest = bytes.substr(at);
+        if (rest.size() < kFrame) return true;
+        std::uint32_t length = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+            length = length << 8 | static_cast<unsigned char>(rest[i]);
+        if (length > rest.size() - kFrame) return true;
+        if (rest.substr(4, 4) == "IEND") return false;
+        at += kFrame + length;
+    }
+    return true;
+}
+
 [[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
     throw Error(ErrorKind::kBadInput, fmt::format("{}: is not a PNG file that can be read ({}); "
                                                   "give another file",
@@ -120,6 +133,7 @@ namespace {
 
 PngFile decode(const std::string& bytes, const std::filesystem::path& path,
                const ImageLimits& limits) {
+    if (is_png(bytes) && is_cut(bytes)) refuse(path, "it ends too early");
     PngReader reader(bytes);
     if (!reader.read_head()) refuse(path, reader.error());
     if (reader.bit_depth() > 8 && !limits.reduce_16_bits) refuse(path, "it has 16 bits a channel");
