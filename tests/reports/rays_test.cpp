@@ -1,0 +1,252 @@
+// Rays of reports by users of other tools. Expected values come from rational arithmetic on the
+// floats given.
+#include <algorithm>
+#include <limits>
+
+#include "tests/reports/devices.h"
+
+namespace mray::test {
+namespace {
+
+using morphray::Crossing;
+using morphray::Hit;
+using morphray::Ray;
+using morphray::Scene;
+using morphray::Vec3;
+
+class RayReports : public Reports {};
+
+TEST_P(RayReports, Oblikovati2146AQuadIsHitOnItsDiagonal) {
+    UserMesh quad;
+    quad.points = {{-5, -5, 0}, {5, -5, 0}, {5, 5, 0}, {-5, 5, 0}};
+    quad.triangles = {0, 1, 2, 0, 2, 3};
+    const Scene scene = build(quad);
+    const Ray diagonal = ray({0, 0, 10}, {0.30458447f, 0.30458447f, -0.9024725f});
+    const Hit hit = scene.intersect(diagonal);
+    EXPECT_EQ(hit.prim_id, 0u);
+    EXPECT_TRUE(is_within_an_ulp(hit.t, 11.080670096828632));
+    EXPECT_EQ(all_hits(scene, diagonal, Crossing::each).size(), 2u);
+    EXPECT_EQ(all_hits(scene, diagonal, Crossing::owner).size(), 1u);
+}
+
+TEST_P(RayReports, Tinybvh283SmallTrianglesAreHit) {
+    for (const auto& [size, distance] :
+         {std::pair(2e-4f, 1.0f), {1e-6f, 1e-3f}, {1e-12f, 1e-9f}, {1e-20f, 1e-17f}}) {
+        UserMesh mesh;
+        mesh.points = {{0, 0, 0}, {size, 0, 0}, {0, size, 0}};
+        mesh.triangles = {0, 1, 2};
+        const Hit hit = build(mesh).intersect(ray({size / 3, size / 3, -distance}, {0, 0, 1}));
+        EXPECT_EQ(hit.prim_id, 0u) << size;
+        EXPECT_TRUE(is_within_an_ulp(hit.t, distance)) << size;
+    }
+}
+
+TEST_P(RayReports, Libigl2408ScaledMeshesKeepTheirHits) {
+    const UserMesh mesh = UserMesh(star(3, 4));
+    const std::vector<Ray> rays = world_rays(mesh, 200, 2408);
+    const std::vector<Hit> expected = hits_of(build(mesh), rays);
+    for (const int power : {-10, -33}) {
+        const auto scaled = [power](Vec3 p) {
+            return Vec3{std::ldexp(p.x, power), std::ldexp(p.y, power), std::ldexp(p.z, power)};
+        };
+        UserMesh small = mesh;
+        for (Vec3& p : small.points) p = scaled(p);
+        std::vector<Ray> near = rays;
+        for (Ray& r : near) {
+            r.org = scaled(r.org);
+            r.dir = scaled(r.dir);
+        }
+        EXPECT_EQ(hits_of(build(small), near), expected) << power;
+    }
+}
+
+TEST_P(RayReports, Amrex5789ALongSegmentBesideATriangleMisses) {
+    UserMesh mesh;
+    mesh.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    mesh.triangles = {0, 1, 2};
+    const Scene scene = build(mesh);
+    for (const float far : {1e9f, 1e5f})
+        EXPECT_FALSE(scene.intersect(ray({0.75f, 0.75f, -far}, {0, 0, 2 * far}))) << far;
+}
+
+TEST_P(RayReports, ThreeMeshBvh684ARayInTheTrianglesPlaneHitsItsEdge) {
+    UserMesh mesh;
+    mesh.points = {{-1.3836679458618164f, -4.480311870574951f, 10},
+                   {3.9273109436035156f, 5.897944450378418f, 8},
+                   {-1.3836679458618164f, -4.480311870574951f, 8}};
+    mesh.triangles = {0, 1, 2};
+    const Scene scene = build(mesh);
+    for (const auto& [shift, t] : {std::pair(-0.001, 0.5135076224051648),
+                                   {0.0, 0.5127472330424204},
+                                   {0.001, 0.511986843679676}}) {
+        const Hit hit = scene.intersect(
+            ray({-0.028221702575683627f, static_cast<float>(-2.5058889150619503 + shift), 8},
+                {-0.16852837373762f, 0.9856968028990217f, 0}));
+        EXPECT_EQ(hit.prim_id, 0u) << shift;
+        EXPECT_NEAR(hit.t, t, 1e-6) << shift;
+    }
+}
+
+TEST_P(RayReports, ThreeMeshBvh169AndRapier165VerticesAndEdgesOfHeightMapsAreHit) {
+    constexpr std::uint32_t kSide = 8;
+    UserMesh map;
+    Random random(169);
+    for (std::uint32_t y = 0; y < kSide; ++y) {
+        for (std::uint32_t x = 0; x < kSide; ++x) {
+            map.points.push_back({5.0f * static_cast<float>(x), 5.0f * static_cast<float>(y),
+                                  static_cast<float>(random.below(2))});
+            const std::uint32_t i = y * kSide + x;
+            if (x + 1 == kSide || y + 1 == kSide) continue;
+            map.triangles.insert(map.triangles.end(),
+                                 {i, i + 1, i + kSide, i + 1, i + kSide + 1, i + kSide});
+        }
+    }
+    const Scene scene = build(map);
+    for (const Vec3& p : map.points)
+        EXPECT_TRUE(is_within_an_ulp(scene.intersect(ray({p.x, p.y, 10}, {0, 0, -1})).t, 10 - p.z));
+    // Along the cells' edges of constant x.
+    for (std::size_t i = 0; i + kSide < map.points.size(); ++i) {
+        const Vec3 a = map.points[i];
+        const Vec3 b = map.points[i + kSide];
+        const Hit hit = scene.intersect(ray({a.x, a.y + 1.25f, 10}, {0, 0, -1}));
+        EXPECT_TRUE(is_within_an_ulp(hit.t, 10 - (0.75 * a.z + 0.25 * b.z)));
+    }
+}
+
+TEST_P(RayReports, Pyvista8698ThePoleOfASphereIsCrossedWhateverTheEnd) {
+    constexpr int kRings = 10;
+    UserMesh sphere;
+    sphere.points = {{0, 0, 0.5f}, {0, 0, -0.5f}};
+    constexpr double kPi = 3.14159265358979323846;
+    for (int ring = 1; ring < kRings; ++ring) {
+        for (int i = 0; i < kRings; ++i) {
+            const double polar = kPi * ring / kRings;
+            const double around = 2 * kPi * i / kRings;
+            sphere.points.push_back({static_cast<float>(0.5 * std::sin(polar) * std::cos(around)),
+                                     static_cast<float>(0.5 * std::sin(polar) * std::sin(around)),
+                                     static_cast<float>(0.5 * std::cos(polar))});
+        }
+    }
+    const auto at = [](int ring, int i) {
+        return static_cast<std::uint32_t>(2 + (ring - 1) * kRings + i % kRings);
+    };
+    for (int i = 0; i < kRings; ++i) {
+        sphere.triangles.insert(sphere.triangles.end(), {0, at(1, i), at(1, i + 1)});
+        for (int ring = 1; ring + 1 < kRings; ++ring) {
+            sphere.triangles.insert(sphere.triangles.end(),
+                                    {at(ring, i), at(ring + 1, i), at(ring + 1, i + 1), at(ring, i),
+                                     at(ring + 1, i + 1), at(ring, i + 1)});
+        }
+        sphere.triangles.insert(sphere.triangles.end(),
+                                {1, at(kRings - 1, i + 1), at(kRings - 1, i)});
+    }
+    const Scene scene = build(sphere);
+    for (const float end : {6.68732940059620f, 6.68732940059621f, 7.0f}) {
+        Ray down = ray({0, 0, 5}, {0, 0, -1});
+        down.tfar = end;
+        const std::vector<Hit> hits = all_hits(scene, down, Crossing::owner);
+        ASSERT_EQ(hits.size(), 2u) << end;
+        EXPECT_TRUE(is_within_an_ulp(hits[0].t, 4.5));
+        EXPECT_TRUE(is_within_an_ulp(hits[1].t, 5.5));
+        EXPECT_EQ(all_hits(scene, down, Crossing::each).size(), 20u);
+    }
+}
+
+TEST_P(RayReports, Pyvista4842And5372AndLibigl2026FacesAreCrossedOnceOnTheirDiagonals) {
+    const Scene high = build(box({0, 0, 0}, {10, 10, 6}));
+    const std::vector<Hit> through = all_hits(high, ray({5, 2, -10}, {0, 0, 1}), Crossing::owner);
+    ASSERT_EQ(through.size(), 2u);
+    EXPECT_TRUE(is_within_an_ulp(through[0].t, 10));
+    EXPECT_TRUE(is_within_an_ulp(through[1].t, 16));
+
+    UserMesh quad;
+    quad.points = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+    quad.triangles = {0, 1, 2, 0, 2, 3};
+    const Scene flat = build(quad);
+    const Ray down = ray({0, 0, 1}, {0, 0, -1});
+    for (const Hit& hit : all_hits(flat, down, Crossing::each))
+        EXPECT_TRUE(is_within_an_ulp(hit.t, 1));
+    EXPECT_EQ(all_hits(flat, down, Crossing::each).size(), 2u);
+    EXPECT_EQ(all_hits(flat, down, Crossing::owner).size(), 1u);
+
+    const Scene unit = build(box({-0.5f, -0.5f, -0.5f}, {0.5f, 0.5f, 0.5f}));
+    const std::vector<Hit> diagonal =
+        all_hits(unit, ray({1, 0.1f, 0.1f}, {-1, 0, 0}), Crossing::owner);
+    ASSERT_EQ(diagonal.size(), 2u);
+    EXPECT_TRUE(is_within_an_ulp(diagonal[0].t, 0.5));
+    EXPECT_TRUE(is_within_an_ulp(diagonal[1].t, 1.5));
+}
+
+TEST_P(RayReports, Fcpw14ACubeIsEnteredAndLeft) {
+    UserMesh cube = box({1.6f, 1.6f, 1.6f}, {14.4f, 14.4f, 14.4f});
+    cube.triangles = {2, 1, 0, 1, 2, 3, 4, 2, 0, 2, 4, 6, 1, 4, 0, 4, 1, 5,
+                      6, 5, 7, 5, 6, 4, 3, 6, 7, 6, 3, 2, 5, 3, 7, 3, 5, 1};
+    const std::vector<Hit> hits =
+        all_hits(build(cube), ray({1, 8, 11.5f}, {1, 0, 0}), Crossing::owner);
+    ASSERT_EQ(hits.size(), 2u);
+    EXPECT_EQ(hits[0].prim_id, 3u);
+    EXPECT_EQ(hits[1].prim_id, 10u);
+    EXPECT_NEAR(hits[0].t, 0.6000000238418579, 1e-6);
+    EXPECT_TRUE(is_within_an_ulp(hits[1].t, 13.399999618530273));
+}
+
+TEST_P(RayReports, Pymskt42ThinWallsHaveTwoSides) {
+    const Scene scene = build(box({0, 0, 0}, {0.03f, 0.03f, 0.002f}));
+    const std::vector<Hit> hits =
+        all_hits(scene, ray({0.01f, 0.02f, 1}, {0, 0, -1}), Crossing::each);
+    ASSERT_EQ(hits.size(), 2u);
+    EXPECT_GT(hits[1].t, hits[0].t);
+}
+
+TEST_P(RayReports, Physx349AndLibigl2536RangesEndWhereTheySay) {
+    const Scene scene = build(tetrahedron());
+    Ray down = ray({0.25f, 0.25f, 2}, {0, 0, -1});
+    down.tfar = 1.25f;
+    EXPECT_FALSE(scene.intersect(down));
+    down.tfar = 2;
+    EXPECT_TRUE(is_within_an_ulp(scene.intersect(down).t, 1.5));
+    down.tnear = 1.75f;
+    EXPECT_TRUE(is_within_an_ulp(scene.intersect(down).t, 2));
+    const std::vector<Hit> hits = all_hits(scene, down, Crossing::each);
+    ASSERT_EQ(hits.size(), 1u);
+    EXPECT_EQ(hits[0].prim_id, 0u);
+}
+
+TEST_P(RayReports, Trimesh2245OccludedIsWhereThereIsAHit) {
+    const UserMesh mesh = UserMesh(star(3, 4));
+    const Scene scene = build(mesh);
+    const std::vector<Ray> rays = world_rays(mesh, 2000, 2245);
+    const std::vector<Hit> hits = hits_of(scene, rays);
+    std::vector<std::uint8_t> occluded(rays.size());
+    scene.occluded(rays, occluded);
+    for (std::size_t i = 0; i < rays.size(); ++i) EXPECT_EQ(occluded[i] != 0, bool(hits[i])) << i;
+}
+
+TEST_P(RayReports, ThreeMeshBvh112AMoveThatIsExactKeepsHits) {
+    const UserMesh mesh = box({0, 0, 0}, {256, 256, 128});
+    UserMesh moved = mesh;
+    constexpr float kMove = 98304;
+    for (Vec3& p : moved.points) p = {p.x + kMove, p.y + kMove, p.z};
+    const Scene scene = build(mesh);
+    const Scene far = build(moved);
+    for (float x = 0; x <= 256; x += 32) {
+        const Ray near = ray({x, 96, 500}, {0, 0, -1});
+        const Ray there = ray({x + kMove, 96 + kMove, 500}, {0, 0, -1});
+        EXPECT_EQ(scene.intersect(near).prim_id, far.intersect(there).prim_id) << x;
+        EXPECT_EQ(all_hits(scene, near, Crossing::each).size(),
+                  all_hits(far, there, Crossing::each).size())
+            << x;
+    }
+}
+
+TEST_P(RayReports, PythonEmbree20ThePlaneBelowIsAsFarAsTheOriginIsHigh) {
+    const Scene scene = build(tetrahedron());
+    const Hit hit = scene.intersect(ray({0.2f, 0.2f, -1000.1f}, {0, 0, 1}));
+    EXPECT_TRUE(is_within_an_ulp(hit.t, 1000.0999755859375));
+}
+
+INSTANTIATE_TEST_SUITE_P(OnEachDevice, RayReports, report_devices(),
+                         [](const auto& each) { return std::string(each.param); });
+
+}  // namespace
+}  // namespace mray::test
