@@ -95,24 +95,14 @@ configure() {
         show_log_and_exit 70 "configuring failed"
 }
 
-# show_steps: reads what ninja prints, appends it to the log, and says how many steps are done: on a
-# terminal in one line, elsewhere in a line every 15 s.
+# show_steps: appends what ninja prints to the log, and shows it on a terminal in one line.
 show_steps() {
-    local line last=0 is_shown=no text steps='^\[([0-9]+)/([0-9]+)\]' begin=$SECONDS
+    local line
     while IFS= read -r line; do
         printf '%s\n' "$line" >>"$log"
-        [[ $line =~ $steps ]] || continue
-        text="building: ${BASH_REMATCH[1]} of ${BASH_REMATCH[2]} steps, $((SECONDS - begin)) s"
-        if [ -t 2 ]; then
-            printf '\rmorphray: %s' "$text" >&2
-            is_shown=yes
-        elif [ $((SECONDS - begin - last)) -ge 15 ]; then
-            last=$((SECONDS - begin))
-            say "$text"
-        fi
+        [ ! -t 2 ] || printf '\r\e[Kmorphray: building %.60s' "$line" >&2
     done
-    # The line of a terminal ends, so that messages begin one of their own.
-    [ "$is_shown" = no ] || printf '\r\e[K' >&2
+    [ ! -t 2 ] || printf '\r\e[K' >&2
 }
 
 # run_ninja TARGET...: builds. Returns what ninja returns.
@@ -121,7 +111,7 @@ run_ninja() {
         ninja -C "$build" "$@" </dev/null >&2
         return
     fi
-    NINJA_STATUS='[%f/%t] ' ninja -C "$build" "$@" </dev/null 2>&1 | show_steps
+    ninja -C "$build" "$@" </dev/null 2>&1 | show_steps
     return "${PIPESTATUS[0]}"
 }
 

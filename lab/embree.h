@@ -8,6 +8,8 @@
 #endif
 
 #include <cstddef>
+#include <memory>
+#include <type_traits>
 
 namespace mray::embree {
 
@@ -20,6 +22,14 @@ inline constexpr bool kHasStreams = false;
 using IntersectArguments = RTCIntersectArguments;
 using OccludedArguments = RTCOccludedArguments;
 #endif
+
+struct Release {
+    void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+    void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+    void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
+};
+template <class Handle>
+using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Release>;
 
 /// Whether rays that are traced one after the other are alike, for which Embree has other ways.
 enum class Coherence { kCoherent, kIncoherent };

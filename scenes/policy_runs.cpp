@@ -259,7 +259,7 @@ std::vector<plot::Panel> policy_panels(std::span<const PolicyComparison> compari
         const auto add = [&](const char* title, const char* y, const char* unit,
                              const char* least) {
             panel.title = fmt::format("{}, {}", title, backend);
-            panel.y = fmt::format("\"{}\"", y);
+            panel.y = y;
             panel.ylabel = unit;
             panel.least = least;
             panels.push_back(panel);

@@ -9,16 +9,12 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
-#include <thread>
 
 #include "common/base/errors.h"
 
 namespace mray {
 namespace {
-
-constexpr auto kLookEvery = std::chrono::milliseconds(2);
 
 [[noreturn]] void fail(const char* what) {
     throw Error(ErrorKind::kLimit, fmt::format("no {}: {}; end other programs or raise the limit",
@@ -50,27 +46,16 @@ SharedMemory::SharedMemory(std::size_t bytes) : bytes_(std::max<std::size_t>(1, 
 
 SharedMemory::~SharedMemory() { munmap(start_, bytes_); }
 
-RunEnd run_guarded(const std::function<void()>& work, unsigned limit_s,
-                   const std::function<void()>& check) {
+RunEnd run_guarded(const std::function<void()>& work, unsigned limit_s) {
     const pid_t process = fork();
     if (process < 0) fail("new process");
     if (process == 0) work_alone(work, limit_s);
-    for (;;) {
-        int status = 0;
-        if (waitpid(process, &status, WNOHANG) == process) {
-            if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return RunEnd::kDone;
-            const bool ran_out = WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU;
-            return ran_out ? RunEnd::kNoEnd : RunEnd::kCrashed;
-        }
-        try {
-            check();
-        } catch (...) {
-            kill(process, SIGKILL);
-            waitpid(process, nullptr, 0);
-            throw;
-        }
-        std::this_thread::sleep_for(kLookEvery);
+    int status = 0;
+    while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
     }
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return RunEnd::kDone;
+    const bool ran_out = WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU;
+    return ran_out ? RunEnd::kNoEnd : RunEnd::kCrashed;
 }
 
 }  // namespace mray

@@ -32,10 +32,7 @@ enum class RunEnd { kDone, kCrashed, kNoEnd };
 /// Calls `work` in a child process, which has only the calling thread: `work` must not need other
 /// threads, and only its writes to shared memory are visible. Returns kCrashed if a signal ended
 /// the child or `work` threw; kNoEnd if the child was ended after `limit_s` (at least 1) seconds of
-/// processor time. Calls `check` while it waits; if that throws, the child is ended. Throws
-/// Error(kLimit) if no process can be started.
-RunEnd run_guarded(
-    const std::function<void()>& work, unsigned limit_s,
-    const std::function<void()>& check = [] {});
+/// processor time. Throws Error(kLimit) if no process can be started.
+RunEnd run_guarded(const std::function<void()>& work, unsigned limit_s);
 
 }  // namespace mray

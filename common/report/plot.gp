@@ -1,9 +1,9 @@
 # Draws a figure from a CSV file. common/report/plot.cpp sets by `gnuplot -e` the variables csv, format,
 # title, footer, width, height, columns and panels. Those of panel N end in N and may be missing:
-#   kind       lines, points, bars or map
+#   kind       lines, points or map
 #   title, xlabel, ylabel
-#   x, y       names of columns; several for y, each in double quotes
-#   series     the column that tells curves apart, or names bars and the rows of a map
+#   x, y       names of columns
+#   series     the column that tells curves apart, or names the rows of a map
 #   where, is  only rows with this text in that column
 #   ring       points with yes in that column get a ring
 #   least      the column of the lower end of a bar at each point
@@ -25,12 +25,9 @@ largest(a, b) = a > b ? a : b
 colour(i) = word('#0072B2 #D55E00 #009E73 #CC79A7 #E69F00 #56B4E9 #000000 #7F7F7F #882255', (i - 1) % 9 + 1)
 symbol(i) = int(word('7 5 9 13 11 6 4', (i - 1) % 7 + 1))
 
-# Curve i is a column of a series.
-series_of(i) = word(names, (i - 1) / words(ys) + 1)
-column_of(i) = word(ys, (i - 1) % words(ys) + 1)
-title_of(i) = words(ys) == 1 ? series_of(i) : words(names) == 1 ? column_of(i) : series_of(i).', '.column_of(i)
+# Curve i is the rows with name i.
 kept(i) = where eq '' || strcol(where) eq is
-mine(i) = kept(i) && strcol(series) eq series_of(i)
+mine(i) = kept(i) && strcol(series) eq word(names, i)
 
 # Zero has a place of its own on a logarithmic axis.
 huge = 1e300
@@ -55,12 +52,11 @@ p = 1
 kind = get('kind')
 is_curve = kind eq 'lines' || kind eq 'points'
 do for [p = 1:panels] {
-    names = ''; ys = get('y'); name = get('series')
+    names = ''; name = get('series')
     stats csv using (add_name(strcol(name))) nooutput
-    if (words(ys) > 1) { do for [c = 1:words(ys)] { longest = largest(longest, strlen(word(ys, c)) + 10) } }
 }
 text = 8.0 * longest + 85
-if (is_curve) { left = 95; right = text } else { left = text; right = kind eq 'bars' ? 220 : 30 }
+if (is_curve) { left = 95; right = text } else { left = text; right = 30 }
 below = kind eq 'map' ? 140.0 : 100.0
 set label title at screen 0, screen 1 offset character 2, character -1.2 left noenhanced
 set label footer at screen 0, screen 0 offset character 2, character 1 left noenhanced tc rgb '#666666'
@@ -72,23 +68,15 @@ set border 3 lc rgb '#888888'
 set tics nomirror out scale 0.5 tc rgb '#333333'
 set style fill solid noborder
 do for [p = 1:panels] {
-    kind = get('kind'); xs = get('x'); ys = get('y'); series = get('series')
+    kind = get('kind'); xs = get('x'); ycol = get('y'); series = get('series')
     where = get('where'); is = get('is'); ring = get('ring'); least = get('least')
     unset logscale; set xtics auto norotate; set ytics auto; set autoscale; unset key
     set grid back lt 1 lw 1 lc rgb '#e4e4e4'
     set title get('title') noenhanced
     set xlabel get('xlabel') noenhanced
     set ylabel get('ylabel') noenhanced
-    if (kind eq 'bars') {
-        size = 0.76 / words(ys)
-        top(c) = column(0) - 0.38 + (c - 1) * size
-        set yrange [*:*] reverse; set xrange [0:*]; set ytics noenhanced
-        if (words(ys) > 1) { set key outside right top noenhanced }
-        plot for [c = 1:words(ys)] csv using (column(word(ys, c))):(column(0)):(0):(column(word(ys, c))): \
-            (top(c)):(top(c) + size):ytic(strcol(series)) with boxxyerror lc rgb colour(c) title word(ys, c)
-    }
     if (kind eq 'map') {
-        ycol = word(ys, 1); across = get('across'); shade = get('shade'); note = get('note'); end = get('end')
+        across = get('across'); shade = get('shade'); note = get('note'); end = get('end')
         unset grid; set yrange [*:*] reverse; set ytics noenhanced; set xtics noenhanced rotate by 30 right
         plot csv using (column(xs)):(column(ycol)):(column(xs) - 0.48):(column(xs) + 0.48): \
             (column(ycol) - 0.46):(column(ycol) + 0.46):(shades[level(column(shade))]): \
@@ -99,9 +87,7 @@ do for [p = 1:panels] {
     if (kind eq 'lines' || kind eq 'points') {
         names = ''; xleast = huge; yleast = huge; ymost = 0; xzeros = 0; yzeros = 0
         stats csv using (kept(0) ? add_name(strcol(series)) + add_x(column(xs)) : 0) nooutput
-        do for [c = 1:words(ys)] {
-            stats csv using (kept(0) ? add_y(column(word(ys, c))) : 0) nooutput
-        }
+        stats csv using (kept(0) ? add_y(column(ycol)) : 0) nooutput
         logx = get('logx')
         xzero = logx eq '' ? 0 : zero_of(xleast, xzeros)
         yzero = ymost > 30 * yleast ? zero_of(yleast, yzeros) : 0
@@ -111,17 +97,17 @@ do for [p = 1:panels] {
         if (yzero > 0) { set yrange [yzero / 2:*]; set ytics add ('none' yzero) }
         # One legend on the right of each row.
         if (p % columns == 0 || p == panels) { set key at graph 1.02, graph 1 left top Left reverse noenhanced }
-        n = words(names) * words(ys)
+        n = words(names)
         ranges = least eq '' ? 0 : n
         lines = kind eq 'lines' ? n : 0
-        plot for [i = 1:ranges] csv using (xof(i)):(yof(i, column_of(i))):(yof(i, least)):(yof(i, column_of(i))) \
+        plot for [i = 1:ranges] csv using (xof(i)):(yof(i, ycol)):(yof(i, least)):(yof(i, ycol)) \
                 with yerrorbars pt -1 lw 1 lc rgb colour(i) notitle, \
-            for [i = 1:lines] csv using (xof(i)):(yof(i, column_of(i))) with linespoints \
-                lc rgb colour(i) lw 2 pt symbol(i) ps 0.8 title title_of(i), \
-            for [i = lines + 1:n] csv using (xof(i)):(yof(i, column_of(i))) with points \
-                lc rgb colour(i) pt symbol(i) ps 1.2 title title_of(i), \
+            for [i = 1:lines] csv using (xof(i)):(yof(i, ycol)) with linespoints \
+                lc rgb colour(i) lw 2 pt symbol(i) ps 0.8 title word(names, i), \
+            for [i = lines + 1:n] csv using (xof(i)):(yof(i, ycol)) with points \
+                lc rgb colour(i) pt symbol(i) ps 1.2 title word(names, i), \
             csv using (ring ne '' && kept(0) && strcol(ring) eq 'yes' ? place(column(xs), xzero) : NaN): \
-                (place(column(word(ys, 1)), yzero)) with points pt 6 ps 1.8 lc rgb '#000000' notitle
+                (place(column(ycol), yzero)) with points pt 6 ps 1.8 lc rgb '#000000' notitle
     }
     unset label
 }

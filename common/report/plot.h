@@ -9,10 +9,10 @@ namespace mray::plot {
 
 /// One panel; plot.gp says what its members mean. Empty ones are left out.
 struct Panel {
-    /// lines, points, bars or map.
+    /// lines, points or map.
     std::string kind;
     std::string title = {};
-    /// Names of columns of the CSV; several for y, each in double quotes.
+    /// Names of columns of the CSV.
     std::string x = {};
     std::string y = {};
     std::string series = {};

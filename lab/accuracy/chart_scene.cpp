@@ -12,22 +12,6 @@
 namespace mray::accuracy {
 namespace {
 
-std::vector<vec3> placed(std::span<const vec3> positions, const Placement& placement) {
-    const WorldBounds bounds = bounds_of(positions);
-    double size = 0;
-    for (int axis = 0; axis < 3 && !bounds.empty(); ++axis)
-        size = std::max(size, bounds.upper[axis] - bounds.lower[axis]);
-    const double offset = placement.offset * size;
-    std::vector<vec3> result;
-    for (const vec3& p : positions) {
-        vec3 q;
-        for (int axis = 0; axis < 3; ++axis)
-            q[axis] = static_cast<float>((p[axis] + offset) * placement.scale);
-        result.push_back(q);
-    }
-    return result;
-}
-
 /// The same tree over the positions in world space, with boxes of these floats.
 Bvh tree_around(Bvh bvh, std::span<const vec3> positions) {
     std::vector<Box> leaf_boxes(bvh.leaves.size());
@@ -143,12 +127,11 @@ void add_aimed_rays(ChartScene& scene, const SceneSpace& space, std::size_t coun
 
 }  // namespace
 
-ChartScene make_chart_scene(const ChartInput& input, const Placement& placement, std::uint32_t side,
-                            std::size_t aimed) {
+ChartScene make_chart_scene(const ChartInput& input, std::uint32_t side, std::size_t aimed) {
     ChartScene scene;
     scene.name = input.name;
     scene.topology = input.topology;
-    scene.world_space.positions = placed(input.positions, placement);
+    scene.world_space.positions = input.positions;
     const WorldBounds bounds = bounds_of(scene.world_space.positions);
     const SceneSpace space(bounds);
     scene.scene_space.positions.resize(input.positions.size());

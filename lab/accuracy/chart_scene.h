@@ -1,4 +1,4 @@
-// The scene of a chart: one frame, moved and scaled, with its trees and rays.
+// The scene of a chart: one frame with its trees and rays.
 #pragma once
 
 #include <cstdint>
@@ -38,12 +38,6 @@ struct ChartInput {
     std::vector<vec3> positions;
 };
 
-/// An offset along (1, 1, 1) in sizes of the scene, and a factor of its size.
-struct Placement {
-    double offset = 0;
-    double scale = 1;
-};
-
 struct ChartScene {
     std::string name;
     Topology topology;
@@ -52,11 +46,10 @@ struct ChartScene {
     ChartSpace world_space;
 };
 
-/// Makes the scene of a frame, whose positions are moved and scaled in double and rounded to float
-/// once. The image has side x side pixels (a multiple of kChartTileSide) from the default view with
-/// kChartFov; `aimed` is the number of aimed rays. Throws what the builder and the camera throw.
-ChartScene make_chart_scene(const ChartInput& input, const Placement& placement, std::uint32_t side,
-                            std::size_t aimed);
+/// Makes the scene of a frame. The image has side x side pixels (a multiple of kChartTileSide) from
+/// the default view with kChartFov; `aimed` is the number of aimed rays. Throws what the builder
+/// and the camera throw.
+ChartScene make_chart_scene(const ChartInput& input, std::uint32_t side, std::size_t aimed);
 
 /// Field of view in degrees, narrow enough for most pixels to show the scene.
 inline constexpr double kChartFov = 20;

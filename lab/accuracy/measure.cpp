@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -123,11 +122,6 @@ VerdictCounts Judge::aimed(std::span<const Hit> hits) const {
     return count(space_->aimed_rays, aimed_, hits);
 }
 
-std::string speed_title(const char* rays) {
-    const int threads = tbb::this_task_arena::max_concurrency();
-    return fmt::format("Mray/s, {} on {} thread{}", rays, threads, threads == 1 ? "" : "s");
-}
-
 void trace_camera(const Method& method, const ChartScene& scene, std::span<Hit> hits) {
     if (!method.trace_tile) {
         trace_rays(method, method.space(scene).camera_rays, hits);
@@ -142,16 +136,11 @@ void trace_aimed(const Method& method, const ChartScene& scene, std::span<Hit> h
     trace_rays(method, method.space(scene).aimed_rays, hits);
 }
 
-std::vector<double> least_times(std::span<const std::function<void()>> runs, int rounds,
-                                const std::function<void()>& check) {
-    for (const std::function<void()>& run : runs) {
-        check();
-        run();
-    }
+std::vector<double> least_times(std::span<const std::function<void()>> runs, int rounds) {
+    for (const std::function<void()>& run : runs) run();
     std::vector<double> least(runs.size(), INFINITY);
     for (int round = 0; round < rounds; ++round) {
         for (std::size_t i = 0; i < runs.size(); ++i) {
-            check();
             const Stopwatch watch;
             runs[i]();
             least[i] = std::min(least[i], watch.ms());

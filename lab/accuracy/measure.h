@@ -53,18 +53,12 @@ private:
     std::vector<Truth> aimed_;
 };
 
-/// "Mray/s, camera rays on 2 threads": the title of an axis of speeds that are measured in
-/// trace_camera() or in the same way.
-std::string speed_title(const char* rays = "camera rays");
-
 /// Traces all rays of a kind on all threads.
 void trace_camera(const Method& method, const ChartScene& scene, std::span<Hit> hits);
 void trace_aimed(const Method& method, const ChartScene& scene, std::span<Hit> hits);
 
 /// The least milliseconds of `rounds` runs of each, in turn, after one to warm up. The least
-/// counts, because disturbances of the machine only add time. Calls `check` before each run, which
-/// may throw to end the work.
-std::vector<double> least_times(std::span<const std::function<void()>> runs, int rounds,
-                                const std::function<void()>& check);
+/// counts, because disturbances of the machine only add time.
+std::vector<double> least_times(std::span<const std::function<void()>> runs, int rounds);
 
 }  // namespace mray::accuracy

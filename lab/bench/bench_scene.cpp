@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/bvh/builder/bvh_builder.h"
+#include "lab/bench/fill_view.h"
 #include "scenes/inside_view.h"
 #include "scenes/source/open_scene.h"
 
@@ -15,14 +16,6 @@ std::vector<vec3> nudged(std::vector<vec3> positions) {
         for (int axis = 0; axis < 3; ++axis) p[axis] = std::nextafter(p[axis], 0.0f);
     }
     return positions;
-}
-
-ViewSpec resolved(ViewSpec view, const WorldBounds& bounds) {
-    const ResolvedView all = resolve_view(view, bounds);
-    view.eye = all.eye;
-    view.target = all.target;
-    view.light = all.light;
-    return view;
 }
 
 /// The bounds of all whole frames, since a benchmark traces several of them from one camera.
@@ -49,10 +42,9 @@ std::vector<vec3> positions_at(const BenchScene& scene, double frame) {
     return positions;
 }
 
-BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSpec& view) {
+BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view) {
     BenchScene scene;
     scene.name = spec;
-    scene.view_kind = kind;
     ClipOptions lenient;
     lenient.lenient = true;
     scene.clip = open_scene(spec, lenient);
@@ -64,14 +56,11 @@ BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSp
                       ? positions_at(scene, std::min(middle + 1, clip.last_frame()))
                       : nudged(scene.positions);
     scene.bvh = build_bvh(clip.topology(), scene.positions);
-    if (kind == ViewKind::kFill && clip.inside_view()) {
-        scene.view_kind = ViewKind::kInside;
+    if (clip.inside_view()) {
         scene.view = with_inside_view(view, clip);
         scene.view.fov = kInsideFov;
-    } else if (kind == ViewKind::kFill) {
-        scene.view = fill_view(view, clip.bounds(), scene.space, scene.bvh);
     } else {
-        scene.view = resolved(view, clip.bounds());
+        scene.view = fill_view(view, clip.bounds(), scene.space, scene.bvh);
     }
     scene.params = make_image_params(scene.view, clip.bounds(), scene.space);
     return scene;

@@ -9,7 +9,6 @@
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"
 #include "cpu/image/image_tracer.h"
-#include "lab/bench/fill_view.h"
 #include "scenes/clip.h"
 
 namespace mray::bench {
@@ -19,7 +18,6 @@ namespace mray::bench {
 /// one float nearer to 0, so that backends that refit moved parts only have to refit everything.
 struct BenchScene {
     std::string name;
-    ViewKind view_kind;
     /// The view in world space, with an eye, a target and a light.
     ViewSpec view;
     std::unique_ptr<Clip> clip;
@@ -37,7 +35,8 @@ struct BenchScene {
 /// The positions of a whole frame in scene space.
 std::vector<vec3> positions_at(const BenchScene& scene, double frame);
 
-/// Throws what open_scene and make_image_params throw.
-BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSpec& view);
+/// The view fills the image (fill_view.h), or is from inside in a scene that is closed; `view`
+/// gives its size. Throws what open_scene and make_image_params throw.
+BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view);
 
 }  // namespace mray::bench

@@ -69,18 +69,6 @@ std::uint32_t off_middle(const Window& window, std::uint32_t side) {
 
 }  // namespace
 
-const char* name_of(ViewKind kind) {
-    switch (kind) {
-        case ViewKind::kFill:
-            return "fill";
-        case ViewKind::kWhole:
-            return "whole";
-        case ViewKind::kInside:
-            break;
-    }
-    return "inside";
-}
-
 ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const SceneSpace& space,
                    const Bvh& bvh) {
     ViewSpec coarse = whole;

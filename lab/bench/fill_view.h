@@ -10,17 +10,9 @@
 
 namespace mray::bench {
 
-/// kWhole is the default camera, which keeps the whole clip in the image. kFill looks from the
-/// same eye, by the same light, at the part of that image which is full, so that (nearly) every
-/// pixel sees the scene. kInside is kFill in a scene that is closed: the eye and the light are in
-/// it.
-enum class ViewKind { kFill, kWhole, kInside };
-
-/// "fill", "whole" or "inside"
-const char* name_of(ViewKind kind);
-
-/// The view of kFill: `whole` with eye, target, fov and light set. `bvh` is the tree of the scene,
-/// which decides which part of the image is full.
+/// `whole` with eye, target, fov and light set: from the default eye and by the default light, at
+/// the part of the image which is full, so that (nearly) every pixel sees the scene. `bvh` is the
+/// tree of the scene, which decides which part that is.
 ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const SceneSpace& space,
                    const Bvh& bvh);
 

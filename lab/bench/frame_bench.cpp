@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/base/stopwatch.h"
-#include "common/base/thread_arena.h"
+#include "common/simd/simd_target.h"
 #include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
 #include "lab/bench/paper_2007/paper_2007.h"
@@ -55,12 +55,12 @@ std::vector<Hit> hits_of(const Frame& frame) { return {frame.hits.begin(), frame
 
 class OurFrames final : public FrameMethod {
 public:
-    OurFrames(const Played& played, const SimdTarget& target, int threads)
+    OurFrames(const Played& played, int threads)
         : played_(played),
-          backend_(cpu::make_cpu_backend({.threads = threads, .simd = target.name})),
+          backend_(cpu::make_cpu_backend({.threads = threads})),
           updater_(played.topology(), played.poses.front(), *backend_, nullptr,
-                   PolicySpec{.kind = PolicyKind::kAuto},
-                   BuildConfig{.threads = threads, .target = target}, UpdateConfig{}) {}
+                   PolicySpec{.kind = PolicyKind::kAuto}, BuildConfig{.threads = threads},
+                   UpdateConfig{}) {}
 
     double run(std::size_t frame) override {
         const Stopwatch stopwatch;
@@ -189,14 +189,11 @@ double share_of_hits(const std::vector<Hit>& hits) {
     return static_cast<double>(count) / static_cast<double>(hits.size());
 }
 
-Mismatches compare(const std::vector<Hit>& ours, const std::vector<Hit>& theirs) {
-    Mismatches mismatches;
-    for (std::size_t i = 0; i < ours.size(); ++i) {
-        const bool both_hit = ours[i].prim_id != kNoPrim && theirs[i].prim_id != kNoPrim;
-        const bool same = ours[i].prim_id == theirs[i].prim_id;
-        (both_hit ? mismatches.prim_id : mismatches.hit) += same ? 0 : 1;
-    }
-    return mismatches;
+/// How many pixels show another triangle.
+std::uint64_t count_mismatches(const std::vector<Hit>& ours, const std::vector<Hit>& theirs) {
+    std::uint64_t count = 0;
+    for (std::size_t i = 0; i < ours.size(); ++i) count += ours[i].prim_id != theirs[i].prim_id;
+    return count;
 }
 
 }  // namespace
@@ -215,11 +212,8 @@ void bench_frame(const Rig& rig, const BenchScene& scene, const TraceWork& prima
                            [method](std::size_t frame) { return method->run(frame); },
                            std::move(group)});
     };
-    for (const SimdTarget& target : rig.targets) {
-        add(std::make_unique<OurFrames>(played, target, rig.threads), "Auto, image of packets",
-            target.name);
-    }
-    const SimdTarget& best = rig.targets.front();
+    const SimdTarget best = best_simd_target();
+    add(std::make_unique<OurFrames>(played, rig.threads), "Auto, image of packets", "");
     for (const auto& [tree, name] : {std::pair(EmbreeTree::kRefitted, "REFIT"),
                                      {EmbreeTree::kLow, "LOW"},
                                      {EmbreeTree::kMedium, "MEDIUM"}}) {
@@ -230,22 +224,13 @@ void bench_frame(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     }
     add(std::make_unique<PaperFrames>(played, primary, best, arena), "paper-2007, refit",
         "paper-2007");
-    const std::vector<Times> times = time_in_turn(methods, played.poses.size(), rig.repeat);
-    const std::size_t ours = rig.targets.size();
-    for (const std::size_t peer : fastest_of_groups(methods, times, 1)) {
-        for (std::size_t mine = 0; mine < ours && peer >= ours; ++mine) {
-            Row row = row_of(rig, scene, "frame");
-            row.rays = played.poses.size() * primary.active_count;
-            row.tracer = methods[mine].name;
-            row.target = rig.targets[mine].name;
-            row.peer = methods[peer].name;
-            const std::vector<Hit> hits = frames[mine]->hits();
-            row.hit_share = share_of_hits(hits);
-            row.mismatches = compare(hits, frames[peer]->hits());
-            set_times(row, times[mine], times[peer], Unit::kMs, 0);
-            rig.report(row);
-        }
-    }
+    compare_with_peers(rig, row_of(rig, scene, "frame"), methods, played.poses.size(), Unit::kMs, 0,
+                       [&](Row& row, std::size_t peer) {
+                           const std::vector<Hit> hits = frames[0]->hits();
+                           row.rays = played.poses.size() * primary.active_count;
+                           row.hit_share = share_of_hits(hits);
+                           row.mismatches = count_mismatches(hits, frames[peer]->hits());
+                       });
 }
 
 }  // namespace mray::bench

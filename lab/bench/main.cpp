@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/base/output_file.h"
 #include "common/report/shell.h"
 #include "common/version.h"
 #include "lab/bench/options.h"
@@ -13,39 +13,16 @@
 namespace mray::bench {
 namespace {
 
-/// The rays of a scene that are traced, made before anything is timed. Kinds that no chosen work
-/// needs are missing.
-std::vector<TraceWork> make_works(const BenchScene& scene, const TraceWork& primary,
-                                  const BenchOptions& options) {
-    std::vector<TraceWork> works;
-    if (options.wants("primary")) works.push_back(primary);
-    if (options.wants("one-ray")) works.push_back(make_row_work(scene.params));
-    if (!options.wants("shadow") && !options.wants("diffuse") && !options.wants("ao")) return works;
-    const AlignedVector<Hit> hits = reference_hits(scene.bvh, primary);
-    const auto add = [&](WorkKind kind, auto... more) {
-        works.push_back(make_secondary_work(primary, hits, scene.mesh(), kind, more...));
-    };
-    if (options.wants("shadow")) add(WorkKind::kShadow);
-    if (options.wants("diffuse")) add(WorkKind::kDiffuse);
-    if (options.wants("ao")) {
-        // As many rays as an image has pixels: with more of a pixel, fewer pixels have any. So each
-        // work takes about as long.
-        for (const std::uint32_t samples : options.ao_samples)
-            add(WorkKind::kAo, samples, primary.rays.size());
-    }
-    return works;
-}
-
-void run_works(const Rig& rig, const BenchScene& scene, const TraceWork& primary,
-               const std::vector<TraceWork>& traced, const BenchOptions& options) {
+void run_works(const Rig& rig, const BenchScene& scene, const SceneRays& rays,
+               std::span<const TraceWork> traced, const BenchOptions& options) {
     if (!traced.empty()) {
         const EmbreeScenes embree(rig.devices, scene);
         for (const TraceWork& work : traced) bench_trace(rig, scene, embree, work);
     }
     if (options.wants("queries")) bench_queries(rig, scene);
-    if (options.wants("frame")) bench_frame(rig, scene, primary);
-    if (options.wants("refit")) bench_refit(rig, scene, primary);
-    if (options.wants("build")) bench_build(rig, scene, primary);
+    if (options.wants("frame")) bench_frame(rig, scene, rays.primary());
+    if (options.wants("refit")) bench_refit(rig, scene, rays.primary());
+    if (options.wants("build")) bench_build(rig, scene, rays.primary());
 }
 
 void run(std::span<const std::string> arguments) {
@@ -54,31 +31,21 @@ void run(std::span<const std::string> arguments) {
         fmt::print("{}", options.help);
         return;
     }
-    if (!options.csv.empty()) check_writable(options.csv);
-    std::string embree = EmbreeDevice::version();
-    if (!EmbreeDevice::left_out().empty())
-        embree += fmt::format(", which has no {}", EmbreeDevice::left_out());
-    const std::string head =
+    Report report(
         fmt::format("# {}, {}; morphray {}, Embree {}\n# ./lab/bench/run {}\n", machine_name(),
-                    machine_isa(), kVersionDetail, embree, shell_line(arguments));
-    fmt::print("{}", head);
-    std::vector<Row> rows;
-    // Files are written with each row, so that a run that is ended leaves what it has measured.
-    const auto report = [&](const Row& row) {
-        rows.push_back(row);
-        fmt::print("{}", table_line(row));
-        std::fflush(stdout);
-        if (!options.csv.empty()) write_file(options.csv, head + to_csv(rows));
-    };
+                    machine_isa(), kVersionDetail, EmbreeDevice::version(), shell_line(arguments)),
+        options.csv);
     for (const std::string& spec : options.scenes) {
-        const BenchScene scene = open_bench_scene(spec, options.view_kind, options.view);
-        fmt::print("{}", table_header());
-        const TraceWork primary = make_primary_work(scene.params);
-        const std::vector<TraceWork> traced = make_works(scene, primary, options);
+        const BenchScene scene = open_bench_scene(spec, options.view);
+        report.begin_scene();
+        // All rays are made before anything is timed.
+        const SceneRays rays(scene);
+        std::vector<TraceWork> traced;
+        for (const WorkKind kind : kAllWorks)
+            if (options.wants(name_of(kind))) traced.push_back(rays.work(kind));
         for (const int threads : options.threads) {
-            const std::vector<EmbreeDevice> devices = embree_devices(threads, options.embree);
-            run_works({devices, threads, options.repeat, options.targets, report}, scene, primary,
-                      traced, options);
+            const std::vector<EmbreeDevice> devices = embree_devices(threads);
+            run_works({devices, threads, options.repeat, report}, scene, rays, traced, options);
         }
     }
 }

@@ -14,16 +14,10 @@
 namespace mray::bench {
 namespace {
 
-constexpr WorkKind kAllWorks[] = {WorkKind::kPrimary, WorkKind::kShadow, WorkKind::kDiffuse,
-                                  WorkKind::kAo, WorkKind::kOneRay};
-/// Works whose rays are not handed over one by one.
-constexpr WorkKind kTiledWorks[] = {WorkKind::kPrimary, WorkKind::kShadow, WorkKind::kDiffuse,
-                                    WorkKind::kAo};
-
 /// For tracers with intersect(rays, hits) and occluded(rays, occluded), of any rays; in calls of at
 /// most `most` rays.
 template <class Tracer>
-OurTracer batch_by_batch(std::string name, std::string target, RaysAtOnce at_once, Tracer tracer) {
+OurTracer batch_by_batch(std::string name, RaysAtOnce at_once, Tracer tracer) {
     const std::size_t most =
         at_once == RaysAtOnce::kOne ? 1 : std::numeric_limits<std::size_t>::max();
     const auto trace = [tracer, most](const TraceWork& work, const WorkPart& part,
@@ -42,9 +36,10 @@ OurTracer batch_by_batch(std::string name, std::string target, RaysAtOnce at_onc
             });
         });
     };
-    const std::span<const WorkKind> works =
-        at_once == RaysAtOnce::kOne ? std::span(kAllWorks) : std::span<const WorkKind>(kTiledWorks);
-    return {std::move(name), std::move(target), at_once, {works.begin(), works.end()}, trace};
+    std::vector<WorkKind> works(std::begin(kAllWorks), std::end(kAllWorks));
+    // Its rays are handed over one by one.
+    if (at_once != RaysAtOnce::kOne) std::erase(works, WorkKind::kOneRay);
+    return {std::move(name), at_once, works, trace};
 }
 
 /// Packets of 64 x 64 rays; shadow rays that have too little in common go to single rays.
@@ -67,42 +62,34 @@ OurTracer packet_by_packet(const Bvh& bvh, const SimdTarget& target) {
             }
         });
     };
-    return {"packet", target.name, RaysAtOnce::kPacket, {WorkKind::kPrimary, WorkKind::kShadow},
-            trace,    true};
-}
-
-OurTracer reference(const Bvh& bvh) {
-    return batch_by_batch("reference", "scalar", RaysAtOnce::kStream,
-                          cpu::OneByOne{cpu::ScalarTracer(bvh)});
+    return {"packet", RaysAtOnce::kPacket, {WorkKind::kPrimary, WorkKind::kShadow}, trace, true};
 }
 
 }  // namespace
 
-OurTracer ray_streams(const Bvh& bvh, const SimdTarget& target) {
-    return batch_by_batch("stream", target.name, RaysAtOnce::kStream,
-                          cpu::SingleRayTracer(bvh, target));
-}
-
-OurTracer single_rays(const Bvh& bvh, const SimdTarget& target) {
-    return batch_by_batch("single", target.name, RaysAtOnce::kOne,
-                          cpu::SingleRayTracer(bvh, target));
-}
-
-std::vector<OurTracer> our_tracers(const Bvh& bvh, std::span<const SimdTarget> targets) {
-    std::vector<OurTracer> tracers;
-    for (const SimdTarget& target : targets) {
-        tracers.push_back(packet_by_packet(bvh, target));
-        tracers.push_back(ray_streams(bvh, target));
-        tracers.push_back(single_rays(bvh, target));
-    }
-    if (targets.back() == supported_simd_targets().back()) tracers.push_back(reference(bvh));
-    return tracers;
+std::vector<OurTracer> our_tracers(const Bvh& bvh, const SimdTarget& target) {
+    const cpu::SingleRayTracer tracer(bvh, target);
+    return {packet_by_packet(bvh, target), batch_by_batch("stream", RaysAtOnce::kStream, tracer),
+            batch_by_batch("single", RaysAtOnce::kOne, tracer)};
 }
 
 AlignedVector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work) {
     TraceAnswers answers(work);
-    reference(bvh).trace(work, answers);
+    batch_by_batch("reference", RaysAtOnce::kStream, cpu::OneByOne{cpu::ScalarTracer(bvh)})
+        .trace(work, answers);
     return std::move(answers.hits);
+}
+
+SceneRays::SceneRays(const BenchScene& scene)
+    : scene_(scene),
+      primary_(make_primary_work(scene.params)),
+      hits_(reference_hits(scene.bvh, primary_)) {}
+
+TraceWork SceneRays::work(WorkKind kind) const {
+    if (kind == WorkKind::kPrimary) return primary_;
+    if (kind == WorkKind::kOneRay) return make_row_work(scene_.params);
+    return make_secondary_work(primary_, hits_, scene_.mesh(), kind, kAoSamples,
+                               primary_.rays.size());
 }
 
 }  // namespace mray::bench

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "common/base/thread_arena.h"
 #include "common/interop/constants.h"
 #include "common/scene/camera_setup.h"
 #include "lab/bench/cgal_tree.h"
@@ -47,7 +46,7 @@ struct QueryPeer {
     std::function<void(Row&)> compare;
 };
 
-/// The same scene behind the public interface, on one target, and as the peers have it.
+/// The same scene behind the public interface and as the peers have it.
 class Queries {
 public:
     Queries(const Rig& rig, const BenchScene& scene)
@@ -63,23 +62,21 @@ public:
         }
     }
 
-    void run(const SimdTarget& target) {
+    void run() {
         const auto& triangles = scene_.topology().triangles;
-        const morphray::Scene scene = morphray::Scene::build(
-            {.positions = morphray::packed(points_),
-             .triangles = {&triangles.data()->x, 3 * triangles.size()}},
-            morphray::Device::cpu({.threads = rig_.threads, .simd = target.name}),
-            {.bounds = kBounds, .update = morphray::Refit{}});
+        const morphray::Scene scene =
+            morphray::Scene::build({.positions = morphray::packed(points_),
+                                    .triangles = {&triangles.data()->x, 3 * triangles.size()}},
+                                   morphray::Device::cpu({.threads = rig_.threads}),
+                                   {.bounds = kBounds, .update = morphray::Refit{}});
         const std::vector<vec3> near = points_near_surface(scene_, query_count());
         const std::vector<vec3> in_box = points_in_box(scene_, query_count());
-        find_closest(scene, target, "near", near);
-        find_closest(scene, target, "in box", in_box);
-        find_closest(scene, target, "near, sorted", sorted_by_place(near));
-        find_closest(scene, target, "in box, sorted", sorted_by_place(in_box));
-        count(scene, target, "camera", camera_rays(scene_.params), true);
-        count(scene, target, "random", random_rays(scene_, query_count()), false);
-        find_inside(scene, target, "near", near);
-        find_inside(scene, target, "in box", in_box);
+        find_closest(scene, "near", near);
+        find_closest(scene, "in box", in_box);
+        count(scene, "camera", camera_rays(scene_.params), true);
+        count(scene, "random", random_rays(scene_, query_count()), false);
+        find_inside(scene, "near", near);
+        find_inside(scene, "in box", in_box);
     }
 
 private:
@@ -88,7 +85,7 @@ private:
         return std::size_t{scene_.params.width} * scene_.params.height;
     }
 
-    void find_closest(const morphray::Scene& scene, const SimdTarget& target, const char* where,
+    void find_closest(const morphray::Scene& scene, const char* where,
                       const std::vector<vec3>& points) {
         const std::vector<morphray::Vec3> asked = to_user(points);
         std::vector<morphray::ClosestPoint> ours(points.size());
@@ -98,8 +95,7 @@ private:
                 const double a = ours[i].distance;
                 const double b = theirs[i].distance;
                 const double difference = a == b ? 0 : std::abs(a - b) / (2 * kExtent);
-                row.mismatches.t += difference > kMostDifference;
-                row.largest_difference = std::max(row.largest_difference, difference);
+                row.mismatches += difference > kMostDifference;
             }
         };
         std::vector<QueryPeer> peers;
@@ -112,27 +108,26 @@ private:
                 {cgal_->name(), "cgal", [&] { cgal_->find_closest(points, theirs); }, compare});
         }
         report(
-            target, fmt::format("closest_points, {}", where),
-            [&] { scene.closest_points(asked, ours); }, peers, ours,
-            [](const auto& closest) { return bool{closest}; });
+            fmt::format("closest_points, {}", where), [&] { scene.closest_points(asked, ours); },
+            peers, ours, [](const auto& closest) { return bool{closest}; });
     }
 
-    void count(const morphray::Scene& scene, const SimdTarget& target, const char* which,
-               const std::vector<Ray>& rays, bool coherent) {
+    void count(const morphray::Scene& scene, const char* which, const std::vector<Ray>& rays,
+               bool coherent) {
         const std::vector<morphray::Ray> asked = to_user(rays);
         std::vector<std::uint64_t> ours(rays.size());
         const auto known = coherent ? morphray::Coherence::image(scene_.params.width)
                                     : morphray::Coherence::sort();
         const auto differs = [](std::uint64_t a, std::uint64_t b) { return a != b; };
         report(
-            target, fmt::format("count, {}", which),
+            fmt::format("count, {}", which),
             [&] { scene.count(asked, ours, morphray::Crossing::each, known); },
             counting_peers(rays, coherent, ours, differs), ours,
             [](std::uint64_t hits) { return hits != 0; });
     }
 
     /// By the rule that Embree's hits of a half-line can follow, too.
-    void find_inside(const morphray::Scene& scene, const SimdTarget& target, const char* where,
+    void find_inside(const morphray::Scene& scene, const char* where,
                      const std::vector<vec3>& points) {
         const std::vector<morphray::Vec3> asked = to_user(points);
         const std::vector<Ray> rays = rays_up(points);
@@ -141,7 +136,7 @@ private:
             return inside != hits % 2;
         };
         report(
-            target, fmt::format("contains, {}", where),
+            fmt::format("contains, {}", where),
             [&] { scene.contains(asked, ours, morphray::FillRule::odd); },
             counting_peers(rays, false, ours, differs), ours,
             [](std::uint8_t inside) { return inside == 1; });
@@ -156,7 +151,7 @@ private:
                              [&, coherent] { embree.count(rays, coherent); },
                              [&, differs](Row& row) {
                                  for (std::size_t i = 0; i < ours.size(); ++i)
-                                     row.mismatches.hit += differs(ours[i], embree.counts()[i]);
+                                     row.mismatches += differs(ours[i], embree.counts()[i]);
                              }});
         }
         return peers;
@@ -165,32 +160,25 @@ private:
     /// Times ours and the peers in turn, and reports ours against the fastest of each group.
     /// `is_found` tells the answers that found something.
     template <class Run, class Answer, class IsFound>
-    void report(const SimdTarget& target, const std::string& name, const Run& run,
-                const std::vector<QueryPeer>& peers, const std::vector<Answer>& answers,
-                IsFound is_found) {
+    void report(const std::string& name, const Run& run, const std::vector<QueryPeer>& peers,
+                const std::vector<Answer>& answers, IsFound is_found) {
         std::vector<Method> methods = {{name, {}, [&](std::size_t) { return timed(run); }}};
         for (const QueryPeer& peer : peers) {
-            methods.push_back(
-                {peer.name,
-                 {},
-                 [&](std::size_t) { return timed([&] { arena_.execute([&] { peer.run(); }); }); },
-                 peer.group});
+            methods.push_back({peer.name,
+                               {},
+                               [&](std::size_t) { return timed_in(arena_, peer.run); },
+                               peer.group});
         }
-        const std::vector<Times> times = time_in_turn(methods, 1, rig_.repeat);
-        const auto found = std::count_if(answers.begin(), answers.end(), is_found);
-        for (const std::size_t peer : fastest_of_groups(methods, times, 1)) {
-            if (peer == 0) continue;
-            Row row = row_of(rig_, scene_, "queries");
-            row.rays = answers.size();
-            row.hit_share = static_cast<double>(found) / static_cast<double>(answers.size());
-            row.tracer = name;
-            row.target = target.name;
-            row.peer = peers[peer - 1].name;
-            set_times(row, times[0], times[peer], Unit::kNsPerQuery, answers.size());
-            methods[peer].run(0);
-            peers[peer - 1].compare(row);
-            rig_.report(row);
-        }
+        Row row = row_of(rig_, scene_, "queries");
+        row.rays = answers.size();
+        compare_with_peers(
+            rig_, row, methods, 1, Unit::kNsPerQuery, answers.size(),
+            [&](Row& one, std::size_t peer) {
+                const auto found = std::count_if(answers.begin(), answers.end(), is_found);
+                one.hit_share = static_cast<double>(found) / static_cast<double>(answers.size());
+                methods[peer].run(0);
+                peers[peer - 1].compare(one);
+            });
     }
 
     const Rig& rig_;
@@ -204,9 +192,6 @@ private:
 
 }  // namespace
 
-void bench_queries(const Rig& rig, const BenchScene& scene) {
-    Queries queries(rig, scene);
-    for (const SimdTarget& target : rig.targets) queries.run(target);
-}
+void bench_queries(const Rig& rig, const BenchScene& scene) { Queries(rig, scene).run(); }
 
 }  // namespace mray::bench

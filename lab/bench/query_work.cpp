@@ -53,16 +53,6 @@ struct VertexBox {
     }
 };
 
-/// Interleaves the 10 bits of each coordinate, which is 0 to 1023; x has the lowest bit.
-std::uint32_t morton_code(vec3 cell) {
-    std::uint32_t code = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto bits = static_cast<std::uint32_t>(cell[axis]);
-        for (int bit = 0; bit < 10; ++bit) code |= (bits >> bit & 1u) << (3 * bit + axis);
-    }
-    return code;
-}
-
 }  // namespace
 
 std::vector<vec3> points_in_box(const BenchScene& scene, std::size_t count) {
@@ -93,19 +83,6 @@ std::vector<vec3> points_near_surface(const BenchScene& scene, std::size_t count
         const bool finite = is_finite_vertex(a) && is_finite_vertex(b) && is_finite_vertex(c);
         point = (finite ? a + u * (b - a) + v * (c - a) : vec3(0, 0, 0)) + offset;
     }
-    return points;
-}
-
-std::vector<vec3> sorted_by_place(std::vector<vec3> points) {
-    const VertexBox box(points);
-    // A box may be flat.
-    const vec3 sides = glm::max(box.upper - box.lower, vec3(std::numeric_limits<float>::min()));
-    const auto code_of = [&](vec3 p) {
-        const vec3 cell = 1023.0f * ((p - box.lower) / sides);
-        return morton_code(glm::clamp(cell, 0.0f, 1023.0f));
-    };
-    std::sort(points.begin(), points.end(),
-              [&](vec3 a, vec3 b) { return code_of(a) < code_of(b); });
     return points;
 }
 

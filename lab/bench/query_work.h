@@ -27,9 +27,6 @@ std::vector<vec3> points_in_box(const BenchScene& scene, std::size_t count);
 /// from places that are spread over the triangles, as many on each. The same on each call.
 std::vector<vec3> points_near_surface(const BenchScene& scene, std::size_t count);
 
-/// The points along a Morton curve over their box, so that neighbours are near each other.
-std::vector<vec3> sorted_by_place(std::vector<vec3> points);
-
 /// Rays without an end from points_in_box() in directions of all kinds, in any order.
 std::vector<Ray> random_rays(const BenchScene& scene, std::size_t count);
 /// The half-lines from points along +z.

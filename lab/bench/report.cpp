@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cstdio>
 #include <fstream>
 #include <thread>
+#include <utility>
 
+#include "common/base/output_file.h"
 #include "common/report/table.h"
 #include "common/text/text_parts.h"
 
@@ -34,20 +37,34 @@ double in_unit(double ms, Unit unit, std::uint64_t count) {
     return unit == Unit::kMs ? ms : ms * 1e6 / n;
 }
 
-const Column kColumns[] = {
-    {"scene", 24, false}, {"triangles", 9},    {"view", 6, false},
-    {"work", 7, false},   {"th", 2},           {"hits %", 6},
-    {"ours", 19, false},  {"peer", 55, false}, {"unit", 11, false},
-    {"ours", 9},          {"peer", 9},         {"ratio", 7},
-    {"at best", 7},       {"min - max", 15},   {"mismatches", 10},
-};
+const Column kColumns[] = {{"scene", 20, false},  {"triangles", 9},     {"work", 7, false},
+                           {"threads", 7},        {"rays", 8},          {"hit_share", 9},
+                           {"tracer", 24, false}, {"peer", 46, false},  {"unit", 11, false},
+                           {"ours", 7},           {"peer_value", 10},   {"ratio", 6},
+                           {"ours_at_best", 12},  {"peer_at_best", 12}, {"ratio_at_best", 13},
+                           {"ratio_min", 9},      {"ratio_max", 9},     {"mismatches", 10}};
 
-template <class Value>
-std::string text(const Value& value) {
-    return fmt::format("{}", value);
+std::vector<std::string> cells_of(const Row& row) {
+    const auto number = [](double value) { return fmt::format("{:.4g}", value); };
+    return {row.scene,
+            std::to_string(row.triangles),
+            row.work,
+            std::to_string(row.threads),
+            std::to_string(row.rays),
+            number(row.hit_share),
+            row.tracer,
+            row.peer,
+            name_of(row.unit),
+            number(row.ours),
+            number(row.peer_value),
+            number(row.ratio.median),
+            number(row.ours_at_best),
+            number(row.peer_at_best),
+            number(row.ratio.least),
+            number(row.ratio.min),
+            number(row.ratio.max),
+            std::to_string(row.mismatches)};
 }
-std::string fixed(double value) { return fmt::format("{:.2f}", value); }
-std::string short_text(double value) { return fmt::format("{:.4g}", value); }
 
 }  // namespace
 
@@ -82,60 +99,24 @@ void set_times(Row& row, const Times& ours, const Times& peer, Unit unit, std::u
     row.ratio = ratio_of(ours, peer);
 }
 
-std::string table_header() { return header_text(kColumns); }
-
-std::string table_line(const Row& row) {
-    const std::vector<std::string> cells = {
-        row.scene,
-        text(row.triangles),
-        row.view,
-        row.work,
-        text(row.threads),
-        row.rays == 0 ? "" : fmt::format("{:.1f}", 100 * row.hit_share),
-        row.tracer + ' ' + row.target,
-        row.peer,
-        name_of(row.unit),
-        fixed(row.ours),
-        fixed(row.peer_value),
-        fixed(row.ratio.median),
-        fixed(row.ratio.least),
-        fixed(row.ratio.min) + " - " + fixed(row.ratio.max),
-        text(row.mismatches.total())};
-    return row_text(kColumns, cells);
+Report::Report(std::string head, std::string file)
+    : head_(std::move(head)), file_(std::move(file)) {
+    if (!file_.empty()) check_writable(file_);
+    fmt::print("{}", head_);
 }
 
-std::string to_csv(std::span<const Row> rows) {
-    Table table({"scene",        "triangles",     "view",
-                 "work",         "threads",       "rays",
-                 "hit_share",    "tracer",        "target",
-                 "unit",         "ours",          "peer",
-                 "peer_value",   "ratio",         "ours_at_best",
-                 "peer_at_best", "ratio_at_best", "ratio_min",
-                 "ratio_max",    "mismatches",    "largest_difference"});
-    for (const Row& row : rows) {
-        table.add({row.scene,
-                   text(row.triangles),
-                   row.view,
-                   row.work,
-                   text(row.threads),
-                   text(row.rays),
-                   short_text(row.hit_share),
-                   row.tracer,
-                   row.target,
-                   name_of(row.unit),
-                   short_text(row.ours),
-                   row.peer,
-                   short_text(row.peer_value),
-                   short_text(row.ratio.median),
-                   short_text(row.ours_at_best),
-                   short_text(row.peer_at_best),
-                   short_text(row.ratio.least),
-                   short_text(row.ratio.min),
-                   short_text(row.ratio.max),
-                   text(row.mismatches.total()),
-                   short_text(row.largest_difference)});
-    }
-    return table.csv();
+void Report::begin_scene() const { fmt::print("{}", header_text(kColumns)); }
+
+void Report::add(const Row& row) {
+    rows_.push_back(row);
+    fmt::print("{}", row_text(kColumns, cells_of(row)));
+    std::fflush(stdout);
+    if (file_.empty()) return;
+    std::vector<std::string> names;
+    for (const Column& column : kColumns) names.emplace_back(column.name);
+    Table table(names);
+    for (const Row& one : rows_) table.add(cells_of(one));
+    write_file(file_, head_ + table.csv());
 }
 
 }  // namespace mray::bench

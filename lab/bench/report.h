@@ -2,11 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <string>
+#include <vector>
 
 #include "lab/bench/interleave.h"
-#include "lab/bench/trace_work.h"
 
 namespace mray::bench {
 
@@ -23,9 +22,7 @@ enum class Unit { kMrayPerSecond, kNsPerTriangle, kNsPerQuery, kMs };
 struct Row {
     std::string scene;
     std::uint64_t triangles = 0;
-    /// fill, whole or inside
-    std::string view;
-    /// primary, shadow, diffuse, ao-N, one-ray, refit, build, queries or frame
+    /// primary, shadow, diffuse, ao, one-ray, refit, build, queries or frame
     std::string work;
     int threads = 0;
     /// Rays that were traced, or points asked about; 0 for refits and builds.
@@ -34,7 +31,6 @@ struct Row {
     /// to 1.
     double hit_share = 0;
     std::string tracer;
-    std::string target;
     std::string peer;
     Unit unit = Unit::kMs;
     /// From the medians of the parts, in `unit`.
@@ -45,19 +41,28 @@ struct Row {
     double peer_at_best = 0;
     /// Above 1 if morphray is faster, in any unit.
     Ratio ratio = {};
-    Mismatches mismatches;
-    /// The largest difference of distances to closest points, as a part of the scene's extent; 0 in
-    /// other rows.
-    double largest_difference = 0;
+    /// Rays or points with other answers.
+    std::uint64_t mismatches = 0;
 };
 
 /// Fills in the figures. `count` is the number of rays, triangles or queries of a run.
 void set_times(Row& row, const Times& ours, const Times& peer, Unit unit, std::uint64_t count);
 
-std::string table_header();
-std::string table_line(const Row& row);
+/// Prints rows, and writes them to a file as comma-separated values (RFC 4180 with \n). The file is
+/// written with each row, so that a run that is ended leaves what it has measured.
+class Report {
+public:
+    /// `head` is printed first, and begins the file. Without a name there is no file. Throws Error
+    /// if it cannot be written.
+    Report(std::string head, std::string file);
 
-/// RFC 4180 with \n.
-std::string to_csv(std::span<const Row> rows);
+    void begin_scene() const;
+    void add(const Row& row);
+
+private:
+    std::string head_;
+    std::string file_;
+    std::vector<Row> rows_;
+};
 
 }  // namespace mray::bench

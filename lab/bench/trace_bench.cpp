@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "common/base/thread_arena.h"
+#include "common/simd/simd_target.h"
 #include "lab/bench/paper_2007/paper_2007.h"
 #include "lab/bench/works.h"
 
@@ -19,15 +19,15 @@ constexpr int kTrialRounds = 2;
 constexpr std::size_t kFinalists = 2;
 
 struct Mine {
-    const OurTracer* tracer;
+    OurTracer tracer;
     TraceAnswers answers;
 };
 
-std::vector<Mine> tracers_for(const std::vector<OurTracer>& tracers, const TraceWork& work) {
+std::vector<Mine> tracers_for(const Bvh& bvh, const TraceWork& work) {
     std::vector<Mine> mine;
-    for (const OurTracer& tracer : tracers) {
+    for (OurTracer& tracer : our_tracers(bvh, best_simd_target())) {
         if (std::ranges::count(tracer.works, work.kind) > 0)
-            mine.push_back({&tracer, TraceAnswers(work)});
+            mine.push_back({std::move(tracer), TraceAnswers(work)});
     }
     return mine;
 }
@@ -57,7 +57,7 @@ std::vector<Method> methods_of(const std::vector<Peer>& peers, ThreadArena& aren
     std::vector<Method> methods;
     for (const Peer& peer : peers) {
         const auto run = [&peer, &arena, parts](std::size_t part) {
-            return timed([&] { arena.execute([&] { peer.trace(parts[part]); }); });
+            return timed_in(arena, [&] { peer.trace(parts[part]); });
         };
         methods.push_back({peer.name, {}, run, peer.group});
     }
@@ -89,8 +89,7 @@ bool comparable(const OurTracer& tracer, const Peer& peer) {
 void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& embree,
                  const TraceWork& work) {
     ThreadArena arena(rig.threads);
-    const std::vector<OurTracer> tracers = our_tracers(scene.bvh, rig.targets);
-    std::vector<Mine> mine = tracers_for(tracers, work);
+    std::vector<Mine> mine = tracers_for(scene.bvh, work);
     const std::vector<WorkPart> parts =
         work.parts(work.squares.size() / (kSquaresOfPart * static_cast<std::size_t>(rig.threads)));
 
@@ -102,17 +101,15 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& em
     const std::vector<Method> theirs = methods_of(peers, arena, parts);
     std::vector<Method> methods = theirs;
     for (Mine& m : mine) {
-        methods.push_back({m.tracer->name, {}, [&](std::size_t part) {
-                               return timed([&] {
-                                   arena.execute(
-                                       [&] { m.tracer->trace_part(work, parts[part], m.answers); });
-                               });
-                           }});
+        methods.push_back(
+            {m.tracer.name, {}, [&](std::size_t part) {
+                 return timed_in(arena, [&] { m.tracer.trace_part(work, parts[part], m.answers); });
+             }});
     }
     const std::vector<Times> times = time_in_turn(methods, parts.size(), rig.repeat);
 
     for (Mine& m : mine) {
-        if (m.tracer->in_image_order && !work.any_hit()) to_ray_order(work, m.answers.hits);
+        if (m.tracer.in_image_order && !work.any_hit()) to_ray_order(work, m.answers.hits);
     }
     for (const std::size_t best :
          fastest_of_groups(theirs, std::span(times).first(theirs.size()), 1)) {
@@ -121,20 +118,19 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& em
             return peers[best].answers();
         });
         for (std::size_t i = 0; i < mine.size(); ++i) {
-            if (!comparable(*mine[i].tracer, peers[best])) continue;
-            Row row = row_of(rig, scene, work.name());
+            if (!comparable(mine[i].tracer, peers[best])) continue;
+            Row row = row_of(rig, scene, name_of(work.kind));
             row.rays = work.active_count;
             if (row.rays != 0) {
                 row.hit_share =
                     static_cast<double>(count_hits(work, answers)) / static_cast<double>(row.rays);
             }
-            row.tracer = mine[i].tracer->name;
-            row.target = mine[i].tracer->target;
+            row.tracer = mine[i].tracer.name;
             row.peer = peers[best].name;
-            row.mismatches = compare_answers(work, mine[i].answers, answers);
+            row.mismatches = count_mismatches(work, mine[i].answers, answers);
             set_times(row, times[theirs.size() + i], times[best], Unit::kMrayPerSecond,
                       work.active_count);
-            rig.report(row);
+            rig.report.add(row);
         }
     }
 }

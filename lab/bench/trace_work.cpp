@@ -1,8 +1,7 @@
 #include "lab/bench/trace_work.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <utility>
@@ -76,20 +75,9 @@ void add_secondary_rays(TraceWork& work, const cpu::ShadedMesh& mesh, std::uint3
 
 }  // namespace
 
-std::string TraceWork::name() const {
-    switch (kind) {
-        case WorkKind::kPrimary:
-            return "primary";
-        case WorkKind::kShadow:
-            return "shadow";
-        case WorkKind::kDiffuse:
-            return "diffuse";
-        case WorkKind::kAo:
-            return fmt::format("ao-{}", params.ao_count);
-        case WorkKind::kOneRay:
-            break;
-    }
-    return "one-ray";
+const char* name_of(WorkKind kind) {
+    constexpr std::array kNames = {"primary", "shadow", "diffuse", "ao", "one-ray"};
+    return kNames[static_cast<std::size_t>(kind)];
 }
 
 std::vector<WorkPart> TraceWork::parts(std::size_t count) const {
@@ -121,28 +109,24 @@ std::size_t count_hits(const TraceWork& work, const TraceAnswers& answers) {
     return count;
 }
 
-Mismatches compare_hits(const TraceWork& work, std::span<const Hit> a, std::span<const Hit> b) {
-    Mismatches mismatches;
+std::uint64_t count_mismatches(const TraceWork& work, std::span<const Hit> a,
+                               std::span<const Hit> b) {
+    std::uint64_t count = 0;
     for (std::size_t i = 0; i < work.rays.size(); ++i) {
-        if (work.active[i] == 0) continue;
-        if ((a[i].prim_id == kNoPrim) != (b[i].prim_id == kNoPrim)) {
-            ++mismatches.hit;
-        } else if (a[i].prim_id != b[i].prim_id) {
-            ++mismatches.prim_id;
-        } else if (a[i].prim_id != kNoPrim &&
-                   !(std::fabs(a[i].t - b[i].t) <= kMaxRelativeT * a[i].t)) {
-            ++mismatches.t;
-        }
+        const bool is_same_t =
+            a[i].prim_id == kNoPrim || std::fabs(a[i].t - b[i].t) <= kMaxRelativeT * a[i].t;
+        count += work.active[i] != 0 && (a[i].prim_id != b[i].prim_id || !is_same_t);
     }
-    return mismatches;
+    return count;
 }
 
-Mismatches compare_answers(const TraceWork& work, const TraceAnswers& a, const TraceAnswers& b) {
-    if (!work.any_hit()) return compare_hits(work, a.hits, b.hits);
-    Mismatches mismatches;
+std::uint64_t count_mismatches(const TraceWork& work, const TraceAnswers& a,
+                               const TraceAnswers& b) {
+    if (!work.any_hit()) return count_mismatches(work, a.hits, b.hits);
+    std::uint64_t count = 0;
     for (std::size_t i = 0; i < work.rays.size(); ++i)
-        mismatches.hit += work.active[i] != 0 && a.occluded[i] != b.occluded[i];
-    return mismatches;
+        count += work.active[i] != 0 && a.occluded[i] != b.occluded[i];
+    return count;
 }
 
 void to_ray_order(const TraceWork& work, AlignedVector<Hit>& hits) {

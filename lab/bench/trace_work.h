@@ -28,6 +28,10 @@ inline constexpr std::size_t kPacketSize = 16;
 /// light; short ones there; and those of the camera once more, row by row, to be traced in a loop
 /// of one call a ray.
 enum class WorkKind { kPrimary, kShadow, kDiffuse, kAo, kOneRay };
+inline constexpr WorkKind kAllWorks[] = {WorkKind::kPrimary, WorkKind::kShadow, WorkKind::kDiffuse,
+                                         WorkKind::kAo, WorkKind::kOneRay};
+/// "primary", "shadow", "diffuse", "ao" or "one-ray".
+const char* name_of(WorkKind kind);
 
 /// A tile of the image and its rays, which are consecutive.
 struct TileRays {
@@ -67,8 +71,6 @@ struct TraceWork {
     std::size_t active_count = 0;
 
     bool any_hit() const { return kind == WorkKind::kShadow || kind == WorkKind::kAo; }
-    /// "primary", "shadow", "diffuse", "ao-4" (with the samples of a pixel) or "one-ray".
-    std::string name() const;
 
     WorkPart whole() const { return {0, squares.size(), 0, tiles.size()}; }
     /// The work cut into `count` parts, or fewer if it has fewer squares, of as many squares each
@@ -111,22 +113,15 @@ inline std::span<const cpu::SharedOriginRays> shadows_of(const TraceWork& work,
 /// How many active rays hit something.
 std::size_t count_hits(const TraceWork& work, const TraceAnswers& answers);
 
-/// Counts of rays with different answers, by the first difference.
-struct Mismatches {
-    std::uint64_t hit = 0;      // hit or miss; occluded or not
-    std::uint64_t prim_id = 0;  // mostly ties at shared edges
-    std::uint64_t t = 0;        // by more than kMaxRelativeT
-
-    std::uint64_t total() const { return hit + prim_id + t; }
-};
-
 /// Both tracers compute in float, where the error of t is some ulp of the distance of the ray's
 /// origin; larger differences indicate an error.
 inline constexpr float kMaxRelativeT = 1e-4f;
 
-/// Compares the active rays of a work, whose tracers differ in their arithmetic.
-Mismatches compare_answers(const TraceWork& work, const TraceAnswers& a, const TraceAnswers& b);
-Mismatches compare_hits(const TraceWork& work, std::span<const Hit> a, std::span<const Hit> b);
+/// How many active rays of a work have different answers: hit or miss, another triangle (mostly
+/// ties at shared edges), or t by more than kMaxRelativeT. Tracers differ in their arithmetic.
+std::uint64_t count_mismatches(const TraceWork& work, const TraceAnswers& a, const TraceAnswers& b);
+std::uint64_t count_mismatches(const TraceWork& work, std::span<const Hit> a,
+                               std::span<const Hit> b);
 
 /// The offset of a tile's block from its corner; blocks come in Morton order.
 struct BlockOffset {

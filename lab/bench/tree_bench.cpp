@@ -2,12 +2,10 @@
 
 #include <atomic>
 #include <chrono>
-#include <cstring>
 #include <deque>
 #include <optional>
 #include <string>
 
-#include "common/base/thread_arena.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/refit/refit.h"
 #include "lab/bench/works.h"
@@ -15,33 +13,12 @@
 namespace mray::bench {
 namespace {
 
-Mismatches compare_trees(ThreadArena& arena, const TraceWork& work, const Bvh& ours,
-                         const EmbreeScene& theirs) {
-    return arena.execute(
-        [&] { return compare_hits(work, reference_hits(ours, work), embree_hits(theirs, work)); });
+std::uint64_t compare_trees(ThreadArena& arena, const TraceWork& work, const Bvh& ours,
+                            const EmbreeScene& theirs) {
+    return arena.execute([&] {
+        return count_mismatches(work, reference_hits(ours, work), embree_hits(theirs, work));
+    });
 }
-
-/// Copies bytes of the size of a tree's nodes and leaves, which is what a refit has to write.
-class TreeCopy {
-public:
-    explicit TreeCopy(const Bvh& bvh)
-        : from_(bvh.nodes.size() * sizeof(Node) + bvh.leaves.size() * sizeof(Leaf)),
-          to_(from_.size()) {}
-
-    void run() {
-        constexpr std::size_t kChunk = 64 * 1024;
-        const std::size_t chunks = (from_.size() + kChunk - 1) / kChunk;
-        tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t i) {
-            const std::size_t begin = i * kChunk;
-            std::memcpy(to_.data() + begin, from_.data() + begin,
-                        std::min(kChunk, from_.size() - begin));
-        });
-    }
-
-private:
-    std::vector<std::byte> from_;
-    std::vector<std::byte> to_;
-};
 
 Topology first_triangles(const Topology& all, std::size_t count) {
     Topology some = all;
@@ -116,42 +93,28 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     std::vector<vec3> positions = scene.positions;
     Alternation frames(scene, rig.repeat);
     std::deque<EmbreeMovingTree> theirs;
-    TreeCopy copy(scene.bvh);
 
     // Positions are copied outside the timing. The threads are woken up, as moving the vertices
     // would do: threads that wait in another arena take longer to wake up than a small refit.
     std::vector<Method> methods;
-    methods.push_back({"levels",
-                       [&] {
-                           const std::span<const vec3> now = frames.next();
-                           std::copy(now.begin(), now.end(), positions.begin());
-                           wake_up(arena);
-                       },
-                       [&](std::size_t) {
-                           return timed(
-                               [&] { arena.execute([&] { cpu::refit(bvh, positions); }); });
-                       }});
     methods.push_back(
-        {"memcpy", [&] { wake_up(arena); },
-         [&](std::size_t) { return timed([&] { arena.execute([&] { copy.run(); }); }); },
-         "memcpy"});
+        {"levels",
+         [&] {
+             const std::span<const vec3> now = frames.next();
+             std::copy(now.begin(), now.end(), positions.begin());
+             wake_up(arena);
+         },
+         [&](std::size_t) { return timed_in(arena, [&] { cpu::refit(bvh, positions); }); }});
     for (const EmbreeDevice& device : rig.devices) {
         EmbreeMovingTree& tree = theirs.emplace_back(device, scene, rig.repeat);
         methods.push_back({fmt::format("Embree REFIT ({})", device.isa()), [&] { tree.prepare(); },
                            [&](std::size_t) { return timed([&] { tree.run(); }); }, "Embree"});
     }
-    const std::vector<Times> times = time_in_turn(methods, 1, rig.repeat);
-
-    for (const std::size_t peer : fastest_of_groups(methods, times, 1)) {
-        if (peer == 0) continue;
-        Row row = row_of(rig, scene, "refit");
-        row.tracer = methods[0].name;
-        row.target = best_simd_target().name;
-        row.peer = methods[peer].name;
-        if (peer >= 2) row.mismatches = compare_trees(arena, primary, bvh, theirs[peer - 2].tree());
-        set_times(row, times[0], times[peer], Unit::kNsPerTriangle, row.triangles);
-        rig.report(row);
-    }
+    const Row row = row_of(rig, scene, "refit");
+    compare_with_peers(
+        rig, row, methods, 1, Unit::kNsPerTriangle, row.triangles, [&](Row& one, std::size_t peer) {
+            one.mismatches = compare_trees(arena, primary, bvh, theirs[peer - 1].tree());
+        });
 }
 
 void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& primary) {
@@ -182,18 +145,10 @@ void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& prima
                  kind.name});
         }
     }
-    const std::vector<Times> times = time_in_turn(methods, 1, rig.repeat);
-
-    for (const std::size_t peer : fastest_of_groups(methods, times, 1)) {
-        if (peer == 0) continue;
-        Row row = row_of(rig, scene, "build");
-        row.tracer = methods[0].name;
-        row.target = best_simd_target().name;
-        row.peer = methods[peer].name;
-        row.mismatches = compare_trees(arena, primary, mine, *theirs[peer - 1]);
-        set_times(row, times[0], times[peer], Unit::kMs, row.triangles);
-        rig.report(row);
-    }
+    compare_with_peers(rig, row_of(rig, scene, "build"), methods, 1, Unit::kMs, 0,
+                       [&](Row& one, std::size_t peer) {
+                           one.mismatches = compare_trees(arena, primary, mine, *theirs[peer - 1]);
+                       });
 }
 
 }  // namespace mray::bench

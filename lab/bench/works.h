@@ -1,11 +1,11 @@
 // The works, each of which compares all methods of morphray with every peer.
 #pragma once
 
-#include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
-#include "common/simd/simd_target.h"
+#include "common/base/thread_arena.h"
 #include "lab/bench/bench_scene.h"
 #include "lab/bench/embree/embree_peer.h"
 #include "lab/bench/ours.h"
@@ -20,10 +20,7 @@ struct Rig {
     std::span<const EmbreeDevice> devices;
     int threads;
     int repeat;
-    /// The instruction sets of morphray's tracers.
-    std::vector<SimdTarget> targets;
-    /// Receives each row when it is done.
-    std::function<void(const Row&)> report;
+    Report& report;
 };
 
 /// A row with the fields that all rows of a work have in common.
@@ -31,10 +28,32 @@ inline Row row_of(const Rig& rig, const BenchScene& scene, const std::string& wo
     Row row;
     row.scene = scene.name;
     row.triangles = scene.topology().triangles.size();
-    row.view = name_of(scene.view_kind);
     row.work = work;
     row.threads = rig.threads;
     return row;
+}
+
+/// As timed(), in an arena.
+template <class Work>
+double timed_in(ThreadArena& arena, const Work& work) {
+    return timed([&] { arena.execute(work); });
+}
+
+/// Times methods in turn, the first of which is ours, and reports it beside the fastest of each
+/// group of the others. `finish(row, i)` adds to the row what is known of method i.
+template <class Finish>
+void compare_with_peers(const Rig& rig, const Row& common, std::span<const Method> methods,
+                        std::size_t parts, Unit unit, std::uint64_t count, const Finish& finish) {
+    const std::vector<Times> times = time_in_turn(methods, parts, rig.repeat);
+    for (const std::size_t peer : fastest_of_groups(methods, times, 1)) {
+        if (peer == 0) continue;
+        Row row = common;
+        row.tracer = methods[0].name;
+        row.peer = methods[peer].name;
+        set_times(row, times[0], times[peer], unit, count);
+        finish(row, peer);
+        rig.report.add(row);
+    }
 }
 
 /// Traces a work with every suitable tracer, against each group of Embree's ways. The peer is the
@@ -43,8 +62,8 @@ inline Row row_of(const Rig& rig, const BenchScene& scene, const std::string& wo
 void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& embree,
                  const TraceWork& work);
 
-/// Refits back and forth between two frames, against Embree's refit and a copy of the tree's bytes.
-/// `primary` checks the trees: mismatches count its rays that differ between both trees.
+/// Refits back and forth between two frames, against Embree's refit. `primary` checks the trees:
+/// mismatches count its rays that differ between both trees.
 void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
 
 /// Builds trees, against Embree's Morton, binned and spatial-split builds; `primary` as above.

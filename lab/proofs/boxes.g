@@ -64,9 +64,8 @@ p = r * rho;
 { |r| <= 1 /\ |e1| <= @kRounding@ /\ |e2| <= @kRounding@ /\ |e3| <= @kRounding@
   -> |((1 - p * p - p * (1 + p) * (e1 + e2 + e1 * e2)) * (1 + e3) - 1) / @kSlabReciprocal@| <= 1 }
 
-## lemma: this is its product with x
-{ (1 + p) * (1 - p * (1 + e1) * (1 + e2)) - (1 - p * p - p * (1 + p) * (e1 + e2 + e1 * e2)) in [0, 0] }
-(1 + p) * (1 - p * (1 + e1) * (1 + e2)) - (1 - p * p - p * (1 + p) * (e1 + e2 + e1 * e2)) -> 0;
+## identity: this is its product with x
+(1 + p) * (1 - p * (1 + e1) * (1 + e2)) - (1 - p * p - p * (1 + p) * (e1 + e2 + e1 * e2));
 
 ## lemma: difference, reciprocal and product: 3.01 e
 f = (1 + e2) * (1 + r) * (1 + e3);

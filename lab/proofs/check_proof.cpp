@@ -3,7 +3,9 @@
 // times as large. FACTOR is a number or a fraction such as 16/17.
 //
 // A file is comments (the table of inputs, operations and bound) and lemmas, each opened by a line
-// "## lemma: what it says". @kName@ stands for a constant of lab/proofs/constants.h.
+// "## lemma: what it says" and in Gappa's language, or by "## identity: what it says" and a list of
+// definitions and of polynomials that are 0. @kName@ stands for a constant of
+// lab/proofs/constants.h.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -41,7 +43,7 @@ double factor_of(const std::string& text) {
 /// The line with the values of its @kNames@. Gappa's own uses of the sign (@FIX, @rnd) stay.
 std::string substituted(std::string line, const Values& values) {
     std::size_t at = line.find("@k");
-    while (at != std::string::npos && at < line.find('#')) {
+    while (at != std::string::npos) {
         const std::size_t end = line.find('@', at + 1);
         if (end == std::string::npos) throw std::runtime_error("no second @ in: " + line);
         const auto value = values.find(line.substr(at + 1, end - at - 1));
@@ -57,19 +59,43 @@ struct Lemma {
     std::string text;
 };
 
+/// The lemma that each polynomial of an identity is 0, with that as its rewriting rule, which Gappa
+/// checks by algebra.
+std::string lemma_of_identity(const std::string& text) {
+    std::istringstream in(text);
+    std::string definitions, goals, rules;
+    for (std::string one; std::getline(in, one, ';');) {
+        if (one.find_first_not_of(" \n") == std::string::npos) continue;
+        if (one.find('=') != std::string::npos) {
+            definitions += one + ";\n";
+            continue;
+        }
+        goals += (goals.empty() ? "{" : "/\\") + one + " in [0, 0]\n";
+        rules += one + " -> 0;\n";
+    }
+    return definitions + goals + "}\n" + rules;
+}
+
 std::vector<Lemma> read_lemmas(const std::string& path, const Values& values) {
     std::ifstream in(path);
     if (!in) throw std::runtime_error("cannot read " + path);
-    const std::string opening = "## lemma: ";
+    const std::string identity = "## identity: ";
     std::vector<Lemma> lemmas;
+    bool is_identity = false;
+    const auto close = [&] {
+        if (is_identity) lemmas.back().text = lemma_of_identity(lemmas.back().text);
+    };
     std::string line;
     while (std::getline(in, line)) {
-        if (line.starts_with(opening)) {
-            lemmas.push_back({line.substr(opening.size()), ""});
+        if (line.starts_with("## lemma: ") || line.starts_with(identity)) {
+            close();
+            is_identity = line.starts_with(identity);
+            lemmas.push_back({line.substr(line.find(": ") + 2), ""});
         } else if (!lemmas.empty()) {
-            lemmas.back().text += substituted(line, values) + "\n";
+            lemmas.back().text += substituted(line.substr(0, line.find('#')), values) + "\n";
         }
     }
+    close();
     if (lemmas.empty()) throw std::runtime_error(path + " has no line \"## lemma: ...\"");
     return lemmas;
 }

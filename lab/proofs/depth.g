@@ -39,19 +39,14 @@
 # step: kDifferenceOfProducts 1.1
 # step: kRcpUlp 1.1
 
-## lemma: errors of functions move the mean by the sum of error_i (z_i - mean) / sum
-{ (ea + da) * za + (eb + db) * zb + (ec + dc) * zc - (ea + da + eb + db + ec + dc) * z
-  - (da * (za - z) + db * (zb - z) + dc * (zc - z)) - (ea * za + eb * zb + ec * zc
-  - (ea + eb + ec) * z) in [0, 0] }
+## identity: errors of functions move the mean by the sum of error_i (z_i - mean) / sum
 (ea + da) * za + (eb + db) * zb + (ec + dc) * zc - (ea + da + eb + db + ec + dc) * z
   - (da * (za - z) + db * (zb - z) + dc * (zc - z)) - (ea * za + eb * zb + ec * zc
-  - (ea + eb + ec) * z) -> 0;
+  - (ea + eb + ec) * z);
 
-## lemma: errors of wb and wc move it by parts of the range
-{ (1 - (b + db) - (c + dc)) * za + (b + db) * zb + (c + dc) * zc
-  - ((1 - b - c) * za + b * zb + c * zc) - (db * (zb - za) + dc * (zc - za)) in [0, 0] }
+## identity: errors of wb and wc move it by parts of the range
 (1 - (b + db) - (c + dc)) * za + (b + db) * zb + (c + dc) * zc
-  - ((1 - b - c) * za + b * zb + c * zc) - (db * (zb - za) + dc * (zc - za)) -> 0;
+  - ((1 - b - c) * za + b * zb + c * zc) - (db * (zb - za) + dc * (zc - za));
 
 # (1) + (2): b + c <= 1; two dropped weights are less than 2^-59 together
 ## lemma: both together are at most kRangeOfDepths range
@@ -67,9 +62,8 @@ wa = float<24,-149,ne>(1 - sum);
 { x in [0, 0x1.000001p0] /\ sum in [0, 1]
   -> |(wa - (1 - sum)) - (sum - x)| <= 0x1.8p-24 }
 
-## lemma: wa + wb + wc - 1 is that
-{ (wa - (1 - sum)) - (sum - x) - (wa + x - 1) in [0, 0] }
-(wa - (1 - sum)) - (sum - x) - (wa + x - 1) -> 0;
+## identity: wa + wb + wc - 1 is that
+(wa - (1 - sum)) - (sum - x) - (wa + x - 1);
 
 ## lemma: that and three roundings of each term are at most kSizeOfDepths size
 up = 1 + @kRounding@;

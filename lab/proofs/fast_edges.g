@@ -23,17 +23,15 @@
 # step: kProjection 2
 # step: kSpareOfBound 2
 
-## lemma: x - compensated = p - x k, where compensated = exact (1 + q) + g as project.g has it
+## identity: x - compensated = p - x k, where compensated = exact (1 + q) + g as project.g has it
 x0 = ax * dz * (1 + e2);
 x1 = dx * az * (1 + e4);
 x = (x0 - x1) / (1 + f);
 exact = ax * (1 + e1) * dz - dx * (az * (1 + e3));
 compensated = exact * (1 + q) + g;
 h = ax * dz * (e2 - e1) - dx * az * (e4 - e3);
-{ x0 - x1 - h - exact in [0, 0]
-  /\ X - ((X * (1 + f) - H) * (1 + q) + g) - ((1 + q) * H - g - X * (f + q + f * q)) in [0, 0] }
-x0 - x1 - h - exact -> 0;
-X - ((X * (1 + f) - H) * (1 + q) + g) - ((1 + q) * H - g - X * (f + q + f * q)) -> 0;
+x0 - x1 - h - exact;
+X - ((X * (1 + f) - H) * (1 + q) + g) - ((1 + q) * H - g - X * (f + q + f * q));
 
 ## lemma: for R = 1, |k| <= 4 e (1 + 2^-10) and |p| <= 8 e (1 + 2^-17), the snap apart
 h = ax * dz * (e2 - e1) - dx * az * (e4 - e3);
@@ -49,18 +47,15 @@ h = ax * dz * (e2 - e1) - dx * az * (e4 - e3);
 { 0x1.00001p0 * 0x1.0001p-21 <= 0x1.008p-21
   /\ 0x1.00001p0 * 0x1.0001p-21 + 0x1.004p-22 <= 0x1.818p-21 }
 
-## lemma: two points displaced by delta: |x y' - y x'| changes by at most delta m + 2 delta^2
-{ |(bx + d1) * (cy + d2) - (by + d3) * (cx + d4) - (bx * cy - by * cx)
-   - (bx * d2 + d1 * cy - by * d4 - d3 * cx + (d1 * d2 - d3 * d4))| <= 0 }
+## identity: two points displaced by delta: |x y' - y x'| changes by at most delta m + 2 delta^2
 (bx + d1) * (cy + d2) - (by + d3) * (cx + d4) - (bx * cy - by * cx)
-   - (bx * d2 + d1 * cy - by * d4 - d3 * cx + (d1 * d2 - d3 * d4)) -> 0;
+   - (bx * d2 + d1 * cy - by * d4 - d3 * cx + (d1 * d2 - d3 * d4));
 
 ## lemma: the three roundings of a function: a product times at most 2 e (1 + 2^-20)
 { |e1| <= @kRounding@ /\ |e3| <= @kRounding@ -> |(1 + e1) * (1 + e3) - 1| <= 0x1.00001p-23 }
 
-## lemma: the products add up to at most (m / 2)^2: b's |x| + |y| times c's, which add up to m
-{ (b + c) * (b + c) - 4 * b * c - (b - c) * (b - c) in [0, 0] }
-(b + c) * (b + c) - 4 * b * c - (b - c) * (b - c) -> 0;
+## identity: the products add up to at most (m / 2)^2: b's |x| + |y| times c's, which add up to m
+(b + c) * (b + c) - 4 * b * c - (b - c) * (b - c);
 
 ## lemma: m, then r, then bound as computed: at least 1 - 2^-20 times their values in real numbers
 low = 1 - @kRounding@;
@@ -81,19 +76,13 @@ left = (1 - @kSpareOfBound@) * (1 - 0x1p-20);
   /\ left * (4 * c * f) - 4 * a * s >= 0                                     # Z
   /\ left * (2 * f * f) - (2 * s * s + 0x1p-124) >= 0 }                      # 1
 
-## lemma: these are the coefficients of both sides
-{ (c * (2 * m + Z) + f) * (m + 2 * (c * (2 * m + Z) + f))
-  - ((2 * c + 8 * c * c) * m * m + (c + 8 * c * c) * m * Z + 2 * c * c * Z * Z
-     + (f + 8 * c * f) * m + 4 * c * f * Z + 2 * f * f) in [0, 0]
-  /\ (a * Z + b * m + s) * m + 2 * (a * Z + b * m + s) * (a * Z + b * m + s)
-  - ((b + 2 * b * b) * m * m + (a + 4 * a * b) * m * Z + 2 * a * a * Z * Z
-     + (s + 4 * b * s) * m + 4 * a * s * Z + 2 * s * s) in [0, 0] }
+## identity: these are the coefficients of both sides
 (c * (2 * m + Z) + f) * (m + 2 * (c * (2 * m + Z) + f))
   - ((2 * c + 8 * c * c) * m * m + (c + 8 * c * c) * m * Z + 2 * c * c * Z * Z
-     + (f + 8 * c * f) * m + 4 * c * f * Z + 2 * f * f) -> 0;
+     + (f + 8 * c * f) * m + 4 * c * f * Z + 2 * f * f);
 (a * Z + b * m + s) * m + 2 * (a * Z + b * m + s) * (a * Z + b * m + s)
   - ((b + 2 * b * b) * m * m + (a + 4 * a * b) * m * Z + 2 * a * a * Z * Z
-     + (s + 4 * b * s) * m + 4 * a * s * Z + 2 * s * s) -> 0;
+     + (s + 4 * b * s) * m + 4 * a * s * Z + 2 * s * s);
 
 # A function beyond bound has a product of at least f^2. If a quarter of its ulp exceeds whatever
 # underflows (2^-126), the difference is that product on every device.

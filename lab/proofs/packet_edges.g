@@ -24,11 +24,9 @@
 # step: kShearRounding 0.5
 # step: kRayError 0.5
 
-## lemma: errors d and e of both points make l x e + d x m + d x e of their cross product
-{ (lx + dx) * (my + ey) - (ly + dy) * (mx + ex) - (lx * my - ly * mx)
-  - ((lx * ey - ly * ex) + (dx * my - dy * mx) + (dx * ey - dy * ex)) in [0, 0] }
+## identity: errors d and e of both points make l x e + d x m + d x e of their cross product
 (lx + dx) * (my + ey) - (ly + dy) * (mx + ex) - (lx * my - ly * mx)
-  - ((lx * ey - ly * ex) + (dx * my - dy * mx) + (dx * ey - dy * ex)) -> 0;
+  - ((lx * ey - ly * ex) + (dx * my - dy * mx) + (dx * ey - dy * ex));
 
 ## lemma: factors of a ray's edge function, the middle of a block (t) and steps to vectors (n) included
 # p: product, s: difference; q1 to q4: moving c; r1 to r4: products with X, Y and their sums
@@ -43,19 +41,13 @@ constant = (1 + p) * (1 + s) * (1 + q2) * (1 + q4) * (1 + r3) * (1 + r4) * (1 + 
   -> |a_lateral| <= @kEdgeLateral@ /\ |b_lateral| <= @kEdgeLateral@
   /\ |a_middle| <= @kEdgeMiddle@ /\ |b_middle| <= @kEdgeMiddle@ /\ |constant| <= @kEdgeConstant@ }
 
-## lemma: the same, written as a sum over X = m + X' for an A, and for a B
-{ (1 + p) * (1 + s) * ((m + l) * (1 + r1) - m * (1 + q3) * (1 + q4) * (1 + r3)) * (1 + r4) * (1 + t) - l
-  - (l * ((1 + p) * (1 + s) * (1 + r1) * (1 + r4) * (1 + t) - 1)
-  + m * ((1 + p) * (1 + s) * ((1 + r1) - (1 + q3) * (1 + q4) * (1 + r3)) * (1 + r4) * (1 + t))) in [0, 0]
-  /\ (1 + p) * (1 + s) * ((m + l) * (1 + r2) - m * (1 + q1) * (1 + q2) * (1 + q4)) * (1 + r3) * (1 + r4) * (1 + t) - l
-  - (l * ((1 + p) * (1 + s) * (1 + r2) * (1 + r3) * (1 + r4) * (1 + t) - 1)
-  + m * ((1 + p) * (1 + s) * ((1 + r2) - (1 + q1) * (1 + q2) * (1 + q4)) * (1 + r3) * (1 + r4) * (1 + t))) in [0, 0] }
+## identity: the same, written as a sum over X = m + X' for an A, and for a B
 (1 + p) * (1 + s) * ((m + l) * (1 + r1) - m * (1 + q3) * (1 + q4) * (1 + r3)) * (1 + r4) * (1 + t) - l
   - (l * ((1 + p) * (1 + s) * (1 + r1) * (1 + r4) * (1 + t) - 1)
-  + m * ((1 + p) * (1 + s) * ((1 + r1) - (1 + q3) * (1 + q4) * (1 + r3)) * (1 + r4) * (1 + t))) -> 0;
+  + m * ((1 + p) * (1 + s) * ((1 + r1) - (1 + q3) * (1 + q4) * (1 + r3)) * (1 + r4) * (1 + t)));
 (1 + p) * (1 + s) * ((m + l) * (1 + r2) - m * (1 + q1) * (1 + q2) * (1 + q4)) * (1 + r3) * (1 + r4) * (1 + t) - l
   - (l * ((1 + p) * (1 + s) * (1 + r2) * (1 + r3) * (1 + r4) * (1 + t) - 1)
-  + m * ((1 + p) * (1 + s) * ((1 + r2) - (1 + q1) * (1 + q2) * (1 + q4)) * (1 + r3) * (1 + r4) * (1 + t))) -> 0;
+  + m * ((1 + p) * (1 + s) * ((1 + r2) - (1 + q1) * (1 + q2) * (1 + q4)) * (1 + r3) * (1 + r4) * (1 + t)));
 
 ## lemma: kEdgeRounding: |X'| z <= reach - size, so 2 size |X'| z and size^2 are within size reach;
 # kShearRounding: the middle, and what ray_error <= R times slope rounds
@@ -64,11 +56,9 @@ left = 1 - 16 * e;
 { @kEdgeRounding@ * left - 2 * @kEdgeLateral@ >= 0 /\ @kEdgeRounding@ * left - @kEdgeConstant@ >= 0
   /\ @kEdgeRounding@ * @kShearRounding@ * left - (2 * @kEdgeMiddle@ + 4 * e * (1 + 2 * e)) >= 0 }
 
-## lemma: the normal is the sum of the edge functions: n_x of the a, n_y of the b, n_z of the c
-{ (y1 - y0) * (z2 - z0) - (z1 - z0) * (y2 - y0)
-  - ((y1 * z2 - z1 * y2) + (y2 * z0 - z2 * y0) + (y0 * z1 - z0 * y1)) in [0, 0] }
+## identity: the normal is the sum of the edge functions: n_x of the a, n_y of the b, n_z of the c
 (y1 - y0) * (z2 - z0) - (z1 - z0) * (y2 - y0)
-  - ((y1 * z2 - z1 * y2) + (y2 * z0 - z2 * y0) + (y0 * z1 - z0 * y1)) -> 0;
+  - ((y1 * z2 - z1 * y2) + (y2 * z0 - z2 * y0) + (y0 * z1 - z0 * y1));
 
 ## lemma: kRayError: slope's own rounding, and that of its product with ray_error
 e = @kRounding@;

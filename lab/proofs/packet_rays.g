@@ -28,12 +28,9 @@
 # step: kHitDepthRounding 0.5
 # step: kHitDotRounding 0.5
 
-## lemma: a camera's direction: products p, q and sums s, t
-{ ((c + a * (1 + p)) * (1 + s) + b * (1 + q)) * (1 + t) - (c + a + b)
-  - (a * (p * (1 + s) * (1 + t)) + b * (q * (1 + t)) + (c + a) * (s * (1 + t)) + (c + a + b) * t)
-  in [0, 0] }
+## identity: a camera's direction: products p, q and sums s, t
 ((c + a * (1 + p)) * (1 + s) + b * (1 + q)) * (1 + t) - (c + a + b)
-  - (a * (p * (1 + s) * (1 + t)) + b * (q * (1 + t)) + (c + a) * (s * (1 + t)) + (c + a + b) * t) -> 0;
+  - (a * (p * (1 + s) * (1 + t)) + b * (q * (1 + t)) + (c + a) * (s * (1 + t)) + (c + a + b) * t);
 
 ## lemma: each of the four by less than 1.001 u
 { |p| <= @kRounding@ /\ |q| <= @kRounding@ /\ |s| <= @kRounding@ /\ |t| <= @kRounding@
@@ -43,9 +40,8 @@
 ## lemma: the grid: 2^-46 of what is at least 1 on the largest axis
 { @FLT(x, 24) /\ |x| <= 0x1p-23 -> |float<24,-149,ne>(x + 0x1.8p-22) - (x + 0x1.8p-22)| <= 0x1p-46 }
 
-## lemma: (X + e0) / (1 + e2) - X = (e0 - X e2) / (1 + e2)
-{ (X + e0) - X * (1 + e2) - (e0 - X * e2) in [0, 0] }
-(X + e0) - X * (1 + e2) - (e0 - X * e2) -> 0;
+## identity: (X + e0) / (1 + e2) - X = (e0 - X e2) / (1 + e2)
+(X + e0) - X * (1 + e2) - (e0 - X * e2);
 
 ## lemma: find_ray_error: e0 and 7.5 e2 over 1 - 2^-7 within its e0 + 9 e2, in roundings
 left = @kDirectionRounding@ * (1 - 16 * @kRounding@) / 0x1.004p-24;

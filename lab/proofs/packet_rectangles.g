@@ -38,9 +38,8 @@
 # step: kMostWedgeDepths 100
 # step: kNearestByDepth 0.99999
 
-## lemma: x^ / z^ - X' = (X' e_z - e_x) / z^ where x^ + e_x = X' (z^ + e_z)
-{ (X * (z + ez) - ex) - X * z - (X * ez - ex) in [0, 0] }
-(X * (z + ez) - ex) - X * z - (X * ez - ex) -> 0;
+## identity: x^ / z^ - X' = (X' e_z - e_x) / z^ where x^ + e_x = X' (z^ + e_z)
+(X * (z + ez) - ex) - X * z - (X * ez - ex);
 
 ## lemma: the quotient, x itself, and two sums with the end
 c = (1 + x) * (1 + d) * (1 + m) * (1 + s) * (1 + t) - 1;

@@ -66,13 +66,10 @@
 # step: kLeastSlantVolume 0.01
 # step: kReciprocalRounding 0.5
 
-## lemma: project_relative_fast: x = ((v + a) (1 + p) dz (1 + q) - dx z (1 + r) (1 + s)) (1 + t), X = v dz - dx z
-{ (ax * (1 + p) * dz * (1 + q) - dx * az * (1 + r) * (1 + s)) * (1 + t) - (ax * dz - dx * az)
-  - ((ax * dz - dx * az) * ((1 + p) * (1 + q) * (1 + t) - 1)
-  + dx * az * (((1 + p) * (1 + q) - (1 + r) * (1 + s)) * (1 + t))) in [0, 0] }
+## identity: project_relative_fast: x = ((v + a) (1 + p) dz (1 + q) - dx z (1 + r) (1 + s)) (1 + t), X = v dz - dx z
 (ax * (1 + p) * dz * (1 + q) - dx * az * (1 + r) * (1 + s)) * (1 + t) - (ax * dz - dx * az)
   - ((ax * dz - dx * az) * ((1 + p) * (1 + q) * (1 + t) - 1)
-  + dx * az * (((1 + p) * (1 + q) - (1 + r) * (1 + s)) * (1 + t))) -> 0;
+  + dx * az * (((1 + p) * (1 + q) - (1 + r) * (1 + s)) * (1 + t)));
 
 ## lemma: 3 u of X, 4 u of |dx az| <= |dz az|
 { |p| <= @kRounding@ /\ |q| <= @kRounding@ /\ |r| <= @kRounding@ /\ |s| <= @kRounding@ /\ |t| <= @kRounding@
@@ -90,12 +87,10 @@ of_depth = 0x4.001p-24 + @kProjectionOfRange@;
   /\ @kSlantExtent@ * left - (of_depth + 2 * 0x3.001p-24) * (1 + 0x1p-20) >= 0
   /\ @kGridError@ * left - @kProjectionSnap@ * (1 + 0x1p-20) >= 0 }
 
-## lemma: rho of the fast path: products u (|b.x c.y| + |b.y c.x|), whose sum is at most u m^2 / 3, against bound
+## identity: rho of the fast path: products u (|b.x c.y| + |b.y c.x|), whose sum is at most u m^2 / 3, against bound
 # (a + b + c)^2 / 3 >= a b + b c + c a
-{ (a + b + c) * (a + b + c) - 3 * (a * b + b * c + c * a)
-  - ((a - b) * (a - b) + (b - c) * (b - c) + (c - a) * (c - a)) / 2 in [0, 0] }
 (a + b + c) * (a + b + c) - 3 * (a * b + b * c + c * a)
-  - ((a - b) * (a - b) + (b - c) * (b - c) + (c - a) * (c - a)) / 2 -> 0;
+  - ((a - b) * (a - b) + (b - c) * (b - c) + (c - a) * (c - a)) / 2;
 
 ## lemma: kFastDepthOfMargin: bound >= kFastProjectionError 2 m m in eight roundings, + 2^-97; underflow 3 * 2^-126
 e = @kRounding@;
@@ -145,11 +140,9 @@ f = @kRuleDepthFactor@ * (1 - 0x1p-20);
 { t in [0, 0.015] /\ g in [0, 1]
   -> k - 1.6 - 1.6 * k * t >= 0 /\ f - 1 - f * y - (k + 1.6 * f) * t >= 0 }
 
-## lemma: that is the product
-{ (1 - 1.6 * t - y) * (1 + k * t + f * y) - 1
-  - (t * (k - 1.6 - 1.6 * k * t) + y * (f - 1 - f * y - (k + 1.6 * f) * t)) in [0, 0] }
+## identity: that is the product
 (1 - 1.6 * t - y) * (1 + k * t + f * y) - 1
-  - (t * (k - 1.6 - 1.6 * k * t) + y * (f - 1 - f * y - (k + 1.6 * f) * t)) -> 0;
+  - (t * (k - 1.6 - 1.6 * k * t) + y * (f - 1 - f * y - (k + 1.6 * f) * t));
 
 ## lemma: a certain hit is beyond the rule's error: q c2 < 1, range = r size, r <= 2, by size = 1
 e = @kRounding@;

@@ -26,12 +26,10 @@
 # step: kShearError 0.5
 # step: kDepthError 0.5
 
-## lemma: x by edges and the first vertex: what is relative to x, and what to the edges
+## identity: x by edges and the first vertex: what is relative to x, and what to the edges
 # dE: error of the edges' sum, q: that of the first vertex, f: of the last sum
-{ (E + dE + H * (1 + q)) * (1 + f) - (E + H)
-  - ((E + H) * (f + q * (1 + f)) + (dE - q * E) * (1 + f)) in [0, 0] }
 (E + dE + H * (1 + q)) * (1 + f) - (E + H)
-  - ((E + H) * (f + q * (1 + f)) + (dE - q * E) * (1 + f)) -> 0;
+  - ((E + H) * (f + q * (1 + f)) + (dE - q * E) * (1 + f));
 
 ## lemma: their sizes: difference, row (1.5 on a device), product, two sums; the extent is rounded too
 c = (1 + d) * (1 + r) * (1 + p) * (1 + s) * (1 + t) - 1;
@@ -64,9 +62,8 @@ e = @kRounding@;
 { @kDistanceError@ * (1 - 16 * e) - @kVertexOfRange@ >= 0
   /\ @kGridError@ * (1 - 16 * e) - @kProjectionSnap@ >= 0 }
 
-## lemma: the middle of the triangle's part, fused (p = 0) or not
-{ (x - m * z * (1 + p)) * (1 + f) - (x - m * z) - ((x - m * z) * f - m * z * p * (1 + f)) in [0, 0] }
-(x - m * z * (1 + p)) * (1 + f) - (x - m * z) - ((x - m * z) * f - m * z * p * (1 + f)) -> 0;
+## identity: the middle of the triangle's part, fused (p = 0) or not
+(x - m * z * (1 + p)) * (1 + f) - (x - m * z) - ((x - m * z) * f - m * z * p * (1 + f));
 
 ## lemma: kLateralError: x itself, moving it, and what `size` rounds; kShearError: x, X z and moving
 # x, for both coordinates; kDepthError

@@ -26,9 +26,8 @@
 # step: kExtentError 0.75
 # step: kEitherSign 0.9
 
-## lemma: edge functions that are off times z, and z that are off times edge functions
-{ (e + d) * (z + c) - e * z - (d * (z + c) + e * c) in [0, 0] }
-(e + d) * (z + c) - e * z - (d * (z + c) + e * c) -> 0;
+## identity: edge functions that are off times z, and z that are off times edge functions
+(e + d) * (z + c) - e * z - (d * (z + c) + e * c);
 
 ## lemma: kVolumeError: three times error (2 |l| + error) <= 2 error L
 { error in [0, 1] -> 2 * (l + error) - (2 * l + error) >= 0 }

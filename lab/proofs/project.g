@@ -20,7 +20,7 @@
 # step: kProjectedSnap 0.5
 # step: kProjectedOnGrid 0.5
 
-## lemma: before the snap, x - exact = q exact + p
+## identity: before the snap, x - exact = q exact + p
 n = ex * dz - dx * ez;
 left = ex * dz * (1 + e1);
 right = dx * ez * (1 + e2);
@@ -29,12 +29,10 @@ minor = (left - right) * (1 + e3);
 x = (major + minor) * (1 + s);
 q = d + s + d * s;
 p = (1 + s) * (n * (e3 - d) + (ex * dz * e1 - dx * ez * e2) * (1 + e3));
-{ x - exact - (q * exact + p) in [0, 0] }
-x - exact - (q * exact + p) -> 0;
+x - exact - (q * exact + p);
 
-## lemma: x - exact is also (q x + p) / (1 + q)
-{ (x - exact) * (1 + q) - (q * x + x - exact - q * exact) in [0, 0] }
-(x - exact) * (1 + q) - (q * x + x - exact - q * exact) -> 0;
+## identity: x - exact is also (q x + p) / (1 + q)
+(x - exact) * (1 + q) - (q * x + x - exact - q * exact);
 
 ## lemma: q and p are within the bounds, for either form
 n = ex * dz - dx * ez;

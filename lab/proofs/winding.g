@@ -49,9 +49,8 @@ left = 0.75 * (1 - 0x1p-20);
   /\ left * (2 * k * c + c) - 0x1p-39 * (1 + 0x1p-20) >= 0
   /\ left * (k * c + c) * c - 2 * 0x1p-39 * 0x1p-39 >= 0 }
 
-## lemma: these are the coefficients of bound
-{ (M + c) * (k * (M + c) + c) - (k * M * M + (2 * k * c + c) * M + (k * c + c) * c) in [0, 0] }
-(M + c) * (k * (M + c) + c) - (k * M * M + (2 * k * c + c) * M + (k * c + c) * c) -> 0;
+## identity: these are the coefficients of bound
+(M + c) * (k * (M + c) + c) - (k * M * M + (2 * k * c + c) * M + (k * c + c) * c);
 
 ## lemma: roundings of the height, by the sum of its products: 3 e (1 + 2^-20)
 { |e1| <= @kRounding@ /\ |e2| <= @kRounding@ /\ |e3| <= @kRounding@

@@ -1,13 +1,52 @@
 #include "tests/fuzz/case.h"
 
 #include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
 
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
-#include "tests/support/listed_clip.h"
+#include "scenes/sequence/streamed_clip.h"
 
 namespace mray::fuzz {
 namespace {
+
+/// Its poses, pose k at frame k.
+class ListedClip final : public Clip {
+public:
+    ListedClip(Topology topology, std::vector<std::vector<vec3>> poses)
+        : topology_(std::move(topology)), poses_(std::move(poses)) {
+        for (const std::vector<vec3>& pose : poses_) {
+            const WorldBounds bounds = bounds_of(pose);
+            if (!bounds.empty()) bounds_.extend(bounds.lower, bounds.upper);
+        }
+    }
+
+    const Topology& topology() const override { return topology_; }
+    double first_frame() const override { return 0; }
+    double last_frame() const override { return static_cast<double>(poses_.size() - 1); }
+    WorldBounds bounds() const override { return bounds_; }
+    const std::string& name() const override { return name_; }
+
+    void positions(double frame, std::span<vec3> out) const override {
+        assert(frame >= 0 && frame <= last_frame());
+        const auto before = static_cast<std::size_t>(frame);
+        const auto f = static_cast<float>(frame - std::floor(frame));
+        const std::size_t after = f == 0 ? before : before + 1;
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            const vec3 a = poses_[before][i];
+            const vec3 b = poses_[after][i];
+            for (int axis = 0; axis < 3; ++axis) out[i][axis] = interpolate(a[axis], b[axis], f);
+        }
+    }
+
+private:
+    std::string name_ = "case";
+    Topology topology_;
+    std::vector<std::vector<vec3>> poses_;
+    WorldBounds bounds_;
+};
 
 void require_sound(const FuzzCase& fuzz_case) {
     const auto refuse = [](const char* what) { throw Error(ErrorKind::kBadInput, what); };
@@ -47,7 +86,7 @@ std::vector<vec3> copy_of(std::span<const vec3> positions) {
 FuzzScene::FuzzScene(const FuzzCase& fuzz_case) : frame_(fuzz_case.frame) {
     require_sound(fuzz_case);
     frames_ = std::make_unique<SceneFrames>(
-        std::make_unique<test::ListedClip>(topology_of(fuzz_case), fuzz_case.poses));
+        std::make_unique<ListedClip>(topology_of(fuzz_case), fuzz_case.poses));
     bounds_ = frames_->clip().bounds();
     const auto built_at = static_cast<double>(fuzz_case.build_at);
     built_positions_ = copy_of(frames_->positions(built_at));
@@ -62,7 +101,7 @@ FuzzScene::FuzzScene(const FuzzCase& fuzz_case) : frame_(fuzz_case.frame) {
 }
 
 std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame) {
-    const test::ListedClip clip(topology_of(fuzz_case), fuzz_case.poses);
+    const ListedClip clip(topology_of(fuzz_case), fuzz_case.poses);
     std::vector<vec3> positions(fuzz_case.poses.front().size());
     clip.positions(frame, positions);
     return positions;

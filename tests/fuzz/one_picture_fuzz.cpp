@@ -20,7 +20,6 @@
 #include "cpu/cpu_backend.h"
 #include "tests/fuzz/generate/generate.h"
 #include "tests/fuzz/judge/judge.h"
-#include "tests/fuzz/shrinker.h"
 
 namespace mray::fuzz {
 namespace {
@@ -131,10 +130,8 @@ private:
 
     std::string summary() const {
         return fmt::format(
-            "{}: {} cases ({} without an image), {} images, {} rays, {} rays and "
-            "points of questions, {:.1f} s, {} cases and {} images differ",
-            backend_, tally_.cases, tally_.refused, tally_.images, tally_.rays, tally_.questions,
-            watch_.ms() / 1000, tally_.failed_cases, tally_.failed_images);
+            "{}: {} cases ({} whose view is refused), {} rays, {:.1f} s, {} cases differ", backend_,
+            tally_.cases, tally_.refused, tally_.rays, watch_.ms() / 1000, tally_.failed_cases);
     }
 
     const FuzzOptions& options_;

@@ -1,11 +1,28 @@
 #include "tests/support/query_answers.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "tests/support/mixed_points.h"
 #include "tests/support/same_bits.h"
 
 namespace mray::test {
+namespace {
+
+/// The triangles whose crossings are uncertain for a point.
+std::vector<std::uint32_t> uncertain_of(const Answers& answers, std::size_t point) {
+    std::vector<std::uint32_t> triangles;
+    for (const UncertainCrossing& one : answers.uncertain)
+        if (one.point == point) triangles.push_back(one.prim_id);
+    return triangles;
+}
+
+bool is_same(const ClosestTriangle& a, const ClosestTriangle& b) {
+    return std::bit_cast<std::uint32_t>(a.d2) == std::bit_cast<std::uint32_t>(b.d2) &&
+           a.prim_id == b.prim_id;
+}
+
+}  // namespace
 
 Questions mixed_questions(const TestScene& scene, const Queries& reference, Crossing crossing,
                           std::size_t count, std::uint64_t seed) {
@@ -40,21 +57,39 @@ Answers answers_of(const Queries& queries, const Questions& questions, Crossing 
     return a;
 }
 
-std::size_t count_differences(const Answers& a, const Answers& b) {
-    std::size_t different = a.lists.hits.size() != b.lists.hits.size();
-    different += a.uncertain != b.uncertain;
+std::vector<std::span<const Hit>> lists_of_rays(const HitLists& lists) {
+    std::vector<std::span<const Hit>> of_rays;
+    std::size_t first = 0;
+    for (const std::uint32_t listed : lists.listed) {
+        of_rays.push_back(std::span(lists.hits).subspan(first, listed));
+        first += listed;
+    }
+    return of_rays;
+}
+
+void visit_differences(const Answers& a, const Answers& b,
+                       const std::function<void(Answered, std::size_t)>& visit) {
+    const auto a_lists = lists_of_rays(a.lists);
+    const auto b_lists = lists_of_rays(b.lists);
     for (std::size_t i = 0; i < a.counts.size(); ++i) {
-        different += a.counts[i] != b.counts[i];
-        different += a.lists.listed[i] != b.lists.listed[i] || a.lists.total[i] != b.lists.total[i];
-        different += !same_bits(a.next[i], b.next[i]);
+        if (a.counts[i] != b.counts[i]) visit(Answered::kCounts, i);
+        if (a.lists.total[i] != b.lists.total[i] || !same_bytes(a_lists[i], b_lists[i]))
+            visit(Answered::kLists, i);
+        if (!same_bits(a.next[i], b.next[i])) visit(Answered::kNextHits, i);
     }
-    for (std::size_t i = 0; i < std::min(a.lists.hits.size(), b.lists.hits.size()); ++i)
-        different += !same_bits(a.lists.hits[i], b.lists.hits[i]);
+    const bool is_uncertain_same = a.uncertain == b.uncertain;
     for (std::size_t i = 0; i < a.windings.size(); ++i) {
-        different += a.windings[i] != b.windings[i];
-        different += a.closest[i] != b.closest[i];
-        different += a.near[i] != b.near[i];
+        if (a.windings[i] != b.windings[i] ||
+            (!is_uncertain_same && uncertain_of(a, i) != uncertain_of(b, i)))
+            visit(Answered::kWindings, i);
+        if (!is_same(a.closest[i], b.closest[i]) || !is_same(a.near[i], b.near[i]))
+            visit(Answered::kClosestPoints, i);
     }
+}
+
+std::size_t count_differences(const Answers& a, const Answers& b) {
+    std::size_t different = 0;
+    visit_differences(a, b, [&](Answered, std::size_t) { ++different; });
     return different;
 }
 

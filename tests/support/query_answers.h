@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "common/backend.h"
@@ -45,6 +46,15 @@ struct Answers {
 /// Lists have at most `most` hits a ray.
 Answers answers_of(const Queries& queries, const Questions& questions, Crossing crossing,
                    std::uint32_t most);
+
+/// The lists of each ray.
+std::vector<std::span<const Hit>> lists_of_rays(const HitLists& lists);
+
+enum class Answered { kCounts, kLists, kNextHits, kWindings, kClosestPoints };
+
+/// Calls visit(kind, i) where answers about ray or point i differ in a bit.
+void visit_differences(const Answers& a, const Answers& b,
+                       const std::function<void(Answered, std::size_t)>& visit);
 
 /// The number of answers that differ.
 std::size_t count_differences(const Answers& a, const Answers& b);

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 
@@ -10,15 +11,10 @@ namespace {
 
 struct Point {
     std::string name;
-    Family family = Family::kOurs;
     double mrays = 0;
     VerdictCounts camera;
     VerdictCounts aimed;
 };
-
-const char* name_of(Family family) {
-    return family == Family::kOurs ? "ours" : family == Family::kRule ? "rule" : "peer";
-}
 
 /// Whether no other method is at least as fast and as accurate, and better in one of the two.
 bool on_front(const Point& point, const std::vector<Point>& all, VerdictCounts Point::*counts) {
@@ -34,17 +30,15 @@ bool on_front(const Point& point, const std::vector<Point>& all, VerdictCounts P
 }
 
 Table table_of(const std::vector<Point>& points) {
-    std::vector<std::string> header = {"method",        "family",       "Mray/s",
-                                       "camera rays",   "camera wrong", "camera wrong/M",
-                                       "camera front",  "aimed rays",   "aimed wrong",
-                                       "aimed wrong/M", "aimed front"};
+    std::vector<std::string> header = {
+        "method",       "Mray/s",     "camera rays", "camera wrong",  "camera wrong/M",
+        "camera front", "aimed rays", "aimed wrong", "aimed wrong/M", "aimed front"};
     header.insert(header.end(), kVerdictColumns.begin(), kVerdictColumns.end());
     header.emplace_back("worst ulps");
     Table table(header);
     const auto yes = [](bool value) { return value ? "yes" : "no"; };
     for (const Point& p : points) {
         std::vector<std::string> row = {p.name,
-                                        name_of(p.family),
                                         fmt::format("{:.4g}", p.mrays),
                                         fmt::format("{}", p.camera.rays),
                                         fmt::format("{}", p.camera.wrong()),
@@ -62,13 +56,19 @@ Table table_of(const std::vector<Point>& points) {
     return table;
 }
 
+/// "Mray/s, camera rays on 2 threads"
+std::string speed_title() {
+    const int threads = tbb::this_task_arena::max_concurrency();
+    return fmt::format("Mray/s, camera rays on {} thread{}", threads, threads == 1 ? "" : "s");
+}
+
 /// One panel of the rays that columns call `rays`.
 plot::Panel panel_of(const std::string& title, const std::string& rays, std::uint64_t count) {
     const double one = 1e6 / static_cast<double>(std::max<std::uint64_t>(1, count));
     return {.kind = "points",
             .title = title,
             .x = rays + " wrong/M",
-            .y = "\"Mray/s\"",
+            .y = "Mray/s",
             .series = "method",
             .xlabel = fmt::format("wrong answers per million rays (one ray: {:.2g})", one),
             .ylabel = speed_title(),
@@ -78,17 +78,13 @@ plot::Panel panel_of(const std::string& title, const std::string& rays, std::uin
 
 }  // namespace
 
-std::size_t accuracy_steps() { return 4; }
-
 Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
                      const std::string& suffix) {
     const Effort& effort = context.effort;
-    const ChartScene scene = make_chart_scene(input, {}, effort.side, effort.aimed_rays);
+    const ChartScene scene = make_chart_scene(input, effort.side, effort.aimed_rays);
     const std::vector<Method> methods = all_methods(scene, context.make_vulkan_backend);
-    context.step();
     const Judge in_scene_space(scene, scene.scene_space);
     const Judge in_world_space(scene, scene.world_space);
-    context.step();
     std::vector<Point> points;
     const std::size_t pixels = scene.scene_space.camera_rays.size();
     std::vector<Hit> hits(pixels);
@@ -98,18 +94,15 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
         const Judge& judge = method.in_scene_space ? in_scene_space : in_world_space;
         Point& point = points.emplace_back();
         point.name = method.name;
-        point.family = method.family;
         trace_camera(method, scene, hits);
         point.camera = judge.camera(hits);
         trace_aimed(method, scene, aimed);
         point.aimed = judge.aimed(aimed);
         runs.emplace_back([&] { trace_camera(method, scene, hits); });
     }
-    context.step();
-    const std::vector<double> times = least_times(runs, effort.rounds, context.check);
+    const std::vector<double> times = least_times(runs, effort.rounds);
     for (std::size_t i = 0; i < points.size(); ++i)
         points[i].mrays = static_cast<double>(pixels) / (times[i] * 1e3);
-    context.step();
 
     const plot::Figure figure{
         .title = fmt::format("Speed against accuracy: {}, {} triangles", input.name,

@@ -1,8 +1,6 @@
 // The charts of `morphray chart`. Each function measures and returns a table and the figure of it.
 #pragma once
 
-#include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -27,25 +25,15 @@ struct Effort {
     std::uint32_t side;
     std::size_t aimed_rays;
     int rounds;
-    /// Rays for each placement of the scene and for each failure scene.
-    std::size_t placed_rays;
-    std::vector<double> offsets;
-    std::vector<double> scales;
+    /// Aimed rays for each failure scene.
+    std::size_t failure_rays;
 };
 /// Takes about half a minute for a scene on two cores.
-inline const Effort kQuickEffort{.side = 256,
-                                 .aimed_rays = 50'000,
-                                 .rounds = 3,
-                                 .placed_rays = 6'000,
-                                 .offsets = {1e3, 1e5},
-                                 .scales = {1e-6, 1, 1e6}};
+inline constexpr Effort kQuickEffort{
+    .side = 256, .aimed_rays = 50'000, .rounds = 3, .failure_rays = 6'000};
 /// Takes some minutes.
-inline const Effort kFullEffort{.side = 1024,
-                                .aimed_rays = 500'000,
-                                .rounds = 5,
-                                .placed_rays = 50'000,
-                                .offsets = {1e3, 1e4, 1e5, 1e6, 1e7},
-                                .scales = {1e-6, 1e-4, 1e-2, 1, 1e2, 1e4, 1e6}};
+inline constexpr Effort kFullEffort{
+    .side = 1024, .aimed_rays = 500'000, .rounds = 5, .failure_rays = 50'000};
 
 struct ChartContext {
     const Effort& effort;
@@ -53,10 +41,6 @@ struct ChartContext {
     MakeBackend make_vulkan_backend;
     /// The text below every image: machine and command.
     std::string footer;
-    /// Called after each step.
-    std::function<void()> step;
-    /// Called often during long work; throws to end it.
-    std::function<void()> check = [] {};
 };
 
 /// The same small scenes in every run, on which intersection rules fail: a sphere, far from 0, tiny
@@ -64,22 +48,10 @@ struct ChartContext {
 /// triangles; details of 1 in an extent of 1e6; a soup.
 std::vector<ChartInput> failure_scenes();
 
-// The number of steps of each chart.
-std::size_t accuracy_steps();
-std::size_t placement_steps(const Effort& effort);
-std::size_t box_steps();
-std::size_t failure_steps();
-
 /// Mray/s against wrong answers per million rays for all methods, at the origin. `suffix`
 /// distinguishes the file names of several scenes.
 Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
                      const std::string& suffix);
-/// Wrong answers far from the origin and at small and large scales, for methods that trace single
-/// rays.
-Chart placement_chart(const ChartContext& context, const ChartInput& input,
-                      const std::string& suffix);
-/// Box tests: Mray/s and wrong answers.
-Chart box_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
 /// Failure scenes against methods; `more` are added to the program's own scenes.
 Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more);
 

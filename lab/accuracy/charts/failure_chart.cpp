@@ -40,18 +40,14 @@ const char* name_of(RunEnd end) {
 /// The methods whose answers may differ, and the program's own tracer for its speed.
 std::vector<Method> columns_of(const ChartScene& scene) {
     std::vector<Method> columns{single_method(scene)};
-    std::vector<Method> boxes = box_methods(scene);
-    // The first box method is the program's rule with its own boxes, which is in the list already.
-    boxes.erase(boxes.begin());
-    for (std::vector<Method> more : {rule_methods(scene), std::move(boxes), embree_methods(scene)})
+    for (std::vector<Method> more : {rule_methods(scene), embree_methods(scene)})
         std::move(more.begin(), more.end(), std::back_inserter(columns));
     return columns;
 }
 
 /// Traces all rays on one thread and measures its processor time, in a process that may crash or
 /// never end.
-void measure(const ChartContext& context, const Method& method, const ChartSpace& space,
-             const Judge& judge, Cell& cell) {
+void measure(const Method& method, const ChartSpace& space, const Judge& judge, Cell& cell) {
     const std::size_t pixels = space.camera_rays.size();
     const std::size_t rays = pixels + space.aimed_rays.size();
     const SharedMemory hits(rays * sizeof(Hit));
@@ -63,7 +59,7 @@ void measure(const ChartContext& context, const Method& method, const ChartSpace
             method.trace(space.aimed_rays, hits.as<Hit>(rays).subspan(pixels));
             time.as<double>(1)[0] = thread_ms() - begin;
         },
-        kLimitS, context.check);
+        kLimitS);
     if (cell.end != RunEnd::kDone) return;
     cell.mrays = static_cast<double>(rays) / (1e3 * time.as<double>(1)[0]);
     cell.counts =
@@ -73,8 +69,8 @@ void measure(const ChartContext& context, const Method& method, const ChartSpace
 void add_cells(const ChartContext& context, const ChartInput& input, std::size_t row,
                std::vector<Cell>& cells) {
     const ChartScene scene =
-        make_chart_scene(input, {}, std::max(kChartTileSide, context.effort.side / kLessSide),
-                         context.effort.placed_rays);
+        make_chart_scene(input, std::max(kChartTileSide, context.effort.side / kLessSide),
+                         context.effort.failure_rays);
     const Judge in_scene_space(scene, scene.scene_space);
     const Judge in_world_space(scene, scene.world_space);
     std::size_t column = 0;
@@ -84,10 +80,9 @@ void add_cells(const ChartContext& context, const ChartInput& input, std::size_t
         cell.column = column++;
         cell.scene = input.name;
         cell.method = method.name;
-        measure(context, method, method.space(scene),
+        measure(method, method.space(scene),
                 method.in_scene_space ? in_scene_space : in_world_space, cell);
     }
-    context.step();
 }
 
 Table table_of(const std::vector<Cell>& cells) {
@@ -115,8 +110,6 @@ Table table_of(const std::vector<Cell>& cells) {
 
 }  // namespace
 
-std::size_t failure_steps() { return failure_scenes().size(); }
-
 Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more) {
     std::vector<ChartInput> inputs = failure_scenes();
     inputs.insert(inputs.end(), more.begin(), more.end());
@@ -129,7 +122,7 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
                               .panel_height = static_cast<int>(42 * inputs.size() + 140),
                               .panels = {{.kind = "map",
                                           .x = "column",
-                                          .y = "\"row\"",
+                                          .y = "row",
                                           .series = "scene",
                                           .across = "method",
                                           .shade = "wrong/M",

@@ -1,7 +1,6 @@
 // morphray-chart --out DIR [--quick] [--lenient] [--quiet] SCENE...: draws charts of speed against
 // accuracy. `morphray chart` starts it (app/commands/start_chart.cpp).
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
@@ -109,8 +108,6 @@ std::vector<Chart> make_charts(const std::vector<ChartInput>& inputs, const Char
     for (std::size_t i = 0; i < inputs.size(); ++i) {
         const std::string suffix = inputs.size() == 1 ? "" : fmt::format("_{}", i + 1);
         charts.push_back(accuracy_chart(context, inputs[i], suffix));
-        charts.push_back(placement_chart(context, inputs[i], suffix));
-        charts.push_back(box_chart(context, inputs[i], suffix));
     }
     charts.push_back(failure_chart(context, inputs));
     return charts;
@@ -123,22 +120,10 @@ void draw_charts(const Options& options) {
     std::vector<ChartInput> inputs;
     for (const std::string& scene : options.scenes)
         inputs.push_back(read_input(scene, options.lenient));
-    const Effort& effort = options.quick ? kQuickEffort : kFullEffort;
-    const std::size_t steps =
-        inputs.size() * (accuracy_steps() + placement_steps(effort) + box_steps() + 1) +
-        failure_steps();
-    const bool shows_steps = !options.quiet && ::isatty(STDERR_FILENO) != 0;
-    std::size_t done = 0;
-    const ChartContext context{
-        .effort = effort,
-        .make_vulkan_backend = open_vulkan,
-        .footer = fmt::format("{}; {}", machine_text(), command_text(options)),
-        .step = [&] {
-            ++done;
-            if (shows_steps) fmt::print(stderr, "\rcharting {}/{}", done, steps);
-        }};
-    const std::vector<Chart> charts = make_charts(inputs, context);
-    if (shows_steps) fmt::print(stderr, "\n");
+    const std::vector<Chart> charts = make_charts(
+        inputs, {.effort = options.quick ? kQuickEffort : kFullEffort,
+                 .make_vulkan_backend = open_vulkan,
+                 .footer = fmt::format("{}; {}", machine_text(), command_text(options))});
     make_output_folder(options.out);
     for (const Chart& chart : charts) {
         const std::string csv = chart.table.csv();

@@ -8,20 +8,12 @@
 namespace mray::accuracy {
 namespace {
 
-struct Release {
-    void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
-    void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
-    void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
-};
-template <class Handle>
-using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Release>;
-
 /// One mesh in world space, committed.
 class EmbreeScene {
 public:
     EmbreeScene(const ChartScene& scene, RTCSceneFlags flags)
         : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_.get())) {
-        const Owned<RTCGeometry> geometry(
+        const embree::Owned<RTCGeometry> geometry(
             rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
         const std::vector<vec3>& positions = scene.world_space.positions;
         const std::vector<uvec3>& triangles = scene.topology.triangles;
@@ -62,14 +54,13 @@ public:
     }
 
 private:
-    Owned<RTCDevice> device_;
-    Owned<RTCScene> scene_;
+    embree::Owned<RTCDevice> device_;
+    embree::Owned<RTCScene> scene_;
 };
 
 Method embree_method(const char* name, const ChartScene& scene, RTCSceneFlags flags) {
     Method method;
     method.name = name;
-    method.family = Family::kPeer;
     const auto made = std::make_shared<const EmbreeScene>(scene, flags);
     method.trace = [made](std::span<const Ray> rays, std::span<Hit> hits) {
         made->trace(rays, hits);

@@ -12,9 +12,6 @@
 
 namespace mray::accuracy {
 
-/// Kinds of methods, which the charts colour differently.
-enum class Family { kOurs, kRule, kPeer };
-
 /// Traces a batch in the space of the method: hits[i] is the hit of rays[i].
 using TraceBatch = std::function<void(std::span<const Ray>, std::span<Hit>)>;
 
@@ -24,7 +21,6 @@ using MakeBackend = std::function<std::unique_ptr<Backend>()>;
 /// A method under test over one scene, which outlives it.
 struct Method {
     std::string name;
-    Family family = Family::kRule;
     bool in_scene_space = false;
     /// Traces batches of any rays, called by several threads at once, or by one thread if `alone`.
     TraceBatch trace;
@@ -40,12 +36,9 @@ struct Method {
 
 /// Intersection rules over one plain traversal: the program's; T. Moeller, B. Trumbore. Fast,
 /// Minimum Storage Ray/Triangle Intersection. 1997; S. Woop, C. Benthin, I. Wald. Watertight
-/// Ray/Triangle Intersection. 2013; edge planes d . (b x c).
+/// Ray/Triangle Intersection. 2013; edge planes d . (b x c). The program's rule also with other box
+/// tests: slabs padded by 2 ulp, and plain ones.
 std::vector<Method> rule_methods(const ChartScene& scene);
-
-/// Box tests with the program's rule over the plain traversal: the program's; slabs padded by
-/// 2 ulp; plain slabs.
-std::vector<Method> box_methods(const ChartScene& scene);
 
 /// The tracers of the program: the scalar reference, single rays and packets of each SIMD target,
 /// and Vulkan if it is available.

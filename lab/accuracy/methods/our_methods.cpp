@@ -17,7 +17,6 @@ static_assert(kSide == cpu::kCameraSide);
 Method ours(std::string name, TraceBatch trace) {
     Method method;
     method.name = std::move(name);
-    method.family = Family::kOurs;
     method.in_scene_space = true;
     method.trace = std::move(trace);
     return method;

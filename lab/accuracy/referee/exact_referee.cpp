@@ -24,8 +24,6 @@ constexpr double kNearEdge = 0x1p-12;
 // Far above the 2^-53 of a double, far below the resolution of a tracer in float.
 constexpr double kRounding = 0x1p-40;
 
-Double3 to_double(vec3 v) { return {v.x, v.y, v.z}; }
-
 /// Whether the ray meets a slab; narrows [enter, leave]. Does not divide by zero: a ray parallel to
 /// the slab is inside or outside.
 bool meet_slab(double lower, double upper, double org, double dir, double& enter, double& leave) {
@@ -39,15 +37,13 @@ bool meet_slab(double lower, double upper, double org, double dir, double& enter
     return enter <= leave;
 }
 
-bool meets(const Box& box, const Double3& org, const Double3& dir, double margin) {
+bool meets(const Box& box, const Ray& ray, double margin) {
     if (box.empty()) return false;
-    const Double3 lower = to_double(box.lower);
-    const Double3 upper = to_double(box.upper);
     double enter = 0;
     double leave = INFINITY;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (!meet_slab(lower[axis] - margin, upper[axis] + margin, org[axis], dir[axis], enter,
-                       leave)) {
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!meet_slab(box.lower[axis] - margin, box.upper[axis] + margin, ray.org[axis],
+                       ray.dir[axis], enter, leave)) {
             return false;
         }
     }
@@ -77,8 +73,6 @@ CandidateSearch::CandidateSearch(const Bvh& bvh)
 
 void CandidateSearch::find(const Ray& ray, double margin, std::vector<std::uint32_t>& found) const {
     found.clear();
-    const Double3 org = to_double(ray.org);
-    const Double3 dir = to_double(ray.dir);
     const double around = margin + rounding_ + kRounding * largest_magnitude(ray.org);
     std::array<std::uint32_t, kMaxStack> stack;
     std::size_t size = 0;
@@ -93,7 +87,7 @@ void CandidateSearch::find(const Ray& ray, double margin, std::vector<std::uint3
         }
         const Node& node = bvh_->nodes[child];
         for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
-            if (meets(slot_box(node, slot), org, dir, around)) stack[size++] = node.child[slot];
+            if (meets(slot_box(node, slot), ray, around)) stack[size++] = node.child[slot];
         }
     }
 }
@@ -174,12 +168,7 @@ bool ExactReferee::seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t
             reach = std::max(reach, largest_magnitude(p - ray.org));
         }
     }
-    return is_seen_within(ray, truth, prim_id, kDisplacement * size + kFarDisplacement * reach);
-}
-
-bool ExactReferee::is_seen_within(const Ray& ray, const Truth& truth, std::uint32_t prim_id,
-                                  double radius) const {
-    if (prim_id != kNoPrim && usable_[prim_id] == 0) return false;
+    const double radius = kDisplacement * size + kFarDisplacement * reach;
     std::vector<std::uint32_t> candidates;
     search_.find(ray, 2 * radius, candidates);
     ParallelView view(ray);

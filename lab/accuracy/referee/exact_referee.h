@@ -83,16 +83,12 @@ public:
     /// `truth` is closest(ray); `prim_id` is the answer of a tracer, kNoPrim for a miss.
     Judgement judge(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;
 
-    /// Whether a line parallel to the ray, at most `radius` away, has the answer prim_id (kNoPrim:
-    /// a miss) as the nearest, up to 4 ulp of t.
-    bool is_seen_within(const Ray& ray, const Truth& truth, std::uint32_t prim_id,
-                        double radius) const;
-
+private:
     /// The triangle as the ray meets it.
     ExactTriangle triangle(const Ray& ray, std::uint32_t prim_id) const;
-
-private:
     Truth closest_of(const Ray& ray, std::span<const std::uint32_t> candidates) const;
+    /// Whether a line parallel to the ray, not farther away than the rule displaces vertices, has
+    /// the answer prim_id (kNoPrim: a miss) as the nearest, up to 4 ulp of t.
     bool seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;
 
     const Topology* topology_;

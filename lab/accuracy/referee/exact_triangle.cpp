@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 namespace mray::accuracy {
 namespace {
@@ -24,12 +25,12 @@ struct Determinant {
 };
 
 /// p . (q x r).
-Determinant determinant(const Double3& p, const Double3& q, const Double3& r) {
+Determinant determinant(const dvec3& p, const dvec3& q, const dvec3& r) {
     double value = 0;
     double magnitude = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const std::size_t j = (i + 1) % 3;
-        const std::size_t k = (i + 2) % 3;
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3;
+        const int k = (i + 2) % 3;
         const double left = q[j] * r[k];
         const double right = q[k] * r[j];
         value += p[i] * (left - right);
@@ -37,16 +38,6 @@ Determinant determinant(const Double3& p, const Double3& q, const Double3& r) {
     }
     return {value, kDeterminantError * magnitude};
 }
-
-Double3 cross(const Double3& a, const Double3& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-double dot(const Double3& a, const Double3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-/// a + factor * b.
-Double3 plus(const Double3& a, double factor, const Double3& b) {
-    return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
-}
-double length(const Double3& a) { return std::sqrt(dot(a, a)); }
 
 int sign_of(double x) { return (x > 0) - (x < 0); }
 
@@ -65,12 +56,8 @@ struct ExactTriangle::Integers {
 
 ExactTriangle::ExactTriangle(const Ray& ray, vec3 a, vec3 b, vec3 c)
     : ray_(ray), corners_{a, b, c} {
-    for (std::size_t i = 0; i < 3; ++i) {
-        const vec3 p = corners_[i];
-        relative_[i] = {static_cast<double>(p.x) - ray.org.x, static_cast<double>(p.y) - ray.org.y,
-                        static_cast<double>(p.z) - ray.org.z};
-    }
-    const Double3 dir{ray.dir.x, ray.dir.y, ray.dir.z};
+    for (std::size_t i = 0; i < 3; ++i) relative_[i] = dvec3(corners_[i]) - dvec3(ray.org);
+    const dvec3 dir(ray.dir);
     value_[kSum] = error_[kSum] = 0;
     for (std::size_t edge = 0; edge < 3; ++edge) {
         const Determinant d =
@@ -153,15 +140,6 @@ double ExactTriangle::t() const {
     return exact.value[kVolume].get_d() / exact.value[kSum].get_d();
 }
 
-std::array<double, 2> ExactTriangle::weights() const {
-    const double least = std::abs(value_[kSum]) * kPreciseT;
-    if (least > error_[kSum] && least > error_[1] && least > error_[2])
-        return {value_[1] / value_[kSum], value_[2] / value_[kSum]};
-    const Integers& exact = integers();
-    const double sum = exact.value[kSum].get_d();
-    return {exact.value[1].get_d() / sum, exact.value[2].get_d() / sum};
-}
-
 int ExactTriangle::compare_t(const ExactTriangle& other) const {
     const double left = value_[kVolume] * other.value_[kSum];
     const double right = other.value_[kVolume] * value_[kSum];
@@ -198,26 +176,26 @@ bool ExactTriangle::in_range() const {
 }
 
 double ExactTriangle::edge_distance() const {
-    const Double3 dir{ray_.dir.x, ray_.dir.y, ray_.dir.z};
-    std::array<Double3, 3> across;  // the corners, seen along the line
+    const dvec3 dir(ray_.dir);
+    std::array<dvec3, 3> across;  // the corners, seen along the line
     for (std::size_t i = 0; i < 3; ++i)
-        across[i] = plus(relative_[i], -dot(relative_[i], dir) / dot(dir, dir), dir);
+        across[i] = relative_[i] - glm::dot(relative_[i], dir) / glm::dot(dir, dir) * dir;
     double least = INFINITY;
     for (std::size_t i = 0; i < 3; ++i) {
-        const Double3& from = across[i];
-        const Double3 way = plus(across[(i + 1) % 3], -1, from);
-        const double length2 = dot(way, way);
-        const double part = length2 > 0 ? std::clamp(-dot(from, way) / length2, 0.0, 1.0) : 0.0;
-        least = std::min(least, length(plus(from, part, way)));
+        const dvec3& from = across[i];
+        const dvec3 way = across[(i + 1) % 3] - from;
+        const double length2 = glm::dot(way, way);
+        const double part = length2 > 0 ? std::clamp(-glm::dot(from, way) / length2, 0.0, 1.0) : 0;
+        least = std::min(least, glm::length(from + part * way));
     }
     return least / size();
 }
 
 double ExactTriangle::size() const {
-    const Double3 dir{ray_.dir.x, ray_.dir.y, ray_.dir.z};
+    const dvec3 dir(ray_.dir);
     double largest = 0;
-    for (const Double3& p : relative_) largest = std::max(largest, length(cross(p, dir)));
-    return largest / length(dir);
+    for (const dvec3& p : relative_) largest = std::max(largest, glm::length(glm::cross(p, dir)));
+    return largest / glm::length(dir);
 }
 
 }  // namespace mray::accuracy

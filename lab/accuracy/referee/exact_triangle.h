@@ -2,13 +2,14 @@
 #pragma once
 
 #include <array>
+#include <glm/vec3.hpp>
 #include <memory>
 
 #include "common/interop/ray.h"
 
 namespace mray::accuracy {
 
-using Double3 = std::array<double, 3>;
+using glm::dvec3;
 
 /// The intersection of a ray with a triangle in homogeneous form. With a, b, c the corners relative
 /// to the origin and d the direction,
@@ -33,8 +34,6 @@ public:
     bool has_t() const;
     /// t of the plane, to 2^-27 of itself.
     double t() const;
-    /// The weights of the second and the third corner where the line crosses the plane, to 2^-27.
-    std::array<double, 2> weights() const;
     /// How near the line is to the nearest edge, as a part of size(); in double.
     double edge_distance() const;
     /// The largest distance of a corner from the line.
@@ -50,7 +49,7 @@ private:
 
     Ray ray_;
     std::array<vec3, 3> corners_;
-    std::array<Double3, 3> relative_;
+    std::array<dvec3, 3> relative_;
     /// u, v, w, their sum, and a . (b x c); and the bounds of their errors.
     std::array<double, 5> value_;
     std::array<double, 5> error_;

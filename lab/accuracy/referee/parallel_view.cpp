@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <numbers>
+#include <tuple>
 
 namespace mray::accuracy {
 namespace {
@@ -17,6 +19,7 @@ struct Place {
     double x, y;
 };
 using Polygon = std::vector<Place>;  // convex
+using Corners = std::array<dvec3, 3>;
 
 /// The half-plane where a x + b y + c is not negative.
 struct Affine {
@@ -85,24 +88,24 @@ std::vector<Polygon> without(std::vector<Polygon> pieces, const std::vector<Affi
 }
 
 /// The square of the distance from the ray.
-double length2(const Double3& p) { return p[0] * p[0] + p[1] * p[1]; }
+double length2(const dvec3& p) { return p.x * p.x + p.y * p.y; }
 
 /// Positive to the left of the way from p to q; the negative of that from q to p, bit for bit.
-Affine line_through(const Double3& p, const Double3& q) {
-    if (q < p) return -line_through(q, p);
-    const double dx = q[0] - p[0];
-    const double dy = q[1] - p[1];
+Affine line_through(const dvec3& p, const dvec3& q) {
+    if (std::tie(q.x, q.y, q.z) < std::tie(p.x, p.y, p.z)) return -line_through(q, p);
+    const double dx = q.x - p.x;
+    const double dy = q.y - p.y;
     const double length = std::hypot(dx, dy);
     // From the nearer end, which rounds less.
-    const Double3& near = length2(p) < length2(q) ? p : q;
-    return {-dy / length, dx / length, (dy * near[0] - dx * near[1]) / length};
+    const dvec3& near = length2(p) < length2(q) ? p : q;
+    return {-dy / length, dx / length, (dy * near.x - dx * near.y) / length};
 }
 
-double double_area(const std::array<Double3, 3>& p) {
-    return (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[1][1] - p[0][1]) * (p[2][0] - p[0][0]);
+double double_area(const Corners& p) {
+    return (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[1].y - p[0].y) * (p[2].x - p[0].x);
 }
 
-std::vector<Affine> inside(const std::array<Double3, 3>& corner) {
+std::vector<Affine> inside(const Corners& corner) {
     std::vector<Affine> halves;
     for (std::size_t i = 0; i < 3; ++i) {
         const Affine line = line_through(corner[i], corner[(i + 1) % 3]);
@@ -112,8 +115,8 @@ std::vector<Affine> inside(const std::array<Double3, 3>& corner) {
 }
 
 /// Whether all corners are on the far side of a line beside the circle of radius 1.
-bool is_aside(const std::array<Double3, 3>& p) {
-    for (std::size_t axis = 0; axis < 2; ++axis) {
+bool is_aside(const Corners& p) {
+    for (int axis = 0; axis < 2; ++axis) {
         if ((p[0][axis] > 1 && p[1][axis] > 1 && p[2][axis] > 1) ||
             (p[0][axis] < -1 && p[1][axis] < -1 && p[2][axis] < -1)) {
             return true;
@@ -123,23 +126,18 @@ bool is_aside(const std::array<Double3, 3>& p) {
 }
 
 /// t of the ray on the triangle's plane.
-Affine depth(const std::array<Double3, 3>& p) {
-    const auto nearest =
-        static_cast<std::size_t>(std::min_element(p.begin(), p.end(),
-                                                  [](const Double3& a, const Double3& b) {
-                                                      return length2(a) < length2(b);
-                                                  }) -
-                                 p.begin());
-    const Double3& o = p[nearest];
-    Double3 e, f;
-    for (std::size_t i = 0; i < 3; ++i) {
-        e[i] = p[(nearest + 1) % 3][i] - o[i];
-        f[i] = p[(nearest + 2) % 3][i] - o[i];
-    }
+Affine depth(const Corners& p) {
+    const auto nearest = static_cast<std::size_t>(
+        std::min_element(p.begin(), p.end(),
+                         [](const dvec3& a, const dvec3& b) { return length2(a) < length2(b); }) -
+        p.begin());
+    const dvec3& o = p[nearest];
+    const dvec3 e = p[(nearest + 1) % 3] - o;
+    const dvec3 f = p[(nearest + 2) % 3] - o;
     const double area = double_area(p);
-    const double a = (e[2] * f[1] - f[2] * e[1]) / area;
-    const double b = (e[0] * f[2] - f[0] * e[2]) / area;
-    return {a, b, o[2] - a * o[0] - b * o[1]};
+    const double a = (e.z * f.y - f.z * e.y) / area;
+    const double b = (e.x * f.z - f.x * e.z) / area;
+    return {a, b, o.z - a * o.x - b * o.y};
 }
 
 /// The half-planes in which t is within the ray's range.
@@ -148,52 +146,45 @@ void add_range(const Ray& ray, const Affine& t, std::vector<Affine>& halves) {
     if (std::isfinite(ray.tfar)) halves.push_back({-t.a, -t.b, ray.tfar - t.c});
 }
 
-Double3 unit_cross(const Double3& a, const Double3& b) {
-    Double3 c{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-    const double length = std::sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
-    for (double& component : c) component /= length;
-    return c;
+dvec3 unit_cross(const dvec3& a, const dvec3& b) {
+    const dvec3 c = glm::cross(a, b);
+    return c / glm::length(c);
 }
 
 }  // namespace
 
 ParallelView::ParallelView(const Ray& ray) : ray_(ray) {
-    const Double3 d{ray.dir.x, ray.dir.y, ray.dir.z};
-    const double length2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    for (std::size_t i = 0; i < 3; ++i) along_[i] = d[i] / length2;
-    const auto least = static_cast<std::size_t>(
-        std::min_element(d.begin(), d.end(),
-                         [](double a, double b) { return std::abs(a) < std::abs(b); }) -
-        d.begin());
-    Double3 axis{0, 0, 0};
+    const dvec3 d(ray.dir);
+    along_ = d / glm::dot(d, d);
+    int least = 0;
+    for (int i = 1; i < 3; ++i)
+        if (std::abs(d[i]) < std::abs(d[least])) least = i;
+    dvec3 axis(0, 0, 0);
     axis[least] = 1;
     x_ = unit_cross(d, axis);
     y_ = unit_cross(d, x_);
 }
 
-Double3 ParallelView::seen(vec3 p) const {
-    const Double3 a{double{p.x} - ray_.org.x, double{p.y} - ray_.org.y, double{p.z} - ray_.org.z};
-    const auto dot = [&a](const Double3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
-    return {dot(x_), dot(y_), dot(along_)};
+dvec3 ParallelView::seen(vec3 p) const {
+    const dvec3 a = dvec3(p) - dvec3(ray_.org);
+    return {glm::dot(a, x_), glm::dot(a, y_), glm::dot(a, along_)};
 }
 
 void ParallelView::add(std::uint32_t prim_id, vec3 a, vec3 b, vec3 c) {
-    const std::array<Double3, 3> corner{seen(a), seen(b), seen(c)};
+    const Corners corner{seen(a), seen(b), seen(c)};
     if (double_area(corner) != 0) triangles_.push_back({prim_id, corner});
 }
 
 bool ParallelView::grazes(vec3 a, vec3 b, vec3 c, double radius, double most_t, double ulps) const {
-    const std::array<Double3, 3> corner{seen(a), seen(b), seen(c)};
+    const Corners corner{seen(a), seen(b), seen(c)};
     for (std::size_t i = 0; i < 3; ++i) {
-        const Double3& p = corner[i];
-        const Double3& q = corner[(i + 1) % 3];
-        const double dx = q[0] - p[0];
-        const double dy = q[1] - p[1];
-        const double length2 = dx * dx + dy * dy;
-        const double at = length2 > 0 ? -(p[0] * dx + p[1] * dy) / length2 : 0;
-        const double part = std::clamp(at, 0.0, 1.0);
-        const double t = p[2] + part * (q[2] - p[2]);
-        if (std::hypot(p[0] + part * dx, p[1] + part * dy) <= radius && t > 0 && t >= ray_.tnear &&
+        const dvec3& p = corner[i];
+        const dvec3 way = corner[(i + 1) % 3] - p;
+        const double across2 = length2(way);
+        const double at = across2 > 0 ? -(p.x * way.x + p.y * way.y) / across2 : 0;
+        const dvec3 nearest = p + std::clamp(at, 0.0, 1.0) * way;
+        const double t = nearest.z;
+        if (std::hypot(nearest.x, nearest.y) <= radius && t > 0 && t >= ray_.tnear &&
             t <= ray_.tfar && t <= most_t + ulps * ulp_of(t))
             return true;
     }
@@ -206,11 +197,8 @@ bool ParallelView::shows(std::uint32_t prim_id, double radius, double ulps) cons
         const double angle = 2 * std::numbers::pi * i / kCircleCorners;
         circle.push_back({std::cos(angle), std::sin(angle)});
     }
-    const auto in_radii = [radius](std::array<Double3, 3> corner) {
-        for (Double3& p : corner) {
-            p[0] /= radius;
-            p[1] /= radius;
-        }
+    const auto in_radii = [radius](Corners corner) {
+        for (dvec3& p : corner) p /= dvec3(radius, radius, 1);
         return corner;
     };
     std::vector<Polygon> free{circle};
@@ -219,7 +207,7 @@ bool ParallelView::shows(std::uint32_t prim_id, double radius, double ulps) cons
         const auto wanted = std::find_if(triangles_.begin(), triangles_.end(),
                                          [&](const Seen& one) { return one.prim_id == prim_id; });
         if (wanted == triangles_.end()) return false;
-        const std::array<Double3, 3> corner = in_radii(wanted->corner);
+        const Corners corner = in_radii(wanted->corner);
         std::vector<Affine> halves = inside(corner);
         limit = depth(corner);
         add_range(ray_, limit, halves);
@@ -229,7 +217,7 @@ bool ParallelView::shows(std::uint32_t prim_id, double radius, double ulps) cons
     }
     for (const Seen& one : triangles_) {
         if (one.prim_id == prim_id) continue;
-        const std::array<Double3, 3> corner = in_radii(one.corner);
+        const Corners corner = in_radii(one.corner);
         if (is_aside(corner)) continue;
         std::vector<Affine> halves = inside(corner);
         const Affine t = depth(corner);

@@ -32,13 +32,13 @@ private:
     struct Seen {
         std::uint32_t prim_id;
         /// x, y across the ray; z along it in units of t.
-        std::array<Double3, 3> corner;
+        std::array<dvec3, 3> corner;
     };
 
-    Double3 seen(vec3 p) const;
+    dvec3 seen(vec3 p) const;
 
     Ray ray_;
-    Double3 x_, y_, along_;
+    dvec3 x_, y_, along_;
     std::vector<Seen> triangles_;
 };
 

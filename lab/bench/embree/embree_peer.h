@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,10 +15,7 @@
 #include "lab/bench/bench_scene.h"
 #include "lab/bench/query_work.h"
 #include "lab/bench/trace_work.h"
-
-struct RTCDeviceTy;
-struct RTCSceneTy;
-struct RTCGeometryTy;
+#include "lab/embree.h"
 
 namespace mray::bench {
 
@@ -28,35 +24,28 @@ namespace mray::bench {
 class EmbreeDevice {
 public:
     /// `isa` is the widest instruction set that Embree may use: "avx2", "avx512", or "" for all
-    /// that it finds. `config` is for rtcNewDevice, added to both; may be empty.
-    EmbreeDevice(int threads, const std::string& isa, const std::string& config);
+    /// that it finds.
+    EmbreeDevice(int threads, const std::string& isa);
 
     /// The instruction set, or "all".
     const std::string& isa() const { return isa_; }
 
-    RTCDeviceTy* handle() const { return handle_.get(); }
+    RTCDevice handle() const { return handle_.get(); }
     /// Throws Error(kInternal) with `action` if a call on this device has failed since the last
     /// check.
     void check(const char* action) const;
 
-    /// "3.13.5"
+    /// "3.13.5", or "4.3.0, which has no streams".
     static std::string version();
-    /// The ways to trace of other versions that this one is not measured by, for a person; "" if
-    /// there are none.
-    static std::string left_out();
 
 private:
-    struct Release {
-        void operator()(RTCDeviceTy* device) const;
-    };
-    std::unique_ptr<RTCDeviceTy, Release> handle_;
+    embree::Owned<RTCDevice> handle_;
     std::string isa_;
 };
 
-/// Devices of each instruction set that is worth a try on this machine, the widest first; one
-/// device if `config` has an isa. What is fastest differs by the machine and by the work: 256 bits
-/// may be as fast as 512.
-std::vector<EmbreeDevice> embree_devices(int threads, const std::string& config);
+/// Devices of each instruction set that is worth a try on this machine, the widest first. What is
+/// fastest differs by the machine and by the work: 256 bits may be as fast as 512.
+std::vector<EmbreeDevice> embree_devices(int threads);
 
 /// The triangles in memory that Embree's scenes share. The topology outlives it.
 class EmbreeMesh {
@@ -89,16 +78,12 @@ public:
     /// Follows the mesh's positions: refits, or builds again.
     void update();
 
-    RTCSceneTy* handle() const { return scene_.get(); }
+    RTCScene handle() const { return scene_.get(); }
 
 private:
-    struct Release {
-        void operator()(RTCSceneTy* scene) const;
-        void operator()(RTCGeometryTy* geometry) const;
-    };
     const EmbreeDevice* device_;
-    std::unique_ptr<RTCGeometryTy, Release> geometry_;
-    std::unique_ptr<RTCSceneTy, Release> scene_;
+    embree::Owned<RTCGeometry> geometry_;
+    embree::Owned<RTCScene> scene_;
 };
 
 /// A scene by every instruction set, over a MEDIUM and a HIGH tree, fast and robust. Takes the time

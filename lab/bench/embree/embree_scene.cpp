@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <limits>
-#include <string_view>
 
 #include "common/base/errors.h"
 #include "common/bvh/box.h"
@@ -28,32 +27,22 @@ RTCBuildQuality scene_quality(EmbreeTree tree) {
 
 }  // namespace
 
-EmbreeDevice::EmbreeDevice(int threads, const std::string& isa, const std::string& config)
-    : isa_(isa.empty() ? "all" : isa) {
+EmbreeDevice::EmbreeDevice(int threads, const std::string& isa) : isa_(isa.empty() ? "all" : isa) {
     const std::string settings =
-        fmt::format("threads={}{}{},{}", threads, isa.empty() ? "" : ",isa=", isa, config);
+        fmt::format("threads={}{}{}", threads, isa.empty() ? "" : ",isa=", isa);
     handle_.reset(rtcNewDevice(settings.c_str()));
     if (!handle_)
         throw Error(ErrorKind::kUnavailable,
                     fmt::format("Embree: no device with \"{}\"", settings));
 }
 
-std::vector<EmbreeDevice> embree_devices(int threads, const std::string& config) {
+std::vector<EmbreeDevice> embree_devices(int threads) {
     std::vector<EmbreeDevice> devices;
-    constexpr std::string_view kIsa = "isa=";
-    if (const std::size_t begin = config.find(kIsa); begin != std::string::npos) {
-        const std::string rest = config.substr(begin + kIsa.size());
-        devices.emplace_back(threads, rest.substr(0, rest.find(',')), config);
-    } else if (const std::string machine = machine_isa(); machine == "AVX-512") {
-        devices.emplace_back(threads, "avx512", config);
-        devices.emplace_back(threads, "avx2", config);
-    } else {
-        devices.emplace_back(threads, machine == "AVX2" ? "avx2" : "", config);
-    }
+    const std::string machine = machine_isa();
+    if (machine == "AVX-512") devices.emplace_back(threads, "avx512");
+    devices.emplace_back(threads, machine.starts_with("AVX") ? "avx2" : "");
     return devices;
 }
-
-void EmbreeDevice::Release::operator()(RTCDeviceTy* device) const { rtcReleaseDevice(device); }
 
 void EmbreeDevice::check(const char* action) const {
     const RTCError error = rtcGetDeviceError(handle());
@@ -62,10 +51,9 @@ void EmbreeDevice::check(const char* action) const {
                 fmt::format("Embree: {}: error {}", action, static_cast<int>(error)));
 }
 
-std::string EmbreeDevice::version() { return RTC_VERSION_STRING; }
-
-std::string EmbreeDevice::left_out() {
-    return embree::kHasStreams ? "" : "streams (Intersect1M, Occluded1M)";
+std::string EmbreeDevice::version() {
+    return fmt::format("{}{}", RTC_VERSION_STRING,
+                       embree::kHasStreams ? "" : ", which has no streams");
 }
 
 EmbreeMesh::EmbreeMesh(const Topology& topology, std::span<const vec3> positions)
@@ -81,11 +69,6 @@ void EmbreeMesh::set_positions(std::span<const vec3> positions) {
     for (std::size_t i = 0; i < positions.size(); ++i) {
         vertices_[i] = is_finite_vertex(positions[i]) ? positions[i] : vec3(kNan, kNan, kNan);
     }
-}
-
-void EmbreeScene::Release::operator()(RTCSceneTy* scene) const { rtcReleaseScene(scene); }
-void EmbreeScene::Release::operator()(RTCGeometryTy* geometry) const {
-    rtcReleaseGeometry(geometry);
 }
 
 EmbreeScene::EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh, EmbreeTree tree,

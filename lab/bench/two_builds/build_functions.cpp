@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
 #include <utility>
 
 #include "common/base/errors.h"
@@ -18,85 +19,69 @@ namespace {
 
 // As short as the parts of ./lab/bench/run.
 constexpr std::size_t kParts = 16;
-constexpr std::uint32_t kAoSamples = 4;
 
 /// A scene and what the rays of its works are made from.
 struct OpenScene {
     explicit OpenScene(const std::string& spec)
         : name(spec),
-          scene(open_bench_scene(spec, ViewKind::kFill, ViewSpec())),
-          primary(make_primary_work(scene.params)),
-          hits(arena.execute([&] { return reference_hits(scene.bvh, primary); })) {}
+          scene(open_bench_scene(spec, ViewSpec())),
+          rays(arena.execute([&] { return SceneRays(scene); })) {}
 
     TraceWork work(const std::string& work) const {
-        const auto secondary = [&](WorkKind kind, std::uint32_t samples = 1) {
-            return make_secondary_work(primary, hits, scene.mesh(), kind, samples,
-                                       primary.rays.size());
-        };
-        if (work == "primary") return primary;
-        if (work == "one-ray") return make_row_work(scene.params);
-        if (work == "shadow") return secondary(WorkKind::kShadow);
-        if (work == "diffuse") return secondary(WorkKind::kDiffuse);
-        if (work == "ao") return secondary(WorkKind::kAo, kAoSamples);
+        for (const WorkKind kind : kAllWorks)
+            if (work == name_of(kind)) return rays.work(kind);
         throw Error(ErrorKind::kBadArgument, fmt::format("{}: no such work", work));
     }
 
     std::string name;
     ThreadArena arena{1};
     BenchScene scene;
-    TraceWork primary;
-    AlignedVector<Hit> hits;
+    SceneRays rays;
 };
 
-class OpenWork final : public BuiltWork {
-public:
-    OpenWork(std::shared_ptr<OpenScene> scene, TraceWork work, OurTracer tracer)
-        : scene_(std::move(scene)),
-          work_(std::move(work)),
-          tracer_(std::move(tracer)),
-          parts_(work_.parts(kParts)),
-          answers_(work_) {}
+/// What a work is traced with, and its answers.
+struct OpenWork {
+    std::shared_ptr<OpenScene> scene;
+    TraceWork work;
+    OurTracer tracer;
+    std::vector<WorkPart> parts = work.parts(kParts);
+    TraceAnswers answers{work};
+};
 
-    std::size_t rays() const override { return work_.active_count; }
-    std::size_t parts() const override { return parts_.size(); }
-    void trace_part(std::size_t part) override {
-        scene_->arena.execute([&] { tracer_.trace_part(work_, parts_[part], answers_); });
-    }
-    std::size_t answer_size() const override { return work_.any_hit() ? 1 : sizeof(Hit); }
-    std::vector<unsigned char> answers() const override {
-        TraceAnswers ordered = answers_;
-        if (tracer_.in_image_order && !work_.any_hit()) to_ray_order(work_, ordered.hits);
-        const std::size_t size = answer_size();
-        std::vector<unsigned char> bytes(size * work_.rays.size());
-        for (std::size_t i = 0; i < work_.rays.size(); ++i) {
-            if (work_.active[i] == 0) continue;
+BuiltWork built(const std::shared_ptr<OpenWork>& open) {
+    const TraceWork& work = open->work;
+    const std::size_t size = work.any_hit() ? 1 : sizeof(Hit);
+    const auto trace_part = [open](std::size_t part) {
+        open->scene->arena.execute(
+            [&] { open->tracer.trace_part(open->work, open->parts[part], open->answers); });
+    };
+    const auto answers = [open, &work, size] {
+        TraceAnswers ordered = open->answers;
+        if (open->tracer.in_image_order && !work.any_hit()) to_ray_order(work, ordered.hits);
+        std::vector<unsigned char> bytes(size * work.rays.size());
+        for (std::size_t i = 0; i < work.rays.size(); ++i) {
+            if (work.active[i] == 0) continue;
             const void* const answer =
-                work_.any_hit() ? static_cast<const void*>(&ordered.occluded[i]) : &ordered.hits[i];
+                work.any_hit() ? static_cast<const void*>(&ordered.occluded[i]) : &ordered.hits[i];
             std::memcpy(&bytes[i * size], answer, size);
         }
         return bytes;
-    }
+    };
+    return {work.active_count, open->parts.size(), size, trace_part, answers};
+}
 
-private:
-    std::shared_ptr<OpenScene> scene_;
-    TraceWork work_;
-    OurTracer tracer_;
-    std::vector<WorkPart> parts_;
-    TraceAnswers answers_;
-};
-
-std::unique_ptr<BuiltWork> open(const std::string& spec, const std::string& work,
-                                const std::string& tracer_name, const std::string& simd) {
+BuiltWork open(const std::string& spec, const std::string& work, const std::string& tracer_name,
+               const std::string& simd) {
     // The scene that was opened last, since works of one scene are opened one after the other.
     static std::shared_ptr<OpenScene> scene;
     if (scene == nullptr || scene->name != spec) scene = std::make_shared<OpenScene>(spec);
     TraceWork rays = scene->work(work);
-    const SimdTarget targets[] = {find_simd_target(simd)};
-    for (OurTracer& tracer : our_tracers(scene->scene.bvh, targets)) {
+    for (OurTracer& tracer : our_tracers(scene->scene.bvh, find_simd_target(simd))) {
         if (tracer.name == tracer_name && std::ranges::count(tracer.works, rays.kind) > 0)
-            return std::make_unique<OpenWork>(scene, std::move(rays), std::move(tracer));
+            return built(
+                std::shared_ptr<OpenWork>(new OpenWork{scene, std::move(rays), std::move(tracer)}));
     }
-    return nullptr;
+    return {};
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -68,7 +67,7 @@ const BuildFunctions& load_build(const std::string& file) {
 std::uint64_t count_differences(const BuiltWork& a, const BuiltWork& b) {
     const std::vector<unsigned char> x = a.answers();
     const std::vector<unsigned char> y = b.answers();
-    const std::size_t size = a.answer_size();
+    const std::size_t size = a.answer_size;
     if (x.size() != y.size()) return x.size() / size;
     std::uint64_t count = 0;
     for (std::size_t i = 0; i < x.size(); i += size)
@@ -80,20 +79,19 @@ std::uint64_t count_differences(const BuiltWork& a, const BuiltWork& b) {
 std::uint64_t compare(const BuildFunctions& ours, const BuildFunctions& theirs,
                       const std::string& scene, const std::string& work, const std::string& tracer,
                       const std::string& simd, int repeat) {
-    const std::unique_ptr<BuiltWork> a = ours.open(scene, work, tracer, simd);
-    const std::unique_ptr<BuiltWork> b = theirs.open(scene, work, tracer, simd);
-    if (!a || !b) return 0;
+    const BuiltWork a = ours.open(scene, work, tracer, simd);
+    const BuiltWork b = theirs.open(scene, work, tracer, simd);
+    if (!a.trace_part || !b.trace_part) return 0;
     std::vector<Method> methods;
-    for (BuiltWork* const built : {a.get(), b.get()}) {
+    for (const BuiltWork* const built : {&a, &b}) {
         methods.push_back({"", {}, [built](std::size_t part) {
                                return timed([&] { built->trace_part(part); });
                            }});
     }
-    const std::vector<Times> times =
-        time_in_turn(methods, std::min(a->parts(), b->parts()), repeat);
-    const std::uint64_t differences = count_differences(*a, *b);
+    const std::vector<Times> times = time_in_turn(methods, std::min(a.parts, b.parts), repeat);
+    const std::uint64_t differences = count_differences(a, b);
     const Ratio ratio = ratio_of(times[0], times[1]);
-    const double krays = 1e-3 * static_cast<double>(a->rays());
+    const double krays = 1e-3 * static_cast<double>(a.rays);
     fmt::print("{},{},{},{},{:.2f},{:.2f},{:.3f},{:.3f},{:.3f},{:.3f},{}\n", scene, work, tracer,
                simd, krays / times[0].least_ms, krays / times[1].least_ms, ratio.median,
                ratio.least, ratio.min, ratio.max, differences);

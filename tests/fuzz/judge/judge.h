@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <span>
@@ -92,8 +93,6 @@ public:
     /// Leaves out rays and points that scene space does not take.
     CaseQueries(const FuzzScene& scene, const FuzzCase& fuzz_case, const test::Queries& reference);
 
-    /// The number of rays and points.
-    std::size_t size() const { return ray_indices_.size() + point_indices_.size(); }
     std::vector<AnswerDifference> compare(const test::Queries& queries) const;
 
 private:
@@ -137,14 +136,9 @@ struct Tally {
     std::uint64_t cases = 0;
     /// Cases whose view is refused, for example because eye and target coincide.
     std::uint64_t refused = 0;
-    /// Comparisons of a variant's image with the reference.
-    std::uint64_t images = 0;
     /// Rays of variants, secondary ones included.
     std::uint64_t rays = 0;
-    /// Rays and points whose answers to all questions were compared.
-    std::uint64_t questions = 0;
     std::uint64_t failed_cases = 0;
-    std::uint64_t failed_images = 0;
 };
 
 /// Holds one scene at a time for some variants and the reference, which must outlive it.
@@ -163,7 +157,7 @@ public:
     /// go down the tree together.
     std::vector<Finding> compare_rays(std::span<const WorldRay> rays, Tally& tally);
     /// Compares all other answers about the rays and points of a case, which is that of the scene.
-    std::vector<Finding> compare_questions(const FuzzCase& fuzz_case, Tally& tally);
+    std::vector<Finding> compare_questions(const FuzzCase& fuzz_case);
 
 private:
     /// The state of a backend.
@@ -190,6 +184,21 @@ private:
 /// Counts a refused view.
 std::vector<Finding> check_case(Referee& referee, const FuzzCase& fuzz_case,
                                 std::span<const Variant> variants, Tally& tally);
+
+struct FailureName {
+    /// The folder for a folder of each failure.
+    std::filesystem::path out;
+    /// The kind of the case and its seed.
+    std::string name;
+    /// cpu or vulkan.
+    std::string backend;
+};
+
+/// Takes the image, triangles, rays and points from the case that it can lose and still fail for
+/// the variant of the finding, writes it as text, and prints it with the line that replays it.
+/// Throws Error(kOutput).
+void report_failure(const FailureName& name, const FuzzCase& fuzz_case, const Finding& finding,
+                    Referee& referee);
 
 /// The rays of a case, and each of those that hit again with tnear and with tfar at its hit, or if
 /// it asks questions one of its hits, and at the floats next to it.

@@ -1,11 +1,9 @@
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 
 #include "tests/fuzz/judge/judge.h"
-#include "tests/support/same_bits.h"
 
 namespace mray::fuzz {
 namespace {
@@ -35,54 +33,10 @@ HitCursor cursor_of(std::span<const Hit> hits, std::size_t kind) {
     }
 }
 
-/// The lists of each ray.
-std::vector<std::span<const Hit>> split(const HitLists& lists) {
-    std::vector<std::span<const Hit>> of_rays;
-    std::size_t first = 0;
-    for (const std::uint32_t listed : lists.listed) {
-        of_rays.push_back(std::span(lists.hits).subspan(first, listed));
-        first += listed;
-    }
-    return of_rays;
-}
-
-void compare_rays(const test::Answers& expected, const test::Answers& actual,
-                  std::span<const std::size_t> indices, AnswerDifferences& differences) {
-    const auto expected_lists = split(expected.lists);
-    const auto actual_lists = split(actual.lists);
-    for (std::size_t i = 0; i < indices.size(); ++i) {
-        if (expected.counts[i] != actual.counts[i]) differences.add(Asked::kHitCounts, indices[i]);
-        if (expected.lists.total[i] != actual.lists.total[i] ||
-            !test::same_bytes(expected_lists[i], actual_lists[i]))
-            differences.add(Asked::kAllHits, indices[i]);
-        if (!test::same_bits(expected.next[i], actual.next[i]))
-            differences.add(Asked::kNextHits, indices[i]);
-    }
-}
-
-/// The triangles whose crossings are uncertain for a point.
-std::vector<std::uint32_t> uncertain_of(const test::Answers& answers, std::size_t point) {
-    std::vector<std::uint32_t> triangles;
-    for (const UncertainCrossing& one : answers.uncertain)
-        if (one.point == point) triangles.push_back(one.prim_id);
-    return triangles;
-}
-
-void compare_points(const test::Answers& expected, const test::Answers& actual,
-                    std::span<const std::size_t> indices, AnswerDifferences& differences) {
-    const auto is_same = [](const ClosestTriangle& a, const ClosestTriangle& b) {
-        return std::bit_cast<std::uint32_t>(a.d2) == std::bit_cast<std::uint32_t>(b.d2) &&
-               a.prim_id == b.prim_id;
-    };
-    const bool is_uncertain_same = expected.uncertain == actual.uncertain;
-    for (std::size_t i = 0; i < indices.size(); ++i) {
-        if (expected.windings[i] != actual.windings[i] ||
-            (!is_uncertain_same && uncertain_of(expected, i) != uncertain_of(actual, i)))
-            differences.add(Asked::kWindings, indices[i]);
-        if (!is_same(expected.closest[i], actual.closest[i]) ||
-            !is_same(expected.near[i], actual.near[i]))
-            differences.add(Asked::kClosestPoints, indices[i]);
-    }
+Asked asked_of(test::Answered answered) {
+    constexpr std::array kAsked = {Asked::kHitCounts, Asked::kAllHits, Asked::kNextHits,
+                                   Asked::kWindings, Asked::kClosestPoints};
+    return kAsked[static_cast<std::size_t>(answered)];
 }
 
 }  // namespace
@@ -140,7 +94,7 @@ CaseQueries::CaseQueries(const FuzzScene& scene, const FuzzCase& fuzz_case,
         questions.reach = round_reach;
         HitLists lists;
         reference(ListQuery{questions.rays, crossing, kAllOfThem, lists});
-        const auto hits = split(lists);
+        const auto hits = test::lists_of_rays(lists);
         for (std::size_t i = 0; i < hits.size(); ++i)
             questions.after[i] = cursor_of(hits[i], i + 5 * rounds_.size());
         rounds_.push_back(
@@ -153,8 +107,10 @@ std::vector<AnswerDifference> CaseQueries::compare(const test::Queries& queries)
     for (const Round& round : rounds_) {
         const test::Answers actual =
             test::answers_of(queries, round.questions, round.crossing, round.most);
-        compare_rays(round.expected, actual, ray_indices_, differences);
-        compare_points(round.expected, actual, point_indices_, differences);
+        test::visit_differences(round.expected, actual, [&](test::Answered kind, std::size_t i) {
+            const Asked asked = asked_of(kind);
+            differences.add(asked, (is_about_points(asked) ? point_indices_ : ray_indices_)[i]);
+        });
     }
     return differences.all();
 }

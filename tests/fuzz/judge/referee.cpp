@@ -117,7 +117,6 @@ std::vector<Finding> Referee::compare_images(const ViewSpec& view, Tally& tally)
     for (const Variant& variant : variants_) {
         prepare(variant);
         variant.backend->trace_image(params, actual_);
-        ++tally.images;
         tally.rays += variant.backend->finish().rays;
         if (same(expected_, actual_)) continue;
         Finding finding;
@@ -125,7 +124,6 @@ std::vector<Finding> Referee::compare_images(const ViewSpec& view, Tally& tally)
         finding.image = compare_frames(expected_, actual_);
         findings.push_back(finding);
     }
-    tally.failed_images += findings.size();
     return findings;
 }
 
@@ -164,9 +162,8 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
     return findings;
 }
 
-std::vector<Finding> Referee::compare_questions(const FuzzCase& fuzz_case, Tally& tally) {
+std::vector<Finding> Referee::compare_questions(const FuzzCase& fuzz_case) {
     const CaseQueries queries(*scene_, fuzz_case, test::queries_of(reference_));
-    tally.questions += queries.size();
     std::vector<Finding> findings;
     const auto add = [&](const Variant& variant, const std::vector<AnswerDifference>& differences) {
         for (const AnswerDifference& difference : differences)
@@ -197,7 +194,7 @@ std::vector<Finding> check_case(Referee& referee, const FuzzCase& fuzz_case,
         findings.insert(findings.end(), more.begin(), more.end());
     };
     add(referee.compare_rays(fuzz_case.rays, tally));
-    if (fuzz_case.asks_questions) add(referee.compare_questions(fuzz_case, tally));
+    if (fuzz_case.asks_questions) add(referee.compare_questions(fuzz_case));
     tally.failed_cases += findings.empty() ? 0 : 1;
     return findings;
 }

@@ -16,7 +16,7 @@ namespace {
 BenchScene open(const std::string& spec) {
     ViewSpec view;
     view.width = view.height = 32;
-    return open_bench_scene(spec, ViewKind::kFill, view);
+    return open_bench_scene(spec, view);
 }
 
 float distance_from(const BenchScene& scene, vec3 p) {

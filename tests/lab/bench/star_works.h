@@ -32,7 +32,7 @@ protected:
     /// By single rays.
     TraceAnswers expected(const TraceWork& work) const {
         TraceAnswers answers(work);
-        single_rays(bvh_, find_simd_target("best")).trace(work, answers);
+        our_tracers(bvh_, best_simd_target()).back().trace(work, answers);
         EXPECT_GT(count_hits(work, answers), 100u);
         return answers;
     }

@@ -48,13 +48,13 @@ TEST_F(TraceWorks, PartsHoldEachSquareAndTileOnce) {
 TEST_F(TraceWorks, PartsGiveTheAnswersOfTheWhole) {
     for (const WorkKind kind : {WorkKind::kShadow, WorkKind::kDiffuse, WorkKind::kAo}) {
         const TraceWork work = secondary(kind);
-        for (const OurTracer& tracer : our_tracers(bvh_, supported_simd_targets())) {
+        for (const OurTracer& tracer : our_tracers(bvh_, best_simd_target())) {
             if (std::ranges::count(tracer.works, kind) == 0) continue;
             TraceAnswers whole(work);
             TraceAnswers parts(work);
             tracer.trace(work, whole);
             for (const WorkPart& part : work.parts(4)) tracer.trace_part(work, part, parts);
-            EXPECT_EQ(compare_answers(work, whole, parts).total(), 0u) << tracer.name;
+            EXPECT_EQ(count_mismatches(work, whole, parts), 0u) << tracer.name;
         }
     }
 }
@@ -62,7 +62,6 @@ TEST_F(TraceWorks, PartsGiveTheAnswersOfTheWhole) {
 TEST_F(TraceWorks, DiffuseRaysLeaveEachSurfaceInDirectionsOfTheirOwnWithoutAnEnd) {
     const TraceWork diffuse = secondary(WorkKind::kDiffuse);
     const TraceWork ao = secondary_of(WorkKind::kAo, 1, 1u << 30);
-    EXPECT_EQ(diffuse.name(), "diffuse");
     EXPECT_EQ(diffuse.active_count, static_cast<std::size_t>(std::ranges::count_if(
                                         hits_, [](const Hit& h) { return h.prim_id != kNoPrim; })));
     ASSERT_EQ(diffuse.rays.size(), ao.rays.size());
