@@ -1,7 +1,7 @@
 # Rules for `cmake --install`, by component:
 #
 #   library   the shared library
-#   dev       headers, the static library, the packages for CMake and pkg-config, examples
+#   dev       headers, the packages for CMake and pkg-config, examples
 #   program   the program and those that it starts, its man page
 #   embree    the libraries in place of Embree's, and the program that starts others with them, if they
 #             are built (library/embree/CMakeLists.txt)
@@ -11,12 +11,10 @@ include(CMakePackageConfigHelpers)
 
 # All that is installed, and no test.
 add_custom_target(morphray_install_files)
-add_dependencies(morphray_install_files morphray_shared morphray_static)
+add_dependencies(morphray_install_files morphray_shared)
 
 install(TARGETS morphray_shared EXPORT morphray_shared_targets
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT dev)
-install(TARGETS morphray_static EXPORT morphray_static_targets
-    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT library)
 install(DIRECTORY library/include/morphray DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev
     FILES_MATCHING PATTERN *.hpp)
@@ -33,10 +31,8 @@ write_basic_package_version_file(${package_build}/morphrayConfigVersion.cmake
     COMPATIBILITY SameMinorVersion)
 install(FILES ${package_build}/morphrayConfig.cmake ${package_build}/morphrayConfigVersion.cmake
     DESTINATION ${package_folder} COMPONENT dev)
-foreach(kind shared static)
-    install(EXPORT morphray_${kind}_targets NAMESPACE morphray:: FILE morphray_${kind}.cmake
-        DESTINATION ${package_folder} COMPONENT dev)
-endforeach()
+install(EXPORT morphray_shared_targets NAMESPACE morphray:: FILE morphray_shared.cmake
+    DESTINATION ${package_folder} COMPONENT dev)
 
 # The package for pkg-config, which finds the others from where it lies.
 set(pc_folder ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig)

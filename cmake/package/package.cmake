@@ -60,12 +60,8 @@ set(CPACK_DEBIAN_DEV_PACKAGE_NAME libmorphray-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_COMPONENT_DEV_DEPENDS library)
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
-# Packages of the libraries that morphray::static links to.
-set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS
-    "libtbb-dev, libfmt-dev, libgmp-dev, libhwy-dev, libxxhash-dev, zlib1g-dev")
 set(CPACK_DEBIAN_DEV_DESCRIPTION "${about}
-This package has the headers, the static library, packages for CMake and
-pkg-config, and examples.")
+This package has the headers, packages for CMake and pkg-config, and examples.")
 
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME morphray)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION graphics)

@@ -98,9 +98,7 @@ public:
     /// Throws Failure if there is none.
     const BufferView& buffer(RTCBufferType type, unsigned int slot) const;
 
-    GeometryVersion version = {1, 1, 1};
-    /// That of the last rtcCommitGeometry().
-    GeometryVersion committed_version;
+    GeometryVersion version;
     bool is_enabled = true;
     bool has_mask = false;
     unsigned int mask = kDefaultMask;

@@ -80,9 +80,7 @@ MORPHRAY_COUNTED(Geometry, Geometry)
 void rtcCommitGeometry(RTCGeometry geometry) {
     with<Geometry>(__func__, geometry, [](Geometry& g) {
         // Positions may have been written in place, of which nothing else may tell.
-        const GeometryVersion& last = g.committed_version;
-        if (g.version.shape == last.shape && g.version.pose == last.pose) ++g.version.pose;
-        g.committed_version = g.version;
+        ++g.version.pose;
     });
 }
 

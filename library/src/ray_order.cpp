@@ -7,8 +7,6 @@
 #include <limits>
 #include <utility>
 
-#include "library/src/ray_runs.h"
-
 namespace morphray::detail {
 namespace {
 

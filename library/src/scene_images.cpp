@@ -9,28 +9,15 @@
 #include "common/bvh/box.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/image/depth.h"
-#include "library/src/image/lit_image.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {
 namespace detail {
-namespace {
-
-std::uint32_t to_engine(Rays rays) {
-    switch (rays) {
-        case Rays::primary:
-            return mray::kRaysPrimary;
-        case Rays::shadow:
-            return mray::kRaysShadow;
-        case Rays::ao:
-            return mray::kRaysAo;
-    }
-    throw_bad_argument("View::rays: not one of primary, shadow and ao");
-}
-
-}  // namespace
 
 mray::ViewSpec to_spec(const View& view) {
+    static_assert(static_cast<std::uint32_t>(Rays::ao) == mray::kRaysAo);
+    if (view.rays < Rays::primary || view.rays > Rays::ao)
+        throw_bad_argument("View::rays: not one of primary, shadow and ao");
     return {.eye = view.eye,
             .target = view.target,
             .up = view.up,
@@ -38,7 +25,7 @@ mray::ViewSpec to_spec(const View& view) {
             .light = view.light,
             .width = view.width,
             .height = view.height,
-            .rays = to_engine(view.rays),
+            .rays = static_cast<std::uint32_t>(view.rays),
             .ao_count = view.ao_count,
             .ao_distance = view.ao_distance};
 }

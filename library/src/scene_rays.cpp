@@ -6,7 +6,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "library/src/ray_runs.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {

@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # install.sh ROOT SCRATCH CMAKE CXX BUILD: installs BUILD, moves it elsewhere, and builds and runs
-# the examples against it: all with CMake's package, one each with pkg-config and with the static
-# library. Nothing that is installed may name the folder that it was installed to, or BUILD.
+# the examples against it: all with CMake's package, one with pkg-config. Nothing that is installed may name the folder that it was installed to, or BUILD.
 set -euo pipefail
 root=$1 scratch=$2 cmake=$3 cxx=$4 build=$5
 first=$scratch/first prefix=$scratch/moved/here
@@ -87,18 +86,6 @@ pkg-config --print-errors --exact-version="$version" morphray
 "$cxx" -std=c++20 "$root/library/examples/first_ray.cpp" -o "$scratch/first_ray" \
     $(pkg-config --cflags --libs morphray) -Wl,-rpath,"$(pkg-config --variable=libdir morphray)"
 "$scratch/first_ray"
-# shellcheck disable=SC2046
-"$cxx" -std=c++20 "$root/library/examples/first_ray.cpp" -o "$scratch/first_ray_static" \
-    $(pkg-config --cflags morphray) "$library/libmorphray.a" \
-    $(pkg-config --static --libs-only-l --libs-only-other morphray | sed 's/-lmorphray//')
-"$scratch/first_ray_static"
-
-echo "== first_ray with the component static"
-"$cmake" -G Ninja -S "$root/tests/install/static" -B "$scratch/static" \
-    -DCMAKE_CXX_COMPILER="$cxx" -DCMAKE_PREFIX_PATH="$prefix" >/dev/null
-"$cmake" --build "$scratch/static"
-"$scratch/static/first_ray"
-if [[ $(readelf -d "$scratch/static/first_ray") == *libmorphray* ]]; then fail "linked to the shared library"; fi
 
 # The build has no libraries in place of Embree's without its headers.
 if [ -e "$build/bin/morphray-embree" ]; then

@@ -4,9 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <thread>
-
-#include <glm/geometric.hpp>
 
 #include "tests/library/scenes.h"
 
@@ -197,39 +194,6 @@ TEST(Queries, CountBothEndsOfARayButNotItsOrigin) {
         EXPECT_GT(second.t, first.t);
         EXPECT_EQ(between(above, below), morphray::Hit{});
     }
-}
-
-/// Rounding may put an origin in front of the triangle that it is on.
-TEST(Queries, RaysFromATriangleHitItNowhereButNextToTheirOrigins) {
-    Random random(31);
-    std::size_t own_hits = 0;
-    for (int i = 0; i < 1000; ++i) {
-        // Coordinates of every second triangle are about 1000, so that its origins are rounded.
-        const float place = i % 2 == 0 ? 0.0f : 1000.0f;
-        const vec3 a = place + random.point(1);
-        const vec3 b = place + random.point(1);
-        const vec3 c = place + random.point(1);
-        const vec3 on = 0.5f * a + 0.25f * b + 0.25f * c;
-        const vec3 normal = glm::cross(b - a, c - a);
-        const vec3 dir = random.point(1);
-        if (glm::length(normal) < 0.1f || glm::length(dir) < 0.1f) continue;
-        // The height above the triangle that a ray gains in a t of 1, and one beyond all rounding.
-        const float rise = std::abs(glm::dot(normal, dir)) / glm::length(normal);
-        const float height = 1e-6f * (1 + place);
-        if (rise < 0.01f) continue;
-        UserMesh mesh;
-        for (const vec3 p : {a, b, c}) mesh.points.push_back({p.x, p.y, p.z});
-        mesh.triangles = {0, 1, 2};
-        const Scene scene = Scene::build(mesh.view());
-        const morphray::Ray ray{{on.x, on.y, on.z}, 0, {dir.x, dir.y, dir.z}};
-        if (const morphray::Hit hit = hit_of(scene, ray)) {
-            ++own_hits;
-            EXPECT_GT(hit.t, 0) << i;
-            EXPECT_LE(hit.t * rise, height) << i;
-        }
-        EXPECT_FALSE(hit_of(scene, {ray.org, height / rise, ray.dir})) << i;
-    }
-    EXPECT_GT(own_hits, 100u);
 }
 
 TEST(Queries, TrianglesWithoutAreaAreHitOnlyIfTheirCornersDiffer) {

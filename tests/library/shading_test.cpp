@@ -1,7 +1,8 @@
-// Images with several samples a pixel, lit or in false colours.
+// Images with several samples a pixel, lit, textured or in false colours.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <thread>
 #include <utility>
@@ -149,6 +150,35 @@ TEST(Shading, RefusesWhatItCannotDo) {
                                           static_cast<std::uint32_t>(mesh.triangles.size()));
     wrong.smooth = high;
     EXPECT_EQ(error_of([&] { Scene::build(wrong); }), "bad_argument");
+}
+
+TEST(Textures, ImageIsUprightFromItsTopRowDown) {
+    UserMesh square;
+    square.points = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+    square.triangles = {0, 1, 2, 0, 2, 3};
+    const std::vector<float> texcoords = {0, 0, 1, 0, 1, 1, 0, 0, 1, 1, 0, 1};
+    // Red and green above, blue and white below.
+    const std::vector<std::uint32_t> texels = {0x0000FF, 0x00FF00, 0xFF0000, 0xFFFFFF};
+    const std::vector<morphray::TextureView> textures = {
+        {.texels = texels, .width = 2, .height = 2, .wrap = morphray::Wrap::clamp}};
+    morphray::MeshView mesh = square.view();
+    mesh.textures = textures;
+    mesh.texcoords = texcoords;
+    const Image image = Scene::build(mesh).render({.eye = morphray::Point{0, 0, 4},
+                                                   .target = morphray::Point{0, 0, 0},
+                                                   .fov = 2 * std::atan(0.25) * 180 / M_PI,
+                                                   .light = morphray::Point{0, 0, 1000},
+                                                   .width = 32,
+                                                   .height = 32,
+                                                   .shading = Shading::lit});
+    const auto at = [&](std::size_t x, std::size_t y) { return image.pixels[32 * y + x]; };
+    const auto is_on = [](std::uint32_t pixel, int k) { return (pixel >> (8 * k) & 0xFF) > 128; };
+    for (int k = 0; k < 3; ++k) {
+        EXPECT_EQ(is_on(at(4, 4), k), k == 0);
+        EXPECT_EQ(is_on(at(27, 4), k), k == 1);
+        EXPECT_EQ(is_on(at(4, 27), k), k == 2);
+        EXPECT_TRUE(is_on(at(27, 27), k));
+    }
 }
 
 }  // namespace

@@ -114,26 +114,5 @@ TEST(SmoothShadows, NothingThatFacesTheLightIsDarkOnACoarseBall) {
     }
 }
 
-TEST(SmoothShadows, FlatMeshesAreAsTheBackendTracesThem) {
-    const Ball ball(1);
-    const Scene flat = Scene::build(ball.mesh.view());
-    const Scene smooth = Scene::build(view_with_normals(ball.mesh));
-    for (const Point& light : kLights) {
-        View view = lit_view(kEyes[2], {0, 0, 0}, light);
-        const Image image = flat.render(view);
-        view.flat = true;
-        const Image left_out = smooth.render(view);
-        EXPECT_EQ(image.pixels, left_out.pixels);
-        EXPECT_EQ(image.hits_hash, left_out.hits_hash);
-        EXPECT_EQ(image.ray_count, left_out.ray_count);
-        view.shading = Shading::plain;
-        view.rays = morphray::Rays::shadow;
-        view.ao_count = 1;
-        const Image plain = flat.render(view);
-        EXPECT_EQ(image.hits_hash, plain.hits_hash);
-        EXPECT_EQ(image.ray_count, plain.ray_count);
-    }
-}
-
 }  // namespace
 }  // namespace mray::test

@@ -39,10 +39,7 @@ struct Answers {
     std::vector<bool> single_occluded;
     std::vector<morphray::Hit> all;
     std::vector<std::uint64_t> counts;
-    std::vector<std::int32_t> windings;
-    std::vector<std::uint8_t> inside;
-    std::vector<std::uint32_t> closest;
-    std::vector<float> distances;
+    std::optional<PointAnswers> of_points;
     std::uint64_t image_hash = 0;
     std::uint64_t ao_hash = 0;
     std::uint64_t lit_hash = 0;
@@ -86,23 +83,7 @@ std::vector<std::function<void()>> calls_of(const Scene& scene,
             a.counts.resize(rays.size());
             scene.count(rays, a.counts);
         },
-        [&] {
-            a.windings.resize(points.size());
-            scene.winding(points, a.windings);
-        },
-        [&] {
-            a.inside.resize(points.size());
-            scene.contains(points, a.inside);
-        },
-        [&] {
-            std::vector<morphray::ClosestPoint> closest(points.size());
-            scene.closest_points(points, closest);
-            for (const morphray::ClosestPoint& point : closest) a.closest.push_back(point.prim_id);
-        },
-        [&] {
-            a.distances.resize(points.size());
-            scene.signed_distance(points, a.distances);
-        },
+        [&] { a.of_points.emplace(scene, points); },
         [&] { a.image_hash = scene.render({.width = 70, .height = 40}).hits_hash; },
         [&] {
             a.ao_hash =

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "morphray/export.hpp"
+#include "morphray/error.hpp"
 #include "morphray/geometry.hpp"
 #include "morphray/image.hpp"
 

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "morphray/error.hpp"
-#include "morphray/export.hpp"
 
 namespace morphray {
 

@@ -1,10 +1,14 @@
-// The one exception of the library.
+// The one exception of the library, and the mark of what the shared library exports.
 #pragma once
 
 #include <stdexcept>
 #include <string>
 
-#include "morphray/export.hpp"
+#ifdef __GNUC__
+#define MORPHRAY_API __attribute__((visibility("default")))
+#else
+#define MORPHRAY_API
+#endif
 
 namespace morphray {
 

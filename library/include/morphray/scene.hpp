@@ -13,7 +13,6 @@
 
 #include "morphray/device.hpp"
 #include "morphray/error.hpp"
-#include "morphray/export.hpp"
 #include "morphray/geometry.hpp"
 #include "morphray/image.hpp"
 #include "morphray/mesh.hpp"

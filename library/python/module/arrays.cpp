@@ -249,13 +249,8 @@ MeshTextures textures_of(const py::object& textures, const std::string& name) {
         throw py::type_error(name +
                              ": a morphray.Textures or a tuple (images, texcoords) is needed");
     }
-    const auto parts = py::reinterpret_borrow<py::tuple>(textures);
-    if (parts.size() < 2 || parts.size() > 5) {
-        throw py::value_error(name +
-                              ": 2 to 5 items are needed, (images, texcoords, ids, wrap, "
-                              "alpha_cutoff), not " +
-                              std::to_string(parts.size()));
-    }
+    const py::tuple parts = py::module_::import("morphray")
+                                .attr("Textures")(*py::reinterpret_borrow<py::tuple>(textures));
     add_images(parts[0], name, result);
     const py::array texcoords = require<float>(parts[1], name + ": texcoords", "float32");
     if (texcoords.ndim() != 3 || texcoords.shape(1) != 3 || texcoords.shape(2) != 2)
@@ -263,18 +258,15 @@ MeshTextures textures_of(const py::object& textures, const std::string& name) {
     const py::array packed = contiguous(texcoords);
     const auto* const numbers = static_cast<const float*>(packed.data());
     result.texcoords.assign(numbers, numbers + packed.size());
-    if (parts.size() > 2 && !parts[2].is_none()) {
+    if (!parts[2].is_none()) {
         const py::array ids = require_array(parts[2], name + ": ids");
         if (ids.ndim() != 1) throw_shape(ids, name + ": ids", "(T,)");
         result.ids = ids_of(ids, name + ": ids", 1, "image", true);
     }
-    if (parts.size() > 3) {
-        if (!py::isinstance<py::str>(parts[3]))
-            throw py::type_error(name + ": wrap: a str is needed");
-        const Wrap wrap = wrap_named(parts[3].cast<std::string>());
-        for (TextureView& view : result.views) view.wrap = wrap;
-    }
-    if (parts.size() > 4) set_cutoffs(parts[4], name + ": alpha_cutoff", result.views);
+    if (!py::isinstance<py::str>(parts[3])) throw py::type_error(name + ": wrap: a str is needed");
+    const Wrap wrap = wrap_named(parts[3].cast<std::string>());
+    for (TextureView& view : result.views) view.wrap = wrap;
+    set_cutoffs(parts[4], name + ": alpha_cutoff", result.views);
     return result;
 }
 

@@ -1,7 +1,10 @@
 // morphray.Image and morphray.compare().
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <filesystem>
+#include <limits>
 
 #include "library/python/module/arrays.h"
 #include "library/python/module/bindings.h"
@@ -50,16 +53,11 @@ Comparison compare_scenes(PyScene& first, PyScene& second, const QueryArray& ray
     Comparison result;
     const auto compare_in = [&](const Scene& a, const Scene& b,
                                 const std::atomic<bool>* cancelled) {
-        for_each_batch(rays, batch_size(rays, {}), 0, std::numeric_limits<float>::infinity(),
-                       [&](std::size_t begin, std::span<const Ray> batch) {
-                           const std::size_t room = keep - result.differences.size();
-                           Comparison part = compare(a, b, batch, room, cancelled);
-                           result.compared += part.compared;
-                           result.different += part.different;
-                           for (HitDifference& difference : part.differences) {
-                               difference.index += begin;
-                               result.differences.push_back(difference);
-                           }
+        // One batch: the hits of both take more memory than converted rays.
+        for_each_batch(rays, std::max<std::size_t>(rays.count, 1), 0,
+                       std::numeric_limits<float>::infinity(),
+                       [&](std::size_t, std::span<const Ray> batch) {
+                           result = compare(a, b, batch, keep, cancelled);
                        });
     };
     first.query(rays.count, nullptr, [&](const Scene& a, const std::atomic<bool>* cancelled) {
@@ -86,12 +84,6 @@ Comparison compare_any(const py::object& first, const py::object& second, const 
     throw py::type_error("compare: two scenes or two images are needed");
 }
 
-struct DifferenceRecord {
-    std::uint64_t index;
-    Hit first;
-    Hit second;
-};
-
 py::array differences_of(const Comparison& comparison) {
     py::list fields;
     fields.append(py::make_tuple("index", py::dtype::of<std::uint64_t>()));
@@ -100,12 +92,8 @@ py::array differences_of(const Comparison& comparison) {
     const py::object dtype = py::module_::import("numpy").attr("dtype")(fields);
     py::array array(py::reinterpret_borrow<py::dtype>(dtype),
                     static_cast<py::ssize_t>(comparison.differences.size()));
-    static_assert(sizeof(DifferenceRecord) == 48 && offsetof(DifferenceRecord, second) == 28);
-    auto* const out = static_cast<DifferenceRecord*>(array.mutable_data());
-    for (std::size_t i = 0; i < comparison.differences.size(); ++i) {
-        const HitDifference& difference = comparison.differences[i];
-        out[i] = {difference.index, difference.first, difference.second};
-    }
+    static_assert(sizeof(HitDifference) == 48 && offsetof(HitDifference, second) == 28);
+    std::ranges::copy(comparison.differences, static_cast<HitDifference*>(array.mutable_data()));
     return array;
 }
 

@@ -16,19 +16,11 @@ BorrowedMesh mesh_of(const py::handle& item, std::size_t number) {
     const std::string place = "mesh " + std::to_string(number) + ": ";
     if (!py::isinstance<py::tuple>(item) && !py::isinstance<py::list>(item))
         throw py::type_error(place + "a morphray.Mesh or a tuple (points, triangles) is needed");
-    const auto parts = py::reinterpret_borrow<py::sequence>(item);
-    const std::size_t size = py::len(parts);
-    if (size < 2 || size > 5) {
-        throw py::value_error(place +
-                              "2 to 5 items are needed, (points, triangles, deforms, "
-                              "albedo, textures), not " +
-                              std::to_string(size));
-    }
-    if (size > 2 && !py::isinstance<py::bool_>(parts[2]))
+    const py::tuple parts =
+        py::module_::import("morphray").attr("Mesh")(*py::reinterpret_borrow<py::sequence>(item));
+    if (!py::isinstance<py::bool_>(parts[2]))
         throw py::type_error(place + "deforms: True or False is needed");
-    return borrow(parts[0], parts[1], size > 2 ? py::object(parts[2]).cast<bool>() : true,
-                  size > 3 ? py::object(parts[3]) : py::none(),
-                  size > 4 ? py::object(parts[4]) : py::none(), place);
+    return borrow(parts[0], parts[1], parts[2].cast<bool>(), parts[3], parts[4], place);
 }
 
 std::vector<BorrowedMesh> meshes_of(const py::object& points, const py::object& triangles,

@@ -18,7 +18,6 @@ namespace py = pybind11;
 class Cancel;
 class PyScene;
 
-void bind_devices(py::module_& module);
 /// Images, and comparing them or scenes.
 void bind_images(py::module_& module);
 void bind_scene(py::module_& module);

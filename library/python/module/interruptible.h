@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <functional>
 #include <vector>
 
 namespace morphray::python {
@@ -65,9 +64,5 @@ private:
     bool is_set_ = false;
     std::vector<std::atomic<bool>*> calls_;
 };
-
-/// Runs `work` without the GIL. SIGINT in the main thread makes `cancel` true, which ends the work
-/// early. Throws what Python's handler of the signal raises then, KeyboardInterrupt.
-void run_interruptibly(std::atomic<bool>& cancel, const std::function<void()>& work);
 
 }  // namespace morphray::python

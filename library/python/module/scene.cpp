@@ -1,6 +1,9 @@
 #include "library/python/module/scene.h"
 
+#include <sched.h>
+
 #include <algorithm>
+#include <csignal>
 #include <utility>
 
 namespace morphray::python {
@@ -12,6 +15,59 @@ constexpr std::size_t kBatch = std::size_t{1} << 18;
 // takes as long as tens of rays.
 constexpr std::size_t kManyRays = std::size_t{1} << 14;
 constexpr std::uint64_t kManyTests = std::uint64_t{1} << 24;
+
+/// The call of the main thread that SIGINT ends, and the handlers at work in any thread.
+std::atomic<std::atomic<bool>*> running = nullptr;
+std::atomic<int> handlers = 0;
+struct sigaction before;
+
+void on_interrupt(int number) {
+    ++handlers;
+    if (std::atomic<bool>* const cancel = running) *cancel = true;
+    before.sa_handler(number);
+    --handlers;
+}
+
+/// Python notes signals, and runs their handlers in its main thread when C++ has returned. While
+/// this lives, SIGINT ends the call of that thread, too.
+class SignalScope {
+public:
+    explicit SignalScope(std::atomic<bool>& cancel) {
+        if (gettid() != getpid() || running != nullptr) return;
+        sigaction(SIGINT, nullptr, &before);
+        const bool is_handled = (before.sa_flags & SA_SIGINFO) == 0 &&
+                                before.sa_handler != SIG_IGN && before.sa_handler != SIG_DFL;
+        if (!is_handled) return;
+        running = &cancel;
+        is_set_ = true;
+        struct sigaction action = before;
+        action.sa_handler = on_interrupt;
+        sigaction(SIGINT, &action, nullptr);
+    }
+    ~SignalScope() {
+        if (!is_set_) return;
+        sigaction(SIGINT, &before, nullptr);
+        running = nullptr;
+        while (handlers > 0) sched_yield();
+    }
+    SignalScope(const SignalScope&) = delete;
+
+private:
+    bool is_set_ = false;
+};
+
+/// Runs `work` without the GIL. SIGINT in the main thread makes `cancel` true, which ends the work
+/// early. Throws what Python's handler of the signal raises then, KeyboardInterrupt.
+void run_interruptibly(std::atomic<bool>& cancel, const std::function<void()>& work) {
+    try {
+        const SignalScope scope(cancel);
+        const GilRelease release;
+        work();
+    } catch (...) {
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+        throw;
+    }
+}
 
 template <class Lock>
 Lock locked(Lock lock) {

@@ -32,7 +32,7 @@ def test_wheel_is_complete(backend, tmp_path):
     path = tmp_path / backend.build_wheel(tmp_path)
     wheel = zipfile.ZipFile(path)
     names = wheel.namelist()
-    assert {"morphray/__init__.py", "morphray/__init__.pyi", "morphray/py.typed"} <= set(names)
+    assert {"morphray/__init__.py", "morphray/open3d.py", "morphray/py.typed"} <= set(names)
     assert any(n.startswith("morphray/_morphray") and n.endswith(".so") for n in names)
     info = f"morphray-{morphray.__version__}.dist-info"
     lines = [line.split(",") for line in wheel.read(f"{info}/RECORD").decode().splitlines()]
@@ -66,8 +66,8 @@ def test_component_python_is_installed_whole(tmp_path):
     assert done.returncode == 0, done.stderr
     folder = tmp_path / "lib" / "python3" / "dist-packages"
     files = {f.name for f in (folder / "morphray").iterdir()}
-    assert {"__init__.py", "__init__.pyi", "open3d.py", "py.typed", "trimesh.py"} < files
-    assert len(files) == 6
+    assert {"__init__.py", "open3d.py", "py.typed", "trimesh.py"} < files
+    assert len(files) == 5
     trace = ("import numpy, morphray; print(morphray.__file__); "
              "morphray.Scene([]).intersect(numpy.zeros((1, 6), numpy.float32))")
     used = subprocess.run([sys.executable, "-c", trace], cwd=tmp_path, check=True, text=True,

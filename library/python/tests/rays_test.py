@@ -9,35 +9,6 @@ from scenes import DOWN, assert_same_bits, brute_force, grid, random_rays, six, 
 RAYS = 3000
 
 
-def test_intersect_equals_brute_force():
-    points, triangles = grid(20)
-    rays = random_rays(points, RAYS)
-    expected = brute_force(points, triangles, rays)
-    assert np.count_nonzero(expected["prim_id"] != morphray.INVALID_ID) > RAYS / 3
-    for simd in morphray.simd_targets() + ["off"]:
-        device = morphray.Device.cpu(threads=2, simd=simd)
-        assert_same_bits(morphray.Scene(points, triangles, device=device).intersect(rays), expected)
-
-
-def test_vulkan_equals_brute_force():
-    try:
-        device = morphray.Device.vulkan()
-    except morphray.Error as error:
-        assert error.code == "unavailable"
-        return
-    points, triangles = grid(20)
-    rays = random_rays(points, RAYS)
-    scene = morphray.Scene(points, triangles, device=device)
-    assert scene.device.name == "vulkan"
-    assert_same_bits(scene.intersect(rays), brute_force(points, triangles, rays))
-    points[:, 2] *= 2
-    scene.update()
-    expected = brute_force(points, triangles, rays, bounds=((0, 0, 0), (1, 1, 0.2)))
-    twin = scene.on("cpu")
-    assert not morphray.compare(scene, twin, rays)
-    assert len(expected) == RAYS
-
-
 def test_bounds_fix_the_bits():
     points, triangles = grid(10)
     bounds = ((-1, -1, -1), [2, 2, 2])

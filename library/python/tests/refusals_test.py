@@ -178,7 +178,7 @@ def test_bad_out():
         ({"albedo": np.zeros((1, 3), np.uint32)}, ValueError, r"albedo: a shape of \(T,\)"),
         ({"albedo": np.zeros(2, np.uint32)}, morphray.Error, "2 colours for 1 triangles"),
         ({"textures": 1}, TypeError, "textures: a morphray.Textures"),
-        ({"textures": (IMAGE,)}, ValueError, "textures: 2 to 5 items"),
+        ({"textures": (IMAGE,)}, TypeError, "'texcoords'"),
         ({"textures": (1, TEXCOORDS)}, TypeError, "textures: image: a numpy.ndarray"),
         ({"textures": ([], TEXCOORDS)}, ValueError, "no images"),
         ({"textures": ([IMAGE, IMAGE[0]], TEXCOORDS)}, ValueError, r"image 1: .* \(H, W, 3\)"),

@@ -66,16 +66,6 @@ def cube():
     return points, np.array(triangles, np.uint32)
 
 
-def devices():
-    """One of each kind that is here; brute force is the last."""
-    found = [morphray.Device.cpu(threads=2, simd=simd) for simd in morphray.simd_targets() + ["off"]]
-    try:
-        found.append(morphray.Device.vulkan())
-    except morphray.Error as error:
-        assert error.code == "unavailable"
-    return found + [morphray.Device.brute_force()]
-
-
 DOWN = np.array([[0.2, 0.3, 1, 0, 0, -1]], np.float32)
 
 

@@ -1,5 +1,4 @@
-#include "library/src/image/lit_image.h"
-
+// Images with several samples a pixel, lit or in false colours.
 #include <fmt/format.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -14,29 +13,22 @@
 #include "common/interop/camera.h"
 #include "cpu/image/lit_shader.h"
 #include "cpu/reference/tree_heat.h"
+#include "library/src/scene_impl.h"
 
 namespace morphray::detail {
 namespace {
 
 using mray::cpu::LitKind;
 
+/// Both name the kinds up to prim in one order; the others are coloured by the tree.
+static_assert(static_cast<int>(Shading::prim) == static_cast<int>(LitKind::kPrim));
+
 LitKind kind_of(Shading shading) {
-    switch (shading) {
-        case Shading::plain:
-            return LitKind::kPlain;
-        case Shading::lit:
-            return LitKind::kLit;
-        case Shading::normal:
-            return LitKind::kNormal;
-        case Shading::depth:
-            return LitKind::kDepth;
-        case Shading::prim:
-            return LitKind::kPrim;
-        case Shading::steps:
-        case Shading::sah:
-            return LitKind::kPlain;
+    if (shading < Shading::plain || shading > Shading::sah) {
+        throw_bad_argument(
+            "View::shading: not one of plain, lit, normal, depth, prim, steps and sah");
     }
-    throw_bad_argument("View::shading: not one of plain, lit, normal, depth, prim, steps and sah");
+    return shading > Shading::prim ? LitKind::kPlain : static_cast<LitKind>(shading);
 }
 
 std::uint32_t checked_side(std::uint32_t samples) {

@@ -15,7 +15,7 @@
 #include "common/scene/vertex_normals.h"
 #include "cpu/image/pixel_shader.h"
 #include "cpu/image/texture.h"
-#include "library/src/image/lit_image.h"
+#include "library/src/scene_impl.h"
 
 namespace morphray::detail {
 namespace {

@@ -1,6 +1,8 @@
 #include "library/src/scene/errors.h"
 
+#include <cstddef>
 #include <exception>
+#include <iterator>
 #include <new>
 #include <stdexcept>
 
@@ -9,51 +11,25 @@
 namespace morphray {
 namespace {
 
+// Up to here both name the same kinds in one order.
+static_assert(static_cast<int>(ErrorCode::device_lost) ==
+              static_cast<int>(mray::ErrorKind::kDeviceLost));
+
 ErrorCode code_of(mray::ErrorKind kind) {
-    using mray::ErrorKind;
-    switch (kind) {
-        case ErrorKind::kBadArgument:
-            return ErrorCode::bad_argument;
-        case ErrorKind::kBadInput:
-            return ErrorCode::bad_input;
-        case ErrorKind::kUnavailable:
-            return ErrorCode::unavailable;
-        case ErrorKind::kOutput:
-            return ErrorCode::output;
-        case ErrorKind::kLimit:
-            return ErrorCode::limit;
-        case ErrorKind::kDeviceLost:
-            return ErrorCode::device_lost;
-        case ErrorKind::kCancelled:
-            return ErrorCode::cancelled;
-        default:
-            return ErrorCode::internal;
-    }
+    if (kind == mray::ErrorKind::kCancelled) return ErrorCode::cancelled;
+    if (kind == mray::ErrorKind::kInternal) return ErrorCode::internal;
+    return static_cast<ErrorCode>(kind);
 }
+
+constexpr const char* kNames[] = {"bad_argument", "bad_input", "unavailable", "output",   "limit",
+                                  "device_lost",  "busy",      "internal",    "cancelled"};
+static_assert(std::size(kNames) == static_cast<std::size_t>(ErrorCode::cancelled) + 1);
 
 }  // namespace
 
 const char* to_string(ErrorCode code) noexcept {
-    switch (code) {
-        case ErrorCode::bad_argument:
-            return "bad_argument";
-        case ErrorCode::bad_input:
-            return "bad_input";
-        case ErrorCode::unavailable:
-            return "unavailable";
-        case ErrorCode::output:
-            return "output";
-        case ErrorCode::limit:
-            return "limit";
-        case ErrorCode::device_lost:
-            return "device_lost";
-        case ErrorCode::busy:
-            return "busy";
-        case ErrorCode::cancelled:
-            return "cancelled";
-        default:
-            return "internal";
-    }
+    const auto number = static_cast<std::size_t>(code);
+    return number < std::size(kNames) ? kNames[number] : "internal";
 }
 
 Error::Error(ErrorCode code, const std::string& message)

@@ -54,38 +54,31 @@ void for_each_run(const Positions& positions, std::size_t first, std::size_t end
     }
 }
 
-/// Calls `work(first, count)` for parts of [begin, end) in many threads; returns the sum of what
-/// the calls return.
+void extend(MadePositions& sum, const MadePositions& other) { sum.add(other); }
+
+/// Calls `work(first, count)` for parts of [begin, end) in many threads; returns all that the calls
+/// return, by extend().
 template <class Work>
-MadePositions for_each_part(std::size_t begin, std::size_t end, mray::ThreadArena& arena,
-                            Work work) {
+auto for_each_part(std::size_t begin, std::size_t end, mray::ThreadArena& arena, Work work) {
+    using Sum = decltype(work(begin, end));
     if (end - begin <= kGrain) return work(begin, end - begin);
     return arena.execute([&] {
         return tbb::parallel_reduce(
-            Range(begin, end, kGrain), MadePositions{},
-            [&](const Range& range, MadePositions sum) {
-                sum.add(work(range.begin(), range.size()));
+            Range(begin, end, kGrain), Sum{},
+            [&](const Range& range, Sum sum) {
+                extend(sum, work(range.begin(), range.size()));
                 return sum;
             },
-            [](MadePositions a, const MadePositions& b) {
-                a.add(b);
+            [](Sum a, const Sum& b) {
+                extend(a, b);
                 return a;
             });
     });
 }
 
 WorldBounds bounds_of_all(std::span<const vec3> points, mray::ThreadArena& arena) {
-    return arena.execute([&] {
-        return tbb::parallel_reduce(
-            Range(0, points.size(), kGrain), WorldBounds{},
-            [&](const Range& range, WorldBounds bounds) {
-                extend(bounds, mray::bounds_of(points.subspan(range.begin(), range.size())));
-                return bounds;
-            },
-            [](WorldBounds a, const WorldBounds& b) {
-                extend(a, b);
-                return a;
-            });
+    return for_each_part(0, points.size(), arena, [&](std::size_t first, std::size_t count) {
+        return mray::bounds_of(points.subspan(first, count));
     });
 }
 

@@ -52,24 +52,6 @@ TEST(EmbreeHits, MissesAndBadRaysChangeNoBitAndAreNoErrors) {
     rtcReleaseScene(scene);
 }
 
-TEST(EmbreeHits, QuadsHaveOneIdAndOneSquareOfWeights) {
-    const TestDevice device;
-    RTCScene scene = device.committed(
-        {device.quads({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {5, 0, 0}, {6, 0, 0}, {5, 1, 0}},
-                      {{{4, 5, 6, 6}}, {{0, 1, 2, 3}}})});
-    for (const auto& [x, y] : {std::array{0.25f, 0.5f}, std::array{0.75f, 0.875f}}) {
-        const RTCRayHit hit = trace(scene, down(x, y));
-        EXPECT_EQ(hit.hit.primID, 1u);
-        EXPECT_EQ(hit.hit.u, x);
-        EXPECT_EQ(hit.hit.v, y);
-        EXPECT_EQ(hit.hit.Ng_z, 1);
-    }
-    // A quad whose last corners are one is a triangle.
-    EXPECT_EQ(trace(scene, down(5.25f, 0.5f)).hit.primID, 0u);
-    EXPECT_EQ(trace(scene, down(5.75f, 0.5f)).hit.primID, kInvalid);
-    rtcReleaseScene(scene);
-}
-
 TEST(EmbreeHits, StridesAndSharedBuffersAreRead) {
     const TestDevice device;
     struct Vertex {
