@@ -10,7 +10,7 @@
 
 #include "common/base/thread_arena.h"
 #include "common/base/watch.h"
-#include "cpu/scene_space/scene_rays.h"
+#include "cpu/scene_space/to_scene.h"
 
 namespace morphray::detail {
 
