@@ -6,14 +6,14 @@
 
 #include <algorithm>
 #include <atomic>
-#include <type_traits>
+#include <functional>
+#include <utility>
 
 #include "common/base/stopwatch.h"
 #include "common/base/thread_arena.h"
 #include "common/scene_queries.h"
 #include "common/simd/simd_target.h"
 #include "common/update/refit_plan.h"
-#include "cpu/image/image_tracer.h"
 #include "cpu/image/tile_tracer.h"
 #include "cpu/queries/tree_queries.h"
 #include "cpu/reference/brute_tracer.h"
@@ -38,22 +38,27 @@ std::uint64_t count_hits(const Frame& frame, const Tile& tile) {
     return count;
 }
 
-/// Scene, threads, refits and timing, the same for every CPU tracer; `MakeTracer` gives the tracer
-/// for a scene and `MakeQueries` what answers a QueryBatch.
-template <class MakeTracer, class MakeQueries>
+/// A tracer of images and what answers a QueryBatch.
+struct Tracers {
+    std::unique_ptr<ImageTracer> image;
+    std::function<void(const QueryBatch&)> query;
+};
+
+/// Makes those of a scene, whose arrays outlive them.
+using MakeTracers =
+    std::function<Tracers(const Topology&, std::span<const vec3> positions, const Bvh&)>;
+
+/// Scene, threads, refits and timing, the same for every CPU tracer.
 class TracerBackend final : public Backend {
 public:
     TracerBackend(std::string name, const std::string& how, const SimdTarget& target,
-                  std::unique_ptr<ThreadArena> arena, MakeTracer make_tracer,
-                  MakeQueries make_queries)
+                  std::unique_ptr<ThreadArena> arena, MakeTracers make_tracers)
         : Backend(
               {std::move(name), fmt::format("{}, {} threads", how, arena->threads()), true, true}),
           target_(target),
           arena_(std::move(arena)),
-          make_tracer_(std::move(make_tracer)),
-          make_queries_(std::move(make_queries)),
-          tracer_(make_tracer_(topology_, planner_.pose().positions(), bvh_)),
-          queries_(make_queries_(topology_, planner_.pose().positions(), bvh_)) {}
+          make_tracers_(std::move(make_tracers)),
+          tracers_(make_tracers_(topology_, planner_.pose().positions(), bvh_)) {}
 
     void set_scene(const Topology& topology, std::span<const vec3> positions,
                    const Bvh& bvh) override {
@@ -63,8 +68,7 @@ public:
         bvh_ = bvh;
         // Until the next scene the arrays of topology, pose and tree may change, but not their
         // places.
-        tracer_ = make_tracer_(topology_, planner_.pose().positions(), bvh_);
-        queries_ = make_queries_(topology_, planner_.pose().positions(), bvh_);
+        tracers_ = make_tracers_(topology_, planner_.pose().positions(), bvh_);
         times_ = {.update = {.upload_ms = watch.ms()}};
     }
 
@@ -117,7 +121,7 @@ public:
         arena_->execute([&] {
             tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
                 caller.throw_if_cancelled();
-                trace_tile(*tracer_, mesh, params, tiles[i], frame, caller);
+                tracers_.image->trace_tile(mesh, params, tiles[i], frame, caller);
                 hits += count_hits(frame, tiles[i]);
                 caller.set_done(++done, tiles.count());
             });
@@ -130,9 +134,9 @@ public:
         const auto trace_part = [&](std::size_t first, std::size_t count) {
             const std::span<const Ray> rays = batch.rays.subspan(first, count);
             if (batch.occluded.empty()) {
-                tracer_->intersect(rays, batch.hits.subspan(first, count));
+                tracers_.image->intersect(rays, batch.hits.subspan(first, count));
             } else {
-                tracer_->occluded(rays, batch.occluded.subspan(first, count));
+                tracers_.image->occluded(rays, batch.occluded.subspan(first, count));
             }
         };
         if (batch.rays.size() <= kRayGrain) {
@@ -147,17 +151,14 @@ public:
     }
 
     bool trace_stored(const StoredRayTile& tile, Hit* hits) override {
-        return tracer_->intersect_stored(tile, hits);
+        return tracers_.image->intersect_stored(tile, hits);
     }
 
-    void query(const QueryBatch& batch) override { queries_(batch); }
+    void query(const QueryBatch& batch) override { tracers_.query(batch); }
 
     const BackendTimes& finish() override { return times_; }
 
 private:
-    using Tracer =
-        std::invoke_result_t<MakeTracer, const Topology&, std::span<const vec3>, const Bvh&>;
-
     /// The largest that packets are made of, but where these are few for the threads.
     ImageTiles tiles_for(const ImageParams& params) const {
         constexpr std::uint32_t kTilesAThread = 4;
@@ -169,38 +170,27 @@ private:
 
     SimdTarget target_;
     std::unique_ptr<ThreadArena> arena_;
-    MakeTracer make_tracer_;
-    MakeQueries make_queries_;
+    MakeTracers make_tracers_;
     Topology topology_;
     RefitPlanner planner_;
     Bvh bvh_;
-    Tracer tracer_;
-    std::invoke_result_t<MakeQueries, const Topology&, std::span<const vec3>, const Bvh&> queries_;
+    Tracers tracers_;
     BackendTimes times_;
 };
 
-template <class MakeTracer, class MakeQueries>
 std::unique_ptr<Backend> make_backend(std::string name, const std::string& how,
                                       const SimdTarget& target, const CpuConfig& config,
-                                      MakeTracer make_tracer, MakeQueries make_queries) {
-    return std::make_unique<TracerBackend<MakeTracer, MakeQueries>>(
-        std::move(name), how, target, std::make_unique<ThreadArena>(config.threads),
-        std::move(make_tracer), std::move(make_queries));
+                                      MakeTracers make_tracers) {
+    return std::make_unique<TracerBackend>(std::move(name), how, target,
+                                           std::make_unique<ThreadArena>(config.threads),
+                                           std::move(make_tracers));
 }
 
 /// A backend without SIMD.
-template <class MakeTracer, class MakeQueries>
 std::unique_ptr<Backend> make_portable(std::string name, const CpuConfig& config,
-                                       MakeTracer make_tracer, MakeQueries make_queries) {
+                                       MakeTracers make_tracers) {
     return make_backend(std::move(name), "portable C++", find_simd_target("scalar"), config,
-                        std::move(make_tracer), std::move(make_queries));
-}
-
-/// Makes TreeQueries of a target.
-auto tree_queries(const SimdTarget& target) {
-    return [target](const Topology&, std::span<const vec3>, const Bvh& bvh) {
-        return TreeQueries(bvh, target);
-    };
+                        std::move(make_tracers));
 }
 
 }  // namespace
@@ -208,28 +198,28 @@ auto tree_queries(const SimdTarget& target) {
 std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config) {
     if (config.simd == kSimdOff) return make_scalar_backend(config);
     const SimdTarget target = find_simd_target(config.simd);
-    const auto make = [target](const Topology&, std::span<const vec3>, const Bvh& bvh) {
-        return std::make_unique<TileTracer>(bvh, target);
-    };
-    return make_backend("cpu", target.name, target, config, make, tree_queries(target));
+    return make_backend(
+        "cpu", target.name, target, config,
+        [target](const Topology&, std::span<const vec3>, const Bvh& bvh) -> Tracers {
+            return {std::make_unique<TileTracer>(bvh, target), TreeQueries(bvh, target)};
+        });
 }
 
 std::unique_ptr<Backend> make_scalar_backend(const CpuConfig& config) {
-    const auto make = [](const Topology&, std::span<const vec3>, const Bvh& bvh) {
-        return std::make_unique<BatchTiles<OneByOne<ScalarTracer>>>(OneByOne(ScalarTracer(bvh)));
-    };
-    return make_portable("cpu", config, make, tree_queries(find_simd_target("scalar")));
+    return make_portable("cpu", config,
+                         [](const Topology&, std::span<const vec3>, const Bvh& bvh) -> Tracers {
+                             return {std::make_unique<OneByOne<ScalarTracer>>(ScalarTracer(bvh)),
+                                     TreeQueries(bvh, find_simd_target("scalar"))};
+                         });
 }
 
 std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config) {
-    const auto make = [](const Topology& topology, std::span<const vec3> positions, const Bvh&) {
-        return std::make_unique<BatchTiles<OneByOne<BruteTracer>>>(
-            OneByOne(BruteTracer(topology, positions)));
-    };
-    const auto queries = [](const Topology& topology, std::span<const vec3> positions, const Bvh&) {
-        return BruteQueries(topology, positions);
-    };
-    return make_portable("brute", config, make, queries);
+    return make_portable(
+        "brute", config,
+        [](const Topology& topology, std::span<const vec3> positions, const Bvh&) -> Tracers {
+            return {std::make_unique<OneByOne<BruteTracer>>(BruteTracer(topology, positions)),
+                    BruteQueries(topology, positions)};
+        });
 }
 
 }  // namespace mray::cpu

@@ -32,8 +32,8 @@ SHARED_CONST float kDepthError = 2.384185791015625e-07f;
 SHARED_CONST float kDirectionRounding = 6.139279e-08f;
 // Times how far a ray may be from where it is taken for, and the slope of what is evaluated there.
 SHARED_CONST float kRayError = 1.01f;
-// The error of 1 / z at a ray's end, by itself: 2^-18.
-SHARED_CONST float kEndError = 3.814697265625e-06f;
+// The error of 1 / z at a ray's end, by itself: 2^-22.
+SHARED_CONST float kEndError = 2.384185791015625e-07f;
 // The error of a stored ray's place, by the magnitudes of its sums in double: 2^-50.
 SHARED_CONST float kStoredPlaceRounding = 8.8817841970012523233890533447265625e-16f;
 // The error of 1 / (t z) by product and quotient, 2^-22, and of z by the magnitudes of its sum:

@@ -86,6 +86,10 @@ public:
 
     /// The colours of a row of [begin, end); valid until the next call.
     const std::uint32_t* shade(std::uint32_t y) {
+        if (s_.kind == LitKind::kPlain) {
+            std::copy_n(&s_.colours[std::size_t{y} * width_], width_, colours_.begin());
+            return colours_.data();
+        }
         if (!has_neighbours()) find_surfaces(y, rows_[0]);
         for (std::uint32_t x = 0; x < width_; x += kLanes) {
             const SampleLanes samples = load_samples(x, y);
@@ -360,10 +364,6 @@ private:
 
 void shade_lit_rows(const LitSamples& samples, std::uint32_t begin, std::uint32_t end,
                     std::uint32_t* pixels, LitPixel* details) {
-    if (samples.kind == LitKind::kPlain) {
-        average_rows(samples, begin, end, pixels);
-        return;
-    }
     const std::uint32_t side = samples.side;
     const std::size_t width = samples.params.width / side;
     const bool with_details = details != nullptr && samples.kind == LitKind::kLit;

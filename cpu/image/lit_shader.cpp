@@ -5,7 +5,6 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "cpu/image/flat_shadows-inl.h"
 #include "cpu/image/lit_shader-inl.h"
 
 #if HWY_ONCE
@@ -15,14 +14,14 @@
 namespace mray::cpu {
 namespace {
 
-HWY_EXPORT(find_flat_shadows);
+HWY_EXPORT(find_flat_shadows_of_row);
 HWY_EXPORT(shade_lit_rows);
 
 }  // namespace
 
 LitShader::LitShader(SimdTarget target)
-    : shade_rows_(SIMD_FUNCTION(shade_lit_rows, target)),
-      find_flat_shadows_(SIMD_FUNCTION(find_flat_shadows, target)) {}
+    : shade_rows(SIMD_FUNCTION(shade_lit_rows, target)),
+      find_flat_shadows(SIMD_FUNCTION(find_flat_shadows_of_row, target)) {}
 
 }  // namespace mray::cpu
 

@@ -63,29 +63,20 @@ struct LitPixel {
 /// the square of kAoSquareSide samples a side around it, without those on other surfaces (A.
 /// Keller, W. Heidrich. Interleaved sampling. 2001). The samples of a pixel are averaged as linear
 /// colours.
-class LitShader {
-public:
+struct LitShader {
     explicit LitShader(SimdTarget target);
 
     /// Writes rows [begin, end) of the image, of params.width / side pixels each, to `pixels`,
     /// which points to row `begin`. With kLit, and unless null, `details` gets the same rows.
     /// Threads may write rows of the same image at the same time.
-    void shade_rows(const LitSamples& samples, std::uint32_t begin, std::uint32_t end,
-                    std::uint32_t* pixels, LitPixel* details = nullptr) const {
-        shade_rows_(samples, begin, end, pixels, details);
-    }
+    void (*shade_rows)(const LitSamples& samples, std::uint32_t begin, std::uint32_t end,
+                       std::uint32_t* pixels, LitPixel* details);
 
     /// Sets `xs` to the samples x of row y in shadow whose smooth surface (smooth_surface() of
     /// common/interop/lit.h) faces the light and is another than the flat one, in order. The
     /// samples have normal_ids and `shadows`. Thread-safe.
-    void find_flat_shadows(const LitSamples& samples, std::uint32_t y,
-                           std::vector<std::uint32_t>& xs) const {
-        find_flat_shadows_(samples, y, xs);
-    }
-
-private:
-    void (*shade_rows_)(const LitSamples&, std::uint32_t, std::uint32_t, std::uint32_t*, LitPixel*);
-    void (*find_flat_shadows_)(const LitSamples&, std::uint32_t, std::vector<std::uint32_t>&);
+    void (*find_flat_shadows)(const LitSamples& samples, std::uint32_t y,
+                              std::vector<std::uint32_t>& xs);
 };
 
 }  // namespace mray::cpu

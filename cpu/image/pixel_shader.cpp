@@ -24,12 +24,12 @@ HWY_EXPORT(shade_ao_of_part);
 }  // namespace
 
 PixelShader::PixelShader(SimdTarget target)
-    : shade_camera_(SIMD_FUNCTION(shade_camera_part, target)),
-      make_camera_rays_(SIMD_FUNCTION(make_camera_rays_of_tile, target)),
-      make_shadow_rays_(SIMD_FUNCTION(make_shadow_rays_of_part, target)),
-      shade_shadows_(SIMD_FUNCTION(shade_shadows_of_part, target)),
-      make_ao_rays_(SIMD_FUNCTION(make_ao_rays_of_part, target)),
-      shade_ao_(SIMD_FUNCTION(shade_ao_of_part, target)) {}
+    : make_camera_rays(SIMD_FUNCTION(make_camera_rays_of_tile, target)),
+      shade_camera(SIMD_FUNCTION(shade_camera_part, target)),
+      make_shadow_rays(SIMD_FUNCTION(make_shadow_rays_of_part, target)),
+      shade_shadows(SIMD_FUNCTION(shade_shadows_of_part, target)),
+      make_ao_rays(SIMD_FUNCTION(make_ao_rays_of_part, target)),
+      shade_ao(SIMD_FUNCTION(shade_ao_of_part, target)) {}
 
 }  // namespace mray::cpu
 

@@ -43,51 +43,31 @@ struct alignas(64) LitPixels {
 
 /// Shades pixels in blocks of 4 x 4 with the bits of surface_at(), shadow_ray(), ao_ray() and
 /// shade(). Threads may share one if their parts do not overlap.
-class PixelShader {
-public:
+struct PixelShader {
     explicit PixelShader(SimdTarget target);
 
     /// Makes the camera rays of a tile: of its blocks row by row, kBlockRays each, column by
     /// column. A block with pixels outside the tile has their rays, too.
-    void make_camera_rays(const ImageParams& params, const Tile& tile, Ray* rays) const {
-        make_camera_rays_(params, tile, rays);
-    }
+    void (*make_camera_rays)(const ImageParams& params, const Tile& tile, Ray* rays);
 
     /// Writes the colours under a light at the eye, and occlusion 0. The part may have any size.
-    void shade_camera(const PixelPart& part) const { shade_camera_(part); }
+    void (*shade_camera)(const PixelPart& part);
 
     /// Makes the shadow rays of a part of at most kLightPacketSide x kLightPacketSide pixels,
-    /// indices as by light_packet_ray(), and what shade_shadows() needs of its pixels, block by
+    /// indices as by light_packet_ray(), and what shade_shadows needs of its pixels, block by
     /// block as the rays. Blocks without a pixel of the part are not written. Returns how many rays
     /// there are.
-    std::size_t make_shadow_rays(const PixelPart& part, SharedOriginRays* rays,
-                                 LitPixels* lit) const {
-        return make_shadow_rays_(part, rays, lit);
-    }
+    std::size_t (*make_shadow_rays)(const PixelPart& part, SharedOriginRays* rays, LitPixels* lit);
 
     /// Writes occlusion and colours; occluded[i] is 0 if ray i hits nothing, else 1.
-    void shade_shadows(const PixelPart& part, const std::uint8_t* occluded,
-                       const LitPixels* lit) const {
-        shade_shadows_(part, occluded, lit);
-    }
+    void (*shade_shadows)(const PixelPart& part, const std::uint8_t* occluded,
+                          const LitPixels* lit);
 
     /// Makes the ambient-occlusion rays of a part: ao_count for each hit, one after the other.
-    void make_ao_rays(const PixelPart& part, std::vector<Ray>& rays) const {
-        make_ao_rays_(part, rays);
-    }
+    void (*make_ao_rays)(const PixelPart& part, std::vector<Ray>& rays);
 
     /// Writes occlusion and colours; occluded[i] is 0 if ray i hits nothing, else 1.
-    void shade_ao(const PixelPart& part, const std::uint8_t* occluded) const {
-        shade_ao_(part, occluded);
-    }
-
-private:
-    void (*shade_camera_)(const PixelPart&);
-    void (*make_camera_rays_)(const ImageParams&, const Tile&, Ray*);
-    std::size_t (*make_shadow_rays_)(const PixelPart&, SharedOriginRays*, LitPixels*);
-    void (*shade_shadows_)(const PixelPart&, const std::uint8_t*, const LitPixels*);
-    void (*make_ao_rays_)(const PixelPart&, std::vector<Ray>&);
-    void (*shade_ao_)(const PixelPart&, const std::uint8_t*);
+    void (*shade_ao)(const PixelPart& part, const std::uint8_t* occluded);
 };
 
 }  // namespace mray::cpu

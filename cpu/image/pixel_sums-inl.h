@@ -13,7 +13,6 @@
 #include <cstdint>
 
 #include "common/base/aligned_vector.h"
-#include "cpu/image/lit_shader.h"
 #include "cpu/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -78,25 +77,6 @@ private:
     std::uint32_t side_;
     AlignedVector<std::uint32_t> sums_[3];
 };
-
-/// Averages given colours.
-void average_rows(const LitSamples& samples, std::uint32_t begin, std::uint32_t end,
-                  std::uint32_t* pixels) {
-    const std::size_t row = samples.params.width;
-    const std::size_t width = row / samples.side;
-    AlignedVector<std::uint32_t> colours((row + kLanes - 1) / kLanes * kLanes);
-    std::fill(colours.begin(), colours.end(), 0u);
-    PixelSums sums(row, samples.side);
-    for (std::uint32_t y = begin; y < end; ++y, pixels += width) {
-        sums.clear();
-        for (std::uint32_t k = 0; k < samples.side; ++k) {
-            std::copy_n(&samples.colours[(std::size_t{y} * samples.side + k) * row], row,
-                        colours.data());
-            sums.add(colours.data(), row);
-        }
-        sums.write(width, pixels);
-    }
-}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu

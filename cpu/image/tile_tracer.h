@@ -1,4 +1,4 @@
-// Tiles of an image: packets where rays share an origin, the single-ray tracer elsewhere.
+// Tiles of an image by any tracer: packets where rays share an origin, single rays elsewhere.
 #pragma once
 
 #include <tbb/enumerable_thread_specific.h>
@@ -6,9 +6,11 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
-#include "cpu/image/image_tracer.h"
+#include "common/base/watch.h"
+#include "common/scene/stored_rays.h"
 #include "cpu/image/pixel_shader.h"
 #include "cpu/packet/packet_tracer.h"
 #include "cpu/single_ray/single_ray_tracer.h"
@@ -18,7 +20,7 @@ namespace mray::cpu {
 /// The shadow rays of a tile, with indices as by light_packet_ray().
 struct ShadowRays {
     std::vector<SharedOriginRays> rays;
-    /// The `lit` of PixelShader::make_shadow_rays().
+    /// The `lit` of PixelShader::make_shadow_rays.
     std::vector<LitPixels> lit;
     std::vector<std::uint8_t> occluded;
 };
@@ -30,53 +32,100 @@ struct TileCounts {
     std::size_t camera_leaves = 0;
 };
 
-/// The fastest tracer of tiles that a SIMD target has, with the bits of all others. Threads may
-/// share one.
-class TileTracer {
+/// Traces rays and tiles of at most 64 x 64 pixels; tiles without packets unless it is a
+/// TileTracer. Threads may share one.
+class ImageTracer {
 public:
-    /// kAlways: for measurements.
-    TileTracer(const Bvh& bvh, SimdTarget target, PacketUse use = PacketUse::kWhereItPays)
-        : packets_(bvh, target, use), single_rays_(bvh, target), shader_(target) {}
+    /// shading: the instruction set that makes rays and colours.
+    explicit ImageTracer(SimdTarget shading) : shader_(shading) {}
+    virtual ~ImageTracer() = default;
 
-    const PixelShader& shader() const { return shader_; }
+    virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
+    /// occluded[i] becomes 0 if ray i hits nothing, else 1.
+    virtual void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const = 0;
 
-    /// As PacketTracer::intersect_camera(), but answers all rays. Returns how many leaves the
-    /// camera packet visited, for TileCounts.
-    std::uint32_t intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
-                                   std::size_t stride) const;
+    /// As PacketTracer::intersect_stored().
+    virtual bool intersect_stored(const StoredRayTile&, Hit*) const { return false; }
+
+    /// Sets hits[y * stride + x] for each camera ray of the tile. Returns how many leaves a packet
+    /// of them visited, for TileCounts. Without packets it asks the watch between rays.
+    virtual std::uint32_t intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
+                                           std::size_t stride, const Watch& watch = {}) const;
 
     /// Sets occluded[i] to 0 if there is a ray i from org and it hits nothing, else to 1; indices
     /// as by light_packet_ray().
-    void occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
-                                std::span<std::uint8_t> occluded,
-                                const TileCounts& counts = {}) const;
+    virtual void occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
+                                        std::span<std::uint8_t> occluded,
+                                        const TileCounts& counts = {}) const;
 
-    bool intersect_stored(const StoredRayTile& rays, Hit* hits) const {
+    /// Fills hits, occlusion and pixels of a tile. Throws Error(kCancelled), leaving anything in
+    /// the tile, soon after the watch asks for it: before secondary rays, and for each few
+    /// thousand of those of ambient occlusion.
+    void trace_tile(const ShadedMesh& mesh, const ImageParams& params, const Tile& tile,
+                    Frame& frame, const Watch& watch) const;
+
+protected:
+    /// Traces those of the rays from org that have these indices.
+    void occluded_among(vec3 org, std::span<const SharedOriginRays> rays,
+                        std::span<const std::uint16_t> indices,
+                        std::span<std::uint8_t> occluded) const;
+
+private:
+    void trace_shadows(const PixelPart& part, std::uint32_t camera_leaves) const;
+    void trace_ao(const PixelPart& part, const Watch& watch) const;
+
+    PixelShader shader_;
+    /// Memory for the shadow rays of a thread.
+    mutable tbb::enumerable_thread_specific<ShadowRays> shadow_rays_;
+};
+
+/// Makes an ImageTracer without SIMD of a tracer of single rays.
+template <class Tracer>
+class OneByOne final : public ImageTracer {
+public:
+    explicit OneByOne(Tracer tracer)
+        : ImageTracer(find_simd_target("scalar")), tracer_(std::move(tracer)) {}
+
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
+        for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = tracer_.intersect(rays[i]);
+    }
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const override {
+        for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = tracer_.occluded(rays[i]);
+    }
+
+private:
+    Tracer tracer_;
+};
+
+/// The fastest tracer of tiles that a SIMD target has, with the bits of all others.
+class TileTracer final : public ImageTracer {
+public:
+    /// kAlways: for measurements.
+    TileTracer(const Bvh& bvh, SimdTarget target, PacketUse use = PacketUse::kWhereItPays)
+        : ImageTracer(target), packets_(bvh, target, use), single_rays_(bvh, target) {}
+
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
+        single_rays_.intersect(rays, hits);
+    }
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const override {
+        single_rays_.occluded(rays, occluded);
+    }
+    bool intersect_stored(const StoredRayTile& rays, Hit* hits) const override {
         Packets& packets = scratch();
         return packets_.intersect_stored(rays, packets.directions, packets.camera, hits);
     }
-
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
-        single_rays_.intersect(rays, hits);
-    }
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
-        single_rays_.occluded(rays, occluded);
-    }
-
-    /// Memory for the shadow rays of a tile, of this thread.
-    ShadowRays& shadow_rays() const { return scratch().shadow; }
-
-    /// intersect_camera() without packets.
-    void intersect_streams(const ImageParams& params, const Tile& tile, Hit* hits,
-                           std::size_t stride) const;
+    std::uint32_t intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
+                                   std::size_t stride, const Watch& watch = {}) const override;
+    void occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
+                                std::span<std::uint8_t> occluded,
+                                const TileCounts& counts = {}) const override;
 
 private:
-    /// The packets and rays of a thread, which are too large to be made for each tile.
+    /// The packets of a thread, which are too large to be made for each tile.
     struct Packets {
         CameraPacket camera;
         LightPacket light;
         StoredDirections directions;
-        ShadowRays shadow;
     };
 
     Packets& scratch() const {
@@ -87,13 +136,7 @@ private:
 
     PacketTracer packets_;
     SingleRayTracer single_rays_;
-    PixelShader shader_;
     mutable tbb::enumerable_thread_specific<std::unique_ptr<Packets>> packets_of_threads_;
 };
-
-/// trace_tile() of image_tracer.h with the same bits, also shading with SIMD. Asks the watch before
-/// secondary rays, and for each few thousand of those of ambient occlusion.
-void trace_tile(const TileTracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
-                const Tile& tile, Frame& frame, const Watch& watch = {});
 
 }  // namespace mray::cpu

@@ -47,6 +47,19 @@ HWY_INLINE float least_q(const float* q_lower) {
     return least_lane(least);
 }
 
+/// Reduces each of four vectors to one of four floats, which are aligned. combine: min or max of
+/// two vectors.
+template <class Combine>
+HWY_INLINE void reduce_four(const FloatVec vectors[4], Combine combine, float* out) {
+#if HWY_TARGET == HWY_SCALAR
+    for (std::size_t i = 0; i < 4; ++i) out[i] = hn::GetLane(vectors[i]);
+    (void)combine;
+#else
+    hn::Store(reduce_blocks(kFloats, combine_four(vectors, combine), combine), hn::Full128<float>(),
+              out);
+#endif
+}
+
 // ---- Making a frame
 
 /// Bounds made in double are widened by 0.1 % before they are rounded to float, 2^-24 of them.

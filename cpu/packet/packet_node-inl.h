@@ -18,7 +18,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "common/bvh/bvh.h"
 #include "common/interop/bvh_layout.h"
 #include "common/interop/packet_bounds.h"
 #include "cpu/packet/packet_frame-inl.h"
@@ -215,17 +214,6 @@ HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node
         hits |= bits_of(keep) << l;
     }
     return hits;
-}
-
-/// Prefetches a child's memory without a branch: a leaf's first lines are prefetched twice.
-HWY_INLINE void prefetch_child(const Bvh& bvh, std::uint32_t child) {
-    static_assert(sizeof(Leaf) <= sizeof(Node));
-    const bool is_leaf = (child & kLeafBit) != 0;
-    const char* const bytes = is_leaf
-                                  ? reinterpret_cast<const char*>(&bvh.leaves[child & ~kLeafBit])
-                                  : reinterpret_cast<const char*>(&bvh.nodes[child]);
-    prefetch(bytes, sizeof(Leaf));
-    prefetch(bytes + (is_leaf ? 0 : sizeof(Leaf)), sizeof(Node) - sizeof(Leaf));
 }
 
 }  // namespace HWY_NAMESPACE

@@ -14,7 +14,6 @@
 #include "cpu/packet/camera/camera_packet_maker-inl.h"
 #include "cpu/packet/camera/camera_packet_traversal-inl.h"
 #include "cpu/packet/camera/stored_packet_maker-inl.h"
-#include "cpu/packet/light/light_packet_faces-inl.h"
 #include "cpu/packet/light/light_packet_maker-inl.h"
 #include "cpu/packet/light/light_packet_traversal-inl.h"
 
@@ -53,28 +52,34 @@ void write_hits(const CameraPacket& packet, const Tile& tile, Hit* hits, std::si
         std::copy_n(&blocks[y * columns], width, hits + y * stride);
 }
 
-/// Writes what a camera packet that was traced to its end has found.
-void write_answers(const CameraPacket& packet, const Tile& tile, Hit* hits, std::size_t stride) {
+/// Traces a packet whose frame is set; start_rays() sets the rest. Returns false if it is given up.
+template <class StartRays>
+HWY_INLINE bool trace_camera_packet(const Bvh& bvh, PacketUse use, const Tile& tile,
+                                    StartRays start_rays, CameraPacket& packet, Hit* hits,
+                                    std::size_t stride) {
+    CameraWalk walk(packet, use);
+    PacketTraversal<CameraWalk> traversal(bvh, walk);
+    if (!traversal.start(walk.whole())) {
+        write_misses(tile, hits, stride);
+        return true;
+    }
+    start_rays();
+    if (!traversal.run()) return false;
+    walk.finish();
     if (packet.hit_leaves.empty()) {
         write_misses(tile, hits, stride);
     } else {
         write_hits(packet, tile, hits, stride);
     }
+    return true;
 }
 
 bool intersect_camera_packet(const Bvh& bvh, PacketUse use, const ImageParams& params,
                              const Tile& tile, CameraPacket& packet, Hit* hits,
                              std::size_t stride) {
     if (!frame_camera_packet(params, tile, packet)) return false;
-    CameraPacketTraversal traversal(bvh, packet);
-    if (!traversal.start()) {
-        write_misses(tile, hits, stride);
-        return true;
-    }
-    start_camera_rays(params, tile, packet);
-    if (!traversal.run(use)) return false;
-    write_answers(packet, tile, hits, stride);
-    return true;
+    const auto start = [&] { start_camera_rays(params, tile, packet); };
+    return trace_camera_packet(bvh, use, tile, start, packet, hits, stride);
 }
 
 bool intersect_stored_packet(const Bvh& bvh, PacketUse use, const StoredRayTile& rays,
@@ -85,16 +90,9 @@ bool intersect_stored_packet(const Bvh& bvh, PacketUse use, const StoredRayTile&
     return false;
 #else
     if (!frame_stored_packet(rays, directions, packet)) return false;
-    const Tile tile{0, 0, rays.width, rays.height};
-    CameraPacketTraversal traversal(bvh, packet);
-    if (!traversal.start()) {
-        write_misses(tile, hits, kCameraSide);
-        return true;
-    }
-    start_rays(rays.width, rays.height, packet);
-    if (!traversal.run(use)) return false;
-    write_answers(packet, tile, hits, kCameraSide);
-    return true;
+    const auto start = [&] { start_rays(rays.width, rays.height, packet); };
+    return trace_camera_packet(bvh, use, {0, 0, rays.width, rays.height}, start, packet, hits,
+                               kCameraSide);
 #endif
 }
 
@@ -143,16 +141,17 @@ HWY_NOINLINE std::size_t occluded_by_faces(const Bvh& bvh, vec3 org, const Share
                                            std::uint8_t* occluded, std::uint16_t* fallback) {
     std::fill_n(occluded, squares * kSquareRays, std::uint8_t{1});
     FaceOrder order;
-    sort_by_face(rays, squares * kSquareBlocks, order);
+    sort_by_face(rays, squares, order);
     std::size_t count = 0;
     for (std::uint32_t face = 0; face < kFaces; ++face) {
-        const std::span<const std::uint16_t> own = order.of_face(face);
+        const std::span<const std::uint16_t> own =
+            order.of_keys(face * Cells::kCount, (face + 1) * Cells::kCount);
         if (own.size() < kFewFaceRays || !make_face_packet(org, rays, face, own, packet)) {
             std::copy(own.begin(), own.end(), fallback + count);
             count += own.size();
             continue;
         }
-        LightPacketTraversal(bvh, packet).run();
+        trace_light_packet(bvh, packet);
         for (std::uint32_t i = 0; i < packet.regrouped_count; ++i)
             write_regrouped_block(packet, kLightPacketBlocks + i, occluded);
     }
@@ -170,7 +169,7 @@ std::size_t occluded_light_packet(const Bvh& bvh, PacketUse use, vec3 org,
         std::fill_n(occluded, squares * kSquareRays, std::uint8_t{1});
         return list_rays(std::span(rays, squares * kSquareBlocks), fallback);
     }
-    LightPacketTraversal(bvh, packet).run();
+    trace_light_packet(bvh, packet);
     // Regrouped rays are written here as well, and again below.
     for (std::uint32_t block = 0; block < squares * kSquareBlocks; ++block)
         write_block(packet, block, occluded);

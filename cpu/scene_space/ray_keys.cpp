@@ -117,12 +117,10 @@ std::array<float, RayCurve::kCoordinates> ray_coordinates(const StoredRay& ray) 
     return {ray.org[0], ray.org[1], ray.org[2], a, b};
 }
 
-RayKeys::RayKeys(const RayCurve& curve, const SimdTarget& target)
-    : curve_(curve), find_(SIMD_FUNCTION(find_keys, target)) {}
-
-void RayKeys::find(std::span<const StoredRay> rays, std::span<std::uint16_t> keys) const {
+void find_ray_keys(const RayCurve& curve, const SimdTarget& target, std::span<const StoredRay> rays,
+                   std::span<std::uint16_t> keys) {
     assert(rays.size() == keys.size());
-    find_(curve_, rays, keys.data());
+    SIMD_FUNCTION(find_keys, target)(curve, rays, keys.data());
 }
 
 }  // namespace mray::cpu

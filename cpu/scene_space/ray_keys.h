@@ -31,22 +31,9 @@ struct RayCurve {
 /// The coordinates of one ray; of directions that are 0 or not finite some number, or NaN.
 std::array<float, RayCurve::kCoordinates> ray_coordinates(const StoredRay& ray);
 
-/// Finds the keys of rays, which may differ with the target for rays at the ends of cells. Threads
-/// may share one.
-class RayKeys {
-public:
-    /// `curve` must outlive it.
-    RayKeys(const RayCurve& curve, const SimdTarget& target);
-
-    /// keys[i] is that of rays[i]; as many of both. Rays with numbers that are not finite have some
-    /// key.
-    void find(std::span<const StoredRay> rays, std::span<std::uint16_t> keys) const;
-
-private:
-    using Find = void (*)(const RayCurve&, std::span<const StoredRay>, std::uint16_t*);
-
-    const RayCurve& curve_;
-    Find find_;
-};
+/// Sets keys[i] to that of rays[i]; as many of both. Keys may differ with the target for rays at
+/// the ends of cells. Rays with numbers that are not finite have some key.
+void find_ray_keys(const RayCurve& curve, const SimdTarget& target, std::span<const StoredRay> rays,
+                   std::span<std::uint16_t> keys);
 
 }  // namespace mray::cpu

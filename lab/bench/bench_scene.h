@@ -8,7 +8,7 @@
 #include "common/bvh/bvh.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"
-#include "cpu/image/image_tracer.h"
+#include "cpu/image/pixel_shader.h"
 #include "scenes/clip.h"
 
 namespace mray::bench {

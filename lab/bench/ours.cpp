@@ -6,7 +6,6 @@
 #include <limits>
 #include <memory>
 
-#include "cpu/image/image_tracer.h"
 #include "cpu/image/tile_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/single_ray/single_ray_tracer.h"

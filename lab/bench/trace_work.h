@@ -14,7 +14,7 @@
 #include "common/bvh/bvh.h"
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
-#include "cpu/image/image_tracer.h"
+#include "cpu/image/pixel_shader.h"
 
 namespace mray::bench {
 

@@ -5,7 +5,7 @@
 #                (reach + kShearRounding R z_size) + 1.01 ray_error slope from that of the vertices
 #                displaced by the rule
 #   code         find_edges, store_edges (cpu/packet/triangle_setup-inl.h), Planes (cpu/packet/packet_triangles-inl.h),
-#                Position (cpu/packet/light/light_packet_items-inl.h), BlockPlanes, WindowPlanes, RowPlanes
+#                Position (cpu/packet/light/light_packet_items-inl.h), RowPlanes
 #                (cpu/packet/camera/camera_packet_items-inl.h)
 #   constants    kEdgeRounding, kShearRounding
 #   inputs       vertices as the ray in the middle m sees them, |x| + |y| <= size, |z| <= z_size; a ray

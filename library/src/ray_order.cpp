@@ -137,7 +137,6 @@ std::span<const std::uint32_t> RaySorter::sort(std::span<const Ray> rays,
         items_.resize(count);
         places_.resize(count);
     }
-    const mray::cpu::RayKeys ray_keys(curve_, target);
     // By the upper digit, in blocks; then each digit's rays by the lower one.
     std::array<Counts, kMost / kBlock> counts;
     const std::size_t blocks = (count + kBlock - 1) / kBlock;
@@ -145,7 +144,7 @@ std::span<const std::uint32_t> RaySorter::sort(std::span<const Ray> rays,
     for_each_index(arena, blocks, [&](std::size_t block) {
         const std::size_t begin = block * kBlock;
         const std::span keys = std::span(keys_).subspan(begin, end_of(block) - begin);
-        ray_keys.find(stored(rays.subspan(begin, keys.size())), keys);
+        mray::cpu::find_ray_keys(curve_, target, stored(rays.subspan(begin, keys.size())), keys);
         counts[block].fill(0);
         for (const std::uint16_t key : keys) ++counts[block][key >> kDigitBits];
     });

@@ -15,7 +15,7 @@
 #include "common/base/thread_arena.h"
 #include "common/base/watch.h"
 #include "cpu/scene_space/ray_keys.h"
-#include "cpu/scene_space/scene_rays.h"
+#include "cpu/scene_space/to_scene.h"
 #include "morphray/geometry.hpp"
 
 namespace morphray::detail {

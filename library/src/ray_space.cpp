@@ -18,14 +18,14 @@ constexpr mray::Ray kNoRay = {.org = {0, 0, 0}, .tnear = 1, .dir = {0, 0, 1}, .t
 
 RaySpace::RaySpace(const mray::SceneSpace& space, const mray::SimdTarget& target)
     : space_(space),
-      maker_(space, target),
+      target_(target),
       centre_{static_cast<float>(space.centre(0)), static_cast<float>(space.centre(1)),
               static_cast<float>(space.centre(2))},
       scale_(std::abs(space.exponent()) <= kMostExponent ? std::ldexp(1.0f, space.exponent())
                                                          : std::nanf("")) {}
 
-/// Refuses rays with numbers that need more than floats, too. It does what SceneRayMaker does in
-/// vectors (cpu/scene_space/scene_rays.cpp says why the bits are those of doubles), in a shorter
+/// Refuses rays with numbers that need more than floats, too. It does what make_scene_rays() does
+/// in vectors (cpu/scene_space/to_scene.cpp says why the bits are those of doubles), in a shorter
 /// chain of operations, for which a call for one ray waits.
 std::optional<int> RaySpace::to_scene_in_floats(const Ray& world, mray::Ray& scene) const {
     const float org[3] = {world.org.x, world.org.y, world.org.z};
@@ -66,7 +66,9 @@ std::optional<int> RaySpace::to_scene(const Ray& world, mray::Ray& scene) const 
 
 void RaySpace::to_scene(std::span<const Ray> rays, mray::cpu::SceneRays& scene) const {
     static_assert(sizeof(Ray) == sizeof(mray::StoredRay));
-    maker_.make({reinterpret_cast<const mray::StoredRay*>(rays.data()), rays.size()}, scene);
+    mray::cpu::make_scene_rays(space_, target_,
+                               {reinterpret_cast<const mray::StoredRay*>(rays.data()), rays.size()},
+                               scene);
     for (std::size_t k = 0; k < scene.hard_count; ++k) {
         const std::size_t i = scene.hard[k];
         const std::optional<int> exponent = to_scene(rays[i], scene.rays[i]);

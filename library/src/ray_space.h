@@ -11,7 +11,7 @@
 #include "common/interop/ray.h"
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
-#include "cpu/scene_space/scene_rays.h"
+#include "cpu/scene_space/to_scene.h"
 #include "library/src/scene/mesh_list.h"
 #include "morphray/geometry.hpp"
 
@@ -66,7 +66,7 @@ private:
     std::optional<int> to_scene_in_floats(const Ray& world, mray::Ray& scene) const;
 
     mray::SceneSpace space_;
-    mray::cpu::SceneRayMaker maker_;
+    mray::SimdTarget target_;
     float centre_[3];
     /// 2^exponent of the space; NaN if it or its inverse is no normal float.
     float scale_;

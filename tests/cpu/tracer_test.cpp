@@ -6,12 +6,17 @@
 #include <algorithm>
 #include <cfenv>
 #include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/camera.h"
+#include "common/interop/shading.h"
 #include "common/scene/camera_setup.h"
 #include "common/simd/simd_target.h"
 #include "cpu/cpu_backend.h"
+#include "cpu/image/pixel_shader.h"
 #include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "tests/support/oracle.h"
@@ -183,14 +188,45 @@ TEST(Arithmetic, RaisesNothingButInexact) {
     }
 }
 
-/// Every ray kind of a view of the scene, as hashes.
-std::vector<std::uint64_t> image_hashes(Backend& backend, const TestScene& scene, ViewSpec view) {
+/// The image of a scene by brute force and the shared text of surfaces and colours, pixel by pixel.
+Frame reference_image(const TestScene& scene, const ImageParams& params) {
+    const cpu::BruteTracer tracer(scene.topology(), scene.positions());
+    const cpu::ShadedMesh mesh{&scene.topology(), scene.positions()};
+    Frame frame;
+    frame.width = params.width;
+    frame.height = params.height;
+    for (std::uint32_t y = 0; y < params.height; ++y) {
+        for (std::uint32_t x = 0; x < params.width; ++x) {
+            const Ray ray = camera_ray(params.camera, x, y);
+            const Hit hit = tracer.intersect(ray);
+            frame.hits.push_back(hit);
+            std::uint32_t& occluded = frame.occlusion.emplace_back(0);
+            if (hit.prim_id == kNoPrim) {
+                frame.pixels.push_back(background(y, params.height));
+                continue;
+            }
+            const Surface surface = mesh.surface(ray, hit);
+            if (params.rays == kRaysShadow) {
+                occluded = !faces_light(surface, params.light) ||
+                           tracer.occluded(shadow_ray(surface, params.light));
+            }
+            for (std::uint32_t i = 0; params.rays == kRaysAo && i < params.ao_count; ++i)
+                occluded += tracer.occluded(ao_ray(surface, x, y, i, params.ao_tfar));
+            frame.pixels.push_back(
+                shade(params, ray, surface, scene.topology().albedo[hit.prim_id], occluded));
+        }
+    }
+    return frame;
+}
+
+/// Hashes of the image of every ray kind; trace(params) returns it.
+template <class Trace>
+std::vector<std::uint64_t> image_hashes(const TestScene& scene, ViewSpec view, Trace trace) {
     std::vector<std::uint64_t> hashes;
     for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
         view.rays = rays;
-        Frame frame;
-        backend.trace_image(
-            make_image_params(view, bounds_of(scene.world_positions()), scene.space()), frame);
+        const Frame frame =
+            trace(make_image_params(view, bounds_of(scene.world_positions()), scene.space()));
         hashes.push_back(hits_hash(frame));
         hashes.push_back(image_hash(frame));
     }
@@ -200,20 +236,22 @@ std::vector<std::uint64_t> image_hashes(Backend& backend, const TestScene& scene
 void expect_same_images(const NamedScene& named, const ViewSpec& view) {
     const TestScene& scene = named.scene;
     const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-    const auto brute = cpu::make_brute_backend();
-    brute->set_scene(scene.topology(), scene.positions(), bvh);
-    const std::vector<std::uint64_t> expected = image_hashes(*brute, scene, view);
-    for (const int threads : {1, 2, 4}) {
-        const auto scalar = cpu::make_scalar_backend({threads});
-        scalar->set_scene(scene.topology(), scene.positions(), bvh);
-        EXPECT_EQ(image_hashes(*scalar, scene, view), expected)
-            << named.name << ", " << threads << " threads";
-    }
-    for (const SimdTarget& target : supported_simd_targets()) {
-        const auto simd = cpu::make_cpu_backend({.threads = 2, .simd = target.name});
-        simd->set_scene(scene.topology(), scene.positions(), bvh);
-        EXPECT_EQ(image_hashes(*simd, scene, view), expected) << named.name << ", " << target.name;
-    }
+    const auto expected = image_hashes(
+        scene, view, [&](const ImageParams& params) { return reference_image(scene, params); });
+    const auto expect_same = [&](std::unique_ptr<Backend> backend, const std::string& how) {
+        backend->set_scene(scene.topology(), scene.positions(), bvh);
+        const auto hashes = image_hashes(scene, view, [&](const ImageParams& params) {
+            Frame frame;
+            backend->trace_image(params, frame);
+            return frame;
+        });
+        EXPECT_EQ(hashes, expected) << named.name << ", " << how;
+    };
+    expect_same(cpu::make_brute_backend(), "brute force");
+    for (const int threads : {1, 2, 4})
+        expect_same(cpu::make_scalar_backend({threads}), std::to_string(threads) + " threads");
+    for (const SimdTarget& target : supported_simd_targets())
+        expect_same(cpu::make_cpu_backend({.threads = 2, .simd = target.name}), target.name);
 }
 
 TEST(Images, AreTheSameForBruteForceTreesThreadsAndSimdTargets) {

@@ -10,8 +10,7 @@
 #include <limits>
 
 #include "common/simd/simd_target.h"
-#include "cpu/scene_space/scene_positions.h"
-#include "cpu/scene_space/scene_rays.h"
+#include "cpu/scene_space/to_scene.h"
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
 
@@ -67,7 +66,7 @@ TEST(RaySpace, TurnsTBackExactly) {
 }
 
 /// So does RaySpace with the same rays.
-TEST(SceneRayMaker, GivesTheBitsOfTheEngineOnEachTarget) {
+TEST(MakeSceneRays, GivesTheBitsOfTheEngineOnEachTarget) {
     Random random(6);
     std::size_t made = 0;
     const float values[] = {
@@ -104,7 +103,7 @@ TEST(SceneRayMaker, GivesTheBitsOfTheEngineOnEachTarget) {
             }
             for (const SimdTarget& target : supported_simd_targets()) {
                 cpu::SceneRays out;
-                cpu::SceneRayMaker(space, target).make(rays, out);
+                cpu::make_scene_rays(space, target, rays, out);
                 std::size_t hard = 0;
                 for (std::size_t i = 0; i < rays.size(); ++i) {
                     if (hard < out.hard_count && out.hard[hard] == i) {
@@ -131,7 +130,7 @@ TEST(SceneRayMaker, GivesTheBitsOfTheEngineOnEachTarget) {
     EXPECT_EQ(made > 20000u, has_vectors);
 }
 
-TEST(ScenePositionMaker, GivesTheBitsOfTheEngineOnEachTarget) {
+TEST(MakePositions, GivesTheBitsOfTheEngineOnEachTarget) {
     Random random(8);
     for (const SceneSpace& space : spaces()) {
         const float size = std::ldexp(1.0f, std::clamp(20 - space.exponent(), -140, 126));
@@ -158,8 +157,7 @@ TEST(ScenePositionMaker, GivesTheBitsOfTheEngineOnEachTarget) {
             }
             for (const SimdTarget& target : supported_simd_targets()) {
                 std::vector<vec3> actual(world.size());
-                const cpu::MadePositions made =
-                    cpu::ScenePositionMaker(space, target).make(world, actual);
+                const cpu::MadePositions made = cpu::make_positions(space, target, world, actual);
                 ASSERT_EQ(made.any_outside, any_outside) << target.name;
                 ASSERT_EQ(made.all_invertible, all_invertible) << target.name;
                 ASSERT_TRUE(same_bytes(actual, expected)) << target.name;

@@ -2,6 +2,7 @@
 // each. Plain data without SIMD types.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -24,19 +25,14 @@ inline std::uint32_t camera_packet_ray(std::uint32_t x, std::uint32_t y) {
     return block * kBlockRays + (x % kBlockSide) * kBlockSide + y % kBlockSide;
 }
 
-/// The middles of the blocks in the packet's plane.
-struct alignas(64) GridMiddles {
-    float x[kGridBlocks]{}, y[kGridBlocks]{};
-
-    constexpr GridMiddles() {
-        constexpr float kFirst = 0.5f * kBlockSide - 0.5f * kCameraSide;
-        for (std::uint32_t block = 0; block < kGridBlocks; ++block) {
-            x[block] = kFirst + static_cast<float>(block % kGridSide * kBlockSide);
-            y[block] = kFirst + static_cast<float>(block / kGridSide * kBlockSide);
-        }
-    }
-};
-inline constexpr GridMiddles kGridMiddles;
+/// The middles of the columns of blocks, or of the rows, in the packet's plane.
+alignas(64) inline constexpr auto kGridMiddles = [] {
+    std::array<float, kGridSide> middles{};
+    constexpr float kFirst = 0.5f * kBlockSide - 0.5f * kCameraSide;
+    for (std::uint32_t i = 0; i < kGridSide; ++i)
+        middles[i] = kFirst + static_cast<float>(i * kBlockSide);
+    return middles;
+}();
 
 /// The rays in the packet's plane: x by column of blocks, y by row of blocks.
 struct alignas(64) GridRays {
@@ -53,19 +49,6 @@ struct alignas(64) GridRays {
     }
 };
 inline constexpr GridRays kGridRays;
-
-/// The offsets of a window's 4 x 4 blocks from its first block, row by row.
-struct alignas(64) WindowBlocks {
-    float x[16]{}, y[16]{};
-
-    constexpr WindowBlocks() {
-        for (std::uint32_t i = 0; i < 16; ++i) {
-            x[i] = static_cast<float>(i % 4 * kBlockSide);
-            y[i] = static_cast<float>(i / 4 * kBlockSide);
-        }
-    }
-};
-inline constexpr WindowBlocks kWindowBlocks;
 
 /// The offsets of a block's rays from its middle.
 struct alignas(64) BlockPlaces {

@@ -98,22 +98,16 @@ HWY_INLINE void to_grid(float margin, const PixelRectangle& pixels, const Rectan
     }
 }
 
-/// Windows of up to 4 x 4 blocks, by the numbers of columns and rows after the first. blocks: bit b
-/// stands for the block b after the window's first one in the packet. places: the same blocks as
-/// bits of a window of 4 x 4, row by row.
-inline constexpr std::uint32_t kWindowSide = 4;
+/// Windows of up to 4 x 4 blocks, by the numbers of columns and rows after the first: bit b stands
+/// for the block b after the window's first one in the packet.
 struct Windows {
-    std::uint64_t blocks[kWindowSide][kWindowSide]{};
-    std::uint32_t places[kWindowSide][kWindowSide]{};
+    std::uint64_t blocks[4][4]{};
 
     constexpr Windows() {
-        for (std::uint32_t columns = 0; columns < kWindowSide; ++columns) {
-            for (std::uint32_t rows = 0; rows < kWindowSide; ++rows) {
-                for (std::uint32_t row = 0; row <= rows; ++row) {
-                    const std::uint64_t all = (2u << columns) - 1;
-                    blocks[columns][rows] |= all << (row * kGridSide);
-                    places[columns][rows] |= static_cast<std::uint32_t>(all) << row * kWindowSide;
-                }
+        for (std::uint32_t columns = 0; columns < 4; ++columns) {
+            for (std::uint32_t rows = 0; rows < 4; ++rows) {
+                for (std::uint32_t row = 0; row <= rows; ++row)
+                    blocks[columns][rows] |= std::uint64_t{(2u << columns) - 1} << row * kGridSide;
             }
         }
     }
@@ -121,11 +115,11 @@ struct Windows {
 inline constexpr Windows kWindows;
 
 /// The blocks that up to sixteen triangles meet: the first one, and how many columns and rows more.
-/// Bits of triangles: `fit` meet no more than a window; `few` of these meet at most six blocks,
-/// because they have fewer than kFewSteps columns and rows more together.
+/// `few`, as bits, meet at most six blocks, because they have fewer than kFewSteps columns and rows
+/// more together.
 struct alignas(64) GridWindows {
     std::uint32_t first[16], columns[16], rows[16];
-    std::uint32_t fit = 0, few = 0;
+    std::uint32_t few = 0;
 
     static constexpr std::int32_t kFewSteps = 4;
 
@@ -139,55 +133,41 @@ struct alignas(64) GridWindows {
         store(shift_left<4>(top) | left, first + l);
         store(more_columns, columns + l);
         store(more_rows, rows + l);
-        const auto below = [&](UintVec number, std::int32_t end) HWY_ATTR {
-            const auto is = as_int(number) < splat(end);
-            return bits_of(float_mask(is)) << l;
-        };
-        fit |= below(max(more_columns, more_rows), kWindowSide);
-        few |= below(more_columns + more_rows, kFewSteps);
+        const auto is_few = as_int(more_columns + more_rows) < splat(kFewSteps);
+        few |= bits_of(float_mask(is_few)) << l;
     }
 };
 
 /// A word with the first column of each of its four rows of blocks.
 inline constexpr std::uint64_t kEachRow = 0x0001000100010001;
 
-/// Finds the blocks of `among` in some columns and rows. Returns whether there are any. It reads
-/// and writes whole vectors: a load that spans several recent stores would wait for them.
+/// The blocks of some of a word's four rows, which are bits.
+struct WordRows {
+    std::uint64_t blocks[16]{};
+
+    constexpr WordRows() {
+        for (std::uint64_t rows = 0; rows < 16; ++rows) {
+            for (std::uint32_t row = 0; row < 4; ++row)
+                blocks[rows] |= (rows >> row & 1) * 0xFFFF << row * kGridSide;
+        }
+    }
+};
+inline constexpr WordRows kWordRows;
+
+/// Finds the blocks of `among` in some columns and rows. Returns whether there are any.
 HWY_INLINE bool blocks_of_grid(std::uint32_t columns, std::uint32_t rows, const BlockSet& among,
                                BlockSet& out) {
-#if HWY_TARGET == HWY_SCALAR
-    out = {};
+    const std::uint64_t of_columns = columns * kEachRow;
     std::uint64_t any = 0;
-    for (std::uint32_t row = 0; row < kGridSide; ++row) {
-        if ((rows >> row & 1) == 0) continue;
-        const std::uint64_t own = std::uint64_t{columns} << row % 4 * kGridSide;
-        out.words[row / 4] |= among.words[row / 4] & own;
-        any |= among.words[row / 4] & own;
+    for (std::uint32_t w = 0; w < kGridWords; ++w) {
+        out.words[w] = among.words[w] & of_columns & kWordRows.blocks[rows >> 4 * w & 15];
+        any |= out.words[w];
     }
     return any != 0;
-#else
-    const hn::CappedTag<std::uint16_t, kGridSide> d;
-    const hn::Repartition<std::uint64_t, decltype(d)> words;
-    bool any = false;
-    for (std::uint32_t row = 0; row < kGridSide; row += static_cast<std::uint32_t>(hn::Lanes(d))) {
-        const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(rows >> row),
-                                       static_cast<std::uint8_t>(rows >> row >> 8)};
-        const auto own = hn::IfThenElseZero(hn::LoadMaskBits(d, bytes),
-                                            hn::Set(d, static_cast<std::uint16_t>(columns)));
-        const auto blocks = own & hn::BitCast(d, hn::LoadU(words, among.words + row / 4));
-        any |= !hn::AllTrue(d, blocks == hn::Zero(d));
-        hn::StoreU(hn::BitCast(words, blocks), words, out.words + row / 4);
-    }
-    return any;
-#endif
 }
 
 /// Updates block_q of four blocks at once from their rays.
 HWY_INLINE void find_four_depths(CameraPacket& packet, const std::uint32_t blocks[4]) {
-#if HWY_TARGET == HWY_SCALAR
-    for (int i = 0; i < 4; ++i)
-        packet.block_q[blocks[i]] = least_q(packet.q_lower + blocks[i] * kBlockRays);
-#else
     FloatVec least[4];
     for (int i = 0; i < 4; ++i) {
         const float* const q = packet.q_lower + blocks[i] * kBlockRays;
@@ -195,11 +175,10 @@ HWY_INLINE void find_four_depths(CameraPacket& packet, const std::uint32_t block
         for (std::size_t l = kLanes; l < kBlockRays; l += kLanes)
             least[i] = min(least[i], load(q + l));
     }
-    const auto lesser = [](auto a, auto b) HWY_ATTR { return hn::Min(a, b); };
     alignas(16) float q[4];
-    hn::Store(reduce_blocks(kFloats, combine_four(least, lesser), lesser), hn::Full128<float>(), q);
+    reduce_four(
+        least, [](auto a, auto b) HWY_ATTR { return hn::Min(a, b); }, q);
     for (int i = 0; i < 4; ++i) packet.block_q[blocks[i]] = q[i];
-#endif
 }
 
 /// The blocks of a word that hold a ray that a hit at 1/z <= q may concern, as bits.

@@ -46,13 +46,14 @@ private:
 };
 
 /// The same values for a triangle that meets many blocks: its edge functions and 1/z in the middles
-/// of up to kPlaces blocks, and what the rays of any block add to them. The bounds of TriangleSetup
-/// cover the rounding of these sums (lab/proofs/packet_edges.g, packet_slant.g).
-template <std::size_t kPlaces>
-class BlockPlanes {
+/// of the blocks of eight rows, four of them at a time, and what the rays of any block add to them.
+/// The bounds of TriangleSetup cover the rounding of these sums (lab/proofs/packet_edges.g,
+/// packet_slant.g).
+class RowPlanes {
 public:
-    HWY_INLINE explicit BlockPlanes(const GridPlanes& p) : planes_(p) {
-        for (std::size_t i = 0; i < kParts; ++i) {
+    HWY_INLINE RowPlanes(const CameraPacket& packet, const GridPlanes& p, std::uint32_t columns)
+        : packet_(packet), planes_(p), columns_(columns * kEachRow) {
+        for (std::size_t i = 0; i < kBlockRays / kLanes; ++i) {
             const FloatVec x = load(kBlockPlaces.x + i * kLanes);
             const FloatVec y = load(kBlockPlaces.y + i * kLanes);
             more_[0][i] = mul_add(p.a0, x, p.b0 * y);
@@ -60,10 +61,21 @@ public:
             more_[2][i] = mul_add(p.a2, x, p.b2 * y);
             more_[3][i] = mul_add(p.depth_a, x, p.depth_b * y);
         }
+        for (std::size_t i = 0; i < kVectors; ++i) {
+            const FloatVec x = load(kGridMiddles.data() + i * kLanes);
+            at_column_[0][i] = mul_add(p.a0, x, p.c0);
+            at_column_[1][i] = mul_add(p.a1, x, p.c1);
+            at_column_[2][i] = mul_add(p.a2, x, p.c2);
+            at_column_[3][i] = mul_add(p.depth_a, x, p.depth_c);
+        }
+        most_[0] = most_in_block(p.a0, p.b0);
+        most_[1] = most_in_block(p.a1, p.b1);
+        most_[2] = most_in_block(p.a2, p.b2);
+        most_q_ = most_in_block(p.depth_a, p.depth_b) + p.error;
     }
 
     struct Values {
-        const BlockPlanes& planes;
+        const RowPlanes& planes;
         std::size_t place;
 
         HWY_INLINE FloatVec least_edge(std::size_t l) const {
@@ -78,100 +90,28 @@ public:
     };
     HWY_INLINE Values at(std::size_t place) const { return {*this, place}; }
 
-    const GridPlanes& planes() const { return planes_; }
-
-protected:
-    /// Sets the edge functions in the middles of as many blocks as there are lanes. most: what a
-    /// ray of a block may add to them. Returns which of the blocks have a ray that may be inside.
-    HWY_INLINE Mask set_edges(std::size_t place, FloatVec u, FloatVec v, FloatVec w,
-                              const FloatVec most[3]) {
-        store(u, middle_[0] + place);
-        store(v, middle_[1] + place);
-        store(w, middle_[2] + place);
-        const FloatVec least = min3(u + most[0], v + most[1], w + most[2]);
-        return least >= -planes_.bound;
-    }
-    HWY_INLINE void set_depth(std::size_t place, FloatVec q) { store(q, middle_[3] + place); }
-
-    /// How much larger a x + b y is at a ray of a block than in its middle, at most.
-    static HWY_INLINE FloatVec most_in_block(const CameraFrame& frame, FloatVec a, FloatVec b) {
-        const FloatVec half = splat(0.5f * (kBlockSide - 1) + frame.grid_margin);
-        return (abs(a) + abs(b)) * half;
-    }
-
-private:
-    static constexpr std::size_t kParts = kBlockRays / kLanes;
-
-    const GridPlanes& planes_;
-    FloatVec more_[4][kParts];
-    alignas(64) float middle_[4][kPlaces];
-};
-
-/// BlockPlanes of a window of 4 x 4 blocks, row by row.
-class WindowPlanes : public BlockPlanes<16> {
-public:
-    HWY_INLINE WindowPlanes(const CameraFrame& frame, const GridPlanes& p, std::uint32_t first)
-        : BlockPlanes(p) {
-        const FloatVec most[3] = {most_in_block(frame, p.a0, p.b0),
-                                  most_in_block(frame, p.a1, p.b1),
-                                  most_in_block(frame, p.a2, p.b2)};
-        for (std::size_t l = 0; l < 16; l += kLanes) {
-            const FloatVec x = splat(kGridMiddles.x[first]) + load(kWindowBlocks.x + l);
-            const FloatVec y = splat(kGridMiddles.y[first]) + load(kWindowBlocks.y + l);
-            const FloatVec u = mul_add(p.a0, x, mul_add(p.b0, y, p.c0));
-            const FloatVec v = mul_add(p.a1, x, mul_add(p.b1, y, p.c1));
-            const FloatVec w = mul_add(p.a2, x, mul_add(p.b2, y, p.c2));
-            met_ |= bits_of(set_edges(l, u, v, w, most)) << l;
-            set_depth(l, p.depth(x, y));
-        }
-    }
-
-    /// The places of the blocks with a ray that may be inside, as bits.
-    std::uint32_t met() const { return met_; }
-
-private:
-    std::uint32_t met_ = 0;
-};
-
-/// BlockPlanes of eight rows of blocks, four of them at a time.
-class RowPlanes : public BlockPlanes<8 * kGridSide> {
-public:
-    HWY_INLINE RowPlanes(const CameraPacket& packet, const GridPlanes& p, std::uint32_t columns)
-        : BlockPlanes(p), packet_(packet), columns_(columns * kEachRow) {
-        const CameraFrame& frame = packet.frame;
-        for (std::size_t i = 0; i < kVectors; ++i) {
-            const FloatVec x = load(kGridMiddles.x + i * kLanes);
-            u_[i] = mul_add(p.a0, x, p.c0);
-            v_[i] = mul_add(p.a1, x, p.c1);
-            w_[i] = mul_add(p.a2, x, p.c2);
-            q_[i] = mul_add(p.depth_a, x, p.depth_c);
-        }
-        most_[0] = most_in_block(frame, p.a0, p.b0);
-        most_[1] = most_in_block(frame, p.a1, p.b1);
-        most_[2] = most_in_block(frame, p.a2, p.b2);
-        most_q_ = most_in_block(frame, p.depth_a, p.depth_b) + p.error;
-    }
-
     /// Returns the blocks with a ray that may hit the triangle nearer than its candidate, as a word
     /// of four rows of the grid from first_row on. rows: the rows to look at, which are the first
     /// ones, as bits. place: where the values of the first block go.
     HWY_INLINE std::uint64_t blocks_met(std::uint32_t first_row, std::uint32_t rows,
                                         std::size_t place) {
-        constexpr float kFirst = 0.5f * kBlockSide - 0.5f * kCameraSide;
-        const GridPlanes& p = planes();
+        const GridPlanes& p = planes_;
         std::uint64_t met = 0;
         for (std::uint32_t i = 0; i < 4 && (rows >> i & 1) != 0; ++i) {
-            const std::uint32_t row = first_row + i;
-            const FloatVec y = splat(kFirst + static_cast<float>(row * kBlockSide));
+            const FloatVec y = splat(kGridMiddles[first_row + i]);
             for (std::size_t k = 0; k < kVectors; ++k) {
                 const std::size_t l = i * kGridSide + k * kLanes;
-                const Mask inside =
-                    set_edges(place + l, mul_add(p.b0, y, u_[k]), mul_add(p.b1, y, v_[k]),
-                              mul_add(p.b2, y, w_[k]), most_);
-                const FloatVec q = mul_add(p.depth_b, y, q_[k]);
-                set_depth(place + l, q);
-                const float* const block_q = packet_.block_q + first_row * kGridSide + l;
-                const Mask near = q + most_q_ >= load(block_q);
+                const FloatVec u = mul_add(p.b0, y, at_column_[0][k]);
+                const FloatVec v = mul_add(p.b1, y, at_column_[1][k]);
+                const FloatVec w = mul_add(p.b2, y, at_column_[2][k]);
+                const FloatVec q = mul_add(p.depth_b, y, at_column_[3][k]);
+                store(u, middle_[0] + place + l);
+                store(v, middle_[1] + place + l);
+                store(w, middle_[2] + place + l);
+                store(q, middle_[3] + place + l);
+                const FloatVec least = min3(u + most_[0], v + most_[1], w + most_[2]);
+                const Mask inside = least >= -p.bound;
+                const Mask near = q + most_q_ >= load(packet_.block_q + first_row * kGridSide + l);
                 met |= std::uint64_t{bits_of(inside & near)} << l;
             }
         }
@@ -181,10 +121,19 @@ public:
 private:
     static constexpr std::size_t kVectors = kGridSide / kLanes;
 
+    /// How much larger a x + b y is at a ray of a block than in its middle, at most.
+    HWY_INLINE FloatVec most_in_block(FloatVec a, FloatVec b) const {
+        const FloatVec half = splat(0.5f * (kBlockSide - 1) + packet_.frame.grid_margin);
+        return (abs(a) + abs(b)) * half;
+    }
+
     const CameraPacket& packet_;
+    const GridPlanes& planes_;
     std::uint64_t columns_;
-    FloatVec u_[kVectors], v_[kVectors], w_[kVectors], q_[kVectors];
+    FloatVec more_[4][kBlockRays / kLanes];
+    FloatVec at_column_[4][kVectors];
     FloatVec most_[3], most_q_;
+    alignas(64) float middle_[4][8 * kGridSide];
 };
 
 }  // namespace HWY_NAMESPACE

@@ -18,7 +18,6 @@
 #include "common/interop/packet_bounds.h"
 #include "cpu/packet/light/light_packet.h"
 #include "cpu/packet/light/light_packet_blocks-inl.h"
-#include "cpu/packet/light/light_packet_directions-inl.h"
 #include "cpu/packet/light/light_packet_plane-inl.h"
 #include "cpu/packet/light/light_packet_regroup-inl.h"
 #include "cpu/packet/packet_frame-inl.h"
@@ -46,31 +45,11 @@ HWY_INLINE void prefetch_block(const SharedOriginRays* rays, std::uint32_t block
 /// vectors.
 template <class Combine>
 HWY_INLINE void reduce_lanes(const float* vectors, Combine combine, float* out) {
-#if HWY_TARGET == HWY_SCALAR
-    for (std::size_t k = 0; k < kGroupBlocks; ++k) out[k] = vectors[k];
-    (void)combine;
-#else
-    const auto four = [&](std::size_t first) HWY_ATTR {
-        FloatVec v[4];
-        for (std::size_t k = 0; k < 4; ++k) v[k] = load(vectors + (first + k) * kLanes);
-        return combine_four(v, combine);
-    };
-    const auto halves = [&](FloatVec a, FloatVec b) HWY_ATTR {
-        return combine(hn::ConcatLowerLower(kFloats, b, a), hn::ConcatUpperUpper(kFloats, b, a));
-    };
-    if constexpr (kLanes == 16) {
-        const FloatVec even = halves(four(0), four(8));
-        const FloatVec odd = halves(four(4), four(12));
-        store(combine(hn::OddEvenBlocks(odd, even),
-                      hn::SwapAdjacentBlocks(hn::OddEvenBlocks(even, odd))),
-              out);
-    } else if constexpr (kLanes == 8) {
-        store(halves(four(0), four(4)), out);
-        store(halves(four(8), four(12)), out + 8);
-    } else {
-        for (std::size_t k = 0; k < kGroupBlocks; k += 4) store(four(k), out + k);
+    for (std::size_t k = 0; k < kGroupBlocks; k += 4) {
+        FloatVec four[4];
+        for (std::size_t i = 0; i < 4; ++i) four[i] = load(vectors + (k + i) * kLanes);
+        reduce_four(four, combine, out + k);
     }
-#endif
 }
 
 /// The least z of a ray in a packet, which the bounds of rounding assume.
@@ -84,8 +63,8 @@ struct alignas(64) GroupBounds {
 
     /// Reduces them and stores them as those of a group.
     HWY_INLINE void store(std::uint32_t group, LightPacket& packet) const {
-        const auto lesser = [](FloatVec a, FloatVec b) HWY_ATTR { return min(a, b); };
-        const auto greater = [](FloatVec a, FloatVec b) HWY_ATTR { return max(a, b); };
+        const auto lesser = [](auto a, auto b) HWY_ATTR { return hn::Min(a, b); };
+        const auto greater = [](auto a, auto b) HWY_ATTR { return hn::Max(a, b); };
         const std::uint32_t first = group * kGroupBlocks;
         reduce_lanes(lower_x, lesser, packet.block_lower_x + first);
         reduce_lanes(upper_x, greater, packet.block_upper_x + first);
@@ -96,7 +75,7 @@ struct alignas(64) GroupBounds {
 };
 
 /// Makes the rays of one block. The plane has the sampled unit, which may still change.
-HWY_INLINE void make_light_block(const SharedOriginRays& rays, const NearDirections& directions,
+HWY_INLINE void make_light_block(const SharedOriginRays& rays, const LightPlane& plane,
                                  std::uint32_t block, LightPacket& packet, GroupBounds& bounds,
                                  FloatVec& least_z) {
     const FloatVec far = splat(kEmptyLower);
@@ -107,7 +86,7 @@ HWY_INLINE void make_light_block(const SharedOriginRays& rays, const NearDirecti
         FloatVec d[3], tfar, h[3];
         load_rays(rays, l, d, tfar);
         const Mask on = tfar >= zero();
-        directions.project(d, h);
+        plane.project(d, h);
         const FloatVec z = select(on, h[2], splat(1.0f));
         const FloatVec rz = splat(1.0f) / z;
         const FloatVec x = zero_unless(on, h[0] * rz);
@@ -134,7 +113,7 @@ HWY_INLINE void make_light_block(const SharedOriginRays& rays, const NearDirecti
 }
 
 /// Makes the regrouped blocks of these rays, sixteen each.
-HWY_NOINLINE inline void make_regrouped_blocks(const NearDirections& directions,
+HWY_NOINLINE inline void make_regrouped_blocks(const LightPlane& plane,
                                                std::span<const std::uint16_t> rays,
                                                LightPacket& packet, FloatVec& least_z) {
     packet.regrouped_count =
@@ -150,7 +129,7 @@ HWY_NOINLINE inline void make_regrouped_blocks(const NearDirections& directions,
             packet.regrouped_ray[at] = ray;
             if (ray != kNoRay) own.set(k, packet.rays[ray / kBlockRays].ray({}, ray % kBlockRays));
         }
-        make_light_block(own, directions, kLightPacketBlocks + i, packet, bounds, least_z);
+        make_light_block(own, plane, kLightPacketBlocks + i, packet, bounds, least_z);
         if (i % kGroupBlocks == kGroupBlocks - 1)
             bounds.store((kLightPacketBlocks + i) / kGroupBlocks, packet);
     }
@@ -158,13 +137,15 @@ HWY_NOINLINE inline void make_regrouped_blocks(const NearDirections& directions,
 
 /// Regroups the active rays of some blocks by where they go through the plane, and deactivates
 /// these blocks.
-HWY_NOINLINE inline void regroup_blocks(const NearDirections& directions,
-                                        const LightPacketBlocks& blocks, LightPacket& packet,
-                                        FloatVec& least_z) {
-    CellOrder order;
-    sort_by_cell(packet, blocks, order);
+HWY_NOINLINE inline void regroup_blocks(const LightPlane& plane, const LightPacketBlocks& blocks,
+                                        LightPacket& packet, FloatVec& least_z) {
+    const Cells square = cells_around(packet, blocks);
+    RayOrder<Cells::kCount> order;
+    const auto cell_of = [&](std::uint32_t r)
+                             HWY_ATTR { return square.of(load(packet.x + r), load(packet.y + r)); };
+    sort_rays(packet.rays, blocks, cell_of, order);
     deactivate_blocks(packet, blocks);
-    make_regrouped_blocks(directions, std::span(order.rays).first(order.count), packet, least_z);
+    make_regrouped_blocks(plane, order.of_keys(0, Cells::kCount), packet, least_z);
 }
 
 /// The rays of blocks that spread more than kWide times as far as those of the median block are
@@ -175,12 +156,12 @@ inline constexpr float kTooWide = 12;
 inline constexpr std::size_t kFewBlocks = 2;
 
 /// Makes all blocks of a packet in place. Returns the least z of their rays.
-HWY_INLINE FloatVec make_light_blocks(const NearDirections& directions, LightPacket& packet) {
+HWY_INLINE FloatVec make_light_blocks(const LightPlane& plane, LightPacket& packet) {
     FloatVec least_z = splat(kEmptyLower);
     GroupBounds bounds;
     for (std::uint32_t block = 0; block < packet.square_count * kSquareBlocks; ++block) {
         prefetch_block(packet.rays, block + kBlocksAhead);
-        make_light_block(packet.rays[block], directions, block, packet, bounds, least_z);
+        make_light_block(packet.rays[block], plane, block, packet, bounds, least_z);
         if (block % kGroupBlocks == kGroupBlocks - 1) bounds.store(block / kGroupBlocks, packet);
     }
     return least_z;
@@ -188,7 +169,7 @@ HWY_INLINE FloatVec make_light_blocks(const NearDirections& directions, LightPac
 
 /// Regroups the rays of wide blocks and finds the fallback blocks. Returns false if no ray is
 /// active.
-HWY_INLINE bool regroup_wide_blocks(const NearDirections& directions, LightPacket& packet,
+HWY_INLINE bool regroup_wide_blocks(const LightPlane& plane, LightPacket& packet,
                                     LightPacketBlocks& fallback, FloatVec& least_z) {
     Spreads spreads;
     LightPacketBlocks regrouped = {};
@@ -198,7 +179,7 @@ HWY_INLINE bool regroup_wide_blocks(const NearDirections& directions, LightPacke
     const float median = median_of_blocks(spreads.of_block, count, spreads.used);
     const std::size_t wide = blocks_wider(spreads, 0, count, kWide * median, regrouped);
     if (wide >= kFewBlocks) {
-        regroup_blocks(directions, regrouped, packet, least_z);
+        regroup_blocks(plane, regrouped, packet, least_z);
         const std::uint32_t end = kLightPacketBlocks + regrouped_groups(packet) * kGroupBlocks;
         measure_spreads(packet, kLightPacketBlocks, end, spreads);
         blocks_wider(spreads, kLightPacketBlocks, end, kTooWide * median, fallback);
@@ -210,29 +191,80 @@ HWY_INLINE bool regroup_wide_blocks(const NearDirections& directions, LightPacke
     return true;
 }
 
-/// The unit is chosen for the sampled extent times this, so that it is mostly the right one.
-inline constexpr double kSampleMargin = 1.25;
-
 /// Makes a packet of some squares of rays that start at `org`. Returns false if they spread too
 /// widely for one plane, or if there is no ray. fallback: receives the blocks whose rays have too
 /// little in common with the others and are not traced; it is empty before.
 bool make_light_packet(vec3 org, const SharedOriginRays* rays, std::uint32_t squares,
                        LightPacket& packet, LightPacketBlocks& fallback) {
-    double axes[3][3];
-    float centre[3];
     Samples samples;
     take_samples(rays, squares, kSampleStep, samples);
     if (samples.count == 0) take_samples(rays, squares, 1, samples);
-    if (!choose_axes(samples, axes, centre)) return false;
-    const double unit = plane_unit(kSampleMargin * sampled_extent(samples, axes));
-    const NearDirections directions(axes, centre, 1 / unit);
+    LightPlane plane;
+    if (!choose_plane(samples, plane)) return false;
     packet.square_count = squares;
     packet.regrouped_count = 0;
     packet.rays = rays;
-    FloatVec least_z = make_light_blocks(directions, packet);
+    FloatVec least_z = make_light_blocks(plane, packet);
     if (!(least_lane(least_z) > kLeastZ)) return false;
-    if (!regroup_wide_blocks(directions, packet, fallback, least_z)) return false;
-    return set_plane(org, axes, unit, packet);
+    if (!regroup_wide_blocks(plane, packet, fallback, least_z)) return false;
+    return set_plane(org, plane, packet);
+}
+
+// Rays that spread too widely for one plane: a packet for each face of a cube around their origin.
+
+/// Faces are numbered by axis, first the one in its positive direction.
+inline constexpr std::uint32_t kFaces = 6;
+
+/// The active rays by face, and on a face by cell.
+using FaceOrder = RayOrder<kFaces * Cells::kCount>;
+
+/// face * Cells::kCount + cell of some directions; that of (1, 0, 0) where not `on`.
+HWY_INLINE UintVec cells_of_faces(const FloatVec dir[3], Mask on) {
+    const FloatVec d[3] = {select(on, dir[0], splat(1.0f)), zero_unless(on, dir[1]),
+                           zero_unless(on, dir[2])};
+    const FloatVec size[3] = {abs(d[0]), abs(d[1]), abs(d[2])};
+    const Mask is_x = (size[0] >= size[1]) & (size[0] >= size[2]);
+    const Mask is_y = and_not(is_x, size[1] >= size[2]);
+    const FloatVec largest = select(is_x, d[0], select(is_y, d[1], d[2]));
+    const FloatVec scale = splat(1.0f) / abs(largest);
+    const FloatVec x = select(is_x, d[1], d[0]) * scale;
+    const FloatVec y = select(is_x | is_y, d[2], d[1]) * scale;
+    const UintVec axis =
+        select(uint_mask(is_x), splat(0u), select(uint_mask(is_y), splat(2u), splat(4u)));
+    const UintVec negative = select(uint_mask(largest < zero()), splat(1u), splat(0u));
+    constexpr float kHalfSide = 0.5f * Cells::kPerSide;
+    const Cells cells = {-1, -1, kHalfSide, kHalfSide};
+    static_assert(Cells::kCount == 256);
+    return shift_left<8>(axis | negative) | cells.of(x, y);
+}
+
+/// Sorts the active rays of some squares by face and cell.
+HWY_INLINE void sort_by_face(const SharedOriginRays* rays, std::uint32_t squares,
+                             FaceOrder& order) {
+    LightPacketBlocks all = {};
+    std::fill_n(all.of_group, squares * kSquareBlocks / kGroupBlocks, (1u << kGroupBlocks) - 1);
+    const auto face_of = [&](std::uint32_t r) HWY_ATTR {
+        FloatVec dir[3], tfar;
+        load_rays(rays[r / kBlockRays], r % kBlockRays, dir, tfar);
+        return cells_of_faces(dir, tfar >= zero());
+    };
+    sort_rays(rays, all, face_of, order);
+}
+
+/// Makes a packet of the rays of a face, all of them in regrouped blocks. Returns false, which no
+/// canonical direction does, if they do not fit its plane.
+HWY_INLINE bool make_face_packet(vec3 org, const SharedOriginRays* rays, std::uint32_t face,
+                                 std::span<const std::uint16_t> of_face, LightPacket& packet) {
+    LightPlane plane;
+    plane.axis = face / 2;
+    plane.sign = face % 2 == 0 ? 1.0f : -1.0f;
+    // |x / z| and |y / z| are at most 1.
+    plane.per_unit = static_cast<float>(1 / plane_unit(1));
+    packet.square_count = 0;
+    packet.rays = rays;
+    FloatVec least_z = splat(kEmptyLower);
+    make_regrouped_blocks(plane, of_face, packet, least_z);
+    return least_lane(least_z) > kLeastZ && set_plane(org, plane, packet);
 }
 
 }  // namespace HWY_NAMESPACE

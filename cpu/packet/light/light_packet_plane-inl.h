@@ -1,5 +1,5 @@
-// The plane of a light packet whose blocks are made: its unit, its frame, and the bounds of quads
-// and groups.
+// The plane of a light packet: where its rays go through it, its frame, and the bounds of quads and
+// groups.
 
 #if defined(MORPHRAY_CPU_PACKET_LIGHT_LIGHT_PACKET_PLANE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_PACKET_LIGHT_LIGHT_PACKET_PLANE_INL_H
@@ -11,11 +11,11 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
 #include "cpu/packet/light/light_packet.h"
-#include "cpu/packet/light/light_packet_directions-inl.h"
 #include "cpu/packet/packet_frame-inl.h"
 #include "cpu/packet/packet_node-inl.h"
 #include "cpu/simd/hit_rule-inl.h"
@@ -24,8 +24,85 @@ HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
-/// The largest |x / z| or |y / z| of a packet. With s of NearDirections up to this, z is off by
-/// 2^-19.1 of itself, and q by 2^-18 (kEndError) at most.
+/// The plane's unit is chosen so that |x| and |y| are at most this.
+inline constexpr float kPlaneHalf = 0.5f * kLightPacketSide;
+
+/// The least extent for which a unit is chosen: a packet of nearly parallel rays gets no tiny unit.
+inline constexpr double kLeastPlaneExtent = 0x1p-16;
+
+/// The unit for |x|, |y| up to `extent`, a power of two.
+inline double plane_unit(double extent) {
+    return std::exp2(std::ceil(std::log2(std::max(extent, kLeastPlaneExtent) / kPlaneHalf)));
+}
+
+/// Directions of some rays of a packet.
+struct Samples {
+    vec3 dirs[kLightPacketBlocks];
+    std::size_t count = 0;
+};
+
+/// Takes the first ray of every step-th block, of blocks that have one.
+HWY_INLINE void take_samples(const SharedOriginRays* rays, std::uint32_t squares,
+                             std::uint32_t step, Samples& samples) {
+    for (std::uint32_t block = 0; block < squares * kSquareBlocks; block += step) {
+        for (std::uint32_t i = 0; i < kBlockRays; ++i) {
+            if (!rays[block].has(i)) continue;
+            samples.dirs[samples.count++] = rays[block].direction(i);
+            break;
+        }
+    }
+}
+
+/// The plane across an axis of scene space that the rays of a packet go through, at z = 1. Its
+/// origin is a point near all of them, and 1 in it is a power of two.
+struct LightPlane {
+    std::uint32_t axis = 0;
+    /// The sign of the rays' components on the axis, 1 or -1.
+    float sign = 1;
+    /// The origin, on the next axis and the one after it.
+    float origin[2] = {0, 0};
+    float per_unit = 1;
+
+    /// Sets h: the ray with the direction d goes through (h[0] / h[2], h[1] / h[2]), in units.
+    HWY_INLINE void project(const FloatVec d[3], FloatVec h[3]) const {
+        h[2] = d[axis] * splat(sign);
+        for (std::uint32_t k = 0; k < 2; ++k) {
+            const FloatVec beside = neg_mul_add(h[2], splat(origin[k]), d[(axis + 1 + k) % 3]);
+            h[k] = beside * splat(per_unit);
+        }
+    }
+};
+
+/// The unit is chosen for the sampled extent times this, so that it is mostly the right one.
+inline constexpr double kSampleMargin = 1.25;
+
+/// Sets a plane across the axis that the samples follow most, with its origin in their mean.
+/// Returns false if they have no mean.
+HWY_INLINE bool choose_plane(const Samples& samples, LightPlane& plane) {
+    double sum[3] = {0, 0, 0};
+    for (std::size_t i = 0; i < samples.count; ++i) {
+        for (int axis = 0; axis < 3; ++axis) sum[axis] += samples.dirs[i][axis];
+    }
+    for (std::uint32_t axis = 1; axis < 3; ++axis)
+        if (std::abs(sum[axis]) > std::abs(sum[plane.axis])) plane.axis = axis;
+    const double along = sum[plane.axis];
+    if (!(std::abs(along) > 0)) return false;
+    plane.sign = along < 0 ? -1.0f : 1.0f;
+    double extent = 0;
+    for (std::uint32_t k = 0; k < 2; ++k) {
+        const auto axis = static_cast<int>((plane.axis + 1 + k) % 3);
+        plane.origin[k] = static_cast<float>(sum[axis] / std::abs(along));
+        for (std::size_t i = 0; i < samples.count; ++i) {
+            const vec3 dir = samples.dirs[i];
+            const double z = double{plane.sign} * dir[static_cast<int>(plane.axis)];
+            if (z > 0) extent = std::max(extent, std::abs(dir[axis] / z - plane.origin[k]));
+        }
+    }
+    plane.per_unit = static_cast<float>(1 / plane_unit(kSampleMargin * extent));
+    return true;
+}
+
+/// The largest |x / z| or |y / z| of a packet from the plane's origin.
 inline constexpr float kWidestPlane = 1.5f;
 
 /// The number of groups that hold the regrouped blocks.
@@ -130,35 +207,35 @@ HWY_INLINE void scale_plane(LightPacket& packet, float scale) {
 }
 
 /// An upper bound of how far a ray's stored x or y is from that of its exact direction, in the
-/// plane's unit. extent: the largest |x| or |y| before x and y are scaled by `scale`; unit: what 1
-/// is there in x / z.
+/// plane's unit. extent: the largest |x| or |y|.
 ///
-/// 1. NearDirections has an error of (kPlaceUnits + kPlaceUnitsOfExtent s) s u, with s = extent *
-///    unit; in the plane's unit s is extent / scale.
-/// 2. dot_error is relative to row_size and covers second orders of the fused form (2^-40), or the
-///    roundings of products of magnitude up to 2 row_size over z > kLeastZ (2^-19) without fused
-///    operations (lab/proofs/packet_rays.g).
-HWY_INLINE float place_error(const PacketFrame& frame, float extent, double unit, double scale) {
-    const double units = kPlaceUnits + kPlaceUnitsOfExtent * extent * unit;
-    const double own_error = kWiden * 0x1p-24 * units * extent / scale;
+/// 1. A fused difference, 1 / z and their product round once each: less than 4 u of the result.
+/// 2. dot_error is relative to row_size and covers second orders and double (2^-40), or what a
+///    product rounds without fused operations, over z > kLeastZ (2^-19): lab/proofs/packet_rays.g.
+HWY_INLINE float place_error(const PacketFrame& frame, float extent) {
     const float dot_error = HWY_NATIVE_FMA ? 0x1p-40f : 0x1p-19f;
-    return static_cast<float>(own_error) +
+    return static_cast<float>(kWiden * 0x1p-22 * extent) +
            dot_error * (frame.row_size[0] + frame.row_size[1] + kPlaneHalf * frame.row_size[2]);
 }
 
-/// Sets the plane of a packet whose blocks are made for `unit`: frame with its wedges, and all
+/// Sets the plane of a packet whose blocks are made for `plane`: frame with its wedges, and all
 /// bounds in the final unit. Returns false if the rays spread too widely for it.
-HWY_INLINE bool set_plane(vec3 org, double axes[3][3], double unit, LightPacket& packet) {
+HWY_INLINE bool set_plane(vec3 org, const LightPlane& plane, LightPacket& packet) {
     const float extent = plane_extent(packet);
+    double unit = 1.0 / plane.per_unit;
     if (extent * unit > kWidestPlane) return false;
     double scale = 1;
     if (extent > kPlaneHalf || extent < kPlaneHalf / 4) scale = plane_unit(extent * unit) / unit;
-    for (int axis = 0; axis < 3; ++axis) {
-        axes[0][axis] *= unit * scale;
-        axes[1][axis] *= unit * scale;
+    unit *= scale;
+    double axes[3][3] = {};
+    axes[2][plane.axis] = plane.sign;
+    for (std::uint32_t k = 0; k < 2; ++k) {
+        const std::uint32_t axis = (plane.axis + 1 + k) % 3;
+        axes[k][axis] = unit;
+        axes[2][axis] = plane.origin[k];
     }
     set_frame(packet.frame, org, axes[0], axes[1], axes[2], kPlaneHalf + 1);
-    packet.frame.ray_error = place_error(packet.frame, extent, unit, scale);
+    packet.frame.ray_error = place_error(packet.frame, static_cast<float>(extent / scale));
     scale_plane(packet, static_cast<float>(1 / scale));
     set_wedges(packet.frame, axes[0], axes[1], axes[2]);
     return true;

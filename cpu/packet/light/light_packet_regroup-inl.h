@@ -14,6 +14,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "cpu/packet/light/light_packet.h"
 #include "cpu/simd/hit_rule-inl.h"
@@ -132,39 +133,45 @@ HWY_INLINE Cells cells_around(const LightPacket& packet, const LightPacketBlocks
             kSide / std::max(upper_y - lower_y, kLeastExtent)};
 }
 
-/// Rays of a packet in the order of cells.
-struct CellOrder {
+/// Active rays of a packet in the order of keys below kKeys.
+template <std::uint32_t kKeys>
+struct RayOrder {
     std::uint16_t rays[kLightPacketRays];
-    std::size_t count = 0;
+    /// By key, where its rays end.
+    std::uint16_t end[kKeys + 1] = {};
+
+    std::span<const std::uint16_t> of_keys(std::uint32_t first, std::uint32_t after) const {
+        const std::uint32_t begin = first == 0 ? 0 : end[first - 1];
+        return std::span(rays).subspan(begin, end[after - 1] - begin);
+    }
 };
 
-/// Sorts the active rays of some blocks by cell.
-HWY_INLINE void sort_by_cell(const LightPacket& packet, const LightPacketBlocks& blocks,
-                             CellOrder& order) {
-    const Cells square = cells_around(packet, blocks);
-    std::uint16_t rays[kLightPacketRays];
-    std::uint32_t cells[kLightPacketRays];
-    // The place of the next ray of each cell.
-    std::uint16_t next[Cells::kCount + 1] = {};
+/// Sorts the active rays of some blocks by key_of(r): the keys of as many rays as there are lanes,
+/// from r on.
+template <std::uint32_t kKeys, class KeyOf>
+HWY_INLINE void sort_rays(const SharedOriginRays* all, const LightPacketBlocks& blocks,
+                          KeyOf key_of, RayOrder<kKeys>& order) {
+    std::uint16_t rays[kLightPacketRays], keys[kLightPacketRays];
+    // Counted one place higher, the place of the next ray of each key: in the end, where they end.
+    std::uint16_t* const next = order.end;
     std::size_t count = 0;
     for_each_block(blocks, [&](std::uint32_t block) HWY_ATTR {
         const std::uint32_t first = block * kBlockRays;
         for (std::uint32_t r = first; r < first + kBlockRays; r += kLanes) {
             alignas(64) std::uint32_t own[kLanes];
-            store(square.of(load(packet.x + r), load(packet.y + r)), own);
+            store(key_of(r), own);
             for (std::uint32_t l = 0; l < kLanes; ++l) {
-                const bool is_active = packet.rays[block].has(r - first + l);
+                const bool is_active = all[block].has(r - first + l);
                 rays[count] = static_cast<std::uint16_t>(r + l);
-                cells[count] = own[l];
+                keys[count] = static_cast<std::uint16_t>(own[l]);
                 next[own[l] + 1] = static_cast<std::uint16_t>(next[own[l] + 1] + is_active);
                 count += is_active;
             }
         }
     });
-    for (std::uint32_t cell = 1; cell < Cells::kCount; ++cell)
-        next[cell] = static_cast<std::uint16_t>(next[cell] + next[cell - 1]);
-    for (std::size_t i = 0; i < count; ++i) order.rays[next[cells[i]]++] = rays[i];
-    order.count = count;
+    for (std::uint32_t key = 1; key < kKeys; ++key)
+        next[key] = static_cast<std::uint16_t>(next[key] + next[key - 1]);
+    for (std::size_t i = 0; i < count; ++i) order.rays[next[keys[i]]++] = rays[i];
 }
 
 /// Makes all rays of some blocks inactive.

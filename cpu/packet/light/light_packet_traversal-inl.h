@@ -12,118 +12,81 @@
 
 #include <hwy/highway.h>
 
-#include <cassert>
 #include <cstddef>
 #include <cstdint>
 
-#include "common/bvh/bvh.h"
 #include "cpu/packet/light/light_packet.h"
 #include "cpu/packet/light/light_packet_blocks-inl.h"
 #include "cpu/packet/light/light_packet_leaf-inl.h"
-#include "cpu/packet/packet_node-inl.h"
-#include "cpu/simd/hit_rule-inl.h"
+#include "cpu/packet/packet_traversal-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
-/// Marks the occluded rays of a packet as done.
-class alignas(kPage) LightPacketTraversal {
+/// Marks the occluded rays of a packet as done. A part is the quads that a box may concern, and the
+/// rectangle (lower x, upper x, lower y, upper y) that it is seen in.
+class alignas(kPage) LightWalk {
 public:
-    LightPacketTraversal(const Bvh& bvh, LightPacket& packet)
-        : bvh_(bvh), packet_(packet), occlusion_(packet) {}
-
-    void run() {
-        // The root concerns the whole packet.
-        stack_[0] = {kAnyDepth,
-                     0,
-                     {{kAllBlocks, kAllBlocks}},
-                     {-kWholePlane, kWholePlane, -kWholePlane, kWholePlane}};
-        size_ = 1;
-        while (size_ > 0) {
-            const Entry entry = stack_[--size_];
-            QuadSet quads = quads_beyond(packet_, entry.q, entry.quads);
-            if (!quads.any()) continue;
-            if ((entry.child & kLeafBit) == 0) {
-                const std::size_t count = quads.count();
-                if (count <= kFewQuads) {
-                    quads = RaysWithin(packet_, entry.rectangle, entry.q).quads(quads);
-                    if (!quads.any()) continue;
-                }
-                visit_node(bvh_.nodes[entry.child], quads, count <= kFewQuads);
-            } else {
-                occlusion_.trace(bvh_.leaves[entry.child & ~kLeafBit], entry.rectangle, entry.q,
-                                 quads);
-            }
-        }
-    }
-
-private:
-    /// A child to visit: it is seen in a rectangle (lower x, upper x, lower y, upper y) and no
-    /// nearer than q (nearest_q), and may concern `quads`.
-    struct Entry {
-        float q;
-        std::uint32_t child;
+    struct Part {
         QuadSet quads;
         float rectangle[4];
     };
 
-    void visit_node(const Node& node, const QuadSet& quads, bool few) {
-        NodeChildren children;
-        std::uint32_t hits = project_node(packet_.frame, node, children);
+    explicit LightWalk(LightPacket& packet) : packet_(packet), occlusion_(packet) {}
+
+    static Part whole() {
+        return {{{kAllBlocks, kAllBlocks}}, {-kWholePlane, kWholePlane, -kWholePlane, kWholePlane}};
+    }
+    const PacketFrame& frame() const { return packet_.frame; }
+
+    HWY_INLINE bool narrow(float q, bool is_node, Part& part) const {
+        part.quads = quads_beyond(packet_, q, part.quads);
+        if (is_node && has_few(part))
+            part.quads = RaysWithin(packet_, part.rectangle, q).quads(part.quads);
+        return part.quads.any();
+    }
+
+    HWY_INLINE std::uint32_t find_parts(const NodeChildren& children, std::uint32_t slots,
+                                        const Part& part, Part* parts) const {
         const Rectangles& r = children.rectangles;
         QuadSet quads_of[kWidth];
         std::uint32_t kept = 0;
-        if (few) {
-            kept = few_quads_in(packet_, r, children.q, hits, quads, quads_of);
+        if (has_few(part)) {
+            kept = few_quads_in(packet_, r, children.q, slots, part.quads, quads_of);
         } else {
-            for (; hits != 0; hits &= hits - 1) {
-                const auto slot = static_cast<std::uint32_t>(__builtin_ctz(hits));
-                assert(node.child[slot] != kEmptyChild);
-                quads_of[slot] = quads_in(packet_, r, children.q[slot], slot, quads);
+            for (; slots != 0; slots &= slots - 1) {
+                const auto slot = static_cast<std::uint32_t>(__builtin_ctz(slots));
+                quads_of[slot] = quads_in(packet_, r, children.q[slot], slot, part.quads);
                 kept |= (quads_of[slot].any() ? 1u : 0u) << slot;
             }
         }
-        alignas(64) std::int32_t order[kWidth];
-        order_of(children.q, order);
         for (std::uint32_t rest = kept; rest != 0; rest &= rest - 1) {
             const auto slot = static_cast<std::uint32_t>(__builtin_ctz(rest));
-            stack_[size_ + hwy::PopCount(kept & slots_before(order, order[slot]))] = {
-                children.q[slot],
-                node.child[slot],
-                quads_of[slot],
-                {r.lower_x[slot], r.upper_x[slot], r.lower_y[slot], r.upper_y[slot]}};
-            prefetch_child(bvh_, node.child[slot]);
+            parts[slot] = {quads_of[slot],
+                           {r.lower_x[slot], r.upper_x[slot], r.lower_y[slot], r.upper_y[slot]}};
         }
-        size_ += static_cast<std::uint32_t>(hwy::PopCount(kept));
+        return kept;
     }
 
-    /// Sets distinct numbers in the order of 1/z except for its last 4 bits: the bits of floats
-    /// that are not negative, with the slot in the last bits.
-    static HWY_INLINE void order_of(const float* q, std::int32_t* order) {
-        for (std::size_t l = 0; l < kWidth; l += kLanes) {
-            const auto bits = as_int(load(q + l));
-            const auto slots = hn::Iota(kInts, static_cast<std::int32_t>(l));
-            store((bits & splat(~15)) | slots, order + l);
-        }
+    HWY_INLINE bool visit_leaf(const Leaf& leaf, float q, const Part& part) {
+        occlusion_.trace(leaf, part.rectangle, q, part.quads);
+        return true;
     }
 
-    /// The children whose order is less than `own`: those farther away.
-    static HWY_INLINE std::uint32_t slots_before(const std::int32_t* order, std::int32_t own) {
-        std::uint32_t before = 0;
-        for (std::size_t l = 0; l < kWidth; l += kLanes) {
-            const auto is_before = load(order + l) < splat(own);
-            before |= bits_of(float_mask(is_before)) << l;
-        }
-        return before;
-    }
+private:
+    static HWY_INLINE bool has_few(const Part& part) { return part.quads.count() <= kFewQuads; }
 
-    const Bvh& bvh_;
     LightPacket& packet_;
     LeafOcclusion occlusion_;
-    std::uint32_t size_ = 0;
-    Entry stack_[kMaxStack];
 };
+
+/// Marks the occluded rays of a packet as done.
+HWY_INLINE void trace_light_packet(const Bvh& bvh, LightPacket& packet) {
+    LightWalk walk(packet);
+    PacketTraversal<LightWalk> traversal(bvh, walk);
+    if (traversal.start(LightWalk::whole())) traversal.run();
+}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <iterator>
 
-#include "cpu/scene_space/scene_positions.h"
+#include "cpu/scene_space/to_scene.h"
 
 namespace morphray::detail {
 namespace {
@@ -105,7 +105,6 @@ PoseReader::PoseReader(const std::optional<Box>& bounds, const mray::SimdTarget&
 /// Reads a piece into this space. Returns whether one of its positions is outside of the range.
 bool PoseReader::read_piece(const Piece& piece, mray::ThreadArena& arena) {
     const MeshPlace& mesh = *piece.mesh;
-    const mray::cpu::ScenePositionMaker maker(space_, target_);
     const std::span<vec3> scene =
         std::span(positions_).subspan(mesh.first_vertex, mesh.vertex_count());
     const MadePositions made = for_each_part(
@@ -113,7 +112,8 @@ bool PoseReader::read_piece(const Piece& piece, mray::ThreadArena& arena) {
             MadePositions sum;
             for_each_run(mesh.positions, first, first + count,
                          [&](std::size_t at, std::span<const vec3> run) {
-                             sum.add(maker.make(run, scene.subspan(at, run.size())));
+                             sum.add(mray::cpu::make_positions(space_, target_, run,
+                                                               scene.subspan(at, run.size())));
                          });
             return sum;
         });
@@ -151,7 +151,6 @@ bool PoseReader::convert_all(const MeshList& meshes, std::span<const vec3> world
     space_ = mray::SceneSpace(bounds);
     positions_.resize(world.size());
     kept_.clear();
-    const mray::cpu::ScenePositionMaker maker(space_, target_);
     bool any_outside = false;
     for (const MeshPlace& mesh : meshes.places()) {
         if (!mesh.used) continue;
@@ -159,7 +158,8 @@ bool PoseReader::convert_all(const MeshList& meshes, std::span<const vec3> world
         const auto out = std::span(positions_).subspan(mesh.first_vertex, mesh.vertex_count());
         const MadePositions made =
             for_each_part(0, in.size(), arena, [&](std::size_t first, std::size_t count) {
-                return maker.make(in.subspan(first, count), out.subspan(first, count));
+                return mray::cpu::make_positions(space_, target_, in.subspan(first, count),
+                                                 out.subspan(first, count));
             });
         any_outside |= made.any_outside;
         if (!made.all_invertible)

@@ -49,7 +49,7 @@ public:
         return pack_rgb(channels[0], channels[1], channels[2]);
     }
 
-    /// As LitShader::find_flat_shadows().
+    /// As LitShader::find_flat_shadows.
     std::vector<std::uint32_t> flat_shadows(std::uint32_t y) const {
         std::vector<std::uint32_t> xs;
         for (std::uint32_t x = 0; x < s_.params.width; ++x)
@@ -275,7 +275,7 @@ protected:
                     std::vector<std::uint32_t> pixels(size.width * size.height + 64, 77u);
                     for (std::uint32_t y = 0; y < size.height; y += band) {
                         shader_.shade_rows(samples, y, std::min(y + band, size.height),
-                                           pixels.data() + std::size_t{y} * size.width);
+                                           pixels.data() + std::size_t{y} * size.width, nullptr);
                     }
                     std::uint32_t differing = 0;
                     for (std::uint32_t i = 0; i < size.width * size.height; ++i)

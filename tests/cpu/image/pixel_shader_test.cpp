@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "common/scene/camera_setup.h"
-#include "cpu/image/image_tracer.h"
 #include "tests/support/test_scene.h"
 
 namespace mray {

@@ -61,7 +61,7 @@ TEST_P(TileChoice, GivesCameraPacketsUpWhereTrianglesAreSmallerThanPixels) {
         const cpu::TileTracer always(bvh, GetParam(), cpu::PacketUse::kAlways);
         std::vector<Hit> packed = hits;
         EXPECT_LT(always.intersect_camera(params, tile, packed.data(), width), kNone);
-        chosen.intersect_streams(params, tile, streamed.data(), width);
+        chosen.ImageTracer::intersect_camera(params, tile, streamed.data(), width);
         std::size_t hit_count = 0;
         for (std::uint32_t y = 0; y < height; ++y) {
             for (std::uint32_t x = 0; x < width; ++x) {

@@ -1,0 +1,221 @@
+#include "cpu/scene_space/to_scene.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "cpu/scene_space/to_scene.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "cpu/simd/lanes-inl.h"
+
+#ifndef MORPHRAY_TO_SCENE_CONSTANTS
+#define MORPHRAY_TO_SCENE_CONSTANTS
+namespace mray::cpu {
+/// The largest exponent of a power of two that is multiplied here: it and its inverse are normal
+/// floats.
+constexpr int kMostExponent = 126;
+
+/// Facts about a run of positions.
+enum MadeFlag { kNotFinite = 1, kOutside = 2, kNotInvertible = 4 };
+}  // namespace mray::cpu
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace mray::cpu {
+namespace HWY_NAMESPACE {
+
+#if HWY_TARGET != HWY_SCALAR
+
+/// Makes kLanes / 2 rays. A vector holds the two halves of some rays side by side: lane 2 i has
+/// (org, tnear) of ray i, lane 2 i + 1 its (dir, tfar). Returns the lanes 2 i + 1 of rays that are
+/// set.
+///
+/// All operations are those of to_scene() on doubles, rounded to floats. They give its bits:
+///
+/// 1. Products with powers of two are exact unless they overflow or become denormals. The former
+/// are
+///    refused, or cut at kInfiniteT; the latter are 0 in to_scene(), too, or end below 2^-100.
+/// 2. world - centre is rounded to double there, and then to float; here to float at once. If the
+///    exponents differ by less than 29, the difference has at most 53 digits and is exact as a
+///    double. Otherwise the smaller number is below a quarter of the distance of the larger one
+///    from the next floats, and both ways give the larger one.
+HWY_INLINE std::uint32_t make_rays(const StoredRay* from, const float* centre, int exponent,
+                                   Ray* rays, std::int32_t* t_exponents) {
+    const Mask is_dir = mask_of(0xAAAAAAAAu & kLaneBits);
+    FloatVec v[3], end;
+    hn::LoadInterleaved4(kFloats, from->org, v[0], v[1], v[2], end);
+    const FloatVec largest = max3(abs(v[0]), abs(v[1]), abs(v[2]));
+    const FloatVec sum = abs(v[0]) + abs(v[1]) + abs(v[2]);
+    // A NaN compares as false.
+    const Mask good_dir = (largest >= splat(0x1p-126f)) & (sum <= splat(0x1p126f));
+    const IntVec bits = as_int(hn::ShiftRight<23>(as_uint(largest)));
+    const IntVec own_exponent = hn::DupOdd(bits) + splat(exponent - 127);
+    // Negative ones wrap to large numbers.
+    const UintVec above_least = as_uint(own_exponent + splat(kMostExponent));
+    const Mask good_exponent = float_mask(!(above_least > splat(2u * kMostExponent)));
+
+    lanes::Float3 dir = lanes::canonical_direction(lanes::Float3(v));
+    const FloatVec scale = as_float(as_uint(splat((exponent + 127) << 23)));
+    FloatVec org[3];
+    Mask good_org = mask_of(kLaneBits);
+    for (int axis = 0; axis < 3; ++axis) {
+        const FloatVec scaled = (v[axis] - splat(centre[axis])) * scale;
+        // A ray whose origin rounds to kOriginExtent is hard: to_scene() decides.
+        good_org = good_org & (abs(scaled) < splat(kOriginExtent));
+        org[axis] = lanes::snap_coordinate(scaled);
+    }
+
+    const FloatVec t_scale = as_float(hn::ShiftLeft<23>(as_uint(own_exponent + splat(127))));
+    const FloatVec tnear = hn::DupEven(end);
+    const FloatVec tfar = hn::DupOdd(end);
+    const Mask good_interval = (tnear <= tfar) & (tfar >= zero());
+    FloatVec t = min(max(end, zero()) * t_scale, splat(kInfiniteT));
+    const Mask long_enough = t >= splat(0x1p-100f);
+    t = zero_unless(long_enough, t);
+
+    hn::StoreInterleaved4(select(is_dir, dir.x, org[0]), select(is_dir, dir.y, org[1]),
+                          select(is_dir, dir.z, org[2]), t, kFloats, &rays->org.x);
+    hn::StoreU(hn::Neg(own_exponent), kInts, t_exponents);
+    const std::uint32_t good_halves =
+        bits_of((is_dir & good_dir & long_enough) | and_not(is_dir, good_org)) &
+        bits_of(good_interval & good_exponent);
+    return good_halves & good_halves << 1 & 0xAAAAAAAAu;
+}
+
+#endif
+
+void make_ray_run(const StoredRay* rays, std::size_t count, const float* centre, int exponent,
+                  SceneRays& out) {
+    out.hard_count = 0;
+    std::size_t i = 0;
+#if HWY_TARGET != HWY_SCALAR
+    constexpr std::size_t kRays = kLanes / 2;
+    const bool usable = std::abs(exponent) <= kMostExponent;
+    for (; usable && i + kRays <= count; i += kRays) {
+        const std::uint32_t good =
+            make_rays(rays + i, centre, exponent, out.rays + i, out.t_exponents + 2 * i);
+        constexpr std::uint32_t kAll = 0xAAAAAAAAu & kLaneBits;
+        for (std::uint32_t bad = kAll & ~good; bad != 0; bad &= bad - 1) {
+            out.hard[out.hard_count++] =
+                static_cast<std::uint16_t>(i + static_cast<std::size_t>(__builtin_ctz(bad)) / 2);
+        }
+    }
+#else
+    (void)rays, (void)centre, (void)exponent;
+#endif
+    for (; i < count; ++i) out.hard[out.hard_count++] = static_cast<std::uint16_t>(i);
+}
+
+/// Makes `count` positions, a multiple of kLanes; the coordinates are one array of floats. All
+/// operations are those of SceneSpace::to_scene() on doubles, rounded to floats, and give its bits
+/// for positions that are finite (make_rays() says why). Returns flags of
+/// MadeFlag.
+int make_position_run(const float* world, std::size_t count, const float* centre, int exponent,
+                      float* scene) {
+    const FloatVec scale = as_float(as_uint(splat((exponent + 127) << 23)));
+    const FloatVec inverse = as_float(as_uint(splat((127 - exponent) << 23)));
+    // Three vectors hold kLanes positions. Lane l of vector k belongs to axis (k kLanes + l) % 3.
+    FloatVec centres[3];
+    for (std::uint32_t k = 0; k < 3; ++k) {
+        alignas(64) float lanes[kLanes];
+        for (std::uint32_t l = 0; l < kLanes; ++l) lanes[l] = centre[(k * kLanes + l) % 3];
+        centres[k] = load(lanes);
+    }
+    Mask finite = mask_of(kLaneBits);
+    Mask inside = finite;
+    Mask invertible = finite;
+    const FloatVec most = splat(std::numeric_limits<float>::max());
+    const FloatVec extent = splat(kSceneExtent);
+    for (std::size_t i = 0; i < 3 * count; i += 3 * kLanes) {
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            const FloatVec v = load_unaligned(world + i + k * kLanes);
+            const FloatVec made = lanes::snap_coordinate((v - centres[k]) * scale);
+            finite = finite & (abs(v) <= most);
+            inside = inside & (abs(made) <= extent);
+            invertible = invertible & (made * inverse + centres[k] == v);
+            store_unaligned(made, scene + i + k * kLanes);
+        }
+    }
+    return (all(finite) ? 0 : kNotFinite) | (all(inside) ? 0 : kOutside) |
+           (all(invertible) ? 0 : kNotInvertible);
+}
+
+/// How many positions make_position_run() makes together.
+int position_step() { return static_cast<int>(kLanes); }
+
+}  // namespace HWY_NAMESPACE
+}  // namespace mray::cpu
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+#include "common/simd/simd_dispatch-inl.h"
+
+namespace mray::cpu {
+namespace {
+
+HWY_EXPORT(make_ray_run);
+HWY_EXPORT(make_position_run);
+HWY_EXPORT(position_step);
+
+/// The centre of a space in floats.
+std::array<float, 3> centre_of(const SceneSpace& space) {
+    return {static_cast<float>(space.centre(0)), static_cast<float>(space.centre(1)),
+            static_cast<float>(space.centre(2))};
+}
+
+bool is_outside(vec3 world, vec3 scene) {
+    if (!std::isfinite(world.x) || !std::isfinite(world.y) || !std::isfinite(world.z)) return false;
+    return !(std::abs(scene.x) <= kSceneExtent && std::abs(scene.y) <= kSceneExtent &&
+             std::abs(scene.z) <= kSceneExtent);
+}
+
+}  // namespace
+
+void make_scene_rays(const SceneSpace& space, const SimdTarget& target,
+                     std::span<const StoredRay> rays, SceneRays& out) {
+    assert(rays.size() <= SceneRays::kMost);
+    SIMD_FUNCTION(make_ray_run, target)
+    (rays.data(), rays.size(), centre_of(space).data(), space.exponent(), out);
+}
+
+MadePositions make_positions(const SceneSpace& space, const SimdTarget& target,
+                             std::span<const vec3> world, std::span<vec3> scene) {
+    assert(world.size() == scene.size());
+    static_assert(sizeof(vec3) == 3 * sizeof(float));
+    const auto make_run = SIMD_FUNCTION(make_position_run, target);
+    const auto step = static_cast<std::size_t>(SIMD_FUNCTION(position_step, target)());
+    const std::array<float, 3> centre = centre_of(space);
+    // A run with a position that is not finite is made again.
+    constexpr std::size_t kRun = 256;
+    MadePositions all;
+    for (std::size_t first = 0; first < world.size(); first += kRun) {
+        const std::size_t count = std::min(kRun, world.size() - first);
+        std::size_t made = 0;
+        if (std::abs(space.exponent()) <= kMostExponent) {
+            made = count / step * step;
+            const int flags =
+                make_run(&world[first].x, made, centre.data(), space.exponent(), &scene[first].x);
+            if ((flags & kNotFinite) != 0) {
+                made = 0;
+            } else {
+                all.add({(flags & kOutside) != 0, (flags & kNotInvertible) == 0});
+            }
+        }
+        for (std::size_t i = first + made; i < first + count; ++i) {
+            const vec3 position = world[i];
+            scene[i] = space.to_scene(position);
+            all.add({is_outside(position, scene[i]), space.to_world(scene[i]) == position});
+        }
+    }
+    return all;
+}
+
+}  // namespace mray::cpu
+
+#endif  // HWY_ONCE

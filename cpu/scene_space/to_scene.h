@@ -1,0 +1,52 @@
+// Rays and positions of a caller's space, brought into scene space many at a time, on vectors.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "common/interop/ray.h"
+#include "common/scene/scene_space.h"
+#include "common/scene/stored_rays.h"
+#include "common/simd/simd_target.h"
+
+namespace mray::cpu {
+
+/// Rays in scene space that come from those of a caller.
+struct SceneRays {
+    static constexpr std::size_t kMost = 1024;
+
+    Ray rays[kMost];
+    /// [2 i + 1] belongs to ray i: t in the caller's space is t in scene space times 2^t_exponent.
+    std::int32_t t_exponents[2 * kMost];
+    /// The rays, ascending, that are not set.
+    std::uint16_t hard[kMost];
+    std::size_t hard_count;
+};
+
+/// Makes the rays of to_scene() (common/scene/scene_space.h), with their bits, of at most
+/// SceneRays::kMost rays. Leaves out rays that to_scene() refuses, and those with numbers that need
+/// more than floats: these are hard, and to_scene() decides.
+void make_scene_rays(const SceneSpace& space, const SimdTarget& target,
+                     std::span<const StoredRay> rays, SceneRays& out);
+
+/// The result of positions that were brought into scene space.
+struct MadePositions {
+    /// Whether a finite one lies outside of the range of scene space, [-kSceneExtent, kSceneExtent]
+    /// on each axis.
+    bool any_outside = false;
+    /// Whether SceneSpace::to_world() gives each of them back. It does not for a position that is
+    /// not finite, and may not for one outside of the range or with a coordinate below 2^-36 of it.
+    bool all_invertible = true;
+
+    void add(const MadePositions& other) {
+        any_outside |= other.any_outside;
+        all_invertible &= other.all_invertible;
+    }
+};
+
+/// Writes the positions of SceneSpace::to_scene(), with their bits, to `scene`, which has as many.
+MadePositions make_positions(const SceneSpace& space, const SimdTarget& target,
+                             std::span<const vec3> world, std::span<vec3> scene);
+
+}  // namespace mray::cpu
