@@ -224,10 +224,11 @@ Scene Scene::build(std::span<const MeshView> meshes, const Device& device,
 
 Scene Scene::on(const Device& device, const std::atomic<bool>* cancel) const {
     return with_scene(impl_, [&](SceneImpl& scene) {
-        SceneOptions options = scene.options;
-        options.refit_on.reset();
-        options.cancel = cancel;
-        options.done = nullptr;
+        const SceneOptions options = {.bounds = scene.options.bounds,
+                                      .update = scene.options.update,
+                                      .split = scene.options.split,
+                                      .record_cost_ratio = scene.options.record_cost_ratio,
+                                      .cancel = cancel};
         auto other = std::make_unique<SceneImpl>(device, options, scene.pose);
         other->meshes = scene.meshes;
         mray::Bvh tree;
