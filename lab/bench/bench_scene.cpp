@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "common/bvh/builder/bvh_builder.h"
-#include "scenes/inside_view.h"
-#include "scenes/source/open_scene.h"
+#include "scenes/clip.h"
+#include "scenes/scene_frames.h"
 
 namespace mray::bench {
 namespace {

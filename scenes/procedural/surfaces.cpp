@@ -1,4 +1,4 @@
-#include "scenes/procedural/surfaces.h"
+#include "scenes/procedural/helpers.h"
 
 #include <algorithm>
 #include <cmath>
