@@ -72,6 +72,10 @@ struct Grid {
     std::uint32_t columns = 1;
 };
 
+/// About `quads` quads in rows and columns with rows = elongation * columns.
+Grid grid_of(double quads, double elongation, std::uint32_t fewest_rows,
+             std::uint32_t fewest_columns);
+
 /// The colour of the two triangles of a quad.
 using GridColour = std::function<Albedo(std::uint32_t row, std::uint32_t column)>;
 
@@ -110,23 +114,6 @@ private:
     Grid grid_;
     std::vector<CosSin> down_;
     std::vector<CosSin> around_;
-};
-
-/// A closed torus: rows go the long way round, columns around the tube.
-class Torus {
-public:
-    /// With about that many triangles, at least 18, and `elongation` times as many rows as columns.
-    Torus(std::uint64_t triangles, double elongation);
-
-    const Grid& grid() const { return grid_; }
-    std::uint32_t triangle_count() const { return 2 * grid_.rows * grid_.columns; }
-    std::uint32_t vertex_count() const { return grid_.rows * grid_.columns; }
-    /// The vertices of a triangle; counter-clockwise from outside when rows turn from +x to +y and
-    /// columns from the outer equator to +z.
-    uvec3 triangle(std::uint32_t index) const;
-
-private:
-    Grid grid_;
 };
 
 }  // namespace mray
