@@ -18,13 +18,12 @@
 
 namespace mray {
 
-enum class MissingFrames { kFail, kHold, kSkip };
-
 struct ClipOptions {
     /// Accept vertices that are not finite and leave out faces that cannot be read, with a warning
     /// each, instead of refusing the scene.
     bool lenient = false;
-    MissingFrames missing = MissingFrames::kFail;
+    /// Interpolate the missing frames of a sequence, with a warning, instead of refusing it.
+    bool skip_missing = false;
     /// A PC2 file with the positions of a mesh file's vertices; empty: none.
     std::string cache = {};
     /// The animation of a glTF file, by its name or its index; empty: the first.
@@ -97,5 +96,11 @@ protected:
         return bounds.empty() && !first.empty() ? WorldBounds{{0, 0, 0}, {0, 0, 0}} : bounds;
     }
 };
+
+/// Opens `builtin:NAME[:TRIANGLES]`, a mesh file (OBJ or PLY), a folder of them, a pattern such
+/// as `frame_%04d.obj`, or a .gltf or .glb file. Throws Error: kBadArgument (unknown builtin, bad
+/// pattern, a cache for anything but one mesh file, an animation for anything but a glTF file that
+/// has it), kBadInput, kLimit.
+std::unique_ptr<Clip> open_scene(const std::string& spec, const ClipOptions& options = {});
 
 }  // namespace mray

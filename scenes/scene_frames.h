@@ -1,7 +1,8 @@
-// A clip with its scene space, and the positions of one of its frames at a time.
+// A clip with its scene space and view, and the positions of one of its frames at a time.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -13,6 +14,19 @@
 
 namespace mray {
 
+/// The view with the eye and the target of the clip's inside_view(), if it has one and neither is
+/// given, and with its light, if none is given.
+inline ViewSpec with_inside_view(ViewSpec view, const Clip& clip) {
+    const std::optional<InsideView> inside = clip.inside_view();
+    if (!inside) return view;
+    if (!view.eye && !view.target) {
+        view.eye = inside->eye;
+        view.target = inside->target;
+    }
+    if (!view.light) view.light = inside->light;
+    return view;
+}
+
 class SceneFrames {
 public:
     explicit SceneFrames(std::unique_ptr<Clip> clip)
@@ -23,9 +37,9 @@ public:
     const Clip& clip() const { return *clip_; }
     /// The space of the frame of the last call of positions().
     const SceneSpace& space() const { return space_; }
-    /// Returns make_image_params() for that frame.
+    /// The parameters of an image of that frame: with_inside_view(), make_image_params().
     ImageParams image_params(const ViewSpec& view) const {
-        return make_image_params(view, clip_->bounds(), space_);
+        return make_image_params(with_inside_view(view, *clip_), clip_->bounds(), space_);
     }
 
     /// Makes the positions of a frame, in the scene space of that frame. Valid until the next call.

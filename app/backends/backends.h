@@ -10,8 +10,8 @@
 #include "app/terminal/messages.h"
 #include "common/backend.h"
 #include "common/base/errors.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "morphray/device.hpp"
-#include "scenes/policy_runs.h"
 #include "scenes/scene_frames.h"
 
 namespace mray::app {

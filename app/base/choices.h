@@ -65,8 +65,6 @@ inline constexpr Choice<std::uint32_t> kSampleCounts[] = {
 inline constexpr Choice<const char*> kExrColours[] = {{"half", "half"}, {"float", "float"}};
 inline constexpr Choice<SplitMethod> kSplits[] = {{"binned", SplitMethod::kBinned},
                                                   {"sweep", SplitMethod::kSweep}};
-inline constexpr Choice<MissingFrames> kMissing[] = {
-    {"fail", MissingFrames::kFail}, {"hold", MissingFrames::kHold}, {"skip", MissingFrames::kSkip}};
 inline constexpr Choice<morphray::Crossing> kCrossings[] = {{"each", morphray::Crossing::each},
                                                             {"owner", morphray::Crossing::owner}};
 inline constexpr Choice<morphray::FillRule> kFillRules[] = {

@@ -19,8 +19,7 @@ std::vector<std::string> arguments_of(const SourceOptions& source) {
     const auto add = [&arguments](const char* name, const std::string& value) {
         if (!value.empty()) arguments.insert(arguments.end(), {name, value});
     };
-    if (source.missing != MissingFrames::kFail)
-        add("--missing", name_in<MissingFrames>(kMissing, source.missing));
+    if (source.skip_missing) arguments.emplace_back("--skip-missing");
     add("--cache", source.cache);
     add("--animation", source.animation);
     if (source.fps) add("--fps", fmt::format("{}", *source.fps));

@@ -14,7 +14,7 @@
 #include "common/update/policy.h"
 #include "morphray/image.hpp"
 #include "morphray/queries.hpp"
-#include "scenes/source/open_scene.h"
+#include "scenes/clip.h"
 
 namespace mray::app {
 
@@ -28,7 +28,7 @@ enum class PointQuery { kInside, kWinding, kDistance, kClosest };
 /// A scene and how it is read. The members are those of ClipOptions.
 struct SourceOptions {
     std::string scene;
-    MissingFrames missing = MissingFrames::kFail;
+    bool skip_missing = false;
     std::string cache = {};
     std::string animation = {};
     std::optional<double> fps = {};

@@ -46,11 +46,9 @@ CLI::Option* add_scene(CLI::App& command, SourceOptions& source) {
 }
 
 void add_source_options(CLI::App& command, SourceOptions& source) {
-    add_choice<MissingFrames>(
-        command, "--missing",
-        "missing frames of a sequence are an error, the frame before again, or positions between "
-        "those of its neighbours (fail)",
-        kMissing, source.missing);
+    add_flag(command, "--skip-missing",
+             "interpolate missing frames of a sequence, which are an error otherwise",
+             source.skip_missing);
     add_text(command, "--cache", "FILE",
              "point cache (PC2) with the positions of a mesh file's vertices", source.cache);
     add_text(command, "--animation", "NAME|INDEX", "animation of a glTF file (the first)",

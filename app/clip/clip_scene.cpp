@@ -11,7 +11,7 @@
 #include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
 #include "common/base/stopwatch.h"
-#include "scenes/inside_view.h"
+#include "scenes/scene_frames.h"
 
 namespace mray::app {
 namespace {

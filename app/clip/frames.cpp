@@ -11,9 +11,8 @@
 #include "common/scene/mesh.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
-#include "scenes/frame_range.h"
 #include "scenes/gltf/gltf_clip.h"
-#include "scenes/inside_view.h"
+#include "scenes/scene_frames.h"
 
 namespace mray::app {
 namespace {
@@ -61,7 +60,7 @@ std::unique_ptr<Clip> open_clip(const SourceOptions& source, const Messages& mes
         throw Error(ErrorKind::kBadArgument, "--fps: only glTF files have seconds; leave it out");
     ClipOptions options;
     options.lenient = source.lenient;
-    options.missing = source.missing;
+    options.skip_missing = source.skip_missing;
     options.cache = source.cache;
     options.animation = source.animation;
     options.fps = source.fps;
@@ -69,10 +68,6 @@ std::unique_ptr<Clip> open_clip(const SourceOptions& source, const Messages& mes
     const Progress progress("reading " + escape(std::filesystem::path(source.scene).filename()), 0,
                             messages);
     return open_scene(source.scene, options);
-}
-
-ImageParams image_params(const ViewSpec& view, const SceneFrames& scene) {
-    return scene.image_params(with_inside_view(view, scene.clip()));
 }
 
 std::vector<double> select_frames(const std::string& frames, const std::optional<double>& build_at,

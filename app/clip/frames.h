@@ -17,9 +17,15 @@ namespace mray::app {
 /// Opens the scene; warnings go to `messages`. Throws Error.
 std::unique_ptr<Clip> open_clip(const SourceOptions& source, const Messages& messages);
 
-/// Returns the image parameters of the view for the frame of the scene's last positions()
-/// (with_inside_view(), make_image_params()).
-ImageParams image_params(const ViewSpec& view, const SceneFrames& scene);
+inline constexpr std::size_t kMaxFrames = 1'000'000;
+
+/// Parses `A`, `A..B` or `A..B:STEP` with decimal numbers, A <= B and STEP > 0, or several of them
+/// with commas between, such as `0..8:4,20`, each of which begins after the end of the one before.
+/// Without STEP it is `step`; `what` is what the numbers are in messages, "frames" or "seconds".
+/// Returns the frames A + i * STEP up to B, which increase; a frame within 1e-9 of a step of B
+/// becomes exactly B. Throws Error(kBadArgument) for any other text and for more than 10^6 frames.
+std::vector<double> parse_frame_range(const std::string& text, double step = 1,
+                                      const char* what = "frames");
 
 enum class DefaultFrames { kAll, kFew };
 

@@ -149,7 +149,7 @@ ProbeReport probe_pixel(const ProbeOptions& options, const Messages& messages) {
     TreeUpdater updater(topology, scene.positions(build_at), *tracer, nullptr, options.tree.update,
                         build_config(options.tree.split, options.backend), {});
     if (build_at != frame_number) updater.update(scene.positions(frame_number));
-    const ImageParams params = image_params(options.view, scene);
+    const ImageParams params = scene.image_params(options.view);
     Frame frame;
     progress.reset();
     progress.emplace("tracing the image", 0, messages);

@@ -112,7 +112,7 @@ private:
     }
 
     double trace(Backend& backend) {
-        backend.trace_image(image_params(options_.view, scene_), frame_);
+        backend.trace_image(scene_.image_params(options_.view), frame_);
         return backend.finish().trace_ms;
     }
 

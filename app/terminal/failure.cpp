@@ -72,7 +72,7 @@ const char* hint_text(Hint hint) {
         case Hint::kLenient:
             return " or accept it with --lenient";
         case Hint::kReplaceMissing:
-            return ", or use --missing hold or --missing skip";
+            return ", or use --skip-missing";
         default:
             return "";
     }

@@ -7,7 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "common/scene/scene_space.h"
-#include "scenes/inside_view.h"
+#include "scenes/scene_frames.h"
 
 namespace mray::app {
 namespace {

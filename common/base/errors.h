@@ -26,7 +26,7 @@ enum class ErrorKind {
 enum class Hint {
     kNone,
     kLenient,         // ClipOptions::lenient
-    kReplaceMissing,  // ClipOptions::missing other than kFail
+    kReplaceMissing,  // ClipOptions::skip_missing
 };
 
 /// what() is one line, `file:line: what is wrong; what to do` where there is a file and a line.

@@ -5,8 +5,8 @@
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "lab/bench/fill_view.h"
-#include "scenes/inside_view.h"
-#include "scenes/source/open_scene.h"
+#include "scenes/clip.h"
+#include "scenes/scene_frames.h"
 
 namespace mray::bench {
 namespace {

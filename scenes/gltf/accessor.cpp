@@ -16,6 +16,39 @@ namespace {
 
 constexpr std::uint64_t kMaxElements = 0xFFFFFFFEu;
 
+/// The types of components, by their numbers in the file.
+enum class Component : std::uint16_t {
+    kInt8 = 5120,
+    kUint8 = 5121,
+    kInt16 = 5122,
+    kUint16 = 5123,
+    kUint32 = 5125,
+    kFloat = 5126
+};
+
+/// A part of a buffer view. Empty bytes stand for zeros.
+struct PackedArray {
+    std::string_view bytes;
+    std::size_t stride = 0;
+    Component component = Component::kFloat;
+};
+
+/// An accessor whose members have been checked against each other, its buffer view and its buffer.
+struct Accessor {
+    JsonAt at;
+    std::size_t count = 0;
+    std::size_t width = 1;
+    bool normalized = false;
+    PackedArray base = {};
+    /// Elements that replace those of `base`, and their indices.
+    std::size_t sparse_count = 0;
+    PackedArray sparse_indices = {};
+    PackedArray sparse_values = {};
+};
+
+constexpr std::pair<std::string_view, std::size_t> kTypes[] = {
+    {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}};
+
 std::size_t size_of(Component component) {
     return component <= Component::kUint8 ? 1 : component <= Component::kUint16 ? 2 : 4;
 }
@@ -28,9 +61,6 @@ Component component_of(const JsonAt& at) {
 }
 
 std::size_t width_of(const JsonAt& at) {
-    constexpr std::pair<std::string_view, std::size_t> kTypes[] = {
-        {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4},
-        {"MAT2", 4},   {"MAT3", 9}, {"MAT4", 16}};
     for (const auto& [name, width] : kTypes)
         if (at.text() == name) return width;
     at.fail(fmt::format("is {}; must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4",
@@ -88,21 +118,15 @@ bool is_unsigned(Component component, bool allow_32_bits) {
            (allow_32_bits && component == Component::kUint32);
 }
 
-void require(const Accessor& accessor, const Wanted& wanted) {
-    if (accessor.width != wanted.width)
-        accessor.at.at("type").fail(fmt::format("must be {} here", wanted.type));
-    const Component component = accessor.base.component;
-    if (component == Component::kFloat) return;
-    const bool is_allowed =
-        component != Component::kUint32 &&
-        (wanted.integers == Wanted::Integers::kAny ||
-         (wanted.integers == Wanted::Integers::kNormalized && accessor.normalized));
-    if (is_allowed) return;
-    accessor.at.at("componentType")
-        .fail(fmt::format("must be 5126 (float){} here",
-                          wanted.integers == Wanted::Integers::kNone
-                              ? ""
-                              : " or an integer of 8 or 16 bits that is normalized"));
+void require_shape(const Accessor& accessor, std::size_t width, std::size_t vertex_count) {
+    if (accessor.width != width) {
+        const auto* const type =
+            std::ranges::find(kTypes, width, &std::pair<std::string_view, std::size_t>::second);
+        accessor.at.at("type").fail(fmt::format("must be {} here", type->first));
+    }
+    if (vertex_count == 0 || accessor.count == vertex_count) return;
+    accessor.at.at("count").fail(fmt::format("is {}, but the positions of its primitive are {}",
+                                             accessor.count, vertex_count));
 }
 
 /// The elements of the buffer view that `owner` refers to.
@@ -147,35 +171,36 @@ void open_sparse(const GltfFile& file, const JsonAt& sparse, Accessor& accessor)
         packed(file, sparse.at("values"), accessor.base.component, accessor.width, count, false);
 }
 
-template <class Number>
-Sparse<Number> read_sparse(const Accessor& accessor) {
-    Sparse<Number> sparse;
-    if (accessor.sparse_count == 0) return sparse;
-    std::vector<std::uint32_t>& indices = sparse.indices;
-    indices.resize(accessor.sparse_count);
+std::vector<std::uint32_t> read_sparse_indices(const Accessor& accessor) {
+    std::vector<std::uint32_t> indices(accessor.sparse_count);
     read(accessor.sparse_indices, 1, false, indices);
     for (std::size_t i = 0; i < indices.size(); ++i) {
         if (indices[i] < accessor.count && (i == 0 || indices[i] > indices[i - 1])) continue;
         accessor.at.at("sparse").at("indices").fail(fmt::format(
             "index {} is {}; they must increase and stay below {}", i, indices[i], accessor.count));
     }
-    sparse.values.resize(accessor.sparse_count * accessor.width);
-    read(accessor.sparse_values, accessor.width, accessor.normalized, sparse.values);
-    return sparse;
+    return indices;
+}
+
+template <class Number>
+std::vector<Number> read_sparse_values(const Accessor& accessor) {
+    std::vector<Number> values(accessor.sparse_count * accessor.width);
+    read(accessor.sparse_values, accessor.width, accessor.normalized, values);
+    return values;
 }
 
 template <class Number>
 std::vector<Number> read_all(const Accessor& accessor) {
     const std::size_t width = accessor.width;
     std::vector<Number> values(accessor.count * width);
-    if (!accessor.is_sparse_alone()) read(accessor.base, width, accessor.normalized, values);
-    const Sparse<Number> sparse = read_sparse<Number>(accessor);
-    for (std::size_t i = 0; i < sparse.indices.size(); ++i)
-        std::copy_n(&sparse.values[i * width], width, &values[sparse.indices[i] * width]);
+    if (!accessor.base.bytes.empty()) read(accessor.base, width, accessor.normalized, values);
+    if (accessor.sparse_count == 0) return values;
+    const std::vector<std::uint32_t> indices = read_sparse_indices(accessor);
+    const std::vector<Number> sparse = read_sparse_values<Number>(accessor);
+    for (std::size_t i = 0; i < indices.size(); ++i)
+        std::copy_n(&sparse[i * width], width, &values[indices[i] * width]);
     return values;
 }
-
-}  // namespace
 
 Accessor open_accessor(const GltfFile& file, const JsonAt& reference) {
     const std::size_t index = reference.index_below(file.count("accessors"), "accessors");
@@ -200,20 +225,44 @@ Accessor open_accessor(const GltfFile& file, const JsonAt& reference) {
     return accessor;
 }
 
-std::vector<float> floats(const Accessor& accessor, const Wanted& wanted) {
-    require(accessor, wanted);
-    return read_all<float>(accessor);
+Accessor open_wanted(const GltfFile& file, const JsonAt& reference, const Wanted& wanted) {
+    Accessor accessor = open_accessor(file, reference);
+    require_shape(accessor, wanted.width, wanted.vertex_count);
+    const Component component = accessor.base.component;
+    const bool is_allowed =
+        component == Component::kFloat ||
+        (component != Component::kUint32 &&
+         (wanted.integers == Wanted::Integers::kAny ||
+          (wanted.integers == Wanted::Integers::kNormalized && accessor.normalized)));
+    if (!is_allowed) {
+        accessor.at.at("componentType")
+            .fail(fmt::format("must be 5126 (float){} here",
+                              wanted.integers == Wanted::Integers::kNone
+                                  ? ""
+                                  : " or an integer of 8 or 16 bits that is normalized"));
+    }
+    return accessor;
 }
 
-Sparse<float> sparse_floats(const Accessor& accessor, const Wanted& wanted) {
-    require(accessor, wanted);
-    return read_sparse<float>(accessor);
+}  // namespace
+
+std::vector<float> floats(const GltfFile& file, const JsonAt& reference, const Wanted& wanted) {
+    return read_all<float>(open_wanted(file, reference, wanted));
 }
 
-std::vector<std::uint32_t> integers(const Accessor& accessor, std::size_t width,
-                                    bool allow_32_bits) {
-    if (accessor.width != width)
-        accessor.at.at("type").fail(fmt::format("must be {} here", width == 1 ? "SCALAR" : "VEC4"));
+std::optional<SparseFloats> sparse_floats(const GltfFile& file, const JsonAt& reference,
+                                          const Wanted& wanted) {
+    const Accessor accessor = open_wanted(file, reference, wanted);
+    if (!accessor.base.bytes.empty()) return std::nullopt;
+    if (accessor.sparse_count == 0) return SparseFloats{};
+    return SparseFloats{read_sparse_indices(accessor), read_sparse_values<float>(accessor)};
+}
+
+std::vector<std::uint32_t> integers(const GltfFile& file, const JsonAt& reference,
+                                    std::size_t width, std::size_t vertex_count) {
+    const Accessor accessor = open_accessor(file, reference);
+    require_shape(accessor, width, vertex_count);
+    const bool allow_32_bits = width == 1;
     if (!is_unsigned(accessor.base.component, allow_32_bits) || accessor.normalized) {
         accessor.at.at("componentType")
             .fail(fmt::format("must be 5121 or 5123{} here, and not normalized",

@@ -1,4 +1,4 @@
-#include "scenes/gltf/animation.h"
+#include "scenes/gltf/gltf_scene.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,6 @@
 #include "common/base/errors.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
-#include "scenes/gltf/transforms.h"
 
 namespace mray::gltf {
 namespace {
@@ -59,20 +58,21 @@ void require_times(const JsonAt& reference, std::span<const float> times) {
 
 class AnimationReader {
 public:
-    AnimationReader(const GltfFile& file, std::size_t index,
-                    std::span<const std::size_t> target_counts)
-        : file_(file), at_(file.element("animations", index)), target_counts_(target_counts) {}
+    AnimationReader(const GltfFile& file, std::size_t index, GltfScene& scene)
+        : file_(file),
+          at_(file.element("animations", index)),
+          scene_(scene),
+          animation_(scene.animation) {}
 
-    Animation run() {
+    void run() {
         const JsonAt channels = at_.at("channels");
         for (std::size_t i = 0; i < channels.size(); ++i) read_channel(channels[i]);
-        return std::move(animation_);
     }
 
 private:
     void read_channel(const JsonAt& at) {
         const JsonAt target = at.at("target");
-        const auto node = target.index_or_none("node", target_counts_.size(), "nodes");
+        const auto node = target.index_or_none("node", scene_.tree.nodes.size(), "nodes");
         if (!node) return;  // An extension's target.
         const JsonAt samplers = at_.at("samplers");
         const JsonAt sampler = samplers[at.at("sampler").index_below(samplers.size(), "samplers")];
@@ -81,15 +81,25 @@ private:
                         .interpolation = interpolation_of(sampler)};
         if (!known_.insert({channel.node, channel.target}).second)
             target.fail("is that of another channel, too");
-        if (channel.target == Target::kRotation) channel.width = 4;
-        if (channel.target == Target::kWeights) {
-            channel.width = target_counts_[*node];
-            if (channel.width == 0) target.fail("has no morph targets");
-        }
         channel.times = times_of(sampler.at("input"));
-        channel.values = values_of(sampler.at("output"), channel);
         animation_.seconds =
             std::max(animation_.seconds, static_cast<double>(channel.times.back()));
+        const Node& moved = scene_.tree.nodes[*node];
+        if (channel.target == Target::kWeights) {
+            const auto mesh = moved.mesh ? scene_.meshes.find(*moved.mesh) : scene_.meshes.end();
+            // The mesh of a node that is not shown has not been read.
+            if (moved.mesh && mesh == scene_.meshes.end()) return;
+            channel.width = moved.mesh ? mesh->second.target_count : 0;
+            if (channel.width == 0) target.fail("has no morph targets");
+        } else if (moved.matrix) {
+            file_.element("nodes", *node)
+                .at("matrix")
+                .fail(
+                    "stands in a node that an animation moves; give translation, rotation and "
+                    "scale");
+        }
+        if (channel.target == Target::kRotation) channel.width = 4;
+        channel.values = values_of(sampler.at("output"), channel);
         animation_.channels.push_back(channel);
     }
 
@@ -98,7 +108,7 @@ private:
                              wanted.width, wanted.integers != Wanted::Integers::kNone);
         auto known = animation_.numbers.find(key);
         if (known == animation_.numbers.end()) {
-            std::vector<float> values = floats(open_accessor(file_, reference), wanted);
+            std::vector<float> values = floats(file_, reference, wanted);
             known = animation_.numbers.emplace(key, std::move(values)).first;
             for (std::size_t i = 0; i < known->second.size(); ++i) {
                 if (!std::isfinite(known->second[i]))
@@ -109,7 +119,7 @@ private:
     }
 
     std::span<const float> times_of(const JsonAt& reference) {
-        const std::span<const float> times = numbers_of(reference, {1, "SCALAR"});
+        const std::span<const float> times = numbers_of(reference, {});
         if (checked_times_.insert(times.data()).second) require_times(reference, times);
         return times;
     }
@@ -117,9 +127,8 @@ private:
     std::span<const float> values_of(const JsonAt& reference, const Channel& channel) {
         const bool is_scalar = channel.target == Target::kWeights;
         const bool may_be_integers = is_scalar || channel.target == Target::kRotation;
-        const char* const type = is_scalar ? "SCALAR" : channel.width == 3 ? "VEC3" : "VEC4";
         const std::span<const float> values = numbers_of(
-            reference, {is_scalar ? 1 : channel.width, type,
+            reference, {is_scalar ? 1 : channel.width,
                         may_be_integers ? Wanted::Integers::kNormalized : Wanted::Integers::kNone});
         const std::size_t parts =
             channel.interpolation == Interpolation::kCubicSpline ? kSplineParts : 1;
@@ -133,8 +142,8 @@ private:
 
     const GltfFile& file_;
     const JsonAt at_;
-    std::span<const std::size_t> target_counts_;
-    Animation animation_;
+    const GltfScene& scene_;
+    Animation& animation_;
     std::set<std::pair<std::uint32_t, Target>> known_;
     std::set<const float*> checked_times_;
 };
@@ -213,9 +222,8 @@ std::size_t find_animation(const GltfFile& file, const std::string& text) {
                             file.name(), list_of(names)));
 }
 
-Animation read_animation(const GltfFile& file, std::size_t index,
-                         std::span<const std::size_t> target_counts) {
-    return AnimationReader(file, index, target_counts).run();
+void read_animation(const GltfFile& file, std::size_t index, GltfScene& scene) {
+    AnimationReader(file, index, scene).run();
 }
 
 void sample(const Channel& channel, double time, std::span<double> out) {

@@ -11,7 +11,6 @@
 #include <glm/geometric.hpp>
 
 #include "common/base/errors.h"
-#include "scenes/gltf/materials.h"
 #include "scenes/mesh/smooth_numbers.h"
 
 namespace mray::gltf {
@@ -33,10 +32,9 @@ public:
         read_meshes();
         for (std::string& name : animation_names(file_)) scene_.animations.push_back({name});
         if (!scene_.animations.empty()) {
-            scene_.animation = read_animation(file_, animation, target_counts());
+            read_animation(file_, animation, scene_);
             scene_.animations[animation].is_shown = true;
         }
-        check_channels();
         require_limits();
         find_mirrored();
         for (const std::uint32_t node : scene_.tree.scene)
@@ -79,38 +77,6 @@ private:
                                            joint_count, *node.mesh,
                                            set.influences.joint_limit - 1));
         }
-    }
-
-    void check_channels() const {
-        for (const Channel& channel : scene_.animation.channels) {
-            if (channel.target == Target::kWeights || !scene_.tree.nodes[channel.node].matrix)
-                continue;
-            file_.element("nodes", channel.node)
-                .at("matrix")
-                .fail(
-                    "stands in a node that an animation moves; give translation, rotation and "
-                    "scale");
-        }
-    }
-
-    std::vector<std::size_t> target_counts() const {
-        std::vector<std::size_t> counts;
-        for (const Node& node : scene_.tree.nodes) {
-            const auto mesh = node.mesh ? scene_.meshes.find(*node.mesh) : scene_.meshes.end();
-            if (mesh != scene_.meshes.end()) {
-                counts.push_back(mesh->second.target_count);
-            } else {
-                // The node has no mesh, or is outside of the scene, so that its mesh was not read.
-                counts.push_back(node.mesh ? targets_in_file(*node.mesh) : 0);
-            }
-        }
-        return counts;
-    }
-
-    std::size_t targets_in_file(std::uint32_t mesh) const {
-        const JsonAt primitives = file_.element("meshes", mesh).at("primitives");
-        const auto targets = primitives.size() == 0 ? std::nullopt : primitives[0].find("targets");
-        return targets ? targets->size() : 0;
     }
 
     void require_limits() const {

@@ -1,20 +1,196 @@
-// A glTF file as what is needed to pose it.
+// A glTF file as what is needed to pose it, and how its parts are read.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
+#include <string>
+#include <tuple>
 #include <vector>
 
+#include "common/interop/platform.h"
 #include "common/scene/mesh.h"
 #include "common/scene/textures.h"
 #include "scenes/clip.h"
-#include "scenes/gltf/animation.h"
-#include "scenes/gltf/meshes.h"
-#include "scenes/gltf/nodes.h"
+#include "scenes/gltf/accessor.h"
+#include "scenes/gltf/transforms.h"
+#include "scenes/warning_count.h"
 
 namespace mray::gltf {
+
+inline constexpr std::uint32_t kNoNode = 0xFFFFFFFFu;
+
+struct Node {
+    std::uint32_t parent = kNoNode;
+    std::vector<std::uint32_t> children;
+    /// The map to the parent's space is `matrix` if there is one, otherwise `trs`.
+    Trs trs;
+    std::optional<Affine> matrix;
+    std::optional<std::uint32_t> mesh;
+    std::optional<std::uint32_t> skin;
+    /// Weights of the morph targets of the mesh; empty: those of the mesh.
+    std::vector<double> weights;
+};
+
+struct NodeTree {
+    std::vector<Node> nodes;
+    /// Parents before their children; all nodes of the file.
+    std::vector<std::uint32_t> parents_first;
+    /// The nodes of the scene, depth first: the default scene, or scene 0, or without scenes all
+    /// roots in their order. Each is there once, also if the scene lists nodes below others that it
+    /// lists; a node's parents need not be there.
+    std::vector<std::uint32_t> scene;
+};
+
+/// Throws Error(kBadInput) for indices out of range, a node with two parents, one that is its own
+/// ancestor, a matrix together with other transformations, and numbers that are not one.
+NodeTree read_nodes(const GltfFile& file);
+
+/// A point of an image, glTF's (u, v) with v from the top, is (u[0] * u + u[1] * v + u[2], v[0] * u
+/// + v[1] * v + v[2]).
+struct TexcoordMap {
+    std::array<double, 3> u = {1, 0, 0};
+    std::array<double, 3> v = {0, 1, 0};
+    bool operator==(const TexcoordMap&) const = default;
+};
+
+/// The texture coordinates that a material wants: attribute TEXCOORD_n, and where it maps them.
+struct TexcoordUse {
+    std::uint32_t set = 0;
+    TexcoordMap map = {};
+};
+
+struct Material {
+    /// White where the file does not say.
+    Albedo albedo = 0x00FFFFFF;
+    /// An index of Materials::textures, or kNoTexture.
+    std::uint32_t texture = kNoTexture;
+    /// The texture coordinates of the texture.
+    TexcoordUse texcoords = {};
+    /// Whether its alpha mode MASK leaves nothing, whatever the texture.
+    bool is_cut_away = false;
+};
+
+struct Materials {
+    std::vector<Material> materials;
+    std::vector<TextureFile> textures;
+};
+
+/// Reads baseColorFactor and baseColorTexture of every material. Images are files in the
+/// folder of the glTF file, data: URIs, or parts of a buffer; those that are missing or lie outside
+/// of the folder, data: URIs that are not in base 64, and those of unknown extensions are left out
+/// with a warning. Throws Error(kBadInput) for indices out of range and factors that are no
+/// numbers.
+Materials read_materials(const GltfFile& file, const ClipOptions& options);
+
+struct Skin {
+    /// Indices of nodes, at least one.
+    std::vector<std::uint32_t> joints;
+    /// For each joint the map from the mesh to the joint's space.
+    std::vector<Affine> inverse_binds;
+};
+
+/// Throws Error(kBadInput) for a skin without joints or with more than 65536, and for fewer or
+/// other matrices than joints.
+Skin read_skin(const GltfFile& file, std::size_t index);
+
+/// Joints of a skin that move a vertex: `per_vertex` entries each, of which those that are not
+/// needed have weight 0. The sum of the weights of a vertex is above 0, not always 1.
+struct Influences {
+    std::size_t per_vertex = 0;
+    std::vector<std::uint16_t> joints;
+    std::vector<float> weights;
+    /// Above all joints.
+    std::uint32_t joint_limit = 0;
+};
+
+/// Reads attributes JOINTS_n and WEIGHTS_n of a primitive. A vertex without a weight above 0 is an
+/// error; if lenient, it moves with its first joint, with a warning.
+Influences read_influences(const GltfFile& file, const JsonAt& attributes, std::size_t vertex_count,
+                           bool lenient, WarningCount& unweighted);
+
+/// The deltas that a morph target adds to positions.
+struct MorphTarget {
+    /// The vertices that it moves, in increasing order; empty: as many as there are deltas, from 0.
+    std::vector<std::uint32_t> vertices;
+    std::vector<vec3> deltas;
+};
+
+/// Vertices that primitives of a mesh have in common.
+struct VertexSet {
+    std::vector<vec3> positions;
+    std::vector<MorphTarget> targets;
+    Influences influences;
+};
+
+struct Primitive {
+    std::size_t vertex_set = 0;
+    /// Indices of vertices of the set.
+    std::vector<uvec3> triangles;
+    std::optional<std::uint32_t> material;
+    /// One for each vertex, or empty.
+    std::vector<vec3> normals;
+    std::vector<Texcoord> texcoords;
+};
+
+struct Mesh {
+    std::vector<VertexSet> sets;
+    std::vector<Primitive> primitives;
+    /// The number of morph targets, and their weights where a node has none.
+    std::size_t target_count = 0;
+    std::vector<double> weights;
+};
+
+/// The meshes with these indices. Primitives of points and lines and those without positions are
+/// left out with a warning.
+///
+/// Throws Error(kBadInput) for indices and counts that do not fit together, weights that are
+/// negative, not finite or all 0 (if lenient, a warning and the first joint), and positions that
+/// are not finite or beyond 1e30 (if lenient, a warning); kLimit above 2^28 triangles.
+std::map<std::uint32_t, Mesh> read_meshes(const GltfFile& file, const Materials& materials,
+                                          std::span<const std::uint32_t> indices,
+                                          const ClipOptions& options);
+
+enum class Interpolation : std::uint8_t { kStep, kLinear, kCubicSpline };
+enum class Target : std::uint8_t { kTranslation, kRotation, kScale, kWeights };
+
+/// One property of a node over time.
+struct Channel {
+    std::uint32_t node = 0;
+    Target target = Target::kTranslation;
+    Interpolation interpolation = Interpolation::kLinear;
+    /// Numbers a value: 3, 4, or the number of morph targets.
+    std::size_t width = 3;
+    /// Seconds; they increase.
+    std::span<const float> times = {};
+    /// `width` numbers for each time; of a cubic spline in-tangent, value and out-tangent.
+    std::span<const float> values = {};
+};
+
+/// Values of all channels; rotations have directions.
+struct Animation {
+    std::vector<Channel> channels;
+    /// The last time of any channel.
+    double seconds = 0;
+
+    /// The numbers that the channels refer to, by the index of the accessor, the numbers an element
+    /// has, and whether it may have integers.
+    std::map<std::tuple<std::uint32_t, std::size_t, bool>, std::vector<float>> numbers = {};
+};
+
+/// Which animation a text means: one of that name, or of that index; without text the first. Throws
+/// Error(kBadArgument) that lists the names.
+std::size_t find_animation(const GltfFile& file, const std::string& text);
+
+/// The names of all animations of a file, empty where it gives none.
+std::vector<std::string> animation_names(const GltfFile& file);
+
+/// The value of a channel at a time in seconds; a rotation has length 1.
+void sample(const Channel& channel, double time, std::span<double> out);
 
 /// A vertex set that a node places: vertices [first_vertex, first_vertex + its size) of the clip.
 struct Part {
@@ -41,6 +217,11 @@ struct GltfScene {
     std::vector<uvec3> smooth;
     SceneTextures textures;
 };
+
+/// Reads the animation of the nodes and meshes of a scene into it. Throws Error(kBadInput) for
+/// times that are negative, not finite or do not increase, values that are not finite or do not
+/// fit, a node with a matrix, and two channels of one property.
+void read_animation(const GltfFile& file, std::size_t index, GltfScene& scene);
 
 /// Reads the scene that options.animation moves. Throws Error: kBadInput with the place in the
 /// JSON, kBadArgument for another animation, kLimit for a mesh above 2^28 triangles.

@@ -1,4 +1,4 @@
-#include "scenes/gltf/materials.h"
+#include "scenes/gltf/gltf_scene.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,6 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "scenes/obj/mtl_reader.h"
 #include "scenes/trig.h"
 #include "scenes/warning_count.h"
 

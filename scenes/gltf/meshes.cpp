@@ -1,4 +1,4 @@
-#include "scenes/gltf/meshes.h"
+#include "scenes/gltf/gltf_scene.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "scenes/gltf/accessor.h"
 #include "scenes/mesh/mesh_rules.h"
 #include "scenes/warning_count.h"
 
@@ -131,7 +130,8 @@ private:
         const std::size_t vertex_count = mesh.sets[primitive.vertex_set].positions.size();
         primitive.triangles = read_triangles(at, mode, vertex_count);
         primitive.material = at.index_or_none("material", materials_.materials.size(), "materials");
-        primitive.normals = read_normals(attributes, vertex_count);
+        if (const auto normal = attributes.find("NORMAL"))
+            primitive.normals = read_vectors(*normal, vertex_count);
         primitive.texcoords = read_texcoords(attributes, primitive, vertex_count);
         mesh.primitives.push_back(std::move(primitive));
     }
@@ -140,22 +140,15 @@ private:
         return is_quantized_ ? Integers::kAny : otherwise;
     }
 
-    std::vector<vec3> read_vectors(const JsonAt& reference, const char* what,
-                                   std::size_t vertex_count) {
-        const Accessor accessor = open_accessor(file_, reference);
-        if (vertex_count != 0) require_count(accessor, vertex_count);
-        if (accessor.base.component != Component::kFloat && !is_quantized_) {
-            reference.fail(
-                fmt::format("{} are integers, which need the extension {}", what, kQuantization));
-        }
-        return as_vectors(floats(accessor, {3, "VEC3", quantized(Integers::kNone)}));
+    std::vector<vec3> read_vectors(const JsonAt& reference, std::size_t vertex_count) {
+        return as_vectors(floats(file_, reference, {3, quantized(Integers::kNone), vertex_count}));
     }
 
     VertexSet read_set(const JsonAt& at) {
         const JsonAt attributes = at.at("attributes");
         const JsonAt position = attributes.at("POSITION");
         VertexSet set;
-        set.positions = read_vectors(position, "positions", 0);
+        set.positions = read_vectors(position, 0);
         check_positions(position, set.positions);
         const auto targets = at.find("targets");
         for (std::size_t i = 0; targets && i < targets->size(); ++i)
@@ -183,14 +176,12 @@ private:
         MorphTarget target;
         const auto position = at.find("POSITION");
         if (!position) return target;
-        const Accessor accessor = open_accessor(file_, *position);
-        require_count(accessor, vertex_count);
-        if (accessor.is_sparse_alone()) {
-            Sparse<float> sparse = sparse_floats(accessor, {3, "VEC3", quantized(Integers::kNone)});
-            target.vertices = std::move(sparse.indices);
-            target.deltas = as_vectors(sparse.values);
+        if (std::optional<SparseFloats> sparse =
+                sparse_floats(file_, *position, {3, quantized(Integers::kNone), vertex_count})) {
+            target.vertices = std::move(sparse->indices);
+            target.deltas = as_vectors(sparse->values);
         } else {
-            target.deltas = read_vectors(*position, "displacements", vertex_count);
+            target.deltas = read_vectors(*position, vertex_count);
         }
         for (std::size_t i = 0; i < target.deltas.size(); ++i) {
             const vec3& d = target.deltas[i];
@@ -206,7 +197,7 @@ private:
         std::size_t corner_count = vertex_count;
         const auto reference = at.find("indices");
         if (reference) {
-            indices = integers(open_accessor(file_, *reference), 1, true);
+            indices = integers(file_, *reference, 1, 0);
             corner_count = indices.size();
         }
         const auto type = static_cast<TriangleMode>(mode);
@@ -228,12 +219,6 @@ private:
         return triangles_of(type, indices, corner_count);
     }
 
-    std::vector<vec3> read_normals(const JsonAt& attributes, std::size_t vertex_count) {
-        const auto normal = attributes.find("NORMAL");
-        if (!normal) return {};
-        return read_vectors(*normal, "normals", vertex_count);
-    }
-
     std::vector<Texcoord> read_texcoords(const JsonAt& attributes, const Primitive& primitive,
                                          std::size_t vertex_count) {
         if (!primitive.material) return {};
@@ -250,10 +235,8 @@ private:
             });
             return {};
         }
-        const Accessor accessor = open_accessor(file_, *reference);
-        require_count(accessor, vertex_count);
         const std::vector<float> values =
-            floats(accessor, {2, "VEC2", quantized(Integers::kNormalized)});
+            floats(file_, *reference, {2, quantized(Integers::kNormalized), vertex_count});
         std::vector<Texcoord> texcoords(vertex_count);
         for (std::size_t i = 0; i < vertex_count; ++i) {
             const auto mapped = [&](const std::array<double, 3>& row) {

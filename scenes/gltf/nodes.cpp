@@ -1,4 +1,4 @@
-#include "scenes/gltf/nodes.h"
+#include "scenes/gltf/gltf_scene.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "scenes/gltf/skins.h"
+#include "scenes/gltf/gltf_scene.h"
 
 #include <fmt/format.h>
 
@@ -97,12 +97,10 @@ Skin read_skin(const GltfFile& file, std::size_t index) {
     skin.inverse_binds.resize(joint_count);
     const auto reference = at.find("inverseBindMatrices");
     if (!reference) return skin;
-    const Accessor accessor = open_accessor(file, *reference);
-    if (accessor.count < joint_count) {
-        accessor.at.at("count").fail(
-            fmt::format("is {}, but {} has {} joints", accessor.count, at.path(), joint_count));
-    }
-    const std::vector<float> values = floats(accessor, {16, "MAT4"});
+    const std::vector<float> values = floats(file, *reference, {.width = 16});
+    if (values.size() / 16 < joint_count)
+        reference->fail(
+            fmt::format("has {} matrices for {} joints", values.size() / 16, joint_count));
     for (std::size_t i = 0; i < joint_count; ++i) {
         for (std::size_t k = 0; k < 16; ++k) {
             if (!std::isfinite(values[16 * i + k]))
@@ -111,12 +109,6 @@ Skin read_skin(const GltfFile& file, std::size_t index) {
         skin.inverse_binds[i] = matrix_of(&values[16 * i]);
     }
     return skin;
-}
-
-void require_count(const Accessor& accessor, std::size_t vertex_count) {
-    if (accessor.count == vertex_count) return;
-    accessor.at.at("count").fail(fmt::format("is {}, but the positions of its primitive are {}",
-                                             accessor.count, vertex_count));
 }
 
 Influences read_influences(const GltfFile& file, const JsonAt& attributes, std::size_t vertex_count,
@@ -130,13 +122,10 @@ Influences read_influences(const GltfFile& file, const JsonAt& attributes, std::
         if (!joints && !weights) break;
         if (!joints || !weights)
             attributes.fail(fmt::format("has no {}", joints ? weights_name : joints_name));
-        const Accessor joint_accessor = open_accessor(file, *joints);
-        const Accessor weight_accessor = open_accessor(file, *weights);
-        require_count(joint_accessor, vertex_count);
-        require_count(weight_accessor, vertex_count);
-        sets.joints.push_back(integers(joint_accessor, 4, false));
-        sets.weights.push_back(floats(weight_accessor, {4, "VEC4", Wanted::Integers::kNormalized}));
-        require_weights(weight_accessor.at, sets.weights.back());
+        sets.joints.push_back(integers(file, *joints, kPerSet, vertex_count));
+        sets.weights.push_back(
+            floats(file, *weights, {kPerSet, Wanted::Integers::kNormalized, vertex_count}));
+        require_weights(*weights, sets.weights.back());
     }
     if (sets.joints.empty()) return {};
     return joined_influences(sets, [&](std::size_t vertex) {

@@ -18,10 +18,10 @@ JsonTree parse_json(std::string_view text, const std::string& file) {
 }
 
 void JsonAt::fail(const std::string& what, Hint hint) const {
-    throw JsonValueError(ErrorKind::kBadInput,
-                         path_.empty() ? fmt::format("{}: {}", file_, what)
-                                       : fmt::format("{}: {}: {}", file_, path_, what),
-                         hint);
+    throw Error(ErrorKind::kBadInput,
+                path_.empty() ? fmt::format("{}: {}", file_, what)
+                              : fmt::format("{}: {}: {}", file_, path_, what),
+                hint);
 }
 
 std::optional<JsonAt> JsonAt::find(const std::string& key) const {

@@ -17,17 +17,11 @@ namespace mray {
 /// Finds members of an object in logarithmic time, for input that may have any number of them.
 using JsonTree = nlohmann::json;
 
-/// A value of another type or size than a reader asks for.
-class JsonValueError : public Error {
-public:
-    using Error::Error;
-};
-
 /// Parses the JSON text of a file, whose name in messages is `file`. Throws Error(kBadInput) with
 /// the byte for a text that is not JSON, and for a number beyond the largest double.
 JsonTree parse_json(std::string_view text, const std::string& file);
 
-/// A value and its place. Member functions throw JsonValueError, kBadInput and "file: place: what
+/// A value and its place. Member functions throw Error(kBadInput) with "file: place: what
 /// is wrong", for a value of another type. Tree and file name must outlive it.
 class JsonAt {
 public:

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <string>
 
 #include "common/base/errors.h"
@@ -12,10 +11,9 @@
 namespace mray {
 namespace {
 
-constexpr std::array kFormats = {
-    MeshFormat{".obj", read_obj},
-    MeshFormat{".ply", read_ply},
-};
+std::string extension_of(const std::filesystem::path& path) {
+    return lower_case(path.extension().native());
+}
 
 [[noreturn]] void fail(const std::string& place, const std::string& what, Hint hint = Hint::kNone) {
     throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place, what), hint);
@@ -23,20 +21,13 @@ constexpr std::array kFormats = {
 
 }  // namespace
 
-const MeshFormat* mesh_format_of(const std::filesystem::path& path) {
-    const std::string extension = lower_case(path.extension().native());
-    for (const MeshFormat& format : kFormats)
-        if (format.extension == extension) return &format;
-    return nullptr;
-}
-
-std::string extensions_of_meshes() {
-    return fmt::format("{} or {}", kFormats[0].extension, kFormats[1].extension);
+bool has_mesh_name(const std::filesystem::path& path) {
+    const std::string extension = extension_of(path);
+    return extension == ".obj" || extension == ".ply";
 }
 
 FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options) {
-    const MeshFormat* const format = mesh_format_of(path);
-    return format == nullptr ? read_obj(path, options) : format->read(path, options);
+    return extension_of(path) == ".ply" ? read_ply(path, options) : read_obj(path, options);
 }
 
 bool MeshRules::are_good(std::span<const vec3> positions) {

@@ -52,14 +52,6 @@ struct FileMesh {
     std::vector<Texcoord> texcoords;
 };
 
-/// A format of files with one mesh each.
-struct MeshFormat {
-    /// With its dot, in lower case.
-    std::string_view extension;
-    /// Throws Error: kBadInput with the file and the place in it, kLimit.
-    FileMesh (*read)(const std::filesystem::path& path, const MeshFileOptions& options);
-};
-
 /// A longer line is not OBJ text. Faces are exempt: a polygon of 200,000 corners is one line of
 /// 1.3 MB.
 inline constexpr std::size_t kMaxObjLineBytes = std::size_t{1} << 20;
@@ -89,14 +81,11 @@ FileMesh read_obj(const std::filesystem::path& path, const MeshFileOptions& opti
 /// options.
 FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& options = {});
 
-/// The format whose extension the name has, in letters of either case; null if there is none.
-const MeshFormat* mesh_format_of(const std::filesystem::path& path);
+/// Whether the name ends with .obj or .ply, in letters of either case.
+bool has_mesh_name(const std::filesystem::path& path);
 
-/// The extensions of all formats for messages: ".obj or .ply".
-std::string extensions_of_meshes();
-
-/// Reads a file in the format of its name; a name of no format is read as OBJ. Throws what
-/// MeshFormat::read throws.
+/// Reads a file in the format of its name; a name of no format is read as OBJ. Throws Error:
+/// kBadInput with the file and the place in it, kLimit.
 FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options);
 
 }  // namespace mray

@@ -1,4 +1,4 @@
-#include "scenes/obj/mtl_reader.h"
+#include "scenes/obj/obj_materials.h"
 
 #include <fmt/format.h>
 
@@ -11,6 +11,7 @@
 #include "common/base/errors.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
+#include "scenes/obj/obj_lines.h"
 
 namespace mray {
 namespace {
@@ -45,37 +46,24 @@ bool take_numbers(std::string_view& rest, std::array<float, 2>& numbers) {
 
 class MtlReader {
 public:
-    MtlReader(const std::filesystem::path& library, const std::string& name, bool lenient,
-              MaterialMap& materials)
-        : library_(library), name_(name), lenient_(lenient), materials_(materials) {}
+    MtlReader(std::string_view text, const std::filesystem::path& library, const std::string& name,
+              bool lenient, MaterialMap& materials)
+        : lines_(text, name), library_(library), lenient_(lenient), materials_(materials) {}
 
-    void read(std::string_view text, const WarnFunction& warn) {
-        if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-        while (!text.empty()) {
-            ++line_;
-            const std::size_t length = std::min(text.find_first_of("\r\n"), text.size());
-            read_statement(trimmed(text.substr(0, length), kBlanks));
-            text.remove_prefix(length);
-            text.remove_prefix(text.starts_with("\r\n") ? 2 : text.empty() ? 0 : 1);
-        }
+    void read(const WarnFunction& warn) {
+        while (!lines_.at_end()) read_statement(trimmed(lines_.next(), kBlanks));
         end_material();
         odd_.tell(warn);
     }
 
 private:
-    [[noreturn]] void fail(const std::string& what) const {
-        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place(), what));
-    }
-    std::string place() const { return fmt::format("{}:{}", name_, line_); }
     /// `instead` is what a lenient reader does.
     void refuse(const std::string& what, std::string_view instead) {
-        if (!lenient_) fail(what + "; repair the material");
-        odd_.add([&] { return Warning{place(), fmt::format("{}; {}", what, instead)}; });
+        if (!lenient_) lines_.fail(what + "; repair the material");
+        odd_.add([&] { return Warning{lines_.place(), fmt::format("{}; {}", what, instead)}; });
     }
 
     void read_statement(std::string_view statement) {
-        if (statement.find('\0') != std::string_view::npos)
-            fail("NUL byte; this is binary data or UTF-16, save it as UTF-8 text");
         const std::string_view keyword = take_word(statement);
         if (keyword == "newmtl") {
             end_material();
@@ -89,8 +77,9 @@ private:
 
     void read_kd(const std::string_view text) {
         std::vector<std::string_view> words;
-        for (std::string_view rest = text; !rest.empty() && rest[0] != '#';)
-            words.push_back(take_word(rest));
+        std::string_view rest = text;
+        for (auto word = next_word(rest); !word.empty(); word = next_word(rest))
+            words.push_back(word);
         // "If only r is specified, then g and b are assumed to be equal to r" (MTL format).
         if (words.size() == 1) words.assign(3, words[0]);
         std::vector<float> kd;
@@ -125,7 +114,7 @@ private:
             return refuse(fmt::format("map_Kd {} {}", quote(text), problem), "left out");
         map.file = rest;
         std::replace(map.file.begin(), map.file.end(), '\\', '/');
-        map.place = place();
+        map.place = lines_.place();
         map.library = library_;
         map_ = std::make_shared<const TextureMap>(std::move(map));
     }
@@ -170,12 +159,11 @@ private:
         map_.reset();
     }
 
+    ObjLines lines_;
     const std::filesystem::path& library_;
-    const std::string& name_;
     const bool lenient_;
     MaterialMap& materials_;
-    std::uint64_t line_ = 0;
-    std::string_view material_;
+    std::string material_;
     std::optional<Albedo> albedo_;
     std::shared_ptr<const TextureMap> map_;
     WarningCount odd_;
@@ -186,7 +174,7 @@ private:
 void read_mtl_text(std::string_view text, const std::filesystem::path& library,
                    const std::string& name, bool lenient, const WarnFunction& warn,
                    MaterialMap& materials) {
-    MtlReader(library, name, lenient, materials).read(text, warn);
+    MtlReader(text, library, name, lenient, materials).read(warn);
 }
 
 }  // namespace mray

@@ -4,14 +4,154 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 
 #include "common/base/errors.h"
-#include "scenes/polygons/ear_clipper.h"
 
 namespace mray {
 namespace {
+
+struct PlanePoint {
+    double x = 0;
+    double y = 0;
+};
+
+/// Twice the signed area of a triangle, positive if it is counter-clockwise.
+double doubled_area(PlanePoint a, PlanePoint b, PlanePoint c) {
+    return (b.x - a.x) * (c.y - b.y) - (b.y - a.y) * (c.x - b.x);
+}
+
+/// Whether a point is inside or on the edge of a counter-clockwise triangle. One that coincides
+/// with a corner is outside: polygons with a hole visit the ends of the bridge to it twice.
+bool in_triangle(PlanePoint p, PlanePoint a, PlanePoint b, PlanePoint c) {
+    const auto same = [p](PlanePoint other) { return p.x == other.x && p.y == other.y; };
+    return doubled_area(a, b, p) >= 0 && doubled_area(b, c, p) >= 0 && doubled_area(c, a, p) >= 0 &&
+           !same(a) && !same(b) && !same(c);
+}
+
+/// Ear clipping, which keeps its memory from one polygon to the next.
+///
+/// Based on: G. H. Meisters. Polygons have ears. 1975; D. Eberly. Triangulation by ear clipping.
+/// 2002. Changed: ears are cut in the order of a queue, those with area before those without, and
+/// the steps are bounded.
+class EarClipper {
+public:
+    /// Appends n - 2 triangles of the indices of `points`, the n corners of a polygon in
+    /// counter-clockwise order, n >= 3, all finite. If no ear is left because edges cross, the rest
+    /// becomes a fan. Returns false and appends nothing if that takes more than max_steps.
+    bool clip(std::span<const PlanePoint> points, std::size_t max_steps,
+              std::vector<uvec3>& triangles) {
+        const auto count = static_cast<std::uint32_t>(points.size());
+        const std::size_t appended_from = triangles.size();
+        points_ = points;
+        left_ = count;
+        steps_left_ = max_steps;
+        previous_.resize(count);
+        next_.resize(count);
+        place_.resize(count);
+        gone_.assign(count, 0);
+        for (std::uint32_t i = 0; i < count; ++i) {
+            previous_[i] = i == 0 ? count - 1 : i - 1;
+            next_[i] = i + 1 == count ? 0 : i + 1;
+        }
+        reflex_.clear();
+        for (std::uint32_t i = 0; i < count; ++i)
+            if (turn(i) < 0) reflex_.push_back(i);
+
+        // Cutting an ear without area leaves a corner in the middle of an edge, so such ears are
+        // cut only if there is no other; that may expose ears with area.
+        for (std::uint32_t before = count + 1; left_ > 3 && left_ < before;) {
+            before = left_;
+            if (!clip_ears(true, triangles) || !clip_ears(false, triangles)) {
+                triangles.resize(appended_from);
+                return false;
+            }
+        }
+        std::uint32_t apex = 0;
+        while (gone_[apex]) ++apex;
+        for (std::uint32_t i = next_[apex]; next_[i] != apex; i = next_[i]) {
+            triangles.emplace_back(apex, i, next_[i]);
+        }
+        return true;
+    }
+
+private:
+    /// Twice the area of the triangle of a corner and its neighbours; negative where the polygon
+    /// turns right.
+    double turn(std::uint32_t corner) const {
+        return doubled_area(points_[previous_[corner]], points_[corner], points_[next_[corner]]);
+    }
+    /// Whether a reflex corner lies in the triangle of this corner and its neighbours. Testing
+    /// the reflex corners suffices: if any corner lies inside, a reflex one does.
+    bool blocked(std::uint32_t corner) {
+        const PlanePoint a = points_[previous_[corner]];
+        const PlanePoint b = points_[corner];
+        const PlanePoint c = points_[next_[corner]];
+        const PlanePoint lower = {std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y})};
+        const PlanePoint upper = {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y})};
+        steps_left_ -= std::min(steps_left_, reflex_.size());
+        return std::any_of(reflex_.begin(), reflex_.end(), [&](std::uint32_t other) {
+            const PlanePoint p = points_[other];
+            return p.x >= lower.x && p.x <= upper.x && p.y >= lower.y && p.y <= upper.y &&
+                   in_triangle(p, a, b, c);
+        });
+    }
+    /// Cuts ears until no corner is left to try. Cutting one changes its neighbours only, so only
+    /// they are tried again. Returns false if the steps are used up.
+    bool clip_ears(bool with_area, std::vector<uvec3>& triangles) {
+        queue_.clear();
+        for (std::uint32_t i = 0; i < points_.size(); ++i) {
+            if (!gone_[i]) enqueue(i);
+        }
+        for (std::size_t head = 0; head < queue_.size() && left_ > 3; ++head) {
+            const std::uint32_t corner = queue_[head];
+            if (gone_[corner] || place_[corner] != head) continue;
+            if (steps_left_ == 0) return false;
+            --steps_left_;
+            const double area = turn(corner);
+            if (with_area ? !(area > 0) || blocked(corner) : area != 0) continue;
+            triangles.emplace_back(previous_[corner], corner, next_[corner]);
+            remove(corner);
+        }
+        return steps_left_ > 0;
+    }
+    /// A corner that is queued already moves to the end: cutting neighbours one after the other
+    /// would make a fan, whose long triangles meet many reflex corners.
+    void enqueue(std::uint32_t corner) {
+        place_[corner] = queue_.size();
+        queue_.push_back(corner);
+    }
+    void remove(std::uint32_t corner) {
+        const std::uint32_t before = previous_[corner];
+        const std::uint32_t after = next_[corner];
+        next_[before] = after;
+        previous_[after] = before;
+        set_not_reflex(corner);
+        gone_[corner] = 1;
+        --left_;
+        for (const std::uint32_t neighbour : {before, after}) {
+            // A reflex corner can become convex, never the other way round.
+            if (!(turn(neighbour) < 0)) set_not_reflex(neighbour);
+            enqueue(neighbour);
+        }
+    }
+    void set_not_reflex(std::uint32_t corner) {
+        const auto found = std::lower_bound(reflex_.begin(), reflex_.end(), corner);
+        if (found != reflex_.end() && *found == corner) reflex_.erase(found);
+    }
+
+    std::span<const PlanePoint> points_;
+    std::vector<std::uint32_t> previous_;
+    std::vector<std::uint32_t> next_;
+    /// The corners that are reflex, in increasing order.
+    std::vector<std::uint32_t> reflex_;
+    std::vector<char> gone_;
+    std::vector<std::uint32_t> queue_;
+    /// By corner: its last place in queue_, which is the valid one.
+    std::vector<std::size_t> place_;
+    std::uint32_t left_ = 0;
+    std::size_t steps_left_ = 0;
+};
 
 using Corners = std::span<const std::uint32_t>;
 
@@ -59,68 +199,46 @@ bool fan_covers(std::span<const PlanePoint> points) {
     return true;
 }
 
-void append_fan(Corners corners, std::vector<uvec3>& triangles) {
-    for (std::size_t i = 1; i + 1 < corners.size(); ++i) {
-        triangles.emplace_back(corners[0], corners[i], corners[i + 1]);
-    }
-}
-
 }  // namespace
 
 std::vector<uvec3> triangulate(const Polygons& faces, std::span<const vec3> positions,
-                               const std::string& name, bool lenient, const WarnFunction& warn) {
+                               const std::string& name, bool lenient, const WarnFunction& warn,
+                               std::vector<uvec3>* corners_of_triangles) {
     std::vector<uvec3> triangles;
     triangles.reserve(faces.corners.size() - 2 * faces.corner_counts.size());
     EarClipper clipper;
     std::vector<PlanePoint> points;
-    std::vector<std::array<std::uint32_t, 3>> ears;
+    std::vector<uvec3> ears;
     WarningCount intricate;
-    std::size_t first = 0;
+    std::uint32_t first = 0;
     for (std::size_t face = 0; face < faces.corner_counts.size(); ++face) {
-        const Corners corners(faces.corners.data() + first, faces.corner_counts[face]);
-        first += corners.size();
-        if (corners.size() == 3 || !project(corners, positions, points) || fan_covers(points)) {
-            append_fan(corners, triangles);
-            continue;
-        }
+        const std::uint32_t count = faces.corner_counts[face];
+        const Corners corners(faces.corners.data() + first, count);
+        const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+            triangles.emplace_back(corners[a], corners[b], corners[c]);
+            if (corners_of_triangles != nullptr)
+                corners_of_triangles->emplace_back(first + a, first + b, first + c);
+        };
+        bool is_fan = count == 3 || !project(corners, positions, points) || fan_covers(points);
         ears.clear();
-        if (!clipper.clip(points, kTriangulationStepsPerCorner * corners.size(), ears)) {
+        if (!is_fan && !clipper.clip(points, kTriangulationStepsPerCorner * count, ears)) {
             const auto what = [&] {
                 return fmt::format("face {} of {} corners is too intricate to triangulate",
-                                   face + 1, corners.size());
+                                   face + 1, count);
             };
             if (!lenient) {
                 throw Error(ErrorKind::kBadInput,
                             fmt::format("{}: {}; write triangles instead", name, what()));
             }
             intricate.add([&] { return Warning{name, what()}; });
-            append_fan(corners, triangles);
+            is_fan = true;
         }
-        for (const auto& [a, b, c] : ears) {
-            triangles.emplace_back(corners[a], corners[b], corners[c]);
-        }
+        for (std::uint32_t i = 1; is_fan && i + 1 < count; ++i) add(0, i, i + 1);
+        for (const uvec3& ear : ears) add(ear.x, ear.y, ear.z);
+        first += count;
     }
     intricate.tell(warn);
     return triangles;
-}
-
-std::vector<uvec3> corners_of_triangles(const Polygons& faces, std::span<const uvec3> triangles) {
-    std::vector<uvec3> indices(triangles.size());
-    std::size_t first = 0;
-    std::size_t prim = 0;
-    for (const std::uint32_t count : faces.corner_counts) {
-        const Corners corners = std::span(faces.corners).subspan(first, count);
-        for (const std::size_t end = prim + count - 2; prim < end; ++prim) {
-            for (int k = 0; k < 3; ++k) {
-                const auto corner = std::find(corners.begin(), corners.end(), triangles[prim][k]);
-                assert(corner != corners.end());
-                indices[prim][k] = static_cast<std::uint32_t>(
-                    first + static_cast<std::size_t>(corner - corners.begin()));
-            }
-        }
-        first += count;
-    }
-    return indices;
 }
 
 }  // namespace mray

@@ -3,8 +3,7 @@
 #include <utility>
 
 #include "scenes/procedural/helpers.h"
-#include "scenes/procedural/scenes.h"
-#include "scenes/procedural/surfaces.h"
+#include "scenes/procedural/procedural.h"
 #include "scenes/trig.h"
 
 namespace mray {

@@ -1,12 +1,11 @@
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <functional>
 #include <utility>
 #include <vector>
 
 #include "scenes/procedural/helpers.h"
-#include "scenes/procedural/scenes.h"
+#include "scenes/procedural/procedural.h"
 
 namespace mray {
 namespace {
@@ -19,36 +18,16 @@ struct SwayingVertex {
     double phase = 0;
 };
 
-/// A box by its middle and its half axes, which are perpendicular and right-handed.
-struct BoxShape {
-    glm::dvec3 middle;
-    glm::dvec3 x, y, z;
-};
-
-/// A round bar from `from` to `to`, which differ, with closed ends; `radius` at both ends and
-/// `middle_radius` between them.
-struct TubeShape {
-    glm::dvec3 from, to;
-    double radius;
-    double middle_radius;
-    /// Around, at least 3, and along, at least 1.
+/// Around, at least 3, and along, at least 1.
+struct TubeGrid {
     std::uint32_t sides;
     std::uint32_t segments;
-
-    static std::uint64_t triangle_count(std::uint32_t sides, std::uint32_t segments) {
+    std::uint64_t triangle_count() const {
         return std::uint64_t{2} * sides * segments + 2 * (sides - 2);
-    }
-    /// The segments of a tube of about that many triangles; at least 1.
-    static std::uint32_t segments_for(std::uint64_t triangles, std::uint32_t sides) {
-        const std::uint64_t ends = triangle_count(sides, 0);
-        const std::uint64_t walls = triangles > ends ? triangles - ends : 0;
-        return static_cast<std::uint32_t>(std::max<std::uint64_t>(1, walls / (2 * sides)));
     }
 };
 
 constexpr double kFramesOfSwing = 12;
-
-bool moves(const SwayingVertex& vertex) { return vertex.sway != glm::dvec3(0); }
 
 /// A unit vector perpendicular to a unit vector.
 glm::dvec3 any_perpendicular(const glm::dvec3& axis) {
@@ -62,13 +41,13 @@ class SwayingMesh {
 public:
     std::uint64_t triangle_count() const { return mesh_.topology.triangles.size(); }
 
-    /// Twelve triangles, counter-clockwise from outside.
-    void add_box(const BoxShape& box, Albedo albedo) {
+    /// Twelve triangles, counter-clockwise from outside if the half axes are right-handed.
+    void add_box(const glm::dvec3& middle, const glm::dvec3& x, const glm::dvec3& y,
+                 const glm::dvec3& z, Albedo albedo) {
         const std::uint32_t first = mesh_.topology.vertex_count;
         for (std::uint32_t i = 0; i < 8; ++i) {
-            const glm::dvec3 corner = box.middle + ((i & 1) != 0 ? box.x : -box.x) +
-                                      ((i & 2) != 0 ? box.y : -box.y) +
-                                      ((i & 4) != 0 ? box.z : -box.z);
+            const glm::dvec3 corner = middle + ((i & 1) != 0 ? x : -x) + ((i & 2) != 0 ? y : -y) +
+                                      ((i & 4) != 0 ? z : -z);
             add_vertex({.rest = corner});
         }
         constexpr std::uint32_t kFaces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
@@ -79,30 +58,30 @@ public:
     /// The box [lower, upper].
     void add_box(const glm::dvec3& lower, const glm::dvec3& upper, Albedo albedo) {
         const glm::dvec3 half = 0.5 * (upper - lower);
-        add_box({0.5 * (lower + upper), {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z}}, albedo);
+        add_box(0.5 * (lower + upper), {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z}, albedo);
     }
     /// The same box seen from inside: a room.
     void add_room(const glm::dvec3& lower, const glm::dvec3& upper, Albedo albedo) {
         const glm::dvec3 half = 0.5 * (upper - lower);
         // Left-handed axes turn every face around.
-        add_box({0.5 * (lower + upper), {-half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z}}, albedo);
+        add_box(0.5 * (lower + upper), {-half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z}, albedo);
     }
 
-    void add_tube(const TubeShape& tube, Albedo albedo) {
-        assert(tube.sides >= 3 && tube.segments >= 1);
-        const glm::dvec3 along = tube.to - tube.from;
+    /// A round bar between two points, which differ, with closed ends; `radius` at both ends and
+    /// `middle_radius` between them.
+    void add_tube(const glm::dvec3& from, const glm::dvec3& to, double radius, double middle_radius,
+                  const TubeGrid& tube, Albedo albedo) {
+        const glm::dvec3 along = to - from;
         const glm::dvec3 axis = along / glm::length(along);
         const glm::dvec3 u = any_perpendicular(axis);
         const glm::dvec3 v = glm::cross(axis, u);
         const std::uint32_t first = mesh_.topology.vertex_count;
         for (std::uint32_t ring = 0; ring <= tube.segments; ++ring) {
             const double s = static_cast<double>(ring) / tube.segments;
-            const double radius =
-                tube.radius + 4 * s * (1 - s) * (tube.middle_radius - tube.radius);
+            const double wide = radius + 4 * s * (1 - s) * (middle_radius - radius);
             for (std::uint32_t side = 0; side < tube.sides; ++side) {
                 const CosSin around = circle_point(static_cast<double>(side) / tube.sides);
-                add_vertex(
-                    {.rest = tube.from + s * along + radius * (around.cos * u + around.sin * v)});
+                add_vertex({.rest = from + s * along + wide * (around.cos * u + around.sin * v)});
             }
         }
         const auto at = [&](std::uint32_t ring, std::uint32_t side) {
@@ -144,18 +123,19 @@ public:
                                                        std::span<vec3> out) {
             for (std::uint32_t i = range.begin; i < range.end; ++i) {
                 const SwayingVertex& v = vertices[i];
-                out[i] = round_to_float(
-                    moves(v) ? v.rest + sin_turns(frame / kFramesOfSwing + v.phase) * v.sway
-                             : v.rest);
+                out[i] = round_to_float(v.sway == glm::dvec3(0)
+                                            ? v.rest
+                                            : v.rest + sin_turns(frame / kFramesOfSwing + v.phase) *
+                                                           v.sway);
             }
         };
         return std::move(mesh_);
     }
 
 private:
-    std::uint32_t add_vertex(const SwayingVertex& vertex) {
+    void add_vertex(const SwayingVertex& vertex) {
         vertices_.push_back(vertex);
-        return mesh_.topology.vertex_count++;
+        ++mesh_.topology.vertex_count;
     }
 
     void add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, Albedo albedo) {
@@ -182,7 +162,6 @@ constexpr double kAisle = 4;
 constexpr double kCableEnd = 0.02;
 constexpr std::uint32_t kBays = 10;
 constexpr std::uint32_t kBanners = kBays - 1;
-constexpr std::uint32_t kColumnSides = 16;
 constexpr double kBannerSway = 0.25;
 
 /// Beams along the hall, cables across all of it: long triangles that no box fits.
@@ -199,7 +178,7 @@ void add_beams(SwayingMesh& mesh, std::uint64_t count) {
             const glm::dvec3 to(
                 std::clamp(x + 24 * uniform(kSeed, i, 5) - 12, 1 - kLength, kLength - 1),
                 6.5 + 1.5 * uniform(kSeed, i, 6), kWidth - kCableEnd);
-            mesh.add_tube({from, to, 0.012, 0.012, 4, 1}, rgb(30, 30, 34));
+            mesh.add_tube(from, to, 0.012, 0.012, {4, 1}, rgb(30, 30, 34));
         }
     }
 }
@@ -207,15 +186,17 @@ void add_beams(SwayingMesh& mesh, std::uint64_t count) {
 /// Two rows of columns, a little thicker in the middle, each on a block.
 void add_columns(SwayingMesh& mesh, std::uint64_t triangles) {
     const std::uint64_t each = triangles / (2 * kBays);
-    const std::uint32_t sides = each < 120 ? 6 : kColumnSides;
-    const std::uint32_t segments = TubeShape::segments_for(each < 12 ? 0 : each - 12, sides);
+    const std::uint32_t sides = each < 120 ? 6 : 16;
+    // All but the block and the ends.
+    const std::uint64_t walls = each - std::min<std::uint64_t>(each, 12 + 2 * (sides - 2));
+    const TubeGrid tube = {
+        sides, static_cast<std::uint32_t>(std::max<std::uint64_t>(1, walls / (2 * sides)))};
+    if (each < 12 + tube.triangle_count()) return;
     for (std::uint32_t i = 0; i < 2 * kBays; ++i) {
-        if (each < 12 + TubeShape::triangle_count(sides, segments)) return;
         const double x = -kLength + (i / 2 + 0.5) * (2 * kLength / kBays);
         const double z = i % 2 == 0 ? -kAisle : kAisle;
         mesh.add_box({x - 0.6, 0, z - 0.6}, {x + 0.6, 0.35, z + 0.6}, rgb(150, 144, 130));
-        mesh.add_tube({{x, 0.35, z}, {x, kHeight, z}, 0.38, 0.46, sides, segments},
-                      rgb(186, 176, 156));
+        mesh.add_tube({x, 0.35, z}, {x, kHeight, z}, 0.38, 0.46, tube, rgb(186, 176, 156));
     }
 }
 
@@ -245,11 +226,8 @@ void add_blocks(SwayingMesh& mesh, std::uint64_t triangles) {
         const CosSin turn = circle_point(uniform(kSeed, i, 13));
         const double z = side * (kAisle + 0.9 + (kWidth - kAisle - 1.3) * uniform(kSeed, i, 14));
         const double x = (2 * uniform(kSeed, i, 15) - 1) * (kLength - 0.5);
-        mesh.add_box({{x, size, z},
-                      {1.5 * size * turn.cos, 0, -1.5 * size * turn.sin},
-                      {0, size, 0},
-                      {size * turn.sin, 0, size * turn.cos}},
-                     palette(hash_bits(kSeed, i) >> 8));
+        mesh.add_box({x, size, z}, {1.5 * size * turn.cos, 0, -1.5 * size * turn.sin}, {0, size, 0},
+                     {size * turn.sin, 0, size * turn.cos}, palette(hash_bits(kSeed, i) >> 8));
     }
 }
 

@@ -3,8 +3,7 @@
 #include <vector>
 
 #include "scenes/procedural/helpers.h"
-#include "scenes/procedural/scenes.h"
-#include "scenes/procedural/surfaces.h"
+#include "scenes/procedural/procedural.h"
 
 namespace mray {
 namespace {

@@ -13,7 +13,6 @@
 
 #include "common/base/errors.h"
 #include "common/text/text_parts.h"
-#include "scenes/procedural/scenes.h"
 
 namespace mray {
 namespace {

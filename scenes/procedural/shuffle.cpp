@@ -3,8 +3,7 @@
 #include <vector>
 
 #include "scenes/procedural/helpers.h"
-#include "scenes/procedural/scenes.h"
-#include "scenes/procedural/surfaces.h"
+#include "scenes/procedural/procedural.h"
 #include "scenes/trig.h"
 
 namespace mray {
@@ -51,14 +50,15 @@ private:
     std::uint32_t half_bits_;
 };
 
-std::vector<vec3> torus_points(const Torus& torus) {
+// A torus: rows go the long way round, columns around the tube.
+std::vector<vec3> torus_points(const Grid& grid) {
     std::vector<vec3> points;
-    points.reserve(torus.vertex_count());
-    for (std::uint32_t row = 0; row < torus.grid().rows; ++row) {
-        const double along = static_cast<double>(row) / torus.grid().rows;
+    points.reserve(std::size_t{grid.rows} * grid.columns);
+    for (std::uint32_t row = 0; row < grid.rows; ++row) {
+        const double along = static_cast<double>(row) / grid.rows;
         const CosSin ring = circle_point(along);
-        for (std::uint32_t column = 0; column < torus.grid().columns; ++column) {
-            const double around = static_cast<double>(column) / torus.grid().columns;
+        for (std::uint32_t column = 0; column < grid.columns; ++column) {
+            const double around = static_cast<double>(column) / grid.columns;
             const double bumps = sin_turns(9 * along) * sin_turns(4 * around + 2 * along);
             const double tube = 0.4 + 0.06 * bumps;
             const double out = 1 + tube * cos_turns(around);
@@ -69,11 +69,23 @@ std::vector<vec3> torus_points(const Torus& torus) {
     return points;
 }
 
+uvec3 torus_triangle(const Grid& grid, std::uint32_t index) {
+    const std::uint32_t row = index / 2 / grid.columns;
+    const std::uint32_t column = index / 2 % grid.columns;
+    const std::uint32_t next_row = row + 1 == grid.rows ? 0 : row + 1;
+    const std::uint32_t next_column = column + 1 == grid.columns ? 0 : column + 1;
+    const std::uint32_t a = row * grid.columns + column;
+    const std::uint32_t b = next_row * grid.columns + column;
+    const std::uint32_t c = next_row * grid.columns + next_column;
+    const std::uint32_t d = row * grid.columns + next_column;
+    return index % 2 == 0 ? uvec3{a, b, c} : uvec3{a, c, d};
+}
+
 }  // namespace
 
 DeformingMesh make_shuffle(std::uint64_t triangles) {
-    const Torus torus(triangles, 2);
-    const std::uint32_t count = torus.triangle_count();
+    const Grid grid = grid_of(static_cast<double>(triangles) / 2, 2, 3, 3);
+    const std::uint32_t count = 2 * grid.rows * grid.columns;
     DeformingMesh mesh;
     mesh.topology.vertex_count = 3 * count;
     mesh.topology.triangles.reserve(count);
@@ -81,12 +93,12 @@ DeformingMesh make_shuffle(std::uint64_t triangles) {
         mesh.topology.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     }
     mesh.topology.albedo.assign(count, rgb(196, 122, 40));
-    mesh.move = [torus, count, points = torus_points(torus)](double frame, VertexRange range,
-                                                             std::span<vec3> out) {
+    mesh.move = [grid, count, points = torus_points(grid)](double frame, VertexRange range,
+                                                           std::span<vec3> out) {
         const Permutation place(count, static_cast<std::uint64_t>(std::floor(frame)));
         uvec3 corners;
         for (std::uint32_t i = range.begin; i < range.end; ++i) {
-            if (i == range.begin || i % 3 == 0) corners = torus.triangle(place(i / 3));
+            if (i == range.begin || i % 3 == 0) corners = torus_triangle(grid, place(i / 3));
             out[i] = points[corners[i % 3]];
         }
     };

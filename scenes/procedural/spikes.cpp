@@ -6,8 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "scenes/procedural/helpers.h"
-#include "scenes/procedural/scenes.h"
-#include "scenes/procedural/surfaces.h"
+#include "scenes/procedural/procedural.h"
 #include "scenes/trig.h"
 
 namespace mray {

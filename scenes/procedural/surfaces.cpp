@@ -1,18 +1,10 @@
-#include "scenes/procedural/surfaces.h"
+#include "scenes/procedural/helpers.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace mray {
 namespace {
-
-// About `quads` quads in rows and columns with rows = elongation * columns.
-Grid grid_of(double quads, double elongation, std::uint32_t fewest_rows,
-             std::uint32_t fewest_columns) {
-    const double rows = std::max(std::round(std::sqrt(quads * elongation)), double(fewest_rows));
-    const double columns = std::max(std::round(quads / rows), double(fewest_columns));
-    return {static_cast<std::uint32_t>(rows), static_cast<std::uint32_t>(columns)};
-}
 
 void append(Topology& topology, Albedo albedo, uvec3 triangle) {
     topology.triangles.push_back(triangle);
@@ -29,6 +21,13 @@ void reserve(Topology& topology, std::uint32_t more_triangles) {
 }
 
 }  // namespace
+
+Grid grid_of(double quads, double elongation, std::uint32_t fewest_rows,
+             std::uint32_t fewest_columns) {
+    const double rows = std::max(std::round(std::sqrt(quads * elongation)), double(fewest_rows));
+    const double columns = std::max(std::round(quads / rows), double(fewest_columns));
+    return {static_cast<std::uint32_t>(rows), static_cast<std::uint32_t>(columns)};
+}
 
 Sheet::Sheet(std::uint64_t triangles)
     : grid_(grid_of(static_cast<double>(triangles) / 2, 1, 1, 1)) {}
@@ -90,22 +89,6 @@ glm::dvec3 Sphere::direction(std::uint32_t vertex) const {
     const CosSin down = down_[(vertex - 1) / grid_.columns + 1];
     const CosSin around = around_[(vertex - 1) % grid_.columns];
     return {down.sin * around.cos, down.cos, down.sin * around.sin};
-}
-
-Torus::Torus(std::uint64_t triangles, double elongation)
-    : grid_(grid_of(static_cast<double>(triangles) / 2, elongation, 3, 3)) {}
-
-uvec3 Torus::triangle(std::uint32_t index) const {
-    const std::uint32_t quad = index / 2;
-    const std::uint32_t row = quad / grid_.columns;
-    const std::uint32_t column = quad % grid_.columns;
-    const std::uint32_t next_row = row + 1 == grid_.rows ? 0 : row + 1;
-    const std::uint32_t next_column = column + 1 == grid_.columns ? 0 : column + 1;
-    const std::uint32_t a = row * grid_.columns + column;
-    const std::uint32_t b = next_row * grid_.columns + column;
-    const std::uint32_t c = next_row * grid_.columns + next_column;
-    const std::uint32_t d = row * grid_.columns + next_column;
-    return index % 2 == 0 ? uvec3{a, b, c} : uvec3{a, c, d};
 }
 
 }  // namespace mray

@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "scenes/procedural/helpers.h"
-#include "scenes/procedural/scenes.h"
+#include "scenes/procedural/procedural.h"
 #include "scenes/trig.h"
 
 namespace mray {

@@ -9,7 +9,6 @@
 #include "common/base/hash.h"
 #include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_file.h"
-#include "scenes/sequence/sequences.h"
 #include "scenes/sequence/streamed_clip.h"
 
 namespace mray {
@@ -80,10 +79,7 @@ std::unique_ptr<Clip> open_keyframes(const std::vector<KeyframeFile>& files,
     assert(!files.empty());
     FirstMesh first = read_first_mesh(files[0].path, options);
     auto source = std::make_unique<FileSource>(files, first, options);
-    return stream_keyframes({.name = name,
-                             .first = std::move(first),
-                             .has_first_keyframe = true,
-                             .holds = options.missing == MissingFrames::kHold},
+    return stream_keyframes({.name = name, .first = std::move(first), .has_first_keyframe = true},
                             std::move(source), options);
 }
 

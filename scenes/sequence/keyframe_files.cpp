@@ -12,7 +12,7 @@
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_file.h"
-#include "scenes/sequence/sequences.h"
+#include "scenes/sequence/streamed_clip.h"
 
 namespace mray {
 namespace {
@@ -21,11 +21,13 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kDigits = "0123456789";
 
+constexpr std::size_t kMostDigits = 18;
+
 struct NumberedName {
     std::string name;
-    std::string prefix;
-    std::string digits;
-    std::string suffix;
+    std::string prefix = {};
+    std::string digits = {};
+    std::string suffix = {};
     std::uint64_t number = 0;
 };
 
@@ -52,12 +54,12 @@ std::vector<std::string> file_names(const fs::path& folder) {
 NumberedName split_name(const fs::path& folder, const std::string& name) {
     const std::size_t stem = name.rfind('.');
     const std::size_t last = name.find_last_of(kDigits, stem);
-    if (last == std::string::npos) return {name, name, "", "", 0};
+    if (last == std::string::npos) return {name, name};
     const std::size_t before = name.find_last_not_of(kDigits, last);
     const std::size_t first = before == std::string::npos ? 0 : before + 1;
     NumberedName result{name, name.substr(0, first), name.substr(first, last + 1 - first),
                         name.substr(last + 1), 0};
-    if (result.digits.size() > 18) {
+    if (result.digits.size() > kMostDigits) {
         fail(folder, fmt::format("number of {} has more than 18 digits; rename it", escape(name)));
     }
     result.number = static_cast<std::uint64_t>(*parse_integer(result.digits));
@@ -103,16 +105,13 @@ std::vector<KeyframeFile> numbered_files(const fs::path& folder,
     const double missing =
         files.back().frame - files.front().frame + 1 - static_cast<double>(files.size());
     const std::string more = missing > 1 ? fmt::format(" and {} more", missing - 1) : "";
-    if (options.missing == MissingFrames::kFail) {
+    if (!options.skip_missing) {
         fail(folder / first_missing, fmt::format("frame is missing{}; add it", more),
              Hint::kReplaceMissing);
     }
     if (options.warn) {
-        options.warn(
-            {escape(folder / first_missing), fmt::format("frame is missing{}; {}", more,
-                                                         options.missing == MissingFrames::kHold
-                                                             ? "the frame before is held"
-                                                             : "its neighbours are interpolated")});
+        options.warn({escape(folder / first_missing),
+                      fmt::format("frame is missing{}; its neighbours are interpolated", more)});
     }
     return files;
 }
@@ -126,66 +125,26 @@ void sort_by_number(std::vector<NumberedName>& names) {
 [[noreturn]] void refuse(const std::string& pattern, const char* what) {
     throw Error(ErrorKind::kBadArgument,
                 fmt::format("pattern {}: {}; write one %d, %0Nd (N from 1 to 9) or * in the file "
-                            "name, and %% for a percent sign",
+                            "name",
                             quote(pattern), what));
 }
 
-/// A pattern with a place for a number of at least `width` digits; 0: of any width.
-struct NamePattern {
-    std::string folder;
-    std::string prefix;
-    std::string suffix;
-    std::size_t width = 0;
-
-    std::optional<NumberedName> match(const std::string& name) const {
-        constexpr std::size_t kMostDigits = 9;
-        if (name.size() <= prefix.size() + suffix.size() || !name.starts_with(prefix) ||
-            !name.ends_with(suffix)) {
-            return std::nullopt;
-        }
-        const std::string digits =
-            name.substr(prefix.size(), name.size() - prefix.size() - suffix.size());
-        if (digits.size() > kMostDigits || digits.find_first_not_of(kDigits) != std::string::npos) {
-            return std::nullopt;
-        }
-        const auto number = static_cast<std::uint64_t>(*parse_integer(digits));
-        if (width > 0 && fmt::format("{:0{}}", number, width) != digits) return std::nullopt;
-        return NumberedName{name, prefix, digits, suffix, number};
-    }
-};
-
-NamePattern read_pattern(const std::string& pattern) {
-    NamePattern result;
-    const bool is_glob = pattern.find('*') != std::string::npos;
+/// The name of a pattern, with its prefix, its suffix and the mark between them as digits.
+NumberedName split_pattern(const std::string& pattern) {
     const std::size_t name_at = pattern.rfind('/') + 1;  // npos + 1 is 0
-    std::string text;
-    bool numbered = false;
-    for (std::size_t i = 0; i < pattern.size(); ++i) {
-        if (i == name_at) result.folder = std::exchange(text, {});
-        if (pattern[i] != (is_glob ? '*' : '%')) {
-            text += pattern[i];
-            continue;
-        }
-        const std::string_view rest = std::string_view(pattern).substr(i + 1);
-        if (!is_glob && rest.starts_with('%')) {
-            text += '%';
-            ++i;
-            continue;
-        }
-        const bool padded = rest.size() >= 3 && rest[0] == '0' && rest[1] >= '1' &&
-                            rest[1] <= '9' && rest[2] == 'd';
-        if (!is_glob && !padded && !rest.starts_with('d')) refuse(pattern, "unknown use of '%'");
-        if (i < name_at) refuse(pattern, "frame number in a folder's name");
-        if (numbered) refuse(pattern, "two frame numbers");
-        numbered = true;
-        result.prefix = std::exchange(text, {});
-        if (is_glob) continue;
-        result.width = padded ? static_cast<std::size_t>(rest[1] - '0') : 1;
-        i += padded ? 3 : 1;
+    const std::size_t mark = pattern.find_first_of("%*", name_at);
+    if (mark == std::string::npos) refuse(pattern, "no frame number in the file's name");
+    std::size_t end = mark + 1;
+    if (pattern[mark] == '%') {
+        const std::string_view rest = std::string_view(pattern).substr(end);
+        const bool is_padded = rest.size() >= 3 && rest[0] == '0' && rest[1] >= '1' &&
+                               rest[1] <= '9' && rest[2] == 'd';
+        if (!is_padded && !rest.starts_with('d')) refuse(pattern, "unknown use of '%'");
+        end += is_padded ? 3 : 1;
     }
-    result.suffix = text;
-    if (!numbered) refuse(pattern, "no frame number");
-    return result;
+    if (pattern.find_first_of("%*", end) != std::string::npos) refuse(pattern, "two frame numbers");
+    return {pattern.substr(name_at), pattern.substr(name_at, mark - name_at),
+            pattern.substr(mark, end - mark), pattern.substr(end)};
 }
 
 }  // namespace
@@ -193,12 +152,10 @@ NamePattern read_pattern(const std::string& pattern) {
 std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const ClipOptions& options) {
     std::vector<NumberedName> names;
     for (const std::string& name : file_names(folder)) {
-        if (name[0] != '.' && mesh_format_of(name) != nullptr)
-            names.push_back(split_name(folder, name));
+        if (name[0] != '.' && has_mesh_name(name)) names.push_back(split_name(folder, name));
     }
     if (names.empty()) {
-        fail(folder,
-             fmt::format("no {} file in this folder; check the path", extensions_of_meshes()));
+        fail(folder, "no .obj or .ply file in this folder; check the path");
     }
     sort_by_number(names);
     require_alike(folder, names);
@@ -209,14 +166,21 @@ std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const ClipOpti
 }
 
 std::vector<KeyframeFile> files_of_pattern(const std::string& text, const ClipOptions& options) {
-    const NamePattern pattern = read_pattern(text);
+    const NumberedName pattern = split_pattern(text);
+    const fs::path folder = fs::path(text).parent_path();
+    const std::size_t around = pattern.prefix.size() + pattern.suffix.size();
     std::vector<NumberedName> names;
-    for (const std::string& name : file_names(pattern.folder.empty() ? "." : pattern.folder)) {
-        if (auto match = pattern.match(name)) names.push_back(std::move(*match));
+    for (const std::string& name : file_names(folder.empty() ? "." : folder)) {
+        if (name.size() <= around || name.size() - around > kMostDigits ||
+            !name.starts_with(pattern.prefix) || !name.ends_with(pattern.suffix))
+            continue;
+        const std::string digits = name.substr(pattern.prefix.size(), name.size() - around);
+        if (const auto number = parse_unsigned(digits))
+            names.push_back({name, pattern.prefix, digits, pattern.suffix, *number});
     }
     if (names.empty()) fail(text, "no file matches this pattern; check the path");
     sort_by_number(names);
-    return numbered_files(pattern.folder, names, 0, 1, options);
+    return numbered_files(folder, names, 0, 1, options);
 }
 
 }  // namespace mray

@@ -14,7 +14,6 @@
 #include "common/base/input_file.h"
 #include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_rules.h"
-#include "scenes/sequence/sequences.h"
 #include "scenes/sequence/streamed_clip.h"
 
 namespace mray {

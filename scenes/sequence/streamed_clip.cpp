@@ -4,8 +4,10 @@
 #include <cassert>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <map>
 #include <mutex>
+#include <ranges>
 #include <utility>
 
 #include "common/text/text_parts.h"
@@ -14,11 +16,9 @@
 namespace mray {
 namespace {
 
-/// Gives the triangles that the faces were divided into what their corners have.
-void set_corners(const FileMesh& mesh, std::span<const uvec3> triangles, std::vector<uvec3>& smooth,
+/// Gives triangles what their corners, indices in mesh.faces, have.
+void set_corners(const FileMesh& mesh, std::span<const uvec3> corners, std::vector<uvec3>& smooth,
                  SceneTextures& textures) {
-    if (mesh.smooth.empty() && mesh.textures.empty()) return;
-    const std::vector<uvec3> corners = corners_of_triangles(mesh.faces, triangles);
     if (!mesh.smooth.empty()) {
         smooth.reserve(corners.size());
         for (const uvec3& t : corners)
@@ -58,8 +58,8 @@ void set_albedo(const FileMesh& mesh, Topology& topology) {
 /// The positions of a keyframe, in world space. They stay in memory while a pointer to them exists.
 using KeyframePositions = std::shared_ptr<const std::vector<vec3>>;
 
-/// Keeps all keyframes of a clip of up to 128 MiB, otherwise the two that were used last: as many
-/// as a frame between keyframes needs. Threads may share one.
+/// Keeps all keyframes of a clip of up to 128 MiB, otherwise the one that was added last and the
+/// one next to it: as many as a frame between keyframes needs. Threads may share one.
 class KeyframeCache {
 public:
     KeyframeCache(std::size_t keyframe_count, std::size_t vertex_count)
@@ -71,17 +71,16 @@ public:
         const std::scoped_lock lock(mutex_);
         const auto found = entries_.find(keyframe);
         if (found == entries_.end()) return nullptr;
-        found->second.last_use = ++uses_;
-        return found->second.positions;
+        return found->second;
     }
 
     void add(std::size_t keyframe, KeyframePositions positions) {
         const std::scoped_lock lock(mutex_);
-        entries_.insert_or_assign(keyframe, Entry{std::move(positions), ++uses_});
+        entries_.insert_or_assign(keyframe, std::move(positions));
         if (keeps_all_ || entries_.size() <= kFew) return;
-        entries_.erase(std::min_element(entries_.begin(), entries_.end(), [](auto& a, auto& b) {
-            return a.second.last_use < b.second.last_use;
-        }));
+        const auto first = entries_.begin();
+        const auto last = std::prev(entries_.end());
+        entries_.erase(keyframe - first->first > last->first - keyframe ? first : last);
     }
 
     /// Whether nothing that is added leaves again.
@@ -91,15 +90,9 @@ private:
     static constexpr std::size_t kResidentBytes = std::size_t{128} << 20;
     static constexpr std::size_t kFew = 2;
 
-    struct Entry {
-        KeyframePositions positions;
-        std::uint64_t last_use = 0;
-    };
-
     bool keeps_all_;
     mutable std::mutex mutex_;
-    mutable std::uint64_t uses_ = 0;
-    mutable std::map<std::size_t, Entry> entries_;
+    std::map<std::size_t, KeyframePositions> entries_;
 };
 
 /// A frame between two keyframes, by their indices: its positions are interpolate() of theirs at f
@@ -177,17 +170,12 @@ private:
         warn_(*warning);
     }
 
-    // The last keyframe at or before a frame of the clip.
+    /// The last keyframe at or before a frame of the clip.
     std::size_t at_or_before(double frame) const {
-        std::size_t first = 0;
-        std::size_t count = source_->count();
-        while (count > 1) {
-            const std::size_t half = count / 2;
-            const bool is_later = source_->frame(first + half) > frame;
-            if (!is_later) first += half;
-            count = is_later ? half : count - half;
-        }
-        return first;
+        const auto later = std::views::iota(std::size_t{1}, source_->count());
+        const auto after = std::ranges::partition_point(
+            later, [&](std::size_t keyframe) { return source_->frame(keyframe) <= frame; });
+        return static_cast<std::size_t>(after - later.begin());
     }
 
     KeyframeBlend blend_at(double frame) const {
@@ -195,13 +183,12 @@ private:
         if (!(frame > first_frame())) frame = first_frame();
         frame = std::min(frame, last_frame());
 
-        const double base = parts_.holds ? std::floor(frame) : frame;
-        const std::size_t before = at_or_before(base);
-        const std::size_t after =
-            parts_.holds ? at_or_before(base + 1) : std::min(before + 1, source_->count() - 1);
-        const double from = parts_.holds ? base : source_->frame(before);
-        const double to = parts_.holds ? base + 1 : source_->frame(after);
-        const float f = frame == from ? 0.0f : static_cast<float>((frame - from) / (to - from));
+        const std::size_t before = at_or_before(frame);
+        const std::size_t after = std::min(before + 1, source_->count() - 1);
+        const double from = source_->frame(before);
+        const float f = frame == from
+                            ? 0.0f
+                            : static_cast<float>((frame - from) / (source_->frame(after) - from));
         if (f == 0.0f || before == after) return {before, before, 0.0f};
         // Closer to the next keyframe than a float can tell.
         if (f >= 1.0f) return {after, after, 0.0f};
@@ -225,9 +212,11 @@ FirstMesh read_first_mesh(const std::filesystem::path& path, const ClipOptions& 
     FirstMesh first;
     Topology& topology = first.topology;
     topology.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
-    topology.triangles =
-        triangulate(mesh.faces, mesh.positions, escape(path), options.lenient, options.warn);
-    set_corners(mesh, topology.triangles, first.smooth, first.textures);
+    const bool has_corners = !mesh.smooth.empty() || !mesh.textures.empty();
+    std::vector<uvec3> corners;
+    topology.triangles = triangulate(mesh.faces, mesh.positions, escape(path), options.lenient,
+                                     options.warn, has_corners ? &corners : nullptr);
+    set_corners(mesh, corners, first.smooth, first.textures);
     set_albedo(mesh, topology);
     first.faces = std::move(mesh.faces);
     first.positions = std::move(mesh.positions);

@@ -1,4 +1,5 @@
-// A clip whose keyframes are read when frames need them.
+// Clips whose keyframes are read when frames need them: of several files, and of a mesh file with a
+// point cache.
 #pragma once
 
 #include <cstddef>
@@ -50,9 +51,6 @@ struct ClipParts {
     FirstMesh first;
     /// Whether first.positions are those of keyframe 0.
     bool has_first_keyframe = false;
-    /// Whether a frame without a keyframe repeats the frame before it; otherwise it is
-    /// interpolated.
-    bool holds = false;
 };
 
 /// Returns `a + (b - a) * f` in float, and a for f = 0; f in [0, 1). If a, b and b - a are finite,
@@ -68,11 +66,52 @@ inline float interpolate(float a, float b, float f) { return f == 0.0f ? a : a +
 
 /// Positions between keyframes are interpolated component by component
 /// (interpolate()); at a keyframe they equal the file's bit for bit. Memory holds the
-/// keyframes of a clip of up to 128 MiB, otherwise the two that were used last.
+/// keyframes of a clip of up to 128 MiB, otherwise two.
 ///
 /// Opening reads the first keyframe. Any other one is read when a frame needs it, and one that
 /// cannot be used, or has another topology, makes positions() of that frame throw Error(kBadInput).
 std::unique_ptr<Clip> stream_keyframes(ClipParts parts, std::unique_ptr<KeyframeSource> source,
                                        const ClipOptions& options);
+
+/// Frames are whole numbers and increase.
+struct KeyframeFile {
+    double frame = 0;
+    std::filesystem::path path;
+};
+
+/// The mesh files of a folder, without those in its folders and hidden ones, ordered by the last
+/// number in their names, which must be equal apart from it. The first is frame 0; the greatest
+/// common divisor of the differences is one frame. Throws Error(kBadInput) for a folder without
+/// mesh files, for names that differ, a number twice, and, unless options.skip_missing, a missing
+/// file, which it names; otherwise warns of missing files.
+std::vector<KeyframeFile> files_of_folder(const std::filesystem::path& folder,
+                                          const ClipOptions& options);
+
+/// The files that match a path with one %d, %0Nd (N from 1 to 9) or * in its file name, each of
+/// which is a number of any width; frames are the numbers in the names. The text never reaches
+/// printf. Throws Error: kBadArgument for a bad pattern, kBadInput if no file matches, and
+/// for missing files as above.
+std::vector<KeyframeFile> files_of_pattern(const std::string& pattern, const ClipOptions& options);
+
+/// Each file (at least one) is a keyframe.
+///
+/// Triangles, colours and textures come from the first file; all files must have its faces. A later
+/// file that cannot be read or, unless lenient, has coordinates that are not finite or beyond 1e30
+/// does not fail the opening: it is a keyframe that cannot be used.
+///
+/// Throws Error(kBadInput) for a first file that cannot be read and for files with other faces,
+/// with the frame.
+std::unique_ptr<Clip> open_keyframes(const std::vector<KeyframeFile>& files,
+                                     const std::string& name, const ClipOptions& options);
+
+/// The triangles of a mesh file with the positions of a point cache, each sample of which is a
+/// keyframe. A sample with coordinates that are not finite or beyond 1e30 cannot be used; if
+/// options.lenient, such coordinates are kept, with a warning.
+///
+/// Throws Error(kBadInput) for files that cannot be read, and for another number of points than the
+/// mesh has vertices.
+std::unique_ptr<Clip> open_cached(const std::filesystem::path& mesh,
+                                  const std::filesystem::path& cache, const std::string& name,
+                                  const ClipOptions& options);
 
 }  // namespace mray

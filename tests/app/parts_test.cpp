@@ -13,7 +13,7 @@
 #include "app/commands/pixel_probe.h"
 #include "app/terminal/failure.h"
 #include "common/base/errors.h"
-#include "scenes/source/open_scene.h"
+#include "scenes/clip.h"
 #include "tests/app/scenes.h"
 #include "tests/support/temporary_folder.h"
 

@@ -52,7 +52,7 @@ set(engine_users "^app/(backends/|commands/(crosscheck|profile|probe|pixel_probe
 set(engine_data "^common/(bvh/(bvh_stats|builder/bvh_builder)|update/policy)\\.h$")
 
 # The order of the folders of scenes/ and common/: one may include those before it.
-set(order_of_scenes polygons json mesh obj ply sequence gltf procedural source)
+set(order_of_scenes polygons json mesh obj ply sequence gltf procedural)
 set(order_of_common interop text base simd scene bvh image update report)
 
 # Where a library may be included: the regular expression of the header, then that of the files.

@@ -1,5 +1,5 @@
 // Closed scenes are seen from inside.
-#include "scenes/inside_view.h"
+#include "scenes/scene_frames.h"
 
 #include <gtest/gtest.h>
 

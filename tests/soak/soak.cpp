@@ -27,8 +27,8 @@
 #include "common/bvh/bvh_stats.h"
 #include "common/scene/camera_setup.h"
 #include "cpu/cpu_backend.h"
+#include "scenes/clip.h"
 #include "scenes/scene_frames.h"
-#include "scenes/source/open_scene.h"
 #include "tests/support/backend_results.h"
 #ifdef MORPHRAY_HAS_VULKAN
 #include "gpu/vulkan_backend.h"

@@ -88,7 +88,7 @@ std::size_t CrossChecker::comparisons_of_frame() const {
 }
 
 ImageParams CrossChecker::params_for(std::uint32_t rays) const {
-    ImageParams params = image_params(options_.view, scene_);
+    ImageParams params = scene_.image_params(options_.view);
     params.rays = rays;
     return params;
 }

@@ -2,9 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <functional>
 #include <memory>
-#include <optional>
-#include <utility>
+#include <set>
 
 #include "app/backends/backends.h"
 #include "app/clip/frames.h"
@@ -16,98 +17,230 @@
 #include "common/report/spread.h"
 #include "common/report/table.h"
 #include "common/text/number_text.h"
-#include "scenes/inside_view.h"
-#include "scenes/policy_runs.h"
+#include "common/update/tree_updater.h"
 
 namespace mray::app {
 namespace {
+
+/// A frame in one round.
+struct Played {
+    double frame = 0;
+    TreeUpdate update = {};
+    double trace_ms = 0;
+    std::uint64_t hits_hash = 0;
+
+    double cost_ms() const { return update.times.total_ms() + trace_ms; }
+};
+
+/// One policy on one backend. Its costs leave out the first build and deforming.
+struct PolicyRun {
+    std::string policy;
+    std::string backend;
+    /// The frames of each round.
+    std::vector<std::vector<Played>> rounds = {};
+    /// The costs of all frames of each round added up.
+    std::vector<double> totals_ms = {};
+    /// Of each frame the round with the median cost, and the costs of these added up.
+    std::vector<Played> frames = {};
+    double total_ms = 0;
+    /// total_ms beyond the least of all policies on the backend, relative to it.
+    double regret = 0;
+    /// The longest trace of a frame, relative to the least of all policies.
+    double slowest_trace = 0;
+
+    std::vector<double> of_rounds(std::size_t frame, double (*value)(const Played&)) const {
+        std::vector<double> values;
+        for (const std::vector<Played>& round : rounds) values.push_back(value(round[frame]));
+        return values;
+    }
+};
+
+double trace_of(const Played& frame) { return frame.trace_ms; }
+double cost_of(const Played& frame) { return frame.cost_ms(); }
+
+double total_of(const std::vector<Played>& frames) {
+    double total = 0;
+    for (const Played& frame : frames) total += frame.cost_ms();
+    return total;
+}
+
+std::vector<double> costs_of(const PolicyRun& run) {
+    std::vector<double> costs;
+    for (const Played& frame : run.frames) costs.push_back(frame.cost_ms());
+    return costs;
+}
+
+/// The trees built after the first.
+std::size_t rebuilds_of(const PolicyRun& run) {
+    return static_cast<std::size_t>(std::ranges::count_if(run.frames, [](const Played& frame) {
+        return frame.update.step == TreeStep::kRebuilt || frame.update.step == TreeStep::kSwapped;
+    }));
+}
+
+/// Sets the figures of the policies on one backend from their rounds.
+void compare(std::span<PolicyRun> runs) {
+    for (PolicyRun& run : runs) {
+        for (const std::vector<Played>& round : run.rounds)
+            run.totals_ms.push_back(total_of(round));
+        run.frames = run.rounds.back();
+        for (std::size_t f = 0; f < run.frames.size(); ++f) {
+            std::vector<Played> played;
+            for (const std::vector<Played>& round : run.rounds) played.push_back(round[f]);
+            // The step and its reason are those of the last round.
+            const Played middle = lower_median(played, cost_of);
+            run.frames[f].update.times = middle.update.times;
+            run.frames[f].trace_ms = middle.trace_ms;
+        }
+        run.total_ms = total_of(run.frames);
+    }
+    const double least = std::ranges::min_element(runs, {}, &PolicyRun::total_ms)->total_ms;
+    for (PolicyRun& run : runs) {
+        if (least > 0) run.regret = run.total_ms / least - 1;
+        for (std::size_t f = 0; f < run.frames.size(); ++f) {
+            double quickest = run.frames[f].trace_ms;
+            for (const PolicyRun& other : runs)
+                quickest = std::min(quickest, other.frames[f].trace_ms);
+            if (quickest > 0)
+                run.slowest_trace = std::max(run.slowest_trace, run.frames[f].trace_ms / quickest);
+        }
+    }
+}
+
+/// Plays the clip under one policy. Calls `on_frame` before each frame.
+std::vector<Played> play(const ProfileOptions& options, const PolicySpec& policy,
+                         SceneFrames& scene, const std::vector<double>& frames, Backend& backend,
+                         const std::function<void()>& on_frame) {
+    const double build_at = options.tree.build_at.value_or(frames.front());
+    TreeUpdater updater(scene.clip().topology(), scene.positions(build_at), backend, nullptr,
+                        policy, build_config(options.tree.split, options.backend),
+                        {.record_cost_ratio = true});
+    // The first trace of a scene is slower than all others.
+    Frame image;
+    backend.trace_image(scene.image_params(options.view), image);
+    std::vector<Played> played;
+    for (const double number : frames) {
+        const std::span<const vec3> positions = scene.positions(number);
+        const bool is_built = played.empty() && number == build_at;
+        if (!is_built) updater.update(positions);
+        on_frame();
+        backend.trace_image(scene.image_params(options.view), image);
+        const BackendTimes& times = backend.finish();
+        Played& frame = played.emplace_back(
+            Played{.frame = number, .trace_ms = times.trace_ms, .hits_hash = hits_hash(image)});
+        updater.frame_done({.ms = times.trace_ms, .rays = times.rays});
+        frame.update = updater.last();
+        if (is_built) frame.update.times = {};
+    }
+    return played;
+}
 
 /// A clip under several policies on each backend.
 struct PolicyReport {
     ReportHead head;
     std::string rays;
     int repeat = 0;
-    std::vector<PolicyComparison> backends;
+    std::vector<PolicyRun> runs;
 };
-
-/// Least, median and spread of the rounds.
-Json of(const Spread& spread) {
-    return {{"least_ms", spread.least},
-            {"median_ms", spread.median},
-            {"spread_percent", spread.percent}};
-}
-
-Json of(const PolicyRun& run) {
-    Json hashes = Json::array();
-    for (const PolicyFrame& frame : run.frames) hashes.push_back(hash_text(frame.hits_hash));
-    return {{"policy", run.policy},
-            {"backend", run.backend},
-            {"total_ms", run.total_ms()},
-            {"median_frame_ms", run.median_frame_ms()},
-            {"worst_frame_ms", run.worst_frame_ms()},
-            {"worst_trace_vs_rebuilt", run.worst_trace_vs_rebuilt()},
-            {"regret", run.regret()},
-            {"rebuilds", run.rebuilds()},
-            {"total", of(spread_of(run.totals_ms))},
-            {"hits_hashes", hashes}};
-}
 
 std::string to_json(const PolicyReport& report) {
     Json json = head_of(report.head);
     json["rays"] = report.rays;
     json["repeat"] = report.repeat;
     json["policies"] = Json::array();
-    json["best_schedules"] = Json::array();
-    for (const PolicyComparison& comparison : report.backends) {
-        for (const PolicyRun& run : comparison.runs) json["policies"].push_back(of(run));
-        Json rebuilt = Json::array();
-        for (const std::size_t index : comparison.best.rebuilds)
-            rebuilt.push_back(comparison.runs.front().frames[index].frame);
-        const std::string best = comparison.best_policy();
-        json["best_schedules"].push_back({{"backend", comparison.runs.front().backend},
-                                          {"total_ms", comparison.best.total},
-                                          {"rebuilt_at", rebuilt},
-                                          {"regret_against", best.empty() ? "best schedule" : best},
-                                          {"regret_against_ms", comparison.runs.front().best_ms}});
+    for (const PolicyRun& run : report.runs) {
+        Json hashes = Json::array();
+        for (const Played& frame : run.frames) hashes.push_back(hash_text(frame.hits_hash));
+        const std::vector<double> costs = costs_of(run);
+        const Spread total = spread_of(run.totals_ms);
+        json["policies"].push_back({{"policy", run.policy},
+                                    {"backend", run.backend},
+                                    {"total_ms", run.total_ms},
+                                    {"median_frame_ms", lower_median(costs)},
+                                    {"worst_frame_ms", std::ranges::max(costs)},
+                                    {"slowest_trace", run.slowest_trace},
+                                    {"regret", run.regret},
+                                    {"rebuilds", rebuilds_of(run)},
+                                    {"total",
+                                     {{"least_ms", total.least},
+                                      {"median_ms", total.median},
+                                      {"spread_percent", total.percent}}},
+                                    {"hits_hashes", hashes}});
     }
     return json_text(json);
 }
 
-std::string ms(double value) { return fmt::format("{:.2f}", value); }
+std::string fixed_ms(double value) { return fmt::format("{:.3f}", value); }
 
-std::string in_percent(double part) { return fmt::format("{:.1f}", 100 * part); }
+/// One row for each frame of each policy and backend.
+Table frames_table(const PolicyReport& report) {
+    Table table({"policy", "backend", "frame", "update", "upload ms", "refit ms", "decide ms",
+                 "restructure ms", "rebuild ms", "trace ms", "cost ratio", "hits hash", "reason",
+                 "least trace ms", "trace spread %", "least cost ms", "median cost ms",
+                 "cost spread %"});
+    for (const PolicyRun& run : report.runs) {
+        for (std::size_t i = 0; i < run.frames.size(); ++i) {
+            const Played& f = run.frames[i];
+            const UpdateTimes& times = f.update.times;
+            const Spread trace = spread_of(run.of_rounds(i, trace_of));
+            const Spread cost = spread_of(run.of_rounds(i, cost_of));
+            table.add(
+                {run.policy, run.backend, fmt::format("{}", f.frame), name_of(f.update.step),
+                 fixed_ms(times.upload_ms), fixed_ms(times.refit_ms), fixed_ms(times.decide_ms),
+                 fixed_ms(times.restructure_ms), fixed_ms(times.rebuild_ms), fixed_ms(f.trace_ms),
+                 fmt::format("{:.4f}", f.update.cost_ratio), hash_text(f.hits_hash),
+                 f.update.reason, fixed_ms(trace.least), fmt::format("{:.1f}", trace.percent),
+                 fixed_ms(cost.least), fixed_ms(cost.median), fmt::format("{:.1f}", cost.percent)});
+        }
+    }
+    return table;
+}
 
-/// Returns a table with a row for each policy and backend and one for the best schedule of each
-/// backend. A line below says which total the regret of a backend is compared with.
 std::string text_of(const PolicyReport& report) {
+    const auto ms = [](double value) { return fmt::format("{:.2f}", value); };
+    const auto percent = [](double value) { return fmt::format("{:.1f}", value); };
     Table table({"policy", "backend", "total", "spread", "median", "worst", "slower", "regret",
                  "rebuilds"});
-    std::string regrets;
-    for (const PolicyComparison& comparison : report.backends) {
-        for (const PolicyRun& run : comparison.runs) {
-            table.add({run.policy, run.backend, ms(run.total_ms()),
-                       fmt::format("{:.1f}", spread_of(run.totals_ms).percent),
-                       ms(run.median_frame_ms()), ms(run.worst_frame_ms()),
-                       fmt::format("{:.2f}", run.worst_trace_vs_rebuilt()),
-                       in_percent(run.regret()), fmt::format("{}", run.rebuilds())});
-        }
-        const PolicyRun& first = comparison.runs.front();
-        table.add({"(best schedule)", first.backend, ms(comparison.best.total), "", "", "", "",
-                   in_percent(comparison.best.total / first.best_ms - 1),
-                   fmt::format("{}", comparison.best.rebuilds.size())});
-        const std::string best = comparison.best_policy();
-        regrets += fmt::format(
-            "regret on {}: beyond {} ms, {}\n", first.backend, ms(first.best_ms),
-            best.empty() ? "the best schedule of refits and rebuilds" : "the total of " + best);
+    for (const PolicyRun& run : report.runs) {
+        const std::vector<double> costs = costs_of(run);
+        table.add({run.policy, run.backend, ms(run.total_ms),
+                   percent(spread_of(run.totals_ms).percent), ms(lower_median(costs)),
+                   ms(std::ranges::max(costs)), ms(run.slowest_trace), percent(100 * run.regret),
+                   fmt::format("{}", rebuilds_of(run))});
     }
     return fmt::format(
         "times in ms of {} round{}; total: the medians of its frames; median, worst: of a\n"
-        "frame; spread: of the totals of rounds, in %; regret in %; slower: how many times\n"
-        "as long the worst trace takes as over a new tree\n{}{}",
-        report.repeat, report.repeat == 1 ? "" : "s", table.text(), regrets);
+        "frame; spread: of the totals of rounds, in %; slower: how many times as long the\n"
+        "worst trace takes as with the best policy; regret: beyond the least total, in %\n{}",
+        report.repeat, report.repeat == 1 ? "" : "s", table.text());
 }
 
-/// Draws the panels of policy_panels for each backend.
+/// Three panels for each backend, which compare the policies by frame.
+std::vector<plot::Panel> panels_of(const PolicyReport& report) {
+    std::vector<plot::Panel> panels;
+    std::set<std::string> backends;
+    for (const PolicyRun& run : report.runs) {
+        if (!backends.insert(run.backend).second) continue;
+        plot::Panel panel{.kind = "lines",
+                          .x = "frame",
+                          .series = "policy",
+                          .xlabel = "frame",
+                          .where = "backend",
+                          .is = run.backend};
+        const auto add = [&](const char* title, const char* y, const char* unit,
+                             const char* least) {
+            panel.title = fmt::format("{}, {}", title, run.backend);
+            panel.y = y;
+            panel.ylabel = unit;
+            panel.least = least;
+            panels.push_back(panel);
+        };
+        add("trace", "trace ms", "ms", "least trace ms");
+        add("quality of the tree", "cost ratio", "SAH cost / SAH cost at its build", "");
+        add("update and trace", "median cost ms", "ms", "least cost ms");
+    }
+    return panels;
+}
+
 void plot_policies(const PolicyReport& report, const std::string& file) {
     const plot::Figure figure{
         .title = fmt::format("Update policies: {}, {} triangles", report.head.scene,
@@ -120,8 +253,8 @@ void plot_policies(const PolicyReport& report, const std::string& file) {
                                                                report.repeat)),
         .columns = 3,
         .panel_height = 420,
-        .panels = policy_panels(report.backends, "frame")};
-    write_file(file, plot::draw(figure, policy_frames_table(report.backends).csv(),
+        .panels = panels_of(report)};
+    write_file(file, plot::draw(figure, frames_table(report).csv(),
                                 file.ends_with(".png") ? "png" : "svg"));
 }
 
@@ -135,7 +268,7 @@ void require_plotter(const std::string& file) {
 
 void publish(const PolicyReport& report, const ProfileOptions& options, const Messages& messages) {
     if (!options.json.empty()) write_report(options.json, to_json(report));
-    if (!options.csv.empty()) write_report(options.csv, policy_frames_table(report.backends).csv());
+    if (!options.csv.empty()) write_report(options.csv, frames_table(report).csv());
     if (!options.plot.empty()) plot_policies(report, options.plot);
     if (!takes_stdout({options.json, options.csv})) messages.print(text_of(report));
 }
@@ -153,26 +286,33 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
     report.rays = name_of_rays(options.view.rays);
     report.repeat = *options.repeat;
     const std::vector<BackendChoice> choices = profiled_backends(options.backend, messages);
-    std::optional<Progress> progress;
-    std::uint64_t done = 0;
-    for (const BackendChoice choice : choices) {
-        std::unique_ptr<Backend> backend = make_backend(choice, options.backend, messages);
-        const std::string name = backend->info().name;
-        PolicyRunner runner(scene, frames, with_inside_view(options.view, scene.clip()),
-                            {.update = {},
-                             .build = build_config(options.tree.split, options.backend),
-                             .build_at = options.tree.build_at},
-                            *options.repeat, std::move(backend));
-        const std::size_t expected = runner.expected_frames(options.policies.size());
-        if (!progress) progress.emplace("measuring", expected * choices.size(), messages);
-        const auto begin_frame = [&] {
-            throw_if_interrupted();
-            progress->update(done++);
-            progress->begin(name);
-        };
-        report.backends.push_back(runner.compare(options.policies, begin_frame));
+    {
+        const std::size_t rounds = static_cast<std::size_t>(*options.repeat);
+        Progress progress("measuring",
+                          frames.size() * rounds * options.policies.size() * choices.size(),
+                          messages);
+        std::uint64_t done = 0;
+        for (const BackendChoice choice : choices) {
+            const std::unique_ptr<Backend> backend =
+                make_backend(choice, options.backend, messages);
+            const std::string name = backend->info().name;
+            const auto begin_frame = [&] {
+                throw_if_interrupted();
+                progress.update(done++);
+                progress.begin(name);
+            };
+            const std::size_t first = report.runs.size();
+            for (const PolicySpec& policy : options.policies)
+                report.runs.push_back({.policy = text_of(policy), .backend = name});
+            // Clip by clip, so that a background build slows down its own policy's frames alone.
+            for (std::size_t i = 0; i < rounds * options.policies.size(); ++i) {
+                const std::size_t p = i % options.policies.size();
+                report.runs[first + p].rounds.push_back(
+                    play(options, options.policies[p], scene, frames, *backend, begin_frame));
+            }
+            compare(std::span(report.runs).subspan(first));
+        }
     }
-    progress.reset();
     publish(report, options, messages);
     return ExitCode::kOk;
 }

@@ -14,7 +14,7 @@
 #include "common/report/shell.h"
 #include "gpu/vulkan_backend.h"
 #include "lab/accuracy/charts/charts.h"
-#include "scenes/source/open_scene.h"
+#include "scenes/clip.h"
 
 namespace mray::accuracy {
 namespace {

@@ -77,8 +77,7 @@ TEST(Render, FramesBetweenWholeFramesAreInterpolated) {
         more.insert(more.end(), view.begin(), view.end());
         return more;
     };
-    const Json between =
-        render_json(folder.file("s"), folder, with({"--frames", "0..1:0.5", "--missing", "fail"}));
+    const Json between = render_json(folder.file("s"), folder, with({"--frames", "0..1:0.5"}));
     ASSERT_EQ(between["frames"].size(), 3u);
     EXPECT_EQ(between["frames"][1]["frame"], 0.5);
     EXPECT_EQ(between["frames"][1]["file"], "frame_0000.5.png");

@@ -102,41 +102,33 @@ TEST(ProfilePolicies, JsonHasEachPolicyWithItsFigures) {
         std::set<std::string> keys;
         for (const auto& [key, value] : policy.items()) keys.insert(key);
         EXPECT_EQ(keys, (std::set<std::string>{"policy", "backend", "total_ms", "median_frame_ms",
-                                               "worst_frame_ms", "worst_trace_vs_rebuilt", "regret",
+                                               "worst_frame_ms", "slowest_trace", "regret",
                                                "rebuilds", "total", "hits_hashes"}));
         EXPECT_GT(policy["total"]["least_ms"], 0);
         EXPECT_LE(policy["total"]["least_ms"], policy["total"]["median_ms"]);
         EXPECT_GE(policy["total"]["spread_percent"], 0);
         EXPECT_GT(policy["total_ms"], 0);
         EXPECT_GE(policy["regret"], 0);
+        EXPECT_GE(policy["slowest_trace"], 1);
         EXPECT_GE(policy["worst_frame_ms"], policy["median_frame_ms"]);
         EXPECT_EQ(policy["hits_hashes"].size(), 6u);
         EXPECT_EQ(policy["hits_hashes"], report["policies"][0]["hits_hashes"]);
     }
     EXPECT_EQ(report["policies"][0]["rebuilds"], 0);
     EXPECT_EQ(report["policies"][1]["rebuilds"], 5);
-    ASSERT_EQ(report["best_schedules"].size(), 1u);
-    const Json& best = report["best_schedules"][0];
-    EXPECT_GT(best["regret_against_ms"], 0);
-    EXPECT_LE(best["regret_against_ms"], best["total_ms"]);
-    for (const Json& policy : report["policies"]) {
-        EXPECT_LE(best["regret_against_ms"], policy["total_ms"]);
-        if (best["regret_against"] == policy["policy"]) {
-            EXPECT_EQ(policy["regret"], 0);
-        }
-    }
-    if (best["regret_against"] == "best schedule") {
-        EXPECT_EQ(best["regret_against_ms"], best["total_ms"]);
-    }
+    // The least total is that of one of the policies.
+    std::set<double> regrets;
+    for (const Json& policy : report["policies"]) regrets.insert(policy["regret"].get<double>());
+    EXPECT_EQ(*regrets.begin(), 0);
 }
 
 TEST(ProfilePolicies, TextHasTheFiguresOfAllRounds) {
     const Outcome outcome = run(compare({}));
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const std::vector<std::string> text = lines(outcome.out);
-    ASSERT_EQ(text.size(), 9u) << outcome.out;
+    ASSERT_EQ(text.size(), 7u) << outcome.out;
     EXPECT_TRUE(text[0].starts_with("times in ms of 2 rounds; ")) << text[0];
-    const char* const rows[] = {"refit  ", "rebuild  ", "auto  ", "(best schedule)  cpu  "};
+    const char* const rows[] = {"refit  ", "rebuild  ", "auto  "};
     for (std::size_t i = 0; i < std::size(rows); ++i)
         EXPECT_TRUE(text[4 + i].starts_with(rows[i])) << text[4 + i];
     for (const std::string& line : text) EXPECT_LE(line.size(), 90u) << line;
@@ -146,8 +138,6 @@ TEST(ProfilePolicies, CsvHoldsEveryFrame) {
     const TemporaryFolder folder;
     const Outcome outcome = run(compare({"--csv", folder.file("frames.csv")}));
     ASSERT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_NE(outcome.out.find("(best schedule)"), std::string::npos);
-    EXPECT_NE(outcome.out.find("\nregret on cpu: beyond "), std::string::npos);
     EXPECT_EQ(lines(read_file(folder.file("frames.csv"))).size(), 1u + 18u);
 }
 

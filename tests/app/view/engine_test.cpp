@@ -10,7 +10,7 @@
 #include "app/cli/command_line.h"
 #include "app/clip/clip_scene.h"
 #include "common/base/errors.h"
-#include "scenes/source/open_scene.h"
+#include "scenes/clip.h"
 
 namespace mray::app {
 namespace {

@@ -8,7 +8,7 @@
 #include "app/view/window.h"
 #include "common/base/errors.h"
 #include "common/image/depth.h"
-#include "scenes/source/open_scene.h"
+#include "scenes/clip.h"
 
 namespace mray::app {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "app/files/image_files.h"
-#include "scenes/obj/mtl_reader.h"
+#include "scenes/obj/obj_materials.h"
 #include "tests/fuzz/readers/targets.h"
 
 namespace mray::fuzz {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "scenes/source/open_scene.h"
+#include "scenes/clip.h"
 #include "tests/fuzz/readers/targets.h"
 #include "tests/support/temporary_folder.h"
 

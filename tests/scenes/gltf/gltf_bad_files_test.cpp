@@ -205,7 +205,7 @@ const std::vector<BadFile> kBadFiles = {
      },
      "skins[0].joints[1]: is 9, but there are 3 nodes"},
     {"fewer matrices than joints", [](Json& j) { j["accessors"][5]["count"] = 1; },
-     "accessors[5].count: is 1, but skins[0] has 2 joints"},
+     "skins[0].inverseBindMatrices: has 1 matrices for 2 joints"},
     {"weights of another count of targets",
      [](Json& j) {
          j["nodes"][0]["weights"] = {1, 2};
@@ -280,8 +280,8 @@ TEST(BadGltf, NumbersThatCannotBe) {
     EXPECT_NE(error_with(0, 4, 1e31f).find(vertex), std::string::npos);
     EXPECT_EQ(error_with(0, 4, nan, {.lenient = true}), "");
     EXPECT_EQ(error_with(2, 4, -0.5f),
-              "scene.gltf: accessors[2]: vertex 1 has the weight -0.5; must be finite and at least "
-              "0");
+              "scene.gltf: meshes[0].primitives[0].attributes.WEIGHTS_0: vertex 1 has the weight "
+              "-0.5; must be finite and at least 0");
     EXPECT_NE(error_with(2, 4, nan).find("has the weight nan"), std::string::npos);
     EXPECT_NE(error_with(2, 0, 0.0f).find("vertex 0 has no weight above 0; repair it"),
               std::string::npos);

@@ -239,8 +239,7 @@ TEST(GltfAccessors, QuantizedPositions) {
     EXPECT_EQ(OpenedGltf(open(std::int16_t{}, false, true)).at(0)[2], vec3(0, -254, 0));
     EXPECT_EQ(OpenedGltf(open(std::uint8_t{}, false, true)).at(0)[2], vec3(0, 258, 0));
     EXPECT_EQ(gltf_error(open(std::int16_t{}, false, false)),
-              "scene.gltf: meshes[0].primitives[0].attributes.POSITION: positions are integers, "
-              "which need the extension KHR_mesh_quantization");
+              "scene.gltf: accessors[0].componentType: must be 5126 (float) here");
 }
 
 TEST(GltfMaterials, BaseColourIsTheAlbedo) {

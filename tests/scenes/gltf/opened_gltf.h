@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "scenes/clip.h"
-#include "scenes/source/open_scene.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 

@@ -1,4 +1,4 @@
-#include "scenes/obj/mtl_reader.h"
+#include "scenes/obj/obj_materials.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

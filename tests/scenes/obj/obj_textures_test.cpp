@@ -3,8 +3,8 @@
 
 #include <set>
 
+#include "scenes/clip.h"
 #include "scenes/mesh/mesh_file.h"
-#include "scenes/source/open_scene.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 

@@ -225,13 +225,9 @@ std::filesystem::path written(const TemporaryFolder& folder, const std::string& 
     return folder.write("a.ply", bytes);
 }
 
-/// Reads all that is read; whether the file was accepted. Fails for errors of other kinds.
-bool is_read(const std::filesystem::path& path, bool lenient) {
-    const auto error = error_of([&] {
-        const FileMesh mesh = read_ply(path, {.lenient = lenient, .normals = true});
-        for (const std::uint32_t corner : mesh.faces.corners)
-            EXPECT_LT(corner, mesh.positions.size());
-    });
+/// Whether the file is accepted. Fails for errors of other kinds.
+bool is_read(const std::filesystem::path& path) {
+    const auto error = error_of([&] { read_ply(path, {.normals = true}); });
     EXPECT_TRUE(!error || error->kind() == ErrorKind::kBadInput) << error->what();
     return !error;
 }
@@ -240,50 +236,12 @@ TEST(PlyHostile, FilesCutAtAnyByteAreRefused) {
     const TemporaryFolder folder;
     for (const PlyEncoding encoding : kPlyEncodings) {
         const std::string whole = small_file(encoding);
-        ASSERT_TRUE(is_read(written(folder, whole), false));
+        ASSERT_TRUE(is_read(written(folder, whole)));
         for (std::size_t size = 0; size < whole.size(); ++size) {
-            const bool accepted = is_read(written(folder, whole.substr(0, size)), false);
+            const bool accepted = is_read(written(folder, whole.substr(0, size)));
             // Without its line end a text is complete.
             const bool complete = encoding == PlyEncoding::kText && size + 1 == whole.size();
             EXPECT_EQ(accepted, complete) << ply_format(encoding) << " cut to " << size;
-        }
-    }
-}
-
-TEST(PlyHostile, AnyChangedByteIsRefusedOrRead) {
-    const TemporaryFolder folder;
-    for (const PlyEncoding encoding : kPlyEncodings) {
-        const std::string whole = small_file(encoding);
-        for (std::size_t i = 0; i < whole.size(); ++i) {
-            for (const int change : {0x01, 0x80, 0xFF, -1, -2}) {
-                std::string changed = whole;
-                changed[i] = static_cast<char>(change >= 0    ? changed[i] ^ change
-                                               : change == -1 ? '\0'
-                                                              : '9');
-                is_read(written(folder, changed), i % 2 == 0);
-            }
-        }
-    }
-}
-
-TEST(PlyHostile, AnyCountInTheHeaderIsRefusedOrRead) {
-    const TemporaryFolder folder;
-    for (const PlyEncoding encoding : kPlyEncodings) {
-        const std::string whole = small_file(encoding);
-        for (const char* element : {"element vertex ", "element other ", "element face "}) {
-            const std::size_t at = whole.find(element) + std::string(element).size();
-            const std::size_t length = whole.find('\n', at) - at;
-            for (const char* count :
-                 {"0", "1", "2", "5", "255", "65535", "65536", "2147483647", "2147483648",
-                  "4294967295", "4294967296", "1431655766", "9223372036854775807",
-                  "9223372036854775808", "18446744073709551615", "18446744073709551616"}) {
-                std::string changed = whole;
-                changed.replace(at, length, count);
-                const bool accepted = is_read(written(folder, changed), true);
-                EXPECT_FALSE(accepted && std::string(count).size() > 1 &&
-                             encoding != PlyEncoding::kText)
-                    << element << count;
-            }
         }
     }
 }

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "scenes/source/open_scene.h"
+#include "scenes/clip.h"
 #include "tests/scenes/ply/ply_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"

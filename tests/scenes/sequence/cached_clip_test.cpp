@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "scenes/clip.h"
 #include "scenes/sequence/streamed_clip.h"
-#include "scenes/source/open_scene.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 

@@ -6,8 +6,8 @@
 #include <limits>
 #include <random>
 
+#include "scenes/clip.h"
 #include "scenes/sequence/streamed_clip.h"
-#include "scenes/source/open_scene.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
@@ -195,22 +195,12 @@ TEST(KeyframeClip, FrameThatExplodesFailsWhenItIsAskedFor) {
     }
 }
 
-TEST(KeyframeClip, MissingFrameIsHeldOrInterpolatedAsAsked) {
+TEST(KeyframeClip, MissingFrameIsRefusedOrInterpolated) {
     const std::vector<std::string> texts = {triangle_at("0"), "", "", triangle_at("6"),
                                             triangle_at("7")};
     EXPECT_EQ(kind_of([&] { open_frames(texts); }), ErrorKind::kBadInput);
     ClipOptions options;
-    options.missing = MissingFrames::kHold;
-    const Opened held = open_frames(texts, options);
-    EXPECT_EQ(held.clip->last_frame(), 4);
-    EXPECT_EQ(x_at(held, 1), 0.0f);
-    EXPECT_EQ(x_at(held, 1.5), 0.0f);
-    EXPECT_EQ(x_at(held, 2), 0.0f);
-    EXPECT_EQ(x_at(held, 2.5), 3.0f);
-    EXPECT_EQ(x_at(held, 3), 6.0f);
-    EXPECT_EQ(x_at(held, 3.5), 6.5f);
-    EXPECT_EQ(x_at(held, 4), 7.0f);
-    options.missing = MissingFrames::kSkip;
+    options.skip_missing = true;
     const Opened skipped = open_frames(texts, options);
     EXPECT_EQ(skipped.clip->last_frame(), 4);
     EXPECT_EQ(x_at(skipped, 1.5), 3.0f);

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "scenes/sequence/sequences.h"
+#include "scenes/sequence/streamed_clip.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
@@ -23,12 +23,6 @@ std::vector<std::pair<double, std::string>> listed(const std::vector<KeyframeFil
 }
 
 using Listed = std::vector<std::pair<double, std::string>>;
-
-ClipOptions with_missing(MissingFrames missing) {
-    ClipOptions options;
-    options.missing = missing;
-    return options;
-}
 
 TEST(KeyframeFilesOfFolder, AreInTheOrderOfTheirNumbersAndTheLeastStepIsOneFrame) {
     const struct {
@@ -79,23 +73,24 @@ TEST(KeyframeFilesOfFolder, MissingFrameIsRefusedByNameUnlessAskedFor) {
     }
     const std::string message = message_of([&] { files_of_folder(folder.path(), {}); });
     EXPECT_NE(message.find("f_07.obj: frame is missing; "), std::string::npos) << message;
-    for (const MissingFrames missing : {MissingFrames::kHold, MissingFrames::kSkip}) {
-        ClipOptions options = with_missing(missing);
-        std::vector<std::string> warnings;
-        options.warn = [&](const Warning& warning) { warnings.push_back(warning.line()); };
-        const Listed files = listed(files_of_folder(folder.path(), options));
-        EXPECT_EQ(files.size(), 11u);
-        EXPECT_EQ(files[6], (std::pair<double, std::string>{7, "f_08.obj"}));
-        ASSERT_EQ(warnings.size(), 1u);
-        EXPECT_NE(warnings[0].find("f_07.obj: warning: frame is missing; "), std::string::npos);
-    }
+    std::vector<std::string> warnings;
+    const ClipOptions options = {.skip_missing = true, .warn = [&](const Warning& warning) {
+                                     warnings.push_back(warning.line());
+                                 }};
+    const Listed files = listed(files_of_folder(folder.path(), options));
+    EXPECT_EQ(files.size(), 11u);
+    EXPECT_EQ(files[6], (std::pair<double, std::string>{7, "f_08.obj"}));
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].find("f_07.obj: warning: frame is missing; "), std::string::npos);
 }
 
 TEST(KeyframeFilesOfPattern, KeepTheNumbersOfTheirNames) {
     const TemporaryFolder folder;
-    write_all(folder, {"f_009.obj", "f_010.obj", "f_011.obj", "g_001.obj", "f_12.obj", "f_0.obj"});
+    write_all(folder, {"f_009.obj", "f_010.obj", "f_011.obj", "g_001.obj", "f_x.obj", "f_.obj"});
     EXPECT_EQ(listed(files_of_pattern((folder.path() / "f_%03d.obj").native(), {})),
               (Listed{{9, "f_009.obj"}, {10, "f_010.obj"}, {11, "f_011.obj"}}));
+    EXPECT_EQ(listed(files_of_pattern((folder.path() / "g_*.obj").native(), {})),
+              (Listed{{1, "g_001.obj"}}));
 }
 
 TEST(KeyframeFilesOfPattern, MissingFrameIsRefusedByNameUnlessAskedFor) {
@@ -104,7 +99,7 @@ TEST(KeyframeFilesOfPattern, MissingFrameIsRefusedByNameUnlessAskedFor) {
     const std::string pattern = (folder.path() / "f_%d.obj").native();
     const std::string message = message_of([&] { files_of_pattern(pattern, {}); });
     EXPECT_NE(message.find("f_7.obj: frame is missing and 2 more; "), std::string::npos) << message;
-    EXPECT_EQ(listed(files_of_pattern(pattern, with_missing(MissingFrames::kHold))),
+    EXPECT_EQ(listed(files_of_pattern(pattern, {.skip_missing = true})),
               (Listed{{5, "f_5.obj"}, {6, "f_6.obj"}, {9, "f_9.obj"}, {11, "f_11.obj"}}));
 }
 

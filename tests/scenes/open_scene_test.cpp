@@ -1,4 +1,4 @@
-#include "scenes/source/open_scene.h"
+#include "scenes/clip.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,10 +1,10 @@
-#include "scenes/frame_range.h"
+#include "app/clip/frames.h"
 
 #include <gtest/gtest.h>
 
 #include "tests/support/thrown_error.h"
 
-namespace mray {
+namespace mray::app {
 namespace {
 
 using namespace test;
@@ -79,4 +79,4 @@ TEST(FrameRange, AcceptsAMillionFrames) {
 }
 
 }  // namespace
-}  // namespace mray
+}  // namespace mray::app

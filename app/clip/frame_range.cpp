@@ -1,4 +1,4 @@
-#include "scenes/frame_range.h"
+#include "app/clip/frames.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 
-namespace mray {
+namespace mray::app {
 namespace {
 
 // A + n * STEP of decimal numbers such as 0..0.3:0.1 misses B by a few units in the last place.
@@ -76,4 +76,4 @@ std::vector<double> parse_frame_range(const std::string& text, double default_st
     }
 }
 
-}  // namespace mray
+}  // namespace mray::app

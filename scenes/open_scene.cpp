@@ -1,4 +1,4 @@
-#include "scenes/source/open_scene.h"
+#include "scenes/clip.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include "scenes/gltf/gltf_clip.h"
 #include "scenes/mesh/mesh_file.h"
 #include "scenes/procedural/procedural.h"
-#include "scenes/sequence/sequences.h"
+#include "scenes/sequence/streamed_clip.h"
 
 namespace mray {
 namespace {
@@ -64,12 +64,11 @@ void require_no_builtin(const std::string& spec) {
 std::unique_ptr<Clip> open_with_cache(const std::string& spec, const ClipOptions& options) {
     std::error_code error;
     const fs::path path(spec);
-    if (spec.starts_with(kBuiltinPrefix) || fs::is_directory(path, error) ||
-        mesh_format_of(path) == nullptr) {
+    if (spec.starts_with(kBuiltinPrefix) || fs::is_directory(path, error) || !has_mesh_name(path)) {
         throw Error(ErrorKind::kBadArgument,
-                    fmt::format("scene {}: the positions of a point cache need one {} file with "
-                                "their triangles",
-                                quote(spec), extensions_of_meshes()));
+                    fmt::format("scene {}: the positions of a point cache need one .obj or .ply "
+                                "file with their triangles",
+                                quote(spec)));
     }
     return open_cached(path, options.cache, spec, options);
 }
@@ -102,11 +101,11 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const ClipOptions& opt
         require_no_builtin(spec);
     }
     if (has_gltf_name(path)) return open_gltf(path, spec, options);
-    if (fs::is_regular_file(status) && mesh_format_of(path) == nullptr) {
+    if (fs::is_regular_file(status) && !has_mesh_name(path)) {
         throw Error(ErrorKind::kBadInput,
-                    fmt::format("{}: not a scene file; give an {} file, a folder of those, a "
-                                "pattern, a .gltf or .glb file, or builtin:NAME",
-                                escape(path), extensions_of_meshes()));
+                    fmt::format("{}: not a scene file; give an .obj or .ply file, a folder of "
+                                "those, a pattern, a .gltf or .glb file, or builtin:NAME",
+                                escape(path)));
     }
     return open_keyframes({{0.0, path}}, spec, options);
 }
