@@ -1,4 +1,4 @@
-// A planted fault: the compiler may contract and reassociate, and need not keep signed zeros.
+// What exactness_test.cpp must find: the compiler may contract and reassociate, and need not keep zeros' signs.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 

@@ -20,10 +20,15 @@ bool is_control(char c) { return (c >= 0 && c < ' ') || c == '\x7f'; }
 /// The limits of textures, and small, since compressed files of few bytes may have many pixels.
 constexpr app::ImageLimits kLimits = {.side = 4096, .pixels = 1 << 16, .reduce_16_bits = true};
 
-std::string image_failure(const Image& image) {
-    return image.pixels.size() == std::size_t{image.width} * image.height && !image.pixels.empty()
-               ? ""
-               : "an image of another size than it has pixels";
+template <class Decode>
+std::string image_failure_of(const std::string& name, Decode decode) {
+    const auto work = [&](bool) {
+        const Image image = decode(name);
+        const bool is_right = image.pixels.size() == std::size_t{image.width} * image.height;
+        return is_right && !image.pixels.empty() ? ""
+                                                 : "an image of another size than it has pixels";
+    };
+    return failure_of(name, work, {false});
 }
 
 constexpr const char* kName = "case.mtl";
@@ -37,22 +42,6 @@ std::string broken_material(const Material& material) {
         if (!std::isfinite(material.map->scale[axis]) || !std::isfinite(material.map->offset[axis]))
             return "texture coordinates that are not finite";
     return material.map->file.empty() ? "a texture without a name" : "";
-}
-
-std::string reading_failure(std::string_view bytes, bool is_lenient, bool* is_refused) {
-    WarningJudge warnings;
-    return failure_of(
-        kName,
-        [&] {
-            MaterialMap materials;
-            read_mtl_text(bytes, kName, kName, is_lenient, warnings.function(), materials);
-            for (const auto& [name, material] : materials) {
-                std::string failure = broken_material(material);
-                if (!failure.empty()) return failure;
-            }
-            return warnings.failure();
-        },
-        is_refused);
 }
 
 }  // namespace
@@ -74,29 +63,35 @@ std::string error_failure(const Error& error, std::string_view name) {
 }
 
 std::string png_failure(std::string_view bytes) {
-    static const std::string name = "case.png";
     const std::string copy(bytes);
     for (const bool reduces : {false, true}) {
         app::ImageLimits limits = kLimits;
         limits.reduce_16_bits = reduces;
-        std::string failure =
-            failure_of(name, [&] { return image_failure(app::decode_png(copy, name, limits)); });
+        std::string failure = image_failure_of("case.png", [&](const std::string& name) {
+            return app::decode_png(copy, name, limits);
+        });
         if (!failure.empty()) return failure;
     }
     return {};
 }
 
 std::string jpeg_failure(std::string_view bytes) {
-    static const std::string name = "case.jpg";
     const std::string copy(bytes);
-    return failure_of(name, [&] { return image_failure(app::decode_jpeg(copy, name, kLimits)); });
+    return image_failure_of(
+        "case.jpg", [&](const std::string& name) { return app::decode_jpeg(copy, name, kLimits); });
 }
 
 std::string mtl_failure(std::string_view bytes) {
-    bool is_refused = false;
-    std::string failure = reading_failure(bytes, false, &is_refused);
-    if (!failure.empty() || !is_refused) return failure;
-    return reading_failure(bytes, true, nullptr);
+    return failure_of(kName, [&](bool is_lenient) {
+        WarningJudge warnings;
+        MaterialMap materials;
+        read_mtl_text(bytes, kName, kName, is_lenient, warnings.function(), materials);
+        for (const auto& [name, material] : materials) {
+            std::string failure = broken_material(material);
+            if (!failure.empty()) return failure;
+        }
+        return warnings.failure();
+    });
 }
 
 }  // namespace mray::fuzz

@@ -100,8 +100,8 @@ std::string broken_promise(const Clip& clip) {
 }
 
 /// Opens a scene whose messages name `file`.
-std::string opening_failure(const std::string& scene, const std::string& file, ClipOptions options,
-                            bool* is_refused) {
+std::string scene_failure(const std::string& scene, const std::string& file,
+                          ClipOptions options = {}) {
     bool is_too_large = false;
     options.check_size = [&](std::uint64_t triangles, std::uint64_t vertices) {
         is_too_large = triangles + vertices > kMostTriangles;
@@ -109,20 +109,12 @@ std::string opening_failure(const std::string& scene, const std::string& file, C
     };
     WarningJudge warnings;
     options.warn = warnings.function();
-    std::string failure = failure_of(
-        file, [&] { return broken_promise(*open_scene(scene, options)); }, is_refused);
+    const std::string failure = failure_of(file, [&](bool is_lenient) {
+        options.lenient = is_lenient;
+        return broken_promise(*open_scene(scene, options));
+    });
     if (is_too_large) return {};
     return failure.empty() ? warnings.failure() : failure;
-}
-
-/// Opens a scene; what is refused is opened leniently, too.
-std::string scene_failure(const std::string& scene, const std::string& file,
-                          ClipOptions options = {}) {
-    bool is_refused = false;
-    std::string failure = opening_failure(scene, file, options, &is_refused);
-    if (!failure.empty() || !is_refused) return failure;
-    options.lenient = true;
-    return opening_failure(scene, file, options, nullptr);
 }
 
 std::string cache_failure(CaseFile& cache, std::string_view bytes) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <exception>
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
@@ -65,18 +66,22 @@ private:
     std::string failure_;
 };
 
-/// Calls `work`, which returns what is wrong, and judges what it throws. `is_refused` is whether it
-/// threw an Error.
+/// Calls work(is_lenient), which returns what is wrong, and judges what it throws. What is refused
+/// when it is read strictly is read leniently, too, if there is such a way.
 template <class Work>
-std::string failure_of(std::string_view name, Work work, bool* is_refused = nullptr) {
-    try {
-        return work();
-    } catch (const Error& error) {
-        if (is_refused != nullptr) *is_refused = true;
-        return error_failure(error, name);
-    } catch (const std::exception& error) {
-        return std::string("exception: ") + error.what();
+std::string failure_of(std::string_view name, Work work,
+                       std::initializer_list<bool> ways = {false, true}) {
+    for (const bool is_lenient : ways) {
+        try {
+            return work(is_lenient);
+        } catch (const Error& error) {
+            const std::string failure = error_failure(error, name);
+            if (!failure.empty()) return failure;
+        } catch (const std::exception& error) {
+            return std::string("exception: ") + error.what();
+        }
     }
+    return {};
 }
 
 }  // namespace mray::fuzz
