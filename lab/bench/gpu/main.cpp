@@ -207,9 +207,9 @@ void run(const std::vector<std::string>& arguments) {
         fmt::print("{}", options.help);
         return;
     }
-    const std::string head =
-        fmt::format("# {}, {}; morphray {}\n# morphray_gpu_bench {}\n", machine_name(),
-                    gpu::describe(*gpu::open_device({})), kVersionDetail, shell_line(arguments));
+    const std::string head = fmt::format(
+        "# {}, {}; morphray {}\n# morphray_gpu_bench {}\n", machine_name(),
+        gpu::make_vulkan_backend()->info().description, kVersionDetail, shell_line(arguments));
     fmt::print("{}", head);
     std::vector<Row> rows;
     const auto report = [&](const Row& row) {
