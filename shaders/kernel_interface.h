@@ -146,7 +146,7 @@ SHARED_CONST uint kRoundAgain = 1u;  // listed queries, from their saved states 
 SHARED_CONST uint kRoundAnew = 2u;   // listed queries, from the root on
 // Bits of QueryArguments.flags.
 SHARED_CONST uint kQueryTieBreak = 1u;  // by cross_triangle()
-SHARED_CONST uint kQueryCount = 2u;  // the number of hits
+SHARED_CONST uint kQueryCount = 2u;     // the number of hits
 
 /// Push constants of the kernels of queries: `winding`, `closest`, `hits`.
 struct QueryArguments {
