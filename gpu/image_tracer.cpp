@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/base/stopwatch.h"
+
 namespace mray::gpu {
 namespace {
 
@@ -147,7 +148,7 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
     bool is_current = is_shaded || !with_pixels_;
     if (header.suspended_count != 0 && header.visible_count == 0) {
         is_current = false;
-        times.trace_ms += passes_.resume(kernels_, scene_, false, header.suspended_count);
+        times.trace_ms += passes_.resume(false, header.suspended_count);
         if (samples != 0) {
             times.secondary_ms +=
                 context_.submit("trace secondary rays", [&](VkCommandBuffer commands) {
@@ -162,7 +163,7 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
         const std::uint32_t ray_count = header.visible_count * samples;
         is_current = is_current && header.suspended_count == 0 && ray_count <= batch;
         times.rays += ray_count;
-        times.secondary_ms += passes_.resume(kernels_, scene_, true, header.suspended_count);
+        times.secondary_ms += passes_.resume(true, header.suspended_count);
         if (ray_count > batch) times.secondary_ms += trace_rest(region, batch, ray_count, watch);
     }
     if (is_current) return;
@@ -178,9 +179,7 @@ void ImageTracer::record_secondary(VkCommandBuffer commands, const RegionArgumen
                                    std::uint32_t batch) {
     kernels_.compact.dispatch(commands, region, region.tile_count);
     // Writer: the list and its length; reader: the secondary rays.
-    barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
-            VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-            VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
+    barrier(commands);
     const std::uint64_t most_rays = std::uint64_t{region.width} * region.height *
                                     rays_per_hit(region.params.rays, region.params.ao_count);
     // Groups beyond the end of the list, whose length the host does not know, have nothing to do.
@@ -196,11 +195,10 @@ double ImageTracer::trace_rest(const RegionArguments& region, std::uint32_t firs
         watch.throw_if_cancelled();
         const std::uint32_t count = std::min(secondary_batch(watch), ray_count - first);
         const Stopwatch clock;
-        const Record dispatch = [&](VkCommandBuffer commands) {
+        device_ms += passes_.run("trace secondary rays", true, [&](VkCommandBuffer commands) {
             kernels_.occlusion.dispatch(commands, secondary(region, first, first + count),
                                         groups_of(count));
-        };
-        device_ms += passes_.run({"trace secondary rays", true, dispatch}, kernels_, scene_);
+        });
         rays_pace_.took(count, clock.ms());
         first += count;
     }
@@ -233,10 +231,8 @@ void ImageTracer::shade(VkCommandBuffer commands, const RegionArguments& region)
 /// Ends a stage, whose writes the next stage reads.
 void ImageTracer::separate(VkCommandBuffer commands) {
     context_.stamp(commands);
-    constexpr VkPipelineStageFlags kWork = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
     // Writer: the stage before (hits, counters, occlusion); reader: the next kernel.
-    barrier(commands, kWork, VK_ACCESS_SHADER_WRITE_BIT, kWork,
-            VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
+    barrier(commands);
 }
 
 /// Records the copy of what was asked for.

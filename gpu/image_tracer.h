@@ -7,7 +7,6 @@
 #include "common/backend.h"
 #include "gpu/kernels.h"
 #include "gpu/ray_passes.h"
-#include "gpu/scene_buffers.h"
 
 namespace mray::gpu {
 
@@ -40,8 +39,8 @@ private:
 /// prepared when an image first needs them.
 class ImageTracer {
 public:
-    ImageTracer(Context& context, Kernels& kernels, RayPasses& passes, const SceneBuffers& scene)
-        : context_(context), kernels_(kernels), passes_(passes), scene_(scene) {}
+    ImageTracer(Context& context, Kernels& kernels, RayPasses& passes)
+        : context_(context), kernels_(kernels), passes_(passes) {}
 
     /// Traces an image, and writes the times of tracing to `times`. Throws Error(kCancelled)
     /// between submissions if the watch asks for it. If it may, submissions are made so small that
@@ -66,7 +65,6 @@ private:
     Context& context_;
     Kernels& kernels_;
     RayPasses& passes_;
-    const SceneBuffers& scene_;
     /// What was asked for of the image that is traced.
     bool with_pixels_ = true;
     bool with_hits_ = true;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
+#include <numeric>
 
 #include "common/base/errors.h"
 #include "common/bvh/bvh.h"
@@ -39,32 +41,23 @@ void check_part(const PhysicalDevice& device, BufferKind kind, const Part& part)
     }
 }
 
-void check_bytes(const PhysicalDevice& device, std::uint64_t largest, std::uint64_t total) {
+void check_bytes(const PhysicalDevice& device, const SceneSize& scene) {
+    const std::uint64_t parts[] = {sizeof(Node) * scene.nodes, sizeof(Leaf) * scene.leaves,
+                                   16 * scene.vertices, 16 * scene.triangles,
+                                   (4 + 16 * kQuarterVec4s) * scene.nodes +
+                                       (4 * kLeafVertices + 4 + 16 * kQuarterVec4s) * scene.leaves +
+                                       sizeof(RepeatedTriangle) * scene.repeated};
+    const std::uint64_t largest = *std::ranges::max_element(parts);
     if (largest > device.max_allocation) {
         over(fmt::format("the scene needs an allocation of {} bytes, the device allows {}", largest,
                          device.max_allocation));
     }
+    const std::uint64_t total =
+        std::accumulate(std::begin(parts), std::end(parts), std::uint64_t{0});
     if (total > device.info.memory_bytes) {
         over(fmt::format("the scene takes {} bytes, the device has {}", total,
                          device.info.memory_bytes));
     }
-}
-
-struct SceneBytes {
-    std::uint64_t largest;
-    std::uint64_t total;
-};
-
-SceneBytes bytes_of(const SceneSize& scene) {
-    const std::uint64_t nodes = sizeof(Node) * scene.nodes;
-    const std::uint64_t leaves = sizeof(Leaf) * scene.leaves;
-    const std::uint64_t vertices = 16 * scene.vertices;
-    const std::uint64_t triangles = 16 * scene.triangles;
-    const std::uint64_t rest = (4 + 16 * kQuarterVec4s) * scene.nodes +
-                               (4 * kLeafVertices + 4 + 16 * kQuarterVec4s) * scene.leaves +
-                               sizeof(RepeatedTriangle) * scene.repeated;
-    return {std::max({nodes, leaves, vertices, triangles, rest}),
-            nodes + leaves + vertices + triangles + rest};
 }
 
 /// The sizes of the tuning, or by the device: a GPU is filled, if it has memory for that.
@@ -104,8 +97,7 @@ void check_scene(const PhysicalDevice& device, BufferKind kind, const SceneSize&
                           {"nodes", 4 * kNodeVec4s * scene.nodes, 4},
                           {"leaves", 4 * kLeafVec4s * scene.leaves, 4}};
     for (const Part& part : parts) check_part(device, kind, part);
-    const SceneBytes bytes = bytes_of(scene);
-    check_bytes(device, bytes.largest, bytes.total);
+    check_bytes(device, scene);
 }
 
 bool fits(const PhysicalDevice& device, BufferKind kind, const SceneSize& scene) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gpu/limits.h"
-#include "gpu/read_buffer.h"
+#include "gpu/vulkan/buffer.h"
 #include "gpu/vulkan/pipeline.h"
 
 namespace mray::gpu {

@@ -16,22 +16,32 @@ namespace {
 // and 1 for the loops around it. The sum is at most 2 + 16 + 16 + 1 + 2 + 4 = 41.
 constexpr std::uint64_t kStepsOfVisit = 41;
 
+void copy_start(VkCommandBuffer commands, const Buffer& from, const Buffer& to, VkDeviceSize size) {
+    const VkBufferCopy region = {.srcOffset = 0, .dstOffset = 0, .size = size};
+    vkCmdCopyBuffer(commands, from.get(), to.get(), 1, &region);
+}
+
 }  // namespace
 
-RayPasses::RayPasses(SharedDevice& device, Context& context, const PassSize& size, BufferKind kind,
+RayPasses::RayPasses(SharedDevice& device, Context& context, Kernels& kernels,
+                     const SceneBuffers& scene, const PassSize& size, BufferKind kind,
                      std::uint32_t step_budget)
-    : device_(device), context_(context), size_(size), kind_(kind), step_budget_(step_budget) {}
+    : device_(device),
+      context_(context),
+      kernels_(kernels),
+      scene_(scene),
+      size_(size),
+      kind_(kind),
+      step_budget_(step_budget) {}
 
 RayPasses::Use RayPasses::use() {
     buffers_ = device_.ray_buffers.take(device_.device, size_, kind_);
     return Use(*this);
 }
 
-double RayPasses::run(const RayPass& pass, Kernels& kernels, const SceneBuffers& scene) {
-    double device_ms = 0;
-    submit_part(pass.what, Reset::kRays, pass.dispatch, device_ms);
-    const std::uint32_t count = header(pass.what).suspended_count;
-    return device_ms + resume(kernels, scene, pass.any_hit, count);
+double RayPasses::run(const char* what, bool any_hit, const Record& dispatch) {
+    const double device_ms = submit_part(what, Reset::kRays, dispatch);
+    return device_ms + resume(any_hit, header(what).suspended_count);
 }
 
 void RayPasses::reset(VkCommandBuffer commands, Reset what) const {
@@ -41,38 +51,29 @@ void RayPasses::reset(VkCommandBuffer commands, Reset what) const {
         what == Reset::kAll ? sizeof(WorkHeader) : offsetof(WorkHeader, visible_count);
     vkCmdFillBuffer(commands, buffers_->work.get(), begin, end - begin, 0);
     // Writer: the fill; reader and writer: the kernel's counters.
-    barrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-            VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-            VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
+    barrier(commands);
 }
 
 void RayPasses::end(VkCommandBuffer commands) const {
     // Writer: the kernels' counters; reader: the copy.
-    barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
-            VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
-    const VkBufferCopy region = {.srcOffset = 0, .dstOffset = 0, .size = sizeof(WorkHeader)};
-    vkCmdCopyBuffer(commands, buffers_->work.get(), buffers_->header.get(), 1, &region);
+    barrier(commands);
+    copy_start(commands, buffers_->work, buffers_->header, sizeof(WorkHeader));
 }
 
 void RayPasses::copy_results(VkCommandBuffer commands, std::uint32_t count, bool with_hits,
                              bool with_occlusion, bool with_pixels) const {
     if (!buffers_->pixels.mapped().empty()) return;
     // Writer: the kernels; reader: the copies.
-    barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
-            VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
-    const auto copy = [&](const Buffer& from, const Buffer& to, VkDeviceSize size) {
-        const VkBufferCopy region = {.srcOffset = 0, .dstOffset = 0, .size = size};
-        vkCmdCopyBuffer(commands, from.get(), to.get(), 1, &region);
-    };
-    if (with_hits) copy(buffers_->hits.buffer, buffers_->hits_copy, sizeof(Hit) * count);
-    if (with_occlusion)
-        copy(buffers_->occlusion.buffer, buffers_->occlusion_copy, VkDeviceSize{4} * count);
-    if (with_pixels) copy(buffers_->pixels, buffers_->pixels_copy, VkDeviceSize{4} * count);
+    barrier(commands);
+    const VkDeviceSize words = VkDeviceSize{4} * count;
+    const RayBuffers& b = *buffers_;
+    if (with_hits) copy_start(commands, b.hits.buffer, b.hits_copy, sizeof(Hit) * count);
+    if (with_occlusion) copy_start(commands, b.occlusion.buffer, b.occlusion_copy, words);
+    if (with_pixels) copy_start(commands, b.pixels, b.pixels_copy, words);
 }
 
-void RayPasses::submit_part(const char* what, Reset reset_what, const Record& dispatch,
-                            double& device_ms) {
-    device_ms += context_.submit(what, [&](VkCommandBuffer commands) {
+double RayPasses::submit_part(const char* what, Reset reset_what, const Record& dispatch) {
+    return context_.submit(what, [&](VkCommandBuffer commands) {
         reset(commands, reset_what);
         dispatch(commands);
         end(commands);
@@ -89,63 +90,58 @@ WorkHeader RayPasses::header(const char* what) const {
     return header;
 }
 
-double RayPasses::resume(Kernels& kernels, const SceneBuffers& scene, bool any_hit,
-                         std::uint32_t count) {
-    // A ray visits each node and leaf at most once, and a round visits at least one. More rounds
-    // mean that the tree has a cycle.
-    const std::uint64_t max_rounds =
-        2 + kStepsOfVisit * (scene.node_count() + scene.leaf_count()) / step_budget_;
+double RayPasses::resume(bool any_hit, std::uint32_t count) {
     if (count == 0) return 0;
-    kernels.prepare({&kernels.resume});
+    kernels_.prepare({&kernels_.resume});
+    // A ray visits each node and leaf at most once, and a round visits at least one.
+    const std::uint64_t visits = std::uint64_t{scene_.node_count()} + scene_.leaf_count();
+    return finish("resume rays", count, 2 + kStepsOfVisit * visits / step_budget_,
+                  [&](VkCommandBuffer commands, const Part& part) {
+                      const ResumeArguments arguments = {.first = part.first,
+                                                         .count = part.count,
+                                                         .fresh = part.is_fresh ? 1u : 0u,
+                                                         .any_hit = any_hit ? 1u : 0u};
+                      kernels_.resume.dispatch(commands, arguments, groups_of(part.count));
+                  });
+}
+
+std::uint32_t RayPasses::answer(const char* what, const Kernel& kernel, QueryArguments arguments) {
+    const auto dispatch = [&](VkCommandBuffer commands) {
+        kernel.dispatch(commands, arguments, groups_of(arguments.count));
+    };
+    submit_part(what, Reset::kAll, dispatch);
+    // A query visits each node and each triangle at most once, and a round takes a step.
+    const std::uint64_t max_rounds =
+        2 + 64 * (scene_.node_count() + kLeafTriangles * std::uint64_t{scene_.leaf_count()});
+    finish(what, header(what).suspended_count, max_rounds,
+           [&](VkCommandBuffer commands, const Part& part) {
+               arguments.first = part.first;
+               arguments.count = part.count;
+               arguments.round = part.is_fresh ? kRoundAnew : kRoundAgain;
+               dispatch(commands);
+           });
+    return header(what).visible_count;
+}
+
+/// Dispatches for the suspended rays or queries [0, count), as many at a time as have room for
+/// their states, until none is unfinished. More than max_rounds mean that the tree has a cycle.
+double RayPasses::finish(const char* what, std::uint32_t count, std::uint64_t max_rounds,
+                         const std::function<void(VkCommandBuffer, const Part&)>& dispatch) {
     double device_ms = 0;
     for (std::uint32_t first = 0; first < count; first += size_.resume_slots) {
-        ResumeArguments arguments = {
-            .first = first,
-            .count = std::min(size_.resume_slots, count - first),
-            .fresh = 1,
-            .any_hit = any_hit ? 1u : 0u,
-        };
-        const std::uint32_t groups = groups_of(arguments.count);
+        Part part = {first, std::min(size_.resume_slots, count - first), true};
         std::uint64_t rounds = 0;
-        for (bool unfinished = true; unfinished; arguments.fresh = 0) {
+        for (bool unfinished = true; unfinished; part.is_fresh = false) {
             if (++rounds > max_rounds) {
                 throw Error(ErrorKind::kInternal,
                             "Vulkan: a traversal does not end; the tree is not sound");
             }
-            const char* const what = "resume rays";
-            const Record round = [&](VkCommandBuffer commands) {
-                kernels.resume.dispatch(commands, arguments, groups);
-            };
-            submit_part(what, Reset::kUnfinished, round, device_ms);
+            device_ms += submit_part(what, Reset::kUnfinished,
+                                     [&](VkCommandBuffer commands) { dispatch(commands, part); });
             unfinished = header(what).unfinished_count != 0;
         }
     }
     return device_ms;
-}
-
-std::uint32_t RayPasses::ask(const char* what, const SceneBuffers& scene, QueryArguments& arguments,
-                             const Record& dispatch) {
-    double device_ms = 0;
-    submit_part(what, Reset::kAll, dispatch, device_ms);
-    const std::uint32_t count = header(what).suspended_count;
-    // A question visits each node and each triangle at most once, and a round takes a step.
-    const std::uint64_t max_rounds =
-        2 + 64 * (scene.node_count() + kLeafTriangles * std::uint64_t{scene.leaf_count()});
-    for (std::uint32_t first = 0; first < count; first += size_.resume_slots) {
-        arguments.first = first;
-        arguments.count = std::min(size_.resume_slots, count - first);
-        arguments.round = kAskAnew;
-        std::uint64_t rounds = 0;
-        for (bool unfinished = true; unfinished; arguments.round = kAskAgain) {
-            if (++rounds > max_rounds) {
-                throw Error(ErrorKind::kInternal,
-                            "Vulkan: a traversal does not end; the tree is not sound");
-            }
-            submit_part(what, Reset::kUnfinished, dispatch, device_ms);
-            unfinished = header(what).unfinished_count != 0;
-        }
-    }
-    return header(what).visible_count;
 }
 
 }  // namespace mray::gpu

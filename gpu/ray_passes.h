@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <utility>
 
@@ -11,21 +12,13 @@
 
 namespace mray::gpu {
 
-/// One dispatch of rays.
-struct RayPass {
-    /// For errors: a verb with its object.
-    const char* what;
-    /// Whether the rays need any hit instead of the closest.
-    bool any_hit;
-    Record dispatch;
-};
-
 /// The loop that brings each ray of a dispatch to an answer, and the buffers that it needs, which
 /// belong to a call only.
 class RayPasses {
 public:
-    RayPasses(SharedDevice& device, Context& context, const PassSize& size, BufferKind kind,
-              std::uint32_t step_budget);
+    /// Kernels and scene must outlive it.
+    RayPasses(SharedDevice& device, Context& context, Kernels& kernels, const SceneBuffers& scene,
+              const PassSize& size, BufferKind kind, std::uint32_t step_budget);
 
     /// Buffers that are taken from the device until this ends.
     class Use {
@@ -67,18 +60,17 @@ public:
     }
     /// The counters of the last submission. Throws Error(kInternal) if a tree is broken.
     WorkHeader header(const char* what) const;
-    /// Brings the first `count` suspended rays to an answer, in rounds of `resume`. Returns
+    /// Brings the first `count` suspended rays to an answer, the closest or any hit. Returns
     /// milliseconds on the device. Throws Error(kInternal) if a tree is broken.
-    double resume(Kernels& kernels, const SceneBuffers& scene, bool any_hit, std::uint32_t count);
-    /// Submits a pass by itself, over the visible pixels that are listed if there are any, and
-    /// brings all of its rays to an answer. Returns milliseconds on the device.
-    double run(const RayPass& pass, Kernels& kernels, const SceneBuffers& scene);
+    double resume(bool any_hit, std::uint32_t count);
+    /// Submits `dispatch` by itself, over the visible pixels that are listed if there are any, and
+    /// brings all of its rays to an answer. `what` is for errors, a verb with its object. Returns
+    /// milliseconds on the device.
+    double run(const char* what, bool any_hit, const Record& dispatch);
 
-    /// Submits `dispatch`, which asks as `arguments` say, and again, with arguments of its own,
-    /// until all questions have answers. Returns the pairs that it found
-    /// (WorkHeader::visible_count). Throws Error(kInternal) if a tree is broken.
-    std::uint32_t ask(const char* what, const SceneBuffers& scene, QueryArguments& arguments,
-                      const Record& dispatch);
+    /// Submits a kernel of queries, and again until all queries have answers. Returns the pairs
+    /// that it found (WorkHeader::visible_count). Throws Error(kInternal) if a tree is broken.
+    std::uint32_t answer(const char* what, const Kernel& kernel, QueryArguments arguments);
 
 private:
     template <class T>
@@ -89,10 +81,21 @@ private:
     /// The counters that a dispatch begins with at 0. Those of rays are all but visible_count.
     enum class Reset { kAll, kRays, kUnfinished };
     void reset(VkCommandBuffer commands, Reset what) const;
-    void submit_part(const char* what, Reset reset, const Record& dispatch, double& device_ms);
+    double submit_part(const char* what, Reset reset, const Record& dispatch);
+
+    /// Suspended rays or queries of a dispatch.
+    struct Part {
+        std::uint32_t first;
+        std::uint32_t count;
+        bool is_fresh;
+    };
+    double finish(const char* what, std::uint32_t count, std::uint64_t max_rounds,
+                  const std::function<void(VkCommandBuffer, const Part&)>& dispatch);
 
     SharedDevice& device_;
     Context& context_;
+    Kernels& kernels_;
+    const SceneBuffers& scene_;
     PassSize size_;
     BufferKind kind_;
     std::uint32_t step_budget_;

@@ -28,11 +28,7 @@ public:
             const std::uint32_t count = std::min(range.end - range.begin, groups * kItemsOfGroup);
             // Writer: the level below, or leaves of another range, which validation cannot tell
             // from those of this one; reader: this dispatch.
-            if (!std::exchange(first_, false)) {
-                barrier(commands_, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
-                        VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-                        VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
-            }
+            if (!std::exchange(first_, false)) barrier(commands_);
             kernel.dispatch(commands_, RefitArguments{.first = range.begin, .count = count},
                             groups);
             range.begin += count;

@@ -43,12 +43,17 @@ struct Filler {
 
 /// Texels hold a vertex each; storage buffers have no gaps.
 std::size_t bytes_of_vertex(BufferKind kind) {
-    return kind == BufferKind::kTexels ? kPaddedBytes : sizeof(vec3);
+    return kind == BufferKind::kTexels ? sizeof(vec4) : sizeof(vec3);
 }
 
 void write_positions(BufferKind kind, std::span<const vec3> positions, std::span<std::byte> out) {
     if (kind == BufferKind::kTexels) {
-        write_padded(positions, out);
+        std::byte* to = out.data();
+        for (const vec3& position : positions) {
+            const vec4 padded(position, 0.0f);
+            std::memcpy(to, &padded, sizeof padded);
+            to += sizeof padded;
+        }
         return;
     }
     // One thread would take longer than the bus.
@@ -135,12 +140,9 @@ SceneBuffers::Tree::Tree(Device& device, BufferKind kind, Transfer& transfer, co
 }
 
 void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> positions) {
-    assert(positions.size() == vertex_count_);
-    if (kind_ == BufferKind::kTexels) {
-        transfer.upload_padded(positions, positions_.buffer);
-    } else {
-        transfer.upload(std::as_bytes(positions), positions_.buffer);
-    }
+    if (positions.empty()) return;
+    const IndexRange all[] = {{0, vertex_count_}};
+    transfer.run(set_positions(positions, all));
 }
 
 Record SceneBuffers::set_positions(std::span<const vec3> positions,
@@ -169,8 +171,7 @@ Record SceneBuffers::set_positions(std::span<const vec3> positions,
         vkCmdCopyBuffer(commands, from, to, static_cast<std::uint32_t>(copies.size()),
                         copies.data());
         // Writer: the copy; reader: kernels.
-        barrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-                VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
+        barrier(commands);
     };
 }
 

@@ -9,8 +9,8 @@
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 #include "common/update/refit_plan.h"
-#include "gpu/read_buffer.h"
 #include "gpu/transfer.h"
+#include "gpu/vulkan/buffer.h"
 #include "gpu/vulkan/pipeline.h"
 
 namespace mray::gpu {

@@ -10,27 +10,7 @@ namespace {
 
 constexpr VkDeviceSize kStagingBytes = VkDeviceSize{8} << 20;
 
-void copy(Context& context, const Buffer& from, VkDeviceSize from_offset, const Buffer& to,
-          VkDeviceSize to_offset, VkDeviceSize size) {
-    context.submit("copy", [&](VkCommandBuffer commands) {
-        const VkBufferCopy region = {
-            .srcOffset = from_offset, .dstOffset = to_offset, .size = size};
-        vkCmdCopyBuffer(commands, from.get(), to.get(), 1, &region);
-    });
-}
-
 }  // namespace
-
-void write_padded(std::span<const vec3> points, std::span<std::byte> out) {
-    static_assert(sizeof(vec4) == kPaddedBytes);
-    assert(out.size() == points.size() * kPaddedBytes);
-    std::byte* to = out.data();
-    for (const vec3& point : points) {
-        const vec4 padded(point, 0.0f);
-        std::memcpy(to, &padded, kPaddedBytes);
-        to += kPaddedBytes;
-    }
-}
 
 const Buffer& Transfer::staging() {
     if (staging_.get() == VK_NULL_HANDLE)
@@ -38,32 +18,13 @@ const Buffer& Transfer::staging() {
     return staging_;
 }
 
-template <class Fill>
-void Transfer::write(std::size_t size, const Buffer& to, Fill fill) {
-    assert(size <= to.size());
-    if (!to.mapped().empty()) {
-        fill(to.mapped().first(size), 0);
-        return;
-    }
-    for (std::size_t at = 0; at < size; at += kStagingBytes) {
-        const std::size_t piece = std::min<std::size_t>(size - at, kStagingBytes);
-        fill(staging().mapped().first(piece), at);
-        copy(context_, staging(), 0, to, at, piece);
-    }
-}
-
 void Transfer::upload(std::span<const std::byte> bytes, const Buffer& to) {
-    if (bytes.empty()) return;
-    write(bytes.size(), to, [&](std::span<std::byte> out, std::size_t at) {
-        std::memcpy(out.data(), bytes.data() + at, out.size());
-    });
-}
-
-void Transfer::upload_padded(std::span<const vec3> points, const Buffer& to) {
-    static_assert(kStagingBytes % kPaddedBytes == 0);
-    write(points.size() * kPaddedBytes, to, [&](std::span<std::byte> out, std::size_t at) {
-        write_padded(points.subspan(at / kPaddedBytes, out.size() / kPaddedBytes), out);
-    });
+    assert(bytes.size() <= to.size());
+    if (to.mapped().empty()) {
+        upload_changes({}, bytes, to);
+    } else if (!bytes.empty()) {
+        std::memcpy(to.mapped().data(), bytes.data(), bytes.size());
+    }
 }
 
 std::uint64_t Transfer::upload_changes(std::span<const std::byte> before,
@@ -81,23 +42,31 @@ std::uint64_t Transfer::upload_changes(std::span<const std::byte> before,
             continue;
         }
         if (staged + size > kStagingBytes) {
-            copy_to(to, copies);
+            copy(staging(), to, copies);
             copies.clear();
             staged = 0;
         }
         std::memcpy(&staging().mapped()[staged], &after[at], size);
-        copies.push_back({.srcOffset = staged, .dstOffset = at, .size = size});
+        if (!copies.empty() && copies.back().dstOffset + copies.back().size == at) {
+            copies.back().size += size;
+        } else {
+            copies.push_back({.srcOffset = staged, .dstOffset = at, .size = size});
+        }
         staged += size;
     }
-    if (!copies.empty()) copy_to(to, copies);
+    if (!copies.empty()) copy(staging(), to, copies);
     return written;
 }
 
-void Transfer::copy_to(const Buffer& to, std::span<const VkBufferCopy> copies) {
-    context_.submit("copy", [&](VkCommandBuffer commands) {
-        vkCmdCopyBuffer(commands, staging().get(), to.get(),
-                        static_cast<std::uint32_t>(copies.size()), copies.data());
+void Transfer::copy(const Buffer& from, const Buffer& to, std::span<const VkBufferCopy> copies) {
+    run([&](VkCommandBuffer commands) {
+        vkCmdCopyBuffer(commands, from.get(), to.get(), static_cast<std::uint32_t>(copies.size()),
+                        copies.data());
     });
+}
+
+void Transfer::run(const Record& copy) {
+    if (copy) context_.submit("copy", copy);
 }
 
 void Transfer::download(const Buffer& from, std::span<std::byte> bytes) {
@@ -109,7 +78,8 @@ void Transfer::download(const Buffer& from, std::span<std::byte> bytes) {
     }
     for (std::size_t at = 0; at < bytes.size(); at += kStagingBytes) {
         const std::size_t size = std::min<std::size_t>(bytes.size() - at, kStagingBytes);
-        copy(context_, from, at, staging(), 0, size);
+        const VkBufferCopy piece = {.srcOffset = at, .dstOffset = 0, .size = size};
+        copy(from, staging(), std::span(&piece, 1));
         std::memcpy(bytes.data() + at, staging().mapped().data(), size);
     }
 }

@@ -15,7 +15,7 @@
 #include "gpu/image_tracer.h"
 #include "gpu/kernels.h"
 #include "gpu/limits.h"
-#include "gpu/questions.h"
+#include "gpu/queries.h"
 #include "gpu/ray_passes.h"
 #include "gpu/refit_pass.h"
 #include "gpu/shared_device.h"
@@ -55,11 +55,11 @@ public:
           context_(shared_->device, tuning.submit_timeout_ms),
           transfer_(context_),
           kernels_(*shared_, context_, tuning),
-          passes_(*shared_, context_, pass_size(physical(), tuning), kind_,
+          passes_(*shared_, context_, kernels_, scene_, pass_size(physical(), tuning), kind_,
                   step_budget(physical(), tuning)),
           scene_(shared_->device, kind_, transfer_, Topology{}, {}, empty_tree()),
-          images_(context_, kernels_, passes_, scene_),
-          questions_(transfer_, kernels_, passes_, scene_) {
+          images_(context_, kernels_, passes_),
+          queries_(transfer_, kernels_, passes_, scene_) {
         bind();
         // A device that is lost or does not answer fails here instead of at the first image.
         context_.submit("start", [](VkCommandBuffer) {});
@@ -104,7 +104,7 @@ private:
     /// The scene of nothing while scene_ is another, so that dropping that one cannot fail.
     std::optional<SceneBuffers> no_scene_;
     ImageTracer images_;
-    Questions questions_;
+    Queries queries_;
     RefitPlanner planner_;
     /// Whether the device's tree is not, or not yet, that of the planner's pose.
     bool is_behind_ = false;
@@ -314,10 +314,9 @@ void VulkanBackend::trace(const RayBatch& batch) {
         const std::size_t count = std::min<std::size_t>(passes_.size().rays(), rays.size() - first);
         transfer_.upload(std::as_bytes(rays.subspan(first, count)), passes_.rays());
         const RaysArguments arguments = {.ray_count = static_cast<std::uint32_t>(count)};
-        const Record dispatch = [&](VkCommandBuffer commands) {
+        times_.trace_ms += passes_.run("trace rays", false, [&](VkCommandBuffer commands) {
             kernels_.rays.dispatch(commands, arguments, groups_of(arguments.ray_count));
-        };
-        times_.trace_ms += passes_.run({"trace rays", false, dispatch}, kernels_, scene_);
+        });
         transfer_.download(passes_.hits(), std::as_writable_bytes(hits.subspan(first, count)));
     }
     for (std::size_t i = 0; i < found.size(); ++i)
@@ -327,7 +326,7 @@ void VulkanBackend::trace(const RayBatch& batch) {
 void VulkanBackend::query(const QueryBatch& batch) {
     finish_refit();
     const RayPasses::Use use = use_ray_buffers();
-    std::visit([this](const auto& query) { questions_.answer(query); }, batch);
+    std::visit([this](const auto& query) { queries_.answer(query); }, batch);
 }
 
 const BackendTimes& VulkanBackend::finish() {
@@ -375,9 +374,5 @@ std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config) {
 }
 
 bool is_lost(const SharedDevice& device) { return device.device.is_lost(); }
-
-std::string describe(const SharedDevice& device) {
-    return info_of(device.device.physical().info).description;
-}
 
 }  // namespace mray::gpu

@@ -27,8 +27,6 @@ struct SharedDevice;
 std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config);
 /// Whether work on the device failed for good; open_device() then makes another.
 bool is_lost(const SharedDevice& device);
-/// What BackendInfo::description says.
-std::string describe(const SharedDevice& device);
 
 /// A submission that takes longer than the time limit counts as a lost device. Throws
 /// Error(kDeviceLost) if the device does not answer, Error(kLimit) without memory.

@@ -141,16 +141,16 @@ struct RaysArguments {
 };
 
 // Values of QueryArguments.round.
-SHARED_CONST uint kAskAll = 0u;    // each question; those without an answer are listed
-SHARED_CONST uint kAskAgain = 1u;  // listed questions, from their saved states on
-SHARED_CONST uint kAskAnew = 2u;   // listed questions, from the root on
+SHARED_CONST uint kRoundAll = 0u;    // each query; those without an answer are listed
+SHARED_CONST uint kRoundAgain = 1u;  // listed queries, from their saved states on
+SHARED_CONST uint kRoundAnew = 2u;   // listed queries, from the root on
 // Bits of QueryArguments.flags.
-SHARED_CONST uint kAskOwner = 1u;  // by cross_triangle()
-SHARED_CONST uint kAskCount = 2u;  // the number of hits
+SHARED_CONST uint kQueryTieBreak = 1u;  // by cross_triangle()
+SHARED_CONST uint kQueryCount = 2u;     // the number of hits
 
-/// Push constants of the kernels of questions: `winding`, `closest`, `hits`.
+/// Push constants of the kernels of queries: `winding`, `closest`, `hits`.
 struct QueryArguments {
-    /// A place among the listed questions.
+    /// A place among the listed queries.
     uint first;
     uint count;
     uint round;

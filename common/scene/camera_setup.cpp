@@ -177,35 +177,30 @@ dvec3 default_light(const dvec3& eye, const Axes& axes, const SceneBox& scene) {
     return eye + reach * aside;
 }
 
+// Throws an error with this text unless the view is as it must be.
+template <class... Values>
+void require(bool holds, ErrorKind kind, fmt::format_string<Values...> text, Values... values) {
+    if (!holds) throw Error(kind, fmt::vformat(text, fmt::make_format_args(values...)));
+}
+
 void require_finite(const dvec3& v, const char* what) {
-    if (!all_finite(v)) {
-        throw Error(ErrorKind::kBadInput,
-                    fmt::format("the {} ({}, {}, {}) is not finite; give three "
-                                "finite numbers",
-                                what, v.x, v.y, v.z));
-    }
+    require(all_finite(v), ErrorKind::kBadInput,
+            "the {} ({}, {}, {}) is not finite; give three finite numbers", what, v.x, v.y, v.z);
 }
 
 void check_size(const ViewSpec& view) {
-    if (view.width == 0 || view.height == 0 || view.ao_count == 0) {
-        throw Error(ErrorKind::kBadArgument,
-                    fmt::format("an image of {} x {} pixels with {} ambient-occlusion rays each is "
-                                "asked for; each number must be at least 1",
-                                view.width, view.height, view.ao_count));
-    }
+    require(view.width > 0 && view.height > 0 && view.ao_count > 0, ErrorKind::kBadArgument,
+            "an image of {} x {} pixels with {} ambient-occlusion rays each is asked for; each "
+            "number must be at least 1",
+            view.width, view.height, view.ao_count);
     const std::uint64_t pixels = std::uint64_t{view.width} * view.height;
-    if (view.width > kMaxImageSide || view.height > kMaxImageSide || pixels > kMaxPixels) {
-        throw Error(ErrorKind::kLimit,
-                    fmt::format("an image of {} x {} pixels is too large; at most {} a side and {} "
-                                "in all are possible",
-                                view.width, view.height, kMaxImageSide, kMaxPixels));
-    }
-    if (view.ao_count > kMaxAoCount) {
-        throw Error(ErrorKind::kLimit,
-                    fmt::format("{} ambient-occlusion rays a pixel are too many; at most {} are "
-                                "possible",
-                                view.ao_count, kMaxAoCount));
-    }
+    require(view.width <= kMaxImageSide && view.height <= kMaxImageSide && pixels <= kMaxPixels,
+            ErrorKind::kLimit,
+            "an image of {} x {} pixels is too large; at most {} a side and {} in all are possible",
+            view.width, view.height, kMaxImageSide, kMaxPixels);
+    require(view.ao_count <= kMaxAoCount, ErrorKind::kLimit,
+            "{} ambient-occlusion rays a pixel are too many; at most {} are possible",
+            view.ao_count, kMaxAoCount);
 }
 
 void check_view(const ViewSpec& view, const ResolvedView& resolved) {
@@ -213,33 +208,24 @@ void check_view(const ViewSpec& view, const ResolvedView& resolved) {
     require_finite(to_dvec3(resolved.target), "target");
     require_finite(to_dvec3(view.up), "up vector");
     require_finite(to_dvec3(resolved.light), "light");
-    if (!valid_fov(view.fov)) {
-        throw Error(ErrorKind::kBadInput,
-                    fmt::format("a field of view of {} degrees is impossible; give one above 0 and "
-                                "below 180",
-                                view.fov));
-    }
-    if (!(resolved.ao_distance > 0) || !std::isfinite(resolved.ao_distance)) {
-        throw Error(ErrorKind::kBadInput,
-                    fmt::format("an ambient-occlusion distance of {} is impossible; give a finite "
-                                "one that is not negative",
-                                view.ao_distance));
-    }
+    require(valid_fov(view.fov), ErrorKind::kBadInput,
+            "a field of view of {} degrees is impossible; give one above 0 and below 180",
+            view.fov);
+    require(resolved.ao_distance > 0 && std::isfinite(resolved.ao_distance), ErrorKind::kBadInput,
+            "an ambient-occlusion distance of {} is impossible; give a finite one that is not "
+            "negative",
+            view.ao_distance);
 }
 
 Axes checked_axes(const ViewSpec& view, const ResolvedView& resolved) {
-    const dvec3 forward = direction_of(to_dvec3(resolved.target) - to_dvec3(resolved.eye));
-    if (forward == dvec3(0, 0, 0)) {
-        throw Error(ErrorKind::kBadInput,
-                    fmt::format("eye and target are both ({}, {}, {}); move one of them",
-                                resolved.eye[0], resolved.eye[1], resolved.eye[2]));
-    }
+    const Point& eye = resolved.eye;
+    const dvec3 forward = direction_of(to_dvec3(resolved.target) - to_dvec3(eye));
+    require(forward != dvec3(0, 0, 0), ErrorKind::kBadInput,
+            "eye and target are both ({}, {}, {}); move one of them", eye[0], eye[1], eye[2]);
     const Axes axes = axes_of(forward, to_dvec3(view.up));
-    if (axes.right == dvec3(0, 0, 0)) {
-        throw Error(ErrorKind::kBadInput,
-                    fmt::format("the up vector ({}, {}, {}) is parallel to the view; give another",
-                                view.up[0], view.up[1], view.up[2]));
-    }
+    require(axes.right != dvec3(0, 0, 0), ErrorKind::kBadInput,
+            "the up vector ({}, {}, {}) is parallel to the view; give another", view.up[0],
+            view.up[1], view.up[2]);
     return axes;
 }
 
@@ -254,12 +240,10 @@ vec3 to_direction(const dvec3& v) {
 Camera make_camera(const ViewSpec& view, const Axes& axes, const vec3& org) {
     const double half_height = std::tan(view.fov * (std::numbers::pi / 360));
     const double half_width = half_height * view.width / view.height;
-    if (!(std::max(half_width, half_height) <= kMaxSlope)) {
-        throw Error(ErrorKind::kBadInput,
-                    fmt::format("a field of view of {} degrees is too wide for an image of {} x {} "
-                                "pixels; give a smaller one",
-                                view.fov, view.width, view.height));
-    }
+    require(std::max(half_width, half_height) <= kMaxSlope, ErrorKind::kBadInput,
+            "a field of view of {} degrees is too wide for an image of {} x {} pixels; give a "
+            "smaller one",
+            view.fov, view.width, view.height);
     const double pixel = 2 * half_height / view.height;
     Camera camera = {};
     camera.org = org;

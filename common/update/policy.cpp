@@ -50,8 +50,8 @@ private:
 /// is worth it (docs/design/updates.md). It is due when the mean cost of a frame is least (the
 /// economic life of equipment: J. Taylor. A statistical theory of depreciation. 1923), or when as
 /// much is lost (ski rental: R. Karp. On-line algorithms versus off-line algorithms. 1992). A
-/// remedy that has not saved half its price by the time of the next one doubles the backoff, a
-/// factor of P; one that has halves it, down to 1.
+/// remedy that has not saved half its price by the time of the next one doubles a factor
+/// of P; one that has halves it, down to 1.
 class LossAccount {
 public:
     /// Whether a remedy is due in a frame that is going to lose `loss`, in the unit of the price.
@@ -59,7 +59,7 @@ public:
         if (loss <= 0) return false;
         // In whole frames, both rules count half of the frame to come.
         const double lost = lost_ + loss / 2;
-        const double threshold = backoff_ * price;
+        const double threshold = price_factor_ * price;
         return (frames_ + 1) * loss - lost >= threshold || lost >= threshold;
     }
 
@@ -76,10 +76,11 @@ public:
     /// The remedy has been applied, for this price.
     void start_over(double price) {
         // A scene that changes its ways is noticed once this many times the price is lost.
-        constexpr double kMaxBackoff = 16;
+        constexpr double kMostPriceFactor = 16;
         if (loss_before_ > 0) {
             const bool paid = saved_ >= price / 2;
-            backoff_ = std::clamp(paid ? backoff_ / 2 : backoff_ * 2, 1.0, kMaxBackoff);
+            price_factor_ =
+                std::clamp(paid ? price_factor_ / 2 : price_factor_ * 2, 1.0, kMostPriceFactor);
         }
         loss_before_ = last_loss_;
         frames_ = lost_ = saved_ = 0;
@@ -92,31 +93,33 @@ private:
     /// The loss of a frame before the last remedy, and the savings since, compared with it.
     double loss_before_ = 0;
     double saved_ = 0;
-    double backoff_ = 1;
+    double price_factor_ = 1;
 };
 
-/// A trace takes 1 + per_visit * excess times as long as that of a sound tree. The factor depends
-/// on scene, view and tracer. So it is estimated by least squares over the excess and the times of
-/// replaced trees, with more weight for recent ones. A guess with a weight of its own is added to
-/// them; the traces of the present tree, as it degrades, correct the guess.
+/// A trace takes 1 + per_visit * overhead times as long as that of a sound tree. The factor depends
+/// on scene, view and tracer. So it is estimated by least squares over the overhead and the times
+/// of replaced trees, with more weight for recent ones. A guess with a weight of its own is added
+/// to them; the traces of the present tree, as it degrades, correct the guess.
 class SlowdownModel {
 public:
     explicit SlowdownModel(double first_per_visit) : first_per_visit_(first_per_visit) {}
 
-    double slowdown(double excess) const {
+    double slowdown(double overhead) const {
         const double per_visit =
             (first_weight_ * first_per_visit_ + watched_weight_ * watched_ + weighted_) /
             (first_weight_ + watched_weight_ + weight_);
-        return 1 + per_visit * excess;
+        return 1 + per_visit * overhead;
     }
 
-    /// Learns from a replaced tree: a trace of `trace_before` at `excess_before`, and of
-    /// `trace_after` in the next frame with the new tree at `excess_after`. From
+    /// Learns from a replaced tree: a trace of `trace_before` at `overhead_before`, and of
+    /// `trace_after` in the next frame with the new tree at `overhead_after`. From
     /// trace_before / trace_after = (1 + p a) / (1 + p b) follows times - 1 = p (a - times b).
-    void learn(double excess_before, double trace_before, double excess_after, double trace_after) {
-        if (!(trace_before > 0) || !(trace_after > 0) || !(excess_before > excess_after)) return;
+    void learn(double overhead_before, double trace_before, double overhead_after,
+               double trace_after) {
+        if (!(trace_before > 0) || !(trace_after > 0) || !(overhead_before > overhead_after))
+            return;
         const double times = std::max(1.0, trace_before / trace_after);
-        const double x = std::max(excess_before - excess_after * times, 0.0);
+        const double x = std::max(overhead_before - overhead_after * times, 0.0);
         const double y = std::min(times - 1, kMostPerVisit * first_per_visit_ * x);
         weight_ = kMemory * weight_ + x * x;
         weighted_ = kMemory * weighted_ + x * y;
@@ -124,15 +127,15 @@ public:
 
     /// Learns from a frame of the tree in use. This is weaker evidence, since the image changes,
     /// too.
-    void watch(double excess, double trace) {
+    void watch(double overhead, double trace) {
         if (!(trace > 0)) return;
         if (first_trace_ <= 0) {
             first_trace_ = trace;
-            first_excess_ = excess;
+            first_overhead_ = overhead;
             return;
         }
         const double times = trace / first_trace_;
-        const double x = excess - first_excess_ * times;
+        const double x = overhead - first_overhead_ * times;
         const double weight = std::min(x * x, kMostWatched * first_weight_);
         if (!(x > 0) || weight < watched_weight_) return;
         watched_weight_ = weight;
@@ -155,8 +158,8 @@ private:
     double first_weight_ = kFirstWeight / first_per_visit_ * (kFirstWeight / first_per_visit_);
     double weight_ = 0;
     double weighted_ = 0;
-    /// Excess and time of the first frame of the present tree; a time of 0 before it.
-    double first_excess_ = 0;
+    /// Overhead and time of the first frame of the present tree; a time of 0 before it.
+    double first_overhead_ = 0;
     double first_trace_ = 0;
     double watched_weight_ = 0;
     double watched_ = 0;
@@ -175,7 +178,7 @@ constexpr double kNextRestructureCost = 0.5;
 // A triangle that is restructured costs this many times a triangle of a build: nodes and leaves are
 // laid out again around it.
 constexpr double kRestructuredTriangle = 2;
-// A restructuring that takes away less than this part of the excess did not help.
+// A restructuring that takes away less than this part of the overhead did not help.
 constexpr double kHelpful = 0.3;
 constexpr int kLongestWait = 64;
 // Each build in the background makes the measured price less certain, down to a part of it, so that
@@ -187,13 +190,14 @@ constexpr double kFaded = 0.7;
 ///
 /// - A remedy *pays at once* if this frame alone would lose its price. It is applied in the frame.
 /// - Otherwise it is an investment in frames that may never come. It has to be due (LossAccount,
-///   one for each remedy), and the *purse* has to hold its price. A part (5 %) of the time of all
-///   frames goes into the purse, and what earlier remedies have saved. So a clip of any length
-///   loses little to foresight that was wrong, and a remedy that helps pays for the next one.
+///   one for each remedy), and the *investment budget* has to hold its price. A part (5 %) of the
+///   time of all frames goes into that budget, and what earlier remedies have saved. So a clip of
+///   any length loses little to foresight that was wrong, and a remedy that helps pays for the next
+///   one.
 ///
 /// An investment adds at most the budget to a frame: a restructuring is cut to it, a build that
 /// takes more runs in the background while refitted frames are shown. Losses are not measured by
-/// times, which change with the image: they are those that the excess visits of the tree explain
+/// times, which change with the image: they are those that the overhead visits of the tree explain
 /// (SlowdownModel), in units of the time of a sound tree.
 class AutoPolicy final : public UpdatePolicy {
 public:
@@ -201,31 +205,30 @@ public:
         : config_(config), model_(config.first_per_visit) {}
 
     bool needs_tree_cost() const override { return true; }
-    bool may_restructure() const override { return true; }
     void built(double cost) override { build_cost_ = measured_build_cost_ = cost; }
 
     UpdateDecision plan() override { return {UpdateStep::kRefit, "a refit comes first"}; }
 
     UpdateDecision review(const RefittedTree& tree) override {
-        const std::string known = fmt::format("{:.1f} excess visits, a frame loses {:.1f} %",
-                                              tree.excess, 100 * loss(tree.excess));
-        if (tree.restructured) rate_restructuring(tree.excess);
-        if (loss(tree.excess) == 0) return {UpdateStep::kRefit, "sound: " + known};
-        if (!tree.restructured && !tree.new_tree && should_restructure(tree.excess)) {
-            excess_before_ = tree.excess;
+        const std::string known = fmt::format("{:.1f} overhead visits, a frame loses {:.1f} %",
+                                              tree.overhead, 100 * loss(tree.overhead));
+        if (tree.restructured) rate_restructuring(tree.overhead);
+        if (loss(tree.overhead) == 0) return {UpdateStep::kRefit, "sound: " + known};
+        if (!tree.restructured && !tree.new_tree && should_restructure(tree.overhead)) {
+            overhead_before_ = tree.overhead;
             return {.step = UpdateStep::kRestructure,
                     .reason = "restructuring pays: " + known,
-                    .most_restructured = budget() / (kRestructuredTriangle * build_cost_)};
+                    .most_restructured = frame_budget() / (kRestructuredTriangle * build_cost_)};
         }
-        const double now = residual(tree.excess);
+        const double now = residual(tree.overhead);
         if (now >= build_price()) return {UpdateStep::kRebuild, "pays at once: " + known};
         if (tree.new_tree) return {UpdateStep::kRefit, "a new tree: " + known};
         if (tree.build_pending)
             return {UpdateStep::kRefit, "a build runs in the background: " + known};
-        if (purse_ < build_cost_ || !builds_.is_due(now, build_price()))
+        if (investments_ < build_cost_ || !builds_.is_due(now, build_price()))
             return {UpdateStep::kRefit, "not yet due: " + known};
-        if (build_cost_ <= budget()) return {UpdateStep::kRebuild, "due: " + known};
-        const double frames = std::min(std::ceil(build_cost_ / budget()), kMostBuildFrames);
+        if (build_cost_ <= frame_budget()) return {UpdateStep::kRebuild, "due: " + known};
+        const double frames = std::min(std::ceil(build_cost_ / frame_budget()), kMostBuildFrames);
         return {UpdateStep::kRebuildInBackground, "due, and over the budget: " + known,
                 static_cast<std::uint32_t>(frames)};
     }
@@ -239,7 +242,7 @@ public:
         if (cost.restructure > 0) restructure_cost_ = cost.restructure;
         frame_cost_ = cost.refit + cost.trace;
         if (cost.new_tree || cost.restructure > 0) {
-            model_.learn(excess_, trace_, cost.excess, cost.trace);
+            model_.learn(overhead_, trace_, cost.overhead, cost.trace);
             model_.forget_watched();
             restructurings_.start_over(restructure_price());
         }
@@ -247,55 +250,55 @@ public:
             builds_.start_over(build_price());
             floor_ = 0;
         }
-        balance_purse(cost);
+        balance_investments(cost);
         wait_ = std::max(0, wait_ - 1);
         if (cost.build_pending) return;
-        remember_trace(cost.trace / model_.slowdown(cost.excess));
-        model_.watch(cost.excess, cost.trace);
+        remember_trace(cost.trace / model_.slowdown(cost.overhead));
+        model_.watch(cost.overhead, cost.trace);
         trace_ = cost.trace;
-        excess_ = cost.excess;
+        overhead_ = cost.overhead;
     }
 
 private:
-    /// The loss of a frame by a tree with this excess, in traces of a sound tree.
-    double loss(double excess) const {
-        const double lost = model_.slowdown(excess) - 1;
+    /// The loss of a frame by a tree with this overhead, in traces of a sound tree.
+    double loss(double overhead) const {
+        const double lost = model_.slowdown(overhead) - 1;
         return lost <= kSound ? 0 : lost;
     }
 
     /// The part of the loss that only a build can cure.
-    double residual(double excess) const {
-        return loss(wait_ > 0 || traces_ == 0 ? excess : std::min(excess, floor_));
+    double residual(double overhead) const {
+        return loss(wait_ > 0 || traces_ == 0 ? overhead : std::min(overhead, floor_));
     }
 
     /// The time that an investment may add to refit and trace of a frame.
-    double budget() const {
+    double frame_budget() const {
         return config_.budget_ms > 0 ? config_.budget_ms : config_.budget * frame_cost_;
     }
 
     double restructure_cost() const {
         const double whole = restructure_cost_ > 0 ? kNextRestructureCost * restructure_cost_
                                                    : kFirstRestructureCost * build_cost_;
-        return std::min(whole, budget());
+        return std::min(whole, frame_budget());
     }
 
     /// Costs in traces of a sound tree.
     double build_price() const { return traces_ > 0 ? build_cost_ / sound_trace_ : 1; }
     double restructure_price() const { return restructure_cost() / sound_trace_; }
 
-    bool should_restructure(double excess) const {
+    bool should_restructure(double overhead) const {
         if (wait_ > 0 || traces_ == 0) return false;
-        const double avoidable = loss(excess) - residual(excess);
+        const double avoidable = loss(overhead) - residual(overhead);
         const double price = restructure_price();
         return avoidable >= price ||
-               (purse_ >= restructure_cost() && restructurings_.is_due(avoidable, price));
+               (investments_ >= restructure_cost() && restructurings_.is_due(avoidable, price));
     }
 
-    void rate_restructuring(double excess) {
-        const bool helped = excess_before_ - excess >= kHelpful * excess_before_;
-        backoff_ = helped ? backoff_ / 2 : std::clamp(2 * backoff_, 1, kLongestWait);
-        wait_ = helped ? 0 : backoff_;
-        floor_ = excess;
+    void rate_restructuring(double overhead) {
+        const bool helped = overhead_before_ - overhead >= kHelpful * overhead_before_;
+        next_wait_ = helped ? next_wait_ / 2 : std::clamp(2 * next_wait_, 1, kLongestWait);
+        wait_ = helped ? 0 : next_wait_;
+        floor_ = overhead;
     }
 
     void remember_trace(double sound_trace) {
@@ -309,13 +312,13 @@ private:
     }
 
     /// Adds this frame's share and savings, and takes what its remedies cost.
-    void balance_purse(const FrameCost& cost) {
+    void balance_investments(const FrameCost& cost) {
         const bool swapped = cost.new_tree && cost.rebuild == 0;
-        const double unavoidable = residual(cost.excess);
+        const double unavoidable = residual(cost.overhead);
         const double saved =
-            builds_.add(unavoidable) + restructurings_.add(loss(cost.excess) - unavoidable);
-        purse_ += kInvested * (cost.refit + cost.trace) + saved * sound_trace_;
-        purse_ -= cost.rebuild + cost.restructure + (swapped ? build_cost_ : 0);
+            builds_.add(unavoidable) + restructurings_.add(loss(cost.overhead) - unavoidable);
+        investments_ += kInvested * (cost.refit + cost.trace) + saved * sound_trace_;
+        investments_ -= cost.rebuild + cost.restructure + (swapped ? build_cost_ : 0);
     }
 
     UpdateConfig config_;
@@ -323,7 +326,7 @@ private:
     LossAccount builds_;
     LossAccount restructurings_;
     /// Time that may be spent on investments; below 0 after a remedy that has not yet paid.
-    double purse_ = 0;
+    double investments_ = 0;
     double build_cost_ = 0;
     double measured_build_cost_ = 0;
     /// 0 before the first.
@@ -336,15 +339,15 @@ private:
     std::size_t traces_ = 0;
     /// Refit and trace of the last frame.
     double frame_cost_ = 0;
-    /// Time and excess of the last trace that no background build disturbed.
+    /// Time and overhead of the last trace that no background build disturbed.
     double trace_ = 0;
-    double excess_ = 0;
-    /// The excess right after the last build or restructuring, which that could not cure.
+    double overhead_ = 0;
+    /// The overhead right after the last build or restructuring, which that could not cure.
     double floor_ = 0;
-    /// The excess before the last restructuring.
-    double excess_before_ = 0;
+    /// The overhead before the last restructuring.
+    double overhead_before_ = 0;
     /// Frames to wait after a restructuring that did not help; it doubles each time.
-    int backoff_ = 0;
+    int next_wait_ = 0;
     int wait_ = 0;
 };
 

@@ -50,13 +50,13 @@ struct UpdateDecision {
 
 /// A tree that has just been refitted to the pose that is to be traced.
 struct RefittedTree {
-    /// excess_visits() since its build.
-    double excess = 0;
+    /// overhead_visits() since its build.
+    double overhead = 0;
     /// Whether a background build is running; a second one cannot start.
     bool build_pending = false;
     /// Whether it was built in the background and is in use for the first time.
     bool new_tree = false;
-    /// Whether it has been restructured in this frame, so that the excess is that after it.
+    /// Whether it has been restructured in this frame, so that the overhead is that after it.
     bool restructured = false;
 };
 
@@ -68,8 +68,8 @@ struct FrameCost {
     /// The build and the upload of its tree, if the tree was built in this frame.
     double rebuild = 0;
     double trace = 0;
-    /// excess_visits() of the tree that was traced.
-    double excess = 0;
+    /// overhead_visits() of the tree that was traced.
+    double overhead = 0;
     /// Whether the traced tree is another one than in the frame before.
     bool new_tree = false;
     /// Whether a background build was running, which makes the other times longer.
@@ -86,10 +86,9 @@ public:
     virtual UpdateDecision plan() = 0;
     /// Decides after the refit; kRefit if the refitted tree is good enough.
     virtual UpdateDecision review(const RefittedTree&) { return {UpdateStep::kRefit, "asked for"}; }
-    /// Whether review() uses RefittedTree::excess, which costs a pass over the nodes.
+    /// Whether review() uses RefittedTree::overhead or may return kRestructure, which cost passes
+    /// over the nodes.
     virtual bool needs_tree_cost() const { return false; }
-    /// Whether review() may return kRestructure, which needs BuiltAreas.
-    virtual bool may_restructure() const { return false; }
     /// Report the cost of the first build, and then the costs of each frame.
     virtual void built(double /*cost*/) {}
     virtual void frame_done(const FrameCost&) {}
@@ -104,7 +103,7 @@ struct UpdateConfig {
     /// background. A part of the frame's refit and trace, or ms if budget_ms is above 0.
     double budget = 0.75;
     double budget_ms = 0;
-    /// The first guess of the part of a sound trace that an excess visit takes.
+    /// The first guess of the part of a sound trace that an overhead visit takes.
     double first_per_visit = 0.001;
     /// Find the cost ratio of every frame for the record, even if the policy does not use it.
     bool record_cost_ratio = false;

@@ -52,7 +52,7 @@ double cost_ratio(const TreeFit& built, const TreeFit& now) {
     return growth * (built.triangle_area / now.triangle_area);
 }
 
-double excess_visits(const TreeFit& built, const TreeFit& now) {
+double overhead_visits(const TreeFit& built, const TreeFit& now) {
     if (now.root_area <= 0) return 0;
     const bool known = built.triangle_area > 0 && now.triangle_area > 0;
     const double growth = known ? now.triangle_area / built.triangle_area : 1;

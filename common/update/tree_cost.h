@@ -52,6 +52,6 @@ double cost_ratio(const TreeFit& built, const TreeFit& now);
 /// average, beyond those of a tree as good as the built one was: the growth of the cost beyond that
 /// of the triangles, divided by the root's area. 0 if the tree has not become worse, or if the root
 /// has no area; finite.
-double excess_visits(const TreeFit& built, const TreeFit& now);
+double overhead_visits(const TreeFit& built, const TreeFit& now);
 
 }  // namespace mray

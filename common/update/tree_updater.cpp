@@ -169,7 +169,7 @@ UpdateDecision TreeUpdater::review(std::span<const vec3> positions) {
     }
     const Stopwatch watch;
     if (follows_ratio_) measure_tree(positions);
-    UpdateDecision decision = policy_->review({.excess = last_.excess,
+    UpdateDecision decision = policy_->review({.overhead = last_.overhead,
                                                .build_pending = background_.valid(),
                                                .new_tree = last_.step == TreeStep::kSwapped,
                                                .restructured = restructuring_.has_value()});
@@ -181,7 +181,7 @@ UpdateDecision TreeUpdater::review(std::span<const vec3> positions) {
 void TreeUpdater::measure_tree(std::span<const vec3> positions) {
     const TreeFit fit = tree_fit(tracer_.nodes(), sample_.area(positions));
     last_.cost_ratio = cost_ratio(built_fit_, fit);
-    last_.excess = excess_visits(built_fit_, fit);
+    last_.overhead = overhead_visits(built_fit_, fit);
 }
 
 /// Restructures the worst parts, up to decision.most_restructured of all triangles.
@@ -243,14 +243,14 @@ double TreeUpdater::build(std::span<const vec3> positions) {
     const double build_ms = watch.ms();
     took_tree(follows_ratio_ ? sample_.area(positions) : 0);
     last_.cost_ratio = 1;
-    last_.excess = 0;
+    last_.overhead = 0;
     return build_ms;
 }
 
 /// Notes the built state of bvh_, which comes into use; its pose has this triangle_area.
 void TreeUpdater::took_tree(double triangle_area) {
     if (follows_ratio_) built_fit_ = tree_fit(bvh_.nodes, triangle_area);
-    if (policy_->may_restructure()) areas_ = built_areas(bvh_);
+    if (policy_->needs_tree_cost()) areas_ = built_areas(bvh_);
 }
 
 /// Marks the build in the background as stale, since its pose is older than that of the tree that
@@ -288,7 +288,7 @@ double TreeUpdater::growth(std::span<const vec3> positions) const {
 
 FrameCost TreeUpdater::cost_of_frame(const TraceCost& trace) const {
     FrameCost cost;
-    cost.excess = last_.excess;
+    cost.overhead = last_.overhead;
     const bool built = last_.step == TreeStep::kBuilt || last_.step == TreeStep::kRebuilt;
     cost.new_tree = built || last_.step == TreeStep::kSwapped;
     cost.build_pending = last_.build_pending;

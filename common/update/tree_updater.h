@@ -33,8 +33,8 @@ struct TreeUpdate {
     std::string reason;
     /// cost_ratio() of the tree since its build; 1 if neither the policy nor the config needs it.
     double cost_ratio = 1;
-    /// Likewise excess_visits(); 0 if neither needs it.
-    double excess = 0;
+    /// Likewise overhead_visits(); 0 if neither needs it.
+    double overhead = 0;
     UpdateTimes times;
     /// Whether a build runs in the background while this frame is traced.
     bool build_pending = false;

@@ -51,9 +51,8 @@ Buffer::Buffer(Device& device, const std::string& name, VkDeviceSize size, VkBuf
         .usage = usage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
         .sharingMode = VK_SHARING_MODE_EXCLUSIVE,
     };
-    VkBuffer buffer = VK_NULL_HANDLE;
-    check(vkCreateBuffer(device.get(), &info, nullptr, &buffer), "create a buffer");
-    buffer_ = UniqueBuffer(device.get(), buffer);
+    buffer_ = UniqueBuffer(device.get(), vkCreateBuffer, info, "create a buffer");
+    const VkBuffer buffer = buffer_.get();
     device.name(VK_OBJECT_TYPE_BUFFER, buffer, name);
 
     VkMemoryRequirements needs = {};
@@ -77,11 +76,9 @@ UniqueBufferView texel_view(Device& device, const std::string& name, const Buffe
         .offset = 0,
         .range = buffer.size(),
     };
-    VkBufferView view = VK_NULL_HANDLE;
-    check(vkCreateBufferView(device.get(), &info, nullptr, &view), "create a buffer view");
-    UniqueBufferView owner(device.get(), view);
-    device.name(VK_OBJECT_TYPE_BUFFER_VIEW, view, name);
-    return owner;
+    UniqueBufferView view(device.get(), vkCreateBufferView, info, "create a buffer view");
+    device.name(VK_OBJECT_TYPE_BUFFER_VIEW, view.get(), name);
+    return view;
 }
 
 }  // namespace mray::gpu

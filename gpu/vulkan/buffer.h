@@ -1,12 +1,14 @@
-// Buffers with their memory.
+// Buffers with their memory, and how kernels see them.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
 
 #include "gpu/vulkan/device.h"
+#include "shaders/kernel_interface.h"
 
 namespace mray::gpu {
 
@@ -49,5 +51,35 @@ private:
 /// Views all of a buffer as a texel buffer.
 UniqueBufferView texel_view(Device& device, const std::string& name, const Buffer& buffer,
                             VkFormat format);
+
+/// The resource of each binding number, a view or a buffer; null if there is none.
+struct Bindings {
+    std::array<VkBufferView, kBindingCount> views = {};
+    std::array<VkBuffer, kBindingCount> buffers = {};
+};
+
+/// A buffer that kernels read: as texels or as it is, whichever is faster on the device.
+struct ReadBuffer {
+    ReadBuffer() = default;
+    /// `usage` is what else it is used for; `texels` whether uniform or storage texels are read.
+    ReadBuffer(Device& device, BufferKind kind, const char* name, VkDeviceSize size,
+               VkFormat format, VkBufferUsageFlags usage = 0,
+               VkBufferUsageFlags texels = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT)
+        : buffer(device, name, size, usage | (kind == BufferKind::kTexels ? texels : kInStorage),
+                 Memory::kDevice) {
+        if (kind == BufferKind::kTexels) view = texel_view(device, name, buffer, format);
+    }
+
+    void bind(Bindings& bindings, std::uint32_t number) const {
+        bindings.views[number] = view.get();
+        bindings.buffers[number] = buffer.get();
+    }
+
+    static constexpr VkBufferUsageFlags kInStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
+
+    Buffer buffer;
+    /// Null for a storage buffer.
+    UniqueBufferView view;
+};
 
 }  // namespace mray::gpu

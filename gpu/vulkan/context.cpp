@@ -1,6 +1,5 @@
 #include "gpu/vulkan/context.h"
 
-#include <algorithm>
 #include <cassert>
 #include <numeric>
 #include <utility>
@@ -14,15 +13,25 @@ namespace {
 // The start, the deferred work, and the stages.
 constexpr std::uint32_t kStampCount = Context::kMostStages + 2;
 
+constexpr VkPipelineStageFlags kWork =
+    VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
+constexpr VkAccessFlags kWrites = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
+
+/// Lets a stage read what was written before.
+void barrier_before(VkCommandBuffer commands, VkPipelineStageFlags stage, VkAccessFlags access) {
+    const VkMemoryBarrier memory = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+                                    .srcAccessMask = kWrites,
+                                    .dstAccessMask = access};
+    vkCmdPipelineBarrier(commands, kWork, stage, 0, 1, &memory, 0, nullptr, 0, nullptr);
+}
+
 UniqueCommandPool create_pool(VkDevice device, std::uint32_t family) {
     const VkCommandPoolCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
         .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
         .queueFamilyIndex = family,
     };
-    VkCommandPool pool = VK_NULL_HANDLE;
-    check(vkCreateCommandPool(device, &info, nullptr, &pool), "create a command pool");
-    return {device, pool};
+    return {device, vkCreateCommandPool, info, "create a command pool"};
 }
 
 VkCommandBuffer allocate_commands(VkDevice device, VkCommandPool pool) {
@@ -37,13 +46,6 @@ VkCommandBuffer allocate_commands(VkDevice device, VkCommandPool pool) {
     return commands;
 }
 
-UniqueFence create_fence(VkDevice device) {
-    const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-    VkFence fence = VK_NULL_HANDLE;
-    check(vkCreateFence(device, &info, nullptr, &fence), "create a fence");
-    return {device, fence};
-}
-
 UniqueQueryPool create_queries(VkDevice device, std::uint32_t timestamp_bits) {
     if (timestamp_bits == 0) return {};
     const VkQueryPoolCreateInfo info = {
@@ -51,9 +53,7 @@ UniqueQueryPool create_queries(VkDevice device, std::uint32_t timestamp_bits) {
         .queryType = VK_QUERY_TYPE_TIMESTAMP,
         .queryCount = kStampCount,
     };
-    VkQueryPool pool = VK_NULL_HANDLE;
-    check(vkCreateQueryPool(device, &info, nullptr, &pool), "create a query pool");
-    return {device, pool};
+    return {device, vkCreateQueryPool, info, "create a query pool"};
 }
 
 }  // namespace
@@ -63,7 +63,8 @@ Context::Context(Device& device, std::uint64_t timeout_ms)
       timeout_ms_(timeout_ms),
       pool_(create_pool(device.get(), physical().queue_family)),
       commands_(allocate_commands(device.get(), pool_.get())),
-      fence_(create_fence(device.get())),
+      fence_(device.get(), vkCreateFence,
+             VkFenceCreateInfo{.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO}, "create a fence"),
       queries_(create_queries(device.get(), physical().timestamp_bits)) {
     device_.name(VK_OBJECT_TYPE_COMMAND_BUFFER, commands_, "commands");
     device_.throw_on_validation_errors();
@@ -76,13 +77,9 @@ void Context::record_all(const Record& record, const DeferredWork* deferred) {
         .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT,
     };
     check(vkBeginCommandBuffer(commands_, &info), "begin a command buffer");
-    constexpr VkPipelineStageFlags kWork =
-        VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
-    constexpr VkAccessFlags kWrites = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
-    constexpr VkAccessFlags kReads = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT;
     // Writer: kernels and copies of earlier submissions; reader: those of this one. The fence has
     // made the writes available, but not visible to the device.
-    barrier(commands_, kWork, kWrites, kWork, kReads | kWrites);
+    barrier(commands_);
     if (queries_.get() != VK_NULL_HANDLE) {
         vkCmdResetQueryPool(commands_, queries_.get(), 0, kStampCount);
         vkCmdWriteTimestamp(commands_, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, queries_.get(), 0);
@@ -91,13 +88,13 @@ void Context::record_all(const Record& record, const DeferredWork* deferred) {
     if (deferred != nullptr) {
         deferred->record(commands_);
         // Writer: the deferred work; reader: the rest.
-        barrier(commands_, kWork, kWrites, kWork, kReads | kWrites);
+        barrier(commands_);
         stamp(commands_);
     }
     record(commands_);
     stamp(commands_);
     // Writer: kernels and copies of this submission; reader: the host, after the fence.
-    barrier(commands_, kWork, kWrites, VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
+    barrier_before(commands_, VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
     check(vkEndCommandBuffer(commands_), "end a command buffer");
 }
 
@@ -147,15 +144,9 @@ void Context::defer(Record record, std::function<void(double)> done) {
 }
 
 void Context::wait(const char* what) {
-    constexpr std::uint64_t kSliceMs = 1000;
     const VkFence fence = fence_.get();
-    std::uint64_t left_ms = timeout_ms_;
-    VkResult result = VK_TIMEOUT;
-    do {
-        const std::uint64_t slice_ms = std::min(left_ms, kSliceMs);
-        result = vkWaitForFences(device_.get(), 1, &fence, VK_TRUE, slice_ms * 1'000'000);
-        left_ms -= slice_ms;
-    } while (result == VK_TIMEOUT && left_ms > 0);
+    const VkResult result =
+        vkWaitForFences(device_.get(), 1, &fence, VK_TRUE, timeout_ms_ * 1'000'000);
     if (result == VK_SUCCESS) return;
     if (result != VK_TIMEOUT) {
         if (result == VK_ERROR_DEVICE_LOST) device_.set_lost();
@@ -190,14 +181,9 @@ std::vector<double> Context::stage_ms(double wall_ms) const {
     return stages;
 }
 
-void barrier(VkCommandBuffer commands, VkPipelineStageFlags from_stage, VkAccessFlags from,
-             VkPipelineStageFlags to_stage, VkAccessFlags to) {
-    const VkMemoryBarrier memory = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = from,
-        .dstAccessMask = to,
-    };
-    vkCmdPipelineBarrier(commands, from_stage, to_stage, 0, 1, &memory, 0, nullptr, 0, nullptr);
+void barrier(VkCommandBuffer commands) {
+    barrier_before(commands, kWork,
+                   kWrites | VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT);
 }
 
 }  // namespace mray::gpu

@@ -67,8 +67,8 @@ private:
     std::uint32_t stamp_count_ = 0;
 };
 
-/// Makes the commands recorded after it wait for those recorded before it.
-void barrier(VkCommandBuffer commands, VkPipelineStageFlags from_stage, VkAccessFlags from,
-             VkPipelineStageFlags to_stage, VkAccessFlags to);
+/// Makes the kernels and copies that are recorded after it wait for those before it, and see their
+/// writes.
+void barrier(VkCommandBuffer commands);
 
 }  // namespace mray::gpu

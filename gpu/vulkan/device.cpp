@@ -1,5 +1,6 @@
 #include "gpu/vulkan/device.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -7,6 +8,18 @@
 
 namespace mray::gpu {
 namespace {
+
+struct GivenUp {
+    std::atomic<bool> is_any = false;
+    std::mutex mutex;
+    std::vector<VkDevice> devices;
+};
+
+/// Never destroyed, since handles of other static objects may end later.
+GivenUp& given_up() {
+    static GivenUp& all = *new GivenUp;
+    return all;
+}
 
 VkDevice create_device(const PhysicalDevice& physical) {
     const float priority = 1.0f;
@@ -48,6 +61,20 @@ private:
 };
 
 }  // namespace
+
+void give_up(VkDevice device) {
+    GivenUp& all = given_up();
+    const std::scoped_lock lock(all.mutex);
+    all.devices.push_back(device);
+    all.is_any = true;
+}
+
+bool is_given_up(VkDevice device) {
+    GivenUp& all = given_up();
+    if (!all.is_any) return false;
+    const std::scoped_lock lock(all.mutex);
+    return std::ranges::find(all.devices, device) != all.devices.end();
+}
 
 Device::Device(std::shared_ptr<Instance> instance, PhysicalDevice physical,
                std::shared_ptr<const HostDevice> host, bool force_staging)

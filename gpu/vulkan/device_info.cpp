@@ -3,31 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <optional>
+#include <string_view>
+#include <utility>
 
+#include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "gpu/vulkan/result.h"
 #include "shaders/kernel_interface.h"
 
 namespace mray::gpu {
 namespace {
-
-std::vector<std::string> device_extensions(VkPhysicalDevice device) {
-    std::uint32_t count = 0;
-    check(vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr),
-          "list device extensions");
-    std::vector<VkExtensionProperties> properties(count);
-    check(vkEnumerateDeviceExtensionProperties(device, nullptr, &count, properties.data()),
-          "list device extensions");
-    std::vector<std::string> names;
-    names.reserve(properties.size());
-    for (const VkExtensionProperties& p : properties) names.emplace_back(p.extensionName);
-    return names;
-}
 
 const char* type_name(VkPhysicalDeviceType type) {
     switch (type) {
@@ -65,12 +54,6 @@ std::vector<VkQueueFamilyProperties> queue_families(VkPhysicalDevice device) {
     return families;
 }
 
-std::string hex(std::span<const std::uint8_t> bytes) {
-    std::string text;
-    for (const std::uint8_t b : bytes) text += fmt::format("{:02x}", b);
-    return text;
-}
-
 /// Whether lavapipe was told to use vectors of another width than most machines have. Mesa 25.0.7,
 /// unlike 22.3.6, then crashes (4 lanes: it stores vectors of 8 to places that are aligned for 4)
 /// or gives wrong results (16 lanes: right ones without LLVM's optimisations, GALLIVM_PERF=nopt).
@@ -85,9 +68,15 @@ bool has_unsound_width(const VkPhysicalDeviceDriverProperties& driver,
 
 /// Reads the properties of Vulkan 1.1. Returns the reason why the device is unusable, or nothing.
 std::string describe_1_1(PhysicalDevice& device) {
-    const std::vector<std::string> extensions = device_extensions(device.handle);
-    const auto has = [&](const char* name) {
-        return std::find(extensions.begin(), extensions.end(), name) != extensions.end();
+    std::vector<VkExtensionProperties> extensions;
+    const VkResult listed =
+        read_list(extensions, [&](std::uint32_t* count, VkExtensionProperties* items) {
+            return vkEnumerateDeviceExtensionProperties(device.handle, nullptr, count, items);
+        });
+    check(listed, "list device extensions");
+    const auto has = [&](std::string_view name) {
+        return std::ranges::any_of(
+            extensions, [&](const auto& extension) { return name == extension.extensionName; });
     };
     const bool is_1_2 = device.info.api_major > 1 || device.info.api_minor >= 2;
     const bool has_driver = is_1_2 || has(VK_KHR_DRIVER_PROPERTIES_EXTENSION_NAME);
@@ -112,7 +101,7 @@ std::string describe_1_1(PhysicalDevice& device) {
 
     device.limits = properties.properties.limits;
     device.max_allocation = maintenance.maxMemoryAllocationSize;
-    device.info.uuid = hex(id.deviceUUID);
+    device.info.uuid = fmt::format("{:02x}", fmt::join(id.deviceUUID, ""));
     device.info.subgroup_size = subgroup.subgroupSize;
     if (has_driver) {
         device.info.driver = fmt::format("{} {}", driver.driverName, driver.driverInfo);
@@ -199,10 +188,6 @@ std::size_t preferred_device(std::span<const DeviceInfo> devices) {
     throw Error(ErrorKind::kUnavailable, text + "use the CPU backend");
 }
 
-bool is_number(const std::string& text) {
-    return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-}
-
 std::vector<std::size_t> matches(std::span<const DeviceInfo> devices, const std::string& wanted) {
     std::vector<std::size_t> found;
     const std::string uuid = as_uuid(wanted);
@@ -218,34 +203,33 @@ std::vector<std::size_t> matches(std::span<const DeviceInfo> devices, const std:
 }  // namespace
 
 std::vector<PhysicalDevice> physical_devices(const Instance& instance) {
-    std::uint32_t count = 0;
+    std::vector<VkPhysicalDevice> handles;
     std::unique_lock lock(loader_mutex());
-    check(vkEnumeratePhysicalDevices(instance.get(), &count, nullptr), "list devices");
-    std::vector<VkPhysicalDevice> handles(count);
-    check(vkEnumeratePhysicalDevices(instance.get(), &count, handles.data()), "list devices");
+    const VkResult listed = read_list(handles, [&](std::uint32_t* count, VkPhysicalDevice* items) {
+        return vkEnumeratePhysicalDevices(instance.get(), count, items);
+    });
     lock.unlock();
-    if (count == 0) {
+    check(listed, "list devices");
+    if (handles.empty()) {
         throw Error(ErrorKind::kUnavailable,
                     "Vulkan: the drivers on this machine have no device; install one, for example "
                     "mesa-vulkan-drivers");
     }
     std::vector<PhysicalDevice> devices;
-    for (std::uint32_t i = 0; i < count; ++i) devices.push_back(describe(handles[i], i));
+    for (std::uint32_t i = 0; i < handles.size(); ++i) devices.push_back(describe(handles[i], i));
     return devices;
 }
 
 std::size_t choose_device(std::span<const DeviceInfo> devices, const std::string& wanted) {
     if (wanted.empty()) return preferred_device(devices);
     std::vector<std::size_t> found;
-    if (is_number(wanted) && as_uuid(wanted).empty()) {
-        std::size_t index = devices.size();
-        std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
-        if (index >= devices.size()) {
+    if (const auto index = parse_unsigned(wanted); index && as_uuid(wanted).empty()) {
+        if (*index >= devices.size()) {
             throw Error(ErrorKind::kUnavailable,
                         fmt::format("Vulkan: there is no device {}; the devices are {}", wanted,
                                     listing(devices)));
         }
-        found.push_back(index);
+        found.push_back(*index);
     } else {
         found = matches(devices, wanted);
     }

@@ -1,7 +1,9 @@
 #include "gpu/vulkan/instance.h"
 
+#include <algorithm>
 #include <cstring>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gpu/vulkan/result.h"
@@ -61,28 +63,39 @@ void load_functions(VkInstance instance, bool has_debug_utils) {
         find("vkCreateDebugUtilsMessengerEXT", vkCreateDebugUtilsMessengerEXT);
 }
 
+/// Whether `list`, a function of the loader, lists an item of this name.
+template <class Item, class List>
+bool lists(char (Item::*name)[VK_MAX_EXTENSION_NAME_SIZE], const char* wanted, const char* action,
+           List list) {
+    std::vector<Item> items;
+    check_loader(read_list(items, list), action);
+    return std::ranges::any_of(
+        items, [&](const Item& item) { return std::strcmp(item.*name, wanted) == 0; });
+}
+
 bool has_extension(const char* name) {
-    std::uint32_t count = 0;
-    check_loader(vkEnumerateInstanceExtensionProperties(nullptr, &count, nullptr),
-                 "list instance extensions");
-    std::vector<VkExtensionProperties> extensions(count);
-    check_loader(vkEnumerateInstanceExtensionProperties(nullptr, &count, extensions.data()),
-                 "list instance extensions");
-    for (const VkExtensionProperties& e : extensions) {
-        if (std::strcmp(e.extensionName, name) == 0) return true;
-    }
-    return false;
+    return lists(&VkExtensionProperties::extensionName, name, "list instance extensions",
+                 [](std::uint32_t* count, VkExtensionProperties* items) {
+                     return vkEnumerateInstanceExtensionProperties(nullptr, count, items);
+                 });
 }
 
 bool has_layer(const char* name) {
-    std::uint32_t count = 0;
-    check_loader(vkEnumerateInstanceLayerProperties(&count, nullptr), "list instance layers");
-    std::vector<VkLayerProperties> layers(count);
-    check_loader(vkEnumerateInstanceLayerProperties(&count, layers.data()), "list instance layers");
-    for (const VkLayerProperties& l : layers) {
-        if (std::strcmp(l.layerName, name) == 0) return true;
-    }
-    return false;
+    return lists(&VkLayerProperties::layerName, name, "list instance layers",
+                 vkEnumerateInstanceLayerProperties);
+}
+
+VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
+                                          VkDebugUtilsMessageTypeFlagsEXT,
+                                          const VkDebugUtilsMessengerCallbackDataEXT* data,
+                                          void* user_data) {
+    std::string text = data->pMessage != nullptr ? data->pMessage : "(no text)";
+    // Some versions of the layer leave the name of the rule out of the text.
+    const char* rule = data->pMessageIdName;
+    if (rule != nullptr && text.find(rule) == std::string::npos)
+        text = std::string(rule) + ": " + text;
+    static_cast<ValidationLog*>(user_data)->add(std::move(text));
+    return VK_FALSE;
 }
 
 VkInstance create_instance(const VkInstanceCreateInfo& info) {
@@ -106,6 +119,41 @@ void destroy_instance(VkInstance instance) {
 }
 
 }  // namespace
+
+void ValidationLog::add(std::string message) {
+    const std::lock_guard lock(mutex_);
+    messages_.push_back(std::move(message));
+}
+
+std::size_t ValidationLog::size() const {
+    const std::lock_guard lock(mutex_);
+    return messages_.size();
+}
+
+std::vector<std::string> ValidationLog::messages() const {
+    const std::lock_guard lock(mutex_);
+    return messages_;
+}
+
+void ValidationLog::throw_if_new() {
+    const std::lock_guard lock(mutex_);
+    if (reported_ == messages_.size()) return;
+    const std::string& first = messages_[reported_];
+    const std::size_t count = messages_.size() - reported_;
+    reported_ = messages_.size();
+    throw Error(ErrorKind::kInternal,
+                "Vulkan validation: " + std::to_string(count) + " error(s), the first: " + first);
+}
+
+VkDebugUtilsMessengerCreateInfoEXT ValidationLog::messenger_info() {
+    return {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
+        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+        .pfnUserCallback = on_message,
+        .pUserData = this,
+    };
+}
 
 std::mutex& loader_mutex() {
     static std::mutex mutex;

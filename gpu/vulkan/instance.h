@@ -1,7 +1,9 @@
-// The Vulkan instance.
+// The Vulkan instance, and the messages of its validation layer.
 #pragma once
 
 #include <mutex>
+#include <string>
+#include <vector>
 
 #include "gpu/vulkan/tuning.h"
 #include "gpu/vulkan/unique_handle.h"
@@ -12,6 +14,25 @@ namespace mray::gpu {
 /// up to 1.4.341 look for a named object's device in lists that the others change (Vulkan-Loader,
 /// issue 2018).
 std::mutex& loader_mutex();
+
+/// Collects messages of error severity, from any thread.
+class ValidationLog {
+public:
+    void add(std::string message);
+    /// The number of messages so far.
+    std::size_t size() const;
+    std::vector<std::string> messages() const;
+    /// Throws Error(kInternal) with the first message since the last call that threw.
+    void throw_if_new();
+
+    /// For vkCreateDebugUtilsMessengerEXT; must outlive the messenger.
+    VkDebugUtilsMessengerCreateInfoEXT messenger_info();
+
+private:
+    mutable std::mutex mutex_;
+    std::vector<std::string> messages_;
+    std::size_t reported_ = 0;
+};
 
 /// Owns a VkInstance and, with validation, the messenger that fills its log. The constructors
 /// fill volk's global function pointers, so two threads must not run one at the same time; through

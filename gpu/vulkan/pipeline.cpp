@@ -23,15 +23,12 @@ UniqueDescriptorSetLayout create_set_layout(VkDevice device, std::span<const Sha
         .bindingCount = static_cast<std::uint32_t>(bindings.size()),
         .pBindings = bindings.data(),
     };
-    VkDescriptorSetLayout layout = VK_NULL_HANDLE;
-    check(vkCreateDescriptorSetLayout(device, &info, nullptr, &layout), "create a set layout");
-    return {device, layout};
+    return {device, vkCreateDescriptorSetLayout, info, "create a set layout"};
 }
 
-UniquePipelineLayout create_layout(VkDevice device, VkDescriptorSetLayout set_layout,
-                                   std::uint32_t argument_bytes) {
+UniquePipelineLayout create_layout(VkDevice device, VkDescriptorSetLayout set_layout) {
     const VkPushConstantRange range = {
-        .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .offset = 0, .size = argument_bytes};
+        .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT, .offset = 0, .size = kMostArgumentBytes};
     const VkPipelineLayoutCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
         .setLayoutCount = 1,
@@ -39,9 +36,7 @@ UniquePipelineLayout create_layout(VkDevice device, VkDescriptorSetLayout set_la
         .pushConstantRangeCount = 1,
         .pPushConstantRanges = &range,
     };
-    VkPipelineLayout layout = VK_NULL_HANDLE;
-    check(vkCreatePipelineLayout(device, &info, nullptr, &layout), "create a pipeline layout");
-    return {device, layout};
+    return {device, vkCreatePipelineLayout, info, "create a pipeline layout"};
 }
 
 UniqueShaderModule create_module(VkDevice device, std::span<const std::uint32_t> spirv) {
@@ -50,9 +45,7 @@ UniqueShaderModule create_module(VkDevice device, std::span<const std::uint32_t>
         .codeSize = spirv.size_bytes(),
         .pCode = spirv.data(),
     };
-    VkShaderModule module = VK_NULL_HANDLE;
-    check(vkCreateShaderModule(device, &info, nullptr, &module), "create a shader module");
-    return {device, module};
+    return {device, vkCreateShaderModule, info, "create a shader module"};
 }
 
 UniquePipeline create_pipeline(VkDevice device, VkPipelineLayout layout,
@@ -93,9 +86,7 @@ UniqueDescriptorPool create_descriptor_pool(VkDevice device, std::span<const Sha
         .poolSizeCount = static_cast<std::uint32_t>(sizes.size()),
         .pPoolSizes = sizes.data(),
     };
-    VkDescriptorPool pool = VK_NULL_HANDLE;
-    check(vkCreateDescriptorPool(device, &info, nullptr, &pool), "create a descriptor pool");
-    return {device, pool};
+    return {device, vkCreateDescriptorPool, info, "create a descriptor pool"};
 }
 
 VkDescriptorSet allocate_set(VkDevice device, VkDescriptorPool pool, VkDescriptorSetLayout layout) {
@@ -114,9 +105,9 @@ VkDescriptorSet allocate_set(VkDevice device, VkDescriptorPool pool, VkDescripto
 
 Pipeline::Pipeline(Device& device, const char* name, std::span<const std::uint32_t> spirv,
                    std::span<const std::uint32_t> specialisation)
-    : interface_(shader_interface(spirv)),
-      set_layout_(create_set_layout(device.get(), interface_.bindings)),
-      layout_(create_layout(device.get(), set_layout_.get(), interface_.argument_bytes)),
+    : bindings_(shader_bindings(spirv)),
+      set_layout_(create_set_layout(device.get(), bindings_)),
+      layout_(create_layout(device.get(), set_layout_.get())),
       pipeline_(create_pipeline(device.get(), layout_.get(), spirv, specialisation)) {
     device.name(VK_OBJECT_TYPE_PIPELINE, pipeline_.get(), name);
     device.name(VK_OBJECT_TYPE_PIPELINE_LAYOUT, layout_.get(), name);
@@ -127,13 +118,13 @@ Pipeline::Pipeline(Device& device, const char* name, std::span<const std::uint32
 BoundPipeline::BoundPipeline(Device& device, Pipeline& pipeline)
     : device_(device.get()),
       pipeline_(&pipeline),
-      pool_(create_descriptor_pool(device_, pipeline.interface().bindings)),
+      pool_(create_descriptor_pool(device_, pipeline.bindings())),
       set_(allocate_set(device_, pool_.get(), pipeline.set_layout())) {}
 
 void BoundPipeline::bind(const Bindings& bindings) {
     std::array<VkDescriptorBufferInfo, kBindingCount> buffers = {};
     std::vector<VkWriteDescriptorSet> writes;
-    for (const auto& [b, type] : pipeline_->interface().bindings) {
+    for (const auto& [b, type] : pipeline_->bindings()) {
         assert(b < kBindingCount);
         assert(bindings.views[b] != VK_NULL_HANDLE || bindings.buffers[b] != VK_NULL_HANDLE);
         buffers[b] = {.buffer = bindings.buffers[b], .offset = 0, .range = VK_WHOLE_SIZE};
@@ -153,7 +144,7 @@ void BoundPipeline::bind(const Bindings& bindings) {
 
 void BoundPipeline::dispatch_bytes(VkCommandBuffer commands, std::span<const std::byte> arguments,
                                    std::uint32_t group_count) const {
-    assert(arguments.size() == pipeline_->interface().argument_bytes);
+    assert(arguments.size() <= kMostArgumentBytes);
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->get());
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->layout(), 0, 1,
                             &set_, 0, nullptr);

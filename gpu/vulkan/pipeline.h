@@ -1,7 +1,6 @@
 // A compiled kernel, and the resources of one of its users.
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <cstddef>
 #include <map>
@@ -11,27 +10,24 @@
 #include <utility>
 #include <vector>
 
+#include "gpu/vulkan/buffer.h"
 #include "gpu/vulkan/device.h"
 #include "gpu/vulkan/spirv.h"
-#include "shaders/kernel_interface.h"
 
 namespace mray::gpu {
 
-/// The resource of each binding number, a view or a buffer; null if there is none.
-struct Bindings {
-    std::array<VkBufferView, kBindingCount> views = {};
-    std::array<VkBuffer, kBindingCount> buffers = {};
-};
+/// Push constants that every device has.
+inline constexpr std::uint32_t kMostArgumentBytes = 128;
 
 /// Threads may share it.
 class Pipeline {
 public:
-    /// Bindings and size of the arguments come from the SPIR-V. `specialisation` has values of the
-    /// 32-bit constants 0, 1, ...; those that the kernel does not have are ignored.
+    /// Bindings come from the SPIR-V. `specialisation` has values of the 32-bit constants 0, 1,
+    /// ...; those that the kernel does not have are ignored.
     Pipeline(Device& device, const char* name, std::span<const std::uint32_t> spirv,
              std::span<const std::uint32_t> specialisation = {});
 
-    const ShaderInterface& interface() const { return interface_; }
+    std::span<const ShaderBinding> bindings() const { return bindings_; }
     VkDescriptorSetLayout set_layout() const { return set_layout_.get(); }
     VkPipelineLayout layout() const { return layout_.get(); }
     VkPipeline get() const { return pipeline_.get(); }
@@ -41,7 +37,7 @@ public:
     void set_warm() { is_warm_ = true; }
 
 private:
-    ShaderInterface interface_;
+    std::vector<ShaderBinding> bindings_;
     UniqueDescriptorSetLayout set_layout_;
     UniquePipelineLayout layout_;
     UniquePipeline pipeline_;

@@ -1,70 +1,55 @@
 #include "gpu/vulkan/result.h"
 
+#include <algorithm>
+#include <iterator>
+
 namespace mray::gpu {
 
+namespace {
+
+struct Failure {
+    VkResult result;
+    const char* name;
+    ErrorKind kind;
+};
+
+#define FAILURE(result, kind) \
+    { result, #result, ErrorKind::kind }
+
+constexpr Failure kFailures[] = {
+    FAILURE(VK_TIMEOUT, kDeviceLost),
+    FAILURE(VK_ERROR_DEVICE_LOST, kDeviceLost),
+    FAILURE(VK_ERROR_OUT_OF_HOST_MEMORY, kLimit),
+    FAILURE(VK_ERROR_OUT_OF_DEVICE_MEMORY, kLimit),
+    FAILURE(VK_ERROR_OUT_OF_POOL_MEMORY, kLimit),
+    FAILURE(VK_ERROR_TOO_MANY_OBJECTS, kLimit),
+    FAILURE(VK_ERROR_FRAGMENTED_POOL, kLimit),
+    FAILURE(VK_ERROR_FRAGMENTATION, kLimit),
+    FAILURE(VK_ERROR_MEMORY_MAP_FAILED, kLimit),
+    FAILURE(VK_ERROR_INITIALIZATION_FAILED, kUnavailable),
+    FAILURE(VK_ERROR_LAYER_NOT_PRESENT, kUnavailable),
+    FAILURE(VK_ERROR_EXTENSION_NOT_PRESENT, kUnavailable),
+    FAILURE(VK_ERROR_FEATURE_NOT_PRESENT, kUnavailable),
+    FAILURE(VK_ERROR_INCOMPATIBLE_DRIVER, kUnavailable),
+};
+
+#undef FAILURE
+
+const Failure* find_failure(VkResult result) {
+    const auto place = std::ranges::find(kFailures, result, &Failure::result);
+    return place != std::end(kFailures) ? place : nullptr;
+}
+
+}  // namespace
+
 std::string result_name(VkResult result) {
-    switch (result) {
-        case VK_SUCCESS:
-            return "VK_SUCCESS";
-        case VK_NOT_READY:
-            return "VK_NOT_READY";
-        case VK_TIMEOUT:
-            return "VK_TIMEOUT";
-        case VK_INCOMPLETE:
-            return "VK_INCOMPLETE";
-        case VK_ERROR_OUT_OF_HOST_MEMORY:
-            return "VK_ERROR_OUT_OF_HOST_MEMORY";
-        case VK_ERROR_OUT_OF_DEVICE_MEMORY:
-            return "VK_ERROR_OUT_OF_DEVICE_MEMORY";
-        case VK_ERROR_INITIALIZATION_FAILED:
-            return "VK_ERROR_INITIALIZATION_FAILED";
-        case VK_ERROR_DEVICE_LOST:
-            return "VK_ERROR_DEVICE_LOST";
-        case VK_ERROR_MEMORY_MAP_FAILED:
-            return "VK_ERROR_MEMORY_MAP_FAILED";
-        case VK_ERROR_LAYER_NOT_PRESENT:
-            return "VK_ERROR_LAYER_NOT_PRESENT";
-        case VK_ERROR_EXTENSION_NOT_PRESENT:
-            return "VK_ERROR_EXTENSION_NOT_PRESENT";
-        case VK_ERROR_FEATURE_NOT_PRESENT:
-            return "VK_ERROR_FEATURE_NOT_PRESENT";
-        case VK_ERROR_INCOMPATIBLE_DRIVER:
-            return "VK_ERROR_INCOMPATIBLE_DRIVER";
-        case VK_ERROR_TOO_MANY_OBJECTS:
-            return "VK_ERROR_TOO_MANY_OBJECTS";
-        case VK_ERROR_OUT_OF_POOL_MEMORY:
-            return "VK_ERROR_OUT_OF_POOL_MEMORY";
-        case VK_ERROR_FRAGMENTED_POOL:
-            return "VK_ERROR_FRAGMENTED_POOL";
-        case VK_ERROR_FRAGMENTATION:
-            return "VK_ERROR_FRAGMENTATION";
-        default:
-            return "VkResult " + std::to_string(static_cast<int>(result));
-    }
+    const Failure* const failure = find_failure(result);
+    return failure != nullptr ? failure->name : "VkResult " + std::to_string(result);
 }
 
 ErrorKind error_kind_of(VkResult result) {
-    switch (result) {
-        case VK_ERROR_OUT_OF_HOST_MEMORY:
-        case VK_ERROR_OUT_OF_DEVICE_MEMORY:
-        case VK_ERROR_OUT_OF_POOL_MEMORY:
-        case VK_ERROR_TOO_MANY_OBJECTS:
-        case VK_ERROR_FRAGMENTED_POOL:
-        case VK_ERROR_FRAGMENTATION:
-        case VK_ERROR_MEMORY_MAP_FAILED:
-            return ErrorKind::kLimit;
-        case VK_ERROR_DEVICE_LOST:
-        case VK_TIMEOUT:
-            return ErrorKind::kDeviceLost;
-        case VK_ERROR_INITIALIZATION_FAILED:
-        case VK_ERROR_LAYER_NOT_PRESENT:
-        case VK_ERROR_EXTENSION_NOT_PRESENT:
-        case VK_ERROR_FEATURE_NOT_PRESENT:
-        case VK_ERROR_INCOMPATIBLE_DRIVER:
-            return ErrorKind::kUnavailable;
-        default:
-            return ErrorKind::kInternal;
-    }
+    const Failure* const failure = find_failure(result);
+    return failure != nullptr ? failure->kind : ErrorKind::kInternal;
 }
 
 void throw_result(VkResult result, const char* action) {

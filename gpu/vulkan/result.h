@@ -1,7 +1,9 @@
 // Converts VkResult to Error.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "common/base/errors.h"
 #include "gpu/vulkan/vulkan_api.h"
@@ -20,6 +22,17 @@ ErrorKind error_kind_of(VkResult result);
 /// Throws Error("cannot <action>: <result>") if the result is not VK_SUCCESS.
 inline void check(VkResult result, const char* action) {
     if (result != VK_SUCCESS) throw_result(result, action);
+}
+
+/// Sets `items` to those that `list(&count, items)` lists, a function of Vulkan that takes null for
+/// their number.
+template <class Item, class List>
+VkResult read_list(std::vector<Item>& items, List list) {
+    std::uint32_t count = 0;
+    const VkResult result = list(&count, nullptr);
+    if (result != VK_SUCCESS) return result;
+    items.resize(count);
+    return list(&count, items.data());
 }
 
 }  // namespace mray::gpu

@@ -25,15 +25,8 @@ struct ShaderBinding {
     bool operator==(const ShaderBinding&) const = default;
 };
 
-struct ShaderInterface {
-    /// All in descriptor set 0, ascending.
-    std::vector<ShaderBinding> bindings;
-    /// 0 without push constants.
-    std::uint32_t argument_bytes = 0;
-};
-
-/// The interface of a kernel that uses texel buffers, storage buffers and push constants. Throws
-/// Error(kInternal) on any other resource.
-ShaderInterface shader_interface(std::span<const std::uint32_t> words);
+/// The bindings, ascending, of a kernel that uses texel buffers and storage buffers of descriptor
+/// set 0. Throws Error(kInternal) on any other resource.
+std::vector<ShaderBinding> shader_bindings(std::span<const std::uint32_t> words);
 
 }  // namespace mray::gpu

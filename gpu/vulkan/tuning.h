@@ -4,11 +4,12 @@
 #include <cstdint>
 #include <optional>
 
-#include "gpu/vulkan/validation_log.h"
 #include "gpu/vulkan/vulkan_api.h"
 #include "shaders/kernel_interface.h"
 
 namespace mray::gpu {
+
+class ValidationLog;
 
 /// How kernels read buffers that others write.
 enum class BufferKind {

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "gpu/vulkan/result.h"
 #include "gpu/vulkan/vulkan_api.h"
 
 namespace mray::gpu {
@@ -21,6 +22,13 @@ class UniqueHandle {
 public:
     UniqueHandle() = default;
     UniqueHandle(Parent parent, Handle handle) : parent_(parent), handle_(handle) {}
+    /// Makes an object by `create(parent, &info, nullptr, &handle)`. Throws
+    /// Error("cannot <action>: ...").
+    template <class Create, class Info>
+    UniqueHandle(Parent parent, Create create, const Info& info, const char* action)
+        : parent_(parent) {
+        check(create(parent, &info, nullptr, &handle_), action);
+    }
     UniqueHandle(UniqueHandle&& other) noexcept
         : parent_(other.parent_), handle_(std::exchange(other.handle_, VK_NULL_HANDLE)) {}
     UniqueHandle& operator=(UniqueHandle&& other) noexcept {

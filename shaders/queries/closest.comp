@@ -37,10 +37,10 @@ uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
 #include "shaders/queries/visits.glsl"
 
 void main() {
-    uint question;
-    if (!find_question(question)) return;
-    uvec4 words = AT4(points, question);
+    uint query;
+    if (!find_query(query)) return;
+    uvec4 words = AT4(points, query);
     point = uintBitsToFloat(words.xyz);
     answer = uvec4(words.w, kNoPrim, 0u, 0u);
-    ask(question);
+    answer_query(query);
 }

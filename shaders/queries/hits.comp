@@ -21,7 +21,7 @@ ShearedRay sheared;
 
 /// Hits beyond it do not count.
 float least_t() {
-    bool is_first = (args.flags & kAskCount) == 0u && answer.w != kNoPrim;
+    bool is_first = (args.flags & kQueryCount) == 0u && answer.w != kNoPrim;
     return is_first ? uintBitsToFloat(answer.x) : ray.tfar;
 }
 
@@ -36,11 +36,11 @@ bool is_over(uint key) { return uintBitsToFloat(key) > last_depth(least_t()); }
 
 uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
     TriangleHit hit;
-    bool is_hit = (args.flags & kAskOwner) != 0u
+    bool is_hit = (args.flags & kQueryTieBreak) != 0u
                       ? cross_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit)
                       : intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
     if (!is_hit) return 0u;
-    if ((args.flags & kAskCount) != 0u) {
+    if ((args.flags & kQueryCount) != 0u) {
         answer.x += 1u + count_repeats(prim_id);
         return kRepeatsSteps;
     }
@@ -56,18 +56,18 @@ uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
 #include "shaders/queries/visits.glsl"
 
 void main() {
-    uint question;
-    if (!find_question(question)) return;
-    vec4 first = uintBitsToFloat(AT4(rays, 2u * question));
-    vec4 second = uintBitsToFloat(AT4(rays, 2u * question + 1u));
+    uint query;
+    if (!find_query(query)) return;
+    vec4 first = uintBitsToFloat(AT4(rays, 2u * query));
+    vec4 second = uintBitsToFloat(AT4(rays, 2u * query + 1u));
     ray.org = first.xyz;
     ray.tnear = first.w;
     ray.dir = second.xyz;
     ray.tfar = second.w;
-    first_prim = AT1(first_prims, question);
+    first_prim = AT1(first_prims, query);
     slab = slab_ray(ray.org, ray.dir);
     sheared = shear_ray(ray.org, ray.dir);
     answer = uvec4(0u);
-    if ((args.flags & kAskCount) == 0u) answer.w = kNoPrim;
-    ask(question);
+    if ((args.flags & kQueryCount) == 0u) answer.w = kNoPrim;
+    answer_query(query);
 }

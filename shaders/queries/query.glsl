@@ -1,4 +1,4 @@
-// The arguments of questions, and the triangles that others of the tree stand for.
+// The arguments of queries, and the triangles that others of the tree stand for.
 #ifndef SHADERS_QUERIES_QUERY_GLSL
 #define SHADERS_QUERIES_QUERY_GLSL
 

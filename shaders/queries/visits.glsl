@@ -1,4 +1,4 @@
-// A question about all triangles in some boxes, one question a lane: a walk over the shared layout
+// A query about all triangles in some boxes, one query a lane: a walk over the shared layout
 // that can stop after any step and go on later.
 //
 // A kernel defines, before it includes this file,
@@ -6,7 +6,7 @@
 //     bool meets(vec3 lower, vec3 upper, out uint key)   whether a box is to be visited, and a key
 //     bool is_over(uint key)                             whether a box of this key need not be
 //     uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id)   returns steps it took besides one
-// and calls ask(). Of the children of a node the one with the smallest key is visited first.
+// and calls answer_query(). Of the children of a node the one with the smallest key is visited first.
 #ifndef SHADERS_QUERIES_VISITS_GLSL
 #define SHADERS_QUERIES_VISITS_GLSL
 
@@ -25,7 +25,7 @@ layout(std430, binding = kBindHits) buffer Answers { uvec4 answers[]; };
 layout(std430, binding = kBindStates) buffer States { uint states[]; };
 layout(std430, binding = kBindWork) buffer Work {
     WorkHeader header;
-    uint questions[];
+    uint queries[];
 } work;
 
 // The rest of the walk: the node or leaf that is next, kEmptyChild at the end; the next triangle of
@@ -137,23 +137,23 @@ void save_state(uint slot) {
     }
 }
 
-/// The index of the question of this lane; false for a lane without one.
-bool find_question(out uint question) {
+/// The index of the query of this lane; false for a lane without one.
+bool find_query(out uint query) {
     uint lane = gl_GlobalInvocationID.x;
-    question = lane;
+    query = lane;
     if (lane >= args.count) return false;
-    if (args.round != kAskAll) question = work.questions[args.first + lane];
+    if (args.round != kRoundAll) query = work.queries[args.first + lane];
     return true;
 }
 
 /// Goes on until the answer is known or the steps are used up. `answer` is set to that of no
 /// triangles, and what else the functions need has been set.
-void ask(uint question) {
+void answer_query(uint query) {
     uint slot = gl_GlobalInvocationID.x;
     current = 0u;
     triangle = 0u;
     stack_size = 0u;
-    if (args.round == kAskAgain) load_state(slot);
+    if (args.round == kRoundAgain) load_state(slot);
     uint steps = 0u;
     while (current != kEmptyChild && steps < kSteps) {
         if ((current & kLeafBit) == 0u) {
@@ -162,11 +162,11 @@ void ask(uint question) {
             steps += visit_triangle();
         }
     }
-    answers[question] = answer;
-    if (args.round == kAskAll) {
+    answers[query] = answer;
+    if (args.round == kRoundAll) {
         if (current != kEmptyChild) {
             // The order of the list depends on the schedule; the answers do not.
-            work.questions[atomicAdd(work.header.suspended_count, 1u)] = question;
+            work.queries[atomicAdd(work.header.suspended_count, 1u)] = query;
         }
         return;
     }

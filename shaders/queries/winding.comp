@@ -46,8 +46,8 @@ void list_uncertain(uint prim_id) {
 }
 
 void main() {
-    if (!find_question(point_index)) return;
+    if (!find_query(point_index)) return;
     point = uintBitsToFloat(AT4(points, point_index).xyz);
     answer = uvec4(0u);
-    ask(point_index);
+    answer_query(point_index);
 }

@@ -49,7 +49,6 @@ public:
         return decision;
     }
     bool needs_tree_cost() const override { return true; }
-    bool may_restructure() const override { return true; }
 
 private:
     std::size_t next_ = 0;

@@ -1,9 +1,12 @@
-// On the device, the image of a clip does not depend on the updates of its tree.
+// On the device, the image of a clip does not depend on the updates of its tree, and surfaces stay
+// closed.
 #include <gtest/gtest.h>
 
+#include "common/bvh/builder/bvh_builder.h"
 #include "cpu/cpu_backend.h"
 #include "tests/gpu/validated_device.h"
 #include "tests/support/motion_checks.h"
+#include "tests/support/motions.h"
 
 namespace mray::test {
 namespace {
@@ -24,6 +27,24 @@ TEST(HardMotionOnVulkan, TakesTheDecisionsOfTheCpu) {
 TEST(HardMotionOnVulkan, LeavesTheBytesOfAFreshRefit) {
     const auto vulkan = validated_device();
     for (const Motion& motion : hard_motions()) expect_no_drift(motion, *vulkan);
+}
+
+TEST(WatertightOnVulkan, LetsNoRayOutAfterAThousandRefits) {
+    const TestScene scene = icosphere(3);
+    const auto vulkan = validated_device();
+    vulkan->set_scene(scene.topology(), scene.positions(),
+                      build_bvh(scene.topology(), scene.positions()));
+    Random random(23);
+    std::vector<Hit> hits(1000);
+    std::size_t leaks = 0;
+    for (int pose = 0; pose < 1000; ++pose) {
+        const std::vector<vec3> positions = breathing(scene.positions(), random);
+        vulkan->refit(positions);
+        const std::vector<Ray> rays = rays_from_inside(scene, positions, hits.size(), random);
+        vulkan->trace({rays, hits});
+        for (const Hit& hit : hits) leaks += hit.prim_id == kNoPrim;
+    }
+    EXPECT_EQ(leaks, 0u);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/image/frame.h"
-#include "common/update/tree_updater.h"
+#include "common/update/restructure.h"
 #include "cpu/cpu_backend.h"
 #include "tests/gpu/faulty_device.h"
 #include "tests/gpu/test_scenes.h"
@@ -160,32 +160,6 @@ TEST(VulkanUpdate, MixesRefitsTreesAndRestructuringsLikeTheCpu) {
         }
         EXPECT_GT(edits, 0u);
     }
-}
-
-std::vector<std::string> steps(const DeviceScene& scene, Backend& tracer,
-                               const std::string& policy) {
-    const UpdateConfig config{.deterministic = true, .budget = 0.02};
-    TreeUpdater updater(scene.topology, scene.positions, tracer, nullptr,
-                        make_update_policy(parse_policy(policy), config), {}, config);
-    std::vector<std::string> taken;
-    for (const float time : {0.0f, 0.25f, 0.5f, 1.0f, 2.5f, 2.5f, 4.9f, 0.1f, 3.0f, 2.75f, 5.0f}) {
-        updater.update(swayed(scene, time));
-        Frame image;
-        tracer.trace_image(view(32, 24, kRaysPrimary), image);
-        updater.frame_done(last_trace(tracer));
-        taken.push_back(name_of(updater.last().step) + (' ' + updater.last().reason) + ' ' +
-                        std::to_string(bvh_hash(updater.tree())) + ' ' +
-                        std::to_string(hits_hash(image)));
-    }
-    return taken;
-}
-
-TEST(VulkanUpdate, TakesTheStepsOfTheCpuUnderEveryPolicy) {
-    const DeviceScene scene = torus(32, 16);
-    const auto vulkan = tuned_device(true);
-    const auto cpu = cpu::make_scalar_backend();
-    for (const char* policy : {"refit", "rebuild", "every:3", "auto"})
-        EXPECT_EQ(steps(scene, *vulkan, policy), steps(scene, *cpu, policy)) << policy;
 }
 
 }  // namespace

@@ -19,43 +19,35 @@ constexpr auto kStorage = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
 
 TEST(ShaderInterface, HasTheBindingsOfTheSourceWithTheirTypes) {
     using Bindings = std::vector<gpu::ShaderBinding>;
-    EXPECT_EQ(gpu::shader_interface(k_refit_leaves_spirv).bindings,
+    EXPECT_EQ(gpu::shader_bindings(k_refit_leaves_spirv),
               (Bindings{{kBindPositions, kUniformTexels},
                         {kBindLeafVertices, kUniformTexels},
                         {kBindLeafParents, kUniformTexels},
                         {kBindNodeWords, kStorageTexels},
                         {kBindLeafWords, kStorageTexels},
                         {kBindGroupWords, kStorageTexels}}));
-    EXPECT_EQ(gpu::shader_interface(k_rays_spirv).bindings,
-              (Bindings{{kBindNodes, kStorageTexels},
-                        {kBindLeaves, kStorageTexels},
-                        {kBindRays, kUniformTexels},
-                        {kBindHits, kStorage},
-                        {kBindWork, kStorage},
-                        {kBindQuarters, kStorageTexels},
-                        {kBindGroups, kStorageTexels}}));
-    for (const gpu::ShaderBinding& binding : gpu::shader_interface(k_rays_storage_spirv).bindings)
+    EXPECT_EQ(gpu::shader_bindings(k_rays_spirv), (Bindings{{kBindNodes, kStorageTexels},
+                                                            {kBindLeaves, kStorageTexels},
+                                                            {kBindRays, kUniformTexels},
+                                                            {kBindHits, kStorage},
+                                                            {kBindWork, kStorage},
+                                                            {kBindQuarters, kStorageTexels},
+                                                            {kBindGroups, kStorageTexels}}));
+    for (const gpu::ShaderBinding& binding : gpu::shader_bindings(k_rays_storage_spirv))
         EXPECT_EQ(binding.type, kStorage);
-}
-
-TEST(ShaderInterface, HasTheSizeOfTheArguments) {
-    for (const Kernel& kernel : kKernels) {
-        EXPECT_EQ(gpu::shader_interface(kernel.words).argument_bytes, kernel.argument_bytes)
-            << kernel.name;
-    }
 }
 
 TEST(ShaderInterface, StaysWithinTheBuffersThatItsDevicesHave) {
     for (const Kernel& kernel : kKernels) {
-        const gpu::ShaderInterface interface = gpu::shader_interface(kernel.words);
-        EXPECT_FALSE(interface.bindings.empty()) << kernel.name;
+        const std::vector<gpu::ShaderBinding> bindings = gpu::shader_bindings(kernel.words);
+        EXPECT_FALSE(bindings.empty()) << kernel.name;
         const bool has_texels = std::ranges::any_of(
-            interface.bindings, [](const auto& binding) { return binding.type != kStorage; });
+            bindings, [](const auto& binding) { return binding.type != kStorage; });
         for (const VkDescriptorType type : {kStorageTexels, kStorage})
-            EXPECT_LE(std::ranges::count(interface.bindings, type, &gpu::ShaderBinding::type),
+            EXPECT_LE(std::ranges::count(bindings, type, &gpu::ShaderBinding::type),
                       has_texels ? 4 : gpu::kMostStorageBuffers)
                 << kernel.name;
-        for (const gpu::ShaderBinding& binding : interface.bindings)
+        for (const gpu::ShaderBinding& binding : bindings)
             EXPECT_LT(binding.number, kBindingCount) << kernel.name;
     }
 }
@@ -66,7 +58,7 @@ TEST(ShaderInterface, RefusesOtherResources) {
                                    3u << 16 | 22, 1, 32,        //
                                    4u << 16 | 32, 2, 2,  1,     //
                                    4u << 16 | 59, 2, 3,  2};
-    EXPECT_THROW(gpu::shader_interface(words), Error);
+    EXPECT_THROW(gpu::shader_bindings(words), Error);
 }
 
 }  // namespace

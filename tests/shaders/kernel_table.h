@@ -1,7 +1,6 @@
 // The compiled kernels of the backend.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -34,33 +33,31 @@ namespace mray::test {
 struct Kernel {
     const char* name;
     std::span<const std::uint32_t> words;
-    /// The size of its push constants.
-    std::size_t argument_bytes;
 };
 
 inline const Kernel kKernels[] = {
-    {"closest", k_closest_spirv, sizeof(QueryArguments)},
-    {"closest_storage", k_closest_storage_spirv, sizeof(QueryArguments)},
-    {"compact", k_compact_spirv, sizeof(RegionArguments)},
-    {"compact_storage", k_compact_storage_spirv, sizeof(RegionArguments)},
-    {"hits", k_hits_spirv, sizeof(QueryArguments)},
-    {"hits_storage", k_hits_storage_spirv, sizeof(QueryArguments)},
-    {"occlusion", k_occlusion_spirv, sizeof(OcclusionArguments)},
-    {"occlusion_storage", k_occlusion_storage_spirv, sizeof(OcclusionArguments)},
-    {"primary", k_primary_spirv, sizeof(RegionArguments)},
-    {"primary_storage", k_primary_storage_spirv, sizeof(RegionArguments)},
-    {"rays", k_rays_spirv, sizeof(RaysArguments)},
-    {"rays_storage", k_rays_storage_spirv, sizeof(RaysArguments)},
-    {"refit_leaves", k_refit_leaves_spirv, sizeof(RefitArguments)},
-    {"refit_leaves_storage", k_refit_leaves_storage_spirv, sizeof(RefitArguments)},
-    {"refit_nodes", k_refit_nodes_spirv, sizeof(RefitArguments)},
-    {"refit_nodes_storage", k_refit_nodes_storage_spirv, sizeof(RefitArguments)},
-    {"resume", k_resume_spirv, sizeof(ResumeArguments)},
-    {"resume_storage", k_resume_storage_spirv, sizeof(ResumeArguments)},
-    {"shade", k_shade_spirv, sizeof(RegionArguments)},
-    {"shade_storage", k_shade_storage_spirv, sizeof(RegionArguments)},
-    {"winding", k_winding_spirv, sizeof(QueryArguments)},
-    {"winding_storage", k_winding_storage_spirv, sizeof(QueryArguments)},
+    {"closest", k_closest_spirv},
+    {"closest_storage", k_closest_storage_spirv},
+    {"compact", k_compact_spirv},
+    {"compact_storage", k_compact_storage_spirv},
+    {"hits", k_hits_spirv},
+    {"hits_storage", k_hits_storage_spirv},
+    {"occlusion", k_occlusion_spirv},
+    {"occlusion_storage", k_occlusion_storage_spirv},
+    {"primary", k_primary_spirv},
+    {"primary_storage", k_primary_storage_spirv},
+    {"rays", k_rays_spirv},
+    {"rays_storage", k_rays_storage_spirv},
+    {"refit_leaves", k_refit_leaves_spirv},
+    {"refit_leaves_storage", k_refit_leaves_storage_spirv},
+    {"refit_nodes", k_refit_nodes_spirv},
+    {"refit_nodes_storage", k_refit_nodes_storage_spirv},
+    {"resume", k_resume_spirv},
+    {"resume_storage", k_resume_storage_spirv},
+    {"shade", k_shade_spirv},
+    {"shade_storage", k_shade_storage_spirv},
+    {"winding", k_winding_spirv},
+    {"winding_storage", k_winding_storage_spirv},
 };
 
 }  // namespace mray::test

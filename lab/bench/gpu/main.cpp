@@ -165,10 +165,10 @@ void run(const std::vector<std::string>& arguments) {
         fmt::print("{}", options.help);
         return;
     }
-    Report report(
-        fmt::format("# {}, {}; morphray {}\n# morphray_gpu_bench {}\n", machine_name(),
-                    gpu::describe(*gpu::open_device({})), kVersionDetail, shell_line(arguments)),
-        options.csv);
+    Report report(fmt::format("# {}, {}; morphray {}\n# morphray_gpu_bench {}\n", machine_name(),
+                              gpu::make_vulkan_backend()->info().description, kVersionDetail,
+                              shell_line(arguments)),
+                  options.csv);
     for (const std::string& spec : options.scenes) {
         const BenchScene scene = open_bench_scene(spec, options.view);
         report.begin_scene();

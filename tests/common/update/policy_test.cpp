@@ -16,10 +16,10 @@ struct DegradingTree {
     double build = 5;
     double refit = 0.1;
     double restructure = 0.5;
-    /// The part of the excess that a restructuring removes.
+    /// The part of the overhead that a restructuring removes.
     double cure = 0;
-    /// The excess by the frames since the build, and the time of a trace by the excess.
-    double (*excess)(int age) = [](int age) { return 60.0 * age; };
+    /// The overhead by the frames since the build, and the time of a trace by the overhead.
+    double (*overhead)(int age) = [](int age) { return 60.0 * age; };
     double (*slowdown)(double) = [](double visits) { return 1 + 0.001 * visits; };
 };
 
@@ -38,7 +38,7 @@ Played play(UpdatePolicy& policy, const DegradingTree& tree, int frames) {
     policy.frame_done({.trace = tree.sound});
     Played played;
     int age = 0;
-    double cured = 0;  // of the excess, by restructurings
+    double cured = 0;  // of the overhead, by restructurings
     bool pending = false;
     for (int frame = 0; frame < frames; ++frame) {
         FrameCost cost;
@@ -52,13 +52,14 @@ Played play(UpdatePolicy& policy, const DegradingTree& tree, int frames) {
                 cured = 0;
             }
             pending = false;
-            decision = policy.review({.excess = tree.excess(age) - cured});
+            decision = policy.review({.overhead = tree.overhead(age) - cured});
         }
         if (decision.step == UpdateStep::kRestructure) {
             cost.restructure = tree.restructure;
-            cured += tree.cure * (tree.excess(age) - cured);
+            cured += tree.cure * (tree.overhead(age) - cured);
             ++played.restructurings;
-            decision = policy.review({.excess = tree.excess(age) - cured, .restructured = true});
+            decision =
+                policy.review({.overhead = tree.overhead(age) - cured, .restructured = true});
         }
         if (decision.step == UpdateStep::kRebuild) {
             age = 0;
@@ -71,8 +72,8 @@ Played play(UpdatePolicy& policy, const DegradingTree& tree, int frames) {
             pending = true;
             ++played.rebuilds;
         }
-        cost.excess = tree.excess(age) - cured;
-        cost.trace = tree.sound * tree.slowdown(cost.excess);
+        cost.overhead = tree.overhead(age) - cured;
+        cost.trace = tree.sound * tree.slowdown(cost.overhead);
         cost.build_pending = pending;
         policy.frame_done(cost);
         played.steps.push_back(decision.step);
@@ -116,7 +117,7 @@ TEST(UpdatePolicy, TextsThatAreNoneAreRefusedWithAllForms) {
 
 TEST(AutoPolicy, IsAsGoodAsTheBestPeriodWhereRotIsEvenAndNothingElseHelps) {
     DegradingTree tree;
-    tree.excess = [](int age) { return 15.0 * age; };
+    tree.overhead = [](int age) { return 15.0 * age; };
     for (const double build : {0.5, 2.0, 4.0}) {
         tree.build = build;
         double best = play("refit", tree, 400).total;
@@ -141,13 +142,13 @@ TEST(AutoPolicy, RestructuresInsteadWhereThatCures) {
 TEST(AutoPolicy, LossesBeforeARestructuringDoNotCallForTheNext) {
     DegradingTree tree;
     tree.cure = 1;
-    tree.excess = [](int age) { return 15.0 * age; };
+    tree.overhead = [](int age) { return 15.0 * age; };
     EXPECT_LE(play("auto", tree, 400).restructurings, 220);
 }
 
 TEST(AutoPolicy, WaitsWhereADegradedTreeIsSeenToTraceNoSlower) {
     DegradingTree tree;
-    tree.excess = [](int age) { return 200.0 * age; };
+    tree.overhead = [](int age) { return 200.0 * age; };
     EXPECT_GT(play("auto", tree, 8).rebuilds, 0);
     tree.slowdown = [](double) { return 1.0; };
     EXPECT_EQ(play("auto", tree, 8).rebuilds, 0);
@@ -168,7 +169,7 @@ TEST(AutoPolicy, RestructuringsThatDoNotHelpBecomeRare) {
 
 TEST(AutoPolicy, NeverRebuildsATreeThatDoesNotRot) {
     DegradingTree tree;
-    tree.excess = [](int) { return 8.0; };
+    tree.overhead = [](int) { return 8.0; };
     EXPECT_EQ(play("auto", tree, 500).rebuilds, 0);
 }
 
@@ -176,7 +177,7 @@ TEST(AutoPolicy, DoesNotBlameTheTreeForAnImageThatTakesLonger) {
     const auto policy = make_update_policy({PolicyKind::kAuto});
     policy->built(5);
     for (int frame = 0; frame < 200; ++frame) {
-        ASSERT_EQ(policy->review({.excess = 0}).step, UpdateStep::kRefit) << frame;
+        ASSERT_EQ(policy->review({.overhead = 0}).step, UpdateStep::kRefit) << frame;
         policy->frame_done({.refit = 0.1, .trace = 10.0 + frame});
     }
 }
@@ -185,16 +186,16 @@ TEST(AutoPolicy, LearnsWithinReasonWhateverClocksSay) {
     const auto policy = make_update_policy({PolicyKind::kAuto});
     policy->built(5);
     for (int i = 0; i < 50; ++i) {
-        policy->frame_done({.refit = 0.1, .trace = 1e6, .excess = 120});
+        policy->frame_done({.refit = 0.1, .trace = 1e6, .overhead = 120});
         policy->frame_done({.refit = 0.1, .rebuild = 5, .trace = 1e-6, .new_tree = true});
     }
     // At most 20 times the first guess a visit.
-    EXPECT_TRUE(policy->review({.excess = 0.4}).reason.starts_with("sound"));
+    EXPECT_TRUE(policy->review({.overhead = 0.4}).reason.starts_with("sound"));
 }
 
 TEST(AutoPolicy, BuildsThatDoNotHelpBecomeRare) {
     DegradingTree tree;
-    tree.excess = [](int age) { return std::min(600.0, 200.0 * age); };
+    tree.overhead = [](int age) { return std::min(600.0, 200.0 * age); };
     tree.slowdown = [](double) { return 1.0; };
     const auto policy = make_update_policy({PolicyKind::kAuto});
     const int early = play(*policy, tree, 50).rebuilds;
@@ -206,7 +207,7 @@ TEST(AutoPolicy, BuildsThatDoNotHelpBecomeRare) {
 
 TEST(AutoPolicy, DoesNotFlapAtARatioThatSwingsAroundSound) {
     DegradingTree tree;
-    tree.excess = [](int age) { return age % 2 == 0 ? 5.0 : 23.0; };
+    tree.overhead = [](int age) { return age % 2 == 0 ? 5.0 : 23.0; };
     // Every other frame loses 0.23 ms, 58 ms in all: no more than 12 builds of 5 ms.
     EXPECT_LE(play("auto", tree, 500).rebuilds, 12);
 }
@@ -216,15 +217,15 @@ TEST(AutoPolicy, RemedyThatPaysInItsOwnFrameIsAppliedAtOnceWhateverTheBudget) {
     policy->built(50);
     policy->frame_done({.refit = 0.1, .trace = 100});
     // The frame loses 60 ms.
-    EXPECT_EQ(policy->review({.excess = 600}).step, UpdateStep::kRestructure);
-    EXPECT_EQ(policy->review({.excess = 600, .restructured = true}).step, UpdateStep::kRebuild);
+    EXPECT_EQ(policy->review({.overhead = 600}).step, UpdateStep::kRestructure);
+    EXPECT_EQ(policy->review({.overhead = 600, .restructured = true}).step, UpdateStep::kRebuild);
 }
 
 TEST(AutoPolicy, RestructuringIsCutToTheBudget) {
     const auto policy = make_update_policy({PolicyKind::kAuto}, {.budget_ms = 4});
     policy->built(20);
     policy->frame_done({.refit = 0.1, .trace = 100});
-    const UpdateDecision decision = policy->review({.excess = 300});
+    const UpdateDecision decision = policy->review({.overhead = 300});
     ASSERT_EQ(decision.step, UpdateStep::kRestructure);
     // A restructured triangle costs twice as much as one of a build: 0.1 * 2 * 20 ms.
     EXPECT_DOUBLE_EQ(decision.most_restructured, 0.1);
@@ -241,7 +242,7 @@ TEST(AutoPolicy, IsWithinATwentiethOfTheBetterOfRefitAndRebuildInShortClips) {
                 tree.build = build;
                 tree.restructure = (cure > 0 ? 0.4 : 0.02) * build;
                 tree.cure = cure;
-                tree.excess = [](int age) { return std::min(growth * age, 5000.0); };
+                tree.overhead = [](int age) { return std::min(growth * age, 5000.0); };
                 for (const int frames : {3, 5, 10}) {
                     const double better = std::min(play("refit", tree, frames).total,
                                                    play("rebuild", tree, frames).total);
@@ -255,10 +256,10 @@ TEST(AutoPolicy, IsWithinATwentiethOfTheBetterOfRefitAndRebuildInShortClips) {
 
 TEST(AutoPolicy, NoInvestmentDoublesAFrame) {
     DegradingTree tree;
-    tree.excess = [](int age) { return 8.0 * age; };
+    tree.overhead = [](int age) { return 8.0 * age; };
     for (const double build : {1.0, 7.0, 30.0}) {
         tree.build = build;
-        const double worst_refitted = tree.sound * tree.slowdown(tree.excess(60));
+        const double worst_refitted = tree.sound * tree.slowdown(tree.overhead(60));
         EXPECT_LE(play("auto", tree, 400).worst_frame, 1.9 * worst_refitted) << build;
     }
 }
@@ -266,29 +267,29 @@ TEST(AutoPolicy, NoInvestmentDoublesAFrame) {
 TEST(AutoPolicy, TreesThatAreTooLateWhenTheyAreTakenDoNotBegetOthers) {
     const auto policy = make_update_policy({PolicyKind::kAuto});
     policy->built(1e6);
-    policy->frame_done({.refit = 0.1, .trace = 10, .excess = 400, .new_tree = true});
+    policy->frame_done({.refit = 0.1, .trace = 10, .overhead = 400, .new_tree = true});
     for (int frame = 0; frame < 100; ++frame) {
         const UpdateDecision decision =
-            policy->review({.excess = 400, .restructured = frame % 2 == 0});
+            policy->review({.overhead = 400, .restructured = frame % 2 == 0});
         ASSERT_NE(decision.step, UpdateStep::kRebuildInBackground) << frame;
-        policy->frame_done({.refit = 0.1, .trace = 10, .excess = 400});
+        policy->frame_done({.refit = 0.1, .trace = 10, .overhead = 400});
     }
 }
 
 TEST(AutoPolicy, TreeThatIsHopelessIsRebuiltBeforeItsFirstTrace) {
     const auto policy = make_update_policy({PolicyKind::kAuto});
     policy->built(50);
-    EXPECT_EQ(policy->review({.excess = 100}).step, UpdateStep::kRefit);
-    EXPECT_EQ(policy->review({.excess = 1e6}).step, UpdateStep::kRebuild);
+    EXPECT_EQ(policy->review({.overhead = 100}).step, UpdateStep::kRefit);
+    EXPECT_EQ(policy->review({.overhead = 1e6}).step, UpdateStep::kRebuild);
 }
 
 TEST(AutoPolicy, TreeThatIsNotTracedIsNeverRebuilt) {
     const auto policy = make_update_policy({PolicyKind::kAuto});
     policy->built(50);
     for (int frame = 0; frame < 20; ++frame) {
-        policy->frame_done({.refit = 0.1, .excess = 1e6});
-        ASSERT_EQ(policy->review({.excess = 1e6}).step, UpdateStep::kRefit) << frame;
-        policy->review({.excess = 1e6, .restructured = true});
+        policy->frame_done({.refit = 0.1, .overhead = 1e6});
+        ASSERT_EQ(policy->review({.overhead = 1e6}).step, UpdateStep::kRefit) << frame;
+        policy->review({.overhead = 1e6, .restructured = true});
     }
 }
 
@@ -299,10 +300,10 @@ TEST(AutoPolicy, BuildOverTheBudgetRunsInTheBackground) {
         policy->built(20);
         UpdateDecision decision;
         for (int frame = 0; frame < 100 && decision.step == UpdateStep::kRefit; ++frame) {
-            decision = policy->review({.excess = 150});
+            decision = policy->review({.overhead = 150});
             if (decision.step == UpdateStep::kRestructure)
-                decision = policy->review({.excess = 150, .restructured = true});
-            policy->frame_done({.refit = 0.1, .trace = 9.9, .excess = 150});
+                decision = policy->review({.overhead = 150, .restructured = true});
+            policy->frame_done({.refit = 0.1, .trace = 9.9, .overhead = 150});
         }
         EXPECT_EQ(decision.step, UpdateStep::kRebuildInBackground);
         EXPECT_EQ(decision.build_frames, 8u);  // 20 ms, 2.5 ms a frame
@@ -314,9 +315,9 @@ TEST(AutoPolicy, WhileABuildIsPendingNoOtherIsBegun) {
     policy->built(20);
     for (int frame = 0; frame < 100; ++frame) {
         const UpdateDecision decision =
-            policy->review({.excess = 150, .build_pending = true, .restructured = true});
+            policy->review({.overhead = 150, .build_pending = true, .restructured = true});
         ASSERT_EQ(decision.step, UpdateStep::kRefit) << frame;
-        policy->frame_done({.refit = 0.1, .trace = 10, .excess = 150, .build_pending = true});
+        policy->frame_done({.refit = 0.1, .trace = 10, .overhead = 150, .build_pending = true});
     }
 }
 

@@ -67,18 +67,18 @@ TEST(TriangleSample, LeavesTrianglesOutThatAreNotFinite) {
     EXPECT_EQ(area, TriangleSample(finite.topology()).area(finite.positions()));
 }
 
-TEST(ExcessVisits, AreTheGrowthBeyondThatOfTheTrianglesOverTheRoot) {
-    EXPECT_EQ(excess_visits({10, 2, 5}, {10, 2, 5}), 0);
-    EXPECT_EQ(excess_visits({10, 2, 5}, {40, 8, 20}), 0);
-    EXPECT_DOUBLE_EQ(excess_visits({10, 2, 5}, {40, 2, 5}), 6);
-    EXPECT_DOUBLE_EQ(excess_visits({10, 2, 5}, {40, 4, 10}), 2);
-    EXPECT_EQ(excess_visits({40, 2, 5}, {10, 2, 5}), 0);
+TEST(OverheadVisits, AreTheGrowthBeyondThatOfTheTrianglesOverTheRoot) {
+    EXPECT_EQ(overhead_visits({10, 2, 5}, {10, 2, 5}), 0);
+    EXPECT_EQ(overhead_visits({10, 2, 5}, {40, 8, 20}), 0);
+    EXPECT_DOUBLE_EQ(overhead_visits({10, 2, 5}, {40, 2, 5}), 6);
+    EXPECT_DOUBLE_EQ(overhead_visits({10, 2, 5}, {40, 4, 10}), 2);
+    EXPECT_EQ(overhead_visits({40, 2, 5}, {10, 2, 5}), 0);
 }
 
-TEST(ExcessVisits, AreFiniteForTreesThatWereBuiltInAPointOrAreFlat) {
-    EXPECT_DOUBLE_EQ(excess_visits({0, 0, 0}, {40, 2, 5}), 8);
-    EXPECT_EQ(excess_visits({10, 2, 5}, {0, 0, 0}), 0);
-    EXPECT_EQ(excess_visits({0, 0, 0}, {0, 0, 0}), 0);
+TEST(OverheadVisits, AreFiniteForTreesThatWereBuiltInAPointOrAreFlat) {
+    EXPECT_DOUBLE_EQ(overhead_visits({0, 0, 0}, {40, 2, 5}), 8);
+    EXPECT_EQ(overhead_visits({10, 2, 5}, {0, 0, 0}), 0);
+    EXPECT_EQ(overhead_visits({0, 0, 0}, {0, 0, 0}), 0);
 }
 
 }  // namespace

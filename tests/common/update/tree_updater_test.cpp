@@ -111,7 +111,6 @@ public:
             "scripted"};
     }
     bool needs_tree_cost() const override { return true; }
-    bool may_restructure() const override { return true; }
     void frame_done(const FrameCost& cost) override { costs_.push_back(cost); }
 
 private:

@@ -1,4 +1,4 @@
-// Questions about all triangles on the device, compared with brute force.
+// Queries about all triangles on the device, compared with brute force.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -40,16 +40,16 @@ void compare_with_brute_force(gpu::Tuning tuning, std::size_t size, const std::s
     }
 }
 
-TEST(Questions, HaveTheBitsOfBruteForce) {
+TEST(DeviceQueries, HaveTheBitsOfBruteForce) {
     compare_with_brute_force({}, 150);
     compare_with_brute_force({.buffer_kind = gpu::BufferKind::kStorage}, 50);
 }
 
-TEST(Questions, HaveThemWhenTheyAreSuspendedAllTheTime) {
+TEST(DeviceQueries, HaveThemWhenTheyAreSuspendedAllTheTime) {
     compare_with_brute_force({.step_budget = 150}, 8);
 }
 
-TEST(Questions, HaveThemWhenTheyAreAskedInManyParts) {
+TEST(DeviceQueries, HaveThemWhenTheyAreAskedInManyParts) {
     // 256 at a time, with room for 128 uncertain crossings.
     for (const char* const scene : {"star", "grid box", "slivers"})
         compare_with_brute_force({.tiles_per_dispatch = 4}, 700, scene);

@@ -14,9 +14,9 @@ namespace mray::gpu {
 
 /// Answers one call at a time, while the tree is at its pose and ray buffers are in use. All
 /// arguments of the constructor must outlive it.
-class Questions {
+class Queries {
 public:
-    Questions(Transfer& transfer, Kernels& kernels, RayPasses& passes, const SceneBuffers& scene)
+    Queries(Transfer& transfer, Kernels& kernels, RayPasses& passes, const SceneBuffers& scene)
         : transfer_(transfer), kernels_(kernels), passes_(passes), scene_(scene) {}
 
     void answer(const CountQuery& query) const;
@@ -29,7 +29,7 @@ public:
 private:
     /// The pairs that the pixels have room for.
     std::uint32_t pair_room() const { return passes_.size().rays() / 2; }
-    std::uint32_t ask(const char* what, Kernel& kernel, std::uint32_t flags,
+    std::uint32_t run(const char* what, Kernel& kernel, std::uint32_t flags,
                       std::span<uvec4> answers) const;
     void wind_part(const WindingQuery& query, std::size_t first, std::size_t size) const;
 

@@ -1,4 +1,4 @@
-#include "gpu/questions.h"
+#include "gpu/queries.h"
 
 #include <algorithm>
 #include <bit>
@@ -14,7 +14,9 @@
 namespace mray::gpu {
 namespace {
 
-std::uint32_t flags_of(Crossing crossing) { return crossing == Crossing::kOwner ? kAskOwner : 0; }
+std::uint32_t flags_of(Crossing crossing) {
+    return crossing == Crossing::kOwner ? kQueryTieBreak : 0;
+}
 
 Hit hit_of(const uvec4& answer) {
     if (answer.w == kNoPrim) return no_hit();
@@ -42,35 +44,33 @@ std::uint32_t start_after(const HitCursor& after, Ray& ray) {
 
 }  // namespace
 
-/// Answers the questions that have been uploaded, as many as there are answers. Returns how many
+/// Answers the queries that have been uploaded, as many as there are answers. Returns how many
 /// pairs the kernel has found; the pixels have the first pair_room() of them.
-std::uint32_t Questions::ask(const char* what, Kernel& kernel, std::uint32_t flags,
-                             std::span<uvec4> answers) const {
+std::uint32_t Queries::run(const char* what, Kernel& kernel, std::uint32_t flags,
+                           std::span<uvec4> answers) const {
     kernels_.prepare({&kernel});
-    QueryArguments arguments = {.first = 0,
-                                .count = static_cast<std::uint32_t>(answers.size()),
-                                .round = kAskAll,
-                                .flags = flags,
-                                .repeated_count = scene_.repeated_count(),
-                                .pair_room = pair_room()};
-    const std::uint32_t found = passes_.ask(what, scene_, arguments, [&](VkCommandBuffer commands) {
-        kernel.dispatch(commands, arguments, groups_of(arguments.count));
-    });
+    const std::uint32_t found = passes_.answer(what, kernel,
+                                               {.first = 0,
+                                                .count = static_cast<std::uint32_t>(answers.size()),
+                                                .round = kRoundAll,
+                                                .flags = flags,
+                                                .repeated_count = scene_.repeated_count(),
+                                                .pair_room = pair_room()});
     transfer_.download(passes_.hits(), std::as_writable_bytes(answers));
     return found;
 }
 
-void Questions::answer(const CountQuery& query) const {
+void Queries::answer(const CountQuery& query) const {
     std::vector<uvec4> answers;
     for_parts(query.rays.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
         transfer_.upload(std::as_bytes(query.rays.subspan(first, size)), passes_.rays());
         answers.resize(size);
-        ask("count hits", kernels_.hits, kAskCount | flags_of(query.crossing), answers);
+        run("count hits", kernels_.hits, kQueryCount | flags_of(query.crossing), answers);
         for (std::size_t i = 0; i < size; ++i) query.counts[first + i] = answers[i].x;
     });
 }
 
-void Questions::answer(const NextQuery& query) const {
+void Queries::answer(const NextQuery& query) const {
     std::vector<Ray> rest;
     std::vector<std::uint32_t> first_prims;
     std::vector<uvec4> answers;
@@ -83,45 +83,45 @@ void Questions::answer(const NextQuery& query) const {
         transfer_.upload(std::as_bytes(std::span(rest)), passes_.rays());
         transfer_.upload(std::as_bytes(std::span(first_prims)), passes_.visible_pixels());
         answers.resize(size);
-        ask("find next hits", kernels_.hits, flags_of(query.crossing), answers);
+        run("find next hits", kernels_.hits, flags_of(query.crossing), answers);
         for (std::size_t i = 0; i < size; ++i) query.hits[first + i] = hit_of(answers[i]);
     });
 }
 
-void Questions::answer(const VisibleQuery& query) const {
+void Queries::answer(const VisibleQuery& query) const {
     step_to_visible(query, [this](const NextQuery& next) { answer(next); });
 }
 
 /// Hit after hit of the rays that have more, and then their numbers.
-void Questions::answer(const ListQuery& query) const {
+void Queries::answer(const ListQuery& query) const {
     const std::span<const Ray> rays = query.rays;
     HitLists& lists = query.lists;
     std::vector<std::vector<Hit>> found(rays.size());
     std::vector<std::size_t> left(rays.size());
     for (std::size_t i = 0; i < rays.size(); ++i) left[i] = i;
-    std::vector<Ray> asked(rays.begin(), rays.end());
+    std::vector<Ray> next(rays.begin(), rays.end());
     std::vector<HitCursor> after(rays.size());
     std::vector<Hit> hits(rays.size());
     for (std::uint32_t step = 0; step < query.most && !left.empty(); ++step) {
-        asked.resize(left.size());
+        next.resize(left.size());
         after.resize(left.size());
         hits.resize(left.size());
-        answer(NextQuery{asked, after, query.crossing, hits});
+        answer(NextQuery{next, after, query.crossing, hits});
         std::size_t kept = 0;
         for (std::size_t k = 0; k < left.size(); ++k) {
             if (hits[k].prim_id == kNoPrim) continue;
             found[left[k]].push_back(hits[k]);
-            asked[kept] = asked[k];
+            next[kept] = next[k];
             after[kept] = {hits[k].t, hits[k].prim_id};
             left[kept++] = left[k];
         }
         left.resize(kept);
     }
     // Those that have as many as are listed may have more.
-    asked.clear();
-    for (const std::size_t i : left) asked.push_back(rays[i]);
+    next.clear();
+    for (const std::size_t i : left) next.push_back(rays[i]);
     std::vector<std::uint64_t> counts(left.size());
-    if (!left.empty()) answer(CountQuery{asked, query.crossing, counts});
+    if (!left.empty()) answer(CountQuery{next, query.crossing, counts});
     std::size_t counted = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         lists.hits.insert(lists.hits.end(), found[i].begin(), found[i].end());
@@ -131,21 +131,21 @@ void Questions::answer(const ListQuery& query) const {
     }
 }
 
-void Questions::answer(const WindingQuery& query) const {
+void Queries::answer(const WindingQuery& query) const {
     for_parts(query.points.size(), passes_.size().rays(),
               [&](std::size_t first, std::size_t size) { wind_part(query, first, size); });
 }
 
 /// One part of the points. If there is no room for all uncertain crossings, it is divided.
-void Questions::wind_part(const WindingQuery& query, std::size_t first, std::size_t size) const {
-    std::vector<uvec4> asked(size);
+void Queries::wind_part(const WindingQuery& query, std::size_t first, std::size_t size) const {
+    std::vector<uvec4> points(size);
     std::vector<uvec4> answers(size);
     for (std::size_t i = 0; i < size; ++i) {
         const vec3 p = clipped_point(query.points[first + i]);
-        asked[i] = {floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z), 0};
+        points[i] = {floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z), 0};
     }
-    transfer_.upload(std::as_bytes(std::span(asked)), passes_.rays());
-    const std::uint32_t found = ask("wind around points", kernels_.winding, 0, answers);
+    transfer_.upload(std::as_bytes(std::span(points)), passes_.rays());
+    const std::uint32_t found = run("wind around points", kernels_.winding, 0, answers);
     const std::size_t room = pair_room();
     if (found > room && size > 1) {
         wind_part(query, first, size / 2);
@@ -158,12 +158,12 @@ void Questions::wind_part(const WindingQuery& query, std::size_t first, std::siz
     }
     if (found > room) {
         throw Error(ErrorKind::kLimit,
-                    "Vulkan: more triangles meet in one place than the device has room for; ask "
+                    "Vulkan: more triangles meet in one place than the device has room for; use "
                     "the CPU backend");
     }
     std::vector<UncertainCrossing> pairs(found);
     transfer_.download(passes_.pixels(), std::as_writable_bytes(std::span(pairs)));
-    // Pairs are there twice for questions that began again at the root.
+    // Pairs are there twice for queries that began again at the root.
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     for (UncertainCrossing pair : pairs) {
@@ -174,19 +174,19 @@ void Questions::wind_part(const WindingQuery& query, std::size_t first, std::siz
     }
 }
 
-void Questions::answer(const ClosestQuery& query) const {
-    std::vector<uvec4> asked;
+void Queries::answer(const ClosestQuery& query) const {
+    std::vector<uvec4> points;
     std::vector<uvec4> answers;
     for_parts(query.points.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
-        asked.resize(size);
+        points.resize(size);
         answers.resize(size);
         for (std::size_t i = 0; i < size; ++i) {
             const vec3 p = query.points[first + i];
-            asked[i] = {floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z),
-                        floatBitsToUint(query.most_d2)};
+            points[i] = {floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z),
+                         floatBitsToUint(query.most_d2)};
         }
-        transfer_.upload(std::as_bytes(std::span(asked)), passes_.rays());
-        ask("find closest triangles", kernels_.closest, 0, answers);
+        transfer_.upload(std::as_bytes(std::span(points)), passes_.rays());
+        run("find closest triangles", kernels_.closest, 0, answers);
         for (std::size_t i = 0; i < size; ++i)
             query.closest[first + i] = {uintBitsToFloat(answers[i].x), answers[i].y};
     });
