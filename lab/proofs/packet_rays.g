@@ -1,7 +1,7 @@
 # Rays against those that a packet takes them for.
 #
 #   bounds       a camera's ray from the middle of its pixel: pixel_error, find_ray_error; a light's ray
-#                from its place in the plane: 4 u of that (place_error); 1 / (tfar z): kEndError of
+#                from its place in the plane: 16 u of the largest (place_error); 1 / (tfar z): kEndError of
 #                itself; a stored ray from its place: place_error_of; 1 / (t z) of a hit:
 #                hit_depth_error
 #   code         pixel_error (cpu/packet/camera/camera_packet_maker-inl.h),
@@ -15,9 +15,12 @@
 #                device. A light's: |d| components below 2, z > 1/4 its component on an axis; origins of
 #                planes up to 1; shears up to 1
 #   operations   fl(fl(corner + fl(du x)) + fl(dv y)), scaled by a power of two and put on a grid;
-#                (d_i - origin z) fl(1 / z), fused; (d.xy - shear d.z) / z
+#                (row_0 (d_i - origin_0 z) + row_1 (d_j - origin_1 z)) fl(1 / z), fused; (d.xy - shear d.z) / z
 #   used by      packet_edges.g, packet_rectangles.g as ray_error
-#   by hand      Magnitudes over a tile are largest in its corners. Rows in double are within 2^-40
+#   by hand      Magnitudes over a tile are largest in its corners. The rows are c times those of unit
+#                vectors across a mean whose component on the axis is c >= 1 / sqrt(3), so they stretch
+#                by at most c and at least c^2: both terms of x add up to at most sqrt(2) / c times the
+#                largest. Rows in double are within 2^-40
 #                row_size of place_error, second orders included. Without fused operations: u |origin z|
 #                over z, within 2^-19 row_size.
 #
@@ -47,9 +50,10 @@ left = @kDirectionRounding@ * (1 - 16 * @kRounding@) / 0x1.004p-24;
 { left - 1 / (1 - 0x1p-7) >= 0 /\ 9 * left - 7.5 / (1 - 0x1p-7) >= 0
   /\ 0x1p-20 * @kDirectionRounding@ * (1 - 16 * @kRounding@) * (1 - 0x1p-7) - 0x1p-46 >= 0 }
 
-## lemma: a light's ray: a difference, 1 / z and their product
-three = (1 + a) * (1 + b) * (1 + c) - 1;
-{ |a| <= @kRounding@ /\ |b| <= @kRounding@ /\ |c| <= @kRounding@ -> |three| <= 0x1p-22 }
+## lemma: a light's ray: sqrt(2) sqrt(3), a difference, a product, a sum, 1 / z and a product
+five = (1 + a) * (1 + b) * (1 + c) * (1 + d) * (1 + e) - 1;
+{ |a| <= @kRounding@ /\ |b| <= @kRounding@ /\ |c| <= @kRounding@ /\ |d| <= @kRounding@
+  /\ |e| <= @kRounding@ -> sqrt(2) * sqrt(3) <= 2.45 /\ |2.45 * five| <= 0x1p-20 }
 
 ## lemma: kEndError: 1 / z, a division, and a product
 host = (1 + a) * (1 + b) * (1 + c) - 1;

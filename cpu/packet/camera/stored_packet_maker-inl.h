@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <glm/geometric.hpp>
 #include <limits>
 
 #include "common/scene/stored_rays.h"
@@ -90,33 +91,10 @@ HWY_INLINE bool store_directions(const StoredRayTile& tile, StoredDirections& ou
     return true;
 }
 
-/// A point or direction in double.
-struct DoublePoint {
-    double v[3];
-
-    double operator[](int axis) const { return v[axis]; }
-    friend DoublePoint operator+(const DoublePoint& a, const DoublePoint& b) {
-        return {{a.v[0] + b.v[0], a.v[1] + b.v[1], a.v[2] + b.v[2]}};
-    }
-    friend DoublePoint operator-(const DoublePoint& a, const DoublePoint& b) {
-        return {{a.v[0] - b.v[0], a.v[1] - b.v[1], a.v[2] - b.v[2]}};
-    }
-    friend DoublePoint operator*(const DoublePoint& a, double f) {
-        return {{a.v[0] * f, a.v[1] * f, a.v[2] * f}};
-    }
-    friend double dot(const DoublePoint& a, const DoublePoint& b) {
-        return a.v[0] * b.v[0] + a.v[1] * b.v[1] + a.v[2] * b.v[2];
-    }
-    friend DoublePoint cross(const DoublePoint& a, const DoublePoint& b) {
-        return {{a.v[1] * b.v[2] - a.v[2] * b.v[1], a.v[2] * b.v[0] - a.v[0] * b.v[2],
-                 a.v[0] * b.v[1] - a.v[1] * b.v[0]}};
-    }
-};
-
 /// The grid that a tile's rays lie on: ray (x, y) goes through origin + du x + dv y, in a plane at
 /// distance 1 from their common origin.
 struct FittedGrid {
-    DoublePoint origin, du, dv;
+    glm::dvec3 origin, du, dv;
 };
 
 /// Fits a grid to the directions of a tile's corners: with positive factors s, the points s[k] d[k]
@@ -127,21 +105,21 @@ HWY_INLINE bool fit_grid(const StoredDirections& directions, std::uint32_t width
                          std::uint32_t height, FittedGrid& grid) {
     const auto direction = [&](std::uint32_t x, std::uint32_t y) HWY_ATTR {
         const std::uint32_t ray = camera_packet_ray(x, y);
-        return DoublePoint{{directions.d[0][ray], directions.d[1][ray], directions.d[2][ray]}};
+        return glm::dvec3(directions.d[0][ray], directions.d[1][ray], directions.d[2][ray]);
     };
-    const DoublePoint d[4] = {direction(0, 0), direction(width - 1, 0), direction(0, height - 1),
-                              direction(width - 1, height - 1)};
+    const glm::dvec3 d[4] = {direction(0, 0), direction(width - 1, 0), direction(0, height - 1),
+                             direction(width - 1, height - 1)};
     // By Cramer's rule, times the determinant of d[0], d[1] and d[2], whose sign is that of all.
-    const double s0 = -dot(d[3], cross(d[1], d[2]));
-    const double s1 = dot(d[3], cross(d[2], d[0]));
-    const double s2 = dot(d[3], cross(d[0], d[1]));
+    const double s0 = -glm::dot(d[3], glm::cross(d[1], d[2]));
+    const double s1 = glm::dot(d[3], glm::cross(d[2], d[0]));
+    const double s2 = glm::dot(d[3], glm::cross(d[0], d[1]));
     const double sign = s0 < 0 ? -1 : 1;
     if (!(s0 * sign > 0 && s1 * sign > 0 && s2 * sign > 0)) return false;
-    const DoublePoint origin = d[0] * (s0 * sign);
-    const DoublePoint du = (d[1] * (s1 * sign) - origin) * (1.0 / (width - 1));
-    const DoublePoint dv = (d[2] * (s2 * sign) - origin) * (1.0 / (height - 1));
-    const DoublePoint normal = cross(du, dv);
-    const double distance = std::abs(dot(normal, origin)) / std::sqrt(dot(normal, normal));
+    const glm::dvec3 origin = d[0] * (s0 * sign);
+    const glm::dvec3 du = (d[1] * (s1 * sign) - origin) * (1.0 / (width - 1));
+    const glm::dvec3 dv = (d[2] * (s2 * sign) - origin) * (1.0 / (height - 1));
+    const glm::dvec3 normal = glm::cross(du, dv);
+    const double distance = std::abs(glm::dot(normal, origin)) / glm::length(normal);
     if (!(distance > 0)) return false;
     grid = {origin * (1 / distance), du * (1 / distance), dv * (1 / distance)};
     return true;
@@ -218,14 +196,14 @@ HWY_INLINE bool frame_stored_packet(const StoredRayTile& tile, StoredDirections&
     if (!fit_grid(directions, tile.width, tile.height, grid)) return false;
     // The ray (0, 0) has the place (0.5, 0.5) - kCameraSide / 2 in the frame.
     constexpr double kFirst = 0.5 * kCameraSide - 0.5;
-    const DoublePoint axis_z = grid.origin + (grid.du + grid.dv) * kFirst;
+    const glm::dvec3 axis_z = grid.origin + (grid.du + grid.dv) * kFirst;
     CameraFrame& frame = packet.frame;
-    set_frame(frame, tile.org, grid.du.v, grid.dv.v, axis_z.v, 0.5f * kCameraSide + 1);
+    set_frame(frame, tile.org, &grid.du.x, &grid.dv.x, &axis_z.x, 0.5f * kCameraSide + 1);
     frame.ray_error = place_error_of(frame, directions, tile.width, tile.height);
     if (!(frame.ray_error <= kMostPlaceError)) return false;
     packet.stored = &directions;
     start_blocks(tile.width, tile.height, packet);
-    set_wedges(frame, grid.du.v, grid.dv.v, axis_z.v);
+    set_wedges(frame, &grid.du.x, &grid.dv.x, &axis_z.x);
     return true;
 }
 

@@ -17,7 +17,6 @@
 #include "cpu/packet/light/light_packet.h"
 #include "cpu/packet/light/light_packet_blocks-inl.h"
 #include "cpu/packet/light/light_packet_items-inl.h"
-#include "cpu/packet/light/light_packet_outlines-inl.h"
 #include "cpu/packet/triangle_setup-inl.h"
 #include "cpu/simd/hit_rule-inl.h"
 

@@ -259,7 +259,7 @@ HWY_INLINE bool make_face_packet(vec3 org, const SharedOriginRays* rays, std::ui
     plane.axis = face / 2;
     plane.sign = face % 2 == 0 ? 1.0f : -1.0f;
     // |x / z| and |y / z| are at most 1.
-    plane.per_unit = static_cast<float>(1 / plane_unit(1));
+    plane.set_unit(plane_unit(1));
     packet.square_count = 0;
     packet.rays = rays;
     FloatVec least_z = splat(kEmptyLower);

@@ -53,52 +53,80 @@ HWY_INLINE void take_samples(const SharedOriginRays* rays, std::uint32_t squares
     }
 }
 
-/// The plane across an axis of scene space that the rays of a packet go through, at z = 1. Its
-/// origin is a point near all of them, and 1 in it is a power of two.
+/// The plane across an axis of scene space that the rays of a packet go through, at z = 1.
 struct LightPlane {
     std::uint32_t axis = 0;
     /// The sign of the rays' components on the axis, 1 or -1.
     float sign = 1;
-    /// The origin, on the next axis and the one after it.
+    /// Where x and y are 0, on the next axis and the one after it: near all rays.
     float origin[2] = {0, 0};
-    float per_unit = 1;
+    /// x and y by the distances from there on these two axes.
+    float rows[2][2] = {{1, 0}, {0, 1}};
+    /// What 1 is in x and y: a power of two, by which the rows are divided.
+    double unit = 1;
 
-    /// Sets h: the ray with the direction d goes through (h[0] / h[2], h[1] / h[2]), in units.
+    std::uint32_t beside(std::uint32_t k) const { return (axis + 1 + k) % 3; }
+
+    void set_unit(double of_one) {
+        for (auto& row : rows)
+            for (float& v : row) v = static_cast<float>(v * (unit / of_one));
+        unit = of_one;
+    }
+
+    /// Sets h: the ray with the direction d goes through (h[0] / h[2], h[1] / h[2]).
     HWY_INLINE void project(const FloatVec d[3], FloatVec h[3]) const {
         h[2] = d[axis] * splat(sign);
-        for (std::uint32_t k = 0; k < 2; ++k) {
-            const FloatVec beside = neg_mul_add(h[2], splat(origin[k]), d[(axis + 1 + k) % 3]);
-            h[k] = beside * splat(per_unit);
-        }
+        const FloatVec from[2] = {neg_mul_add(h[2], splat(origin[0]), d[beside(0)]),
+                                  neg_mul_add(h[2], splat(origin[1]), d[beside(1)])};
+        for (int k = 0; k < 2; ++k)
+            h[k] = mul_add(splat(rows[k][0]), from[0], splat(rows[k][1]) * from[1]);
     }
 };
 
 /// The unit is chosen for the sampled extent times this, so that it is mostly the right one.
 inline constexpr double kSampleMargin = 1.25;
 
-/// Sets a plane across the axis that the samples follow most, with its origin in their mean.
-/// Returns false if they have no mean.
+/// Sets a plane across the axis that the samples follow most, with its origin in their mean. There
+/// x and y are those of a plane across the mean, which boxes and triangles do not look slanted in.
+/// Returns false if the samples have no mean.
 HWY_INLINE bool choose_plane(const Samples& samples, LightPlane& plane) {
-    double sum[3] = {0, 0, 0};
+    double mean[3] = {0, 0, 0};
     for (std::size_t i = 0; i < samples.count; ++i) {
-        for (int axis = 0; axis < 3; ++axis) sum[axis] += samples.dirs[i][axis];
+        for (int axis = 0; axis < 3; ++axis) mean[axis] += samples.dirs[i][axis];
     }
-    for (std::uint32_t axis = 1; axis < 3; ++axis)
-        if (std::abs(sum[axis]) > std::abs(sum[plane.axis])) plane.axis = axis;
-    const double along = sum[plane.axis];
-    if (!(std::abs(along) > 0)) return false;
-    plane.sign = along < 0 ? -1.0f : 1.0f;
+    const double length = std::sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
+    if (!(length > 0)) return false;
+    std::uint32_t least = 0;
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+        mean[axis] /= length;
+        if (std::abs(mean[axis]) > std::abs(mean[plane.axis])) plane.axis = axis;
+        if (std::abs(mean[axis]) < std::abs(mean[least])) least = axis;
+    }
+    plane.sign = mean[plane.axis] < 0 ? -1.0f : 1.0f;
+    const double along = std::abs(mean[plane.axis]);
+    // Across the mean: one vector in the plane of the mean and the least axis, one across both.
+    const double size = std::sqrt(1 - mean[least] * mean[least]);
+    for (std::uint32_t i = 0; i < 2; ++i) {
+        const std::uint32_t axis = plane.beside(i);
+        const double part = (axis == least ? 1.0 : 0.0) - mean[axis] * mean[least];
+        const double last = axis == least             ? 0.0
+                            : axis == (least + 1) % 3 ? mean[(least + 2) % 3]
+                                                      : -mean[(least + 1) % 3];
+        plane.origin[i] = static_cast<float>(mean[axis] / along);
+        plane.rows[0][i] = static_cast<float>(along * part / size);
+        plane.rows[1][i] = static_cast<float>(along * last / size);
+    }
     double extent = 0;
-    for (std::uint32_t k = 0; k < 2; ++k) {
-        const auto axis = static_cast<int>((plane.axis + 1 + k) % 3);
-        plane.origin[k] = static_cast<float>(sum[axis] / std::abs(along));
-        for (std::size_t i = 0; i < samples.count; ++i) {
-            const vec3 dir = samples.dirs[i];
-            const double z = double{plane.sign} * dir[static_cast<int>(plane.axis)];
-            if (z > 0) extent = std::max(extent, std::abs(dir[axis] / z - plane.origin[k]));
-        }
+    for (std::size_t i = 0; i < samples.count; ++i) {
+        const float* const dir = &samples.dirs[i].x;
+        const double z = double{plane.sign} * dir[plane.axis];
+        if (!(z > 0)) continue;
+        const double from[2] = {dir[plane.beside(0)] / z - plane.origin[0],
+                                dir[plane.beside(1)] / z - plane.origin[1]};
+        for (const auto& row : plane.rows)
+            extent = std::max(extent, std::abs(row[0] * from[0] + row[1] * from[1]));
     }
-    plane.per_unit = static_cast<float>(1 / plane_unit(kSampleMargin * extent));
+    plane.set_unit(plane_unit(kSampleMargin * extent));
     return true;
 }
 
@@ -209,30 +237,35 @@ HWY_INLINE void scale_plane(LightPacket& packet, float scale) {
 /// An upper bound of how far a ray's stored x or y is from that of its exact direction, in the
 /// plane's unit. extent: the largest |x| or |y|.
 ///
-/// 1. A fused difference, 1 / z and their product round once each: less than 4 u of the result.
+/// 1. A fused difference, a product and a fused sum, 1 / z and the last product round once each: 5
+/// u
+///    of two terms whose magnitudes add up to at most 2.45 extent, which is less than 16 u of it.
 /// 2. dot_error is relative to row_size and covers second orders and double (2^-40), or what a
 ///    product rounds without fused operations, over z > kLeastZ (2^-19): lab/proofs/packet_rays.g.
 HWY_INLINE float place_error(const PacketFrame& frame, float extent) {
     const float dot_error = HWY_NATIVE_FMA ? 0x1p-40f : 0x1p-19f;
-    return static_cast<float>(kWiden * 0x1p-22 * extent) +
+    return static_cast<float>(kWiden * 0x1p-20 * extent) +
            dot_error * (frame.row_size[0] + frame.row_size[1] + kPlaneHalf * frame.row_size[2]);
 }
 
 /// Sets the plane of a packet whose blocks are made for `plane`: frame with its wedges, and all
 /// bounds in the final unit. Returns false if the rays spread too widely for it.
-HWY_INLINE bool set_plane(vec3 org, const LightPlane& plane, LightPacket& packet) {
+HWY_INLINE bool set_plane(vec3 org, LightPlane plane, LightPacket& packet) {
     const float extent = plane_extent(packet);
-    double unit = 1.0 / plane.per_unit;
-    if (extent * unit > kWidestPlane) return false;
+    if (extent * plane.unit > kWidestPlane) return false;
     double scale = 1;
-    if (extent > kPlaneHalf || extent < kPlaneHalf / 4) scale = plane_unit(extent * unit) / unit;
-    unit *= scale;
+    if (extent > kPlaneHalf || extent < kPlaneHalf / 4)
+        scale = plane_unit(extent * plane.unit) / plane.unit;
+    plane.set_unit(plane.unit * scale);
+    const auto& rows = plane.rows;
+    const double det = double{rows[0][0]} * rows[1][1] - double{rows[0][1]} * rows[1][0];
     double axes[3][3] = {};
     axes[2][plane.axis] = plane.sign;
-    for (std::uint32_t k = 0; k < 2; ++k) {
-        const std::uint32_t axis = (plane.axis + 1 + k) % 3;
-        axes[k][axis] = unit;
-        axes[2][axis] = plane.origin[k];
+    for (std::uint32_t i = 0; i < 2; ++i) {
+        const float sign = i == 0 ? 1.0f : -1.0f;
+        axes[0][plane.beside(i)] = sign * rows[1][1 - i] / det;
+        axes[1][plane.beside(i)] = -sign * rows[0][1 - i] / det;
+        axes[2][plane.beside(i)] = plane.origin[i];
     }
     set_frame(packet.frame, org, axes[0], axes[1], axes[2], kPlaneHalf + 1);
     packet.frame.ray_error = place_error(packet.frame, static_cast<float>(extent / scale));

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "common/interop/camera.h"
+#include "common/interop/shading.h"
 #include "common/scene/camera_setup.h"
 #include "tests/support/test_scene.h"
 

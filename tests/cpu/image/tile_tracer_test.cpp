@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
+#include "common/interop/camera.h"
 #include "common/scene/camera_setup.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "tests/support/same_bits.h"
