@@ -227,7 +227,7 @@ std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config) {
             OneByOne(BruteTracer(topology, positions)));
     };
     const auto queries = [](const Topology& topology, std::span<const vec3> positions, const Bvh&) {
-        return BruteQueries(topology, positions);
+        return BruteTracer(topology, positions);
     };
     return make_portable("brute", config, make, queries);
 }
