@@ -218,7 +218,7 @@ std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config) {
         "brute", config,
         [](const Topology& topology, std::span<const vec3> positions, const Bvh&) -> Tracers {
             return {std::make_unique<OneByOne<BruteTracer>>(BruteTracer(topology, positions)),
-                    BruteQueries(topology, positions)};
+                    BruteTracer(topology, positions)};
         });
 }
 

@@ -125,8 +125,6 @@ SHARED_CONST float kBlockGradient = 6.103515625e-05f;
 
 // ---- Rays without a packet.
 
-// The error of a plane's distance, by the magnitudes of all that is added up: 16 u.
-SHARED_CONST float kLeavingError = 9.5367431640625e-07f;
 // The error of the mean of depths under fast edge functions, by the sum of their magnitudes: 2^-22.
 SHARED_CONST float kBehindError = 2.384185791015625e-07f;
 // The bound of edge functions for vertices at any depth, over edge_bound(): 1 + 2^-17.

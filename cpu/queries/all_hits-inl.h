@@ -1,5 +1,5 @@
-// All hits of a ray, one node after the other, with the 16 boxes of a node or the triangles of a
-// leaf for lanes.
+// All hits of rays: of one ray with the 16 boxes of a node or the triangles of a leaf for lanes,
+// and their numbers for rays together.
 #if defined(MORPHRAY_CPU_QUERIES_ALL_HITS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_QUERIES_ALL_HITS_INL_H
 #undef MORPHRAY_CPU_QUERIES_ALL_HITS_INL_H
@@ -9,16 +9,19 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
+#include "cpu/single_ray/closest_leaf-inl.h"
 #include "cpu/single_ray/leaf_hit_rule-inl.h"
 #include "cpu/single_ray/node_lanes-inl.h"
 #include "cpu/single_ray/one_ray-inl.h"
+#include "cpu/single_ray/ray_stream-inl.h"
+#include "cpu/single_ray/walks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
@@ -66,6 +69,75 @@ HWY_INLINE std::uint64_t count_hits_of(const Bvh& bvh, const Ray& ray) {
     for_each_hit<kCrossing>(bvh, stream, 0, 0, [&](std::uint32_t, const TriangleHit&) { ++count; });
     return count;
 }
+
+// Counted rays go on together below a node if they are more than this many.
+inline constexpr std::size_t kCountedTogether = kLanes < 8 ? 4 : 8;
+
+/// The numbers of hits of up to 64 rays of one octant, which go down the tree together; where few
+/// are left they go on alone.
+template <Crossing kCrossing>
+class CountStream {
+public:
+    /// rays[order[i]], of one octant: at least one and at most kStreamRays.
+    HWY_INLINE CountStream(const Bvh& bvh, const Ray* rays, std::span<const std::uint16_t> order)
+        : bvh_(bvh), order_(order), stream_(make_stream(rays, order)) {
+        for (std::size_t i = 0; i < kStreamRays; i += kLanes) store(splat(0u), counts_ + i);
+    }
+
+    /// Sets counts[order[i]].
+    HWY_INLINE void count(std::uint64_t* counts) {
+        if (order_.size() > kCountedTogether) {
+            walk_together(bvh_, stream_, order_.size(), *this);
+        } else {
+            part(~std::uint64_t{0} >> (kStreamRays - order_.size()), 0);
+        }
+        for (std::size_t i = 0; i < order_.size(); ++i) counts[order_[i]] = counts_[i];
+    }
+
+    // For walk_together().
+    static constexpr bool kFrontToBack = false;
+    HWY_INLINE const float* last_depths() const { return stream_.last_depth; }
+    HWY_INLINE std::uint64_t rays_left(std::uint64_t rays, float) const { return rays; }
+    HWY_INLINE bool stay_together(std::uint64_t rays) const {
+        return static_cast<std::size_t>(std::popcount(rays)) > kCountedTogether;
+    }
+    HWY_INLINE void part(std::uint64_t rays, std::uint32_t child) {
+        for (; rays != 0; rays &= rays - 1) {
+            const auto ray = static_cast<std::size_t>(std::countr_zero(rays));
+            for_each_hit<kCrossing>(bvh_, stream_, ray, child,
+                                    [&](std::uint32_t, const TriangleHit&) { ++counts_[ray]; });
+        }
+    }
+    HWY_INLINE void visit_leaf(std::uint64_t rays, const Leaf& leaf) {
+        for_rays_of_leaf(
+            rays,
+            [&](std::size_t first, std::uint32_t asked) HWY_ATTR {
+                intersect_leaf_together<kCrossing>(
+                    stream_, first, asked, stream_.tfar, leaf,
+                    [&](Mask hits, const lanes::TriangleHit&, std::uint32_t prim_id)
+                        HWY_ATTR { add(first, hits, prim_id); });
+            },
+            [&](std::size_t ray) HWY_ATTR {
+                for_each_hit_of_leaf<kCrossing>(
+                    bvh_, stream_, ray, leaf,
+                    [&](std::uint32_t, const TriangleHit&) { ++counts_[ray]; });
+            });
+    }
+
+private:
+    HWY_INLINE void add(std::size_t first, Mask hits, std::uint32_t prim_id) {
+        std::uint32_t times = 1;
+        if (!bvh_.repeated.empty())
+            times += static_cast<std::uint32_t>(repeats_of(bvh_, prim_id).size());
+        const UintVec more = select(uint_mask(hits), splat(times), splat(0u));
+        store(load(counts_ + first) + more, counts_ + first);
+    }
+
+    const Bvh& bvh_;
+    std::span<const std::uint16_t> order_;
+    RayStream stream_;
+    alignas(64) std::uint32_t counts_[kStreamRays];
+};
 
 inline bool comes_before(const Hit& a, const Hit& b) {
     return is_closer(a.t, a.prim_id, b.t, b.prim_id);

@@ -38,21 +38,11 @@ struct PointPairs {
 };
 
 /// Points and triangles in lanes, to ask the rule about.
-struct AskedPairs {
-    enum { kPoint = 3 };
-    /// The vertices, and the point.
-    HWY_ALIGN float corners[4][3][kLanes] = {};
+struct AskedPairs : PointTriangles {
     std::uint32_t lane[kLanes];
     std::uint32_t prim_id[kLanes];
     std::uint32_t leaf[kLanes];
     std::uint32_t count = 0;
-
-    HWY_INLINE void set(int corner, const vec3& p) {
-        for (int axis = 0; axis < 3; ++axis) corners[corner][axis][count] = p[axis];
-    }
-    HWY_INLINE lanes::Float3 get(int corner) const {
-        return {load(corners[corner][0]), load(corners[corner][1]), load(corners[corner][2])};
-    }
 };
 
 /// At most kLanes points, and the closest triangle of each so far.
@@ -250,8 +240,8 @@ private:
         const std::uint32_t slot = pairs_.lane_and_slot[pair] / kMaxLanes;
         const Leaf& leaf = bvh_.leaves[pairs_.leaf[pair]];
         for (int corner = 0; corner < 3; ++corner)
-            asked.set(corner, leaf_position(leaf, slot, static_cast<uint>(corner)));
-        asked.set(AskedPairs::kPoint, asked_[lane]);
+            asked.set(corner, asked.count, leaf_position(leaf, slot, static_cast<uint>(corner)));
+        asked.set(AskedPairs::kPoint, asked.count, asked_[lane]);
         asked.lane[asked.count] = lane;
         asked.prim_id[asked.count] = leaf.prim_id[slot];
         asked.leaf[asked.count] = pairs_.leaf[pair];

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -20,7 +19,7 @@
 #include "cpu/single_ray/leaf_hit_rule-inl.h"
 #include "cpu/single_ray/leaf_lanes-inl.h"
 #include "cpu/single_ray/node_lanes-inl.h"
-#include "cpu/single_ray/one_ray-inl.h"
+#include "cpu/single_ray/walks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
@@ -54,6 +53,20 @@ struct PointLanes {
 
 // Points against nodes and leaves, with the 16 boxes or triangles for lanes: windings and closest
 // triangles. Control flow alone; all arithmetic is the shared text of the rules.
+
+/// Points and triangles, one of each in a lane.
+struct PointTriangles {
+    enum { kPoint = 3 };
+    /// The vertices, and the point.
+    HWY_ALIGN float corners[4][3][kLanes] = {};
+
+    HWY_INLINE void set(int corner, std::size_t lane, const vec3& p) {
+        for (int axis = 0; axis < 3; ++axis) corners[corner][axis][lane] = p[axis];
+    }
+    HWY_INLINE lanes::Float3 get(int corner) const {
+        return {load(corners[corner][0]), load(corners[corner][1]), load(corners[corner][2])};
+    }
+};
 
 // ---- Boxes and triangles
 

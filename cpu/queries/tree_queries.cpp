@@ -1,11 +1,229 @@
 #include "cpu/queries/tree_queries.h"
 
+#include <algorithm>
+#include <cassert>
+#include <variant>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cpu/queries/tree_queries.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "cpu/queries/tree_queries-inl.h"
+#include "cpu/queries/all_hits-inl.h"
+#include "cpu/queries/closest_bundle-inl.h"
+#include "cpu/queries/points-inl.h"
+#include "cpu/queries/winding_bundle-inl.h"
+#include "cpu/single_ray/octant_order-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mray::cpu {
+namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
+
+template <Crossing kCrossing>
+HWY_INLINE void count_hits_of_rays(const Bvh& bvh, std::span<const Ray> rays,
+                                   std::span<std::uint64_t> counts) {
+    if (rays.size() <= kCountedTogether) {
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            counts[i] = count_hits_of<kCrossing>(bvh, rays[i]);
+        return;
+    }
+    for_each_stream(
+        rays, [&](const Ray* batch, std::span<const std::uint16_t> order, std::size_t first)
+                  HWY_ATTR { CountStream<kCrossing>(bvh, batch, order).count(&counts[first]); });
+}
+
+void answer(const Bvh& bvh, const CountQuery& query) {
+    if (query.crossing == Crossing::kOwner) {
+        count_hits_of_rays<Crossing::kOwner>(bvh, query.rays, query.counts);
+    } else {
+        count_hits_of_rays<Crossing::kEach>(bvh, query.rays, query.counts);
+    }
+}
+
+void answer(const Bvh& bvh, const ListQuery& query) {
+    for (const Ray& ray : query.rays) {
+        if (query.crossing == Crossing::kOwner) {
+            list_hits_of<Crossing::kOwner>(bvh, ray, query.most, query.lists);
+        } else {
+            list_hits_of<Crossing::kEach>(bvh, ray, query.most, query.lists);
+        }
+    }
+}
+
+void answer(const Bvh& bvh, const NextQuery& query) {
+    for (std::size_t i = 0; i < query.rays.size(); ++i) {
+        query.hits[i] = query.crossing == Crossing::kOwner
+                            ? next_hit_of<Crossing::kOwner>(bvh, query.rays[i], query.after[i])
+                            : next_hit_of<Crossing::kEach>(bvh, query.rays[i], query.after[i]);
+    }
+}
+
+void answer(const Bvh& bvh, const VisibleQuery& query) {
+    for (std::size_t i = 0; i < query.rays.size(); ++i)
+        query.hits[i] = visible_hit_of(bvh, query.rays[i], query.meshes);
+}
+
+/// Whether bundles pay, by what they and single points have taken so far.
+class BundleChoice {
+public:
+    /// Whether the next points are to be tried as a bundle.
+    bool tries() {
+        if (wait_ == 0) return true;
+        --wait_;
+        return false;
+    }
+    /// A bundle takes as long as its points would one after the other if it visits about as many
+    /// leaves as kPointsOfLeaf points do.
+    std::size_t most_leaves() const {
+        return static_cast<std::size_t>(kPointsOfLeaf * leaves_of_point_);
+    }
+    void succeeded() { next_wait_ = kFirstWait; }
+    void gave_up() {
+        wait_ = next_wait_;
+        next_wait_ = std::min(2 * next_wait_, kLastWait);
+    }
+    /// After `points` without a bundle that visited so many leaves.
+    void add(std::size_t points, std::size_t leaves) {
+        const float now = static_cast<float>(leaves) / static_cast<float>(points);
+        leaves_of_point_ += 0.5f * (now - leaves_of_point_);
+    }
+
+private:
+    static constexpr float kPointsOfLeaf = 7;
+    static constexpr std::size_t kFirstWait = 3;
+    static constexpr std::size_t kLastWait = 48;
+
+    float leaves_of_point_ = 4;
+    std::size_t wait_ = 0;
+    std::size_t next_wait_ = kFirstWait;
+};
+
+/// Calls bundle(first, count, most_leaves) for up to kLanes points of [0, total), which returns
+/// whether it has answers, and each(first, count) for those without, which returns the leaves that
+/// it has visited.
+template <class Bundle, class Each>
+HWY_INLINE void ask_in_bundles(std::size_t total, Bundle bundle, Each each) {
+    // Calls about fewer points come in any order, and their bundles would be wide.
+    constexpr std::size_t kManyPoints = 256;
+    if (HWY_TARGET == HWY_SCALAR || total < kManyPoints) {
+        each(0, total);
+        return;
+    }
+    BundleChoice choice;
+    for (std::size_t first = 0; first < total; first += kLanes) {
+        const std::size_t count = std::min<std::size_t>(kLanes, total - first);
+        if (choice.tries()) {
+            if (bundle(first, count, choice.most_leaves())) {
+                choice.succeeded();
+                continue;
+            }
+            choice.gave_up();
+        }
+        choice.add(count, each(first, count));
+    }
+}
+
+void answer(const Bvh& bvh, const WindingQuery& query) {
+    const std::span<const vec3> points = query.points;
+    std::vector<UncertainCrossing>& uncertain = query.uncertain;
+    const auto add_uncertain = [&](std::size_t point, std::uint32_t prim_id) {
+        uncertain.push_back({static_cast<std::uint32_t>(point), prim_id});
+    };
+    const auto bundle = [&]([[maybe_unused]] std::size_t first, [[maybe_unused]] std::size_t count,
+                            [[maybe_unused]] std::size_t most_leaves) {
+#if HWY_TARGET != HWY_SCALAR
+        vec3 clipped[kLanes];
+        for (std::size_t i = 0; i < count; ++i) clipped[i] = clipped_point(points[first + i]);
+        const std::size_t before = uncertain.size();
+        WindingBundle search(std::span<const vec3>(clipped, count));
+        if (search.search(bvh, most_leaves, [&](std::size_t i, std::uint32_t prim_id) {
+                add_uncertain(first + i, prim_id);
+            })) {
+            search.store_windings(query.windings.subspan(first, count));
+            return true;
+        }
+        uncertain.resize(before);
+#endif
+        return false;
+    };
+    ask_in_bundles(points.size(), bundle, [&](std::size_t first, std::size_t count) {
+        std::size_t leaves = 0;
+        for (std::size_t i = first; i < first + count; ++i) {
+            query.windings[i] = wind_around(
+                bvh, points[i], leaves, [&](std::uint32_t prim_id) { add_uncertain(i, prim_id); });
+        }
+        return leaves;
+    });
+}
+
+void answer(const Bvh& bvh, const ClosestQuery& query) {
+    const std::span<const vec3> points = query.points;
+    const std::span<ClosestTriangle> closest = query.closest;
+    const float most_d2 = query.most_d2;
+    std::fill(closest.begin(), closest.end(), ClosestTriangle{most_d2, kNoPrim});
+    std::uint32_t near_leaf = kNoPrim;
+    const auto bundle = [&]([[maybe_unused]] std::size_t first, [[maybe_unused]] std::size_t count,
+                            [[maybe_unused]] std::size_t most_leaves) {
+#if HWY_TARGET != HWY_SCALAR
+        ClosestBundle search(bvh, points.subspan(first, count), most_d2, near_leaf);
+        const bool is_done = search.search(most_leaves);
+        // Those found before it gave up are a beginning.
+        search.store_closest(closest.subspan(first, count));
+        return is_done;
+#else
+        return false;
+#endif
+    };
+    ask_in_bundles(points.size(), bundle, [&](std::size_t first, std::size_t count) {
+        std::size_t leaves = 0;
+        for (std::size_t i = first; i < first + count; ++i)
+            leaves += find_closest(bvh, points[i], near_leaf, closest[i]);
+        return leaves;
+    });
+}
+
+void place_points(std::span<const vec3> points, std::span<const ClosestTriangle> closest,
+                  std::span<const uvec3> triangles, std::span<const vec3> positions,
+                  std::span<NearPoint> places) {
+    for (std::size_t first = 0; first < points.size(); first += kLanes) {
+        const std::size_t count = std::min<std::size_t>(kLanes, points.size() - first);
+        PointTriangles corners;
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            // Lanes without a point have the last one.
+            const std::size_t at = first + std::min(i, count - 1);
+            corners.set(corners.kPoint, i, points[at]);
+            const std::uint32_t prim_id = closest[at].prim_id;
+            for (int k = 0; k < 3; ++k) {
+                const bool is_any = prim_id != kNoPrim;
+                corners.set(k, i, is_any ? positions[triangles[prim_id][k]] : points[at]);
+            }
+        }
+        const lanes::NearPoint near = lanes::closest_on_triangle(
+            corners.get(corners.kPoint), corners.get(0), corners.get(1), corners.get(2));
+        HWY_ALIGN float values[6][kLanes];
+        store(near.d2, values[0]);
+        store(near.u, values[1]);
+        store(near.v, values[2]);
+        store(near.offset.x, values[3]);
+        store(near.offset.y, values[4]);
+        store(near.offset.z, values[5]);
+        for (std::size_t i = 0; i < count; ++i) {
+            places[first + i] = {values[0][i],
+                                 values[1][i],
+                                 values[2][i],
+                                 {values[3][i], values[4][i], values[5][i]}};
+        }
+    }
+}
+
+void answer_batch(const Bvh& bvh, const QueryBatch& batch) {
+    std::visit([&](const auto& query) HWY_ATTR { answer(bvh, query); }, batch);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace mray::cpu
+HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 

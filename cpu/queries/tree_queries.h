@@ -8,7 +8,7 @@
 
 namespace mray::cpu {
 
-/// Answers over a tree that outlives it, with the bits of BruteQueries. Threads may share one.
+/// Answers over a tree that outlives it, with the bits of BruteTracer. Threads may share one.
 /// Neighbours among the points of a call help each other.
 class TreeQueries {
 public:

@@ -53,7 +53,7 @@ bool is_before(const Hit& a, const Hit& b) { return is_closer(a.t, a.prim_id, b.
 
 }  // namespace
 
-void BruteQueries::answer(const CountQuery& query) const {
+void BruteTracer::answer(const CountQuery& query) const {
     for (std::size_t i = 0; i < query.rays.size(); ++i) {
         query.counts[i] = 0;
         for_each_hit(*topology_, positions_, query.rays[i], query.crossing,
@@ -61,7 +61,7 @@ void BruteQueries::answer(const CountQuery& query) const {
     }
 }
 
-void BruteQueries::answer(const ListQuery& query) const {
+void BruteTracer::answer(const ListQuery& query) const {
     HitLists& lists = query.lists;
     for (const Ray& ray : query.rays) {
         const std::size_t first = lists.hits.size();
@@ -77,7 +77,7 @@ void BruteQueries::answer(const ListQuery& query) const {
     }
 }
 
-void BruteQueries::answer(const NextQuery& query) const {
+void BruteTracer::answer(const NextQuery& query) const {
     for (std::size_t i = 0; i < query.rays.size(); ++i) {
         const HitCursor& after = query.after[i];
         Hit& next = query.hits[i];
@@ -89,11 +89,11 @@ void BruteQueries::answer(const NextQuery& query) const {
     }
 }
 
-void BruteQueries::answer(const VisibleQuery& query) const {
+void BruteTracer::answer(const VisibleQuery& query) const {
     step_to_visible(query, [this](const NextQuery& next) { answer(next); });
 }
 
-void BruteQueries::answer(const WindingQuery& query) const {
+void BruteTracer::answer(const WindingQuery& query) const {
     for (std::size_t i = 0; i < query.points.size(); ++i) {
         query.windings[i] = {};
         const vec3 p = clipped_point(query.points[i]);
@@ -114,7 +114,7 @@ void BruteQueries::answer(const WindingQuery& query) const {
     }
 }
 
-void BruteQueries::answer(const ClosestQuery& query) const {
+void BruteTracer::answer(const ClosestQuery& query) const {
     for (std::size_t i = 0; i < query.points.size(); ++i) {
         ClosestTriangle& closest = query.closest[i];
         closest = {query.most_d2, kNoPrim};

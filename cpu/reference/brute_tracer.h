@@ -10,8 +10,8 @@
 
 namespace mray::cpu {
 
-/// Finds closest and any hits over a mesh (positions in scene space) that outlives it. Threads may
-/// share one.
+/// Finds closest and any hits, and answers queries, over a mesh (positions in scene space) that
+/// outlives it. Threads may share one.
 class BruteTracer {
 public:
     BruteTracer(const Topology& topology, std::span<const vec3> positions)
@@ -19,18 +19,6 @@ public:
 
     Hit intersect(const Ray& ray) const;
     bool occluded(const Ray& ray) const;
-
-private:
-    const Topology* topology_;
-    std::span<const vec3> positions_;
-};
-
-/// Answers over a mesh (positions in scene space) that outlives it. Threads may share one.
-class BruteQueries {
-public:
-    BruteQueries(const Topology& topology, std::span<const vec3> positions)
-        : topology_(&topology), positions_(positions) {}
-
     void operator()(const QueryBatch& batch) const {
         std::visit([this](const auto& query) { answer(query); }, batch);
     }

@@ -2,11 +2,14 @@
 // tracers.
 #pragma once
 
+#include <cassert>
 #include <cstdint>
 
 #include "common/bvh/bvh.h"
+#include "common/interop/bvh_layout.h"
 #include "common/interop/hit_rule.h"
 #include "common/interop/ray.h"
+#include "common/interop/slab.h"
 
 namespace mray::cpu {
 
@@ -45,13 +48,87 @@ inline bool hits_triangle(const ShearedRay& sheared, const Ray& ray, vec3 a, vec
            intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
 }
 
+/// Calls visit_leaf(leaf) for the leaves whose boxes, and those of the nodes above, a ray meets
+/// with a least depth of `last` or less, the nearest first. It returns the next `last`, less than 0
+/// to stop. Returns how many nodes and leaves were taken.
+template <class VisitLeaf>
+std::uint32_t for_each_near_leaf(const Bvh& bvh, const Ray& ray, float last, VisitLeaf visit_leaf) {
+    struct Entry {
+        float t_least;
+        std::uint32_t child;
+    };
+    const SlabRay slab = slab_ray(ray.org, ray.dir);
+    Entry stack[kMaxStack];
+    stack[0] = {0, 0};
+    std::uint32_t size = 1;
+    std::uint32_t steps = 0;
+    while (size > 0) {
+        const Entry entry = stack[--size];
+        ++steps;
+        if (entry.t_least > last) continue;
+        if ((entry.child & kLeafBit) != 0) {
+            last = visit_leaf(bvh.leaves[entry.child & ~kLeafBit]);
+            continue;
+        }
+        const Node& node = bvh.nodes[entry.child];
+        const std::uint32_t base = size;
+        for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
+            const vec3 lower = {node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]};
+            const vec3 upper = {node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]};
+            float t_least;
+            if (!hits_box(slab, lower, upper, t_least) || t_least > last) continue;
+            assert(size < kMaxStack);
+            std::uint32_t place = size++;
+            for (; place > base && stack[place - 1].t_least < t_least; --place)
+                stack[place] = stack[place - 1];
+            stack[place] = {t_least, node.child[slot]};
+        }
+    }
+    return steps;
+}
+
+/// Calls visit(a, b, c, prim_id) for each triangle of a leaf.
+template <class Visit>
+void for_each_triangle(const Leaf& leaf, Visit visit) {
+    const auto position = [&leaf](std::uint32_t local, uint k) {
+        const LeafVertex& v = leaf.vertex[corner(local, k)];
+        return vec3(v.x, v.y, v.z);
+    };
+    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const std::uint32_t local = leaf.vertex[i].corners;
+        visit(position(local, 0), position(local, 1), position(local, 2), leaf.prim_id[i]);
+    }
+}
+
 /// Finds closest and any hits over a tree that outlives it. Threads may share one.
 class ScalarTracer {
 public:
     explicit ScalarTracer(const Bvh& bvh) : bvh_(&bvh) {}
 
-    Hit intersect(const Ray& ray) const;
-    bool occluded(const Ray& ray) const;
+    Hit intersect(const Ray& ray) const {
+        ClosestHit closest(ray);
+        for_each_near_leaf(*bvh_, ray, last_depth(ray.tfar), [&](const Leaf& leaf) {
+            for_each_triangle(leaf, [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
+                closest.test(a, b, c, prim_id);
+            });
+            return last_depth(closest.t());
+        });
+        return closest.hit();
+    }
+
+    bool occluded(const Ray& ray) const {
+        const ShearedRay sheared = shear_ray(ray.org, ray.dir);
+        const float last = last_depth(ray.tfar);
+        bool found = false;
+        for_each_near_leaf(*bvh_, ray, last, [&](const Leaf& leaf) {
+            for_each_triangle(leaf, [&](vec3 a, vec3 b, vec3 c, std::uint32_t) {
+                found = found || hits_triangle(sheared, ray, a, b, c);
+            });
+            return found ? -1.0f : last;
+        });
+        return found;
+    }
 
 private:
     const Bvh* bvh_;

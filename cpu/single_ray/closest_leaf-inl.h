@@ -12,6 +12,7 @@
 #define MORPHRAY_CPU_SINGLE_RAY_CLOSEST_LEAF_INL_H
 #endif
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -220,6 +221,25 @@ HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t fir
         stream, first, asked, closest.t, leaf,
         [&](Mask hits, const lanes::TriangleHit& hit, std::uint32_t prim_id)
             HWY_ATTR { closest.keep_closer(first, hits, hit, prim_id); });
+}
+
+// A vector of rays is tested together if it has more than this many of those at a leaf
+// (lab/notes/cpu_tracer.md has the figures).
+inline constexpr std::size_t kTogetherInLeaf = kLanes < 8 ? kLanes / 2 + 1 : kLanes == 8 ? 3 : 6;
+
+/// Calls together(first, asked) for the vectors with many of these rays (bits), alone(ray) for the
+/// rays of others.
+template <class Together, class Alone>
+HWY_INLINE void for_rays_of_leaf(std::uint64_t rays, Together together, Alone alone) {
+    for (std::size_t first = 0; first < kStreamRays; first += kLanes) {
+        auto asked = static_cast<std::uint32_t>(rays >> first & kLaneBits);
+        if (static_cast<std::size_t>(std::popcount(asked)) > kTogetherInLeaf) {
+            together(first, asked);
+            continue;
+        }
+        for (; asked != 0; asked &= asked - 1)
+            alone(first + static_cast<std::size_t>(std::countr_zero(asked)));
+    }
 }
 
 }  // namespace HWY_NAMESPACE

@@ -28,7 +28,6 @@
 #endif
 
 #include <bit>
-#include <cassert>
 #include <cstddef>
 #include <cstdint>
 
@@ -124,30 +123,6 @@ HWY_INLINE std::uint32_t leaf_slots(const Node& node) {
         slots |= bits_of(float_mask(is_leaf)) << (v * kLanes);
     }
     return slots;
-}
-
-// A walk over all parts of a tree that a question concerns, in no order.
-
-/// Calls visit(leaf) for the leaves below node `root` whose box, and those of the nodes above, are
-/// among met(node), which returns slots as bits, until it returns false. Returns whether it never
-/// did.
-template <class Met, class Visit>
-HWY_INLINE bool for_each_leaf(const Bvh& bvh, Met met, Visit visit, std::uint32_t root = 0) {
-    std::uint32_t stack[kMaxStack];
-    stack[0] = root;
-    for (std::size_t size = 1; size > 0;) {
-        const Node& node = bvh.nodes[stack[--size]];
-        const std::uint32_t slots = met(node);
-        const std::uint32_t leaves = leaf_slots(node);
-        for (std::uint32_t rest = slots & leaves; rest != 0; rest &= rest - 1) {
-            if (!visit(bvh.leaves[node.child[std::countr_zero(rest)] & ~kLeafBit])) return false;
-        }
-        for (std::uint32_t rest = slots & ~leaves; rest != 0; rest &= rest - 1) {
-            assert(size < kMaxStack);
-            stack[size++] = node.child[std::countr_zero(rest)];
-        }
-    }
-    return true;
 }
 
 }  // namespace HWY_NAMESPACE

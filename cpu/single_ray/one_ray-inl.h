@@ -8,8 +8,6 @@
 #endif
 
 #include <algorithm>
-#include <bit>
-#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -19,7 +17,7 @@
 #include "cpu/single_ray/leaf_hit_rule-inl.h"
 #include "cpu/single_ray/node_lanes-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
-#include "cpu/single_ray/single_rays-inl.h"
+#include "cpu/single_ray/walks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
@@ -87,67 +85,6 @@ HWY_INLINE void prepare_range_of_one(RayStream& stream, const Ray& ray) {
     stream.certain_beyond[0] = is_near ? end + kBeyondDepth * size : kHugeReciprocal;
 }
 
-struct StackEntry {
-    float t_least;
-    std::uint32_t child;
-};
-
-/// Pushes the children in these slots so that the nearest is on top; returns the new size.
-HWY_INLINE std::size_t push_sorted(const Node& node, std::uint32_t slots, const float* t_least,
-                                   StackEntry* stack, std::size_t size) {
-    const std::size_t base = size;
-    for (; slots != 0; slots &= slots - 1) {
-        const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
-        insert_sorted(stack, base, size++, StackEntry{t_least[slot], node.child[slot]});
-    }
-    return size;
-}
-
-/// Calls visit_leaf(leaf) for the leaves that a ray whose main axis is kAxis meets with a least
-/// depth of `depth` or less, one node after the other, its nearest box first. Visits may make
-/// `depth` less. Where a node has one or two children to visit, the ray goes straight on; one is
-/// both the first and the last, so that no branch tells it from two.
-template <int kAxis, class VisitLeaf>
-HWY_INLINE void for_each_near_leaf(const Bvh& bvh, const RayStream& stream, std::size_t ray,
-                                   const float& depth, VisitLeaf visit_leaf) {
-    StackEntry stack[kMaxStack];
-    std::size_t size = 0;
-    StackEntry entry = {0, 0};
-    for (;;) {
-        if ((entry.child & kLeafBit) != 0) {
-            visit_leaf(bvh.leaves[entry.child & ~kLeafBit]);
-        } else {
-            const Node& node = bvh.nodes[entry.child];
-            FloatVec least[kVectors];
-            const std::uint32_t met = near_slots<kAxis>(stream, ray, depth, node, least);
-            if (met != 0) {
-                HWY_ALIGN float t_least[kWidth];
-                for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
-                const std::uint32_t rest = met & (met - 1);
-                if ((rest & (rest - 1)) == 0) {
-                    const auto first_slot = static_cast<std::uint32_t>(std::countr_zero(met));
-                    const auto last_slot = static_cast<std::uint32_t>(std::bit_width(met)) - 1;
-                    const StackEntry first = {t_least[first_slot], node.child[first_slot]};
-                    const StackEntry last = {t_least[last_slot], node.child[last_slot]};
-                    const bool is_nearer = last.t_least < first.t_least;
-                    assert(size < kMaxStack);
-                    stack[size] = is_nearer ? first : last;
-                    size += rest != 0;
-                    entry = is_nearer ? last : first;
-                    continue;
-                }
-                size = push_sorted(node, met, t_least, stack, size);
-                entry = stack[--size];
-                continue;
-            }
-        }
-        do {
-            if (size == 0) return;
-            entry = stack[--size];
-        } while (entry.t_least > depth);
-    }
-}
-
 /// The closest hit of a ray whose main axis is kAxis.
 template <int kAxis>
 HWY_NOINLINE void intersect_ray_along(const Bvh& bvh, const RayStream& stream, std::size_t ray,
@@ -179,27 +116,14 @@ HWY_NOINLINE inline Hit intersect_one(const Bvh& bvh, const Ray& ray) {
     return closest.hit(0);
 }
 
-/// Whether it hits anything: the leaves of a node before its other children, in no other order.
+/// Whether it hits anything.
 HWY_NOINLINE inline bool occluded_one(const Bvh& bvh, const Ray& ray) {
     RayStream stream;
     prepare_one(stream, ray);
     prepare_range_of_one(stream, ray);
-    std::uint32_t stack[kMaxStack];
-    stack[0] = 0;
-    for (std::size_t size = 1; size > 0;) {
-        const Node& node = bvh.nodes[stack[--size]];
-        const std::uint32_t met = met_slots(stream, 0, node);
-        const std::uint32_t leaves = leaf_slots(node);
-        for (std::uint32_t slots = met & leaves; slots != 0; slots &= slots - 1) {
-            const std::uint32_t leaf = node.child[std::countr_zero(slots)] & ~kLeafBit;
-            if (occluded_by_leaf(stream, 0, bvh.leaves[leaf])) return true;
-        }
-        for (std::uint32_t slots = met & ~leaves; slots != 0; slots &= slots - 1) {
-            assert(size < kMaxStack);
-            stack[size++] = node.child[std::countr_zero(slots)];
-        }
-    }
-    return false;
+    const auto met = [&](const Node& node) HWY_ATTR { return met_slots(stream, 0, node); };
+    return !for_each_leaf(
+        bvh, met, [&](const Leaf& leaf) HWY_ATTR { return !occluded_by_leaf(stream, 0, leaf); });
 }
 
 }  // namespace HWY_NAMESPACE

@@ -20,20 +20,6 @@
 //    |x'| + |y'| of its vertices, and Z the largest |z|.
 // 4. x' is not on a grid, and a product may underflow by at most 2^-126. The bound is at least
 //    2^-97 and has room for that.
-//
-// Behind the origin: most triangles that pass the filter are those that secondary rays start from.
-// Names: n = (b - a) x (c - a), w = a - org, r the largest |component| of w and of b - org and
-// c - org, m_i the sum of the magnitudes of the two products of n_i.
-// 1. A hit has a point H in the triangle's plane with H - org = tau d + delta, tau > 0 ("In
-//    front"). delta, the error of the projection, is 0 along the largest axis of d and at most
-//    2^-22 * 2 r + 2^-62 along the others.
-// 2. n . (H - a) = 0, so n . w = tau n . d + n . delta.
-// 3. Hence there is no hit if n . w and n . d have opposite signs and |n . w| > |n . delta|.
-// 4. In units of 2^-24, a component of n is off by less than 4.1 m_i (the roundings of both
-//    factors, of the product, of the difference); n . w by 9.1 of the sum of m_i |w_i|, and n . d
-//    by as much of the sum of m_i |d_i|; and |n . delta| is at most 12.1 r (m_x + m_y + m_z), since
-//    r is at least 2^-40. kLeavingError allows 16 units of each sum.
-// 5. Underflow cannot change a sign: n . w is a multiple of 2^-120.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_SHARED_LEAF_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_SHARED_LEAF_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_SHARED_LEAF_INL_H
@@ -42,7 +28,6 @@
 #endif
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -57,72 +42,15 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-/// A triangle with n and m.
-struct LeafTriangle {
-    vec3 a;
-    vec3 b;
-    vec3 c;
-    float n[3];
-    float m[3];
-    /// The largest |component| of b - a and c - a.
-    float extent;
-};
-
-HWY_INLINE LeafTriangle leaf_triangle(const Leaf& leaf, std::uint32_t i) {
-    LeafTriangle t;
-    t.a = leaf_position(leaf, i, 0);
-    t.b = leaf_position(leaf, i, 1);
-    t.c = leaf_position(leaf, i, 2);
-    const vec3 e = t.b - t.a;
-    const vec3 f = t.c - t.a;
-    for (int k = 0; k < 3; ++k) {
-        const float p = e[(k + 1) % 3] * f[(k + 2) % 3];
-        const float q = e[(k + 2) % 3] * f[(k + 1) % 3];
-        t.n[k] = p - q;
-        t.m[k] = std::abs(p) + std::abs(q);
-    }
-    t.extent = std::max(largest_component(e), largest_component(f));
-    return t;
-}
-
-/// The rays from `first` on, as bits, that certainly have the triangle's plane behind their
-/// origins.
-HWY_INLINE std::uint32_t rays_leaving(const RayStream& stream, std::size_t first,
-                                      const LeafTriangle& t) {
-    FloatVec distance = zero(), along = distance;
-    FloatVec distance_size = distance, along_size = distance, r = distance;
-    for (int k = 0; k < 3; ++k) {
-        const FloatVec n = splat(t.n[k]);
-        const FloatVec m = splat(t.m[k]);
-        const FloatVec w = splat(t.a[k]) - load(stream.org[k] + first);
-        const FloatVec d = load(stream.dir[k] + first);
-        distance = mul_add(n, w, distance);
-        along = mul_add(n, d, along);
-        distance_size = mul_add(m, abs(w), distance_size);
-        along_size = mul_add(m, abs(d), along_size);
-        r = max(r, abs(w));
-    }
-    const FloatVec m = splat(t.m[0] + t.m[1] + t.m[2]);
-    distance_size = mul_add(r + splat(t.extent), m, distance_size);
-    const FloatVec error = splat(kLeavingError);
-    const Mask certain =
-        (abs(distance) > error * distance_size) & (abs(along) > error * along_size);
-    const Mask opposite = (distance ^ (along & splat(-0.0f))) < zero();
-    return bits_of(certain & opposite);
-}
-
 /// The rays among `rays` (bits, from `first` on) that hit triangle i of the leaf.
 HWY_NOINLINE inline std::uint32_t rays_hitting_triangle(const RayStream& stream, std::size_t first,
                                                         std::uint32_t rays, const Leaf& leaf,
                                                         std::uint32_t i) {
-    const LeafTriangle t = leaf_triangle(leaf, i);
-    rays &= ~rays_leaving(stream, first, t);
-    if (rays == 0) return 0;
     lanes::TriangleHit hit;
-    return bits_of(intersect_triangles(sheared_rays(stream, first), mask_of(rays),
-                                       load(stream.tnear + first), load(stream.tfar + first),
-                                       lanes::Float3(t.a), lanes::Float3(t.b), lanes::Float3(t.c),
-                                       hit));
+    return bits_of(intersect_triangles(
+        sheared_rays(stream, first), mask_of(rays), load(stream.tnear + first),
+        load(stream.tfar + first), lanes::Float3(leaf_position(leaf, i, 0)),
+        lanes::Float3(leaf_position(leaf, i, 1)), lanes::Float3(leaf_position(leaf, i, 2)), hit));
 }
 
 /// The projected vertices of a leaf for a vector of rays, the bound of the edge functions and the

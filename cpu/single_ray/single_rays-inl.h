@@ -30,16 +30,6 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-/// Inserts an entry into those of [base, size), which are sorted by t_least, the nearest last.
-template <class Entry>
-HWY_INLINE void insert_sorted(Entry* stack, std::size_t base, std::size_t size,
-                              const Entry& entry) {
-    assert(size < kMaxStack);
-    for (; size > base && stack[size - 1].t_least < entry.t_least; --size)
-        stack[size] = stack[size - 1];
-    stack[size] = entry;
-}
-
 #undef MORPHRAY_SORTED_IN_VECTORS
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
 #define MORPHRAY_SORTED_IN_VECTORS 1

@@ -1,9 +1,8 @@
 // Whether rays hit anything: a stream of up to 64 rays of one octant at once, in no order.
 //
-// The rays of a stream go down the tree together as long as enough of them are left to fill the
-// lanes of vectors: a node or a leaf is then tested for all of them at a time
-// (cpu/single_ray/ray_bundle-inl.h, rays_hitting). Where few are left, each goes on alone, with the
-// 16 boxes or triangles for lanes.
+// The rays of a stream go down the tree together (cpu/single_ray/walks-inl.h) as long as enough of
+// them are left to fill the lanes of vectors. Where few are left, each goes on alone, with the 16
+// boxes or triangles for lanes.
 //
 // The work of rays that go on alone is a stack of (ray, node). The topmost kChunk entries are taken
 // together and tested in a loop without a branch that depends on data, which neither waits for one
@@ -34,9 +33,9 @@
 #include "common/bvh/bvh.h"
 #include "cpu/single_ray/leaf_hit_rule-inl.h"
 #include "cpu/single_ray/node_lanes-inl.h"
-#include "cpu/single_ray/ray_bundle-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 #include "cpu/single_ray/shared_leaf-inl.h"
+#include "cpu/single_ray/walks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
@@ -106,59 +105,29 @@ public:
     HWY_INLINE std::uint64_t trace() {
         const std::uint64_t all = left_;
         if (is_worth_sharing(all, kSharedByNode)) {
-            descend();
+            walk_together(bvh_, stream_, static_cast<std::size_t>(std::popcount(all)), *this);
         } else {
-            add_seeds(all, 0);
+            part(all, 0);
         }
         trace_seeds();
         return all & ~left_;
     }
 
-private:
-    struct Entry {
-        std::uint64_t rays;
-        std::uint32_t child;
-    };
-
-    /// The rays together, as long as sharing pays.
-    HWY_INLINE void descend() {
-        const auto count = static_cast<std::size_t>(std::popcount(left_));
-        const RayBundle bundle = bundle_of(stream_, count);
-        const float end = last_entry(bundle.depth_margin, largest_of(stream_.last_depth, count));
-        Entry stack[kMaxStack];
-        stack[0] = {left_, 0};
-        for (std::size_t size = 1; size > 0;) {
-            const Entry entry = stack[--size];
-            const std::uint64_t rays = entry.rays & left_;
-            if ((entry.child & kLeafBit) != 0) {
-                trace_leaf(rays, bvh_.leaves[entry.child & ~kLeafBit]);
-                continue;
-            }
-            if (!is_worth_sharing(rays, kSharedByNode)) {
-                add_seeds(rays, entry.child);
-                continue;
-            }
-            const Node& node = bvh_.nodes[entry.child];
-            std::uint64_t met[kWidth];
-            std::uint32_t slots = met_slots(bundle, end, node);
-            rays_meeting(stream_, bundle, stream_.last_depth, rays, node, slots, met);
-            for (; slots != 0; slots &= slots - 1) {
-                const int slot = std::countr_zero(slots);
-                assert(size < kMaxStack);
-                stack[size] = {met[slot], node.child[slot]};
-                size += met[slot] != 0;
-            }
+    // For walk_together().
+    static constexpr bool kFrontToBack = false;
+    HWY_INLINE const float* last_depths() const { return stream_.last_depth; }
+    HWY_INLINE std::uint64_t rays_left(std::uint64_t rays, float) const { return rays & left_; }
+    HWY_INLINE bool stay_together(std::uint64_t rays) const {
+        return is_worth_sharing(rays, kSharedByNode);
+    }
+    HWY_INLINE void part(std::uint64_t rays, std::uint32_t child) {
+        if (seed_count_ + kStreamRays > kSeeds) trace_seeds();
+        for (; rays != 0; rays &= rays - 1) {
+            inner_.child[kChunk + seed_count_] = child;
+            inner_.ray[kChunk + seed_count_++] = static_cast<std::uint32_t>(std::countr_zero(rays));
         }
     }
-
-    HWY_INLINE static bool is_worth_sharing(std::uint64_t rays, std::size_t rays_of_vector) {
-        std::size_t vectors = 0;
-        for (std::size_t first = 0; first < kStreamRays; first += kLanes)
-            vectors += (rays >> first & kLaneBits) != 0;
-        return static_cast<std::size_t>(std::popcount(rays)) > vectors * rays_of_vector;
-    }
-
-    HWY_INLINE void trace_leaf(std::uint64_t rays, const Leaf& leaf) {
+    HWY_INLINE void visit_leaf(std::uint64_t rays, const Leaf& leaf) {
         if (is_worth_sharing(rays, kSharedByLeaf)) {
             left_ &= ~rays_hitting(stream_, rays, leaf);
             return;
@@ -167,17 +136,17 @@ private:
             trace_leaf_alone(static_cast<std::uint32_t>(std::countr_zero(rays)), leaf);
     }
 
+private:
+    HWY_INLINE static bool is_worth_sharing(std::uint64_t rays, std::size_t rays_of_vector) {
+        std::size_t vectors = 0;
+        for (std::size_t first = 0; first < kStreamRays; first += kLanes)
+            vectors += (rays >> first & kLaneBits) != 0;
+        return static_cast<std::size_t>(std::popcount(rays)) > vectors * rays_of_vector;
+    }
+
     HWY_INLINE void trace_leaf_alone(std::uint32_t ray, const Leaf& leaf) {
         const bool hit = occluded_by_leaf(stream_, ray, leaf);
         left_ &= ~(std::uint64_t{hit} << ray);
-    }
-
-    HWY_INLINE void add_seeds(std::uint64_t rays, std::uint32_t child) {
-        if (seed_count_ + kStreamRays > kSeeds) trace_seeds();
-        for (; rays != 0; rays &= rays - 1) {
-            inner_.child[kChunk + seed_count_] = child;
-            inner_.ray[kChunk + seed_count_++] = static_cast<std::uint32_t>(std::countr_zero(rays));
-        }
     }
 
     HWY_INLINE void trace_seeds() {

@@ -1,22 +1,17 @@
 # Rays without a packet that are sorted out before the rule.
 #
-#   bounds       boxes of node_lanes within theirs (boxes.g says what for); rays_leaving: n.w and n.d
-#                within kLeavingError of their terms, (r + extent) m included; project_shared: vertices within those of project_fast;
-#                may_be_ahead: sum(E z) <= sum(|e| z) + Z (kBehindError S + 4 bound); depthless_bound
+#   bounds       boxes of node_lanes within theirs (boxes.g says what for); project_shared: vertices
+#                within those of project_fast; may_be_ahead: sum(E z) <= sum(|e| z) + Z (kBehindError S + 4 bound); depthless_bound
 #                above edge_bound for |z| up to most_depth
-#   code         rays_leaving, project_shared (cpu/single_ray/shared_leaf-inl.h),
+#   code         project_shared (cpu/single_ray/shared_leaf-inl.h),
 #                may_be_ahead (cpu/single_ray/certain_occluders-inl.h), depthless_bound
 #                (cpu/single_ray/ray_stream-inl.h), met_slots (cpu/single_ray/node_lanes-inl.h),
 #                rays_meeting (cpu/single_ray/ray_bundle-inl.h)
-#   inputs       in units of u: s, w the largest |x| + |y| + |z| of a triangle's vertices and of origins
-#                about the centre, S = s + w, l = |e| + |f| <= 4 s; |d| < 2 on each axis
 #   used by      nothing
-#   by hand      The rule's hit lies at tau > -u r, since it rounds z: n.d of that is 2 u r m.
-#                depthless_bound: (m + 2 r) r with r = 2 c m + q; both bounds are sums and products of
+#   by hand      depthless_bound: (m + 2 r) r with r = 2 c m + q; both bounds are sums and products of
 #                numbers that are not negative, so that their roundings multiply.
 #                may_be_ahead: a hit has sum(E z) > 0 (depth.g); where weights are dropped, by 2^-58.
 #
-# step: kLeavingError 0.5
 # step: kBehindError 0.5
 # step: kDepthlessBound 0.99999
 # step: kUnfusedDilation 0.5
@@ -38,16 +33,6 @@ down = 1 - e;
 { @kFusedSlabRounding@ * (down * down * down) - up * up >= 0
   /\ @kSlabRounding@ * (down * down * down * down) - up * up * up >= 0
   /\ 1 + 0x3.01p-24 - up * up * up >= 0 }
-
-## lemma: rays_leaving: n by differences, product and difference; with w (or d), product and three sums
-n = (1 + a) * (1 + b) * (1 + c) * (1 + d) - 1;
-{ |a| <= @kRounding@ /\ |b| <= @kRounding@ /\ |c| <= @kRounding@ /\ |d| <= @kRounding@
-  -> |n| <= 0x4.001p-24 }
-
-## lemma: kLeavingError by m_i |w_i| and m_i |d_i|; by r m what `project` and its z are off
-e = @kRounding@;
-{ @kLeavingError@ * (1 - 8 * e) - (4.001 + 1 + 4) * e >= 0
-  /\ @kLeavingError@ * (1 - 8 * e) - (2 * @kProjection@ + @kProjectionOfRange@ + 2 * e + 0x1p-44) >= 0 }
 
 ## lemma: project_shared: both coordinates, reciprocal, slope and its product; the difference, `project`
 e = @kRounding@;

@@ -22,7 +22,7 @@ void compare_with_brute_force(gpu::Tuning tuning, std::size_t size, const std::s
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         if (!only.empty() && named.name != only) continue;
-        const cpu::BruteQueries brute(scene.topology(), scene.positions());
+        const cpu::BruteTracer brute(scene.topology(), scene.positions());
         device->set_scene(scene.topology(), scene.positions(),
                           build_bvh(scene.topology(), scene.positions()));
         for (const Crossing crossing : {Crossing::kEach, Crossing::kOwner}) {

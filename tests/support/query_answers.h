@@ -12,7 +12,7 @@
 
 namespace mray::test {
 
-/// Answers a batch: cpu::TreeQueries, cpu::BruteQueries or a backend.
+/// Answers a batch: cpu::TreeQueries, cpu::BruteTracer or a backend.
 using Queries = std::function<void(const QueryBatch&)>;
 
 inline Queries queries_of(Backend& backend) {

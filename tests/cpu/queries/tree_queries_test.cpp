@@ -24,7 +24,7 @@ TEST(TreeQueries, HaveTheBitsOfBruteForceOnEveryTarget) {
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-        const cpu::BruteQueries brute(scene.topology(), scene.positions());
+        const cpu::BruteTracer brute(scene.topology(), scene.positions());
         for (const Crossing crossing : {Crossing::kEach, Crossing::kOwner}) {
             const Questions questions = mixed_questions(scene, brute, crossing, 250, 5);
             for (const std::uint32_t most : {2u, kAllHits}) {
@@ -68,7 +68,7 @@ TEST(TreeQueries, AnswerAboutPointsNearEachOtherAsBruteForceOnEveryTarget) {
         // The last vector of points is not full, and floats cannot decide about its points.
         points.resize(points.size() - 3);
         if (!scene.positions().empty()) points.back() = scene.positions().front();
-        const cpu::BruteQueries brute(scene.topology(), scene.positions());
+        const cpu::BruteTracer brute(scene.topology(), scene.positions());
         std::vector<FloatWinding> expected_windings(points.size());
         std::vector<UncertainCrossing> expected_uncertain;
         brute(WindingQuery{points, expected_windings, expected_uncertain});
@@ -97,7 +97,7 @@ TEST(TreeQueries, CountHitsOfRaysNearEachOtherAsBruteForceOnEveryTarget) {
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-        const cpu::BruteQueries brute(scene.topology(), scene.positions());
+        const cpu::BruteTracer brute(scene.topology(), scene.positions());
         // From one place each to a group of points.
         const std::vector<vec3> points = grouped_points(scene, 60);
         std::vector<Ray> rays = mixed_rays(scene, points.size(), 13);
