@@ -139,28 +139,36 @@ struct ClosestQuery {
 using QueryBatch =
     std::variant<CountQuery, ListQuery, NextQuery, VisibleQuery, WindingQuery, ClosestQuery>;
 
-/// Answers `query` by find_next(NextQuery), which passes one hit after the other.
-template <class FindNext>
-void step_to_visible(const VisibleQuery& query, FindNext find_next) {
-    std::vector<std::size_t> left(query.rays.size());
+/// Finds hits of rays, one after the other, by find_next(NextQuery): as long as use(index, hit)
+/// returns true, which it must not for no hit.
+template <class FindNext, class Use>
+void step_through_hits(std::span<const Ray> all, Crossing crossing, FindNext find_next, Use use) {
+    std::vector<std::size_t> left(all.size());
     std::iota(left.begin(), left.end(), std::size_t{0});
-    std::vector<Ray> rays(query.rays.begin(), query.rays.end());
+    std::vector<Ray> rays(all.begin(), all.end());
     std::vector<HitCursor> after(rays.size());
     std::vector<Hit> found(rays.size());
     while (!left.empty()) {
         find_next(NextQuery{std::span(rays).first(left.size()), std::span(after).first(left.size()),
-                            Crossing::kEach, std::span(found).first(left.size())});
+                            crossing, std::span(found).first(left.size())});
         std::size_t kept = 0;
         for (std::size_t i = 0; i < left.size(); ++i) {
-            const Hit& hit = found[i];
-            query.hits[left[i]] = hit;
-            if (hit.prim_id == kNoPrim || query.meshes.sees(hit.prim_id)) continue;
+            if (!use(left[i], found[i])) continue;
             left[kept] = left[i];
             rays[kept] = rays[i];
-            after[kept++] = {hit.t, hit.prim_id};
+            after[kept++] = {found[i].t, found[i].prim_id};
         }
         left.resize(kept);
     }
+}
+
+/// Answers `query` by find_next(NextQuery).
+template <class FindNext>
+void step_to_visible(const VisibleQuery& query, FindNext find_next) {
+    step_through_hits(query.rays, Crossing::kEach, find_next, [&](std::size_t ray, const Hit& hit) {
+        query.hits[ray] = hit;
+        return hit.prim_id != kNoPrim && !query.meshes.sees(hit.prim_id);
+    });
 }
 
 }  // namespace mray

@@ -92,42 +92,30 @@ void Queries::answer(const VisibleQuery& query) const {
     step_to_visible(query, [this](const NextQuery& next) { answer(next); });
 }
 
-/// Hit after hit of the rays that have more, and then their numbers.
+/// Finds hit after hit, and then the numbers for rays that may have more than are listed.
 void Queries::answer(const ListQuery& query) const {
     const std::span<const Ray> rays = query.rays;
     HitLists& lists = query.lists;
     std::vector<std::vector<Hit>> found(rays.size());
-    std::vector<std::size_t> left(rays.size());
-    for (std::size_t i = 0; i < rays.size(); ++i) left[i] = i;
-    std::vector<Ray> next(rays.begin(), rays.end());
-    std::vector<HitCursor> after(rays.size());
-    std::vector<Hit> hits(rays.size());
-    for (std::uint32_t step = 0; step < query.most && !left.empty(); ++step) {
-        next.resize(left.size());
-        after.resize(left.size());
-        hits.resize(left.size());
-        answer(NextQuery{next, after, query.crossing, hits});
-        std::size_t kept = 0;
-        for (std::size_t k = 0; k < left.size(); ++k) {
-            if (hits[k].prim_id == kNoPrim) continue;
-            found[left[k]].push_back(hits[k]);
-            next[kept] = next[k];
-            after[kept] = {hits[k].t, hits[k].prim_id};
-            left[kept++] = left[k];
-        }
-        left.resize(kept);
+    if (query.most > 0) {
+        const auto find_next = [this](const NextQuery& next) { answer(next); };
+        step_through_hits(rays, query.crossing, find_next, [&](std::size_t ray, const Hit& hit) {
+            if (hit.prim_id == kNoPrim) return false;
+            found[ray].push_back(hit);
+            return found[ray].size() < query.most;
+        });
     }
-    // Those that have as many as are listed may have more.
-    next.clear();
-    for (const std::size_t i : left) next.push_back(rays[i]);
-    std::vector<std::uint64_t> counts(left.size());
-    if (!left.empty()) answer(CountQuery{next, query.crossing, counts});
-    std::size_t counted = 0;
+    std::vector<Ray> full;
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        lists.hits.insert(lists.hits.end(), found[i].begin(), found[i].end());
-        lists.listed.push_back(static_cast<std::uint32_t>(found[i].size()));
-        const bool has_more = counted < left.size() && left[counted] == i;
-        lists.total.push_back(has_more ? counts[counted++] : found[i].size());
+        if (found[i].size() == query.most) full.push_back(rays[i]);
+    }
+    std::vector<std::uint64_t> counts(full.size());
+    if (!full.empty()) answer(CountQuery{full, query.crossing, counts});
+    auto count = counts.begin();
+    for (const std::vector<Hit>& hits : found) {
+        lists.hits.insert(lists.hits.end(), hits.begin(), hits.end());
+        lists.listed.push_back(static_cast<std::uint32_t>(hits.size()));
+        lists.total.push_back(hits.size() == query.most ? *count++ : hits.size());
     }
 }
 
