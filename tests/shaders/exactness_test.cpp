@@ -17,7 +17,7 @@ namespace {
 
 /// The kernels whose bits are those of the CPU.
 std::vector<Kernel> exact_kernels() {
-    std::vector<Kernel> kernels = {{"evaluate", k_evaluate_spirv, 0}};
+    std::vector<Kernel> kernels = {{"evaluate", k_evaluate_spirv}};
     kernels.insert(kernels.end(), std::begin(kKernels), std::end(kKernels));
     return kernels;
 }
