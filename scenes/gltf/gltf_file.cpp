@@ -83,6 +83,11 @@ bool may_be_left_out(std::string_view name) {
                        [&](std::string_view family) { return name.starts_with(family); });
 }
 
+// Extensions that change shapes, but need not be required.
+constexpr std::string_view kShapesLeftOut[] = {
+    "EXT_mesh_gpu_instancing", "KHR_animation_pointer",   "KHR_draco_mesh_compression",
+    "EXT_meshopt_compression", "KHR_meshopt_compression", "KHR_node_visibility"};
+
 /// The scheme of a URI in lower case, without its colon; empty if it has none.
 std::string scheme_of(std::string_view uri) {
     const std::size_t end = uri.find_first_of(":/?#");
@@ -202,6 +207,11 @@ void GltfFile::require_version() const {
 }
 
 void GltfFile::require_known_extensions(const WarnFunction& warn) const {
+    for (const std::string_view name : kShapesLeftOut) {
+        if (!warn || !uses_extension(name)) continue;
+        warn({name_, fmt::format("{} changes shapes, but is not read; write the file without it",
+                                 quote(name))});
+    }
     const std::optional<JsonAt> required = root().find("extensionsRequired");
     WarningCount left_out;
     for (std::size_t i = 0; required && i < required->size(); ++i) {

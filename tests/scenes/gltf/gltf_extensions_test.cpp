@@ -45,6 +45,17 @@ TEST(GltfExtensions, ThatMayConcernTrianglesAreRefusedIfTheyAreRequired) {
     }
 }
 
+TEST(GltfExtensions, ThatChangeShapesAreNamedEachIfTheyAreUsed) {
+    GltfBuilder builder = triangle_file();
+    builder.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing", "KHR_lights_punctual",
+                                      "KHR_node_visibility"};
+    const OpenedGltf used(builder.gltf());
+    ASSERT_EQ(used.warnings().size(), 2u);
+    EXPECT_NE(used.warnings()[0].find("'EXT_mesh_gpu_instancing' changes shapes"),
+              std::string::npos);
+    EXPECT_NE(used.warnings()[1].find("'KHR_node_visibility' changes shapes"), std::string::npos);
+}
+
 /// The points of a texture that a triangle shows whose (u, v) are (0, 0), (1, 0) and (0.25, 0.5)
 /// in the file, v from the top.
 Texcoords shown_with(const Json& texture_info) {
