@@ -258,7 +258,11 @@ SHARED Bool weighted_hit(ShearedRay s, Edges e, Float za, Float zb, Float zc,
     Float wc = scaled_weight(abs(e.w), sum, scale);
     PRECISE Float rest = 1.0f - (wb + wc);
     Float wa = greater(rest, 0.0f);
-    PRECISE Float z = (wa * za + wb * zb) + wc * zc;
+    PRECISE Float mean = (wa * za + wb * zb) + wc * zc;
+    // Rounding may put the mean beyond all vertices, whose depths may be equal.
+    Float nearest = lesser(za, lesser(zb, zc));
+    Float farthest = greater(za, greater(zb, zc));
+    Float z = lesser(greater(mean, nearest), farthest);
     PRECISE Float t = z * rcp(select(is_any, s.dir.z, 1.0f));
     PRECISE Float by_range = 2.0f * (e.bound * scale) + kWeightRounding;
     PRECISE Float error = by_range * e.depth_range + kMeanRounding * e.depth_size;

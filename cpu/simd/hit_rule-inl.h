@@ -121,7 +121,8 @@ struct FastHits {
         u = size[1] * scale;
         v = size[2] * scale;
         const FloatVec wa = max(1.0f - (u + v), zero());
-        const FloatVec mean = wa * z[0] + u * z[1] + v * z[2];
+        const FloatVec weighted = wa * z[0] + u * z[1] + v * z[2];
+        const FloatVec mean = lanes::lesser(lanes::greater(weighted, nearest()), farthest());
         t = mean * lanes::rcp_of_positive(dz);
         return mean;
     }

@@ -12,7 +12,8 @@
 #                projected; range = zmax - zmin, size = the largest |z|
 #   operations   sum = fl(fl(|u| + |v|) + |w|); scale = rcp(sum); wb = fl(|v| scale),
 #                wc = fl(|w| scale), 0 where below 2^-60; wa = max(fl(1 - fl(wb + wc)), 0)
-#                z = fl(fl(fl(wa za) + fl(wb zb)) + fl(wc zc)); t = fl(z rcp(d.z))
+#                z = fl(fl(fl(wa za) + fl(wb zb)) + fl(wc zc)), clamped to the least and the
+#                greatest of za, zb, zc; t = fl(z rcp(d.z))
 #                error = fl(fl(fl(2 fl(bound scale) + kWeightRounding) fl(range))
 #                + fl(kMeanRounding size))
 #   used by      boxes.g, surface_offset.g, fast_hits.g
@@ -27,6 +28,8 @@
 #                range >= size and rounding is monotone (also small_floats.cpp). The weights add up
 #                to more than 3/4, so one is above 1/4, and all products have one sign: |z| is at
 #                least that product, which is not 0 (grids.cpp). Where |z| > error, |z - mean| < |z|.
+#                Clamping: the mean under exact weights is between the vertices' z, so that z comes
+#                no farther from it, and keeps the sign that they have in common.
 #                Order: rcp(d.z) is one float for all triangles of a ray and rounding is monotone,
 #                so t never decreases (d.z > 0) or never increases (d.z < 0) with z.
 #
