@@ -102,7 +102,7 @@ private:
     char error_[128] = {};
 };
 
-/// Whether a chunk claims more bytes than the file has. libpng would allocate and clear them.
+/// Returns true if a chunk claims more bytes than the file has, which libpng would allocate.
 bool is_cut(std::string_view bytes) {
     constexpr std::size_t kSignature = 8;
     constexpr std::size_t kFrame = 12;  // length, type, checksum

@@ -49,9 +49,9 @@ private:
 /// The losses x_1 ... x_K of a tree since its last remedy, which cost P, and whether the next one
 /// is worth it (docs/design/updates.md). It is due when the mean cost of a frame is least (the
 /// economic life of equipment: J. Taylor. A statistical theory of depreciation. 1923), or when as
-/// much is lost (ski rental: R. Karp. On-line algorithms versus off-line algorithms. 1992). A
-/// remedy that has not saved half its price by the time of the next one doubles a factor
-/// of P; one that has halves it, down to 1.
+/// much is lost (ski rental: R. Karp. On-line algorithms versus off-line algorithms. 1992). Both
+/// compare with P times a factor of at least 1. A remedy halves the factor if it has saved half of
+/// its price before the next remedy, and doubles it otherwise.
 class LossAccount {
 public:
     /// Whether a remedy is due in a frame that is going to lose `loss`, in the unit of the price.

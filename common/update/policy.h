@@ -56,7 +56,7 @@ struct RefittedTree {
     bool build_pending = false;
     /// Whether it was built in the background and is in use for the first time.
     bool new_tree = false;
-    /// Whether it has been restructured in this frame, so that the overhead is that after it.
+    /// True if it was restructured in this frame; `overhead` was measured after that.
     bool restructured = false;
 };
 
@@ -86,8 +86,8 @@ public:
     virtual UpdateDecision plan() = 0;
     /// Decides after the refit; kRefit if the refitted tree is good enough.
     virtual UpdateDecision review(const RefittedTree&) { return {UpdateStep::kRefit, "asked for"}; }
-    /// Whether review() uses RefittedTree::overhead or may return kRestructure, which cost passes
-    /// over the nodes.
+    /// Returns true if review() reads RefittedTree::overhead or may return kRestructure. Each needs
+    /// a pass over the nodes.
     virtual bool needs_tree_cost() const { return false; }
     /// Report the cost of the first build, and then the costs of each frame.
     virtual void built(double /*cost*/) {}

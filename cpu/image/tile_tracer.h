@@ -48,7 +48,7 @@ public:
     virtual bool intersect_stored(const StoredRayTile&, Hit*) const { return false; }
 
     /// Sets hits[y * stride + x] for each camera ray of the tile. Returns how many leaves a packet
-    /// of them visited, for TileCounts. Without packets it asks the watch between rays.
+    /// of them visited, for TileCounts. Tracers without packets read the watch between rays.
     virtual std::uint32_t intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
                                            std::size_t stride, const Watch& watch = {}) const;
 

@@ -40,7 +40,7 @@ struct PolicyRun {
     std::vector<std::vector<Played>> rounds = {};
     /// The costs of all frames of each round added up.
     std::vector<double> totals_ms = {};
-    /// Of each frame the round with the median cost, and the costs of these added up.
+    /// `frames` has, for each frame, its median round by cost; `total_ms` adds their costs up.
     std::vector<Played> frames = {};
     double total_ms = 0;
     /// total_ms beyond the least of all policies on the backend, relative to it.
