@@ -15,16 +15,15 @@ namespace {
 // A + n * STEP of decimal numbers such as 0..0.3:0.1 misses B by a few units in the last place.
 constexpr double kHitTolerance = 1e-9;
 
-/// An option's text, and what its numbers are in messages.
+/// The text of an option.
 struct Text {
     const std::string& text;
-    const char* numbers;
 
     [[noreturn]] void fail(const std::string& what) const {
         throw Error(ErrorKind::kBadArgument,
-                    fmt::format("{} {}: {}; write A, A..B or A..B:STEP, such as 0..20:0.5, or "
+                    fmt::format("frames {}: {}; write A, A..B or A..B:STEP, such as 0..20:0.5, or "
                                 "several of them with commas, such as 0,7,20",
-                                numbers, quote(text), what));
+                                quote(text), what));
     }
     double number(std::string_view number) const {
         const auto value = parse_finite_double(number);
@@ -34,8 +33,7 @@ struct Text {
 };
 
 /// Appends the frames of `A`, `A..B` or `A..B:STEP`, which must come after those that are there.
-void append_range(const Text& text, std::string_view range, double default_step,
-                  std::vector<double>& frames) {
+void append_range(const Text& text, std::string_view range, std::vector<double>& frames) {
     const std::size_t dots = range.find("..");
     const double first = text.number(range.substr(0, dots));
     if (!frames.empty() && !(first > frames.back())) {
@@ -43,7 +41,7 @@ void append_range(const Text& text, std::string_view range, double default_step,
             fmt::format("{} does not come after {}; they must increase", first, frames.back()));
     }
     double last = first;
-    double step = default_step;
+    double step = 1;
     if (dots != std::string_view::npos) {
         const std::string_view rest = range.substr(dots + 2);
         const std::size_t colon = rest.find(':');
@@ -64,13 +62,12 @@ void append_range(const Text& text, std::string_view range, double default_step,
 
 }  // namespace
 
-std::vector<double> parse_frame_range(const std::string& text, double default_step,
-                                      const char* what) {
+std::vector<double> parse_frame_range(const std::string& text) {
     std::vector<double> frames;
     std::string_view rest = text;
     for (;;) {
         const std::size_t comma = rest.find(',');
-        append_range({text, what}, rest.substr(0, comma), default_step, frames);
+        append_range({text}, rest.substr(0, comma), frames);
         if (comma == std::string_view::npos) return frames;
         rest.remove_prefix(comma + 1);
     }

@@ -146,13 +146,14 @@ std::vector<WorldRay> npy_rays(const std::string& name, std::string_view bytes) 
     const auto has = [&form](std::string_view part) {
         return form.find(part) != std::string::npos;
     };
+    constexpr std::string_view kShape = "'shape':(";
     const bool is_structure =
         has("'descr':[('org','<f4',(3,)),('tnear','<f4'),('dir','<f4',(3,)),('tfar','<f4')]");
     const bool is_rows = has("'descr':'<f4'") && (has(",6)") || has(",8)"));
-    if (!has("'fortran_order':False") || (!is_structure && !is_rows))
+    if (!has("'fortran_order':False") || !has(kShape) || (!is_structure && !is_rows))
         fail("the .npy file has no rays");
     std::uint64_t count = 0;
-    const char* const shape = form.data() + form.find("'shape':(") + std::strlen("'shape':(");
+    const char* const shape = form.data() + form.find(kShape) + kShape.size();
     std::from_chars(shape, form.data() + form.size(), count);
     const std::size_t row_length = has(",6)") ? 6 : kMostNumbers;
     if (bytes.size() % (row_length * sizeof(float)) != 0 ||

@@ -246,8 +246,7 @@ SHARED Float scaled_weight(Float weight, Float sum, Float scale) {
 
 /// The hit of a ray that goes through a triangle, from its edge functions and the vertices' z. The
 /// weights add up to 1, so that their errors move z by parts of its range only: by 2 * bound / sum
-/// and kWeightRounding of that, and kMeanRounding of the vertices' size (lab/proofs/depth.g). z is
-/// clamped to those of the vertices, which the exact mean lies between.
+/// and kWeightRounding of that, and kMeanRounding of the vertices' size (lab/proofs/depth.g).
 /// Whether the sign of z is certain: z is beyond its error, or the vertices' z have one sign, so
 /// that z has it (a sum of products of that sign; their range is less than their size then).
 SHARED Bool weighted_hit(ShearedRay s, Edges e, Float za, Float zb, Float zc,

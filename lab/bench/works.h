@@ -62,8 +62,8 @@ void compare_with_peers(const Rig& rig, const Row& common, std::span<const Metho
 void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& embree,
                  const TraceWork& work);
 
-/// Refits back and forth between two frames, against Embree's refit. `primary` checks the trees:
-/// mismatches count its rays that differ between both trees.
+/// Refits back and forth between two frames, against Embree's refit and a copy of the tree's bytes.
+/// `primary` checks the trees: mismatches count its rays that differ between both trees.
 void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
 
 /// Builds trees, against Embree's Morton, binned and spatial-split builds; `primary` as above.

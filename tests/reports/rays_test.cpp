@@ -232,6 +232,7 @@ TEST_P(RayReports, ThreeMeshBvh112AMoveThatIsExactKeepsHits) {
     for (float x = 0; x <= 256; x += 32) {
         const Ray near = ray({x, 96, 500}, {0, 0, -1});
         const Ray there = ray({x + kMove, 96 + kMove, 500}, {0, 0, -1});
+        EXPECT_TRUE(scene.intersect(near)) << x;
         EXPECT_EQ(scene.intersect(near).prim_id, far.intersect(there).prim_id) << x;
         EXPECT_EQ(all_hits(scene, near, Crossing::each).size(),
                   all_hits(far, there, Crossing::each).size())
