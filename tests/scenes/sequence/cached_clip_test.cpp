@@ -10,6 +10,7 @@
 
 #include "scenes/clip.h"
 #include "scenes/sequence/streamed_clip.h"
+#include "tests/support/clip_positions.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
@@ -79,12 +80,6 @@ private:
     TemporaryFolder folder_;
     std::vector<std::string> warnings_;
 };
-
-std::vector<vec3> positions_at(const Clip& clip, double frame) {
-    std::vector<vec3> positions(clip.topology().vertex_count);
-    clip.positions(frame, positions);
-    return positions;
-}
 
 float x_at(const Clip& clip, double frame) { return positions_at(clip, frame)[0].x; }
 

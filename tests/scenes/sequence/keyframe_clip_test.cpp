@@ -8,6 +8,7 @@
 
 #include "scenes/clip.h"
 #include "scenes/sequence/streamed_clip.h"
+#include "tests/support/clip_positions.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
@@ -36,12 +37,6 @@ Opened open_frames(const std::vector<std::string>& texts, ClipOptions options = 
     options.warn = [&](const Warning& warning) { opened.warnings.push_back(warning.line()); };
     opened.clip = open_scene((opened.folder->path() / "f_%d.obj").native(), options);
     return opened;
-}
-
-std::vector<vec3> positions_at(const Clip& clip, double frame) {
-    std::vector<vec3> positions(clip.topology().vertex_count);
-    clip.positions(frame, positions);
-    return positions;
 }
 
 float x_at(const Opened& opened, double frame) { return positions_at(*opened.clip, frame)[0].x; }
