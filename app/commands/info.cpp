@@ -12,6 +12,7 @@
 #include "common/base/stopwatch.h"
 #include "common/report/table.h"
 #include "common/scene/mesh.h"
+#include "common/scene/mesh_edges.h"
 #include "common/simd/simd_target.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
@@ -31,6 +32,7 @@ struct SceneReport {
     WorldBounds bounds;
     int exponent = 0;
     DegenerateCount degenerate;
+    EdgeCounts edges;
     std::uint64_t topology_hash = 0;
     /// File names, and the number of triangles that show one of them.
     std::vector<std::string> textures;
@@ -59,6 +61,10 @@ std::string to_json(const SceneReport& report) {
     json["scene_exponent"] = report.exponent;
     json["not_finite"] = report.degenerate.not_finite;
     json["zero_area"] = report.degenerate.zero_area;
+    json["edges"] = {{"open", report.edges.open},
+                     {"shared", report.edges.shared},
+                     {"turned", report.edges.turned},
+                     {"uneven", report.edges.uneven}};
     json["topology_hash"] = hash_text(report.topology_hash);
     json["textures"] = report.textures;
     json["textured_triangles"] = report.textured_triangles;
@@ -141,6 +147,7 @@ SceneReport describe_scene(const InfoOptions& options, const Messages& messages)
     report.bounds = scene.clip().bounds();
     report.exponent = scene.space().exponent();
     report.degenerate = count_degenerate(topology, positions);
+    report.edges = count_edges(topology, positions);
     report.topology_hash = topology_hash(topology);
     if (const SceneTextures* textures = scene.clip().textures()) {
         for (const TextureFile& file : textures->files)
@@ -176,6 +183,7 @@ std::string text_of(const SceneReport& report) {
         fmt::format("triangles       {} ({} without area, {} not finite)\n", report.head.triangles,
                     report.degenerate.zero_area, report.degenerate.not_finite);
     text += fmt::format("vertices        {}\n", report.head.vertices);
+    text += fmt::format("edges           {}\n", describe(report.edges));
     text += fmt::format("frames          {} to {}", report.first_frame, report.last_frame);
     text += report.fps ? fmt::format(" ({:.6g} s, {} a second)\n", report.last_frame / *report.fps,
                                      *report.fps)

@@ -10,6 +10,7 @@
 #include "app/files/ray_reader.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
+#include "common/scene/mesh_edges.h"
 #include "common/text/text_parts.h"
 
 namespace mray::app {
@@ -31,6 +32,19 @@ std::string text_of(const morphray::ClosestPoint& c) {
     if (!c) return "- - - inf - - - -";
     return fmt::format("{:.9g} {:.9g} {:.9g} {:.9g} {} {:.9g} {:.9g} {}", c.point.x, c.point.y,
                        c.point.z, c.distance, c.prim_id, c.u, c.v, name_of(c.feature));
+}
+
+/// Warns if queries that need a closed mesh are about one that is not.
+void warn_if_open(const QueryOptions& options, const PosedScene& scene, const Messages& messages) {
+    const bool needs_closed = std::ranges::any_of(
+        options.queries, [](PointQuery query) { return query != PointQuery::kClosest; });
+    if (!needs_closed) return;
+    const morphray::EdgeCounts edges = scene.scene().edge_counts();
+    if (edges.is_closed()) return;
+    messages.warn(
+        {escape(scene.name()),
+         fmt::format("edges: {}; inside, winding and signs of distances need a closed mesh",
+                     describe({edges.open, edges.shared, edges.turned, edges.uneven}))});
 }
 
 /// Answers queries about points in batches and gathers the answers as lines.
@@ -101,6 +115,7 @@ ExitCode run_command(const QueryOptions& options, const Messages& messages) {
     check_reports({options.out});
     const std::vector<morphray::Vec3> points = read_points(options.point_file);
     const PosedScene scene(options.source, options.backend, options.frame, messages);
+    call_library([&] { warn_if_open(options, scene, messages); });
     PointQueries queries(options, scene.scene());
     {
         Progress progress("querying", points.size(), messages);

@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "common/base/stopwatch.h"
+#include "common/scene/mesh_edges.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {
@@ -55,6 +56,7 @@ void SceneImpl::start(const mray::Bvh* tree, const MeshList* before) {
     read_ms = watch.ms();
     space.emplace(pose.space(), target());
     normals.reset();
+    edge_counts.reset();
     has_normals = false;
     mray::UpdateConfig config = config_of(options.update);
     config.record_cost_ratio = options.record_cost_ratio;
@@ -278,6 +280,18 @@ Update Scene::last_update() const {
     return with_scene(impl_, [](SceneImpl& scene) {
         const std::scoped_lock lock(scene.mutex);
         return to_public(scene.updater->finish(), scene.read_ms);
+    });
+}
+
+EdgeCounts Scene::edge_counts() const {
+    return with_scene(impl_, [](SceneImpl& scene) {
+        const std::scoped_lock lock(scene.mutex);
+        if (!scene.edge_counts) {
+            const mray::EdgeCounts counts =
+                mray::count_edges(scene.meshes.topology(), scene.pose.positions());
+            scene.edge_counts = {counts.open, counts.shared, counts.turned, counts.uneven};
+        }
+        return *scene.edge_counts;
     });
 }
 

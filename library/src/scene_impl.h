@@ -153,6 +153,8 @@ public:
     /// Those of the meshes, and whether they are those of the pose.
     std::optional<mray::VertexNormals> normals;
     bool has_normals = false;
+    /// Those of the meshes, once they are asked for.
+    std::optional<EdgeCounts> edge_counts;
     /// The memory of the image before.
     TracedImage spare;
 

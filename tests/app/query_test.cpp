@@ -44,6 +44,16 @@ TEST(Query, ClosestPointIsNamedWithItsFeature) {
         "- - - inf - - - -\n0.5 0 0 1 0 0.5 0 edge\n");
 }
 
+TEST(Query, WarnsOnceOfAnOpenMesh) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", unit_triangle());
+    const Outcome outcome = query(scene, "0 0 1\n0 0 2\n", {"--ask", "inside,distance"});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_NE(outcome.err.find("3 open"), std::string::npos) << outcome.err;
+    EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_EQ(query(scene, "0 0 1\n", {"--ask", "closest"}).err, "");
+}
+
 TEST(Query, DistanceBeyondTheLargestIsInfiniteWithItsSign) {
     TemporaryFolder folder;
     const std::string scene = folder.write("c.obj", cube(2));
@@ -83,7 +93,7 @@ TEST(Query, RuleDecidesWhereMeshesOverlap) {
 
 TEST(Query, PointThatIsNotFiniteIsOutsideAndWarnedAbout) {
     TemporaryFolder folder;
-    const std::string scene = folder.write("t.obj", unit_triangle());
+    const std::string scene = folder.write("c.obj", cube());
     const Outcome outcome = query(scene, "nan 0 0\n", {"--ask", "inside,winding,distance,closest"});
     EXPECT_EQ(outcome.code, 0);
     EXPECT_EQ(outcome.out, "0 0 nan - - - inf - - - -\n");

@@ -88,6 +88,8 @@ TEST(Info, CountsTrianglesAndVertices) {
     EXPECT_EQ(json["vertices"], 5);
     EXPECT_EQ(json["zero_area"], 2);
     EXPECT_EQ(json["not_finite"], 0);
+    EXPECT_EQ(json["edges"]["open"], 5);
+    EXPECT_EQ(json["edges"]["turned"], 1);
     EXPECT_EQ(json["first_frame"], 0);
     EXPECT_EQ(json["last_frame"], 0);
     EXPECT_EQ(json["bounds"]["lower"], (Json{1, -1, 0}));

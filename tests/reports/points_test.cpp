@@ -53,6 +53,16 @@ TEST_P(PointReports, Warp1836APointOutsideATetrahedronIsOutside) {
     }
 }
 
+TEST_P(PointReports, OpenBoxIsNotClosed) {
+    UserMesh mesh = box({0, 0, 0}, {1, 1, 1});
+    EXPECT_EQ(build(mesh).edge_counts(), morphray::EdgeCounts{});
+    // Without its top.
+    mesh.triangles.erase(mesh.triangles.begin() + 6, mesh.triangles.begin() + 12);
+    const Scene scene = build(mesh);
+    EXPECT_EQ(scene.edge_counts(), (morphray::EdgeCounts{.open = 4, .uneven = 4}));
+    EXPECT_FALSE(scene.edge_counts().is_closed());
+}
+
 TEST_P(PointReports, Trimesh73DistancesToEdgesAndCornersHaveTheRightSign) {
     const Scene scene = build(box({0, 0, 0}, {2, 2, 2}));
     EXPECT_TRUE(is_within_an_ulp(distance(scene, {3, 2, 2}), 1));

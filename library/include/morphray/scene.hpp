@@ -129,6 +129,21 @@ struct TreeStatistics {
     std::uint64_t hash = 0;
 };
 
+/// The edges of a scene where its surface is not that of a solid. Vertices at one place are one
+/// vertex, whatever their mesh; triangles without three places do not count.
+struct EdgeCounts {
+    std::uint64_t open = 0;    ///< Edges of one triangle.
+    std::uint64_t shared = 0;  ///< Edges of more than two triangles.
+    std::uint64_t turned = 0;  ///< Edges that two triangles run through in one direction.
+    /// Edges that are run through more often in one direction than in the other: those that are
+    /// open or turned, and some of the shared ones.
+    std::uint64_t uneven = 0;
+
+    /// Whether inside, winding and the sign of distances are those of a solid.
+    bool is_closed() const { return uneven == 0; }
+    bool operator==(const EdgeCounts&) const = default;
+};
+
 /// Meshes, the tree over them, and queries.
 ///
 /// Threads: const members may be called by any number of threads at the same time. update(),
@@ -308,6 +323,9 @@ public:
     std::uint64_t vertex_count() const;
     /// The bounds of the finite positions at the current pose; lower > upper if there are none.
     Box bounds() const;
+    /// Counts edges at the pose at which this is first called with these meshes, which takes some
+    /// 0.5 us a triangle; afterwards nothing.
+    EdgeCounts edge_counts() const;
 
 private:
     explicit Scene(std::unique_ptr<detail::SceneImpl> impl);

@@ -138,6 +138,21 @@ void bind_update(py::module_& module) {
             return std::string("<morphray.Update ") + to_string(update.step) + ": " +
                    update.reason + ">";
         });
+    py::class_<EdgeCounts>(module, "EdgeCounts", "Of Scene.edge_counts().")
+        .def_readonly("open", &EdgeCounts::open, "Edges of one triangle.")
+        .def_readonly("shared", &EdgeCounts::shared, "Edges of more than two triangles.")
+        .def_readonly("turned", &EdgeCounts::turned,
+                      "Edges that two triangles run through in one direction.")
+        .def_readonly("uneven", &EdgeCounts::uneven,
+                      "Edges that are run through more often in one direction.")
+        .def_property_readonly(
+            "is_closed", &EdgeCounts::is_closed,
+            "Whether inside, winding and the sign of distances are those of a solid.")
+        .def("__repr__", [](const EdgeCounts& edges) {
+            return "<morphray.EdgeCounts " + std::to_string(edges.open) + " open, " +
+                   std::to_string(edges.shared) + " shared, " + std::to_string(edges.turned) +
+                   " turned>";
+        });
     py::class_<TreeStatistics>(module, "TreeStatistics", "Of Scene.tree_statistics().")
         .def_readonly("sah_cost", &TreeStatistics::sah_cost,
                       "Expected visits of nodes and tests of triangles of a random ray.")
@@ -214,6 +229,9 @@ void bind_scene(py::module_& module) {
             arg("device"))
         .def("tree_statistics", reading(&Scene::tree_statistics),
              "tree_statistics(self)\n--\n\nReads the tree back from the device.")
+        .def("edge_counts", reading(&Scene::edge_counts),
+             "edge_counts(self)\n--\n\nThe edges where the surface is not that of a solid, at the "
+             "pose at which this is first called.")
         .def_property_readonly("device", &PyScene::device, "The Device that traces.")
         .def_property_readonly("bounds", &bounds,
                                "(lower, upper), two (3,) float64, of the finite points. lower > "

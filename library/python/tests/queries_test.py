@@ -36,6 +36,20 @@ def test_answers_have_their_dtypes():
     assert all_hits.offsets.dtype == all_hits.left_out.dtype == np.int64
 
 
+def test_open_edges_are_counted():
+    points, triangles = cube()
+    scene = morphray.Scene(points, triangles)
+    assert scene.edge_counts().is_closed and scene.edge_counts().open == 0
+    geom_id = scene.attach(points + np.float32(4), triangles[1:])
+    scene.update()
+    edges = scene.edge_counts()
+    assert (edges.open, edges.shared, edges.turned, edges.uneven) == (3, 0, 0, 3)
+    assert not edges.is_closed and "3 open" in repr(edges)
+    scene.detach(geom_id)
+    scene.update()
+    assert scene.edge_counts().is_closed
+
+
 def test_rays_of_all_layouts_are_the_same_rays():
     points, triangles = grid(3)
     scene = morphray.Scene(points, triangles)

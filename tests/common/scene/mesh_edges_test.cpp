@@ -1,0 +1,71 @@
+#include "common/scene/mesh_edges.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "tests/support/test_scene.h"
+
+namespace mray {
+namespace {
+
+EdgeCounts counts_of(const std::vector<vec3>& positions, const std::vector<uvec3>& triangles) {
+    const test::TestScene scene(positions, triangles);
+    return count_edges(scene.topology(), scene.positions());
+}
+
+void expect_counts(const EdgeCounts& counts, std::uint64_t open, std::uint64_t shared,
+                   std::uint64_t turned, std::uint64_t uneven) {
+    EXPECT_EQ(counts.open, open);
+    EXPECT_EQ(counts.shared, shared);
+    EXPECT_EQ(counts.turned, turned);
+    EXPECT_EQ(counts.uneven, uneven);
+}
+
+const std::vector<vec3> kCorners = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+const std::vector<uvec3> kTetrahedron = {{0, 2, 1}, {0, 3, 2}, {0, 1, 3}, {1, 2, 3}};
+
+TEST(MeshEdges, ClosedMeshHasNone) { expect_counts(counts_of(kCorners, kTetrahedron), 0, 0, 0, 0); }
+
+TEST(MeshEdges, MissingTriangleOpensItsEdges) {
+    expect_counts(counts_of(kCorners, {{0, 2, 1}, {0, 3, 2}, {0, 1, 3}}), 3, 0, 0, 3);
+}
+
+TEST(MeshEdges, TurnedTriangleRunsTheWayOfItsNeighbours) {
+    expect_counts(counts_of(kCorners, {{0, 2, 1}, {0, 3, 2}, {0, 1, 3}, {1, 3, 2}}), 0, 0, 3, 3);
+}
+
+TEST(MeshEdges, SharedEdgesMayBeEven) {
+    // Two tetrahedra at edge 0 - 1; then a fin at it.
+    std::vector<vec3> corners = kCorners;
+    corners.insert(corners.end(), {{0, -1, 0}, {0, 0, -1}});
+    std::vector<uvec3> triangles = kTetrahedron;
+    triangles.insert(triangles.end(), {{0, 4, 1}, {0, 5, 4}, {0, 1, 5}, {1, 4, 5}});
+    expect_counts(counts_of(corners, triangles), 0, 1, 0, 0);
+    triangles.push_back({0, 1, 5});
+    expect_counts(counts_of(corners, triangles), 0, 3, 0, 3);
+}
+
+TEST(MeshEdges, VerticesAtOnePlaceAreOne) {
+    std::vector<vec3> corners;
+    std::vector<uvec3> triangles;
+    for (const uvec3& t : kTetrahedron) {
+        const auto first = static_cast<std::uint32_t>(corners.size());
+        corners.insert(corners.end(), {kCorners[t.x], kCorners[t.y], kCorners[t.z]});
+        triangles.push_back({first, first + 1, first + 2});
+    }
+    corners[0].x = -0.0f;
+    expect_counts(counts_of(corners, triangles), 0, 0, 0, 0);
+}
+
+TEST(MeshEdges, TrianglesWithoutThreePlacesDoNotCount) {
+    std::vector<vec3> corners = kCorners;
+    corners.insert(corners.end(), {{0, 1, 0}, {NAN, 0, 0}});
+    std::vector<uvec3> triangles = kTetrahedron;
+    triangles.insert(triangles.end(), {{2, 4, 1}, {0, 1, 5}, {3, 3, 0}});
+    expect_counts(counts_of(corners, triangles), 0, 0, 0, 0);
+    expect_counts(counts_of({}, {}), 0, 0, 0, 0);
+}
+
+}  // namespace
+}  // namespace mray
