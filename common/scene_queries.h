@@ -21,6 +21,10 @@ enum class Crossing : std::uint32_t {
     kOwner,  // exactly one of those that it passes through (common/interop/tie_break_rule.h)
 };
 
+/// What the number of a ray's hits has added if one of them may go through an edge or a vertex of
+/// its triangle (may_touch_border() of common/interop/tie_break_rule.h).
+inline constexpr std::uint64_t kTouchesBorder = std::uint64_t{1} << 63;
+
 /// Hits come after it if (t, prim_id) is greater.
 struct HitCursor {
     float t = -1;
@@ -30,7 +34,7 @@ struct HitCursor {
 /// The hits of some rays, one ray after the other, each in the order of (t, prim_id).
 struct HitLists {
     std::vector<Hit> hits;
-    /// For each ray, the hits that are listed, and all that there are.
+    /// For each ray, the hits that are listed, and all that there are, with kTouchesBorder.
     std::vector<std::uint32_t> listed;
     std::vector<std::uint64_t> total;
 
@@ -91,7 +95,7 @@ struct VisibleMeshes {
 // The queries of a batch, in scene space. Spans of a query have one size. Points are finite; those
 // of ClosestQuery are within kOriginExtent.
 
-/// Counts the hits of each ray.
+/// Counts the hits of each ray; adds kTouchesBorder.
 struct CountQuery {
     std::span<const Ray> rays;
     Crossing crossing;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/errors.h"
+#include "common/interop/tie_break_rule.h"
 #include "common/interop/winding_rule.h"
 
 namespace mray::gpu {
@@ -22,6 +23,14 @@ Hit hit_of(const uvec4& answer) {
     if (answer.w == kNoPrim) return no_hit();
     return {uintBitsToFloat(answer.x), uintBitsToFloat(answer.y), uintBitsToFloat(answer.z),
             answer.w};
+}
+
+/// The number of all hits of a ray, with kTouchesBorder.
+std::uint64_t count_of(const std::vector<Hit>& hits) {
+    const bool touches = std::ranges::any_of(hits, [](const Hit& hit) {
+        return may_touch_border({hit.t, hit.u, hit.v});
+    });
+    return hits.size() | (touches ? kTouchesBorder : 0);
 }
 
 /// Calls work(first, count) for parts of at most `most`.
@@ -66,7 +75,11 @@ void Queries::answer(const CountQuery& query) const {
         transfer_.upload(std::as_bytes(query.rays.subspan(first, size)), passes_.rays());
         answers.resize(size);
         run("count hits", kernels_.hits, kQueryCount | flags_of(query.crossing), answers);
-        for (std::size_t i = 0; i < size; ++i) query.counts[first + i] = answers[i].x;
+        for (std::size_t i = 0; i < size; ++i) {
+            const std::uint32_t count = answers[i].x;
+            query.counts[first + i] =
+                (count & ~kCountTouches) | ((count & kCountTouches) != 0 ? kTouchesBorder : 0);
+        }
     });
 }
 
@@ -115,7 +128,7 @@ void Queries::answer(const ListQuery& query) const {
     for (const std::vector<Hit>& hits : found) {
         lists.hits.insert(lists.hits.end(), hits.begin(), hits.end());
         lists.listed.push_back(static_cast<std::uint32_t>(hits.size()));
-        lists.total.push_back(hits.size() == query.most ? *count++ : hits.size());
+        lists.total.push_back(hits.size() == query.most ? *count++ : count_of(hits));
     }
 }
 

@@ -147,6 +147,8 @@ SHARED_CONST uint kRoundAnew = 2u;   // listed queries, from the root on
 // Bits of QueryArguments.flags.
 SHARED_CONST uint kQueryTieBreak = 1u;  // by cross_triangle()
 SHARED_CONST uint kQueryCount = 2u;     // the number of hits
+// In a number of hits: kTouchesBorder of common/scene_queries.h.
+SHARED_CONST uint kCountTouches = 0x80000000u;
 
 /// Push constants of the kernels of queries: `winding`, `closest`, `hits`.
 struct QueryArguments {

@@ -65,7 +65,8 @@ inline constexpr Choice<std::uint32_t> kSampleCounts[] = {
 inline constexpr Choice<const char*> kExrColours[] = {{"half", "half"}, {"float", "float"}};
 inline constexpr Choice<SplitMethod> kSplits[] = {{"binned", SplitMethod::kBinned},
                                                   {"sweep", SplitMethod::kSweep}};
-inline constexpr Choice<morphray::Crossing> kCrossings[] = {{"each", morphray::Crossing::each},
+inline constexpr Choice<morphray::Crossing> kCrossings[] = {{"once", morphray::Crossing::once},
+                                                            {"each", morphray::Crossing::each},
                                                             {"owner", morphray::Crossing::owner}};
 inline constexpr Choice<morphray::FillRule> kFillRules[] = {
     {"nonzero", morphray::FillRule::nonzero}, {"odd", morphray::FillRule::odd}};

@@ -62,8 +62,8 @@ void add_trace(CommandAdder& adder) {
                 ->needs(all);
             add_choice<morphray::Crossing>(
                 command, "--crossing",
-                "which triangles a ray hits that goes through an edge or a vertex: each, or one of "
-                "those that it passes through (owner)",
+                "which triangles a ray hits that goes through an edge or a vertex: the first of a "
+                "mesh (once), each, or one of those that it passes through (owner)",
                 kCrossings, options.hit_lists.crossing)
                 ->needs(all);
             return [&options] {

@@ -37,6 +37,13 @@ SHARED Bool owns_ray(Edges e, Float3 a, Float3 b, Float3 c) {
     return all_left || all_right;
 }
 
+/// Whether the ray of a hit may go through an edge or a vertex of the triangle: false only if no
+/// edge function is 0, since its weight is then 0 up to kWeightRounding.
+SHARED Bool may_touch_border(TriangleHit hit) {
+    PRECISE Float rest = 1.0f - (hit.u + hit.v);
+    return lesser(rest, lesser(hit.u, hit.v)) <= 2.0f * kWeightRounding;
+}
+
 #ifndef SHARED_LANES
 
 /// intersect_triangle() for rays that cross each edge and vertex in one owner: true for no other

@@ -61,12 +61,19 @@ HWY_INLINE void for_each_hit(const Bvh& bvh, const RayStream& stream, std::size_
     for_each_leaf(bvh, met, visit_leaf, root);
 }
 
+/// The number of hits with one more, and kTouchesBorder.
+HWY_INLINE std::uint64_t with_hit(std::uint64_t count, const TriangleHit& hit) {
+    return (count + 1) | (may_touch_border(hit) ? kTouchesBorder : 0);
+}
+
 template <Crossing kCrossing>
 HWY_INLINE std::uint64_t count_hits_of(const Bvh& bvh, const Ray& ray) {
     RayStream stream;
     prepare_one(stream, ray);
     std::uint64_t count = 0;
-    for_each_hit<kCrossing>(bvh, stream, 0, 0, [&](std::uint32_t, const TriangleHit&) { ++count; });
+    for_each_hit<kCrossing>(bvh, stream, 0, 0, [&](std::uint32_t, const TriangleHit& hit) {
+        count = with_hit(count, hit);
+    });
     return count;
 }
 
@@ -91,7 +98,10 @@ public:
         } else {
             part(~std::uint64_t{0} >> (kStreamRays - order_.size()), 0);
         }
-        for (std::size_t i = 0; i < order_.size(); ++i) counts[order_[i]] = counts_[i];
+        for (std::size_t i = 0; i < order_.size(); ++i) {
+            const bool touches = (counts_[i] & kTouches) != 0;
+            counts[order_[i]] = (counts_[i] & ~kTouches) | (touches ? kTouchesBorder : 0);
+        }
     }
 
     // For walk_together().
@@ -104,8 +114,9 @@ public:
     HWY_INLINE void part(std::uint64_t rays, std::uint32_t child) {
         for (; rays != 0; rays &= rays - 1) {
             const auto ray = static_cast<std::size_t>(std::countr_zero(rays));
-            for_each_hit<kCrossing>(bvh_, stream_, ray, child,
-                                    [&](std::uint32_t, const TriangleHit&) { ++counts_[ray]; });
+            for_each_hit<kCrossing>(
+                bvh_, stream_, ray, child,
+                [&](std::uint32_t, const TriangleHit& hit) { add_one(ray, hit); });
         }
     }
     HWY_INLINE void visit_leaf(std::uint64_t rays, const Leaf& leaf) {
@@ -114,23 +125,32 @@ public:
             [&](std::size_t first, std::uint32_t asked) HWY_ATTR {
                 intersect_leaf_together<kCrossing>(
                     stream_, first, asked, stream_.tfar, leaf,
-                    [&](Mask hits, const lanes::TriangleHit&, std::uint32_t prim_id)
-                        HWY_ATTR { add(first, hits, prim_id); });
+                    [&](Mask hits, const lanes::TriangleHit& hit, std::uint32_t prim_id)
+                        HWY_ATTR { add(first, hits, hit, prim_id); });
             },
             [&](std::size_t ray) HWY_ATTR {
                 for_each_hit_of_leaf<kCrossing>(
                     bvh_, stream_, ray, leaf,
-                    [&](std::uint32_t, const TriangleHit&) { ++counts_[ray]; });
+                    [&](std::uint32_t, const TriangleHit& hit) { add_one(ray, hit); });
             });
     }
 
 private:
-    HWY_INLINE void add(std::size_t first, Mask hits, std::uint32_t prim_id) {
+    /// kTouchesBorder of a count; there are fewer triangles.
+    static constexpr std::uint32_t kTouches = 1u << 31;
+
+    HWY_INLINE void add_one(std::size_t ray, const TriangleHit& hit) {
+        counts_[ray] = (counts_[ray] + 1) | (may_touch_border(hit) ? kTouches : 0);
+    }
+    HWY_INLINE void add(std::size_t first, Mask hits, const lanes::TriangleHit& hit,
+                        std::uint32_t prim_id) {
         std::uint32_t times = 1;
         if (!bvh_.repeated.empty())
             times += static_cast<std::uint32_t>(repeats_of(bvh_, prim_id).size());
         const UintVec more = select(uint_mask(hits), splat(times), splat(0u));
-        store(load(counts_ + first) + more, counts_ + first);
+        const Mask touches = hits & lanes::may_touch_border(hit);
+        const UintVec flags = select(uint_mask(touches), splat(kTouches), splat(0u));
+        store((load(counts_ + first) + more) | flags, counts_ + first);
     }
 
     const Bvh& bvh_;
@@ -160,7 +180,7 @@ HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, std::uint32_t most,
     const std::size_t room = 2 * std::size_t{most} + 16;
     std::uint64_t total = 0;
     for_each_hit<kCrossing>(bvh, stream, 0, 0, [&](std::uint32_t prim_id, const TriangleHit& hit) {
-        ++total;
+        total = with_hit(total, hit);
         if (lists.hits.size() - first == room) keep_first(lists.hits, first, most);
         lists.hits.push_back(make_hit(hit, prim_id));
     });

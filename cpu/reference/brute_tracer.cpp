@@ -49,15 +49,21 @@ void for_each_hit(const Topology& topology, std::span<const vec3> positions, con
     }
 }
 
+/// What a hit adds to kTouchesBorder of its ray.
+std::uint64_t border_flag(const Hit& hit) {
+    return may_touch_border({hit.t, hit.u, hit.v}) ? kTouchesBorder : 0;
+}
+
 bool is_before(const Hit& a, const Hit& b) { return is_closer(a.t, a.prim_id, b.t, b.prim_id); }
 
 }  // namespace
 
 void BruteTracer::answer(const CountQuery& query) const {
     for (std::size_t i = 0; i < query.rays.size(); ++i) {
-        query.counts[i] = 0;
+        std::uint64_t& count = query.counts[i];
+        count = 0;
         for_each_hit(*topology_, positions_, query.rays[i], query.crossing,
-                     [&](const Hit&) { ++query.counts[i]; });
+                     [&](const Hit& hit) { count = (count + 1) | border_flag(hit); });
     }
 }
 
@@ -65,15 +71,18 @@ void BruteTracer::answer(const ListQuery& query) const {
     HitLists& lists = query.lists;
     for (const Ray& ray : query.rays) {
         const std::size_t first = lists.hits.size();
-        for_each_hit(*topology_, positions_, ray, query.crossing,
-                     [&](const Hit& hit) { lists.hits.push_back(hit); });
+        std::uint64_t flag = 0;
+        for_each_hit(*topology_, positions_, ray, query.crossing, [&](const Hit& hit) {
+            lists.hits.push_back(hit);
+            flag |= border_flag(hit);
+        });
         const std::size_t total = lists.hits.size() - first;
         std::sort(lists.hits.begin() + static_cast<std::ptrdiff_t>(first), lists.hits.end(),
                   is_before);
         const std::size_t listed = std::min<std::size_t>(total, query.most);
         lists.hits.resize(first + listed);
         lists.listed.push_back(static_cast<std::uint32_t>(listed));
-        lists.total.push_back(total);
+        lists.total.push_back(total | flag);
     }
 }
 

@@ -5,12 +5,15 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <map>
 #include <mutex>
 #include <numeric>
 #include <utility>
 #include <vector>
 
 #include "common/interop/hit_rule.h"
+#include "common/interop/tie_break_rule.h"
+#include "common/scene/border_crossings.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {
@@ -23,7 +26,64 @@ using detail::throw_bad_argument;
 using detail::with_scene;
 
 mray::Crossing crossing_of(Crossing crossing) {
-    return crossing == Crossing::each ? mray::Crossing::kEach : mray::Crossing::kOwner;
+    return crossing == Crossing::owner ? mray::Crossing::kOwner : mray::Crossing::kEach;
+}
+
+/// Makes of all hits of a ray those of Crossing::once.
+void keep_crossings(const SceneImpl& scene, const mray::Ray& ray, std::vector<mray::Hit>& hits) {
+    mray::keep_one_of_each_crossing(scene.meshes.topology(), scene.pose.positions(),
+                                    scene.meshes.first_prims(), ray, hits);
+}
+
+/// All hits of each ray, by Crossing::once.
+std::vector<std::vector<mray::Hit>> list_crossings(const SceneImpl& scene,
+                                                   std::span<const mray::Ray> rays) {
+    mray::HitLists lists;
+    constexpr std::uint32_t kAll = std::numeric_limits<std::uint32_t>::max();
+    scene.tracer->query(mray::ListQuery{rays, mray::Crossing::kEach, kAll, lists});
+    std::vector<std::vector<mray::Hit>> crossings(rays.size());
+    auto first = lists.hits.cbegin();
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        crossings[i].assign(first, first + lists.listed[i]);
+        keep_crossings(scene, rays[i], crossings[i]);
+        first += lists.listed[i];
+    }
+    return crossings;
+}
+
+/// Takes kTouchesBorder from a number of hits; returns whether Crossing::once may count fewer.
+bool take_border_flag(std::uint64_t& count, Crossing crossing) {
+    const bool touches = (count & mray::kTouchesBorder) != 0;
+    count &= ~mray::kTouchesBorder;
+    return touches && count > 1 && crossing == Crossing::once;
+}
+
+/// Calls set(i, hits) with all hits of each ray that has fewer by Crossing::once than counts[i],
+/// or may have; takes kTouchesBorder from all counts.
+template <class Set>
+void for_crossings(const SceneImpl& scene, std::span<const mray::Ray> rays, Crossing crossing,
+                   std::span<std::uint64_t> counts, Set set) {
+    std::vector<std::size_t> places;
+    std::vector<mray::Ray> asked;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        if (!take_border_flag(counts[i], crossing)) continue;
+        places.push_back(i);
+        asked.push_back(rays[i]);
+    }
+    if (asked.empty()) return;
+    std::vector<std::vector<mray::Hit>> crossings = list_crossings(scene, asked);
+    for (std::size_t k = 0; k < places.size(); ++k) set(places[k], std::move(crossings[k]));
+}
+
+/// The first hit after a cursor by Crossing::once, if `found` is that by Crossing::each.
+mray::Hit next_crossing(const SceneImpl& scene, const mray::Ray& ray, const mray::HitCursor& after,
+                        const mray::Hit& found) {
+    if (found.prim_id == mray::kNoPrim || !mray::may_touch_border({found.t, found.u, found.v}))
+        return found;
+    const std::vector<std::vector<mray::Hit>> lists = list_crossings(scene, {&ray, 1});
+    for (const mray::Hit& hit : lists[0])
+        if (mray::is_closer(after.t, after.prim_id, hit.t, hit.prim_id)) return hit;
+    return mray::no_hit();
 }
 
 /// The places of an image's rays tile after tile, which are streams.
@@ -108,6 +168,8 @@ void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Cr
                     *scene.space, order.empty() ? part.subspan(begin, size) : std::span(gathered));
                 std::vector<std::uint64_t> found(size);
                 scene.tracer->query(mray::CountQuery{batch.rays, crossing_of(crossing), found});
+                for_crossings(scene, batch.rays, crossing, found,
+                              [&](std::size_t i, const auto& hits) { found[i] = hits.size(); });
                 for (std::size_t i = 0; i < size; ++i) counts[first + place(i)] = found[i];
             });
         };
@@ -139,12 +201,23 @@ AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& op
             mray::HitLists lists;
             scene.tracer->query(mray::ListQuery{batch.rays, crossing_of(options.crossing),
                                                 options.max_hits, lists});
+            std::map<std::size_t, std::vector<mray::Hit>> crossings;
+            for_crossings(scene, batch.rays, options.crossing, lists.total,
+                          [&](std::size_t i, auto hits) { crossings[i] = std::move(hits); });
             Part part{begin, std::move(lists.listed), std::move(lists.total), {}};
             part.hits.reserve(lists.hits.size());
-            auto hit = lists.hits.begin();
+            auto next = lists.hits.cbegin();
             for (std::size_t i = 0; i < size; ++i) {
-                for (std::uint32_t k = 0; k < part.listed[i]; ++k)
-                    part.hits.push_back(to_world(scene.meshes, *hit++, batch.t_exponents[i]));
+                std::span<const mray::Hit> hits(next, part.listed[i]);
+                next += part.listed[i];
+                if (const auto found = crossings.find(i); found != crossings.end()) {
+                    part.total[i] = found->second.size();
+                    hits = std::span<const mray::Hit>(found->second);
+                    hits = hits.first(std::min<std::size_t>(hits.size(), options.max_hits));
+                    part.listed[i] = static_cast<std::uint32_t>(hits.size());
+                }
+                for (const mray::Hit& hit : hits)
+                    part.hits.push_back(to_world(scene.meshes, hit, batch.t_exponents[i]));
             }
             const std::scoped_lock lock(mutex);
             parts.push_back(std::move(part));
@@ -185,7 +258,7 @@ Hit Scene::intersect(const Ray& ray, const Hit& after, Crossing crossing) const 
             mray::Hit found;
             scene.tracer->query(
                 mray::NextQuery{{&asked, 1}, {&cursor, 1}, crossing_of(crossing), {&found, 1}});
-            return found;
+            return crossing == Crossing::once ? next_crossing(scene, asked, cursor, found) : found;
         });
     });
 }

@@ -1,6 +1,6 @@
-// Hits of rays, one ray a lane: their number, in the answer's first word; or the first hit after a
-// cursor, whose t is the ray's tnear. Each ray's word of kBindVisiblePixels is the lowest prim_id of
-// those hits at tnear that count.
+// Hits of rays, one ray a lane: their number, in the answer's first word, with kCountTouches if one of
+// them may be at an edge or a vertex; or the first hit after a cursor, whose t is the ray's tnear. Each
+// ray's word of kBindVisiblePixels is the lowest prim_id of those hits at tnear that count.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"
@@ -42,6 +42,7 @@ uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
     if (!is_hit) return 0u;
     if ((args.flags & kQueryCount) != 0u) {
         answer.x += 1u + count_repeats(prim_id);
+        if (may_touch_border(hit)) answer.x |= kCountTouches;
         return kRepeatsSteps;
     }
     // The lowest of the equal triangles that counts.

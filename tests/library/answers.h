@@ -140,7 +140,7 @@ public:
             {"occluded", [&] { scene.occluded(rays, bytes_, {}, flag); }},
             {"compare", [&] { compare(scene, scene, rays, 10, flag); }},
             {"intersect_all", [&] { scene.intersect_all(rays, {.cancel = flag}); }},
-            {"count", [&] { scene.count(rays, counts_, Crossing::owner, {}, flag); }},
+            {"count", [&] { scene.count(rays, counts_, Crossing::once, {}, flag); }},
             {"winding", [&] { scene.winding(points, windings_, flag); }},
             {"contains", [&] { scene.contains(points, bytes_, FillRule::odd, flag); }},
             {"closest_points", [&] { scene.closest_points(points, closest_, kFar, flag); }},

@@ -76,7 +76,7 @@ TEST(Queries, OfManyRaysAreThoseOfOneRayWhateverTheCallerSaysOfThem) {
                 for (std::size_t i = 0; i < rays.size(); ++i)
                     ASSERT_EQ(occluded[i], expected[i] ? 1 : 0) << simd << ", ray " << i;
                 std::vector<std::uint64_t> counts(rays.size(), 99);
-                scene.count(rays, counts, morphray::Crossing::owner, coherence);
+                scene.count(rays, counts, morphray::Crossing::once, coherence);
                 EXPECT_EQ(counts, expected_counts) << simd;
             }
         }
@@ -95,7 +95,7 @@ TEST(Queries, OfManyRaysInAnyOrderAreCancelled) {
     EXPECT_EQ(std::count(hits.begin(), hits.end(), untouched),
               static_cast<std::ptrdiff_t>(hits.size()));
     std::vector<std::uint64_t> counts(rays.size(), 99);
-    EXPECT_THROW(scene.count(rays, counts, morphray::Crossing::owner, Coherence::sort(), &cancel),
+    EXPECT_THROW(scene.count(rays, counts, morphray::Crossing::once, Coherence::sort(), &cancel),
                  morphray::Error);
     EXPECT_EQ(std::count(counts.begin(), counts.end(), 99u),
               static_cast<std::ptrdiff_t>(counts.size()));

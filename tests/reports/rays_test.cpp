@@ -113,6 +113,37 @@ TEST_P(RayReports, ThreeMeshBvh169AndRapier165VerticesAndEdgesOfHeightMapsAreHit
     }
 }
 
+TEST_P(RayReports, AllHitsOfAHeightMapHaveEachCrossingOnce) {
+    constexpr std::uint32_t kSide = 9;
+    UserMesh map;
+    for (std::uint32_t i = 0; i < kSide * kSide; ++i)
+        map.points.push_back({static_cast<float>(i % kSide), static_cast<float>(i / kSide),
+                              static_cast<float>(i * i % 5)});
+    for (std::uint32_t i = 0; i < kSide * (kSide - 1); ++i) {
+        if (i % kSide == kSide - 1) continue;
+        for (const std::uint32_t k : {0u, 1u, kSide + 1, 0u, kSide + 1, kSide})
+            map.triangles.push_back(i + k);
+    }
+    const Scene scene = build(map);
+    std::vector<Ray> rays;
+    // At vertices, at the middles of edges and diagonals.
+    for (std::uint32_t i = 0; i < 4 * kSide * kSide; ++i) {
+        const float x = static_cast<float>(i % (2 * kSide)) / 2;
+        const float y = static_cast<float>(i / (2 * kSide)) / 2;
+        if (x <= kSide - 1 && y <= kSide - 1) rays.push_back(ray({x, y, 8}, {0, 0, -1}));
+    }
+    std::vector<std::uint64_t> counts(rays.size());
+    scene.count(rays, counts);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const std::vector<Hit> hits = all_hits(scene, rays[i], Crossing::once);
+        ASSERT_EQ(hits.size(), 1u) << rays[i].org.x << ' ' << rays[i].org.y;
+        EXPECT_EQ(hits[0], scene.intersect(rays[i]));
+        EXPECT_EQ(counts[i], 1u);
+        EXPECT_FALSE(scene.intersect(rays[i], hits[0], Crossing::once));
+        EXPECT_GE(all_hits(scene, rays[i], Crossing::each).size(), 1u);
+    }
+}
+
 TEST_P(RayReports, Pyvista8698ThePoleOfASphereIsCrossedWhateverTheEnd) {
     constexpr int kRings = 10;
     UserMesh sphere;

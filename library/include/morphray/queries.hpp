@@ -14,6 +14,10 @@ namespace morphray {
 
 /// Which triangles a ray hits that goes through an edge or a vertex.
 enum class Crossing {
+    /// One triangle for each edge and each vertex of a mesh, however many share it: the first in the
+    /// order of (t, prim_id). So the hit of intersect() is among them, on the border of an open mesh,
+    /// too. Edges and vertices of a mesh are one if they lie at one place.
+    once,
     /// Each triangle there, as the closest hit of intersect() does.
     each,
     /// One of those that it passes through, so that a closed mesh is entered as often as it is left
@@ -50,7 +54,7 @@ struct Coherence {
 };
 
 struct AllHitsOptions {
-    Crossing crossing = Crossing::owner;
+    Crossing crossing = Crossing::once;
     /// The most hits that are listed for a ray: the first ones. More are counted.
     std::uint32_t max_hits = std::numeric_limits<std::uint32_t>::max();
     /// As for Scene::intersect().

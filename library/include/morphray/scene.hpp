@@ -251,7 +251,7 @@ public:
     /// Counts all hits: counts[i] is the number of those of rays[i]. Throws and is cancelled as
     /// intersect().
     void count(std::span<const Ray> rays, std::span<std::uint64_t> counts,
-               Crossing crossing = Crossing::owner, Coherence coherence = {},
+               Crossing crossing = Crossing::once, Coherence coherence = {},
                const std::atomic<bool>* cancel = nullptr) const;
 
     /// Finds how often the meshes wind around points: windings[i] answers points[i]. 1 inside a

@@ -290,9 +290,9 @@ void bind_queries(py::class_<PyScene>& scene_class) {
         .def("test_occlusions", &test_occlusions, kTestOcclusionsDoc, arg("rays"),
              arg("tnear") = 0.0f, arg("tfar") = none, py::kw_only(), arg("coherence") = "none")
         .def("intersect_all", &intersect_all, kIntersectAllDoc, arg("rays"), py::kw_only(),
-             arg("crossing") = "owner", arg("max_hits") = none, arg("cancel") = none)
+             arg("crossing") = "once", arg("max_hits") = none, arg("cancel") = none)
         .def("count", &count, kCountDoc, arg("rays"), arg("out") = none, py::kw_only(),
-             arg("crossing") = "owner", arg("coherence") = "none", arg("cancel") = none)
+             arg("crossing") = "once", arg("coherence") = "none", arg("cancel") = none)
         .def("winding", &winding, kWindingDoc, arg("points"), arg("out") = none, py::kw_only(),
              arg("cancel") = none)
         .def("contains", &contains, kContainsDoc, arg("points"), arg("out") = none, py::kw_only(),

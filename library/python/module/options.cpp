@@ -123,8 +123,9 @@ Shading shading_named(const std::string& shading) {
 }
 
 Crossing crossing_named(const std::string& crossing) {
-    return choice<Crossing>("crossing", crossing,
-                            {{"owner", Crossing::owner}, {"each", Crossing::each}});
+    return choice<Crossing>(
+        "crossing", crossing,
+        {{"once", Crossing::once}, {"each", Crossing::each}, {"owner", Crossing::owner}});
 }
 
 FillRule rule_named(const std::string& rule) {

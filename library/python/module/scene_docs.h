@@ -103,20 +103,21 @@ Finds whether rays hit anything at tnear <= t <= tfar (None: infinite), as Open3
 does. Rays of eight numbers have a tnear and tfar of their own.)";
 
 inline constexpr const char* kIntersectAllDoc =
-    R"(intersect_all(self, rays, *, crossing="owner", max_hits=None, cancel=None)
+    R"(intersect_all(self, rays, *, crossing="once", max_hits=None, cancel=None)
 --
 
 Finds all hits of rays, each once, as an AllHits; axes in front of the rays are flattened.
 
-crossing: which triangles a ray through an edge or a vertex hits. "owner": one by which it passes through
-          the surface, so that a closed mesh is entered as often as it is left. "each": all of them.
+crossing: which triangles a ray through an edge or a vertex hits. "once": the first of its mesh there.
+          "each": all of them. "owner": one by which it passes through the surface, so that a closed mesh
+          is entered as often as it is left; none at a border or where it only touches.
 max_hits: the most hits that are listed for a ray, the first ones. None: all
 cancel:   a morphray.Cancel, which ends the call with Error "cancelled"
 
 Takes 20 bytes a hit and 16 bytes a ray, twice while the answer is made. Raises Error "limit" if the
 memory does not suffice.)";
 inline constexpr const char* kCountDoc =
-    R"(count(self, rays, out=None, *, crossing="owner", coherence="none", cancel=None)
+    R"(count(self, rays, out=None, *, crossing="once", coherence="none", cancel=None)
 --
 
 Counts all hits of rays: an array of int64. Arguments are those of intersect() and intersect_all().)";

@@ -311,7 +311,7 @@ class RayMeshIntersector:
             rays[:, 3:] = step
         return rays
 
-    def _all(self, rays, origins, directions, crossing="owner"):
+    def _all(self, rays, origins, directions, crossing="once"):
         found = self._followed.scene.intersect_all(rays, crossing=crossing)
         hits, ahead = self._locate(found.hits, found.ray_ids, origins, directions)
         return _Hits(*(array[ahead] for array in hits))

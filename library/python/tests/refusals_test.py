@@ -101,7 +101,7 @@ def test_bad_query_points(points, error, reason):
 @pytest.mark.parametrize(
     "ask, error, reason",
     [
-        (lambda s: s.count(DOWN, crossing="all"), ValueError, '"all" is none of "owner", "each"'),
+        (lambda s: s.count(DOWN, crossing="all"), ValueError, '"all" is none of "once", "each", "owner"'),
         (lambda s: s.intersect(DOWN, coherence="any"), ValueError, '"any" is none of "none" and'),
         (lambda s: s.count(DOWN, coherence=-1), ValueError, "coherence: -1 is out of range"),
         (lambda s: s.occluded(DOWN, coherence=None), TypeError, "coherence: a whole number"),

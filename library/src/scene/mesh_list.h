@@ -76,6 +76,9 @@ public:
         return {t, u, v, prim_id - first_prims_[i], geometry_ids_[i]};
     }
 
+    /// Of meshes with triangles, ascending.
+    std::span<const std::uint32_t> first_prims() const { return first_prims_; }
+
     /// Those with is_visible[geom_id] != 0.
     mray::VisibleMeshes visible(std::span<const std::uint8_t> is_visible) const {
         return {first_prims_, geometry_ids_, is_visible};
