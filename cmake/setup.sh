@@ -39,7 +39,7 @@ missing_packages() {
 
 # show_log_and_exit CODE MESSAGE
 show_log_and_exit() {
-    [ "$log" = /dev/stderr ] || cat "$log" >&2
+    cat "$log" >&2
     say "$2"
     exit "$1"
 }
@@ -95,26 +95,6 @@ configure() {
         show_log_and_exit 70 "configuring failed"
 }
 
-# show_steps: appends what ninja prints to the log, and shows it on a terminal in one line.
-show_steps() {
-    local line
-    while IFS= read -r line; do
-        printf '%s\n' "$line" >>"$log"
-        [ ! -t 2 ] || printf '\r\e[Kmorphray: building %.60s' "$line" >&2
-    done
-    [ ! -t 2 ] || printf '\r\e[K' >&2
-}
-
-# run_ninja TARGET...: builds. Returns what ninja returns.
-run_ninja() {
-    if [ "$log" = /dev/stderr ]; then
-        ninja -C "$build" "$@" </dev/null >&2
-        return
-    fi
-    ninja -C "$build" "$@" </dev/null 2>&1 | show_steps
-    return "${PIPESTATUS[0]}"
-}
-
 # set_up INSTALL TESTS KIND...: everything up to a program that is up to date. One at a time, so
 # that two calls do not build into each other. What is in the array build_targets is built; if that
 # is empty, all with tests, and the program without.
@@ -129,11 +109,14 @@ set_up() {
     exec 9>"$root/build/.lock"
     flock 9
     : >"$log"
-    if [ "${MORPHRAY_VERBOSE:-0}" = 1 ]; then
-        log=/dev/stderr
-    fi
     install_missing "$install" "$@"
     configure "$tests"
-    run_ninja "${targets[@]}" || show_log_and_exit 70 "the build failed"
+    # On a terminal ninja shows its steps in one line.
+    local quiet=()
+    [ -t 2 ] || quiet=(--quiet)
+    (cd "$build" && ninja "${quiet[@]}" "${targets[@]}") </dev/null >&2 || {
+        say "the build failed"
+        exit 70
+    }
     exec 9>&-
 }

@@ -11,6 +11,8 @@
 #include <memory>
 #include <type_traits>
 
+#include "common/interop/ray.h"
+
 namespace mray::embree {
 
 #if MORPHRAY_EMBREE == 3
@@ -36,7 +38,7 @@ enum class Coherence { kCoherent, kIncoherent };
 
 /// All that Embree takes beside the rays: the context of version 3, the arguments of version 4. A
 /// query belongs to one thread at a time; packets name the active rays by -1 in `valid`, the others
-/// by 0.
+/// by 0, and a single ray has no mask.
 class Query {
 public:
     explicit Query(Coherence coherence) {
@@ -54,17 +56,31 @@ public:
 #endif
     }
 
-    void intersect1(RTCScene scene, RTCRayHit& ray) { call(rtcIntersect1, intersect_, ray, scene); }
-    /// `function` is rtcIntersect4, rtcIntersect8 or rtcIntersect16.
-    template <class Function, class Packet>
-    void intersect(Function& function, const int* valid, RTCScene scene, Packet& packet) {
-        call(function, intersect_, packet, valid, scene);
+    // Closest hits.
+    void trace(RTCScene scene, RTCRayHit& ray, const int*) {
+        call(rtcIntersect1, intersect_, ray, scene);
     }
-    void occluded1(RTCScene scene, RTCRay& ray) { call(rtcOccluded1, occluded_, ray, scene); }
-    /// `function` is rtcOccluded4, rtcOccluded8 or rtcOccluded16.
-    template <class Function, class Packet>
-    void occluded(Function& function, const int* valid, RTCScene scene, Packet& packet) {
-        call(function, occluded_, packet, valid, scene);
+    void trace(RTCScene scene, RTCRayHit4& rays, const int* valid) {
+        call(rtcIntersect4, intersect_, rays, valid, scene);
+    }
+    void trace(RTCScene scene, RTCRayHit8& rays, const int* valid) {
+        call(rtcIntersect8, intersect_, rays, valid, scene);
+    }
+    void trace(RTCScene scene, RTCRayHit16& rays, const int* valid) {
+        call(rtcIntersect16, intersect_, rays, valid, scene);
+    }
+    // Any hits.
+    void trace(RTCScene scene, RTCRay& ray, const int*) {
+        call(rtcOccluded1, occluded_, ray, scene);
+    }
+    void trace(RTCScene scene, RTCRay4& rays, const int* valid) {
+        call(rtcOccluded4, occluded_, rays, valid, scene);
+    }
+    void trace(RTCScene scene, RTCRay8& rays, const int* valid) {
+        call(rtcOccluded8, occluded_, rays, valid, scene);
+    }
+    void trace(RTCScene scene, RTCRay16& rays, const int* valid) {
+        call(rtcOccluded16, occluded_, rays, valid, scene);
     }
 
     /// Single rays that lie one after the other; only if kHasStreams.
@@ -94,5 +110,52 @@ private:
     IntersectArguments intersect_;
     OccludedArguments occluded_;
 };
+
+// Lane i of a packet's field, which is a scalar in records of one ray.
+template <class T>
+T& lane(T& field, std::size_t) {
+    return field;
+}
+template <class T, std::size_t N>
+T& lane(T (&field)[N], std::size_t i) {
+    return field[i];
+}
+
+/// Sets the members that differ from ray to ray, in lane i of an RTCRay, RTCRay4 and so on.
+template <class RayRecord>
+void copy_ray(RayRecord& record, std::size_t i, const Ray& ray) {
+    lane(record.org_x, i) = ray.org.x;
+    lane(record.org_y, i) = ray.org.y;
+    lane(record.org_z, i) = ray.org.z;
+    lane(record.tnear, i) = ray.tnear;
+    lane(record.dir_x, i) = ray.dir.x;
+    lane(record.dir_y, i) = ray.dir.y;
+    lane(record.dir_z, i) = ray.dir.z;
+    lane(record.tfar, i) = ray.tfar;
+}
+
+/// Sets all members of lane i.
+template <class RayRecord>
+void set_ray(RayRecord& record, std::size_t i, const Ray& ray) {
+    copy_ray(record, i, ray);
+    lane(record.time, i) = 0;
+    lane(record.mask, i) = 0xFFFFFFFFu;
+    lane(record.id, i) = 0;
+    lane(record.flags, i) = 0;
+}
+
+/// Lane i has no hit yet, of an RTCRayHit, RTCRayHit4 and so on.
+template <class HitRecord>
+void clear_hit(HitRecord& record, std::size_t i) {
+    lane(record.hit.geomID, i) = RTC_INVALID_GEOMETRY_ID;
+    lane(record.hit.primID, i) = RTC_INVALID_GEOMETRY_ID;
+}
+
+template <class HitRecord>
+Hit hit_of(const HitRecord& record, std::size_t i) {
+    const unsigned int prim_id = lane(record.hit.primID, i);
+    if (prim_id == RTC_INVALID_GEOMETRY_ID) return no_hit();
+    return {lane(record.ray.tfar, i), lane(record.hit.u, i), lane(record.hit.v, i), prim_id};
+}
 
 }  // namespace mray::embree

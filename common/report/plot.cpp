@@ -25,8 +25,7 @@ constexpr std::pair<const char*, std::string Panel::*> kVariables[] = {
     {"y", &Panel::y},           {"series", &Panel::series}, {"xlabel", &Panel::xlabel},
     {"ylabel", &Panel::ylabel}, {"where", &Panel::where},   {"is", &Panel::is},
     {"ring", &Panel::ring},     {"least", &Panel::least},   {"logx", &Panel::logx},
-    {"across", &Panel::across}, {"shade", &Panel::shade},   {"note", &Panel::note},
-    {"end", &Panel::end}};
+    {"across", &Panel::across}, {"shade", &Panel::shade},   {"note", &Panel::note}};
 
 /// A temporary file, removed at the end.
 class ScratchFile {

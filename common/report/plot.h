@@ -26,7 +26,6 @@ struct Panel {
     std::string across = {};
     std::string shade = {};
     std::string note = {};
-    std::string end = {};
 };
 
 struct Figure {

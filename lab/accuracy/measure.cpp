@@ -35,48 +35,53 @@ void trace_rays(const Method& method, std::span<const Ray> rays, std::span<Hit> 
     });
 }
 
-}  // namespace
-
-std::uint64_t VerdictCounts::wrong() const {
-    std::uint64_t sum = 0;
-    for (std::size_t i = 0; i < kVerdictCount; ++i) {
-        if (is_wrong(static_cast<Verdict>(i))) sum += of[i];
+void trace_camera(const Method& method, const ChartScene& scene, std::span<Hit> hits) {
+    if (!method.trace_tile) {
+        trace_rays(method, method.space(scene).camera_rays, hits);
+        return;
     }
-    return sum;
+    for_each_batch(hits.size(), [&](std::size_t begin, std::size_t end) {
+        method.trace_tile(begin / kChartTile, hits.subspan(begin, end - begin));
+    });
 }
 
-double VerdictCounts::wrong_per_million() const {
-    return rays == 0 ? 0 : 1e6 * static_cast<double>(wrong()) / static_cast<double>(rays);
-}
+/// The exact answers to all rays of a scene, which outlives it, in one of its spaces.
+class Judge {
+public:
+    Judge(const ChartScene& scene, const ChartSpace& space)
+        : space_(&space),
+          referee_(scene.topology, space.positions, space.bvh),
+          camera_(truths_of(space.camera_rays)),
+          aimed_(truths_of(space.aimed_rays)) {
+        check_camera(scene);
+    }
 
-VerdictCounts VerdictCounts::operator+(const VerdictCounts& other) const {
-    VerdictCounts sum = *this;
-    for (std::size_t i = 0; i < kVerdictCount; ++i) sum.of[i] += other.of[i];
-    sum.rays += other.rays;
-    sum.worst_ulps = std::max(worst_ulps, other.worst_ulps);
-    return sum;
-}
+    VerdictCounts camera(std::span<const Hit> hits) const {
+        return count(space_->camera_rays, camera_, hits);
+    }
+    VerdictCounts aimed(std::span<const Hit> hits) const {
+        return count(space_->aimed_rays, aimed_, hits);
+    }
 
-std::vector<std::string> verdict_cells(const VerdictCounts& counts) {
-    std::vector<std::string> cells;
-    for (const Verdict verdict :
-         {Verdict::kLeak, Verdict::kFalseMiss, Verdict::kFalseHit, Verdict::kWrongTriangle,
-          Verdict::kClose, Verdict::kDisplaced, Verdict::kBeside})
-        cells.push_back(std::to_string(counts[verdict]));
-    return cells;
-}
+private:
+    void check_camera(const ChartScene& scene) const;
+    std::vector<Truth> truths_of(std::span<const Ray> rays) const;
+    VerdictCounts count(std::span<const Ray> rays, std::span<const Truth> truths,
+                        std::span<const Hit> hits) const;
 
-Judge::Judge(const ChartScene& scene, const ChartSpace& space)
-    : space_(&space),
-      referee_(scene.topology, space.positions, space.bvh),
-      camera_(truths_of(space.camera_rays)),
-      aimed_(truths_of(space.aimed_rays)) {
+    const ChartSpace* space_;
+    ExactReferee referee_;
+    std::vector<Truth> camera_;
+    std::vector<Truth> aimed_;
+};
+
+void Judge::check_camera(const ChartScene& scene) const {
     const std::size_t triangles = std::max<std::size_t>(1, scene.topology.triangles.size());
     const std::size_t step =
         std::max(kFullSearchStep, camera_.size() * triangles / kFullSearchTriangles);
     for_each_batch(camera_.size(), [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            if (i % step != 0 || referee_.closest_of_all(space.camera_rays[i]) == camera_[i])
+            if (i % step != 0 || referee_.closest_of_all(space_->camera_rays[i]) == camera_[i])
                 continue;
             throw Error(ErrorKind::kInternal,
                         fmt::format("chart: the referee's search loses triangles of {}; please "
@@ -115,38 +120,53 @@ VerdictCounts Judge::count(std::span<const Ray> rays, std::span<const Truth> tru
     return counts;
 }
 
-VerdictCounts Judge::camera(std::span<const Hit> hits) const {
-    return count(space_->camera_rays, camera_, hits);
-}
-VerdictCounts Judge::aimed(std::span<const Hit> hits) const {
-    return count(space_->aimed_rays, aimed_, hits);
-}
+}  // namespace
 
-void trace_camera(const Method& method, const ChartScene& scene, std::span<Hit> hits) {
-    if (!method.trace_tile) {
-        trace_rays(method, method.space(scene).camera_rays, hits);
-        return;
+std::uint64_t VerdictCounts::wrong() const {
+    std::uint64_t sum = 0;
+    for (std::size_t i = 0; i < kVerdictCount; ++i) {
+        if (is_wrong(static_cast<Verdict>(i))) sum += of[i];
     }
-    for_each_batch(hits.size(), [&](std::size_t begin, std::size_t end) {
-        method.trace_tile(begin / kChartTile, hits.subspan(begin, end - begin));
-    });
+    return sum;
 }
 
-void trace_aimed(const Method& method, const ChartScene& scene, std::span<Hit> hits) {
-    trace_rays(method, method.space(scene).aimed_rays, hits);
+double VerdictCounts::wrong_per_million() const {
+    return rays == 0 ? 0 : 1e6 * static_cast<double>(wrong()) / static_cast<double>(rays);
 }
 
-std::vector<double> least_times(std::span<const std::function<void()>> runs, int rounds) {
-    for (const std::function<void()>& run : runs) run();
-    std::vector<double> least(runs.size(), INFINITY);
+VerdictCounts VerdictCounts::operator+(const VerdictCounts& other) const {
+    VerdictCounts sum = *this;
+    for (std::size_t i = 0; i < kVerdictCount; ++i) sum.of[i] += other.of[i];
+    sum.rays += other.rays;
+    sum.worst_ulps = std::max(worst_ulps, other.worst_ulps);
+    return sum;
+}
+
+std::vector<Measured> measure(const ChartScene& scene, std::span<const Method> methods,
+                              int rounds) {
+    const Judge in_scene_space(scene, scene.scene_space);
+    const Judge in_world_space(scene, scene.world_space);
+    std::vector<Hit> hits(scene.scene_space.camera_rays.size());
+    std::vector<Hit> aimed(scene.scene_space.aimed_rays.size());
+    std::vector<Measured> all;
+    for (const Method& method : methods) {
+        const Judge& judge = method.in_scene_space ? in_scene_space : in_world_space;
+        Measured& one = all.emplace_back();
+        one.method = method.name;
+        trace_camera(method, scene, hits);
+        one.camera = judge.camera(hits);
+        trace_rays(method, method.space(scene).aimed_rays, aimed);
+        one.aimed = judge.aimed(aimed);
+    }
     for (int round = 0; round < rounds; ++round) {
-        for (std::size_t i = 0; i < runs.size(); ++i) {
+        for (std::size_t i = 0; i < methods.size(); ++i) {
             const Stopwatch watch;
-            runs[i]();
-            least[i] = std::min(least[i], watch.ms());
+            trace_camera(methods[i], scene, hits);
+            all[i].mrays =
+                std::max(all[i].mrays, static_cast<double>(hits.size()) / (1e3 * watch.ms()));
         }
     }
-    return least;
+    return all;
 }
 
 }  // namespace mray::accuracy

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,10 +10,6 @@
 #include "lab/accuracy/referee/exact_referee.h"
 
 namespace mray::accuracy {
-
-/// The columns of wrong and of other answers that are not right, as verdict_cells() has them.
-inline const std::vector<std::string> kVerdictColumns = {
-    "leaks", "false misses", "false hits", "wrong triangles", "close", "displaced", "beside"};
 
 struct VerdictCounts {
     std::array<std::uint64_t, kVerdictCount> of{};
@@ -30,35 +25,19 @@ struct VerdictCounts {
     VerdictCounts operator+(const VerdictCounts& other) const;
 };
 
-std::vector<std::string> verdict_cells(const VerdictCounts& counts);
-
-/// The exact answers to all rays of a scene in one of its spaces. The scene outlives it.
-class Judge {
-public:
-    /// Computes the exact answers in parallel. Checks about every thousandth one against all
-    /// triangles and throws Error(kInternal) if they differ.
-    Judge(const ChartScene& scene, const ChartSpace& space);
-
-    VerdictCounts camera(std::span<const Hit> hits) const;
-    VerdictCounts aimed(std::span<const Hit> hits) const;
-
-private:
-    std::vector<Truth> truths_of(std::span<const Ray> rays) const;
-    VerdictCounts count(std::span<const Ray> rays, std::span<const Truth> truths,
-                        std::span<const Hit> hits) const;
-
-    const ChartSpace* space_;
-    ExactReferee referee_;
-    std::vector<Truth> camera_;
-    std::vector<Truth> aimed_;
+/// A method over a scene: its answers to rays of the camera and to aimed ones, and millions of
+/// camera rays a second on all threads.
+struct Measured {
+    std::string method;
+    VerdictCounts camera;
+    VerdictCounts aimed;
+    double mrays = 0;
 };
 
-/// Traces all rays of a kind on all threads.
-void trace_camera(const Method& method, const ChartScene& scene, std::span<Hit> hits);
-void trace_aimed(const Method& method, const ChartScene& scene, std::span<Hit> hits);
-
-/// The least milliseconds of `rounds` runs of each, in turn, after one to warm up. The least
-/// counts, because disturbances of the machine only add time.
-std::vector<double> least_times(std::span<const std::function<void()>> runs, int rounds);
+/// Traces all rays of a scene by each method, and compares the answers with exact ones. The time is
+/// the least of `rounds` of all methods in turn, because disturbances of the machine only add time.
+/// Checks about every thousandth exact answer against all triangles, and throws Error(kInternal) if
+/// they differ.
+std::vector<Measured> measure(const ChartScene& scene, std::span<const Method> methods, int rounds);
 
 }  // namespace mray::accuracy

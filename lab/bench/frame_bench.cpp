@@ -129,7 +129,7 @@ public:
         : played_(played),
           primary_(primary),
           arena_(arena),
-          tree_(paper_2007::build_sweep_tree(played.topology(), played.poses.front())),
+          tree_(paper_2007::build_tree(played.topology(), played.poses.front())),
           camera_(tree_, primary),
           shader_(target),
           frame_(empty_frame(played.params)) {}
@@ -137,7 +137,7 @@ public:
     double run(std::size_t frame) override {
         const Stopwatch to_hits;
         arena_.execute([&] {
-            paper_2007::refit(tree_, played_.topology(), played_.poses[frame]);
+            refit(tree_, played_.topology(), played_.poses[frame]);
             camera_.trace();
         });
         const double to_hits_ms = to_hits.ms();
@@ -177,17 +177,11 @@ private:
     const Played& played_;
     const TraceWork& primary_;
     ThreadArena& arena_;
-    paper_2007::Tree tree_;
+    PeerTree tree_;
     paper_2007::WorkTracer camera_;
     cpu::PixelShader shader_;
     Frame frame_;
 };
-
-double share_of_hits(const std::vector<Hit>& hits) {
-    const auto count =
-        std::ranges::count_if(hits, [](const Hit& hit) { return hit.prim_id != kNoPrim; });
-    return static_cast<double>(count) / static_cast<double>(hits.size());
-}
 
 /// How many pixels show another triangle.
 std::uint64_t count_mismatches(const std::vector<Hit>& ours, const std::vector<Hit>& theirs) {
@@ -213,23 +207,20 @@ void bench_frame(const Rig& rig, const BenchScene& scene, const TraceWork& prima
                            std::move(group)});
     };
     const SimdTarget best = best_simd_target();
-    add(std::make_unique<OurFrames>(played, rig.threads), "Auto, image of packets", "");
+    add(std::make_unique<OurFrames>(played, rig.threads), "auto", "");
     for (const auto& [tree, name] : {std::pair(EmbreeTree::kRefitted, "REFIT"),
                                      {EmbreeTree::kLow, "LOW"},
                                      {EmbreeTree::kMedium, "MEDIUM"}}) {
         for (const EmbreeDevice& device : rig.devices) {
             add(std::make_unique<EmbreeFrames>(played, device, tree, best, arena),
-                fmt::format("Embree {}, Intersect16 ({})", name, device.isa()), name);
+                fmt::format("{}, Intersect16, {}", name, device.isa()), name);
         }
     }
     add(std::make_unique<PaperFrames>(played, primary, best, arena), "paper-2007, refit",
         "paper-2007");
-    compare_with_peers(rig, row_of(rig, scene, "frame"), methods, played.poses.size(), Unit::kMs, 0,
-                       [&](Row& row, std::size_t peer) {
-                           const std::vector<Hit> hits = frames[0]->hits();
-                           row.rays = played.poses.size() * primary.active_count;
-                           row.hit_share = share_of_hits(hits);
-                           row.mismatches = count_mismatches(hits, frames[peer]->hits());
+    compare_with_peers(rig, "frame", methods, played.poses.size(), Unit::kMs, 0,
+                       [&](std::size_t peer) {
+                           return count_mismatches(frames[0]->hits(), frames[peer]->hits());
                        });
 }
 

@@ -28,12 +28,9 @@ std::vector<Times> time_in_turn(std::span<const Method> methods, std::size_t par
 
 Times times_of(std::span<const Samples> parts) {
     Times times;
-    times.rounds.resize(parts.front().size());
     for (const Samples& part : parts) {
         times.median_ms += median(part);
         times.least_ms += *std::min_element(part.begin(), part.end());
-        for (std::size_t round = 0; round < part.size(); ++round)
-            times.rounds[round] += part[round];
     }
     return times;
 }
@@ -55,18 +52,6 @@ std::vector<std::size_t> fastest_of_groups(std::span<const Method> methods,
         fastest.insert(fastest.end(), group.begin(), group.end());
     }
     return fastest;
-}
-
-Ratio ratio_of(const Times& ours, const Times& peer) {
-    Ratio ratio{};
-    ratio.median = peer.median_ms / ours.median_ms;
-    ratio.least = peer.least_ms / ours.least_ms;
-    ratio.min = ratio.max = peer.rounds[0] / ours.rounds[0];
-    for (std::size_t i = 1; i < ours.rounds.size(); ++i) {
-        ratio.min = std::min(ratio.min, peer.rounds[i] / ours.rounds[i]);
-        ratio.max = std::max(ratio.max, peer.rounds[i] / ours.rounds[i]);
-    }
-    return ratio;
 }
 
 }  // namespace mray::bench

@@ -40,8 +40,6 @@ struct Times {
     double median_ms = 0;
     /// The sum over the parts of the least of the rounds: what is left where nothing disturbs.
     double least_ms = 0;
-    /// The sum over the parts of each round.
-    Samples rounds;
 };
 
 /// samples[part][round]; at least one part, and as many rounds in each, at least one.
@@ -57,15 +55,5 @@ std::vector<Times> time_in_turn(std::span<const Method> methods, std::size_t par
 /// the order of their first methods.
 std::vector<std::size_t> fastest_of_groups(std::span<const Method> methods,
                                            std::span<const Times> times, std::size_t count);
-
-/// How many times as fast as the peer morphray is: the ratios of the medians and of the least
-/// times, and the smallest and largest ratio of a round.
-struct Ratio {
-    double median;
-    double least;
-    double min;
-    double max;
-};
-Ratio ratio_of(const Times& ours, const Times& peer);
 
 }  // namespace mray::bench

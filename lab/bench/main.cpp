@@ -37,7 +37,6 @@ void run(std::span<const std::string> arguments) {
         options.csv);
     for (const std::string& spec : options.scenes) {
         const BenchScene scene = open_bench_scene(spec, options.view);
-        report.begin_scene();
         // All rays are made before anything is timed.
         const SceneRays rays(scene);
         std::vector<TraceWork> traced;
@@ -45,6 +44,7 @@ void run(std::span<const std::string> arguments) {
             if (options.wants(name_of(kind))) traced.push_back(rays.work(kind));
         for (const int threads : options.threads) {
             const std::vector<EmbreeDevice> devices = embree_devices(threads);
+            report.begin(spec, threads);
             run_works({devices, threads, options.repeat, report}, scene, rays, traced, options);
         }
     }

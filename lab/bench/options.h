@@ -1,4 +1,4 @@
-// The command line of the benchmark.
+// The command lines of the benchmark and of the comparison of two builds.
 #pragma once
 
 #include <span>
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/scene/camera_setup.h"
+#include "common/simd/simd_target.h"
 
 namespace mray::bench {
 
@@ -18,13 +19,19 @@ struct BenchOptions {
     /// A square.
     ViewSpec view;
     std::string csv;
+    /// The shared objects of two builds, and instruction sets.
+    std::string this_build, other_build;
+    std::vector<std::string> simd = {best_simd_target().name};
     /// The text that --help asks for, else empty.
     std::string help;
 
     bool wants(const std::string& work) const;
 };
 
+/// What the command line of a program can say.
+enum class BenchProgram { kRun, kBuilds };
 /// Throws Error(kBadArgument).
-BenchOptions parse_options(std::span<const std::string> arguments);
+BenchOptions parse_options(std::span<const std::string> arguments,
+                           BenchProgram program = BenchProgram::kRun);
 
 }  // namespace mray::bench

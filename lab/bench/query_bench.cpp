@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <deque>
 #include <functional>
@@ -42,8 +40,8 @@ struct QueryPeer {
     std::string name;
     std::string group;
     std::function<void()> run;
-    /// Enters how its answers to its last run differ from ours.
-    std::function<void(Row&)> compare;
+    /// How many answers of its last run differ from ours.
+    std::function<std::uint64_t()> differences;
 };
 
 /// The same scene behind the public interface and as the peers have it.
@@ -90,26 +88,27 @@ private:
         const std::vector<morphray::Vec3> asked = to_user(points);
         std::vector<morphray::ClosestPoint> ours(points.size());
         std::vector<NearestPoint> theirs(points.size());
-        const auto compare = [&](Row& row) {
+        const auto differences = [&] {
+            std::uint64_t count = 0;
             for (std::size_t i = 0; i < points.size(); ++i) {
                 const double a = ours[i].distance;
                 const double b = theirs[i].distance;
                 const double difference = a == b ? 0 : std::abs(a - b) / (2 * kExtent);
-                row.mismatches += difference > kMostDifference;
+                count += difference > kMostDifference;
             }
+            return count;
         };
         std::vector<QueryPeer> peers;
         for (EmbreeQueries& embree : embree_) {
-            peers.push_back({"Embree PointQuery " + embree.name(), embree.group(),
-                             [&] { embree.find_closest(points, theirs); }, compare});
+            peers.push_back({"PointQuery " + embree.name(), embree.group(),
+                             [&] { embree.find_closest(points, theirs); }, differences});
         }
         if (cgal_) {
             peers.push_back(
-                {cgal_->name(), "cgal", [&] { cgal_->find_closest(points, theirs); }, compare});
+                {cgal_->name(), "cgal", [&] { cgal_->find_closest(points, theirs); }, differences});
         }
         report(
-            fmt::format("closest_points, {}", where), [&] { scene.closest_points(asked, ours); },
-            peers, ours, [](const auto& closest) { return bool{closest}; });
+            "closest", where, points.size(), [&] { scene.closest_points(asked, ours); }, peers);
     }
 
     void count(const morphray::Scene& scene, const char* which, const std::vector<Ray>& rays,
@@ -120,10 +119,9 @@ private:
                                     : morphray::Coherence::sort();
         const auto differs = [](std::uint64_t a, std::uint64_t b) { return a != b; };
         report(
-            fmt::format("count, {}", which),
+            "count", which, rays.size(),
             [&] { scene.count(asked, ours, morphray::Crossing::each, known); },
-            counting_peers(rays, coherent, ours, differs), ours,
-            [](std::uint64_t hits) { return hits != 0; });
+            counting_peers(rays, coherent, ours, differs));
     }
 
     /// By the rule that Embree's hits of a half-line can follow, too.
@@ -136,10 +134,9 @@ private:
             return inside != hits % 2;
         };
         report(
-            fmt::format("contains, {}", where),
+            "contains", where, points.size(),
             [&] { scene.contains(asked, ours, morphray::FillRule::odd); },
-            counting_peers(rays, false, ours, differs), ours,
-            [](std::uint8_t inside) { return inside == 1; });
+            counting_peers(rays, false, ours, differs));
     }
 
     template <class Answer, class Differs>
@@ -147,38 +144,32 @@ private:
                                           const std::vector<Answer>& ours, Differs differs) {
         std::vector<QueryPeer> peers;
         for (EmbreeQueries& embree : embree_) {
-            peers.push_back({"Embree Intersect1 with a filter " + embree.name(), embree.group(),
+            peers.push_back({"filter, " + embree.name(), embree.group(),
                              [&, coherent] { embree.count(rays, coherent); },
-                             [&, differs](Row& row) {
+                             [&, differs] {
+                                 std::uint64_t count = 0;
                                  for (std::size_t i = 0; i < ours.size(); ++i)
-                                     row.mismatches += differs(ours[i], embree.counts()[i]);
+                                     count += differs(ours[i], embree.counts()[i]);
+                                 return count;
                              }});
         }
         return peers;
     }
 
-    /// Times ours and the peers in turn, and reports ours against the fastest of each group.
-    /// `is_found` tells the answers that found something.
-    template <class Run, class Answer, class IsFound>
-    void report(const std::string& name, const Run& run, const std::vector<QueryPeer>& peers,
-                const std::vector<Answer>& answers, IsFound is_found) {
-        std::vector<Method> methods = {{name, {}, [&](std::size_t) { return timed(run); }}};
+    template <class Run>
+    void report(const char* work, const char* where, std::size_t count, const Run& run,
+                const std::vector<QueryPeer>& peers) {
+        std::vector<Method> methods = {{where, {}, [&](std::size_t) { return timed(run); }}};
         for (const QueryPeer& peer : peers) {
             methods.push_back({peer.name,
                                {},
                                [&](std::size_t) { return timed_in(arena_, peer.run); },
                                peer.group});
         }
-        Row row = row_of(rig_, scene_, "queries");
-        row.rays = answers.size();
-        compare_with_peers(
-            rig_, row, methods, 1, Unit::kNsPerQuery, answers.size(),
-            [&](Row& one, std::size_t peer) {
-                const auto found = std::count_if(answers.begin(), answers.end(), is_found);
-                one.hit_share = static_cast<double>(found) / static_cast<double>(answers.size());
-                methods[peer].run(0);
-                peers[peer - 1].compare(one);
-            });
+        compare_with_peers(rig_, work, methods, 1, Unit::kNs, count, [&](std::size_t peer) {
+            methods[peer].run(0);
+            return peers[peer - 1].differences();
+        });
     }
 
     const Rig& rig_;

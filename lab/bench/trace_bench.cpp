@@ -1,5 +1,5 @@
 #include <algorithm>
-#include <optional>
+#include <memory>
 
 #include "common/simd/simd_target.h"
 #include "lab/bench/paper_2007/paper_2007.h"
@@ -33,24 +33,15 @@ std::vector<Mine> tracers_for(const Bvh& bvh, const TraceWork& work) {
 }
 
 /// The paper's tracer for primary and shadow rays, in a group of its own.
-class PaperPeer {
-public:
-    PaperPeer(const BenchScene& scene, const TraceWork& work)
-        : tree_(paper_2007::build_sweep_tree(scene.topology(), scene.positions)),
-          tracer_(tree_, work) {}
-
-    /// This object outlives the peer.
-    Peer peer() {
-        return {.name = "paper-2007",
-                .group = "paper-2007",
-                .trace = [this](const WorkPart& part) { tracer_.trace(part); },
-                .answers = [this] { return tracer_.answers(); }};
-    }
-
-private:
-    paper_2007::Tree tree_;
-    paper_2007::WorkTracer tracer_;
-};
+Peer paper_peer(const BenchScene& scene, const TraceWork& work) {
+    const auto tree =
+        std::make_shared<const PeerTree>(paper_2007::build_tree(scene.topology(), scene.positions));
+    const auto tracer = std::make_shared<paper_2007::WorkTracer>(*tree, work);
+    return {.name = "paper-2007",
+            .group = "paper-2007",
+            .trace = [tree, tracer](const WorkPart& part) { tracer->trace(part); },
+            .answers = [tracer] { return tracer->answers(); }};
+}
 
 std::vector<Method> methods_of(const std::vector<Peer>& peers, ThreadArena& arena,
                                std::span<const WorkPart> parts) {
@@ -94,9 +85,8 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& em
         work.parts(work.squares.size() / (kSquaresOfPart * static_cast<std::size_t>(rig.threads)));
 
     std::vector<Peer> peers = finalists_of(embree_peers(embree, work), arena, parts);
-    std::optional<PaperPeer> paper;
     if (work.kind == WorkKind::kPrimary || work.kind == WorkKind::kShadow)
-        peers.push_back(paper.emplace(scene, work).peer());
+        peers.push_back(paper_peer(scene, work));
 
     const std::vector<Method> theirs = methods_of(peers, arena, parts);
     std::vector<Method> methods = theirs;
@@ -119,15 +109,10 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& em
         });
         for (std::size_t i = 0; i < mine.size(); ++i) {
             if (!comparable(mine[i].tracer, peers[best])) continue;
-            Row row = row_of(rig, scene, name_of(work.kind));
-            row.rays = work.active_count;
-            if (row.rays != 0) {
-                row.hit_share =
-                    static_cast<double>(count_hits(work, answers)) / static_cast<double>(row.rays);
-            }
-            row.tracer = mine[i].tracer.name;
-            row.peer = peers[best].name;
-            row.mismatches = count_mismatches(work, mine[i].answers, answers);
+            Row row{.work = name_of(work.kind),
+                    .tracer = mine[i].tracer.name,
+                    .peer = peers[best].name};
+            row.differences = count_mismatches(work, mine[i].answers, answers);
             set_times(row, times[theirs.size() + i], times[best], Unit::kMrayPerSecond,
                       work.active_count);
             rig.report.add(row);

@@ -100,15 +100,6 @@ std::vector<WorkPart> TraceWork::parts(std::size_t count) const {
     return parts;
 }
 
-std::size_t count_hits(const TraceWork& work, const TraceAnswers& answers) {
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < work.rays.size(); ++i) {
-        if (work.active[i] == 0) continue;
-        count += work.any_hit() ? answers.occluded[i] : answers.hits[i].prim_id != kNoPrim;
-    }
-    return count;
-}
-
 std::uint64_t count_mismatches(const TraceWork& work, std::span<const Hit> a,
                                std::span<const Hit> b) {
     std::uint64_t count = 0;

@@ -110,9 +110,6 @@ inline std::span<const cpu::SharedOriginRays> shadows_of(const TraceWork& work,
         .subspan(rays.begin / kPacketSize, (rays.end - rays.begin) / kPacketSize);
 }
 
-/// How many active rays hit something.
-std::size_t count_hits(const TraceWork& work, const TraceAnswers& answers);
-
 /// Both tracers compute in float, where the error of t is some ulp of the distance of the ray's
 /// origin; larger differences indicate an error.
 inline constexpr float kMaxRelativeT = 1e-4f;

@@ -131,18 +131,17 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
          [&](std::size_t) { return timed_in(arena, [&] { cpu::refit(bvh, positions); }); }});
     for (const EmbreeDevice& device : rig.devices) {
         EmbreeMovingTree& tree = theirs.emplace_back(device, scene, rig.repeat);
-        methods.push_back({fmt::format("Embree REFIT ({})", device.isa()), [&] { tree.prepare(); },
+        methods.push_back({fmt::format("REFIT, {}", device.isa()), [&] { tree.prepare(); },
                            [&](std::size_t) { return timed([&] { tree.run(); }); }, "Embree"});
     }
     methods.push_back({"memcpy", [&] { wake_up(arena); },
                        [&](std::size_t) { return timed_in(arena, [&] { copy.run(); }); },
                        "memcpy"});
-    const Row row = row_of(rig, scene, "refit");
-    compare_with_peers(
-        rig, row, methods, 1, Unit::kNsPerTriangle, row.triangles, [&](Row& one, std::size_t peer) {
-            if (peer <= theirs.size())
-                one.mismatches = compare_trees(arena, primary, bvh, theirs[peer - 1].tree());
-        });
+    compare_with_peers(rig, "refit", methods, 1, Unit::kNs, scene.topology().triangles.size(),
+                       [&](std::size_t peer) -> std::uint64_t {
+                           if (peer > theirs.size()) return 0;
+                           return compare_trees(arena, primary, bvh, theirs[peer - 1].tree());
+                       });
 }
 
 void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& primary) {
@@ -152,9 +151,9 @@ void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     const struct {
         const char* name;
         EmbreeTree tree;
-    } kinds[] = {{"Embree MEDIUM (binned", EmbreeTree::kMedium},
-                 {"Embree HIGH (spatial splits", EmbreeTree::kHigh},
-                 {"Embree LOW (Morton", EmbreeTree::kLow}};
+    } kinds[] = {{"MEDIUM, binned", EmbreeTree::kMedium},
+                 {"HIGH, spatial splits", EmbreeTree::kHigh},
+                 {"LOW, Morton", EmbreeTree::kLow}};
     std::deque<std::optional<EmbreeScene>> theirs;
 
     std::vector<Method> methods = {{"binned", [&] { mine = {}; },
@@ -168,15 +167,14 @@ void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& prima
         for (const EmbreeDevice& device : rig.devices) {
             std::optional<EmbreeScene>& tree = theirs.emplace_back();
             methods.push_back(
-                {fmt::format("{}, {})", kind.name, device.isa()), [&] { tree.reset(); },
+                {fmt::format("{}, {}", kind.name, device.isa()), [&] { tree.reset(); },
                  [&](std::size_t) { return timed([&] { tree.emplace(device, mesh, kind.tree); }); },
                  kind.name});
         }
     }
-    compare_with_peers(rig, row_of(rig, scene, "build"), methods, 1, Unit::kMs, 0,
-                       [&](Row& one, std::size_t peer) {
-                           one.mismatches = compare_trees(arena, primary, mine, *theirs[peer - 1]);
-                       });
+    compare_with_peers(rig, "build", methods, 1, Unit::kMs, 0, [&](std::size_t peer) {
+        return compare_trees(arena, primary, mine, *theirs[peer - 1]);
+    });
 }
 
 }  // namespace mray::bench

@@ -23,16 +23,6 @@ struct Rig {
     Report& report;
 };
 
-/// A row with the fields that all rows of a work have in common.
-inline Row row_of(const Rig& rig, const BenchScene& scene, const std::string& work) {
-    Row row;
-    row.scene = scene.name;
-    row.triangles = scene.topology().triangles.size();
-    row.work = work;
-    row.threads = rig.threads;
-    return row;
-}
-
 /// As timed(), in an arena.
 template <class Work>
 double timed_in(ThreadArena& arena, const Work& work) {
@@ -40,18 +30,17 @@ double timed_in(ThreadArena& arena, const Work& work) {
 }
 
 /// Times methods in turn, the first of which is ours, and reports it beside the fastest of each
-/// group of the others. `finish(row, i)` adds to the row what is known of method i.
-template <class Finish>
-void compare_with_peers(const Rig& rig, const Row& common, std::span<const Method> methods,
-                        std::size_t parts, Unit unit, std::uint64_t count, const Finish& finish) {
+/// group of the others. `differences(i)` is how many answers of method i differ from ours.
+template <class Differences>
+void compare_with_peers(const Rig& rig, const std::string& work, std::span<const Method> methods,
+                        std::size_t parts, Unit unit, std::uint64_t count,
+                        const Differences& differences) {
     const std::vector<Times> times = time_in_turn(methods, parts, rig.repeat);
     for (const std::size_t peer : fastest_of_groups(methods, times, 1)) {
         if (peer == 0) continue;
-        Row row = common;
-        row.tracer = methods[0].name;
-        row.peer = methods[peer].name;
+        Row row{.work = work, .tracer = methods[0].name, .peer = methods[peer].name};
         set_times(row, times[0], times[peer], unit, count);
-        finish(row, peer);
+        row.differences = differences(peer);
         rig.report.add(row);
     }
 }
@@ -63,7 +52,7 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& em
                  const TraceWork& work);
 
 /// Refits back and forth between two frames, against Embree's refit and a copy of the tree's bytes.
-/// `primary` checks the trees: mismatches count its rays that differ between both trees.
+/// `primary` checks the trees: its rays are traced through both.
 void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
 
 /// Builds trees, against Embree's Morton, binned and spatial-split builds; `primary` as above.

@@ -11,7 +11,11 @@ foreach(header IN LISTS headers)
 endforeach()
 string(REPLACE "," ";" functions "${FUNCTIONS}")
 string(REPLACE ";" "<semicolon>" text "${text}")
-set(result "// Made by lab/proofs/extract.cmake from ${HEADERS}.\n")
+set(result "// Made by lab/proofs/extract.cmake from ${HEADERS}.
+#pragma once
+#include \"common/interop/constants.h\"
+namespace mray::proofs {
+")
 foreach(function IN LISTS functions)
     string(REGEX MATCH "SHARED Float ${function}[(].*" rest "${text}")
     if(NOT rest)
@@ -30,6 +34,7 @@ foreach(function IN LISTS functions)
     string(REPLACE "<semicolon>" ";" body "${body}")
     string(APPEND result "\n${body}")
 endforeach()
+string(APPEND result "}  // namespace mray::proofs\n")
 if(REPLACE)
     string(FIND "${result}" "${REPLACE}" at)
     if(at EQUAL -1)

@@ -20,7 +20,7 @@ set(may_see_library/embree library/include)
 set(may_see_library/python library/include)
 set(may_see_library/examples library/include)
 set(may_see_scenes common/report common common/interop)
-set(may_see_lab)
+set(may_see_lab common/interop)
 set(may_see_lab/accuracy lab common/report scenes cpu gpu common common/interop)
 set(may_see_lab/bench lab library/include common/report scenes cpu gpu shaders common common/interop)
 set(may_see_lab/proofs cpu common common/interop)
@@ -74,7 +74,7 @@ set(places
     # One source that reads JSON, and one header for writing it.
     "^nlohmann/"                "^(scenes/json/json_at\\.h$|app/report/json_parts\\.h$|tests/)"
     # The command lines of the program, of the benchmark and of the fuzzer.
-    "^CLI/"                     "^(app/cli/|lab/bench/(options|two_builds/compare_builds)\\.cpp$|tests/fuzz/([a-z_]+/)?[a-z_]+_fuzz\\.cpp$)"
+    "^CLI/"                     "^(app/cli/|lab/bench/options\\.cpp$|tests/fuzz/([a-z_]+/)?[a-z_]+_fuzz\\.cpp$)"
     "stb_image\\.h$"            "^$")
 # Included by one .cpp each.
 set(one_source_each tiny_obj_loader stb_image_write)

@@ -45,7 +45,7 @@ struct ChartContext {
 
 /// The same small scenes in every run, on which intersection rules fail: a sphere, far from 0, tiny
 /// and huge; needles and slivers; a fan of thin triangles around one vertex; duplicate and coplanar
-/// triangles; details of 1 in an extent of 1e6; a soup.
+/// triangles; details of 1 in an extent of 1e6.
 std::vector<ChartInput> failure_scenes();
 
 /// Mray/s against wrong answers per million rays for all methods, at the origin. `suffix`

@@ -167,23 +167,6 @@ ChartInput detail() {
     return scene;
 }
 
-ChartInput soup() {
-    Builder build;
-    Random random(2);
-    const auto vertex = [&](double x, double y, double z) {
-        return build.vertex(x + random.real(-1, 1), y + random.real(-1, 1), z + random.real(-1, 1));
-    };
-    for (int i = 0; i < 1000; ++i) {
-        const double x = random.real(-1, 1);
-        const double y = random.real(-1, 1);
-        const double z = random.real(-1, 1);
-        const std::uint32_t a = vertex(x, y, z);
-        const std::uint32_t b = vertex(x, y, z);
-        build.triangle(a, b, vertex(x, y, z));
-    }
-    return build.finish("large soup");
-}
-
 }  // namespace
 
 std::vector<ChartInput> failure_scenes() {
@@ -199,7 +182,6 @@ std::vector<ChartInput> failure_scenes() {
     scenes.push_back(sheets("duplicates", 4, 0));
     scenes.push_back(sheets("nearly coplanar", 4, 1e-6));
     scenes.push_back(detail());
-    scenes.push_back(soup());
     return scenes;
 }
 

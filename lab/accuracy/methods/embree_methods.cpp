@@ -34,22 +34,11 @@ public:
     void trace(std::span<const Ray> rays, std::span<Hit> hits) const {
         embree::Query query(embree::Coherence::kCoherent);
         for (std::size_t i = 0; i < rays.size(); ++i) {
-            const Ray& ray = rays[i];
             RTCRayHit record{};
-            record.ray.org_x = ray.org.x;
-            record.ray.org_y = ray.org.y;
-            record.ray.org_z = ray.org.z;
-            record.ray.tnear = ray.tnear;
-            record.ray.dir_x = ray.dir.x;
-            record.ray.dir_y = ray.dir.y;
-            record.ray.dir_z = ray.dir.z;
-            record.ray.tfar = ray.tfar;
-            record.ray.mask = 0xFFFFFFFFu;
-            record.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-            query.intersect1(scene_.get(), record);
-            hits[i] = record.hit.geomID == RTC_INVALID_GEOMETRY_ID
-                          ? no_hit()
-                          : Hit{record.ray.tfar, record.hit.u, record.hit.v, record.hit.primID};
+            embree::set_ray(record.ray, 0, rays[i]);
+            embree::clear_hit(record, 0);
+            query.trace(scene_.get(), record, nullptr);
+            hits[i] = embree::hit_of(record, 0);
         }
     }
 

@@ -1,9 +1,124 @@
+// One plain traversal of the shared tree for all intersection rules, scalar and ordered, so that
+// methods differ in the rule alone.
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "common/interop/slab.h"
 #include "lab/accuracy/methods/method.h"
-#include "lab/accuracy/methods/plain_traversal.h"
 #include "lab/accuracy/methods/rules.h"
 
 namespace mray::accuracy {
 namespace {
+
+/// The usual slab test; the far end of each slab is multiplied by kPad.
+template <bool kPadded>
+class SlabsInFloat {
+public:
+    explicit SlabsInFloat(const Ray& ray)
+        : org_{ray.org.x, ray.org.y, ray.org.z},
+          rdir_{1 / ray.dir.x, 1 / ray.dir.y, 1 / ray.dir.z} {}
+
+    bool meets(const Node& node, std::uint32_t slot, float& t_enter) const {
+        constexpr float kPad = kPadded ? 1.00000024f : 1.0f;
+        const std::array<const float*, 3> lower{node.lower_x, node.lower_y, node.lower_z};
+        const std::array<const float*, 3> upper{node.upper_x, node.upper_y, node.upper_z};
+        float enter = 0;
+        float leave = std::numeric_limits<float>::infinity();
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            float t0 = (lower[axis][slot] - org_[axis]) * rdir_[axis];
+            float t1 = (upper[axis][slot] - org_[axis]) * rdir_[axis];
+            if (rdir_[axis] < 0) std::swap(t0, t1);
+            // A NaN (0 times infinity: the ray runs in the plane) has no effect.
+            enter = t0 > enter ? t0 : enter;
+            leave = t1 * kPad < leave ? t1 * kPad : leave;
+        }
+        t_enter = enter;
+        return enter <= leave;
+    }
+    float last_entry(float t) const { return t; }
+
+private:
+    std::array<float, 3> org_;
+    std::array<float, 3> rdir_;
+};
+
+using PlainSlabs = SlabsInFloat<false>;
+/// Far ends enlarged by 2 ulp (T. Ize. Robust BVH ray traversal. JCGT 2(2), 2013), so that no box
+/// that the ray meets is missed.
+using PaddedSlabs = SlabsInFloat<true>;
+
+/// The dilated boxes of scene space.
+class DilatedSlabs {
+public:
+    explicit DilatedSlabs(const Ray& ray) : slab_(slab_ray(ray.org, ray.dir)) {}
+
+    bool meets(const Node& node, std::uint32_t slot, float& t_enter) const {
+        return hits_box(slab_, {node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]},
+                        {node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]}, t_enter);
+    }
+    float last_entry(float t) const { return last_depth(t); }
+
+private:
+    SlabRay slab_;
+};
+
+/// Returns the nearest hit, of equal ones that with the smaller prim_id. Rule is constructed from a
+/// ray; rule.intersect(a, b, c, t, u, v) returns true with t in (0, infinity). Slabs has
+/// meets(node, slot, t_enter), and last_entry(t), beyond which no t_enter counts.
+template <class Rule, class Slabs>
+Hit trace_plainly(const Bvh& bvh, const Ray& ray) {
+    struct Entry {
+        float t_enter;
+        std::uint32_t child;
+    };
+    const Rule rule(ray);
+    const Slabs slabs(ray);
+    Hit best = no_hit();
+    float best_t = ray.tfar;
+    std::array<Entry, kMaxStack> stack;
+    std::size_t size = 0;
+    stack[size++] = {0, 0};
+    while (size != 0) {
+        const Entry entry = stack[--size];
+        const float last = slabs.last_entry(best_t);
+        if (entry.t_enter > last) continue;
+        if ((entry.child & kLeafBit) == 0) {
+            const Node& node = bvh.nodes[entry.child];
+            const std::size_t base = size;
+            for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
+                float t_enter;
+                if (!slabs.meets(node, slot, t_enter) || t_enter > last) continue;
+                std::size_t place = size++;
+                for (; place > base && stack[place - 1].t_enter < t_enter; --place)
+                    stack[place] = stack[place - 1];
+                stack[place] = {t_enter, node.child[slot]};
+            }
+            continue;
+        }
+        const Leaf& leaf = bvh.leaves[entry.child & ~kLeafBit];
+        const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+        for (std::uint32_t i = 0; i < count; ++i) {
+            const auto position = [&](std::uint32_t which) {
+                const LeafVertex& v = leaf.vertex[corner(leaf.vertex[i].corners, which)];
+                return vec3(v.x, v.y, v.z);
+            };
+            float t, u, v;
+            if (!rule.intersect(position(0), position(1), position(2), t, u, v)) continue;
+            const std::uint32_t prim_id = leaf.prim_id[i];
+            if (t < ray.tnear || t > best_t || (t == best_t && prim_id > best.prim_id)) continue;
+            best_t = t;
+            best = {t, u, v, prim_id};
+        }
+    }
+    return best;
+}
+
+template <class Rule, class Slabs>
+void trace_all_plainly(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        hits[i] = trace_plainly<Rule, Slabs>(bvh, rays[i]);
+}
 
 using TraceAll = void (*)(const Bvh&, std::span<const Ray>, std::span<Hit>);
 

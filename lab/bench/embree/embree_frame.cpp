@@ -11,7 +11,8 @@ namespace {
 /// Sets what all rays from one point share.
 template <class RayRecord>
 void set_origin(RayRecord& record, vec3 org) {
-    for (std::size_t i = 0; i < kPacketSize; ++i) set_ray(record, i, {org, 0, {0, 0, 1}, 0});
+    for (std::size_t i = 0; i < kPacketSize; ++i)
+        embree::set_ray(record, i, {org, 0, {0, 0, 1}, 0});
 }
 
 constexpr int kAllRays[kPacketSize] = {-1, -1, -1, -1, -1, -1, -1, -1,
@@ -24,18 +25,12 @@ void trace_camera(RTCScene scene, const ImageParams& params, const cpu::Tile& ti
     for (std::uint32_t y0 = tile.y0; y0 < tile.y1; y0 += kBlockSize) {
         for (std::uint32_t x0 = tile.x0; x0 < tile.x1; x0 += kBlockSize) {
             make_camera_rays(params.camera, x0, y0, record.ray);
-            for (std::size_t i = 0; i < kPacketSize; ++i) {
-                record.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-                record.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
-            }
-            call_embree<kPacketSize, false>(kAllRays, scene, query, record);
+            for (std::size_t i = 0; i < kPacketSize; ++i) embree::clear_hit(record, i);
+            query.trace(scene, record, kAllRays);
             for (std::uint32_t i = 0; i < kPacketSize; ++i) {
                 const std::size_t pixel =
                     std::size_t{y0 + i / kBlockSize} * params.width + x0 + i % kBlockSize;
-                const bool missed = record.hit.primID[i] == RTC_INVALID_GEOMETRY_ID;
-                frame.hits[pixel] = missed ? no_hit()
-                                           : Hit{record.ray.tfar[i], record.hit.u[i],
-                                                 record.hit.v[i], record.hit.primID[i]};
+                frame.hits[pixel] = embree::hit_of(record, i);
             }
         }
     }
@@ -56,7 +51,7 @@ void trace_shadows(RTCScene scene, const cpu::PixelShader& shader, const cpu::Pi
             for (std::uint32_t i = 0; i < kPacketSize; ++i) any |= mask[i] = -int{some.has(i)};
             if (any == 0) continue;
             copy_shadow_rays(some, record);
-            call_embree<kPacketSize, true>(mask, scene, query, record);
+            query.trace(scene, record, mask);
             for (std::size_t i = 0; i < kPacketSize; ++i)
                 occluded[block * kPacketSize + i] = record.tfar[i] < 0 ? 1 : 0;
         }

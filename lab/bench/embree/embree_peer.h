@@ -131,7 +131,7 @@ public:
     EmbreeQueries(const EmbreeDevice& device, const EmbreeMesh& mesh, bool robust,
                   std::size_t most_rays);
 
-    /// "robust (MEDIUM, avx512)"
+    /// "robust, MEDIUM, avx512"
     const std::string& name() const { return name_; }
     /// The same for all that differ in the device alone.
     const char* group() const { return group_; }

@@ -54,7 +54,7 @@ void count_and_reject(const RTCFilterFunctionNArguments* args) {
 
 EmbreeQueries::EmbreeQueries(const EmbreeDevice& device, const EmbreeMesh& mesh, bool robust,
                              std::size_t most_rays)
-    : name_(fmt::format("{} (MEDIUM, {})", robust ? "robust" : "fast", device.isa())),
+    : name_(fmt::format("{}, MEDIUM, {}", robust ? "robust" : "fast", device.isa())),
       group_(robust ? "robust" : "fast"),
       mesh_(&mesh),
       scene_(device, mesh, EmbreeTree::kMedium, robust),
@@ -100,11 +100,10 @@ void EmbreeQueries::count(std::span<const Ray> rays, bool coherent) {
                                      : embree::Coherence::kIncoherent);
         RTCRayHit record;
         for (std::size_t i = range.begin(); i < range.end(); ++i) {
-            set_ray(record.ray, 0, rays[i]);
+            embree::set_ray(record.ray, 0, rays[i]);
             record.ray.id = static_cast<unsigned int>(i);
-            record.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-            record.hit.primID = RTC_INVALID_GEOMETRY_ID;
-            query.intersect1(scene_.handle(), record);
+            embree::clear_hit(record, 0);
+            query.trace(scene_.handle(), record, nullptr);
         }
     });
 }

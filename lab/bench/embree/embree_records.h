@@ -1,4 +1,4 @@
-// Ray records of Embree, how they are made and traced, and its mode for denormals.
+// Packets of Embree as they are made from the rays of works, and its mode for denormals.
 #pragma once
 
 #ifdef __SSE2__
@@ -11,7 +11,6 @@
 #include <cstring>
 
 #include "common/interop/camera.h"
-#include "common/interop/ray.h"
 #include "lab/bench/trace_work.h"
 #include "lab/embree.h"
 
@@ -34,48 +33,6 @@ private:
     ~FlushedDenormals() {}
 #endif
 };
-
-// Lane i of a packet's field, which is a scalar in records of one ray.
-template <class T>
-T& lane(T& field, std::size_t) {
-    return field;
-}
-template <class T, std::size_t N>
-T& lane(T (&field)[N], std::size_t i) {
-    return field[i];
-}
-
-template <class T>
-T read_lane(const T& field, std::size_t) {
-    return field;
-}
-template <class T, std::size_t N>
-T read_lane(const T (&field)[N], std::size_t i) {
-    return field[i];
-}
-
-/// Sets the members that differ from ray to ray, in lane i of an RTCRay, RTCRay4 and so on.
-template <class RayRecord>
-void copy_ray(RayRecord& record, std::size_t i, const Ray& ray) {
-    lane(record.org_x, i) = ray.org.x;
-    lane(record.org_y, i) = ray.org.y;
-    lane(record.org_z, i) = ray.org.z;
-    lane(record.tnear, i) = ray.tnear;
-    lane(record.dir_x, i) = ray.dir.x;
-    lane(record.dir_y, i) = ray.dir.y;
-    lane(record.dir_z, i) = ray.dir.z;
-    lane(record.tfar, i) = ray.tfar;
-}
-
-/// Sets all members of lane i.
-template <class RayRecord>
-void set_ray(RayRecord& record, std::size_t i, const Ray& ray) {
-    copy_ray(record, i, ray);
-    lane(record.time, i) = 0;
-    lane(record.mask, i) = 0xFFFFFFFFu;
-    lane(record.id, i) = 0;
-    lane(record.flags, i) = 0;
-}
 
 /// Coherent rays are those that start at one point.
 inline embree::Coherence coherence_of(const TraceWork& work) {
@@ -105,50 +62,6 @@ inline void copy_shadow_rays(const cpu::SharedOriginRays& rays, RTCRay16& record
     std::memcpy(record.dir_z, rays.dir[2], sizeof(rays.dir[2]));
     std::memcpy(record.tfar, rays.tfar, sizeof(rays.tfar));
     std::memset(record.tnear, 0, sizeof(record.tnear));
-}
-
-/// N rays: their records and the functions that trace them. A single ray has no mask.
-template <int N>
-struct EmbreeCalls;
-template <>
-struct EmbreeCalls<1> {
-    using RayRecord = RTCRay;
-    using HitRecord = RTCRayHit;
-};
-template <>
-struct EmbreeCalls<4> {
-    using RayRecord = RTCRay4;
-    using HitRecord = RTCRayHit4;
-    static constexpr auto& intersect = rtcIntersect4;
-    static constexpr auto& occluded = rtcOccluded4;
-};
-template <>
-struct EmbreeCalls<8> {
-    using RayRecord = RTCRay8;
-    using HitRecord = RTCRayHit8;
-    static constexpr auto& intersect = rtcIntersect8;
-    static constexpr auto& occluded = rtcOccluded8;
-};
-template <>
-struct EmbreeCalls<16> {
-    using RayRecord = RTCRay16;
-    using HitRecord = RTCRayHit16;
-    static constexpr auto& intersect = rtcIntersect16;
-    static constexpr auto& occluded = rtcOccluded16;
-};
-
-/// Traces a packet of N rays (1: a single ray) for any hits, or for the closest ones.
-template <int N, bool kAnyHit, class Record>
-void call_embree(const int* mask, RTCScene scene, embree::Query& query, Record& record) {
-    if constexpr (N == 1 && kAnyHit) {
-        query.occluded1(scene, record);
-    } else if constexpr (N == 1) {
-        query.intersect1(scene, record);
-    } else if constexpr (kAnyHit) {
-        query.occluded(EmbreeCalls<N>::occluded, mask, scene, record);
-    } else {
-        query.intersect(EmbreeCalls<N>::intersect, mask, scene, record);
-    }
 }
 
 }  // namespace mray::bench

@@ -11,9 +11,13 @@
 namespace mray::bench {
 namespace {
 
-template <int N, bool kAnyHit>
-using RecordOf = std::conditional_t<kAnyHit, typename EmbreeCalls<N>::RayRecord,
-                                    typename EmbreeCalls<N>::HitRecord>;
+using namespace embree;
+
+/// An RTCRay, RTCRay4 and so on is for any hits, an RTCRayHit for the closest ones.
+template <class Record>
+inline constexpr bool kAnyHit = !requires(Record record) {
+    record.ray;
+};
 
 template <class Record>
 auto& ray_of(Record& record) {
@@ -24,10 +28,15 @@ auto& ray_of(Record& record) {
     }
 }
 
+/// How many rays a record has.
+template <class Record>
+inline constexpr std::size_t kLanesOf = sizeof(ray_of(std::declval<Record&>()).org_x) /
+                                        sizeof(float);
+
 /// Sets what no trace changes and what all rays share.
-template <int N, class RayRecord>
+template <class RayRecord>
 void set_constants(RayRecord& record, const TraceWork& work) {
-    for (std::size_t i = 0; i < N; ++i) {
+    for (std::size_t i = 0; i < kLanesOf<RayRecord>; ++i) {
         set_ray(record, i, {work.params.camera.org, 0, {0, 0, 1}, 0});
         if (work.kind != WorkKind::kShadow) continue;
         lane(record.org_x, i) = work.params.light.x;
@@ -37,7 +46,7 @@ void set_constants(RayRecord& record, const TraceWork& work) {
 }
 
 /// Sets mask[i] to -1 where ray i is active, else to 0; returns whether any is.
-template <int N>
+template <std::size_t N>
 bool set_mask(const std::uint8_t* active, std::array<int, N>& mask) {
     int any = 0;
     for (std::size_t i = 0; i < N; ++i) {
@@ -49,8 +58,8 @@ bool set_mask(const std::uint8_t* active, std::array<int, N>& mask) {
 
 /// The answers of N rays as Embree has them. t means nothing where prim_id is
 /// RTC_INVALID_GEOMETRY_ID.
-template <int N>
-struct alignas(N == 1 ? 4 : 4 * N) HitBlock {
+template <std::size_t N>
+struct alignas(4 * N) HitBlock {
     float t[N];
     float u[N];
     float v[N];
@@ -69,14 +78,14 @@ public:
     virtual TraceAnswers answers() const = 0;
 };
 
-template <int N, bool kAnyHit>
+template <class Record>
 class MadeTracer final : public EmbreeTracer {
 public:
     explicit MadeTracer(const TraceWork& work) : work_(&work) {
-        if (kAnyHit) {
+        if (kAnyHit<Record>) {
             occluded_.resize(work.rays.size());
         } else {
-            hits_.resize(work.rays.size() / N);
+            hits_.resize(work.rays.size() / kRays);
         }
     }
 
@@ -84,19 +93,16 @@ public:
         for_each_tile(*work_, part, [&](const TileRays& tile) {
             const FlushedDenormals flushed;
             embree::Query query(coherence_of(*work_));
-            RecordOf<N, kAnyHit> record;
-            set_constants<N>(ray_of(record), *work_);
-            for (std::size_t first = tile.begin; first < tile.end; first += N) {
-                alignas(4 * N) std::array<int, N> mask;
-                if (!set_mask<N>(&work_->active[first], mask)) continue;
+            Record record;
+            set_constants(ray_of(record), *work_);
+            for (std::size_t first = tile.begin; first < tile.end; first += kRays) {
+                alignas(4 * kRays) std::array<int, kRays> mask;
+                if (!set_mask<kRays>(&work_->active[first], mask)) continue;
                 make_rays(tile, first, ray_of(record));
-                if constexpr (!kAnyHit) {
-                    for (std::size_t i = 0; i < N; ++i) {
-                        lane(record.hit.geomID, i) = RTC_INVALID_GEOMETRY_ID;
-                        lane(record.hit.primID, i) = RTC_INVALID_GEOMETRY_ID;
-                    }
+                if constexpr (!kAnyHit<Record>) {
+                    for (std::size_t i = 0; i < kRays; ++i) clear_hit(record, i);
                 }
-                call_embree<N, kAnyHit>(mask.data(), scene.handle(), query, record);
+                query.trace(scene.handle(), record, mask.data());
                 store(first, record);
             }
         });
@@ -105,11 +111,11 @@ public:
     TraceAnswers answers() const override {
         TraceAnswers answers(*work_);
         for (std::size_t ray = 0; ray < work_->rays.size(); ++ray) {
-            if constexpr (kAnyHit) {
+            if constexpr (kAnyHit<Record>) {
                 answers.occluded[ray] = occluded_[ray];
             } else {
-                const HitBlock<N>& block = hits_[ray / N];
-                const std::size_t i = ray % N;
+                const HitBlock<kRays>& block = hits_[ray / kRays];
+                const std::size_t i = ray % kRays;
                 const bool missed = block.prim_id[i] == RTC_INVALID_GEOMETRY_ID;
                 answers.hits[ray] =
                     missed ? no_hit() : Hit{block.t[i], block.u[i], block.v[i], block.prim_id[i]};
@@ -119,9 +125,11 @@ public:
     }
 
 private:
+    static constexpr std::size_t kRays = kLanesOf<Record>;
+
     template <class RayRecord>
     void make_rays(const TileRays& tile, std::size_t first, RayRecord& record) const {
-        if constexpr (N == kPacketSize) {
+        if constexpr (kRays == kPacketSize) {
             if (work_->kind == WorkKind::kPrimary) {
                 const auto block = static_cast<std::uint32_t>((first - tile.begin) / kPacketSize);
                 const BlockOffset corner = block_offset(block);
@@ -131,15 +139,14 @@ private:
             if (work_->kind == WorkKind::kShadow)
                 return copy_shadow_rays(work_->shadows[first / kPacketSize], record);
         }
-        for (std::size_t i = 0; i < N; ++i) copy_ray(record, i, work_->rays[first + i]);
+        for (std::size_t i = 0; i < kRays; ++i) copy_ray(record, i, work_->rays[first + i]);
     }
 
-    void store(std::size_t first, const RecordOf<N, kAnyHit>& record) {
-        if constexpr (kAnyHit) {
-            for (std::size_t i = 0; i < N; ++i)
-                occluded_[first + i] = read_lane(record.tfar, i) < 0;
+    void store(std::size_t first, const Record& record) {
+        if constexpr (kAnyHit<Record>) {
+            for (std::size_t i = 0; i < kRays; ++i) occluded_[first + i] = lane(record.tfar, i) < 0;
         } else {
-            HitBlock<N>& block = hits_[first / N];
+            HitBlock<kRays>& block = hits_[first / kRays];
             std::memcpy(block.t, &record.ray.tfar, sizeof(block.t));
             std::memcpy(block.u, &record.hit.u, sizeof(block.u));
             std::memcpy(block.v, &record.hit.v, sizeof(block.v));
@@ -148,12 +155,12 @@ private:
     }
 
     const TraceWork* work_;
-    AlignedVector<HitBlock<N>> hits_;
+    AlignedVector<HitBlock<kRays>> hits_;
     std::vector<std::uint8_t> occluded_;
 };
 
 /// Streams of up to kMost rays, whose records stay in the cache.
-template <bool kAnyHit>
+template <class Record>
 class MadeStreamTracer final : public EmbreeTracer {
 public:
     explicit MadeStreamTracer(const TraceWork& work) : work_(&work), answers_(work) {}
@@ -162,7 +169,7 @@ public:
         for_each_tile(*work_, part, [&](const TileRays& tile) {
             const FlushedDenormals flushed;
             embree::Query query(coherence_of(*work_));
-            std::array<RecordOf<1, kAnyHit>, kMost> records;
+            std::array<Record, kMost> records;
             for_each_active_run(*work_, tile, [&](std::size_t begin, std::size_t end) {
                 for (std::size_t count = 0; begin < end; begin += count) {
                     count = std::min(kMost, end - begin);
@@ -179,18 +186,16 @@ public:
 private:
     static constexpr std::size_t kMost = 256;
 
-    void make(std::size_t ray, RecordOf<1, kAnyHit>& record) const {
+    void make(std::size_t ray, Record& record) const {
         set_ray(ray_of(record), 0, work_->rays[ray]);
-        if constexpr (!kAnyHit) record.hit.geomID = record.hit.primID = RTC_INVALID_GEOMETRY_ID;
+        if constexpr (!kAnyHit<Record>) clear_hit(record, 0);
     }
 
-    void store(std::size_t ray, const RecordOf<1, kAnyHit>& record) {
-        if constexpr (kAnyHit) {
+    void store(std::size_t ray, const Record& record) {
+        if constexpr (kAnyHit<Record>) {
             answers_.occluded[ray] = record.tfar < 0;
-        } else if (record.hit.primID == RTC_INVALID_GEOMETRY_ID) {
-            answers_.hits[ray] = no_hit();
         } else {
-            answers_.hits[ray] = {record.ray.tfar, record.hit.u, record.hit.v, record.hit.primID};
+            answers_.hits[ray] = hit_of(record, 0);
         }
     }
 
@@ -198,23 +203,18 @@ private:
     TraceAnswers answers_;
 };
 
-/// Stands for a stream of a tile's single rays where the rays of a packet are counted.
-constexpr int kStream = 0;
-
-/// Packets of N rays (1, 4, 8, 16 or kStream; 1: single rays). Null for a stream if Embree has
-/// none.
-template <int N>
+/// For any hits or for the closest ones.
+template <class AnyHits, class ClosestHits>
 std::unique_ptr<EmbreeTracer> make_tracer(const TraceWork& work) {
-    if constexpr (N != kStream) {
-        if (work.any_hit()) return std::make_unique<MadeTracer<N, true>>(work);
-        return std::make_unique<MadeTracer<N, false>>(work);
-    } else if constexpr (embree::kHasStreams) {
-        if (work.any_hit()) return std::make_unique<MadeStreamTracer<true>>(work);
-        return std::make_unique<MadeStreamTracer<false>>(work);
-    } else {
-        return nullptr;
-    }
+    if (work.any_hit()) return std::make_unique<AnyHits>(work);
+    return std::make_unique<ClosestHits>(work);
 }
+
+constexpr auto make_single = make_tracer<MadeTracer<RTCRay>, MadeTracer<RTCRayHit>>;
+constexpr auto make_4 = make_tracer<MadeTracer<RTCRay4>, MadeTracer<RTCRayHit4>>;
+constexpr auto make_8 = make_tracer<MadeTracer<RTCRay8>, MadeTracer<RTCRayHit8>>;
+constexpr auto make_16 = make_tracer<MadeTracer<RTCRay16>, MadeTracer<RTCRayHit16>>;
+constexpr auto make_stream = make_tracer<MadeStreamTracer<RTCRay>, MadeStreamTracer<RTCRayHit>>;
 
 /// One of Embree's ways to trace a work.
 struct EmbreeWay {
@@ -228,14 +228,14 @@ struct EmbreeWay {
 std::vector<EmbreeWay> embree_ways(WorkKind kind) {
     const bool any = kind == WorkKind::kShadow || kind == WorkKind::kAo;
     const std::string name = any ? "Occluded" : "Intersect";
-    std::vector<EmbreeWay> ways = {{name + "1", true, make_tracer<1>}};
+    std::vector<EmbreeWay> ways = {{name + "1", true, make_single}};
     if (kind == WorkKind::kOneRay) return ways;
-    ways.push_back({name + "16", false, make_tracer<16>});
+    ways.push_back({name + "16", false, make_16});
     if (kind == WorkKind::kPrimary || kind == WorkKind::kShadow) return ways;
-    ways.push_back({name + "1", false, make_tracer<1>});
-    ways.push_back({name + "4", false, make_tracer<4>});
-    ways.push_back({name + "8", false, make_tracer<8>});
-    if (embree::kHasStreams) ways.push_back({name + "1M", false, make_tracer<kStream>});
+    ways.push_back({name + "1", false, make_single});
+    ways.push_back({name + "4", false, make_4});
+    ways.push_back({name + "8", false, make_8});
+    if (embree::kHasStreams) ways.push_back({name + "1M", false, make_stream});
     return ways;
 }
 
@@ -256,7 +256,7 @@ EmbreeScenes::EmbreeScenes(std::span<const EmbreeDevice> devices, const BenchSce
 }
 
 AlignedVector<Hit> embree_hits(const EmbreeScene& scene, const TraceWork& work) {
-    const std::unique_ptr<EmbreeTracer> tracer = make_tracer<1>(work);
+    const std::unique_ptr<EmbreeTracer> tracer = make_single(work);
     tracer->trace(scene, work.whole());
     return tracer->answers().hits;
 }
@@ -268,8 +268,8 @@ std::vector<Peer> embree_peers(const EmbreeScenes& scenes, const TraceWork& work
         for (const EmbreeScenes::Variant& variant : scenes.variants()) {
             const EmbreeScene& scene = variant.scene;
             peers.push_back(
-                {.name = fmt::format("Embree {} {} ({})", way.name,
-                                     variant.robust ? "robust" : "fast", variant.name),
+                {.name = fmt::format("{} {}, {}", way.name, variant.robust ? "robust" : "fast",
+                                     variant.name),
                  .group = fmt::format("embree {} {}", way.one_ray, variant.robust),
                  .one_ray = way.one_ray,
                  .trace = [tracer, &scene](const WorkPart& part) { tracer->trace(scene, part); },

@@ -1,6 +1,6 @@
 // morphray on a Vulkan device beside the peer on the same device: camera, shadow and diffuse rays,
 // and a refit beside a copy of as many bytes, by the device's clock. Scenes, --repeat, --size, and
-// --csv are those of lab/bench/run. Mismatches are rays that hit another triangle than by the
+// --csv are those of lab/bench/run. `differ` counts rays that hit another triangle than by the
 // peer's rule.
 #include <fmt/format.h>
 
@@ -29,7 +29,7 @@ public:
         : scene_(scene),
           repeat_(repeat),
           report_(report),
-          tree_(build_peer_tree(scene.topology().triangles, scene.positions)),
+          tree_(build_peer_tree(scene.topology(), scene.positions, {SplitMethod::kBinned, 1.5, 4})),
           diffuse_(diffuse_rays()),
           shared_(gpu::open_device({})),
           ours_(gpu::make_vulkan_backend(shared_)),
@@ -65,15 +65,9 @@ private:
     }
 
     void report(const char* work, const char* peer, std::span<const Times> times, Unit unit,
-                std::uint64_t count, std::uint64_t mismatches) const {
-        Row row;
-        row.scene = scene_.name;
-        row.triangles = scene_.topology().triangles.size();
-        row.work = work;
-        row.tracer = "vulkan";
-        row.peer = peer;
-        row.rays = unit == Unit::kMrayPerSecond ? count : 0;
-        row.mismatches = mismatches;
+                std::uint64_t count, std::uint64_t differences) const {
+        Row row{.work = work, .tracer = "vulkan", .peer = peer};
+        row.differences = differences;
         set_times(row, times[0], times[1], unit, count);
         report_.add(row);
     }
@@ -144,7 +138,7 @@ private:
         constexpr const char* kCopy = "copy-of-its-bytes";
         const std::vector<Times> times =
             time(ours, kCopy, [&](std::size_t) { return peer_.copy(refit_bytes() / 2); });
-        report("refit", kCopy, times, Unit::kNsPerTriangle, scene_.topology().triangles.size(), 0);
+        report("refit", kCopy, times, Unit::kNs, scene_.topology().triangles.size(), 0);
     }
 
     static constexpr const char* kPeer = "bvh2";
@@ -171,7 +165,7 @@ void run(const std::vector<std::string>& arguments) {
                   options.csv);
     for (const std::string& spec : options.scenes) {
         const BenchScene scene = open_bench_scene(spec, options.view);
-        report.begin_scene();
+        report.begin(spec, 1);
         VulkanBench(scene, options.repeat, report).run();
     }
 }

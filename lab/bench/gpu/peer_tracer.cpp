@@ -4,8 +4,6 @@
 #include <bit>
 #include <utility>
 
-#include "common/bvh/builder/binary_tree.h"
-
 // Generated from peer.comp; it uses std::uint32_t without including it.
 #include "lab/bench/gpu/peer_spirv.h"
 
@@ -19,88 +17,36 @@ std::uint64_t pixels_of(const ImageParams& params) {
     return std::uint64_t{params.width} * params.height;
 }
 
-/// Turns the builder's binary tree, whose leaves are single triangles, into the peer's.
-class PeerBuilder {
-public:
-    PeerBuilder(std::span<const uvec3> triangles, std::span<const vec3> positions)
-        : triangles_(triangles), positions_(positions) {
-        AlignedVector<PrimRef> refs;
-        for (std::uint32_t i = 0; i < triangles.size(); ++i) {
-            Box box;
-            for (int k = 0; k < 3; ++k) box.extend(positions[triangles[i][k]]);
-            refs.emplace_back(box, i);
-        }
-        // Without triangles in the topology each ref is a part, which is a leaf of its own.
-        from_ = build_binary_tree(Topology{}, std::move(refs), SplitMethod::kBinned);
+/// The nodes as the kernel reads them: one for each pair of children, which follow the root.
+std::vector<vec4> kernel_nodes(const PeerTree& tree) {
+    const auto reference = [](const PeerNode& node) {
+        const std::uint32_t child =
+            node.count > 0 ? ~(8 * node.first + node.count) : (node.first - 1) / 2;
+        return std::bit_cast<float>(child);
+    };
+    std::vector<vec4> made;
+    for (std::size_t i = 1; i + 1 < tree.nodes.size(); i += 2) {
+        const PeerNode& a = tree.nodes[i];
+        const PeerNode& b = tree.nodes[i + 1];
+        made.emplace_back(a.lower.x, a.upper.x, a.lower.y, a.upper.y);
+        made.emplace_back(b.lower.x, b.upper.x, b.lower.y, b.upper.y);
+        made.emplace_back(a.lower.z, a.upper.z, b.lower.z, b.upper.z);
+        made.emplace_back(reference(a), reference(b), 0.0f, 0.0f);
     }
+    return made;
+}
 
-    PeerTree build() {
-        add_node(from_.nodes.front());
-        return std::move(to_);
+std::vector<vec4> kernel_triangles(const PeerTree& tree) {
+    std::vector<vec4> made;
+    for (const PeerTriangle& triangle : tree.triangles) {
+        made.emplace_back(triangle.a, std::bit_cast<float>(triangle.prim_id));
+        made.emplace_back(triangle.b, 0.0f);
+        made.emplace_back(triangle.c, 0.0f);
     }
-
-private:
-    static constexpr std::uint32_t kMostTriangles = 4;
-    /// The cost of a node, in tests of a triangle.
-    static constexpr float kNodeCost = 1.5f;
-
-    static float area(const Box& box) {
-        const vec3 d = box.upper - box.lower;
-        return d.x * d.y + d.y * d.z + d.z * d.x;
-    }
-
-    int add_node(const BinaryNode& node) {
-        const std::size_t at = to_.nodes.size();
-        to_.nodes.resize(at + kPeerNodeVec4s);
-        const BinaryNode& left = from_.nodes[node.children];
-        const BinaryNode& right = from_.nodes[node.children + 1];
-        const float first = std::bit_cast<float>(add(left));
-        const float second = std::bit_cast<float>(add(right));
-        const Box& a = left.box;
-        const Box& b = right.box;
-        to_.nodes[at] = {a.lower.x, a.upper.x, a.lower.y, a.upper.y};
-        to_.nodes[at + 1] = {b.lower.x, b.upper.x, b.lower.y, b.upper.y};
-        to_.nodes[at + 2] = {a.lower.z, a.upper.z, b.lower.z, b.upper.z};
-        to_.nodes[at + 3] = {first, second, 0, 0};
-        return static_cast<int>(at / kPeerNodeVec4s);
-    }
-
-    /// Adds a child, which is a leaf where few triangles cost no more than a node.
-    int add(const BinaryNode& node) {
-        if (node.is_leaf()) return add_leaf(node);
-        const BinaryNode& left = from_.nodes[node.children];
-        const BinaryNode& right = from_.nodes[node.children + 1];
-        const auto cost = [](const BinaryNode& n) {
-            return area(n.box) * static_cast<float>(n.size());
-        };
-        if (node.size() <= kMostTriangles &&
-            cost(node) <= cost(left) + cost(right) + kNodeCost * area(node.box))
-            return add_leaf(node);
-        return add_node(node);
-    }
-
-    int add_leaf(const BinaryNode& node) {
-        const auto first = static_cast<int>(to_.triangles.size() / kPeerTriangleVec4s);
-        for (const std::uint32_t prim_id : from_.triangles(node)) {
-            const uvec3 t = triangles_[prim_id];
-            to_.triangles.emplace_back(positions_[t.x], std::bit_cast<float>(prim_id));
-            to_.triangles.emplace_back(positions_[t.y], 0.0f);
-            to_.triangles.emplace_back(positions_[t.z], 0.0f);
-        }
-        return ~(8 * first + static_cast<int>(node.size()));
-    }
-
-    std::span<const uvec3> triangles_;
-    std::span<const vec3> positions_;
-    BinaryTree from_;
-    PeerTree to_;
-};
+    return made;
+}
 
 }  // namespace
-
-PeerTree build_peer_tree(std::span<const uvec3> triangles, std::span<const vec3> positions) {
-    return PeerBuilder(triangles, positions).build();
-}
 
 PeerTracer::PeerTracer(std::shared_ptr<gpu::SharedDevice> device, const PeerTree& tree,
                        const ImageParams& params, std::span<const Ray> rays)
@@ -113,14 +59,16 @@ PeerTracer::PeerTracer(std::shared_ptr<gpu::SharedDevice> device, const PeerTree
     const auto make = [&](const char* name, std::uint64_t size) {
         return gpu::Buffer(shared_->device, name, size, kStorage, gpu::Memory::kDevice);
     };
-    nodes_ = make("peer's nodes", sizeof(vec4) * tree.nodes.size());
-    triangles_ = make("peer's triangles", sizeof(vec4) * tree.triangles.size());
+    const std::vector<vec4> nodes = kernel_nodes(tree);
+    const std::vector<vec4> triangles = kernel_triangles(tree);
+    nodes_ = make("peer's nodes", sizeof(vec4) * nodes.size());
+    triangles_ = make("peer's triangles", sizeof(vec4) * triangles.size());
     rays_ = make("peer's rays", rays.size_bytes());
     hits_ =
         make("peer's hits", sizeof(Hit) * std::max<std::uint64_t>(pixels_of(params), rays.size()));
     occluded_ = make("peer's occlusion", 4 * pixels_of(params));
-    transfer_.upload(std::as_bytes(std::span(tree.nodes)), nodes_);
-    transfer_.upload(std::as_bytes(std::span(tree.triangles)), triangles_);
+    transfer_.upload(std::as_bytes(std::span(nodes)), nodes_);
+    transfer_.upload(std::as_bytes(std::span(triangles)), triangles_);
     transfer_.upload(std::as_bytes(rays), rays_);
     gpu::Bindings bindings;
     bindings.buffers[kBindNodes] = nodes_.get();
@@ -162,9 +110,7 @@ std::vector<Hit> PeerTracer::hits(std::size_t count) {
     std::vector<Hit> hits(count);
     transfer_.download(hits_, std::as_writable_bytes(std::span(hits)));
     for (Hit& hit : hits)
-        if (hit.prim_id != kNoPrim)
-            hit.prim_id =
-                std::bit_cast<std::uint32_t>(tree_.triangles[kPeerTriangleVec4s * hit.prim_id].w);
+        if (hit.prim_id != kNoPrim) hit.prim_id = tree_.triangles[hit.prim_id].prim_id;
     return hits;
 }
 

@@ -9,21 +9,14 @@
 #include "gpu/shared_device.h"
 #include "gpu/transfer.h"
 #include "lab/bench/gpu/peer_interface.h"
+#include "lab/bench/peer_tree.h"
 
 namespace mray::bench {
 
-struct PeerTree {
-    /// kPeerNodeVec4s and kPeerTriangleVec4s of each (peer_interface.h).
-    std::vector<vec4> nodes;
-    std::vector<vec4> triangles;
-};
-
-/// A tree over triangles with finite vertices; at least two.
-PeerTree build_peer_tree(std::span<const uvec3> triangles, std::span<const vec3> positions);
-
 class PeerTracer {
 public:
-    /// Uses the device's queue beside morphray's backend. `rays` are those of kPeerRays.
+    /// Uses the device's queue beside morphray's backend. The tree has at most 7 triangles a leaf,
+    /// and more than one leaf. `rays` are those of kPeerRays.
     PeerTracer(std::shared_ptr<gpu::SharedDevice> device, const PeerTree& tree,
                const ImageParams& params, std::span<const Ray> rays);
 

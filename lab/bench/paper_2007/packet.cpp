@@ -22,21 +22,6 @@ vec3 direction(const PacketRays& packet, int group, int lane) {
     return {packet.dir[0][group][lane], packet.dir[1][group][lane], packet.dir[2][group][lane]};
 }
 
-/// The corner pixels' rays: the others are sums of them.
-void take_corner_rays(PacketRays& packet) {
-    constexpr int kLastBlock = kBlocksPerPacket - 1;
-    constexpr int kLastPixel = kBlockSize - 1;
-    int i = 0;
-    for (const int y : {0, 1}) {
-        for (const int x : {0, 1}) {
-            const int group = y * kLastBlock * kBlocksPerPacket + x * kLastBlock;
-            const int lane = y * kLastPixel * static_cast<int>(kBlockSize) + x * kLastPixel;
-            packet.corners[i++] = direction(packet, group, lane);
-        }
-    }
-    packet.has_corners = true;
-}
-
 /// The corners of a rectangle around where the rays meet a plane across the axis that is largest in
 /// their sum; none where a ray does not come through that plane.
 void bound_by_corners(PacketRays& packet, const TraceWork& work) {
@@ -98,11 +83,7 @@ std::vector<PacketRays> make_packets(const TraceWork& work, const TileRays& tile
                 }
             }
             if (!any) continue;
-            if (work.any_hit()) {
-                bound_by_corners(packet, work);
-            } else {
-                take_corner_rays(packet);
-            }
+            bound_by_corners(packet, work);
             packets.push_back(packet);
         }
     }

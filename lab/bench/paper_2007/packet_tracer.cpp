@@ -2,6 +2,7 @@
 #include <array>
 #include <limits>
 
+#include "common/bvh/builder/binary_tree.h"
 #include "lab/bench/paper_2007/packet.h"
 #include "lab/bench/paper_2007/paper_2007.h"
 
@@ -23,7 +24,7 @@ struct EdgePlanes {
     float depth;
 };
 
-EdgePlanes edge_planes(const Triangle& triangle, vec3 org) {
+EdgePlanes edge_planes(const PeerTriangle& triangle, vec3 org) {
     const vec3 a = triangle.a - org;
     const vec3 b = triangle.b - org;
     const vec3 c = triangle.c - org;
@@ -48,7 +49,7 @@ struct Interval {
 template <bool kAnyHit>
 class Traversal {
 public:
-    Traversal(const Tree& tree, const PacketRays& rays, PacketAnswers& answers)
+    Traversal(const PeerTree& tree, const PacketRays& rays, PacketAnswers& answers)
         : tree_(tree), rays_(rays), answers_(answers) {
         for (int g = 0; g < kGroups; ++g) {
             answers_.t[g] = rays.tfar[g];
@@ -60,12 +61,12 @@ public:
 
     void run() {
         if (tree_.nodes.empty()) return;
-        Entry stack[kMaxDepth + 2];
+        Entry stack[kMaxBinaryHeight + 2];
         int size = 0;
         stack[size++] = {0, 0};
         while (size > 0) {
             const Entry entry = stack[--size];
-            const Node& node = tree_.nodes[entry.node];
+            const PeerNode& node = tree_.nodes[entry.node];
             const int first = first_active(node, entry.first);
             if (first == kGroups) continue;
             if (node.count != 0) {
@@ -106,7 +107,7 @@ private:
     }
 
     /// The first group of rays, from `first` on, that hits a node; kGroups if none does.
-    int first_active(const Node& node, int first) const {
+    int first_active(const PeerNode& node, int first) const {
         const vec3 lower = node.lower - rays_.org;
         const vec3 upper = node.upper - rays_.org;
         if (hits_box(lower, upper, first)) return first;
@@ -159,10 +160,10 @@ private:
     }
 
     /// Whether a ray hit something nearer.
-    bool intersect_leaf(const Node& leaf, int first) {
+    bool intersect_leaf(const PeerNode& leaf, int first) {
         bool hit = false;
         for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
-            const Triangle& triangle = tree_.triangles[i];
+            const PeerTriangle& triangle = tree_.triangles[i];
             const EdgePlanes planes = edge_planes(triangle, rays_.org);
             if (!(planes.depth > 0) || all_outside(planes)) continue;
             for (int g = first; g < kGroups; ++g) {
@@ -204,7 +205,7 @@ private:
         return true;
     }
 
-    const Tree& tree_;
+    const PeerTree& tree_;
     const PacketRays& rays_;
     PacketAnswers& answers_;
     Floats rcp_[3][kGroups];
@@ -217,7 +218,7 @@ private:
 
 }  // namespace
 
-WorkTracer::WorkTracer(const Tree& tree, const TraceWork& work) : tree_(&tree), work_(&work) {
+WorkTracer::WorkTracer(const PeerTree& tree, const TraceWork& work) : tree_(&tree), work_(&work) {
     for (const TileRays& tile : work.tiles) {
         const std::size_t begin = packets_.size();
         for (const PacketRays& packet : make_packets(work, tile)) packets_.push_back(packet);

@@ -8,45 +8,20 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
-#include "common/bvh/box.h"
-#include "common/scene/mesh.h"
+#include "lab/bench/peer_tree.h"
 #include "lab/bench/trace_work.h"
 
 namespace mray::bench::paper_2007 {
 
-/// 32 B. Inner nodes: the children are nodes `first` (the lower one on `axis`) and first + 1.
-/// Leaves, which have count > 0: triangles first to first + count.
-struct Node {
-    vec3 lower;
-    std::uint32_t first;
-    vec3 upper;
-    std::uint32_t count : 30;
-    std::uint32_t axis : 2;
-};
-
-struct Triangle {
-    vec3 a, b, c;
-    std::uint32_t prim_id;
-};
-
-/// nodes[0] is the root; empty without a finite triangle. Triangles are in the order of the leaves.
-struct Tree {
-    std::vector<Node> nodes;
-    std::vector<Triangle> triangles;
-};
-
-/// Levels below the root that a tree has at most; deeper, everything is one leaf.
-inline constexpr int kMaxDepth = 96;
-
-/// Positions in scene space. Triangles with vertices that are not finite are left out.
-Tree build_sweep_tree(const Topology& topology, std::span<const vec3> positions);
-
-/// Moves the triangles of a tree and fits its boxes (section 4), the leaves in the calling thread's
-/// arena and then the inner nodes one after the other. Finite positions of the tree's topology.
-void refit(Tree& tree, const Topology& topology, std::span<const vec3> positions);
+/// By full sweeps; a test of a box costs as much as one of a triangle.
+inline PeerTree build_tree(const Topology& topology, std::span<const vec3> positions) {
+    return build_peer_tree(topology, positions,
+                           {SplitMethod::kSweep, 2, std::numeric_limits<std::uint32_t>::max()});
+}
 
 struct PacketRays;
 struct PacketAnswers;
@@ -55,7 +30,7 @@ struct PacketAnswers;
 class WorkTracer {
 public:
     /// work: of primary or shadow rays.
-    WorkTracer(const Tree& tree, const TraceWork& work);
+    WorkTracer(const PeerTree& tree, const TraceWork& work);
     ~WorkTracer();
 
     /// In the calling thread's arena.
@@ -70,7 +45,7 @@ private:
         std::size_t begin, end;
     };
 
-    const Tree* tree_;
+    const PeerTree* tree_;
     const TraceWork* work_;
     std::vector<PacketRays> packets_;
     std::vector<PacketAnswers> answers_;

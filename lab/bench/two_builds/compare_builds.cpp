@@ -2,7 +2,6 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -12,40 +11,13 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/simd/simd_target.h"
 #include "lab/bench/interleave.h"
+#include "lab/bench/options.h"
 #include "lab/bench/report.h"
 #include "lab/bench/two_builds/build_functions.h"
 
 namespace mray::bench {
 namespace {
-
-struct CompareOptions {
-    /// The shared objects.
-    std::string this_build, other_build;
-    /// Names of works, scenes and instruction sets are left to the builds.
-    std::vector<std::string> scenes = {"builtin:spikes:70000", "builtin:cloth:180000",
-                                       "builtin:herd:1000000", "builtin:hall"};
-    std::vector<std::string> works = {"primary", "shadow", "diffuse", "ao", "one-ray"};
-    std::vector<std::string> simd = {best_simd_target().name};
-    int repeat = 7;
-};
-
-void add_options(CLI::App& app, CompareOptions& options) {
-    app.add_option("THIS", options.this_build, "the shared object of a build")->required();
-    app.add_option("OTHER", options.other_build, "that of the build to compare with")->required();
-    app.add_option("SCENE", options.scenes,
-                   "a mesh file, a folder or pattern of them, builtin:NAME[:TRIANGLES]");
-    app.add_option("--work", options.works, "some of primary, shadow, diffuse, ao, one-ray")
-        ->delimiter(',')
-        ->allow_extra_args(false);
-    app.add_option("--simd", options.simd, "instruction sets (the best one)")
-        ->delimiter(',')
-        ->allow_extra_args(false);
-    app.add_option("--repeat", options.repeat, "rounds after one to warm up")
-        ->check(CLI::Range(1, 10000))
-        ->capture_default_str();
-}
 
 /// Loads a build. It stays loaded, because TBB's threads may run its code to the end of the
 /// process.
@@ -75,10 +47,10 @@ std::uint64_t count_differences(const BuiltWork& a, const BuiltWork& b) {
     return count;
 }
 
-/// Traces a work by both builds and prints a row. Returns how many answers differ.
+/// Traces a work by both builds and reports a row. Returns how many answers differ.
 std::uint64_t compare(const BuildFunctions& ours, const BuildFunctions& theirs,
                       const std::string& scene, const std::string& work, const std::string& tracer,
-                      const std::string& simd, int repeat) {
+                      const std::string& simd, int repeat, Report& report) {
     const BuiltWork a = ours.open(scene, work, tracer, simd);
     const BuiltWork b = theirs.open(scene, work, tracer, simd);
     if (!a.trace_part || !b.trace_part) return 0;
@@ -89,30 +61,32 @@ std::uint64_t compare(const BuildFunctions& ours, const BuildFunctions& theirs,
                            }});
     }
     const std::vector<Times> times = time_in_turn(methods, std::min(a.parts, b.parts), repeat);
-    const std::uint64_t differences = count_differences(a, b);
-    const Ratio ratio = ratio_of(times[0], times[1]);
-    const double krays = 1e-3 * static_cast<double>(a.rays);
-    fmt::print("{},{},{},{},{:.2f},{:.2f},{:.3f},{:.3f},{:.3f},{:.3f},{}\n", scene, work, tracer,
-               simd, krays / times[0].least_ms, krays / times[1].least_ms, ratio.median,
-               ratio.least, ratio.min, ratio.max, differences);
-    std::fflush(stdout);
-    return differences;
+    Row row{.work = work, .tracer = tracer, .peer = fmt::format("{} {}", theirs.version, simd)};
+    set_times(row, times[0], times[1], Unit::kMrayPerSecond, a.rays);
+    row.differences = count_differences(a, b);
+    report.add(row);
+    return row.differences;
 }
 
 /// Returns 1 if an answer differs, else 0.
-int run(const CompareOptions& options) {
+int run(std::span<const std::string> arguments) {
+    const BenchOptions options = parse_options(arguments, BenchProgram::kBuilds);
+    if (!options.help.empty()) {
+        fmt::print("{}", options.help);
+        return 0;
+    }
     const BuildFunctions& ours = load_build(options.this_build);
     const BuildFunctions& theirs = load_build(options.other_build);
-    fmt::print(
-        "# {}, {}; this {}, other {}; Mray/s at best; ratio above 1: this build is faster\n"
-        "scene,work,tracer,simd,this,other,ratio,ratio_at_best,min,max,differences\n",
-        machine_name(), machine_isa(), ours.version, theirs.version);
+    Report report(
+        fmt::format("# {}, {}; ours is {}\n", machine_name(), machine_isa(), ours.version), "");
     std::uint64_t differences = 0;
     for (const std::string& scene : options.scenes) {
+        report.begin(scene, 1);
         for (const std::string& work : options.works) {
             for (const char* const tracer : {"packet", "stream", "single"}) {
                 for (const std::string& simd : options.simd)
-                    differences += compare(ours, theirs, scene, work, tracer, simd, options.repeat);
+                    differences +=
+                        compare(ours, theirs, scene, work, tracer, simd, options.repeat, report);
             }
         }
     }
@@ -123,17 +97,8 @@ int run(const CompareOptions& options) {
 }  // namespace mray::bench
 
 int main(int argc, char** argv) {
-    mray::bench::CompareOptions options;
-    CLI::App app("Traces works of the benchmark by two builds in one process, in turn.",
-                 "morphray_compare_builds");
-    add_options(app, options);
     try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : 2;
-    }
-    try {
-        return mray::bench::run(options);
+        return mray::bench::run(std::vector<std::string>(argv + 1, argv + argc));
     } catch (const std::exception& error) {
         fmt::print(stderr, "morphray_compare_builds: {}\n", error.what());
         return 2;

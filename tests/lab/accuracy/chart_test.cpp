@@ -46,14 +46,10 @@ TEST(Chart, HasARowForEachMethodAndScene) {
 TEST(Chart, FindsNoWrongAnswerOfTheProgramsTracersOnACloth) {
     const accuracy::ChartInput input = cloth();
     const accuracy::ChartScene scene = accuracy::make_chart_scene(input, 64, 3000);
-    const accuracy::Judge judge(scene, scene.scene_space);
-    std::vector<Hit> camera(scene.scene_space.camera_rays.size());
-    std::vector<Hit> aimed(scene.scene_space.aimed_rays.size());
-    for (const accuracy::Method& method : accuracy::our_methods(scene, no_vulkan)) {
-        accuracy::trace_camera(method, scene, camera);
-        EXPECT_EQ(judge.camera(camera).wrong(), 0u) << method.name;
-        accuracy::trace_aimed(method, scene, aimed);
-        EXPECT_EQ(judge.aimed(aimed).wrong(), 0u) << method.name;
+    for (const accuracy::Measured& measured :
+         accuracy::measure(scene, accuracy::our_methods(scene, no_vulkan), 1)) {
+        EXPECT_EQ(measured.camera.wrong(), 0u) << measured.method;
+        EXPECT_EQ(measured.aimed.wrong(), 0u) << measured.method;
     }
 }
 

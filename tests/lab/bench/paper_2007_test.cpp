@@ -3,17 +3,17 @@
 
 #include <vector>
 
+#include "common/bvh/box.h"
 #include "lab/bench/paper_2007/paper_2007.h"
 #include "tests/lab/bench/star_works.h"
 
 namespace mray::bench {
 namespace {
 
-using paper_2007::build_sweep_tree;
-using paper_2007::Tree;
+using paper_2007::build_tree;
 using paper_2007::WorkTracer;
 
-bool is_inside(vec3 p, const paper_2007::Node& node) {
+bool is_inside(vec3 p, const PeerNode& node) {
     for (int axis = 0; axis < 3; ++axis) {
         if (p[axis] < node.lower[axis] || p[axis] > node.upper[axis]) return false;
     }
@@ -21,8 +21,8 @@ bool is_inside(vec3 p, const paper_2007::Node& node) {
 }
 
 /// Marks the triangles below a node, all of which must be in its box.
-void visit(const Tree& tree, std::uint32_t index, std::vector<int>& seen) {
-    const paper_2007::Node& node = tree.nodes[index];
+void visit(const PeerTree& tree, std::uint32_t index, std::vector<int>& seen) {
+    const PeerNode& node = tree.nodes[index];
     if (node.count == 0) {
         for (const std::uint32_t child : {node.first, node.first + 1}) {
             EXPECT_TRUE(is_inside(tree.nodes[child].lower, node));
@@ -32,16 +32,16 @@ void visit(const Tree& tree, std::uint32_t index, std::vector<int>& seen) {
         return;
     }
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-        const paper_2007::Triangle& t = tree.triangles[i];
+        const PeerTriangle& t = tree.triangles[i];
         for (const vec3& p : {t.a, t.b, t.c}) EXPECT_TRUE(is_inside(p, node));
         ++seen[t.prim_id];
     }
 }
 
-TEST(BuildSweepTree, HasEveryFiniteTriangleInOneLeaf) {
+TEST(BuildPeerTree, HasEveryFiniteTriangleInOneLeaf) {
     for (const test::NamedScene& named : test::adversarial_scenes()) {
         const Topology& topology = named.scene.topology();
-        const Tree tree = build_sweep_tree(topology, named.scene.positions());
+        const PeerTree tree = build_tree(topology, named.scene.positions());
         std::vector<int> seen(topology.triangles.size());
         if (!tree.nodes.empty()) visit(tree, 0, seen);
         for (std::size_t id = 0; id < seen.size(); ++id) {
@@ -58,7 +58,7 @@ TEST(BuildSweepTree, HasEveryFiniteTriangleInOneLeaf) {
 class Paper2007 : public StarWorks {
 protected:
     TraceAnswers trace(const TraceWork& work) const {
-        const Tree tree = build_sweep_tree(scene_.topology(), scene_.positions());
+        const PeerTree tree = build_tree(scene_.topology(), scene_.positions());
         WorkTracer tracer(tree, work);
         tracer.trace();
         return tracer.answers();

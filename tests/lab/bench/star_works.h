@@ -11,6 +11,16 @@
 
 namespace mray::bench {
 
+/// How many active rays hit something.
+inline std::size_t count_hits(const TraceWork& work, const TraceAnswers& answers) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < work.rays.size(); ++i) {
+        if (work.active[i] == 0) continue;
+        count += work.any_hit() ? answers.occluded[i] : answers.hits[i].prim_id != kNoPrim;
+    }
+    return count;
+}
+
 class StarWorks : public testing::Test {
 protected:
     StarWorks() : scene_(test::star(4, 3)), bvh_(build_bvh(scene_.topology(), scene_.positions())) {

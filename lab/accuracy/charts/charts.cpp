@@ -1,0 +1,141 @@
+#include "lab/accuracy/charts/charts.h"
+
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+
+#include "lab/accuracy/measure.h"
+
+namespace mray::accuracy {
+namespace {
+
+// The failure chart's image has so many times fewer pixels a side.
+constexpr std::uint32_t kLessSide = 8;
+
+/// Whether no other method is at least as fast and as accurate, and better in one of the two.
+bool on_front(const Measured& point, const std::vector<Measured>& all,
+              VerdictCounts Measured::*counts) {
+    const double wrong = (point.*counts).wrong_per_million();
+    for (const Measured& other : all) {
+        const double theirs = (other.*counts).wrong_per_million();
+        if (theirs <= wrong && other.mrays >= point.mrays &&
+            (theirs < wrong || other.mrays > point.mrays)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// A table with these columns and those of add_row().
+Table table_with(std::vector<std::string> header) {
+    header.insert(header.end(), {"Mray/s", "leaks", "false misses", "false hits", "wrong triangles",
+                                 "close", "displaced", "beside", "worst ulps"});
+    return Table(header);
+}
+
+/// Wrong answers, and others that are not right, to all rays of a method.
+void add_row(Table& table, std::vector<std::string> row, const Measured& measured) {
+    const VerdictCounts both = measured.camera + measured.aimed;
+    row.push_back(fmt::format("{:.4g}", measured.mrays));
+    for (const Verdict verdict :
+         {Verdict::kLeak, Verdict::kFalseMiss, Verdict::kFalseHit, Verdict::kWrongTriangle,
+          Verdict::kClose, Verdict::kDisplaced, Verdict::kBeside})
+        row.push_back(std::to_string(both[verdict]));
+    row.push_back(fmt::format("{:.3g}", both.worst_ulps));
+    table.add(row);
+}
+
+void add_counts(std::vector<std::string>& row, const VerdictCounts& counts) {
+    row.push_back(std::to_string(counts.rays));
+    row.push_back(std::to_string(counts.wrong()));
+    row.push_back(fmt::format("{:.4g}", counts.wrong_per_million()));
+}
+
+/// One panel of the rays that columns call `rays`.
+plot::Panel panel_of(const std::string& title, const std::string& rays, std::uint64_t count) {
+    const double one = 1e6 / static_cast<double>(std::max<std::uint64_t>(1, count));
+    const int threads = tbb::this_task_arena::max_concurrency();
+    return {.kind = "points",
+            .title = title,
+            .x = rays + " wrong/M",
+            .y = "Mray/s",
+            .series = "method",
+            .xlabel = fmt::format("wrong answers per million rays (one ray: {:.2g})", one),
+            .ylabel =
+                fmt::format("Mray/s, camera rays on {} thread{}", threads, threads == 1 ? "" : "s"),
+            .ring = rays + " front",
+            .logx = "10"};
+}
+
+/// The methods whose answers may differ, and the program's own tracer for its speed.
+std::vector<Method> failing_methods(const ChartScene& scene) {
+    std::vector<Method> columns{single_method(scene)};
+    for (std::vector<Method> more : {rule_methods(scene), embree_methods(scene)})
+        std::move(more.begin(), more.end(), std::back_inserter(columns));
+    return columns;
+}
+
+}  // namespace
+
+Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
+                     const std::string& suffix) {
+    const Effort& effort = context.effort;
+    const ChartScene scene = make_chart_scene(input, effort.side, effort.aimed_rays);
+    const std::vector<Measured> points =
+        measure(scene, all_methods(scene, context.make_vulkan_backend), effort.rounds);
+    Table table =
+        table_with({"method", "camera rays", "camera wrong", "camera wrong/M", "camera front",
+                    "aimed rays", "aimed wrong", "aimed wrong/M", "aimed front"});
+    for (const Measured& point : points) {
+        std::vector<std::string> row = {point.method};
+        for (VerdictCounts Measured::*const counts : {&Measured::camera, &Measured::aimed}) {
+            add_counts(row, point.*counts);
+            row.emplace_back(on_front(point, points, counts) ? "yes" : "no");
+        }
+        add_row(table, row, point);
+    }
+    const std::size_t pixels = scene.scene_space.camera_rays.size();
+    const std::size_t aimed = scene.scene_space.aimed_rays.size();
+    const plot::Figure figure{
+        .title = fmt::format("Speed against accuracy: {}, {} triangles", input.name,
+                             input.topology.triangles.size()),
+        .footer = context.footer,
+        .columns = 2,
+        .panel_height = 560,
+        .panels = {
+            panel_of(fmt::format("{} pixels of a camera", pixels), "camera", pixels),
+            panel_of(fmt::format("{} rays at vertices, edges, faces", aimed), "aimed", aimed)}};
+    return {"accuracy" + suffix, table, figure};
+}
+
+Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more) {
+    std::vector<ChartInput> inputs = failure_scenes();
+    inputs.insert(inputs.end(), more.begin(), more.end());
+    Table table = table_with({"scene", "method", "row", "column", "rays", "wrong", "wrong/M"});
+    for (std::size_t row = 0; row < inputs.size(); ++row) {
+        const ChartScene scene =
+            make_chart_scene(inputs[row], std::max(kChartTileSide, context.effort.side / kLessSide),
+                             context.effort.failure_rays);
+        const std::vector<Measured> cells = measure(scene, failing_methods(scene), 1);
+        for (std::size_t column = 0; column < cells.size(); ++column) {
+            std::vector<std::string> text = {inputs[row].name, cells[column].method,
+                                             std::to_string(row), std::to_string(column)};
+            add_counts(text, cells[column].camera + cells[column].aimed);
+            add_row(table, text, cells[column]);
+        }
+    }
+    const plot::Figure figure{.title = "Failure map: wrong answers per million rays; below, Mray/s",
+                              .footer = context.footer,
+                              .panel_height = static_cast<int>(42 * inputs.size() + 140),
+                              .panels = {{.kind = "map",
+                                          .x = "column",
+                                          .y = "row",
+                                          .series = "scene",
+                                          .across = "method",
+                                          .shade = "wrong/M",
+                                          .note = "Mray/s"}}};
+    return {"failures", table, figure};
+}
+
+}  // namespace mray::accuracy

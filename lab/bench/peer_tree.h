@@ -1,0 +1,51 @@
+// The binary tree of the peers that have no builder of their own.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/bvh/builder/bvh_builder.h"
+#include "common/scene/mesh.h"
+
+namespace mray::bench {
+
+/// 32 B. Inner nodes: the children are nodes `first` (the lower one on `axis`) and first + 1.
+/// Leaves, which have count > 0: triangles first to first + count.
+struct PeerNode {
+    vec3 lower;
+    std::uint32_t first;
+    vec3 upper;
+    std::uint32_t count : 30;
+    std::uint32_t axis : 2;
+};
+
+struct PeerTriangle {
+    vec3 a, b, c;
+    std::uint32_t prim_id;
+};
+
+/// nodes[0] is the root; empty without a finite triangle. Triangles are in the order of the leaves.
+struct PeerTree {
+    std::vector<PeerNode> nodes;
+    std::vector<PeerTriangle> triangles;
+};
+
+/// Where a builder divides, and when it stops: the cost of a node in tests of a triangle, and how
+/// many triangles a leaf has at most.
+struct PeerTreeConfig {
+    SplitMethod split;
+    double node_cost;
+    std::uint32_t most_triangles;
+};
+
+/// Positions in scene space. Triangles with vertices that are not finite are left out. At most
+/// kMaxBinaryHeight levels (common/bvh/builder/binary_tree.h) are below the root.
+PeerTree build_peer_tree(const Topology& topology, std::span<const vec3> positions,
+                         const PeerTreeConfig& config);
+
+/// Moves the triangles of a tree and fits its boxes, the leaves in the calling thread's arena and
+/// then the inner nodes one after the other. Finite positions of the tree's topology.
+void refit(PeerTree& tree, const Topology& topology, std::span<const vec3> positions);
+
+}  // namespace mray::bench

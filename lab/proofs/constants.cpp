@@ -1,0 +1,34 @@
+// Prints the values behind the @names@ of the .g files, read from the code, so that a proof is about
+// the constants that the tracers are compiled with.
+#include <cstdio>
+
+#include "common/interop/constants.h"
+#include "common/interop/hit_rule.h"
+#include "common/interop/packet_bounds.h"
+#include "common/interop/winding_rule.h"
+#include "cpu/simd/rounding_bounds.h"
+#include "lab/proofs/bounds.h"
+
+namespace mray::proofs {
+namespace {
+
+using namespace cpu;
+
+/// The part of the depth margin that surely_inside spends.
+float depth_slack_of_margin() {
+    const vec3 org(0, 0, 0);
+    return shear_ray(org, vec3(0, 0, 1)).depth_slack / depth_margin(org);
+}
+
+void print_all() {
+    const float kDepthSlackOfMargin = depth_slack_of_margin();
+    // Those that the .g files name: cmake lists them as PROOFS_CONSTANT(kName).
+    // NOLINTNEXTLINE(cppcoreguidelines-macro-usage)
+#define PROOFS_CONSTANT(name) std::printf("%s %a\n", #name, static_cast<double>(name));
+#include "lab/proofs/constants.inc"
+}
+
+}  // namespace
+}  // namespace mray::proofs
+
+int main() { mray::proofs::print_all(); }
