@@ -40,7 +40,7 @@ struct Auto {
     double budget_ms = 0;
     /// The same as a part of the time that refit and queries of a pose take.
     double budget = 0.75;
-    /// Decide by counts of triangles and rays instead of times, so that all runs decide the same.
+    /// The same decisions in every run: counts of triangles and rays take the place of times.
     /// Results never depend on the decisions.
     bool deterministic = false;
 };
@@ -256,9 +256,9 @@ public:
 
     /// Finds how often the meshes wind around points: windings[i] answers points[i]. 1 inside a
     /// closed mesh whose triangles are counter-clockwise as seen from outside, 0 outside; nested
-    /// and overlapping meshes add up. It is the number of times that a half-line from the point
-    /// along +z leaves the meshes, less that of entering them (Crossing::owner), and exact for the
-    /// coordinates given: no rounding decides, however close to the surface a point lies.
+    /// and overlapping meshes add up. It counts how often a half-line from the point along +z leaves
+    /// the meshes, minus how often it enters them (Crossing::owner). It is exact for the coordinates
+    /// given: no rounding decides, however close to the surface a point lies.
     ///
     /// - A point on the surface has the winding of one of its neighbours, that of
     ///   p + (e, e^2, e^3) for e -> 0; contains() tells it apart.
