@@ -45,80 +45,60 @@ void trace_camera(const Method& method, const ChartScene& scene, std::span<Hit> 
     });
 }
 
-/// The exact answers to all rays of a scene, which outlives it, in one of its spaces.
+/// The exact answers to rays of a scene in one of its spaces; all outlive it.
 class Judge {
 public:
-    Judge(const ChartScene& scene, const ChartSpace& space)
-        : space_(&space),
-          referee_(scene.topology, space.positions, space.bvh),
-          camera_(truths_of(space.camera_rays)),
-          aimed_(truths_of(space.aimed_rays)) {
-        check_camera(scene);
+    Judge(const ChartScene& scene, const ChartSpace& space, const std::vector<Ray>& rays)
+        : rays_(rays), referee_(scene.topology, space.positions, space.bvh), truths_(rays.size()) {
+        const std::size_t triangles = std::max<std::size_t>(1, scene.topology.triangles.size());
+        const std::size_t step =
+            std::max(kFullSearchStep, rays.size() * triangles / kFullSearchTriangles);
+        for_each_batch(rays.size(), [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                truths_[i] = referee_.closest(rays[i]);
+                if (i % step != 0 || referee_.closest_of_all(rays[i]) == truths_[i]) continue;
+                throw Error(ErrorKind::kInternal,
+                            fmt::format("chart: the referee's search loses triangles of {}; please "
+                                        "report it",
+                                        scene.name));
+            }
+        });
     }
 
-    VerdictCounts camera(std::span<const Hit> hits) const {
-        return count(space_->camera_rays, camera_, hits);
-    }
-    VerdictCounts aimed(std::span<const Hit> hits) const {
-        return count(space_->aimed_rays, aimed_, hits);
+    VerdictCounts count(std::span<const Hit> hits) const {
+        VerdictCounts counts;
+        counts.rays = rays_.size();
+        std::mutex mutex;
+        for_each_batch(rays_.size(), [&](std::size_t begin, std::size_t end) {
+            VerdictCounts batch;
+            for (std::size_t i = begin; i < end; ++i) {
+                const Judgement judgement = referee_.judge(rays_[i], truths_[i], hits[i].prim_id);
+                ++batch.of[static_cast<std::size_t>(judgement.verdict)];
+                if (judgement.verdict == Verdict::kClose ||
+                    judgement.verdict == Verdict::kWrongTriangle) {
+                    batch.worst_ulps = std::max(batch.worst_ulps, std::abs(judgement.t_ulps));
+                }
+            }
+            const std::lock_guard lock(mutex);
+            counts = counts + batch;
+        });
+        return counts;
     }
 
 private:
-    void check_camera(const ChartScene& scene) const;
-    std::vector<Truth> truths_of(std::span<const Ray> rays) const;
-    VerdictCounts count(std::span<const Ray> rays, std::span<const Truth> truths,
-                        std::span<const Hit> hits) const;
-
-    const ChartSpace* space_;
+    const std::vector<Ray>& rays_;
     ExactReferee referee_;
-    std::vector<Truth> camera_;
-    std::vector<Truth> aimed_;
+    std::vector<Truth> truths_;
 };
 
-void Judge::check_camera(const ChartScene& scene) const {
-    const std::size_t triangles = std::max<std::size_t>(1, scene.topology.triangles.size());
-    const std::size_t step =
-        std::max(kFullSearchStep, camera_.size() * triangles / kFullSearchTriangles);
-    for_each_batch(camera_.size(), [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            if (i % step != 0 || referee_.closest_of_all(space_->camera_rays[i]) == camera_[i])
-                continue;
-            throw Error(ErrorKind::kInternal,
-                        fmt::format("chart: the referee's search loses triangles of {}; please "
-                                    "report it",
-                                    scene.name));
-        }
-    });
-}
+/// Both kinds of rays in one of the spaces.
+struct Judges {
+    Judges(const ChartScene& scene, const ChartSpace& space)
+        : camera(scene, space, space.camera_rays), aimed(scene, space, space.aimed_rays) {}
 
-std::vector<Truth> Judge::truths_of(std::span<const Ray> rays) const {
-    std::vector<Truth> truths(rays.size());
-    for_each_batch(rays.size(), [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) truths[i] = referee_.closest(rays[i]);
-    });
-    return truths;
-}
-
-VerdictCounts Judge::count(std::span<const Ray> rays, std::span<const Truth> truths,
-                           std::span<const Hit> hits) const {
-    VerdictCounts counts;
-    counts.rays = rays.size();
-    std::mutex mutex;
-    for_each_batch(rays.size(), [&](std::size_t begin, std::size_t end) {
-        VerdictCounts batch;
-        for (std::size_t i = begin; i < end; ++i) {
-            const Judgement judgement = referee_.judge(rays[i], truths[i], hits[i].prim_id);
-            ++batch.of[static_cast<std::size_t>(judgement.verdict)];
-            if (judgement.verdict == Verdict::kClose ||
-                judgement.verdict == Verdict::kWrongTriangle) {
-                batch.worst_ulps = std::max(batch.worst_ulps, std::abs(judgement.t_ulps));
-            }
-        }
-        const std::lock_guard lock(mutex);
-        counts = counts + batch;
-    });
-    return counts;
-}
+    Judge camera;
+    Judge aimed;
+};
 
 }  // namespace
 
@@ -144,19 +124,19 @@ VerdictCounts VerdictCounts::operator+(const VerdictCounts& other) const {
 
 std::vector<Measured> measure(const ChartScene& scene, std::span<const Method> methods,
                               int rounds) {
-    const Judge in_scene_space(scene, scene.scene_space);
-    const Judge in_world_space(scene, scene.world_space);
+    const Judges in_scene_space(scene, scene.scene_space);
+    const Judges in_world_space(scene, scene.world_space);
     std::vector<Hit> hits(scene.scene_space.camera_rays.size());
     std::vector<Hit> aimed(scene.scene_space.aimed_rays.size());
     std::vector<Measured> all;
     for (const Method& method : methods) {
-        const Judge& judge = method.in_scene_space ? in_scene_space : in_world_space;
+        const Judges& judges = method.in_scene_space ? in_scene_space : in_world_space;
         Measured& one = all.emplace_back();
         one.method = method.name;
         trace_camera(method, scene, hits);
-        one.camera = judge.camera(hits);
+        one.camera = judges.camera.count(hits);
         trace_rays(method, method.space(scene).aimed_rays, aimed);
-        one.aimed = judge.aimed(aimed);
+        one.aimed = judges.aimed.count(aimed);
     }
     for (int round = 0; round < rounds; ++round) {
         for (std::size_t i = 0; i < methods.size(); ++i) {

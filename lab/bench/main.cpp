@@ -1,11 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <vector>
 
-#include "common/base/errors.h"
-#include "common/report/shell.h"
 #include "common/version.h"
 #include "lab/bench/options.h"
 #include "lab/bench/works.h"
@@ -25,15 +22,10 @@ void run_works(const Rig& rig, const BenchScene& scene, const SceneRays& rays,
     if (options.wants("build")) bench_build(rig, scene, rays.primary());
 }
 
-void run(std::span<const std::string> arguments) {
-    const BenchOptions options = parse_options(arguments);
-    if (!options.help.empty()) {
-        fmt::print("{}", options.help);
-        return;
-    }
+int run(const BenchOptions& options) {
     Report report(
         fmt::format("# {}, {}; morphray {}, Embree {}\n# ./lab/bench/run {}\n", machine_name(),
-                    machine_isa(), kVersionDetail, EmbreeDevice::version(), shell_line(arguments)),
+                    machine_isa(), kVersionDetail, EmbreeDevice::version(), options.line),
         options.csv);
     for (const std::string& spec : options.scenes) {
         const BenchScene scene = open_bench_scene(spec, options.view);
@@ -48,20 +40,13 @@ void run(std::span<const std::string> arguments) {
             run_works({devices, threads, options.repeat, report}, scene, rays, traced, options);
         }
     }
+    return 0;
 }
 
 }  // namespace
 }  // namespace mray::bench
 
 int main(int argc, char** argv) {
-    try {
-        mray::bench::run(std::vector<std::string>(argv + 1, argv + argc));
-        return 0;
-    } catch (const mray::Error& error) {
-        fmt::print(stderr, "morphray_bench: {}\n", error.what());
-        return error.kind() == mray::ErrorKind::kBadArgument ? 2 : 1;
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "morphray_bench: {}\n", error.what());
-        return 1;
-    }
+    using namespace mray::bench;
+    return bench_main("morphray_bench", BenchProgram::kRun, argc, argv, run);
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "common/base/errors.h"
+#include "common/report/shell.h"
 #include "lab/bench/trace_work.h"
 
 namespace mray::bench {
@@ -29,6 +30,7 @@ bool BenchOptions::wants(const std::string& work) const {
 
 BenchOptions parse_options(std::span<const std::string> arguments, BenchProgram program) {
     BenchOptions o;
+    o.line = shell_line(arguments);
     std::uint32_t size = o.view.width;
     const bool is_run = program == BenchProgram::kRun;
     CLI::App app(is_run
@@ -70,6 +72,20 @@ BenchOptions parse_options(std::span<const std::string> arguments, BenchProgram 
     if (o.scenes.empty()) o.scenes = kScenes;
     o.view.width = o.view.height = size;
     return o;
+}
+
+int bench_main(const char* name, BenchProgram program, int argc, char** argv,
+               int (*run)(const BenchOptions& options)) {
+    try {
+        const BenchOptions options =
+            parse_options(std::vector<std::string>(argv + 1, argv + argc), program);
+        if (options.help.empty()) return run(options);
+        fmt::print("{}", options.help);
+        return 0;
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "{}: {}\n", name, error.what());
+        return 2;
+    }
 }
 
 }  // namespace mray::bench

@@ -24,6 +24,8 @@ struct BenchOptions {
     std::vector<std::string> simd = {best_simd_target().name};
     /// The text that --help asks for, else empty.
     std::string help;
+    /// The arguments as they were given.
+    std::string line;
 
     bool wants(const std::string& work) const;
 };
@@ -33,5 +35,10 @@ enum class BenchProgram { kRun, kBuilds };
 /// Throws Error(kBadArgument).
 BenchOptions parse_options(std::span<const std::string> arguments,
                            BenchProgram program = BenchProgram::kRun);
+
+/// The main function of a program: parses its options, and returns what `run` returns. After an
+/// error, whose line begins with `name`, it returns 2.
+int bench_main(const char* name, BenchProgram program, int argc, char** argv,
+               int (*run)(const BenchOptions& options));
 
 }  // namespace mray::bench

@@ -45,11 +45,9 @@ OurTracer batch_by_batch(std::string name, RaysAtOnce at_once, Tracer tracer) {
 OurTracer packet_by_packet(const Bvh& bvh, const SimdTarget& target) {
     const auto trace = [tiles = std::make_shared<const cpu::TileTracer>(bvh, target)](
                            const TraceWork& work, const WorkPart& part, TraceAnswers& answers) {
-        static_assert(kTileSize == cpu::kSquareSide && kBlockSize == cpu::kBlockSide &&
-                      kSquareSize == cpu::kCameraSide);
+        static_assert(kTileSize == cpu::kCameraSide && kBlockSize == cpu::kBlockSide);
         const ImageParams& params = work.params;
-        tbb::parallel_for(part.first_square, part.end_square, [&](std::size_t i) {
-            const TileRays& rays = work.squares[i];
+        for_each_tile(work, part, [&](const TileRays& rays) {
             if (work.kind == WorkKind::kPrimary) {
                 const cpu::Tile& tile = rays.tile;
                 const std::size_t first = std::size_t{tile.y0} * params.width + tile.x0;

@@ -11,7 +11,7 @@ namespace {
 // An image of 1024 x 1024 has 16 parts on one thread, and half as many on two: a fifth of a
 // millisecond of our fastest tracer, which is long compared with the clock and the start of tasks,
 // and short compared with most disturbances.
-constexpr std::size_t kSquaresOfPart = 16;
+constexpr std::size_t kTilesOfPart = 16;
 // Every method traces each n-th part a few times to find out which peers are the fastest.
 constexpr std::size_t kTrialStride = 4;
 constexpr int kTrialRounds = 2;
@@ -82,7 +82,7 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& em
     ThreadArena arena(rig.threads);
     std::vector<Mine> mine = tracers_for(scene.bvh, work);
     const std::vector<WorkPart> parts =
-        work.parts(work.squares.size() / (kSquaresOfPart * static_cast<std::size_t>(rig.threads)));
+        work.parts(work.tiles.size() / (kTilesOfPart * static_cast<std::size_t>(rig.threads)));
 
     std::vector<Peer> peers = finalists_of(embree_peers(embree, work), arena, parts);
     if (work.kind == WorkKind::kPrimary || work.kind == WorkKind::kShadow)

@@ -31,17 +31,6 @@ void close_tile(TraceWork& work, const cpu::Tile& tile, std::size_t begin) {
         work.active_count += work.active[i];
     }
     work.tiles.push_back({tile, begin, work.rays.size()});
-    const auto square = [](const cpu::Tile& t) {
-        return std::pair(t.x0 / kSquareSize, t.y0 / kSquareSize);
-    };
-    if (!work.squares.empty() && square(work.squares.back().tile) == square(tile)) {
-        TileRays& last = work.squares.back();
-        last.tile.x1 = std::max(last.tile.x1, tile.x1);
-        last.tile.y1 = std::max(last.tile.y1, tile.y1);
-        last.end = work.rays.size();
-    } else {
-        work.squares.push_back(work.tiles.back());
-    }
 }
 
 /// Adds the rays of a pixel whose camera ray has that hit.
@@ -81,22 +70,10 @@ const char* name_of(WorkKind kind) {
 }
 
 std::vector<WorkPart> TraceWork::parts(std::size_t count) const {
-    count = std::clamp<std::size_t>(count, 1, std::max<std::size_t>(1, squares.size()));
+    count = std::clamp<std::size_t>(count, 1, std::max<std::size_t>(1, tiles.size()));
     std::vector<WorkPart> parts;
-    std::size_t square = 0;
-    std::size_t tile = 0;
-    for (std::size_t i = 1; i <= count; ++i) {
-        WorkPart part{square, i * squares.size() / count, tile, tile};
-        square = part.end_square;
-        // Tiles without rays at the end of a square belong to it, too.
-        const bool last = square == squares.size();
-        while (part.end_tile < tiles.size() &&
-               (last || tiles[part.end_tile].begin < squares[square].begin)) {
-            ++part.end_tile;
-        }
-        tile = part.end_tile;
-        parts.push_back(part);
-    }
+    for (std::size_t i = 0; i < count; ++i)
+        parts.push_back({i * tiles.size() / count, (i + 1) * tiles.size() / count});
     return parts;
 }
 
@@ -137,19 +114,13 @@ TraceWork make_primary_work(const ImageParams& params) {
     work.params = params;
     work.params.rays = kRaysPrimary;
     work.rays.reserve(std::size_t{params.width} * params.height);
-    const cpu::ImageTiles squares(params.width, params.height, kSquareSize);
-    for (std::uint32_t i = 0; i < squares.count(); ++i) {
-        const cpu::Tile square = squares[i];
-        for (std::uint32_t y = square.y0; y < square.y1; y += kTileSize) {
-            for (std::uint32_t x = square.x0; x < square.x1; x += kTileSize) {
-                const cpu::Tile tile{x, y, x + kTileSize, y + kTileSize};
-                const std::size_t begin = work.rays.size();
-                for_each_pixel(tile, [&](std::uint32_t px, std::uint32_t py) {
-                    work.rays.push_back(camera_ray(params.camera, px, py));
-                });
-                close_tile(work, tile, begin);
-            }
-        }
+    const cpu::ImageTiles tiles(params.width, params.height, kTileSize);
+    for (std::uint32_t i = 0; i < tiles.count(); ++i) {
+        const std::size_t begin = work.rays.size();
+        for_each_pixel(tiles[i], [&](std::uint32_t x, std::uint32_t y) {
+            work.rays.push_back(camera_ray(params.camera, x, y));
+        });
+        close_tile(work, tiles[i], begin);
     }
     return work;
 }
@@ -159,11 +130,12 @@ TraceWork make_row_work(const ImageParams& params) {
     work.kind = WorkKind::kOneRay;
     work.params = params;
     work.params.rays = kRaysPrimary;
-    for (std::uint32_t y = 0; y < params.height; ++y) {
+    for (std::uint32_t y0 = 0; y0 < params.height; y0 += kTileSize) {
         const std::size_t begin = work.rays.size();
-        for (std::uint32_t x = 0; x < params.width; ++x)
-            work.rays.push_back(camera_ray(params.camera, x, y));
-        close_tile(work, {0, y, params.width, y + 1}, begin);
+        for (std::uint32_t y = y0; y < y0 + kTileSize; ++y)
+            for (std::uint32_t x = 0; x < params.width; ++x)
+                work.rays.push_back(camera_ray(params.camera, x, y));
+        close_tile(work, {0, y0, params.width, y0 + kTileSize}, begin);
     }
     return work;
 }
@@ -182,10 +154,10 @@ TraceWork make_secondary_work(const TraceWork& primary, std::span<const Hit> hit
         all_rays <= most_rays ? 1 : all_rays / most_rays + (all_rays % most_rays != 0);
     for (const TileRays& seen : primary.tiles) {
         const std::size_t begin = work.rays.size();
-        // Three squares on in each row of squares, so that no column has all.
-        const std::size_t square =
-            seen.tile.x0 / kSquareSize + std::size_t{3} * (seen.tile.y0 / kSquareSize);
-        if (square % stride == 0) {
+        // Three tiles on in each row of tiles, so that no column has all.
+        const std::size_t place =
+            seen.tile.x0 / kTileSize + std::size_t{3} * (seen.tile.y0 / kTileSize);
+        if (place % stride == 0) {
             std::size_t i = seen.begin;
             for_each_pixel(seen.tile, [&](std::uint32_t x, std::uint32_t y) {
                 add_secondary_rays(work, mesh, x, y, primary.rays[i], hits[i]);

@@ -18,8 +18,7 @@
 
 namespace mray::bench {
 
-inline constexpr std::uint32_t kTileSize = 32;
-inline constexpr std::uint32_t kSquareSize = 2 * kTileSize;
+inline constexpr std::uint32_t kTileSize = 64;
 inline constexpr std::uint32_t kBlockSize = 4;
 inline constexpr std::size_t kPacketSize = 16;
 
@@ -40,21 +39,18 @@ struct TileRays {
     std::size_t end;
 };
 
-/// Some of the squares of a work, and their tiles.
+/// The tiles `begin` to `end` of a work.
 struct WorkPart {
-    std::size_t first_square;
-    std::size_t end_square;
-    std::size_t first_tile;
-    std::size_t end_tile;
+    std::size_t begin;
+    std::size_t end;
 };
 
-/// The rays of an image, tile after tile, those of squares of 2 x 2 tiles together. Within a tile
-/// they come in packets of 16: for primary and shadow rays the 4x4 blocks in Morton order, each
-/// with its pixels row by row, so that ray i of every tile is the same pixel of it; for diffuse
-/// rays and ambient occlusion the samples of one pixel after the other, block by block. A work of
-/// single rays has rows of the image as its tiles, and its rays in their order. Slots without a ray
-/// are inactive: those without a surface or with one that faces away from the light, and the rest
-/// of a last packet.
+/// The rays of an image, tile after tile. Within a tile they come in packets of 16: for primary and
+/// shadow rays the 4x4 blocks in Morton order, each with its pixels row by row, so that ray i of
+/// every tile is the same pixel of it; for diffuse rays and ambient occlusion the samples of one
+/// pixel after the other, block by block. A work of single rays has as many rows of the image as
+/// its tiles, and its rays in their order. Slots without a ray are inactive: those without a
+/// surface or with one that faces away from the light, and the rest of a last packet.
 struct TraceWork {
     WorkKind kind = WorkKind::kPrimary;
     /// params.rays says how an image is traced: for primary rays and for others.
@@ -66,15 +62,13 @@ struct TraceWork {
     /// shadows[i / kPacketSize].
     std::vector<cpu::SharedOriginRays> shadows;
     std::vector<TileRays> tiles;
-    /// The rays of the tiles of each square, without squares that have none.
-    std::vector<TileRays> squares;
     std::size_t active_count = 0;
 
     bool any_hit() const { return kind == WorkKind::kShadow || kind == WorkKind::kAo; }
 
-    WorkPart whole() const { return {0, squares.size(), 0, tiles.size()}; }
-    /// The work cut into `count` parts, or fewer if it has fewer squares, of as many squares each
-    /// as possible.
+    WorkPart whole() const { return {0, tiles.size()}; }
+    /// The work cut into `count` parts of as many tiles each as possible, or fewer if it has fewer
+    /// tiles.
     std::vector<WorkPart> parts(std::size_t count) const;
 };
 
@@ -102,7 +96,7 @@ struct Peer {
     std::function<TraceAnswers()> answers;
 };
 
-/// The blocks of shadow rays of a tile, or a square.
+/// The blocks of shadow rays of a tile.
 inline std::span<const cpu::SharedOriginRays> shadows_of(const TraceWork& work,
                                                          const TileRays& rays) {
     static_assert(kPacketSize == cpu::kBlockRays);
@@ -125,15 +119,19 @@ struct BlockOffset {
     std::uint32_t x, y;
 };
 constexpr BlockOffset block_offset(std::uint32_t block) {
-    static_assert(kTileSize == 8 * kBlockSize);
-    return {kBlockSize * ((block & 1) | (block >> 1 & 2) | (block >> 2 & 4)),
-            kBlockSize * ((block >> 1 & 1) | (block >> 2 & 2) | (block >> 3 & 4))};
+    static_assert(kTileSize == 16 * kBlockSize);
+    BlockOffset offset{0, 0};
+    for (std::uint32_t bit = 0; bit < 4; ++bit) {
+        offset.x += (block >> 2 * bit & 1) * (kBlockSize << bit);
+        offset.y += (block >> (2 * bit + 1) & 1) * (kBlockSize << bit);
+    }
+    return offset;
 }
 
 /// Calls visit(x, y) for the pixels of a tile in the order of their rays.
 template <class Visit>
 void for_each_pixel(const cpu::Tile& tile, Visit visit) {
-    for (std::uint32_t i = 0; i < 64; ++i) {
+    for (std::uint32_t i = 0; i < kTileSize * kTileSize / kPacketSize; ++i) {
         const std::uint32_t block_x = tile.x0 + block_offset(i).x;
         const std::uint32_t block_y = tile.y0 + block_offset(i).y;
         for (std::uint32_t y = block_y; y < block_y + kBlockSize; ++y) {
@@ -159,7 +157,7 @@ void for_each_active_run(const TraceWork& work, const TileRays& tile, Visit visi
 /// Calls visit(tile) for the tiles of a part, in the calling thread's arena.
 template <class Visit>
 void for_each_tile(const TraceWork& work, const WorkPart& part, Visit visit) {
-    tbb::parallel_for(part.first_tile, part.end_tile, [&](std::size_t i) { visit(work.tiles[i]); });
+    tbb::parallel_for(part.begin, part.end, [&](std::size_t i) { visit(work.tiles[i]); });
 }
 
 /// Reorders hits from the rows of an image to the rays of a primary work.
@@ -173,7 +171,7 @@ TraceWork make_row_work(const ImageParams& params);
 
 /// The rays from the surfaces of `hits`, which are the hits of `primary`: shadow rays, diffuse ones
 /// (one a pixel) or those of ambient occlusion (`samples` a pixel). If they could be more than
-/// `most_rays`, only every n-th square has rays, in a regular pattern, for the least n that leaves
+/// `most_rays`, only every n-th tile has rays, in a regular pattern, for the least n that leaves
 /// no more.
 TraceWork make_secondary_work(const TraceWork& primary, std::span<const Hit> hits,
                               const cpu::ShadedMesh& mesh, WorkKind kind, std::uint32_t samples = 1,

@@ -4,13 +4,11 @@
 // peer's rule.
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "common/report/shell.h"
 #include "common/version.h"
 #include "gpu/shared_device.h"
 #include "lab/bench/bench_scene.h"
@@ -153,32 +151,23 @@ private:
     bool is_moved_ = false;
 };
 
-void run(const std::vector<std::string>& arguments) {
-    const BenchOptions options = parse_options(arguments);
-    if (!options.help.empty()) {
-        fmt::print("{}", options.help);
-        return;
-    }
-    Report report(fmt::format("# {}, {}; morphray {}\n# morphray_gpu_bench {}\n", machine_name(),
-                              gpu::make_vulkan_backend()->info().description, kVersionDetail,
-                              shell_line(arguments)),
-                  options.csv);
+int run(const BenchOptions& options) {
+    Report report(
+        fmt::format("# {}, {}; morphray {}\n# morphray_gpu_bench {}\n", machine_name(),
+                    gpu::make_vulkan_backend()->info().description, kVersionDetail, options.line),
+        options.csv);
     for (const std::string& spec : options.scenes) {
         const BenchScene scene = open_bench_scene(spec, options.view);
         report.begin(spec, 1);
         VulkanBench(scene, options.repeat, report).run();
     }
+    return 0;
 }
 
 }  // namespace
 }  // namespace mray::bench
 
 int main(int argc, char** argv) {
-    try {
-        mray::bench::run(std::vector<std::string>(argv + 1, argv + argc));
-        return 0;
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "morphray_gpu_bench: {}\n", error.what());
-        return 1;
-    }
+    using namespace mray::bench;
+    return bench_main("morphray_gpu_bench", BenchProgram::kRun, argc, argv, run);
 }

@@ -230,7 +230,7 @@ WorkTracer::WorkTracer(const PeerTree& tree, const TraceWork& work) : tree_(&tre
 WorkTracer::~WorkTracer() = default;
 
 void WorkTracer::trace(const WorkPart& part) {
-    tbb::parallel_for(part.first_tile, part.end_tile, [&](std::size_t tile) {
+    tbb::parallel_for(part.begin, part.end, [&](std::size_t tile) {
         for (std::size_t i = ranges_[tile].begin; i < ranges_[tile].end; ++i) {
             if (work_->any_hit()) {
                 Traversal<true>(*tree_, packets_[i], answers_[i]).run();

@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
-#include <exception>
 #include <string>
 #include <vector>
 
@@ -69,12 +67,7 @@ std::uint64_t compare(const BuildFunctions& ours, const BuildFunctions& theirs,
 }
 
 /// Returns 1 if an answer differs, else 0.
-int run(std::span<const std::string> arguments) {
-    const BenchOptions options = parse_options(arguments, BenchProgram::kBuilds);
-    if (!options.help.empty()) {
-        fmt::print("{}", options.help);
-        return 0;
-    }
+int run(const BenchOptions& options) {
     const BuildFunctions& ours = load_build(options.this_build);
     const BuildFunctions& theirs = load_build(options.other_build);
     Report report(
@@ -97,10 +90,6 @@ int run(std::span<const std::string> arguments) {
 }  // namespace mray::bench
 
 int main(int argc, char** argv) {
-    try {
-        return mray::bench::run(std::vector<std::string>(argv + 1, argv + argc));
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "morphray_compare_builds: {}\n", error.what());
-        return 2;
-    }
+    using namespace mray::bench;
+    return bench_main("morphray_compare_builds", BenchProgram::kBuilds, argc, argv, run);
 }
