@@ -58,8 +58,6 @@ struct Transform {
     Transform inverse() const;
 };
 
-/// Maps by `inner`, then by `outer`.
-Transform operator*(const Transform& outer, const Transform& inner);
 /// Reads a matrix of 3x4 or 4x4 floats, row or column major. Throws Failure for another format.
 Transform read_transform(RTCFormat format, const void* floats);
 void write_transform(const Transform& transform, RTCFormat format, void* floats);

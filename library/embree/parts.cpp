@@ -8,35 +8,31 @@
 namespace mray::embree {
 namespace {
 
-constexpr std::size_t kMostLevels = 32;
-
-Part make_part(const std::vector<Ref<Geometry>>& chain, unsigned int first_id, unsigned int id) {
-    const Geometry& mesh = *chain.back();
-    Part part{.chain = chain, .versions = {}, .geom_id = id};
-    part.inst_id = part.is_instance() ? first_id : kInvalid;
-    for (const Ref<Geometry>& geometry : chain) part.versions.push_back(geometry->version);
-    part.vertices = mesh.buffer(RTC_BUFFER_TYPE_VERTEX, 0);
-    part.indices = mesh.buffer(RTC_BUFFER_TYPE_INDEX, 0);
-    part.is_quads = mesh.is_quads();
+Part make_part(const Ref<Geometry>& mesh, unsigned int id, const Ref<Geometry>& instance,
+               unsigned int inst_id) {
+    Part part{.mesh = mesh, .instance = instance, .geom_id = id, .inst_id = inst_id};
+    part.versions[0] = mesh->version;
+    if (part.is_instance()) part.versions[1] = instance->version;
+    part.vertices = mesh->buffer(RTC_BUFFER_TYPE_VERTEX, 0);
+    part.indices = mesh->buffer(RTC_BUFFER_TYPE_INDEX, 0);
+    part.is_quads = mesh->is_quads();
     part.has_own_positions = part.is_instance();
     return part;
 }
 
-/// Appends the meshes that are attached below `chain`, whose first geometry has the ID `first_id`.
-void collect(const Attachments& attachments, std::vector<Ref<Geometry>>& chain,
-             unsigned int first_id, std::vector<Part>& parts) {
+/// Appends the meshes of a scene, or of the scene of an instance.
+void collect(const Attachments& attachments, const Ref<Geometry>& instance, unsigned int inst_id,
+             std::vector<Part>& parts) {
     for (const auto& [id, geometry] : attachments) {
         if (!geometry->is_enabled) continue;
-        if (chain.empty()) first_id = id;
         if (const char* const what = geometry->unsupported()) fail_unsupported(what);
-        chain.push_back(geometry);
-        if (!geometry->is_instance()) parts.push_back(make_part(chain, first_id, id));
-        if (const SceneObject* const scene = geometry->instanced.get()) {
-            if (chain.size() == kMostLevels)
-                fail_argument("instances are nested more than 32 levels deep");
-            collect(scene->attachments(), chain, first_id, parts);
+        if (!geometry->is_instance()) {
+            parts.push_back(make_part(geometry, id, instance, inst_id));
+        } else if (instance.get() != nullptr) {
+            fail_unsupported("instances of scenes with instances are");
+        } else if (const SceneObject* const scene = geometry->instanced.get()) {
+            collect(scene->attachments(), geometry, id, parts);
         }
-        chain.pop_back();
     }
 }
 
@@ -60,9 +56,7 @@ void Part::place() {
             own_positions[i] = keep(vertex(static_cast<std::uint32_t>(i)));
         return;
     }
-    to_world = chain.front()->transform;
-    for (std::size_t level = 1; level + 1 < chain.size(); ++level)
-        to_world = to_world * chain[level]->transform;
+    to_world = instance->transform;
     to_object = to_world.inverse();
     for (std::size_t i = 0; i < vertices.count; ++i)
         own_positions[i] = keep(to_world.point(keep(vertex(static_cast<std::uint32_t>(i)))));
@@ -134,13 +128,8 @@ void Part::measure() {
 }
 
 bool Part::read_masks() {
-    masks.clear();
-    bool is_set = false;
-    for (const Ref<Geometry>& geometry : chain) {
-        masks.push_back(geometry->mask);
-        is_set |= geometry->has_mask;
-    }
-    return is_set;
+    masks = {mesh->mask, is_instance() ? instance->mask : mesh->mask};
+    return mesh->has_mask || (is_instance() && instance->has_mask);
 }
 
 morphray::MeshView Part::view(std::vector<std::uint32_t>& triangles) const {
@@ -171,19 +160,16 @@ morphray::MeshView Part::view(std::vector<std::uint32_t>& triangles) const {
 }
 
 std::vector<Part> collect_parts(const Attachments& attachments) {
-    std::vector<Ref<Geometry>> chain;
     std::vector<Part> parts;
-    collect(attachments, chain, kInvalid, parts);
+    collect(attachments, {}, kInvalid, parts);
     return parts;
 }
 
 bool have_same_shape(const std::vector<Part>& a, const std::vector<Part>& b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Part& p, const Part& q) {
-        return p.geom_id == q.geom_id && p.inst_id == q.inst_id && p.chain == q.chain &&
-               std::equal(p.versions.begin(), p.versions.end(), q.versions.begin(),
-                          [](const GeometryVersion& v, const GeometryVersion& w) {
-                              return v.shape == w.shape;
-                          });
+        return p.geom_id == q.geom_id && p.inst_id == q.inst_id && p.mesh == q.mesh &&
+               p.instance == q.instance && p.versions[0].shape == q.versions[0].shape &&
+               p.versions[1].shape == q.versions[1].shape;
     });
 }
 

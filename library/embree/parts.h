@@ -50,12 +50,12 @@ struct Bounds {
 
 /// A mesh as a scene was committed with it. What it reads of the caller stays alive with it.
 struct Part {
-    /// The instances from the scene down to the mesh, which is the last one.
-    std::vector<Ref<Geometry>> chain;
-    /// Their versions at the last commit.
-    std::vector<GeometryVersion> versions;
+    Ref<Geometry> mesh;
+    /// Null if the mesh is attached to the scene itself.
+    Ref<Geometry> instance;
+    /// Those of mesh and instance at the last commit.
+    std::array<GeometryVersion, 2> versions = {};
     unsigned int geom_id = kInvalid;
-    /// Those of the first instance.
     unsigned int inst_id = kInvalid;
     BufferView vertices = {};
     BufferView indices = {};
@@ -65,8 +65,8 @@ struct Part {
     std::size_t used_vertices = 0;
     /// Whether the tracer has all triangles, and each of the used_vertices belongs to one.
     bool is_whole = false;
-    /// A ray passes by if it shares no bit with one of these.
-    std::vector<unsigned int> masks = {};
+    /// Those of mesh and instance. A ray passes by if it shares no bit with one of them.
+    std::array<unsigned int, 2> masks = {};
     Transform to_world = {};
     Transform to_object = {};
     /// Whether the tracer reads own_positions and not the caller's: those of instances and of
@@ -87,8 +87,7 @@ struct Part {
     const morphray::Vec3* normals = nullptr;
     std::vector<morphray::Vec3> own_normals = {};
 
-    Geometry& mesh() const { return *chain.back(); }
-    bool is_instance() const { return chain.size() > 1; }
+    bool is_instance() const { return instance.get() != nullptr; }
     std::size_t triangle_count() const { return indices.count * (is_quads ? 2 : 1); }
     unsigned int prim_id(std::uint32_t triangle) const {
         return is_quads ? triangle / 2 : triangle;
@@ -127,9 +126,7 @@ struct Part {
         return has_own_positions ? own_positions[index] : vertex(index);
     }
     bool sees(unsigned int ray_mask) const {
-        for (const unsigned int mask : masks)
-            if ((mask & ray_mask) == 0) return false;
-        return true;
+        return (masks[0] & ray_mask) != 0 && (masks[1] & ray_mask) != 0;
     }
 
     /// Computes the transformations of instances, and own_positions.
@@ -149,8 +146,8 @@ struct Part {
 /// Geometries by the IDs that they are attached with.
 using Attachments = std::map<unsigned int, Ref<Geometry>>;
 
-/// Appends the enabled meshes, ascending by the IDs on the way to them, so that ties between hits
-/// go to the lowest. Throws Failure for motion blur, and for scenes that contain themselves.
+/// The enabled meshes, ascending by the IDs on the way to them, so that ties between hits go to the
+/// lowest. Throws Failure for geometries that are not supported, and for instances of instances.
 std::vector<Part> collect_parts(const Attachments& attachments);
 
 /// Whether two lists are over the same triangles.

@@ -117,10 +117,6 @@ std::vector<PrimBox> boxes_of(const std::vector<Part>& parts) {
     return boxes;
 }
 
-void write_matrix(const Transform& transform, float (&matrix)[16]) {
-    write_transform(transform, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, matrix);
-}
-
 /// The factor of lengths, if the transformation is a similarity; otherwise 0.
 float similarity_of(const Transform& t) {
     const auto dot = [&](int i, int j) {
@@ -135,43 +131,19 @@ float similarity_of(const Transform& t) {
     return is_similarity ? static_cast<float>(std::sqrt(scale2)) : 0.0f;
 }
 
-/// A length that no image of a vector of length 1 is longer than.
-float most_stretch_of(const Transform& t) {
-    double sum = 0;
-    for (int column = 0; column < 3; ++column)
-        for (const double x : t.columns[column]) sum += x * x;
-    return static_cast<float>(std::sqrt(sum));
-}
-
-/// Where the scene of a query lies: at the top of the stack of instances that the caller has come
-/// down through.
-struct Place {
-    bool is_instance;
-    Transform to_scene = {};
-    Transform to_world = {};
-
-    explicit Place(const RTCPointQueryContext& context) : is_instance(context.instStackSize > 0) {
-        if (!is_instance) return;
-        const unsigned int top = context.instStackSize - 1;
-        to_scene = read_transform(RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, context.world2inst[top]);
-        to_world = read_transform(RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, context.inst2world[top]);
-    }
-};
-
-/// The context of an instance's mesh; that of the caller is as before afterwards. The instance is
-/// the top of its stack, in place of one that the caller has there.
+/// The context of an instance's mesh; that of the caller is as before afterwards.
 class InstanceScope {
 public:
-    InstanceScope(const Part& part, const Place& place, RTCPointQueryContext& context)
+    InstanceScope(const Part& part, RTCPointQueryContext& context)
         : context_(context), before_(context) {
-        const unsigned int top = std::max(context.instStackSize, 1u) - 1;
-        write_matrix(part.to_object * place.to_scene, context.world2inst[top]);
-        write_matrix(place.to_world * part.to_world, context.inst2world[top]);
-        context.instID[top] = part.inst_id;
+        constexpr RTCFormat kFormat = RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR;
+        write_transform(part.to_object, kFormat, context.world2inst[0]);
+        write_transform(part.to_world, kFormat, context.inst2world[0]);
+        context.instID[0] = part.inst_id;
 #if MORPHRAY_EMBREE == 4
-        context.instPrimID[top] = 0;
+        context.instPrimID[0] = 0;
 #endif
-        context.instStackSize = top + 1;
+        context.instStackSize = 1;
     }
     ~InstanceScope() { context_ = before_; }
     InstanceScope(const InstanceScope&) = delete;
@@ -182,53 +154,26 @@ private:
 };
 
 /// Returns whether a function changed the query. The functions of the call and of the geometry may
-/// lower the radius, which is one in the space of the world.
+/// lower the radius.
 bool visit_near(const Committed& committed, RTCPointQuery& query, RTCPointQueryContext& context,
                 Function function, void* user) {
     bool has_changed = false;
-    const Place place(context);
-    const morphray::Vec3 centre = place.to_scene.point({query.x, query.y, query.z});
-    const float similarity = place.is_instance ? similarity_of(place.to_scene) : 1.0f;
-    // Other images of a sphere lie within one.
-    const float scale = similarity > 0 ? similarity : most_stretch_of(place.to_scene);
-    float radius = query.radius * scale;
-    committed.boxes().visit_near({centre.x, centre.y, centre.z}, radius, [&](const PrimBox& box) {
-        const Part& part = committed.parts[box.part];
-        std::optional<InstanceScope> scope;
-        if (part.is_instance()) scope.emplace(part, place, context);
-        RTCPointQueryFunctionArguments arguments;
-        arguments.query = &query;
-        arguments.userPtr = user;
-        arguments.primID = box.prim_id;
-        arguments.geomID = part.geom_id;
-        arguments.context = &context;
-        arguments.similarityScale =
-            part.is_instance() ? similarity_of(part.to_object * place.to_scene) : similarity;
-        for (const Function each : {function, part.mesh().point_query})
-            if (each != nullptr) has_changed |= each(&arguments);
-        radius = query.radius * scale;
-    });
+    committed.boxes().visit_near(
+        {query.x, query.y, query.z}, query.radius, [&](const PrimBox& box) {
+            const Part& part = committed.parts[box.part];
+            std::optional<InstanceScope> scope;
+            if (part.is_instance()) scope.emplace(part, context);
+            RTCPointQueryFunctionArguments arguments;
+            arguments.query = &query;
+            arguments.userPtr = user;
+            arguments.primID = box.prim_id;
+            arguments.geomID = part.geom_id;
+            arguments.context = &context;
+            arguments.similarityScale = part.is_instance() ? similarity_of(part.to_object) : 1.0f;
+            for (const Function each : {function, part.mesh->point_query})
+                if (each != nullptr) has_changed |= each(&arguments);
+        });
     return has_changed;
-}
-
-/// One query after the other.
-template <std::size_t n, class Packet>
-bool query_points(const char* call, const int* valid, RTCScene scene, Packet* queries,
-                  RTCPointQueryContext* context, Function function, void** users) {
-    return with<SceneObject>(call, scene, [&](SceneObject& s) {
-        if (valid == nullptr || queries == nullptr || context == nullptr)
-            fail_argument("valid, queries or context is null");
-        bool has_changed = false;
-        for (std::size_t i = 0; i < n; ++i) {
-            if (valid[i] != -1) continue;
-            RTCPointQuery query = {queries->x[i], queries->y[i], queries->z[i], queries->time[i],
-                                   queries->radius[i]};
-            void* const user = users == nullptr ? nullptr : users[i];
-            has_changed |= visit_near(s.committed(), query, *context, function, user);
-            queries->radius[i] = query.radius;
-        }
-        return has_changed;
-    });
 }
 
 }  // namespace
@@ -247,16 +192,8 @@ bool rtcPointQuery(RTCScene scene, RTCPointQuery* query, RTCPointQueryContext* c
                    RTCPointQueryFunction function, void* user) {
     return with<SceneObject>(__func__, scene, [&](SceneObject& s) {
         if (query == nullptr || context == nullptr) fail_argument("query or context is null");
+        if (context->instStackSize > 0)
+            fail_unsupported("point queries on a stack of instances are");
         return visit_near(s.committed(), *query, *context, function, user);
     });
 }
-
-#define MORPHRAY_POINT_QUERY(n)                                                            \
-    bool rtcPointQuery##n(const int* valid, RTCScene scene, RTCPointQuery##n* queries,     \
-                          RTCPointQueryContext* context, RTCPointQueryFunction function,   \
-                          void** users) {                                                  \
-        return query_points<n>(__func__, valid, scene, queries, context, function, users); \
-    }
-MORPHRAY_POINT_QUERY(4)
-MORPHRAY_POINT_QUERY(8)
-MORPHRAY_POINT_QUERY(16)

@@ -34,7 +34,7 @@ void Query::call_filter(RTCFilterFunctionN filter, const Part& part, int& valid,
     if (filter == nullptr || valid == 0) return;
     RTCFilterFunctionNArguments arguments;
     arguments.valid = &valid;
-    arguments.geometryUserPtr = part.mesh().user;
+    arguments.geometryUserPtr = part.mesh->user;
     arguments.context = &context;
     arguments.ray = reinterpret_cast<RTCRayN*>(&ray);
     arguments.hit = reinterpret_cast<RTCHitN*>(&hit);
@@ -45,7 +45,7 @@ void Query::call_filter(RTCFilterFunctionN filter, const Part& part, int& valid,
 /// Sets ray.tfar to the hit's t before; a filter may change it. If the hit does not pass, the ray
 /// is as it was.
 bool Query::passes_filters(const Part& part, RTCRay& ray, RTCHit& hit) const {
-    const Geometry& mesh = part.mesh();
+    const Geometry& mesh = *part.mesh;
     const RTCFilterFunctionN own =
         kind_ == Kind::occlusion ? mesh.occluded_filter : mesh.intersect_filter;
     const bool takes = options_.filters_all || mesh.takes_argument_filter;

@@ -1,7 +1,6 @@
 // rtcIntersect* and rtcOccluded*.
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -66,17 +65,6 @@ struct Packet {
 
 #if MORPHRAY_EMBREE == 3
 
-/// M packets of N rays, `stride` bytes apart.
-struct PacketStream {
-    char* first;
-    std::size_t n;
-    std::size_t stride;
-
-    PacketLane operator[](std::size_t i) const {
-        return {reinterpret_cast<float*>(first + i / n * stride) + i % n, n};
-    }
-};
-
 /// Rays `stride` bytes apart.
 struct Stream {
     char* first;
@@ -92,37 +80,6 @@ struct Pointers {
     void* const* rays;
 
     OneLane operator[](std::size_t i) const { return {static_cast<RTCRay*>(rays[i])}; }
-};
-
-/// Lane i of arrays, one for each member. Those that a ray or a hit can do without may be null.
-struct ArrayLane {
-    const RTCRayNp* rays;
-    const RTCHitNp* hits;
-    std::size_t i;
-
-    RTCRay load() const {
-        RTCRay ray = {};
-        ray.mask = ray.id = kInvalid;
-        const auto arrays = std::bit_cast<std::array<const char*, kRayMembers>>(*rays);
-        auto* const members = reinterpret_cast<char*>(&ray);
-        for (std::size_t k = 0; k < kRayMembers; ++k)
-            if (arrays[k] != nullptr) std::memcpy(members + 4 * k, arrays[k] + 4 * i, 4);
-        return ray;
-    }
-    void store_tfar(float tfar) const { rays->tfar[i] = tfar; }
-    void store_hit(const RTCHit& hit) const {
-        const auto arrays = std::bit_cast<std::array<char*, kHitMembers>>(*hits);
-        const auto* const members = reinterpret_cast<const char*>(&hit);
-        for (std::size_t k = 0; k < kHitMembers; ++k)
-            if (arrays[k] != nullptr) std::memcpy(arrays[k] + 4 * i, members + 4 * k, 4);
-    }
-};
-
-struct Arrays {
-    const RTCRayNp* rays;
-    const RTCHitNp* hits;
-
-    ArrayLane operator[](std::size_t i) const { return {rays, hits, i}; }
 };
 
 #endif
@@ -333,24 +290,6 @@ void rtcIntersect1Mp(RTCScene scene, RTCIntersectContext* context, RTCRayHit** r
 }
 void rtcOccluded1Mp(RTCScene scene, RTCIntersectContext* context, RTCRay** rays, unsigned int m) {
     trace<kOcclusion>(__func__, scene, context, rays, Pointers{reinterpret_cast<void**>(rays)}, m);
-}
-void rtcIntersectNM(RTCScene scene, RTCIntersectContext* context, RTCRayHitN* rays, unsigned int n,
-                    unsigned int m, size_t stride) {
-    trace<kClosest>(__func__, scene, context, rays,
-                    PacketStream{reinterpret_cast<char*>(rays), n, stride}, std::size_t{n} * m);
-}
-void rtcOccludedNM(RTCScene scene, RTCIntersectContext* context, RTCRayN* rays, unsigned int n,
-                   unsigned int m, size_t stride) {
-    trace<kOcclusion>(__func__, scene, context, rays,
-                      PacketStream{reinterpret_cast<char*>(rays), n, stride}, std::size_t{n} * m);
-}
-void rtcIntersectNp(RTCScene scene, RTCIntersectContext* context, const RTCRayHitNp* rays,
-                    unsigned int n) {
-    trace<kClosest>(__func__, scene, context, rays, Arrays{&rays->ray, &rays->hit}, n);
-}
-void rtcOccludedNp(RTCScene scene, RTCIntersectContext* context, const RTCRayNp* rays,
-                   unsigned int n) {
-    trace<kOcclusion>(__func__, scene, context, rays, Arrays{rays, nullptr}, n);
 }
 
 #endif

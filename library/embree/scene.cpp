@@ -21,7 +21,7 @@ std::size_t triangle_count(const std::vector<Part>& parts) {
 
 bool is_any_refitted(const std::vector<Part>& parts) {
     return std::any_of(parts.begin(), parts.end(), [](const Part& part) {
-        return part.mesh().quality == RTC_BUILD_QUALITY_REFIT;
+        return part.mesh->quality == RTC_BUILD_QUALITY_REFIT;
     });
 }
 
@@ -31,9 +31,8 @@ bool have_same_versions(const std::vector<Part>& a, const std::vector<Part>& b) 
 }
 
 bool has_moved(const Part& before, const Part& now) {
-    for (std::size_t level = 0; level < now.versions.size(); ++level)
-        if (before.versions[level].pose != now.versions[level].pose) return true;
-    return false;
+    return before.versions[0].pose != now.versions[0].pose ||
+           before.versions[1].pose != now.versions[1].pose;
 }
 
 /// Computes what the tracer reads and what answers tell, which the parts of one mesh share.
@@ -41,7 +40,7 @@ void prepare(std::vector<Part>& parts) {
     std::map<const Geometry*, const Part*> first_of;
     for (Part& part : parts) {
         part.place();
-        const Part* const first = first_of.try_emplace(&part.mesh(), &part).first->second;
+        const Part* const first = first_of.try_emplace(part.mesh.get(), &part).first->second;
         if (first == &part) {
             part.make_normals();
         } else {
@@ -98,8 +97,8 @@ void Committed::read_settings() {
     filters_occlusion = false;
     for (Part& part : parts) {
         uses_masks |= part.read_masks();
-        filters_hits |= part.mesh().intersect_filter != nullptr;
-        filters_occlusion |= part.mesh().occluded_filter != nullptr;
+        filters_hits |= part.mesh->intersect_filter != nullptr;
+        filters_occlusion |= part.mesh->occluded_filter != nullptr;
     }
     std::set<unsigned int> different;
     if (uses_masks)

@@ -66,18 +66,6 @@ Transform Transform::inverse() const {
     return result;
 }
 
-Transform operator*(const Transform& outer, const Transform& inner) {
-    Transform result;
-    for (int column = 0; column < 4; ++column) {
-        for (int row = 0; row < 3; ++row) {
-            double sum = column == 3 ? outer.columns[3][row] : 0;
-            for (int k = 0; k < 3; ++k) sum += outer.columns[k][row] * inner.columns[column][k];
-            result.columns[column][row] = sum;
-        }
-    }
-    return result;
-}
-
 Transform read_transform(RTCFormat format, const void* floats) {
     const MatrixLayout layout = layout_of(format);
     if (floats == nullptr) fail_argument("the transformation is null");

@@ -8,8 +8,12 @@ RTC_API void rtcMakeStaticBVH(RTCBVH bvh);
 namespace mray::embree {
 namespace {
 
-void refuse(const char* call, Device* device, const char* what) {
-    guarded(call, device, [&] { fail_unsupported(what); });
+void refuse(const char* call, RTCDevice device, const char* what) {
+    guarded(call, reinterpret_cast<Device*>(device), [&] { fail_unsupported(what); });
+}
+
+void refuse(const char* call, RTCScene scene, const char* what) {
+    with<SceneObject>(call, scene, [&](const SceneObject&) { fail_unsupported(what); });
 }
 
 /// Refuses a call about what no supported geometry has. A geometry that has it was refused when it
@@ -20,9 +24,13 @@ void refuse(const char* call, RTCGeometry geometry, const char* what) {
     });
 }
 
-constexpr Device* kNoDevice = nullptr;
+constexpr RTCDevice kNoHandle = nullptr;
 constexpr const char* kBuilder = "its own builder is";
 constexpr const char* kInterpolation = "interpolation is";
+constexpr const char* kPointPackets = "packets of point queries are";
+#if MORPHRAY_EMBREE == 3
+constexpr const char* kStreams = "streams of packets and of arrays are";
+#endif
 constexpr const char* kSubdivision = "subdivision surfaces are";
 constexpr const char* kUser = "user geometries are";
 
@@ -31,45 +39,38 @@ constexpr const char* kUser = "user geometries are";
 
 using namespace mray::embree;
 
-/// Defines a function of these parameters that refuses its call.
-#define MORPHRAY_REFUSED(call, object, what, ...) \
-    void call(__VA_ARGS__) { refuse(#call, object, what); }
+/// Defines a function of these parameters that refuses its call and returns an empty value.
+#define MORPHRAY_REFUSED_AS(Result, call, object, what, ...) \
+    Result call(__VA_ARGS__) {                               \
+        refuse(#call, object, what);                         \
+        return static_cast<Result>(0);                       \
+    }
+#define MORPHRAY_REFUSED(...) MORPHRAY_REFUSED_AS(void, __VA_ARGS__)
+#define MORPHRAY_REFUSED_FOR(call, what, ...) \
+    MORPHRAY_REFUSED(call, geometry, what, RTCGeometry geometry, __VA_ARGS__)
+#define MORPHRAY_REFUSED_ID(call, ...)                                                    \
+    MORPHRAY_REFUSED_AS(unsigned int, call, geometry, kSubdivision, RTCGeometry geometry, \
+                        __VA_ARGS__)
+#define MORPHRAY_REFUSED_POINTS(n)                                                                \
+    MORPHRAY_REFUSED_AS(bool, rtcPointQuery##n, scene, kPointPackets, const int*, RTCScene scene, \
+                        RTCPointQuery##n*, RTCPointQueryContext*, RTCPointQueryFunction, void**)
 
 MORPHRAY_REFUSED(rtcInterpolate, asked->geometry, kInterpolation,
                  const RTCInterpolateArguments* asked)
 MORPHRAY_REFUSED(rtcInterpolateN, asked->geometry, kInterpolation,
                  const RTCInterpolateNArguments* asked)
-MORPHRAY_REFUSED(rtcRetainBVH, kNoDevice, kBuilder, RTCBVH)
-MORPHRAY_REFUSED(rtcReleaseBVH, kNoDevice, kBuilder, RTCBVH)
-MORPHRAY_REFUSED(rtcMakeStaticBVH, kNoDevice, kBuilder, RTCBVH)
-
-RTCBVH rtcNewBVH(RTCDevice device) {
-    with<Device>(__func__, device, [](Device&) { fail_unsupported(kBuilder); });
-    return nullptr;
-}
-void* rtcBuildBVH(const RTCBuildArguments*) {
-    refuse(__func__, kNoDevice, kBuilder);
-    return nullptr;
-}
-void* rtcThreadLocalAlloc(RTCThreadLocalAllocator, size_t, size_t) {
-    refuse(__func__, kNoDevice, kBuilder);
-    return nullptr;
-}
-void rtcCollide(RTCScene scene, RTCScene, RTCCollideFunc, void*) {
-    with<SceneObject>(__func__, scene,
-                      [](SceneObject&) { fail_unsupported("collision detection is"); });
-}
-
-/// Defines a function of a geometry and these parameters that refuses its call.
-#define MORPHRAY_REFUSED_FOR(call, what, ...) \
-    MORPHRAY_REFUSED(call, geometry, what, RTCGeometry geometry, __VA_ARGS__)
-/// Defines one that returns an ID.
-#define MORPHRAY_REFUSED_ID(call, ...)                     \
-    unsigned int call(RTCGeometry geometry, __VA_ARGS__) { \
-        refuse(#call, geometry, kSubdivision);             \
-        return kInvalid;                                   \
-    }
-
+MORPHRAY_REFUSED_POINTS(4)
+MORPHRAY_REFUSED_POINTS(8)
+MORPHRAY_REFUSED_POINTS(16)
+MORPHRAY_REFUSED(rtcCollide, scene, "collision detection is", RTCScene scene, RTCScene,
+                 RTCCollideFunc, void*)
+MORPHRAY_REFUSED(rtcRetainBVH, kNoHandle, kBuilder, RTCBVH)
+MORPHRAY_REFUSED(rtcReleaseBVH, kNoHandle, kBuilder, RTCBVH)
+MORPHRAY_REFUSED(rtcMakeStaticBVH, kNoHandle, kBuilder, RTCBVH)
+MORPHRAY_REFUSED_AS(RTCBVH, rtcNewBVH, device, kBuilder, RTCDevice device)
+MORPHRAY_REFUSED_AS(void*, rtcBuildBVH, kNoHandle, kBuilder, const RTCBuildArguments*)
+MORPHRAY_REFUSED_AS(void*, rtcThreadLocalAlloc, kNoHandle, kBuilder, RTCThreadLocalAllocator,
+                    size_t, size_t)
 MORPHRAY_REFUSED_FOR(rtcSetGeometryMaxRadiusScale, "curves and points are", float)
 MORPHRAY_REFUSED_FOR(rtcSetGeometryTessellationRate, "curves are", float)
 MORPHRAY_REFUSED_FOR(rtcSetGeometryTransformQuaternion, "quaternions are", unsigned int,
@@ -91,31 +92,39 @@ MORPHRAY_REFUSED_ID(rtcGetGeometryOppositeHalfEdge, unsigned int, unsigned int)
 
 #if MORPHRAY_EMBREE == 3
 
-MORPHRAY_REFUSED(rtcFilterIntersection, kNoDevice, kUser, const RTCIntersectFunctionNArguments*,
+MORPHRAY_REFUSED(rtcIntersectNM, scene, kStreams, RTCScene scene, RTCIntersectContext*, RTCRayHitN*,
+                 unsigned int, unsigned int, size_t)
+MORPHRAY_REFUSED(rtcOccludedNM, scene, kStreams, RTCScene scene, RTCIntersectContext*, RTCRayN*,
+                 unsigned int, unsigned int, size_t)
+MORPHRAY_REFUSED(rtcIntersectNp, scene, kStreams, RTCScene scene, RTCIntersectContext*,
+                 const RTCRayHitNp*, unsigned int)
+MORPHRAY_REFUSED(rtcOccludedNp, scene, kStreams, RTCScene scene, RTCIntersectContext*,
+                 const RTCRayNp*, unsigned int)
+MORPHRAY_REFUSED(rtcFilterIntersection, kNoHandle, kUser, const RTCIntersectFunctionNArguments*,
                  const RTCFilterFunctionNArguments*)
-MORPHRAY_REFUSED(rtcFilterOcclusion, kNoDevice, kUser, const RTCOccludedFunctionNArguments*,
+MORPHRAY_REFUSED(rtcFilterOcclusion, kNoHandle, kUser, const RTCOccludedFunctionNArguments*,
                  const RTCFilterFunctionNArguments*)
 
 #else
 
 MORPHRAY_REFUSED_FOR(rtcSetGeometryInstancedScenes, "instance arrays are", RTCScene*, size_t)
-MORPHRAY_REFUSED(rtcInvokeIntersectFilterFromGeometry, kNoDevice, kUser,
+MORPHRAY_REFUSED(rtcInvokeIntersectFilterFromGeometry, kNoHandle, kUser,
                  const RTCIntersectFunctionNArguments*, const RTCFilterFunctionNArguments*)
-MORPHRAY_REFUSED(rtcInvokeOccludedFilterFromGeometry, kNoDevice, kUser,
+MORPHRAY_REFUSED(rtcInvokeOccludedFilterFromGeometry, kNoHandle, kUser,
                  const RTCOccludedFunctionNArguments*, const RTCFilterFunctionNArguments*)
 
 /// Defines the functions by which user geometries forward one ray.
 #define MORPHRAY_FORWARD(kind)                                                                    \
-    MORPHRAY_REFUSED(rtcForward##kind##1, kNoDevice, kUser, const RTC##kind##FunctionNArguments*, \
+    MORPHRAY_REFUSED(rtcForward##kind##1, kNoHandle, kUser, const RTC##kind##FunctionNArguments*, \
                      RTCScene, RTCRay*, unsigned int)                                             \
-    MORPHRAY_REFUSED(rtcForward##kind##1Ex, kNoDevice, kUser,                                     \
+    MORPHRAY_REFUSED(rtcForward##kind##1Ex, kNoHandle, kUser,                                     \
                      const RTC##kind##FunctionNArguments*, RTCScene, RTCRay*, unsigned int,       \
                      unsigned int)
 /// Defines those for packets of n rays.
 #define MORPHRAY_FORWARD_PACKET(kind, n)                                                       \
-    MORPHRAY_REFUSED(rtcForward##kind##n, kNoDevice, kUser, const int*,                        \
+    MORPHRAY_REFUSED(rtcForward##kind##n, kNoHandle, kUser, const int*,                        \
                      const RTC##kind##FunctionNArguments*, RTCScene, RTCRay##n*, unsigned int) \
-    MORPHRAY_REFUSED(rtcForward##kind##n##Ex, kNoDevice, kUser, const int*,                    \
+    MORPHRAY_REFUSED(rtcForward##kind##n##Ex, kNoHandle, kUser, const int*,                    \
                      const RTC##kind##FunctionNArguments*, RTCScene, RTCRay##n*, unsigned int, \
                      unsigned int)
 

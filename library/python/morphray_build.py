@@ -14,7 +14,6 @@ import shutil
 import subprocess
 import sys
 import sysconfig
-import tarfile
 import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -89,15 +88,3 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
         for name, data in files.items():
             archive.writestr(name, data)
     return wheel
-
-
-def build_sdist(sdist_directory, config_settings=None):
-    """Packs the files of the checkout that git has."""
-    listed = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z"], check=True,
-                            stdout=subprocess.PIPE).stdout.decode()
-    name = f"morphray-{_version()}"
-    path = pathlib.Path(sdist_directory) / f"{name}.tar.gz"
-    with tarfile.open(path, "w:gz", format=tarfile.PAX_FORMAT) as archive:
-        for file in filter(None, listed.split("\0")):
-            archive.add(ROOT / file, f"{name}/{file}", recursive=False)
-    return path.name

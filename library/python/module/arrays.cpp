@@ -1,7 +1,6 @@
 #include "library/python/module/arrays.h"
 
 #include <pybind11/eval.h>
-#include <pybind11/stl.h>
 
 #include <algorithm>
 #include <functional>
@@ -159,10 +158,9 @@ void set_cutoffs(const py::object& given, const std::string& name,
 /// Copies images, one or a list of them, and makes views of them.
 void add_images(const py::object& given, const std::string& name, MeshTextures& textures) {
     const py::object images = is_list(given) ? given : py::make_tuple(given);
-    std::vector<std::vector<std::uint32_t>> texels;
     for (const py::handle item : images) {
         std::string place = name + ": image";
-        if (is_list(given)) place.append(" ").append(std::to_string(texels.size()));
+        if (is_list(given)) place.append(" ").append(std::to_string(textures.texels.size()));
         const auto image =
             require<std::uint8_t>(py::reinterpret_borrow<py::object>(item), place, "uint8");
         const bool fits = image.ndim() == 3 && (image.shape(2) == 3 || image.shape(2) == 4);
@@ -172,15 +170,12 @@ void add_images(const py::object& given, const std::string& name, MeshTextures& 
                                               "; at most " + std::to_string(kMaxTextureSide) +
                                               " texels a side are possible");
         }
-        texels.push_back(packed_colours(image, 255));
-        textures.views.push_back({.width = static_cast<std::uint32_t>(image.shape(1)),
+        textures.texels.push_back(packed_colours(image, 255));
+        textures.views.push_back({.texels = textures.texels.back(),
+                                  .width = static_cast<std::uint32_t>(image.shape(1)),
                                   .height = static_cast<std::uint32_t>(image.shape(0))});
     }
-    if (texels.empty()) throw py::value_error(name + ": no images");
-    textures.texels =
-        std::make_shared<const std::vector<std::vector<std::uint32_t>>>(std::move(texels));
-    for (std::size_t i = 0; i < textures.views.size(); ++i)
-        textures.views[i].texels = (*textures.texels)[i];
+    if (textures.texels.empty()) throw py::value_error(name + ": no images");
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -35,8 +34,8 @@ std::vector<std::uint32_t> albedo_of(const py::object& albedo, const std::string
 
 /// The textures of a mesh, copied from arrays.
 struct MeshTextures {
-    std::shared_ptr<const std::vector<std::vector<std::uint32_t>>> texels;
-    /// Views of `texels`, which copies share.
+    std::vector<std::vector<std::uint32_t>> texels;
+    /// Views of `texels`.
     std::vector<TextureView> views;
     std::vector<float> texcoords;
     std::vector<std::uint32_t> ids;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
-#include <limits>
 
 #include "library/python/module/arrays.h"
 #include "library/python/module/bindings.h"
@@ -54,11 +53,9 @@ Comparison compare_scenes(PyScene& first, PyScene& second, const QueryArray& ray
     const auto compare_in = [&](const Scene& a, const Scene& b,
                                 const std::atomic<bool>* cancelled) {
         // One batch: the hits of both take more memory than converted rays.
-        for_each_batch(rays, std::max<std::size_t>(rays.count, 1), 0,
-                       std::numeric_limits<float>::infinity(),
-                       [&](std::size_t, std::span<const Ray> batch) {
-                           result = compare(a, b, batch, keep, cancelled);
-                       });
+        for_each_batch(rays, rays.count, [&](std::size_t, std::span<const Ray> batch) {
+            result = compare(a, b, batch, keep, cancelled);
+        });
     };
     first.query(rays.count, nullptr, [&](const Scene& a, const std::atomic<bool>* cancelled) {
         if (&first == &second) return compare_in(a, a, cancelled);
@@ -128,7 +125,7 @@ t is the depth along the viewing direction. Several samples a pixel are a square
                 const GilRelease release;
                 write_png(file.string(), image);
             },
-            "save(self, path)\n--\n\nWrites a PNG file, as a whole or not at all.", arg("path"))
+            "Writes a PNG file, as a whole or not at all.", arg("path"))
         .def("__repr__", [](const Image& image) {
             return "<morphray.Image " + std::to_string(image.width) + "x" +
                    std::to_string(image.height) + ">";
@@ -149,15 +146,13 @@ t is the depth along the viewing direction. Several samples a pixel are a square
             return "<morphray.Comparison " + std::to_string(comparison.different) + " of " +
                    std::to_string(comparison.compared) + " differ>";
         });
-    module.def("compare", &compare_any,
-               R"(compare(first, second, rays=None, keep=10)
---
-
-Compares two scenes by tracing rays in both, or two images by hits, occlusion and pixels.
+    module.def(
+        "compare", &compare_any,
+        R"(Compares two scenes by tracing rays in both, or two images by hits, occlusion and pixels.
 
 rays: as Scene.intersect() takes them; needed for scenes, and not taken for images
 keep: how many of those that differ Comparison.differences has at most)",
-               arg("first"), arg("second"), arg("rays") = py::none(), arg("keep") = 10);
+        arg("first"), arg("second"), arg("rays") = py::none(), arg("keep") = 10);
 }
 
 }  // namespace morphray::python

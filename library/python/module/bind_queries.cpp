@@ -1,10 +1,7 @@
 // The queries of morphray.Scene about rays and points.
-#include <pybind11/stl.h>
-
 #include <algorithm>
 #include <bit>
 #include <cassert>
-#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <limits>
@@ -13,7 +10,6 @@
 
 #include "library/python/module/bindings.h"
 #include "library/python/module/scene.h"
-#include "library/python/module/scene_docs.h"
 #include "morphray/queries.hpp"
 
 namespace morphray::python {
@@ -35,15 +31,14 @@ py::array answer(const QueryArray& queries, const py::object& out, const py::dty
     return results;
 }
 
-/// Calls `work(scene, rays, results, cancelled)` for batches of rays. Those of six numbers have
-/// these limits.
+/// Calls `work(scene, rays, results, cancelled)` for batches of rays.
 template <class Written, class Work>
-py::array ask_rays(PyScene& scene, const QueryArray& rays, float tnear, float tfar,
-                   Coherence coherence, const py::object& out, const py::dtype& dtype,
-                   Cancel* cancel, Work work) {
+py::array ask_rays(PyScene& scene, const py::object& given, Coherence coherence,
+                   const py::object& out, const py::dtype& dtype, Cancel* cancel, Work work) {
+    const QueryArray rays = rays_of(given);
     return answer<Written>(rays, out, dtype, [&](std::span<Written> results) {
         scene.query(rays.count, cancel, [&](const Scene& asked, const Flag* cancelled) {
-            for_each_batch(rays, batch_size(rays, coherence), tnear, tfar,
+            for_each_batch(rays, batch_size(rays, coherence),
                            [&](std::size_t first, std::span<const Ray> batch) {
                                work(asked, batch, results.subspan(first, batch.size()), cancelled);
                            });
@@ -54,11 +49,11 @@ py::array ask_rays(PyScene& scene, const QueryArray& rays, float tnear, float tf
 /// Calls `work(scene, points, results, cancelled)`.
 template <class Written, class Work>
 py::array ask_points(PyScene& scene, const py::object& points, const py::object& out,
-                     const py::dtype& dtype, const py::object& cancel, Work work) {
+                     const py::dtype& dtype, Cancel* cancel, Work work) {
     const QueryArray array = query_points_of(points);
     const std::span where(reinterpret_cast<const Vec3*>(array.data), array.count);
     return answer<Written>(array, out, dtype, [&](std::span<Written> results) {
-        scene.query(array.count, cancel_of(cancel), [&](const Scene& asked, const Flag* cancelled) {
+        scene.query(array.count, cancel, [&](const Scene& asked, const Flag* cancelled) {
             work(asked, where, results, cancelled);
         });
     });
@@ -76,138 +71,36 @@ py::array array_of(const py::dtype& dtype, std::vector<Element> elements) {
 }
 
 py::array intersect(PyScene& scene, const py::object& rays, const py::object& out,
-                    const py::object& coherence) {
+                    const AnyCoherence& coherence) {
     const Coherence known = coherence_of(coherence);
     return ask_rays<Hit>(
-        scene, rays_of(rays), 0, kInfinity, known, out, hit_dtype(), nullptr,
+        scene, rays, known, out, hit_dtype(), nullptr,
         [&](const Scene& asked, auto batch, std::span<Hit> hits, const Flag* cancelled) {
             asked.intersect(batch, hits, known, cancelled);
         });
 }
 
-py::array occluded_in(PyScene& scene, const QueryArray& rays, float tnear, float tfar,
-                      const py::object& out, const py::object& coherence) {
+py::array occluded(PyScene& scene, const py::object& rays, const py::object& out,
+                   const AnyCoherence& coherence) {
     const Coherence known = coherence_of(coherence);
     return ask_rays<std::uint8_t>(
-        scene, rays, tnear, tfar, known, out, py::dtype::of<bool>(), nullptr,
+        scene, rays, known, out, py::dtype::of<bool>(), nullptr,
         [&](const Scene& asked, auto batch, std::span<std::uint8_t> results,
             const Flag* cancelled) { asked.occluded(batch, results, known, cancelled); });
 }
 
-py::array occluded(PyScene& scene, const py::object& rays, const py::object& out,
-                   const py::object& coherence) {
-    return occluded_in(scene, rays_of(rays), 0, kInfinity, out, coherence);
-}
-
-py::array test_occlusions(PyScene& scene, const py::object& rays, float tnear,
-                          std::optional<float> tfar, const py::object& coherence) {
-    const QueryArray array = rays_of(rays);
-    if (array.columns == 8 && (tnear != 0 || tfar)) {
-        throw py::value_error(
-            "test_occlusions: tnear and tfar are for rays of six numbers; these have their own");
-    }
-    return occluded_in(scene, array, tnear, tfar.value_or(kInfinity), py::none(), coherence);
-}
-
-/// The corners of a mesh's triangles, which normals are made of.
-struct Corners {
-    Positions positions;
-    std::span<const std::uint32_t> triangles;
-
-    Vec3 point(std::uint32_t vertex) const {
-        Vec3 p;
-        std::memcpy(&p, static_cast<const std::byte*>(positions.data) + vertex * positions.stride,
-                    sizeof(p));
-        return p;
-    }
-};
-
-/// Writes a normal of length 1, or of length 0 for a triangle without area. Computes in doubles,
-/// where products of floats do not overflow.
-void write_normal(const Corners& mesh, std::uint32_t prim_id, float* out) {
-    const std::uint32_t* const corner = &mesh.triangles[std::size_t{3} * prim_id];
-    const Vec3 p0 = mesh.point(corner[0]);
-    const Vec3 p1 = mesh.point(corner[1]);
-    const Vec3 p2 = mesh.point(corner[2]);
-    const double a[] = {double{p1.x} - p0.x, double{p1.y} - p0.y, double{p1.z} - p0.z};
-    const double b[] = {double{p2.x} - p0.x, double{p2.y} - p0.y, double{p2.z} - p0.z};
-    const double n[] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
-                        a[0] * b[1] - a[1] * b[0]};
-    const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    // Positions may have become NaN or infinite since the last update.
-    const bool has_area = length > 0 && std::isfinite(length);
-    for (int axis = 0; axis < 3; ++axis)
-        out[axis] = has_area ? static_cast<float>(n[axis] / length) : 0.0f;
-}
-
-py::dict cast_rays(PyScene& scene, const py::object& rays, const py::object& coherence) {
-    const QueryArray array = rays_of(rays);
-    const Coherence known = coherence_of(coherence);
-    const auto with_axis = [&](py::ssize_t size) {
-        std::vector<py::ssize_t> shape = array.shape;
-        shape.push_back(size);
-        return shape;
-    };
-    py::array_t<float> t_hit(array.shape);
-    py::array_t<std::uint32_t> geometry_ids(array.shape);
-    py::array_t<std::uint32_t> primitive_ids(array.shape);
-    py::array_t<float> uvs(with_axis(2));
-    py::array_t<float> normals(with_axis(3));
-    float* const t = t_hit.mutable_data();
-    std::uint32_t* const geom_id = geometry_ids.mutable_data();
-    std::uint32_t* const prim_id = primitive_ids.mutable_data();
-    float* const uv = uvs.mutable_data();
-    float* const normal = normals.mutable_data();
-    scene.query(array.count, nullptr, [&](const Scene& asked, const Flag* cancelled) {
-        // By geom_id.
-        std::vector<Corners> meshes;
-        for (const auto& [id, mesh] : scene.meshes()) {
-            meshes.resize(std::size_t{id} + 1);
-            meshes[id] = {mesh.positions, *mesh.triangles};
-        }
-        std::vector<Hit> hits;
-        const auto trace = [&](std::size_t first, std::span<const Ray> batch) {
-            hits.resize(batch.size());
-            asked.intersect(batch, std::span<Hit>(hits), known, cancelled);
-            for (std::size_t i = 0; i < hits.size(); ++i) {
-                const Hit& hit = hits[i];
-                const std::size_t at = first + i;
-                t[at] = hit ? hit.t : kInfinity;
-                geom_id[at] = hit.geom_id;
-                prim_id[at] = hit.prim_id;
-                uv[2 * at] = hit.u;
-                uv[2 * at + 1] = hit.v;
-                if (hit) {
-                    write_normal(meshes[hit.geom_id], hit.prim_id, normal + 3 * at);
-                } else {
-                    std::fill_n(normal + 3 * at, 3, 0.0f);
-                }
-            }
-        };
-        for_each_batch(array, converted_size(known), 0, kInfinity, trace);
-    });
-    py::dict result;
-    result["t_hit"] = t_hit;
-    result["geometry_ids"] = geometry_ids;
-    result["primitive_ids"] = primitive_ids;
-    result["primitive_uvs"] = uvs;
-    result["primitive_normals"] = normals;
-    return result;
-}
-
 py::object intersect_all(PyScene& scene, const py::object& rays, const std::string& crossing,
-                         const py::object& max_hits, const py::object& cancel) {
+                         std::optional<std::uint32_t> max_hits, Cancel* cancel) {
     AllHitsOptions options{.crossing = crossing_named(crossing)};
-    if (!max_hits.is_none()) options.max_hits = uint32_of(max_hits, "max_hits");
+    if (max_hits) options.max_hits = *max_hits;
     const QueryArray array = rays_of(rays);
     AllHits all;
-    scene.query(array.count, cancel_of(cancel), [&](const Scene& asked, const Flag* cancelled) {
+    scene.query(array.count, cancel, [&](const Scene& asked, const Flag* cancelled) {
         options.cancel = cancelled;
         // One batch: the answer takes as much memory as converted rays.
-        for_each_batch(array, std::max<std::size_t>(array.count, 1), 0, kInfinity,
-                       [&](std::size_t, std::span<const Ray> batch) {
-                           all = asked.intersect_all(batch, options);
-                       });
+        for_each_batch(array, array.count, [&](std::size_t, std::span<const Ray> batch) {
+            all = asked.intersect_all(batch, options);
+        });
     });
     const py::dtype numbers = py::dtype::of<std::int64_t>();
     py::array offsets = array_of<std::int64_t>(numbers, std::move(all.offsets));
@@ -217,19 +110,16 @@ py::object intersect_all(PyScene& scene, const py::object& rays, const std::stri
 }
 
 py::array count(PyScene& scene, const py::object& rays, const py::object& out,
-                const std::string& crossing, const py::object& coherence,
-                const py::object& cancel) {
+                const std::string& crossing, const AnyCoherence& coherence, Cancel* cancel) {
     const Crossing rule = crossing_named(crossing);
     const Coherence known = coherence_of(coherence);
     return ask_rays<std::uint64_t>(
-        scene, rays_of(rays), 0, kInfinity, known, out, py::dtype::of<std::int64_t>(),
-        cancel_of(cancel),
+        scene, rays, known, out, py::dtype::of<std::int64_t>(), cancel,
         [&](const Scene& asked, auto batch, std::span<std::uint64_t> counts,
             const Flag* cancelled) { asked.count(batch, counts, rule, known, cancelled); });
 }
 
-py::array winding(PyScene& scene, const py::object& points, const py::object& out,
-                  const py::object& cancel) {
+py::array winding(PyScene& scene, const py::object& points, const py::object& out, Cancel* cancel) {
     return ask_points<std::int32_t>(
         scene, points, out, py::dtype::of<std::int32_t>(), cancel,
         [](const Scene& asked, auto where, auto windings, const Flag* cancelled) {
@@ -238,7 +128,7 @@ py::array winding(PyScene& scene, const py::object& points, const py::object& ou
 }
 
 py::array contains(PyScene& scene, const py::object& points, const py::object& out,
-                   const std::string& rule, const py::object& cancel) {
+                   const std::string& rule, Cancel* cancel) {
     const FillRule fill = rule_named(rule);
     return ask_points<std::uint8_t>(
         scene, points, out, py::dtype::of<bool>(), cancel,
@@ -248,8 +138,7 @@ py::array contains(PyScene& scene, const py::object& points, const py::object& o
 }
 
 py::array closest_points(PyScene& scene, const py::object& points,
-                         std::optional<float> max_distance, const py::object& out,
-                         const py::object& cancel) {
+                         std::optional<float> max_distance, const py::object& out, Cancel* cancel) {
     const float most = max_distance.value_or(kInfinity);
     return ask_points<ClosestPoint>(
         scene, points, out, closest_dtype(), cancel,
@@ -266,7 +155,7 @@ py::array closest_points(PyScene& scene, const py::object& points,
 
 py::array signed_distance(PyScene& scene, const py::object& points, const py::object& out,
                           const std::string& rule, std::optional<float> max_distance,
-                          const py::object& cancel) {
+                          Cancel* cancel) {
     const FillRule fill = rule_named(rule);
     const float most = max_distance.value_or(kInfinity);
     return ask_points<float>(
@@ -281,27 +170,77 @@ py::array signed_distance(PyScene& scene, const py::object& points, const py::ob
 void bind_queries(py::class_<PyScene>& scene_class) {
     const py::none none;
     scene_class
-        .def("intersect", &intersect, kIntersectDoc, arg("rays"), arg("out") = none, py::kw_only(),
-             arg("coherence") = "none")
-        .def("occluded", &occluded, kOccludedDoc, arg("rays"), arg("out") = none, py::kw_only(),
-             arg("coherence") = "none")
-        .def("cast_rays", &cast_rays, kCastRaysDoc, arg("rays"), py::kw_only(),
-             arg("coherence") = "none")
-        .def("test_occlusions", &test_occlusions, kTestOcclusionsDoc, arg("rays"),
-             arg("tnear") = 0.0f, arg("tfar") = none, py::kw_only(), arg("coherence") = "none")
-        .def("intersect_all", &intersect_all, kIntersectAllDoc, arg("rays"), py::kw_only(),
-             arg("crossing") = "once", arg("max_hits") = none, arg("cancel") = none)
-        .def("count", &count, kCountDoc, arg("rays"), arg("out") = none, py::kw_only(),
-             arg("crossing") = "once", arg("coherence") = "none", arg("cancel") = none)
-        .def("winding", &winding, kWindingDoc, arg("points"), arg("out") = none, py::kw_only(),
+        .def(
+            "intersect", &intersect,
+            R"(Finds the closest hits. Hits have t > 0 and tnear <= t <= tfar; t is in units of dir.
+
+rays: (N, 8) float32, org, tnear, dir and tfar, or (N,) ray_dtype: read in place if C-contiguous;
+      (N, 6) float32, org and dir, with tnear 0 and tfar infinite. More axes in front are kept.
+out:  a C-contiguous array of hit_dtype to write to, with one element a ray
+coherence: what is known of the rays, for speed alone: "none"; "sort", they come in any order; or the
+      width of the image whose rays they are, row by row
+
+Returns an array of hit_dtype, `out` if it is given. The hit is at (1 - u - v) * p0 + u * p1 + v * p2. A
+miss has the IDs INVALID_ID. At equal t the lowest (geom_id, prim_id) is the hit.
+
+Raises TypeError for another dtype, ValueError for another shape, `out` or coherence.)",
+            arg("rays"), arg("out") = none, py::kw_only(), arg("coherence") = "none")
+        .def("occluded", &occluded,
+             "Finds whether rays hit anything: an array of bool. Arguments are those of "
+             "intersect().",
+             arg("rays"), arg("out") = none, py::kw_only(), arg("coherence") = "none")
+        .def("intersect_all", &intersect_all,
+             R"(Finds every hit of rays, as an AllHits; axes in front of the rays are flattened.
+
+crossing: which triangles a ray through an edge or a vertex hits. "once": the first of its mesh there.
+          "each": all of them. "owner": one by which it passes through the surface, so that a closed mesh
+          is entered as often as it is left; none at a border or where it only touches.
+max_hits: the most hits that are listed for a ray, the first ones. None: all
+cancel:   a morphray.Cancel, which ends the call with Error "cancelled"
+
+Takes 20 bytes a hit and 16 bytes a ray, twice while the answer is made. Raises Error "limit" if the
+memory does not suffice.)",
+             arg("rays"), py::kw_only(), arg("crossing") = "once", arg("max_hits") = none,
              arg("cancel") = none)
-        .def("contains", &contains, kContainsDoc, arg("points"), arg("out") = none, py::kw_only(),
-             arg("rule") = "nonzero", arg("cancel") = none)
-        .def("closest_points", &closest_points, kClosestPointsDoc, arg("points"),
-             arg("max_distance") = none, arg("out") = none, py::kw_only(), arg("cancel") = none)
-        .def("signed_distance", &signed_distance, kSignedDistanceDoc, arg("points"),
-             arg("out") = none, py::kw_only(), arg("rule") = "nonzero", arg("max_distance") = none,
-             arg("cancel") = none);
+        .def("count", &count,
+             "Counts all hits of rays: an array of int64. Arguments are those of intersect() and "
+             "intersect_all().",
+             arg("rays"), arg("out") = none, py::kw_only(), arg("crossing") = "once",
+             arg("coherence") = "none", arg("cancel") = none)
+        .def(
+            "winding", &winding,
+            R"(Finds how often the meshes wind around points, exactly: 1 inside a closed mesh whose triangles are
+counter-clockwise as seen from outside, 0 outside; meshes add up.
+
+points: (N, 3) float32; more axes in front are kept
+out:    a C-contiguous array of the result's dtype to write to
+cancel: a morphray.Cancel, which ends the call with Error "cancelled"
+
+Returns an array of int32: how often a half-line along +z leaves the meshes, less that of entering them.
+A point on the surface has the winding of one of its neighbours, one that is not finite has 0.)",
+            arg("points"), arg("out") = none, py::kw_only(), arg("cancel") = none)
+        .def("contains", &contains,
+             R"(Finds which points are inside, or lie on a triangle, exactly: an array of bool.
+
+rule: which windings are inside, "nonzero", so that overlapping meshes are one, or "odd" numbers of
+      crossings, so that where two meshes overlap is outside. Other arguments are those of winding().)",
+             arg("points"), arg("out") = none, py::kw_only(), arg("rule") = "nonzero",
+             arg("cancel") = none)
+        .def(
+            "closest_points", &closest_points,
+            R"(Finds the closest points of the meshes, not farther than max_distance: an array of closest_dtype.
+
+point is at (1 - u - v) * p0 + u * p1 + v * p2. feature is 0 inside of the triangle, 1 on an edge and 2 at
+a corner. Of equally close triangles it is the lowest (geom_id, prim_id). Where there is none, distance is
+inf and the IDs are INVALID_ID. Other arguments are those of winding().)",
+            arg("points"), arg("max_distance") = none, arg("out") = none, py::kw_only(),
+            arg("cancel") = none)
+        .def(
+            "signed_distance", &signed_distance,
+            R"(Finds the distances of points to the meshes, negative inside: an array of float32. Arguments are those
+of contains() and closest_points(). NaN for a point that is not finite.)",
+            arg("points"), arg("out") = none, py::kw_only(), arg("rule") = "nonzero",
+            arg("max_distance") = none, arg("cancel") = none);
 }
 
 }  // namespace morphray::python

@@ -1,9 +1,6 @@
 // morphray.Scene.
-#include <pybind11/stl.h>
-
 #include "library/python/module/bindings.h"
 #include "library/python/module/scene.h"
-#include "library/python/module/scene_docs.h"
 #include "morphray/scene.hpp"
 
 namespace morphray::python {
@@ -44,56 +41,50 @@ std::vector<BorrowedMesh> meshes_of(const py::object& points, const py::object& 
 }
 
 std::unique_ptr<PyScene> make_scene(const py::object& points, const py::object& triangles,
-                                    const py::object& device, const py::object& bounds,
+                                    const AnyDevice& device,
+                                    const std::optional<std::pair<Point, Point>>& bounds,
                                     const std::string& update, double budget_ms, double budget,
                                     bool deterministic, const std::string& split, bool deforms,
-                                    const py::object& albedo, const py::object& refit_on,
+                                    const py::object& albedo,
+                                    const std::optional<AnyDevice>& refit_on,
                                     bool record_cost_ratio, const py::object& textures) {
-    SceneOptions options{.bounds = bounds_of(bounds),
-                         .update = policy_of(update, budget_ms, budget, deterministic),
+    SceneOptions options{.update = policy_of(update, budget_ms, budget, deterministic),
                          .split = split_of(split),
                          .record_cost_ratio = record_cost_ratio};
-    std::vector<BorrowedMesh> meshes = meshes_of(points, triangles, deforms, albedo, textures);
-    if (!refit_on.is_none()) options.refit_on = device_of(refit_on, "refit_on");
-    return std::make_unique<PyScene>(std::move(meshes), device_of(device, "device"), options);
+    if (bounds) options.bounds = Box{bounds->first, bounds->second};
+    if (refit_on) options.refit_on = device_of(*refit_on, "refit_on");
+    return std::make_unique<PyScene>(meshes_of(points, triangles, deforms, albedo, textures),
+                                     device_of(device, "device"), options);
 }
 
-Update update(PyScene& scene, const py::object& geom_id, const py::object& first,
-              const py::object& count) {
-    if (geom_id.is_none()) {
-        if (!count.is_none() || uint32_of(first, "first") != 0)
-            throw py::type_error("update: a range of points needs the geom_id of their mesh");
-        return scene.update(false);
-    }
-    std::optional<std::size_t> points;
-    if (!count.is_none()) points = uint32_of(count, "count");
-    return scene.update(uint32_of(geom_id, "geom_id"), uint32_of(first, "first"), points);
+Update update(PyScene& scene, std::optional<std::uint32_t> geom_id, std::uint32_t first,
+              std::optional<std::uint32_t> count) {
+    if (geom_id) return scene.update(*geom_id, first, count);
+    if (count || first != 0)
+        throw py::type_error("update: a range of points needs the geom_id of their mesh");
+    return scene.update(false);
 }
 
-Image render(PyScene& scene, const py::object& size, const py::object& eye,
-             const py::object& target, const py::object& up, double fov, const py::object& light,
-             const std::string& rays, const py::object& ao_count, double ao_distance,
-             const std::string& shading, const py::object& samples, bool flat,
-             const py::object& cancel) {
-    if (!py::isinstance<py::sequence>(size) || py::len(size) != 2)
-        throw py::type_error("size: a pair of numbers is needed, (width, height)");
-    const auto pair = py::reinterpret_borrow<py::sequence>(size);
-    View view{.eye = optional_point_of(eye, "eye"),
-              .target = optional_point_of(target, "target"),
-              .up = point_of(up, "up"),
+Image render(PyScene& scene, std::pair<std::uint32_t, std::uint32_t> size, std::optional<Point> eye,
+             std::optional<Point> target, const Point& up, double fov, std::optional<Point> light,
+             const std::string& rays, std::uint32_t ao_count, double ao_distance,
+             const std::string& shading, std::uint32_t samples, bool flat, Cancel* cancel) {
+    View view{.eye = eye,
+              .target = target,
+              .up = up,
               .fov = fov,
-              .light = optional_point_of(light, "light"),
-              .width = uint32_of(py::object(pair[0]), "size[0]"),
-              .height = uint32_of(py::object(pair[1]), "size[1]"),
+              .light = light,
+              .width = size.first,
+              .height = size.second,
               .rays = rays_named(rays),
               .shading = shading_named(shading),
-              .samples = uint32_of(samples, "samples"),
+              .samples = samples,
               .flat = flat,
-              .ao_count = uint32_of(ao_count, "ao_count"),
+              .ao_count = ao_count,
               .ao_distance = ao_distance};
     Image image;
     const std::size_t rays_of_image = std::size_t{view.width} * view.height * view.samples;
-    scene.query(rays_of_image, cancel_of(cancel),
+    scene.query(rays_of_image, cancel,
                 [&](const Scene& rendered, const std::atomic<bool>* cancelled) {
                     view.cancel = cancelled;
                     image = rendered.render(view);
@@ -120,7 +111,9 @@ void bind_update(py::module_& module) {
     py::class_<Update>(module, "Update",
                        "What Scene.update() did. A part that did not happen takes 0 ms.")
         .def_property_readonly(
-            "step", [](const Update& update) { return to_string(update.step); }, kStepDoc)
+            "step", [](const Update& update) { return to_string(update.step); },
+            R"("build" (another set of meshes), "keep" (nothing moved), "refit", "restructure"
+(refitted, and degraded parts built again), "rebuild", or "swap" (a tree from the background, refitted).)")
         .def_readonly("reason", &Update::reason, "Why, as a clause for people.")
         .def_readonly(
             "cost_ratio", &Update::cost_ratio,
@@ -171,67 +164,117 @@ void bind_update(py::module_& module) {
 }  // namespace
 
 void bind_scene(py::module_& module) {
-    py::class_<Cancel>(module, "Cancel", kCancelDoc)
-        .def(py::init<>(), "__init__(self)\n--\n\nSee the class.")
-        .def("set", &Cancel::set,
-             "set(self)\n--\n\nEnds all calls that have this Cancel now or later.")
-        .def("clear", &Cancel::clear,
-             "clear(self)\n--\n\nLets calls that begin from now on run to their end.")
-        .def("is_set", &Cancel::is_set,
-             "is_set(self)\n--\n\nWhether set() has been called since the last clear().");
+    py::class_<Cancel>(module, "Cancel",
+                       R"(Ends calls that take one, in any number and in any thread:
+
+    cancel = morphray.Cancel()
+    threading.Timer(10, cancel.set).start()
+    image = scene.render((4096, 4096), cancel=cancel)   # raises Error "cancelled" after 10 s)")
+        .def(py::init<>())
+        .def("set", &Cancel::set, "Ends all calls that have this Cancel now or later.")
+        .def("clear", &Cancel::clear, "Lets calls that begin from now on run to their end.")
+        .def("is_set", &Cancel::is_set, "Whether set() has been called since the last clear().");
     bind_update(module);
     const Auto automatic;
-    py::class_<PyScene> scene_class(module, "Scene", kSceneDoc);
+    py::class_<PyScene> scene_class(module, "Scene",
+                                    R"(Deforming triangle meshes, the tree over them, and queries.
+
+points:    (V, 3) float32, in any units, any distance apart. Borrowed: each update() reads the array
+           in place, so write into it (points[:] = ...), and do not resize it. Triangles with points
+           that are NaN or infinite are never hit.
+triangles: (T, 3) uint32, int32, uint64 or int64, copied. Without triangles, points is a list of
+           meshes: morphray.Mesh, or tuples of (points, triangles[, deforms[, albedo[, textures]]]),
+           with geom_ids 0, 1, ... in order.
+device:    a Device, "cpu", "vulkan" or "brute"
+bounds:    (lower, upper), two points: the part of space that the meshes move in, which they may
+           leave. With the same bounds, equal positions give equal bits on all machines and devices,
+           whatever the poses before. None: the bounds of the first pose.
+update:    how the tree follows the meshes: "auto", "refit", "rebuild", or "every:K" to build a tree
+           after K poses. Results do not depend on it.
+budget_ms, budget: for "auto", the time budget of an update for repairs of the tree: milliseconds, or,
+           if they are 0, a part of the time that refit and queries of a pose take
+deterministic: for "auto", decide by counts instead of times, so that all runs decide the same
+split:     how trees are built: "binned", or "sweep", which is slower and gives the best tree
+deforms:   whether update() reads the points again
+albedo:    for images, the linear colour of each triangle: (T, 3) uint8, or (T,) uint32 with red in
+           the lowest byte. None: light grey. Copied.
+refit_on:  the device that refits, if it is not the one that traces
+record_cost_ratio: find Update.cost_ratio at each update
+textures:  for images by shading="lit", a morphray.Textures, copied. They are multiplied by albedo.
+
+Any number of threads may query a scene at the same time. A change, update(), attach() or detach(), that
+meets another call raises Error "busy". Ctrl-C ends queries, images, Scene() and update(); a scene whose
+update() it ended is of no use any more.
+
+Raises TypeError for what is no array or has another dtype, ValueError for a shape or strides that do not
+fit, Error "bad_input" for an index that is out of range, "bad_argument", "unavailable" and "limit".)");
     scene_class
-        .def(py::init(&make_scene), kInitDoc, arg("points"), arg("triangles") = py::none(),
-             py::kw_only(), arg("device") = "cpu", arg("bounds") = py::none(),
-             arg("update") = "auto", arg("budget_ms") = automatic.budget_ms,
-             arg("budget") = automatic.budget, arg("deterministic") = false,
-             arg("split") = "binned", arg("deforms") = true, arg("albedo") = py::none(),
-             arg("refit_on") = py::none(), arg("record_cost_ratio") = false,
-             arg("textures") = py::none())
-        .def("update", &update, kUpdateMethodDoc, arg("geom_id") = py::none(), arg("first") = 0,
-             arg("count") = py::none())
+        .def(py::init(&make_scene), arg("points"), arg("triangles") = py::none(), py::kw_only(),
+             arg("device") = "cpu", arg("bounds") = py::none(), arg("update") = "auto",
+             arg("budget_ms") = automatic.budget_ms, arg("budget") = automatic.budget,
+             arg("deterministic") = false, arg("split") = "binned", arg("deforms") = true,
+             arg("albedo") = py::none(), arg("refit_on") = py::none(),
+             arg("record_cost_ratio") = false, arg("textures") = py::none())
+        .def("update", &update,
+             R"(Brings the tree to the points, which it reads again. Returns an Update.
+
+With geom_id it reads count points of one mesh from first on, or all from there. Raises Error
+"bad_argument" for a mesh or points that are not there.)",
+             arg("geom_id") = py::none(), arg("first") = 0, arg("count") = py::none())
         .def(
             "update_with_new_bounds", [](PyScene& scene) { return scene.update(true); },
-            kNewBoundsDoc)
+            "update(), with the bounds of all points from then on, as Scene(...) without bounds.")
         .def(
             "attach",
             [](PyScene& scene, const py::object& points, const py::object& triangles, bool deforms,
                const py::object& albedo, const py::object& textures) {
                 return scene.attach(borrow(points, triangles, deforms, albedo, textures));
             },
-            kAttachDoc, arg("points"), arg("triangles"), arg("deforms") = true,
-            arg("albedo") = py::none(), arg("textures") = py::none())
-        .def(
-            "detach",
-            [](PyScene& scene, const py::object& geom_id) {
-                scene.detach(uint32_of(geom_id, "geom_id"));
-            },
-            "detach(self, geom_id)\n--\n\nRemoves a mesh from the next update() on.",
-            arg("geom_id"))
+            "Adds a mesh, from the next update() on. Returns its geom_id, the lowest free one.",
+            arg("points"), arg("triangles"), arg("deforms") = true, arg("albedo") = py::none(),
+            arg("textures") = py::none())
+        .def("detach", &PyScene::detach, "Removes a mesh from the next update() on.",
+             arg("geom_id"))
         .def("last_update", reading(&Scene::last_update),
-             "last_update(self)\n--\n\nWhat the last build or update() did, as far as it is known "
-             "by now.")
-        .def("render", &render, kRenderDoc, arg("size") = py::make_tuple(1024, 1024), py::kw_only(),
-             arg("eye") = py::none(), arg("target") = py::none(),
-             arg("up") = py::make_tuple(0.0, 1.0, 0.0), arg("fov") = View{}.fov,
-             arg("light") = py::none(), arg("rays") = "primary", arg("ao_count") = View{}.ao_count,
-             arg("ao_distance") = View{}.ao_distance, arg("shading") = "plain",
-             arg("samples") = View{}.samples, arg("flat") = View{}.flat, arg("cancel") = py::none())
+             "What the last build or update() did, as far as it is known by now.")
+        .def("edge_counts", reading(&Scene::edge_counts),
+             "The edges where the surface is not that of a solid, at the pose at which this is "
+             "first called.")
+        .def("render", &render,
+             R"(Renders an Image with a pinhole camera and a light.
+
+What is None is chosen so that the bounds of the scene fill the image.
+
+size:        (width, height) in pixels, from 1 to 65536 a side and at most 2^28 in all
+eye, target, up, light: three numbers each, in the units of the points
+fov:         vertical, in degrees
+rays:        "primary", "shadow" (and a ray to the light from each hit) or "ao" (and
+             ambient-occlusion rays from each hit)
+ao_count:    ambient-occlusion rays a camera ray, up to 256
+ao_distance: their length. 0: a quarter of the diagonal of the bounds
+shading:     "plain" (by `rays`), "lit" (a light with shadows, and ambient occlusion), or what is
+             shown as colours: "normal", "depth", "prim"; of the tree "steps" or "sah"
+samples:     camera rays a pixel, 1, 4, 16 or 64; hits are then those of all samples
+flat:        without smooth normals in "lit" and "normal"
+cancel:      a morphray.Cancel, which ends the call with Error "cancelled"
+
+Raises Error "bad_input" for an impossible view, "bad_argument" and "limit".)",
+             arg("size") = py::make_tuple(1024, 1024), py::kw_only(), arg("eye") = py::none(),
+             arg("target") = py::none(), arg("up") = py::make_tuple(0.0, 1.0, 0.0),
+             arg("fov") = View{}.fov, arg("light") = py::none(), arg("rays") = "primary",
+             arg("ao_count") = View{}.ao_count, arg("ao_distance") = View{}.ao_distance,
+             arg("shading") = "plain", arg("samples") = View{}.samples, arg("flat") = View{}.flat,
+             arg("cancel") = py::none())
         .def(
             "on",
-            [](PyScene& scene, const py::object& device) {
+            [](PyScene& scene, const AnyDevice& device) {
                 return scene.on(device_of(device, "device"));
             },
-            "on(self, device)\n--\n\nA scene over the same arrays with a copy of this tree on "
+            "A scene over the same arrays with a copy of this tree on "
             "another device.",
             arg("device"))
         .def("tree_statistics", reading(&Scene::tree_statistics),
-             "tree_statistics(self)\n--\n\nReads the tree back from the device.")
-        .def("edge_counts", reading(&Scene::edge_counts),
-             "edge_counts(self)\n--\n\nThe edges where the surface is not that of a solid, at the "
-             "pose at which this is first called.")
+             "Reads the tree back from the device.")
         .def_property_readonly("device", &PyScene::device, "The Device that traces.")
         .def_property_readonly("bounds", &bounds,
                                "(lower, upper), two (3,) float64, of the finite points. lower > "

@@ -1,7 +1,5 @@
 // The extension module morphray._morphray, with morphray.Error and morphray.Device. The package's
 // __init__.py makes its names public.
-#include <pybind11/stl.h>
-
 #include <cstring>
 
 #include "library/python/module/arrays.h"
@@ -72,10 +70,7 @@ Vulkan start it once; the string "vulkan" starts another one.)")
                 const GilRelease release;
                 return Device::cpu({.threads = threads, .simd = simd});
             },
-            R"(cpu(threads=0, simd="")
---
-
-The processors of this machine. Results do not depend on the arguments.
+            R"(The processors of this machine. Results do not depend on the arguments.
 
 threads: 0 is one for each processor
 simd:    an instruction set of simd_targets(), "" for the best one, "off" for portable code)",
@@ -86,10 +81,7 @@ simd:    an instruction set of simd_targets(), "" for the best one, "off" for po
                 const GilRelease release;
                 return Device::vulkan({.device = device, .validate = validate});
             },
-            R"(vulkan(device="", validate=False)
---
-
-A Vulkan 1.1 device. Starting it compiles its kernels, which takes from 0.1 s to some seconds.
+            R"(A Vulkan 1.1 device. To start it takes from 0.1 s to some seconds.
 
 device:   an index of vulkan_devices(), a part of the name of one device, or a UUID. "": the first
           usable device, discrete before integrated, virtual, CPU
@@ -101,8 +93,7 @@ validate: enable the Khronos validation layer)",
                 const GilRelease release;
                 return Device::brute_force({.threads = threads, .simd = simd});
             },
-            "brute_force(threads=0, simd=\"\")\n--\n\nTests every triangle for every ray.",
-            arg("threads") = 0, arg("simd") = "")
+            "Tests every triangle for every ray.", arg("threads") = 0, arg("simd") = "")
         .def_property_readonly("name", &Device::name, R"("cpu", "vulkan" or "brute".)")
         .def_property_readonly("description", &Device::description,
                                "For people: instruction set and threads, or name and driver.")
@@ -126,10 +117,9 @@ validate: enable the Khronos validation layer)",
         });
 
     module.def("vulkan_devices", &vulkan_devices, py::call_guard<GilRelease>(),
-               "vulkan_devices()\n--\n\nA list of VulkanDeviceInfo. Raises Error \"unavailable\".");
-    module.def(
-        "simd_targets", &simd_targets,
-        "simd_targets()\n--\n\nWhat Device.cpu() accepts on this machine, the best one first.");
+               "A list of VulkanDeviceInfo. Raises Error \"unavailable\".");
+    module.def("simd_targets", &simd_targets,
+               "What Device.cpu() accepts on this machine, the best one first.");
 }
 
 }  // namespace
@@ -137,10 +127,6 @@ validate: enable the Khronos validation layer)",
 
 PYBIND11_MODULE(_morphray, module) {
     using namespace morphray::python;
-    // Docstrings have signatures in the form that inspect.signature() reads.
-    py::options options;
-    options.disable_function_signatures();
-
     module.attr("__version__") = morphray::version();
     module.attr("INVALID_ID") = morphray::kNoPrim;
     module.attr("ray_dtype") = ray_dtype();

@@ -1,5 +1,4 @@
 // Keyword arguments as options of C++.
-#include <limits>
 #include <utility>
 
 #include "library/python/module/bindings.h"
@@ -26,26 +25,11 @@ Value choice(const std::string& name, const std::string& text,
     throw_choice(name, text, choices + "\"");
 }
 
-/// The items of a sequence that is no text, or nothing.
-std::optional<py::sequence> items_of(const py::object& object) {
-    if (!py::isinstance<py::sequence>(object) || py::isinstance<py::str>(object)) return {};
-    return py::reinterpret_borrow<py::sequence>(object);
-}
-
 }  // namespace
 
-Cancel* cancel_of(const py::object& cancel) {
-    if (cancel.is_none()) return nullptr;
-    if (!py::isinstance<Cancel>(cancel))
-        throw py::type_error("cancel: a morphray.Cancel or None is needed");
-    return &cancel.cast<Cancel&>();
-}
-
-Device device_of(const py::object& device, const std::string& name) {
-    if (py::isinstance<Device>(device)) return device.cast<Device>();
-    if (!py::isinstance<py::str>(device))
-        throw py::type_error(name + ": a morphray.Device or a str is needed");
-    const auto text = device.cast<std::string>();
+Device device_of(const AnyDevice& device, const std::string& name) {
+    if (const auto* const given = std::get_if<Device>(&device)) return *given;
+    const auto& text = std::get<std::string>(device);
     const GilRelease release;
     if (text == "cpu") return Device::cpu();
     if (text == "vulkan") return Device::vulkan();
@@ -54,34 +38,13 @@ Device device_of(const py::object& device, const std::string& name) {
                  R"("cpu", "vulkan" and "brute"; Device.vulkan() takes the name of a device)");
 }
 
-Point point_of(const py::object& point, const std::string& name) {
-    const std::string message = name + ": three numbers are needed";
-    const std::optional<py::sequence> numbers = items_of(point);
-    if (!numbers) throw py::type_error(message);
-    if (py::len(*numbers) != 3) throw py::value_error(message);
-    Point result{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        try {
-            result[axis] = py::object((*numbers)[axis]).cast<double>();
-        } catch (const py::cast_error&) {
-            throw py::type_error(message);
-        }
-    }
-    return result;
-}
-
-std::optional<Point> optional_point_of(const py::object& point, const std::string& name) {
-    if (point.is_none()) return {};
-    return point_of(point, name);
-}
-
-std::optional<Box> bounds_of(const py::object& bounds) {
-    if (bounds.is_none()) return {};
-    const std::string message = "bounds: a pair of points is needed, (lower, upper)";
-    const std::optional<py::sequence> pair = items_of(bounds);
-    if (!pair) throw py::type_error(message);
-    if (py::len(*pair) != 2) throw py::value_error(message);
-    return Box{point_of((*pair)[0], "bounds[0]"), point_of((*pair)[1], "bounds[1]")};
+Coherence coherence_of(const AnyCoherence& coherence) {
+    if (const auto* const width = std::get_if<std::uint32_t>(&coherence))
+        return Coherence::image(*width);
+    const auto& name = std::get<std::string>(coherence);
+    if (name == "none") return Coherence::none();
+    if (name == "sort") return Coherence::sort();
+    throw_choice("coherence", name, R"("none" and "sort", or the width of an image)");
 }
 
 UpdatePolicy policy_of(const std::string& update, double budget_ms, double budget,
@@ -134,28 +97,6 @@ FillRule rule_named(const std::string& rule) {
 
 Wrap wrap_named(const std::string& wrap) {
     return choice<Wrap>("wrap", wrap, {{"repeat", Wrap::repeat}, {"clamp", Wrap::clamp}});
-}
-
-Coherence coherence_of(const py::object& coherence) {
-    if (!py::isinstance<py::str>(coherence))
-        return Coherence::image(uint32_of(coherence, "coherence"));
-    const auto name = coherence.cast<std::string>();
-    if (name == "none") return Coherence::none();
-    if (name == "sort") return Coherence::sort();
-    throw_choice("coherence", name, R"("none" and "sort", or the width of an image)");
-}
-
-std::uint32_t uint32_of(const py::handle& number, const std::string& name) {
-    const py::object index = py::reinterpret_steal<py::object>(PyNumber_Index(number.ptr()));
-    if (!index) {
-        PyErr_Clear();
-        throw py::type_error(name + ": a whole number is needed");
-    }
-    int overflow = 0;
-    const long long value = PyLong_AsLongLongAndOverflow(index.ptr(), &overflow);
-    if (overflow != 0 || value < 0 || value > std::numeric_limits<std::uint32_t>::max())
-        throw py::value_error(name + ": " + std::string(py::str(index)) + " is out of range");
-    return static_cast<std::uint32_t>(value);
 }
 
 }  // namespace morphray::python

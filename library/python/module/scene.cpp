@@ -77,16 +77,13 @@ Lock locked(Lock lock) {
 
 }  // namespace
 
-std::size_t converted_size(Coherence coherence) {
+std::size_t batch_size(const QueryArray& rays, Coherence coherence) {
+    if (rays.columns == 8) return rays.count;
     const std::size_t rows = 8 * std::max<std::size_t>(coherence.width, 1);
     return std::max(kBatch / rows, std::size_t{1}) * rows;
 }
 
-std::size_t batch_size(const QueryArray& rays, Coherence coherence) {
-    return rays.columns == 8 ? std::max<std::size_t>(rays.count, 1) : converted_size(coherence);
-}
-
-void for_each_batch(const QueryArray& rays, std::size_t batch_size, float tnear, float tfar,
+void for_each_batch(const QueryArray& rays, std::size_t batch_size,
                     const std::function<void(std::size_t, std::span<const Ray>)>& work) {
     std::vector<Ray> converted;
     std::size_t first = 0;
@@ -99,7 +96,7 @@ void for_each_batch(const QueryArray& rays, std::size_t batch_size, float tnear,
         } else {
             converted.resize(count);
             for (Ray& ray : converted) {
-                ray = {{from[0], from[1], from[2]}, tnear, {from[3], from[4], from[5]}, tfar};
+                ray = {.org = {from[0], from[1], from[2]}, .dir = {from[3], from[4], from[5]}};
                 from += 6;
             }
             work(first, std::span<const Ray>(converted));
@@ -114,15 +111,14 @@ BorrowedMesh borrow(const py::object& points, const py::object& triangles, bool 
     BorrowedMesh mesh;
     mesh.positions = positions_of(points, place + "points");
     mesh.points = py::reinterpret_borrow<py::array>(points);
-    mesh.triangles = std::make_shared<const std::vector<std::uint32_t>>(
-        indices_of(triangles, place + "triangles"));
+    mesh.triangles = indices_of(triangles, place + "triangles");
     mesh.albedo = albedo_of(albedo, place + "albedo");
     mesh.textures = textures_of(textures, place + "textures");
     mesh.deforms = deforms;
     return mesh;
 }
 
-PyScene::PyScene(std::vector<BorrowedMesh> meshes, const Device& device,
+PyScene::PyScene(const std::vector<BorrowedMesh>& meshes, const Device& device,
                  const SceneOptions& options) {
     std::vector<MeshView> views;
     for (const BorrowedMesh& mesh : meshes) views.push_back(mesh.view());
@@ -131,11 +127,9 @@ PyScene::PyScene(std::vector<BorrowedMesh> meshes, const Device& device,
     run_interruptibly(cancel_build_, [&] {
         scene_ = Scene::build(std::span<const MeshView>(views), device, cancellable);
     });
-    for (BorrowedMesh& mesh : meshes) {
-        mesh.forget_colours();
-        meshes_.emplace(static_cast<std::uint32_t>(meshes_.size()), std::move(mesh));
-    }
-    next_meshes_ = meshes_;
+    for (const BorrowedMesh& mesh : meshes)
+        points_.emplace(static_cast<std::uint32_t>(points_.size()), mesh.points);
+    next_points_ = points_;
 }
 
 /// Cancels a background build and waits for its end.
@@ -155,12 +149,12 @@ std::unique_lock<std::shared_mutex> PyScene::change_lock() {
 Update PyScene::update(bool takes_bounds) {
     const std::unique_lock lock = change_lock();
     Update update;
-    Meshes meshes = next_meshes_;
+    std::map<std::uint32_t, py::array> points = next_points_;
     // A signal that came after the last build has not ended it.
     cancel_build_ = false;
     run_interruptibly(cancel_build_, [&] {
         update = takes_bounds ? scene_->update_with_new_bounds() : scene_->update();
-        meshes_.swap(meshes);
+        points_.swap(points);
     });
     return update;
 }
@@ -168,8 +162,9 @@ Update PyScene::update(bool takes_bounds) {
 Update PyScene::update(std::uint32_t geom_id, std::size_t first, std::optional<std::size_t> count) {
     const std::unique_lock lock = change_lock();
     if (!count) {
-        const auto mesh = meshes_.find(geom_id);
-        const std::size_t all = mesh == meshes_.end() ? 0 : mesh->second.positions.count;
+        const auto points = points_.find(geom_id);
+        const std::size_t all =
+            points == points_.end() ? 0 : static_cast<std::size_t>(points->second.shape(0));
         count = all - std::min(first, all);
     }
     Update update;
@@ -178,22 +173,21 @@ Update PyScene::update(std::uint32_t geom_id, std::size_t first, std::optional<s
     return update;
 }
 
-std::uint32_t PyScene::attach(BorrowedMesh mesh) {
+std::uint32_t PyScene::attach(const BorrowedMesh& mesh) {
     const std::unique_lock lock = change_lock();
     std::uint32_t geom_id = 0;
     {
         const GilRelease release;
         geom_id = scene_->attach(mesh.view());
     }
-    mesh.forget_colours();
-    next_meshes_.insert_or_assign(geom_id, std::move(mesh));
+    next_points_.insert_or_assign(geom_id, mesh.points);
     return geom_id;
 }
 
 void PyScene::detach(std::uint32_t geom_id) {
     const std::unique_lock lock = change_lock();
     scene_->detach(geom_id);
-    next_meshes_.erase(geom_id);
+    next_points_.erase(geom_id);
 }
 
 void PyScene::query(std::size_t count, Cancel* cancel,
@@ -211,8 +205,8 @@ void PyScene::query(std::size_t count, Cancel* cancel,
 std::unique_ptr<PyScene> PyScene::on(const Device& device) {
     const std::shared_lock lock = query_lock();
     std::unique_ptr<PyScene> copy(new PyScene);
-    copy->meshes_ = meshes_;
-    copy->next_meshes_ = next_meshes_;
+    copy->points_ = points_;
+    copy->next_points_ = next_points_;
     const GilRelease release;
     copy->scene_ = scene_->on(device, &copy->cancel_build_);
     return copy;

@@ -9,7 +9,6 @@
 Arrays are numpy's; tensors of Open3D are accepted, and so are its meshes. Open3D is not imported.
 """
 
-import operator as _operator
 import threading as _threading
 from typing import Any, Dict, List
 
@@ -26,26 +25,11 @@ def _array(tensor):
     return (tensor.cpu() if hasattr(tensor, "cpu") else tensor).numpy()
 
 
-def _rays(tensor, nthreads):
+def _rays(tensor):
     """Rays, and their coherence: those of (height, width, 6) are those of an image, as
     create_rays_pinhole() makes them."""
-    _require_count(nthreads, "nthreads", 0)
     rays = _array(tensor)
     return rays, rays.shape[1] if getattr(rays, "ndim", 0) == 3 else "sort"
-
-
-def _points(tensor, nthreads, nsamples=1):
-    _require_count(nthreads, "nthreads", 0)
-    if _require_count(nsamples, "nsamples", 1) % 2 == 0:
-        raise ValueError(f"nsamples: an odd number is needed, not {nsamples}")
-    return _array(tensor)
-
-
-def _require_count(number, name, least):
-    count = _operator.index(number)
-    if count < least:
-        raise ValueError(f"{name}: {count} is below {least}")
-    return count
 
 
 def _matrix(array, name, shape):
@@ -55,6 +39,22 @@ def _matrix(array, name, shape):
     return matrix
 
 
+def _primitives(hits):
+    """The members of hits that all queries return."""
+    return {
+        "geometry_ids": hits["geom_id"].copy(),
+        "primitive_ids": hits["prim_id"].copy(),
+        "primitive_uvs": np.stack([hits["u"], hits["v"]], axis=-1),
+    }
+
+
+def _normals_at(hits, normals, first):
+    """Those of the primitives that are hit: of mesh i from normals[first[i]] on."""
+    missed = hits["prim_id"] == _morphray.INVALID_ID
+    mesh = np.minimum(hits["geom_id"], len(first) - 1)
+    return normals[first[mesh] + np.where(missed, 0, hits["prim_id"])]
+
+
 class RaycastingScene:
     """Triangle meshes, and queries of rays and points.
 
@@ -62,8 +62,8 @@ class RaycastingScene:
     device:   None, or one whose name begins with "CPU"; or what morphray.Scene takes
 
     rays are (..., 6) float32, org and dir, and query_points (..., 3) float32. Axes in front are kept in
-    the results. The arguments nthreads and nsamples of the methods are checked and have no effect: the
-    device has its threads, and inside is exact. Unlike in Open3D, each crossing of a surface is
+    the results. The arguments nthreads and nsamples of the methods have no effect: the device has its
+    threads, and inside is exact. Unlike in Open3D, each crossing of a surface is
     listed and counted once, also through edges and vertices.
 
     Any number of threads may use a scene at the same time: what add_triangles() adds is there for
@@ -73,13 +73,12 @@ class RaycastingScene:
     INVALID_ID: int = _morphray.INVALID_ID
 
     def __init__(self, nthreads: int = 0, device: Any = None) -> None:
-        threads = _require_count(nthreads, "nthreads", 0)
         if device is None or str(device).upper().startswith("CPU"):
-            device = _morphray.Device.cpu(threads=threads)
+            device = _morphray.Device.cpu(threads=nthreads)
         # One device for all scenes that are to be built.
         self._device = _morphray.Scene([], device=device).device
         self._meshes: List[Any] = []
-        self._scene = None
+        self._built = None
         self._lock = _threading.Lock()
 
     def add_triangles(self, vertex_positions: Any, triangle_indices: Any = None) -> int:
@@ -100,31 +99,54 @@ class RaycastingScene:
         # Finds what is wrong with it now.
         _morphray.Scene([mesh], device="brute")
         with self._lock:
-            self._meshes = self._meshes + [mesh]
-            self._scene = None
+            self._meshes.append(mesh)
+            self._built = None
             return len(self._meshes) - 1
 
-    def _built(self):
+    def _scene_and_normals(self):
+        """The scene, and the arguments of _normals_at() beside hits."""
         with self._lock:
-            if self._scene is None:
-                self._scene = _morphray.Scene(self._meshes, device=self._device, update="refit")
-            return self._scene
+            if self._built is None:
+                scene = _morphray.Scene(self._meshes, device=self._device, update="refit")
+                normals = [_morphray._unit_normals(m.points.astype(np.float64)[m.triangles])
+                           for m in self._meshes]
+                # The last row is that of hits that are none.
+                rows = np.concatenate([*normals, np.zeros((1, 3))]).astype(np.float32)
+                first = np.cumsum([0] + [len(n) for n in normals])
+                self._built = scene, rows, first
+            return self._built
+
+    def _scene(self):
+        return self._scene_and_normals()[0]
 
     def cast_rays(self, rays: Any, nthreads: int = 0) -> Dict[str, NDArray[Any]]:
-        """Finds the closest hits. Returns the dict of morphray.Scene.cast_rays()."""
-        array, coherence = _rays(rays, nthreads)
-        return self._built().cast_rays(array, coherence=coherence)
+        """Finds the closest hits. Returns a dict of t_hit (inf for a miss), geometry_ids,
+        primitive_ids (INVALID_ID for a miss), primitive_uvs, and primitive_normals of length 1.
+        """
+        array, coherence = _rays(rays)
+        scene, rows, first = self._scene_and_normals()
+        hits = scene.intersect(array, coherence=coherence)
+        return {
+            "t_hit": np.where(hits["prim_id"] == self.INVALID_ID, np.float32(np.inf), hits["t"]),
+            **_primitives(hits),
+            "primitive_normals": _normals_at(hits, rows, first),
+        }
 
     def test_occlusions(self, rays: Any, tnear: float = 0.0, tfar: float = np.inf,
                         nthreads: int = 0) -> NDArray[np.bool_]:
         """Finds whether rays hit anything at tnear <= t <= tfar."""
-        array, coherence = _rays(rays, nthreads)
-        return self._built().test_occlusions(array, tnear, tfar, coherence=coherence)
+        array, coherence = _rays(rays)
+        if tnear != 0 or tfar != np.inf:
+            limited = np.empty(array.shape[:-1] + (8,), array.dtype)
+            limited[..., :3], limited[..., 3] = array[..., :3], tnear
+            limited[..., 4:7], limited[..., 7] = array[..., 3:], tfar
+            array = limited
+        return self._scene().occluded(array, coherence=coherence)
 
     def count_intersections(self, rays: Any, nthreads: int = 0) -> NDArray[np.int32]:
         """Counts all hits of rays."""
-        array, coherence = _rays(rays, nthreads)
-        return self._built().count(array, coherence=coherence).astype(np.int32)
+        array, coherence = _rays(rays)
+        return self._scene().count(array, coherence=coherence).astype(np.int32)
 
     def list_intersections(self, rays: Any, nthreads: int = 0) -> Dict[str, NDArray[Any]]:
         """Finds all hits of rays, in ascending order of t for each ray. Returns a dict of
@@ -134,7 +156,7 @@ class RaycastingScene:
         ray_ids:    (H,) uint32: the ray of each hit, counted over all axes in front
         t_hit, geometry_ids, primitive_ids, primitive_uvs: those of cast_rays()
         """
-        all_hits = self._built().intersect_all(_rays(rays, nthreads)[0])
+        all_hits = self._scene().intersect_all(_rays(rays)[0])
         hits = all_hits.hits
         if len(hits) > 0xFFFFFFFF:
             raise ValueError(f"list_intersections: {len(hits)} hits are more than uint32 counts; "
@@ -143,9 +165,7 @@ class RaycastingScene:
             "ray_splits": all_hits.offsets.astype(np.uint32),
             "ray_ids": all_hits.ray_ids.astype(np.uint32),
             "t_hit": hits["t"].copy(),
-            "geometry_ids": hits["geom_id"].copy(),
-            "primitive_ids": hits["prim_id"].copy(),
-            "primitive_uvs": np.stack([hits["u"], hits["v"]], axis=-1),
+            **_primitives(hits),
         }
 
     def compute_closest_points(self, query_points: Any,
@@ -156,37 +176,23 @@ class RaycastingScene:
         Where there is none, in an empty scene or for a point that is NaN or infinite, IDs are
         INVALID_ID and all else is 0.
         """
-        closest = self._built().closest_points(_points(query_points, nthreads))
+        scene, rows, first = self._scene_and_normals()
+        closest = scene.closest_points(_array(query_points))
         return {
             "points": closest["point"].copy(),
-            "geometry_ids": closest["geom_id"].copy(),
-            "primitive_ids": closest["prim_id"].copy(),
-            "primitive_uvs": np.stack([closest["u"], closest["v"]], axis=-1),
-            "primitive_normals": self._normals(closest["geom_id"], closest["prim_id"]),
+            **_primitives(closest),
+            "primitive_normals": _normals_at(closest, rows, first),
         }
-
-    def _normals(self, geom_ids, prim_ids):
-        normals = np.zeros(geom_ids.shape + (3,), np.float32)
-        for geom_id, mesh in enumerate(self._meshes):
-            here = geom_ids == geom_id
-            if not here.any():
-                continue
-            corners = mesh.points[mesh.triangles[prim_ids[here]]].astype(np.float64)
-            n = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-            length = np.linalg.norm(n, axis=1, keepdims=True)
-            normals[here] = np.divide(n, length, out=np.zeros_like(n), where=length > 0)
-        return normals
 
     def compute_distance(self, query_points: Any, nthreads: int = 0) -> NDArray[np.float32]:
         """Finds the distances to the meshes. inf where there is none."""
-        return self._built().closest_points(_points(query_points, nthreads))["distance"].copy()
+        return self._scene().closest_points(_array(query_points))["distance"].copy()
 
     def compute_signed_distance(self, query_points: Any, nthreads: int = 0,
                                 nsamples: int = 1) -> NDArray[np.float32]:
         """The distances to the meshes, negative inside, as compute_occupancy() says. NaN for a
         point that is NaN or infinite."""
-        points = _points(query_points, nthreads, nsamples)
-        return self._built().signed_distance(points, rule="odd")
+        return self._scene().signed_distance(_array(query_points), rule="odd")
 
     def compute_occupancy(self, query_points: Any, nthreads: int = 0,
                           nsamples: int = 1) -> NDArray[np.float32]:
@@ -195,8 +201,7 @@ class RaycastingScene:
         A point is inside if a half-line from it crosses the meshes an odd number of times, exactly,
         or if it lies on a triangle. Meshes with holes have no inside.
         """
-        points = _points(query_points, nthreads, nsamples)
-        return self._built().contains(points, rule="odd").astype(np.float32)
+        return self._scene().contains(_array(query_points), rule="odd").astype(np.float32)
 
     @staticmethod
     def create_rays_pinhole(*args: Any, **kwargs: Any) -> NDArray[np.float32]:
@@ -218,11 +223,9 @@ class RaycastingScene:
 def _rays_of_matrices(intrinsic_matrix, extrinsic_matrix, width_px, height_px):
     intrinsic = _matrix(intrinsic_matrix, "intrinsic_matrix", (3, 3))
     extrinsic = _matrix(extrinsic_matrix, "extrinsic_matrix", (4, 4))
-    width = _require_count(width_px, "width_px", 0)
-    height = _require_count(height_px, "height_px", 0)
     to_world = extrinsic[:3, :3].T
-    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    rays = np.empty((height, width, 6), np.float32)
+    x, y = np.meshgrid(np.arange(width_px) + 0.5, np.arange(height_px) + 0.5)
+    rays = np.empty((height_px, width_px, 6), np.float32)
     rays[..., :3] = -to_world @ extrinsic[:3, 3]
     rays[..., 3:] = np.stack([x, y, np.ones_like(x)], axis=-1) @ (
         to_world @ np.linalg.inv(intrinsic)).T

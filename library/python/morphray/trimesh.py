@@ -138,12 +138,7 @@ class _MeshScene:
         self.lower = finite.min(axis=0, initial=np.inf)
         self.upper = finite.max(axis=0, initial=-np.inf)
         # Scaled, so that products neither overflow nor vanish.
-        corners = vertices[faces] * frame.scale
-        with np.errstate(invalid="ignore", over="ignore"):
-            self.normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-            length = np.linalg.norm(self.normals, axis=1, keepdims=True)
-            self.normals = np.divide(self.normals, length, out=np.zeros_like(self.normals),
-                                     where=length > 0)
+        self.normals = _morphray._unit_normals(vertices[faces] * frame.scale)
         self._vertex_scene = None
         self._fans = None
 

@@ -69,6 +69,12 @@ TEST(EmbreeErrors, WhatIsNotSupportedIsNamed) {
     RTCScene scene = device.committed({device.triangle()});
     rtcCollide(scene, scene, nullptr, nullptr);
     EXPECT_EQ(device.error(), RTC_ERROR_INVALID_OPERATION);
+    rtcPointQuery4(nullptr, scene, nullptr, nullptr, nullptr, nullptr);
+    EXPECT_EQ(device.error(), RTC_ERROR_INVALID_OPERATION);
+#if MORPHRAY_EMBREE == 3
+    rtcIntersectNp(scene, nullptr, nullptr, 1);
+    EXPECT_EQ(device.error(), RTC_ERROR_INVALID_OPERATION);
+#endif
     rtcReleaseScene(scene);
 }
 
@@ -182,14 +188,14 @@ TEST(EmbreeErrors, ObjectsMayBeReleasedInAnyOrder) {
     rtcReleaseScene(scene);
 }
 
-TEST(EmbreeErrors, AScenesInstanceOfItselfIsRefused) {
+TEST(EmbreeErrors, InstancesOfScenesWithInstancesAreRefused) {
     const TestDevice device;
     RTCScene scene = rtcNewScene(device.handle);
     RTCGeometry instance = rtcNewGeometry(device.handle, RTC_GEOMETRY_TYPE_INSTANCE);
     rtcSetGeometryInstancedScene(instance, scene);
     rtcAttachGeometry(scene, instance);
     rtcCommitScene(scene);
-    EXPECT_EQ(device.error(), RTC_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(device.error(), RTC_ERROR_INVALID_OPERATION);
     rtcDetachGeometry(scene, 0);
     rtcReleaseGeometry(instance);
     rtcReleaseScene(scene);

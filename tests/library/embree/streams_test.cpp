@@ -139,34 +139,6 @@ TEST_F(EmbreeStreams, LongStreamsAreTracedToTheEnd) {
         ASSERT_TRUE(are_same(rays[i], expected_[i % once.size()])) << i;
 }
 
-TEST_F(EmbreeStreams, StreamsOfPacketsAndArraysEqualSingleRays) {
-    Query query;
-    std::vector<RTCRayHit> rays = mixed_rays();
-    // 605 packets of 4, with a gap behind each; one packet of all, and arrays.
-    constexpr unsigned int kN = 4;
-    const auto m = static_cast<unsigned int>(rays.size() / kN);
-    const std::size_t stride = kN * 80 + 16;
-    std::vector<char> bytes(m * stride);
-    const auto packet = [&](std::size_t i) { return bytes.data() + i / kN * stride; };
-    for (std::size_t i = 0; i < rays.size(); ++i) store_lane(&rays[i], packet(i), kN, i % kN);
-    rtcIntersectNM(scene_, &query.context, reinterpret_cast<RTCRayHitN*>(bytes.data()), kN, m,
-                   stride);
-    for (std::size_t i = 0; i < rays.size(); ++i) load_lane(packet(i), &rays[i], kN, i % kN);
-    expect_hits(rays);
-
-    // Arrays that follow each other are a packet.
-    rays = mixed_rays();
-    const std::size_t n = rays.size();
-    std::vector<float> arrays(20 * n);
-    for (std::size_t i = 0; i < n; ++i) store_lane(&rays[i], arrays.data(), n, i);
-    RTCRayHitNp pointers;
-    auto* const members = reinterpret_cast<float**>(&pointers);
-    for (std::size_t k = 0; k < 20; ++k) members[k] = &arrays[k * n];
-    rtcIntersectNp(scene_, &query.context, &pointers, static_cast<unsigned int>(n));
-    for (std::size_t i = 0; i < n; ++i) load_lane(arrays.data(), &rays[i], n, i);
-    expect_hits(rays);
-}
-
 #endif
 
 }  // namespace

@@ -8,7 +8,6 @@ import pathlib
 import re
 import subprocess
 import sys
-import tarfile
 import zipfile
 
 import pytest
@@ -73,12 +72,3 @@ def test_component_python_is_installed_whole(tmp_path):
     used = subprocess.run([sys.executable, "-c", trace], cwd=tmp_path, check=True, text=True,
                           stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(folder)})
     assert used.stdout.startswith(str(folder))
-
-
-def test_source_archive_has_the_backend(backend, tmp_path):
-    if not (ROOT / ".git").exists():
-        return  # this is such an archive
-    archive = tarfile.open(tmp_path / backend.build_sdist(tmp_path))
-    root = f"morphray-{morphray.__version__}"
-    assert {f"{root}/pyproject.toml", f"{root}/library/python/morphray_build.py",
-            f"{root}/CMakeLists.txt"} <= set(archive.getnames())

@@ -44,8 +44,6 @@ def test_more_rays_than_a_batch_has():
     rays[:, 3], rays[:, 7] = 0, np.inf
     expected = scene.intersect(rays)
     assert_same_bits(scene.intersect(six(rays)), expected)
-    cast = scene.cast_rays(rays)
-    assert_same_bits(cast["primitive_ids"], np.ascontiguousarray(expected["prim_id"]))
     comparison = morphray.compare(scene, morphray.Scene(*grid(3, seed=5)), six(rays))
     assert comparison.compared == 300_000
     assert len(comparison.differences) == 10
@@ -64,9 +62,6 @@ def test_answers_are_the_same_whatever_is_said_of_the_rays(coherence):
         assert_same_bits(scene.intersect(rays, coherence=coherence), hits)
         is_hit = hits["prim_id"] != morphray.INVALID_ID
         assert np.array_equal(scene.occluded(rays, coherence=coherence), is_hit)
-        assert np.array_equal(scene.test_occlusions(rays, coherence=coherence), is_hit)
-        cast = scene.cast_rays(rays, coherence=coherence)
-        assert np.array_equal(cast["primitive_ids"], hits["prim_id"])
         assert np.array_equal(scene.count(rays, coherence=coherence), scene.count(rays))
 
 
@@ -89,42 +84,17 @@ def test_axes_in_front_are_kept():
     expected = scene.intersect(rays)
     hits = scene.intersect(rays.reshape(20, 30, 8))
     assert_same_bits(hits, expected.reshape(20, 30))
-    cast = scene.cast_rays(rays.reshape(20, 30, 8))
-    assert cast["t_hit"].shape == (20, 30)
-    assert cast["primitive_normals"].shape == (20, 30, 3)
     assert scene.occluded(rays.reshape(2, 300, 8)).shape == (2, 300)
-
-
-def test_cast_rays_has_the_keys_of_open3d():
-    points, triangles = grid(10)
-    scene = morphray.Scene(points, triangles)
-    rays = random_rays(points, RAYS)
-    hits = scene.intersect(rays)
-    is_hit = hits["prim_id"] != morphray.INVALID_ID
-    cast = scene.cast_rays(rays)
-    assert list(cast) == [
-        "t_hit", "geometry_ids", "primitive_ids", "primitive_uvs", "primitive_normals",
-    ]
-    assert [a.dtype for a in cast.values()] == ["f4", "u4", "u4", "f4", "f4"]
-    assert np.array_equal(cast["t_hit"], np.where(is_hit, hits["t"], np.inf).astype(np.float32))
-    assert np.array_equal(cast["primitive_ids"], hits["prim_id"])
-    assert np.array_equal(cast["geometry_ids"], hits["geom_id"])
-    assert np.array_equal(cast["primitive_uvs"], np.stack([hits["u"], hits["v"]], axis=-1))
-    corners = points.astype(np.float64)[triangles[hits["prim_id"][is_hit]]]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    assert np.allclose(cast["primitive_normals"][is_hit], normals, rtol=0, atol=1e-6)
-    assert not cast["primitive_normals"][~is_hit].any()
 
 
 def test_occlusion_and_hit_of_a_triangle():
     scene = morphray.Scene(*triangle())
     hit = scene.intersect(DOWN)[0]
     assert hit.tolist() == (1, np.float32(0.2), np.float32(0.3), 0, 0)
-    assert scene.occluded(DOWN).tolist() == scene.test_occlusions(DOWN).tolist() == [True]
-    assert scene.test_occlusions(DOWN, tfar=0.9).tolist() == [False]
-    assert scene.test_occlusions(DOWN, tnear=1.1).tolist() == [False]
-    assert scene.test_occlusions(DOWN, 0.9, 1.1).tolist() == [True]
+    assert scene.occluded(DOWN).tolist() == [True]
+    for tnear, tfar, is_hit in [(0, 0.9, False), (1.1, np.inf, False), (0.9, 1.1, True)]:
+        limited = np.array([[0.2, 0.3, 1, tnear, 0, 0, -1, tfar]], np.float32)
+        assert scene.occluded(limited).tolist() == [is_hit]
 
 
 def test_no_rays_give_no_hits():
@@ -132,8 +102,7 @@ def test_no_rays_give_no_hits():
     for shape in [(0, 6), (0, 8), (3, 0, 6)]:
         rays = np.empty(shape, np.float32)
         assert scene.intersect(rays).shape == shape[:-1]
-        assert scene.cast_rays(rays)["primitive_uvs"].shape == shape[:-1] + (2,)
-        assert scene.test_occlusions(rays).shape == shape[:-1]
+        assert scene.occluded(rays).shape == shape[:-1]
 
 
 def test_results_are_written_to_out():

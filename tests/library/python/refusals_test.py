@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import morphray
-from scenes import DOWN, assert_same_bits, grid, triangle
+from scenes import DOWN, assert_same_bits, triangle
 
 POINTS, TRIANGLES = triangle()
 IMAGE = np.zeros((2, 2, 3), np.uint8)
@@ -74,8 +74,7 @@ def test_bad_triangles(triangles, error, reason):
 )
 def test_bad_rays(rays, error, reason):
     scene = morphray.Scene(POINTS, TRIANGLES)
-    for call in [scene.intersect, scene.occluded, scene.cast_rays, scene.test_occlusions,
-                 scene.intersect_all, scene.count]:
+    for call in [scene.intersect, scene.occluded, scene.intersect_all, scene.count]:
         with pytest.raises(error, match=reason):
             call(rays)
     with pytest.raises(error, match=reason):
@@ -103,11 +102,11 @@ def test_bad_query_points(points, error, reason):
     [
         (lambda s: s.count(DOWN, crossing="all"), ValueError, '"all" is none of "once", "each", "owner"'),
         (lambda s: s.intersect(DOWN, coherence="any"), ValueError, '"any" is none of "none" and'),
-        (lambda s: s.count(DOWN, coherence=-1), ValueError, "coherence: -1 is out of range"),
-        (lambda s: s.occluded(DOWN, coherence=None), TypeError, "coherence: a whole number"),
-        (lambda s: s.intersect_all(DOWN, max_hits=-1), ValueError, "max_hits: -1 is out of range"),
-        (lambda s: s.intersect_all(DOWN, max_hits=2**32), ValueError, "max_hits: 4294967296"),
-        (lambda s: s.intersect_all(DOWN, max_hits=0.5), TypeError, "max_hits: a whole number"),
+        (lambda s: s.count(DOWN, coherence=-1), TypeError, "coherence"),
+        (lambda s: s.occluded(DOWN, coherence=None), TypeError, "coherence"),
+        (lambda s: s.intersect_all(DOWN, max_hits=-1), TypeError, "max_hits"),
+        (lambda s: s.intersect_all(DOWN, max_hits=2**32), TypeError, "max_hits"),
+        (lambda s: s.intersect_all(DOWN, max_hits=0.5), TypeError, "max_hits"),
         (lambda s: s.contains(POINTS, rule="even"), ValueError, '"even" is none of "nonzero", "odd"'),
         (lambda s: s.closest_points(POINTS, -0.5), morphray.Error, "max_distance"),
         (lambda s: s.closest_points(POINTS, "far"), TypeError, ""),
@@ -159,12 +158,12 @@ def test_bad_out():
     "options, error, reason",
     [
         ({"device": "gpu"}, ValueError, '"gpu" is none of "cpu", "vulkan" and "brute"'),
-        ({"device": 3}, TypeError, "device: "),
+        ({"device": 3}, TypeError, "device"),
         ({"refit_on": "none"}, ValueError, "refit_on: "),
-        ({"bounds": 3}, TypeError, "bounds: "),
-        ({"bounds": (1, 2, 3)}, ValueError, "bounds: "),
-        ({"bounds": ((0, 0, 0), (1, 1))}, ValueError, r"bounds\[1\]: three numbers"),
-        ({"bounds": ((0, 0, 0), (1, None, 1))}, TypeError, r"bounds\[1\]: three numbers"),
+        ({"bounds": 3}, TypeError, "bounds"),
+        ({"bounds": (1, 2, 3)}, TypeError, "bounds"),
+        ({"bounds": ((0, 0, 0), (1, 1))}, TypeError, "bounds"),
+        ({"bounds": ((0, 0, 0), (1, None, 1))}, TypeError, "bounds"),
         ({"bounds": ((1, 1, 1), (0, 0, 0))}, morphray.Error, "lower <= upper"),
         ({"bounds": ((0, 0, 0), (1, 1, np.inf))}, morphray.Error, "finite"),
         ({"update": "sometimes"}, ValueError, "update: "),
@@ -204,9 +203,9 @@ def test_bad_options(options, error, reason):
 @pytest.mark.parametrize(
     "arguments, error",
     [
-        ((-1,), ValueError),
+        ((-1,), TypeError),
         ((0.5,), TypeError),
-        ((0, -1), ValueError),
+        ((0, -1), TypeError),
         ((None, 1), TypeError),
         ((None, 0, 1), TypeError),
         ((1,), morphray.Error),
@@ -222,11 +221,11 @@ def test_bad_ranges(arguments, error):
     "options, error",
     [
         ({"size": 3}, TypeError),
-        ({"size": (3, -1)}, ValueError),
+        ({"size": (3, -1)}, TypeError),
         ({"size": (3.5, 1)}, TypeError),
         ({"size": (0, 1)}, morphray.Error),
         ({"size": (10**6, 1)}, morphray.Error),
-        ({"eye": (1, 2)}, ValueError),
+        ({"eye": (1, 2)}, TypeError),
         ({"eye": 1}, TypeError),
         ({"eye": (0, 0, 0), "target": (0, 0, 0)}, morphray.Error),
         ({"rays": "many"}, ValueError),
@@ -284,9 +283,3 @@ def test_arrays_meshes_and_errors_are_pickled():
     error = pickle.loads(pickle.dumps(caught.value))
     assert (type(error), str(error), error.code) == (
         morphray.Error, str(caught.value), "bad_argument")
-
-
-def test_eight_numbers_with_limits_are_refused():
-    scene = morphray.Scene(*grid(2))
-    with pytest.raises(ValueError, match="tnear and tfar"):
-        scene.test_occlusions(np.zeros((1, 8), np.float32), tfar=1)

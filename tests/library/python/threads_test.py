@@ -48,7 +48,7 @@ def test_build_releases_the_gil(large):
 
 def test_queries_release_the_gil(brute):
     rays = random_rays(grid(100)[0], 3000)
-    for call in [brute.intersect, brute.occluded, brute.cast_rays]:
+    for call in [brute.intersect, brute.occluded]:
         assert_gil_is_released(lambda: call(rays))
     where = rays[:1000, :3].copy()
     for call, queries in [
@@ -74,7 +74,7 @@ def test_many_threads_may_query_one_scene():
         try:
             for _ in range(10):
                 assert_same_bits(scene.intersect(rays), expected)
-                scene.cast_rays(rays[:100])
+                scene.occluded(rays[:100])
                 assert_same_bits(scene.intersect_all(rays, crossing="each").hits, all_hits)
                 assert_same_bits(scene.closest_points(rays[:, :3]), closest)
                 scene.render((8, 8))
@@ -108,7 +108,7 @@ def test_query_during_an_update_is_busy(large):
     thread.start()
     with pytest.raises(morphray.Error) as caught:
         while thread.is_alive():
-            scene.cast_rays(ray)
+            scene.intersect(ray)
     end.set()
     thread.join()
     assert caught.value.code == "busy"

@@ -120,11 +120,10 @@ def test_several_meshes():
     assert scene.attach(second, triangles) == 2
     assert scene.intersect(DOWN)["t"] == 0.5  # until the update
     assert scene.update().step == "build"
-    cast = scene.cast_rays(DOWN)
-    assert cast["geometry_ids"] == 0 and cast["primitive_normals"].tolist() == [[0, 0, 1]]
+    assert scene.intersect(DOWN)["geom_id"] == 0
     scene.detach(0)
     scene.update()
-    assert scene.cast_rays(DOWN)["geometry_ids"] == 1
+    assert scene.intersect(DOWN)["geom_id"] == 1
     with pytest.raises(morphray.Error) as caught:
         scene.detach(0)
     assert caught.value.code == "bad_argument"
@@ -140,7 +139,6 @@ def test_scenes_without_triangles_have_no_hits():
     ]:
         scene.update()
         assert scene.intersect(DOWN)["prim_id"] == morphray.INVALID_ID
-        assert scene.cast_rays(DOWN)["t_hit"] == np.inf
         assert not scene.occluded(DOWN)
         assert scene.render((4, 4)).hits["prim_id"].min() == morphray.INVALID_ID
     assert (morphray.Scene([]).bounds[0] > morphray.Scene([]).bounds[1]).all()
