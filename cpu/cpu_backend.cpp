@@ -23,7 +23,7 @@
 namespace mray::cpu {
 namespace {
 
-// As many rays as the streams of a batch are made of (cpu/single_ray/octant_order-inl.h), or fewer
+// As many rays as the streams of a batch are made of (cpu/single_ray/ray_stream-inl.h), or fewer
 // where threads would wait.
 constexpr std::size_t kRayGrain = 2048;
 

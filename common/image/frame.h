@@ -25,6 +25,9 @@ struct Frame {
     /// Whether a backend must fill `hits` and `occlusion`; a device leaves them empty otherwise,
     /// which spares a copy. Set by the caller.
     bool with_hits = true;
+    /// Whether `hits` are those of the same camera rays already, which need not be traced again.
+    /// Set by the caller.
+    bool has_hits = false;
 };
 
 /// The secondary rays that a pixel with a hit is given; `rays` is one of kRaysPrimary, kRaysShadow

@@ -1,11 +1,308 @@
+// Blocks of 4 x 4 pixels from hits to rays and colours.
 #include "cpu/image/pixel_shader.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cpu/image/pixel_shader.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "cpu/image/pixel_shader-inl.h"
+#include "cpu/image/pixel_blocks-inl.h"
+#include "cpu/simd/lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mray::cpu {
+namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
+
+/// Rays that differ in their directions and lengths alone.
+struct DirectionLanes {
+    lanes::Float3 dir;
+    FloatVec tfar;
+};
+
+HWY_INLINE UintVec load_albedo(const PixelPart& part, const PixelLanes& pixels) {
+    return hn::GatherIndex(kUints, part.mesh.topology->albedo.data(), as_int(pixels.prim));
+}
+
+/// lanes::colour_of(). Most meshes without materials are grey, which takes a third of the time.
+HWY_INLINE UintVec colours_of(FloatVec intensity, UintVec albedo) {
+    const UintVec differing = (albedo ^ shift_right<8>(albedo)) & 0xFFFFu;
+    if (!none(differing > 0u)) return lanes::colour_of(intensity, albedo);
+    const UintVec grey = lanes::channel_of(intensity, albedo & 0xFFu);
+    return lanes::pack_rgb(grey, grey, grey);
+}
+
+/// camera_ray().dir.
+HWY_INLINE lanes::Float3 directions_of(const PixelPart& part, const PixelLanes& pixels) {
+    return lanes::canonical_direction(
+        lanes::camera_direction(part.params.camera, pixels.x, pixels.y));
+}
+
+/// The surfaces that a strip shows.
+class ShownSurfaces {
+public:
+    explicit ShownSurfaces(const PixelPart& part) : part_(part) {}
+
+    /// Goes to the first block of a strip.
+    void begin(const Tile& strip, bool with_albedos) {
+        triangles_.clear();
+        next_ = 0;
+        for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
+            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+                const PixelLanes pixels = load_pixels(part_, block, i);
+                // Where nothing is visible there may be no triangles.
+                if (!none(pixels.visible)) triangles_.add(pixels.prim);
+            }
+        });
+        triangles_.load(part_.mesh);
+        if (with_albedos) triangles_.load_albedos(*part_.mesh.topology);
+    }
+
+    /// Those of the next pixels of which at least one is visible, under camera rays dir.
+    HWY_INLINE lanes::Surface next(const PixelLanes& pixels, const lanes::Float3& dir) {
+        const lanes::Float3 org(part_.params.camera.org);
+        const std::uint32_t i = next_++;
+        if (HWY_UNLIKELY(triangles_.has_degenerate())) {
+            lanes::Float3 v[3];
+            load_corners(*part_.mesh.topology, part_.mesh.positions, pixels.prim, v);
+            return lanes::surface_of(org, dir, pixels.t, v[0], v[1], v[2]);
+        }
+        return lanes::surface_with(org, dir, pixels.t, triangles_.normals(i));
+    }
+
+    /// The albedos of the pixels whose surfaces were last asked for.
+    HWY_INLINE UintVec albedos() const { return triangles_.albedos(next_ - 1); }
+
+private:
+    const PixelPart& part_;
+    ShownTriangles triangles_;
+    std::uint32_t next_ = 0;
+};
+
+/// The background of the rows of a block.
+struct BackgroundColumn {
+    alignas(64) std::uint32_t colours[kBlockRays];
+
+    BackgroundColumn(const PixelPart& part, std::uint32_t y) {
+        for (std::uint32_t i = 0; i < kBlockRays; ++i)
+            colours[i] = background(y + (i & kRowMask), part.params.height);
+    }
+};
+
+/// Writes occlusion and, if the frame has pixels, colours of a part. begin(strip) comes before the
+/// blocks of a strip. shade(block, i, behind, occlusion) sets the numbers of occluded rays, 0
+/// before, of pixels i and following of a block, and returns their colours; behind: those of the
+/// background, or anything if the frame has no pixels.
+template <class Begin, class Shade>
+HWY_INLINE void shade_part(const PixelPart& part, Begin begin, Shade shade) {
+    for_each_strip(part.tile, [&](const Tile& strip) HWY_ATTR {
+        begin(strip);
+        alignas(64) std::uint32_t behind[kBlockRays];
+        for (std::uint32_t i = 0; i < kBlockRays; ++i)
+            behind[i] = background(strip.y0 + (i & kRowMask), part.params.height);
+        for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
+            alignas(64) std::uint32_t colours[kBlockRays];
+            alignas(64) std::uint32_t occlusion[kBlockRays] = {};
+            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes)
+                store(shade(block, i, load(behind + i), occlusion + i), colours + i);
+            write_block(part, block, occlusion, part.frame.occlusion.data());
+            if (part.frame.with_pixels) write_block(part, block, colours, part.frame.pixels.data());
+        });
+    });
+}
+
+void shade_camera_part(const PixelPart& part) {
+    const bool with_pixels = part.frame.with_pixels;
+    ShownSurfaces surfaces(part);
+    shade_part(
+        part,
+        [&](const Tile& strip) HWY_ATTR {
+            if (with_pixels) surfaces.begin(strip, true);
+        },
+        [&](const PixelBlock& block, std::uint32_t i, UintVec behind, std::uint32_t*) HWY_ATTR {
+            if (!with_pixels) return behind;
+            const PixelLanes pixels = load_pixels(part, block, i);
+            if (none(pixels.visible)) return behind;
+            const lanes::Float3 dir = directions_of(part, pixels);
+            const lanes::Surface s = surfaces.next(pixels, dir);
+            const FloatVec intensity = lanes::lit_intensity(abs(dot3(s.normal, unit(dir))));
+            return select(uint_mask(pixels.visible), colours_of(intensity, surfaces.albedos()),
+                          behind);
+        });
+}
+
+HWY_INLINE DirectionLanes shadow_rays(const lanes::Surface& s, const lanes::Float3& light) {
+    const lanes::Float3 dir = shadow_direction(s, light);
+    return {canonical_direction(dir), lanes::power_of_two_below(largest_component(dir))};
+}
+
+std::size_t make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays,
+                                     LitPixels* lit) {
+    std::size_t ray_count = 0;
+    ShownSurfaces surfaces(part);
+    const lanes::Float3 light(part.params.light);
+    for_each_strip(part.tile, [&](const Tile& strip) HWY_ATTR {
+        surfaces.begin(strip, part.frame.with_pixels);
+        for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
+            const std::uint32_t index = block.ray_index(part) / kBlockRays;
+            SharedOriginRays& to = rays[index];
+            LitPixels& pixels_lit = lit[index];
+            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+                const PixelLanes pixels = load_pixels(part, block, i);
+                lanes::Float3 dir(vec3(0.0f));
+                FloatVec tfar = splat(-1.0f);
+                FloatVec intensity = zero_unless(pixels.visible, splat(kUnlitIntensity));
+                if (!none(pixels.visible)) {
+                    const lanes::Surface s = surfaces.next(pixels, directions_of(part, pixels));
+                    const Mask traced = pixels.visible & faces_light(s, light);
+                    if (part.frame.with_pixels) store(surfaces.albedos(), pixels_lit.albedo + i);
+                    if (!none(traced)) {
+                        const DirectionLanes ray = shadow_rays(s, light);
+                        dir = select(traced, ray.dir, dir);
+                        tfar = select(traced, ray.tfar, tfar);
+                        if (part.frame.with_pixels) {
+                            const FloatVec facing = dot3(s.normal, unit(light - s.point));
+                            intensity = zero_unless(pixels.visible,
+                                                    lanes::lit_intensity(max(facing, zero())));
+                        }
+                        ray_count += count(traced);
+                    }
+                }
+                store(dir.x, to.dir[0] + i);
+                store(dir.y, to.dir[1] + i);
+                store(dir.z, to.dir[2] + i);
+                store(tfar, to.tfar + i);
+                store(intensity, pixels_lit.intensity + i);
+            }
+        });
+    });
+    return ray_count;
+}
+
+void shade_shadows_of_part(const PixelPart& part, const std::uint8_t* occluded,
+                           const LitPixels* lit) {
+    const hn::Rebind<std::uint8_t, UintTag> bytes;
+    shade_part(
+        part, [](const Tile&) HWY_ATTR {},
+        [&](const PixelBlock& block, std::uint32_t i, UintVec behind,
+            std::uint32_t* occlusion) HWY_ATTR {
+            const std::uint32_t index = block.ray_index(part);
+            const LitPixels& pixels = lit[index / kBlockRays];
+            const FloatVec intensity = load(pixels.intensity + i);
+            const Mask visible = intensity > zero();
+            const UintVec is_occluded = zero_unless(
+                uint_mask(visible), hn::PromoteTo(kUints, hn::LoadU(bytes, occluded + index + i)));
+            store(is_occluded, occlusion);
+            if (!part.frame.with_pixels || none(visible)) return behind;
+            const FloatVec value =
+                select(float_mask(is_occluded > 0u), splat(kUnlitIntensity), intensity);
+            return select(uint_mask(visible), colours_of(value, load(pixels.albedo + i)), behind);
+        });
+}
+
+/// ao_ray() of the surfaces that pixels (x, y) show, without the origin.
+HWY_INLINE DirectionLanes ao_rays(const lanes::Surface& s, UintVec x, UintVec y,
+                                  std::uint32_t sample, float tfar) {
+    const lanes::Float3 dir = ao_direction(s, lanes::sphere_point(lanes::ao_number(x, y, sample)));
+    return {canonical_direction(dir), tfar * lanes::power_of_two_below(largest_component(dir))};
+}
+
+/// The first or the last 16 bytes of a Ray.
+struct alignas(16) HalfRay {
+    float words[4];
+};
+static_assert(2 * sizeof(HalfRay) == sizeof(Ray));
+
+/// Writes a ray half by half: one copy of both halves would wait for the stores of each.
+HWY_INLINE void write_ray(const HalfRay& start, const HalfRay& end, Ray& ray) {
+    auto* const to = reinterpret_cast<std::byte*>(&ray);
+    std::memcpy(to, &start, sizeof start);
+    std::memcpy(to + sizeof start, &end, sizeof end);
+}
+
+void make_camera_rays_of_tile(const ImageParams& params, const Tile& tile, Ray* rays) {
+    const Ray any = camera_ray(params.camera, 0, 0);
+    const HalfRay start = {{any.org.x, any.org.y, any.org.z, any.tnear}};
+    alignas(64) HalfRay ends[kLanes];
+    for_each_block(tile, [&](const PixelBlock& block) HWY_ATTR {
+        for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+            const UintVec lane = hn::Iota(kUints, i);
+            const UintVec x = shift_right<kColumnShift>(lane) + splat(block.x);
+            const UintVec y = (lane & splat(kRowMask)) + splat(block.y);
+            const lanes::Float3 dir =
+                lanes::canonical_direction(lanes::camera_direction(params.camera, x, y));
+            hn::StoreInterleaved4(dir.x, dir.y, dir.z, splat(any.tfar), kFloats, ends[0].words);
+            for (std::size_t k = 0; k < kLanes; ++k) write_ray(start, ends[k], *rays++);
+        }
+    });
+}
+
+void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
+    const std::uint32_t count = part.params.ao_count;
+    rays.clear();
+    ShownSurfaces surfaces(part);
+    for_each_strip(part.tile, [&](const Tile& strip) HWY_ATTR {
+        surfaces.begin(strip, false);
+        for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
+            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+                const PixelLanes pixels = load_pixels(part, block, i);
+                const std::uint32_t visible = bits_of(pixels.visible);
+                if (visible == 0) continue;
+                const lanes::Surface s = surfaces.next(pixels, directions_of(part, pixels));
+                const lanes::Float3 org = off_surface(s, s.size);
+                alignas(64) HalfRay starts[kBlockRays], ends[kBlockRays];
+                hn::StoreInterleaved4(org.x, org.y, org.z, splat(0.0f), kFloats, starts[0].words);
+                const std::size_t begin = rays.size();
+                const auto visible_count =
+                    static_cast<std::size_t>(hwy::PopCount(std::uint64_t{visible}));
+                rays.resize(begin + visible_count * count);
+                for (std::uint32_t sample = 0; sample < count; ++sample) {
+                    const DirectionLanes ray =
+                        ao_rays(s, pixels.x, pixels.y, sample, part.params.ao_tfar);
+                    hn::StoreInterleaved4(ray.dir.x, ray.dir.y, ray.dir.z, ray.tfar, kFloats,
+                                          ends[0].words);
+                    std::size_t at = begin + sample;
+                    for (std::uint32_t left = visible; left != 0; left &= left - 1, at += count) {
+                        const std::size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
+                        write_ray(starts[lane], ends[lane], rays[at]);
+                    }
+                }
+            }
+        });
+    });
+}
+
+void shade_ao_of_part(const PixelPart& part, const std::uint8_t* occluded) {
+    const std::uint32_t count = part.params.ao_count;
+    const FloatVec per_ray = splat(rcp(static_cast<float>(count)));
+    shade_part(
+        part, [](const Tile&) HWY_ATTR {},
+        [&](const PixelBlock& block, std::uint32_t i, UintVec behind, std::uint32_t* occlusion)
+            HWY_ATTR {
+                const PixelLanes pixels = load_pixels(part, block, i);
+                if (none(pixels.visible)) return behind;
+                for (std::uint32_t left = bits_of(pixels.visible); left != 0; left &= left - 1) {
+                    std::uint32_t& sum = occlusion[hwy::Num0BitsBelowLS1Bit_Nonzero32(left)];
+                    for (std::uint32_t sample = 0; sample < count; ++sample) sum += *occluded++;
+                }
+                if (!part.frame.with_pixels) return behind;
+                const UintVec open = splat(count) - load(occlusion);
+                return select(
+                    uint_mask(pixels.visible),
+                    colours_of(lanes::to_float(open) * per_ray, load_albedo(part, pixels)), behind);
+            });
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace mray::cpu
+HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 

@@ -10,7 +10,7 @@
 #include "common/scene/mesh.h"
 #include "common/simd/simd_target.h"
 #include "cpu/packet/light/light_packet.h"
-#include "cpu/tile.h"
+#include "cpu/packet/packet_frame.h"
 
 namespace mray::cpu {
 

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 namespace mray::cpu {
 namespace {
@@ -80,8 +81,6 @@ Texcoord texcoord_at(const Texcoords& corners, float u, float v) {
     const float w = (1.0f - u) - v;
     return {(w * a.u + u * b.u) + v * c.u, (w * a.v + u * b.v) + v * c.v};
 }
-
-double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 }  // namespace
 
@@ -219,21 +218,15 @@ TexturePlace texture_place(const TexturedTriangles& triangles, const TexturedSam
     // A sample covers the area depth^2 * spacing^2 / |n . through| of a surface with the unit
     // normal n. The cross product of two edges is n times twice the triangle's area, that of their
     // texture coordinates twice its part of the image.
-    double edges[2][3], through[3];
-    for (int k = 0; k < 3; ++k) {
-        edges[0][k] = double{sample.corners[1][k]} - double{sample.corners[0][k]};
-        edges[1][k] = double{sample.corners[2][k]} - double{sample.corners[0][k]};
-        through[k] = sample.through[k];
-    }
-    const double cross[3] = {edges[0][1] * edges[1][2] - edges[0][2] * edges[1][1],
-                             edges[0][2] * edges[1][0] - edges[0][0] * edges[1][2],
-                             edges[0][0] * edges[1][1] - edges[0][1] * edges[1][0]};
+    const glm::dvec3 first(sample.corners[0]);
+    const glm::dvec3 cross =
+        glm::cross(glm::dvec3(sample.corners[1]) - first, glm::dvec3(sample.corners[2]) - first);
     const double bu = double{b.u} - double{a.u}, bv = double{b.v} - double{a.v};
     const double cu = double{c.u} - double{a.u}, cv = double{c.v} - double{a.v};
     const double texels =
         std::fabs(bu * cv - bv * cu) * texture.levels()[0].width() * texture.levels()[0].height();
     const double covered = double{sample.depth} * double{sample.depth} * sample.spacing_squared;
-    const double facing = std::fabs(dot(cross, through));
+    const double facing = std::fabs(glm::dot(cross, glm::dvec3(sample.through)));
     return {&texture, texture.into_image(at.u), texture.into_image(1.0f - at.v),
             level_of_texels(texels * covered / facing)};
 }

@@ -103,10 +103,12 @@ void ImageTracer::trace_ao(const PixelPart& part, const Watch& watch) const {
 
 void ImageTracer::trace_tile(const ShadedMesh& mesh, const ImageParams& params, const Tile& tile,
                              Frame& frame, const Watch& watch) const {
-    const std::uint32_t camera_leaves =
-        intersect_camera(params, tile, &frame.hits[std::size_t{tile.y0} * params.width + tile.x0],
-                         params.width, watch);
-    watch.throw_if_cancelled();
+    std::uint32_t camera_leaves = 0;
+    if (!frame.has_hits) {
+        Hit* const hits = &frame.hits[std::size_t{tile.y0} * params.width + tile.x0];
+        camera_leaves = intersect_camera(params, tile, hits, params.width, watch);
+        watch.throw_if_cancelled();
+    }
     const PixelPart part{params, mesh, tile, frame};
     if (params.rays == kRaysShadow) {
         trace_shadows(part, camera_leaves);

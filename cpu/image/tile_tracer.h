@@ -58,9 +58,9 @@ public:
                                         std::span<std::uint8_t> occluded,
                                         const TileCounts& counts = {}) const;
 
-    /// Fills hits, occlusion and pixels of a tile. Throws Error(kCancelled), leaving anything in
-    /// the tile, soon after the watch asks for it: before secondary rays, and for each few
-    /// thousand of those of ambient occlusion.
+    /// Fills hits, unless the frame has them, occlusion and pixels of a tile. Throws
+    /// Error(kCancelled), leaving anything in the tile, soon after the watch asks for it: before
+    /// secondary rays, and for each few thousand of those of ambient occlusion.
     void trace_tile(const ShadedMesh& mesh, const ImageParams& params, const Tile& tile,
                     Frame& frame, const Watch& watch) const;
 

@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include "common/interop/packet_bounds.h"
 #include "common/interop/slab.h"
@@ -22,10 +24,48 @@ HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
-/// Rectangles in the packet's plane, sixteen at a time.
-struct alignas(64) Rectangles {
-    float lower_x[16], upper_x[16], lower_y[16], upper_y[16];
+/// Rectangles in the packet's plane, one a lane.
+struct RectangleLanes {
+    FloatVec lower_x, upper_x, lower_y, upper_y;
+
+    HWY_INLINE RectangleLanes(FloatVec left, FloatVec right, FloatVec low, FloatVec high)
+        : lower_x(left), upper_x(right), lower_y(low), upper_y(high) {}
+    /// The same one in all lanes.
+    HWY_INLINE explicit RectangleLanes(const PlaneRectangle& r)
+        : RectangleLanes(splat(r.lower_x), splat(r.upper_x), splat(r.lower_y), splat(r.upper_y)) {}
+    /// Those from i on.
+    template <std::size_t kCount>
+    HWY_INLINE RectangleLanes(const PlaneRectangles<kCount>& r, std::size_t i)
+        : RectangleLanes(load(r.lower_x + i), load(r.upper_x + i), load(r.lower_y + i),
+                         load(r.upper_y + i)) {}
+
+    template <std::size_t kCount>
+    HWY_INLINE void put(PlaneRectangles<kCount>& r, std::size_t i) const {
+        store(lower_x, r.lower_x + i);
+        store(upper_x, r.upper_x + i);
+        store(lower_y, r.lower_y + i);
+        store(upper_y, r.upper_y + i);
+    }
+    HWY_INLINE void add(const RectangleLanes& r) {
+        lower_x = min(lower_x, r.lower_x);
+        upper_x = max(upper_x, r.upper_x);
+        lower_y = min(lower_y, r.lower_y);
+        upper_y = max(upper_y, r.upper_y);
+    }
+
+    HWY_INLINE Mask meets(const RectangleLanes& r) const {
+        const Mask x = (lower_x <= r.upper_x) & (upper_x >= r.lower_x);
+        const Mask y = (lower_y <= r.upper_y) & (upper_y >= r.lower_y);
+        return x & y;
+    }
+    HWY_INLINE Mask holds(FloatVec x, FloatVec y) const {
+        const Mask in_x = (x >= lower_x) & (x <= upper_x);
+        const Mask in_y = (y >= lower_y) & (y <= upper_y);
+        return in_x & in_y;
+    }
 };
+
+using Rectangles = PlaneRectangles<16>;
 
 /// Divisors of a quotient that is used only where they are positive are at least this: no quotient
 /// overflows.
@@ -69,27 +109,27 @@ inline constexpr double kNarrow = 0.999;
 /// Two magnitudes made in double that differ by less than 0.01 % count as equal.
 inline constexpr double kSureOrder = 1.0001;
 
+/// The plane of a frame: its point (X, Y) lies at x X + y Y + z from the origin.
+struct PlaneAxes {
+    glm::dvec3 x, y, z;
+};
+
 /// Sets what a frame knows of its rays in scene space. The rows must be set. Directions are bounded
 /// at the corners of a square that holds all rays. Since row 2 of a direction is 1 at z = 1, its
 /// largest component is at least 1 / row_size[2].
-HWY_INLINE void bound_directions(PacketFrame& frame, const double axis_x[3], const double axis_y[3],
-                                 const double axis_z[3]) {
-    double least[3], most[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        const double spread = frame.reach * (std::abs(axis_x[axis]) + std::abs(axis_y[axis]));
-        const double towards = std::abs(axis_z[axis]);
-        least[axis] = towards - spread;
-        most[axis] = towards + spread;
-    }
+HWY_INLINE void bound_directions(PacketFrame& frame, const PlaneAxes& axes) {
+    const glm::dvec3 spread = (glm::abs(axes.x) + glm::abs(axes.y)) * double{frame.reach};
+    const glm::dvec3 least = glm::abs(axes.z) - spread;
+    const glm::dvec3 most = glm::abs(axes.z) + spread;
     // A lower bound of each ray's largest component.
-    const double largest = std::max({1.0 / frame.row_size[2], least[0], least[1], least[2]});
-    std::uint32_t axis_count = 0;
+    const double largest = std::max({1.0 / frame.row_size[2], least.x, least.y, least.z});
+    int axis_count = 0;
     frame.depth_most = 0;
-    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < 3; ++axis) {
         if (largest > kSureOrder * most[axis]) continue;
         ++axis_count;
-        frame.axis = axis;
-        frame.axis_sign = axis_z[axis] < 0 ? -1.0f : 1.0f;
+        frame.axis = static_cast<std::uint32_t>(axis);
+        frame.axis_sign = axes.z[axis] < 0 ? -1.0f : 1.0f;
         frame.depth_most = std::max(frame.depth_most, static_cast<float>(most[axis] * kWiden));
     }
     if (axis_count != 1) frame.axis = kMixedAxes;
@@ -97,23 +137,15 @@ HWY_INLINE void bound_directions(PacketFrame& frame, const double axis_x[3], con
     frame.per_depth = 1 / frame.depth_least;
 }
 
-/// Sets the rows that invert (axis_x, axis_y, axis_z).
-HWY_INLINE void set_rows(PacketFrame& frame, const double axis_x[3], const double axis_y[3],
-                         const double axis_z[3]) {
-    const auto cross = [](const double* p, const double* q, double* out) {
-        out[0] = p[1] * q[2] - p[2] * q[1];
-        out[1] = p[2] * q[0] - p[0] * q[2];
-        out[2] = p[0] * q[1] - p[1] * q[0];
-    };
-    cross(axis_y, axis_z, frame.rows[0]);
-    cross(axis_z, axis_x, frame.rows[1]);
-    cross(axis_x, axis_y, frame.rows[2]);
-    const double det =
-        axis_x[0] * frame.rows[0][0] + axis_x[1] * frame.rows[0][1] + axis_x[2] * frame.rows[0][2];
+/// Sets the rows that invert the axes.
+HWY_INLINE void set_rows(PacketFrame& frame, const PlaneAxes& axes) {
+    const glm::dvec3 rows[3] = {glm::cross(axes.y, axes.z), glm::cross(axes.z, axes.x),
+                                glm::cross(axes.x, axes.y)};
+    const double det = glm::dot(axes.x, rows[0]);
     for (int k = 0; k < 3; ++k) {
         frame.row_size[k] = 0;
         for (int axis = 0; axis < 3; ++axis) {
-            frame.rows[k][axis] /= det;
+            frame.rows[k][axis] = rows[k][axis] / det;
             frame.rows_f[k][axis] = static_cast<float>(frame.rows[k][axis]);
             frame.row_size[k] += std::abs(frame.rows_f[k][axis]);
         }
@@ -124,18 +156,16 @@ HWY_INLINE void set_rows(PacketFrame& frame, const double axis_x[3], const doubl
 /// "Boxes").
 inline constexpr float kHitErrorOfMargin = 0.5625f;
 
-/// Sets the frame whose plane point (X, Y) lies at org + axis_x X + axis_y Y + axis_z, for |X|, |Y|
-/// up to `reach`. It has no wedges.
+/// Sets the frame of a plane at `org`, for |X|, |Y| up to `reach`. It has no wedges.
 ///
 /// depth_error: a hit is off by kHitErrorOfMargin * depth_margin on an axis; in z, by that over the
 /// ray's largest component at z = 1.
-HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
-                          const double axis_y[3], const double axis_z[3], float reach) {
-    set_rows(frame, axis_x, axis_y, axis_z);
+HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const PlaneAxes& axes, float reach) {
+    set_rows(frame, axes);
     frame.org = org;
     frame.reach = reach;
     frame.depth_margin = depth_margin(org);
-    bound_directions(frame, axis_x, axis_y, axis_z);
+    bound_directions(frame, axes);
     frame.depth_error = kHitErrorOfMargin * frame.depth_margin * frame.per_depth;
     frame.wedge_side_count = 0;
 }

@@ -2,6 +2,7 @@
 // the plane that they are seen in. Plain data without SIMD types.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -32,6 +33,47 @@ inline constexpr float kWholePlane = 1e6f;
 /// Bounds of an empty range of x or y.
 inline constexpr float kEmptyLower = 1e30f;
 inline constexpr float kEmptyUpper = -kEmptyLower;
+
+/// Bounds of x and y in a packet's plane.
+struct PlaneRectangle {
+    float lower_x, upper_x, lower_y, upper_y;
+
+    static constexpr PlaneRectangle whole() {
+        return {-kWholePlane, kWholePlane, -kWholePlane, kWholePlane};
+    }
+    static constexpr PlaneRectangle none() {
+        return {kEmptyLower, kEmptyUpper, kEmptyLower, kEmptyUpper};
+    }
+
+    void add(const PlaneRectangle& r) {
+        lower_x = std::min(lower_x, r.lower_x);
+        upper_x = std::max(upper_x, r.upper_x);
+        lower_y = std::min(lower_y, r.lower_y);
+        upper_y = std::max(upper_y, r.upper_y);
+    }
+};
+
+/// Many of them, which vectors load.
+template <std::size_t kCount>
+struct alignas(64) PlaneRectangles {
+    float lower_x[kCount], upper_x[kCount], lower_y[kCount], upper_y[kCount];
+
+    PlaneRectangle operator[](std::size_t i) const {
+        return {lower_x[i], upper_x[i], lower_y[i], upper_y[i]};
+    }
+    void set(std::size_t i, const PlaneRectangle& r) {
+        lower_x[i] = r.lower_x;
+        upper_x[i] = r.upper_x;
+        lower_y[i] = r.lower_y;
+        upper_y[i] = r.upper_y;
+    }
+    /// Around four of them, from `first` on.
+    PlaneRectangle around_four(std::size_t first) const {
+        PlaneRectangle all = (*this)[first];
+        for (std::size_t i = 1; i < 4; ++i) all.add((*this)[first + i]);
+        return all;
+    }
+};
 
 /// A load waits for an earlier store if the lower 12 bits of their addresses are equal. Packets
 /// start on pages, so that the same arrays collide in every process.
@@ -98,5 +140,28 @@ inline constexpr float kUnknown = 1e35f;
 /// Multiply an error of 1/z to cover its own rounding, a few products and sums.
 inline constexpr float kCameraErrorFactor = 1.0001f;
 inline constexpr float kLightErrorFactor = 1 + 0x1p-18f;
+
+/// Pixels [x0, x1) x [y0, y1).
+struct Tile {
+    std::uint32_t x0, y0, x1, y1;
+};
+
+/// An image in tiles of side x side pixels, row by row; the last of a row or column may be
+/// smaller.
+class ImageTiles {
+public:
+    ImageTiles(std::uint32_t width, std::uint32_t height, std::uint32_t side)
+        : width_(width), height_(height), side_(side), columns_((width + side - 1) / side) {}
+
+    std::uint32_t count() const { return columns_ * ((height_ + side_ - 1) / side_); }
+    Tile operator[](std::uint32_t i) const {
+        const std::uint32_t x = i % columns_ * side_;
+        const std::uint32_t y = i / columns_ * side_;
+        return {x, y, std::min(x + side_, width_), std::min(y + side_, height_)};
+    }
+
+private:
+    std::uint32_t width_, height_, side_, columns_;
+};
 
 }  // namespace mray::cpu

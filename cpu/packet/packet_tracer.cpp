@@ -1,25 +1,95 @@
 #include "cpu/packet/packet_tracer.h"
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cpu/packet/packet_tracer.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include <algorithm>
-#include <cstring>
-#include <span>
-#include <vector>
-
 #include "cpu/packet/camera/camera_packet_finish-inl.h"
 #include "cpu/packet/camera/camera_packet_maker-inl.h"
 #include "cpu/packet/camera/camera_packet_traversal-inl.h"
 #include "cpu/packet/camera/stored_packet_maker-inl.h"
+#include "cpu/packet/light/light_packet.h"
+#include "cpu/packet/light/light_packet_blocks-inl.h"
+#include "cpu/packet/light/light_packet_leaf-inl.h"
 #include "cpu/packet/light/light_packet_maker-inl.h"
-#include "cpu/packet/light/light_packet_traversal-inl.h"
+#include "cpu/packet/packet_node-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
+
+/// Marks the occluded rays of a packet as done. A part is the quads that a box may concern, each of
+/// which takes one comparison with a box instead of four for its blocks, and the rectangle that the
+/// box is seen in. Boxes that concern few quads ask their rays, too: where triangles are small as
+/// the light sees them, most boxes lie between the rays. Only leaves look at blocks.
+class alignas(kPage) LightWalk {
+public:
+    struct Part {
+        QuadSet quads;
+        PlaneRectangle rectangle;
+    };
+
+    explicit LightWalk(LightPacket& packet) : packet_(packet), occlusion_(packet) {}
+
+    static Part whole() { return {{{kAllBlocks, kAllBlocks}}, PlaneRectangle::whole()}; }
+    const PacketFrame& frame() const { return packet_.frame; }
+
+    HWY_INLINE bool narrow(float q, bool is_node, Part& part) const {
+        part.quads = quads_beyond(packet_, q, part.quads);
+        if (is_node && has_few(part))
+            part.quads = RaysWithin(packet_, part.rectangle, q).quads(part.quads);
+        return part.quads.any();
+    }
+
+    HWY_INLINE std::uint32_t find_parts(const NodeChildren& children, std::uint32_t slots,
+                                        const Part& part, Part* parts) const {
+        const Rectangles& r = children.rectangles;
+        QuadSet quads_of[kWidth];
+        std::uint32_t kept = 0;
+        if (has_few(part)) {
+            kept = few_quads_in(packet_, r, children.q, slots, part.quads, quads_of);
+        } else {
+            for (; slots != 0; slots &= slots - 1) {
+                const auto slot = static_cast<std::uint32_t>(__builtin_ctz(slots));
+                const RectangleLanes box(r[slot]);
+                quads_of[slot] = quads_in(packet_, box, children.q[slot], part.quads);
+                kept |= (quads_of[slot].any() ? 1u : 0u) << slot;
+            }
+        }
+        for (std::uint32_t rest = kept; rest != 0; rest &= rest - 1) {
+            const auto slot = static_cast<std::uint32_t>(__builtin_ctz(rest));
+            parts[slot] = {quads_of[slot], r[slot]};
+        }
+        return kept;
+    }
+
+    HWY_INLINE bool visit_leaf(const Leaf& leaf, float q, const Part& part) {
+        occlusion_.trace(leaf, part.rectangle, q, part.quads);
+        return true;
+    }
+
+private:
+    static HWY_INLINE bool has_few(const Part& part) { return part.quads.count() <= kFewQuads; }
+
+    LightPacket& packet_;
+    LeafOcclusion occlusion_;
+};
+
+/// Marks the occluded rays of a packet as done.
+HWY_INLINE void trace_light_packet(const Bvh& bvh, LightPacket& packet) {
+    LightWalk walk(packet);
+    PacketTraversal<LightWalk> traversal(bvh, walk);
+    if (traversal.start(LightWalk::whole())) traversal.run();
+}
 
 void write_misses(const Tile& tile, Hit* hits, std::size_t stride) {
     const std::size_t width = tile.x1 - tile.x0;
@@ -159,15 +229,15 @@ HWY_NOINLINE std::size_t occluded_by_faces(const Bvh& bvh, vec3 org, const Share
 }
 
 std::size_t occluded_light_packet(const Bvh& bvh, PacketUse use, vec3 org,
-                                  const SharedOriginRays* rays, std::uint32_t squares,
-                                  LightPacket& packet, std::uint8_t* occluded,
-                                  std::uint16_t* fallback) {
+                                  std::span<const SharedOriginRays> rays, LightPacket& packet,
+                                  std::uint8_t* occluded, std::uint16_t* fallback) {
+    const auto squares = static_cast<std::uint32_t>(rays.size() / kSquareBlocks);
     LightPacketBlocks not_traced = {};
-    if (!make_light_packet(org, rays, squares, packet, not_traced))
-        return occluded_by_faces(bvh, org, rays, squares, packet, occluded, fallback);
+    if (!make_light_packet(org, rays.data(), squares, packet, not_traced))
+        return occluded_by_faces(bvh, org, rays.data(), squares, packet, occluded, fallback);
     if (use == PacketUse::kWhereItPays && quads_overlap(packet)) {
         std::fill_n(occluded, squares * kSquareRays, std::uint8_t{1});
-        return list_rays(std::span(rays, squares * kSquareBlocks), fallback);
+        return list_rays(rays.first(squares * kSquareBlocks), fallback);
     }
     trace_light_packet(bvh, packet);
     // Regrouped rays are written here as well, and again below.
@@ -203,23 +273,6 @@ PacketTracer::PacketTracer(const Bvh& bvh, SimdTarget target, PacketUse use)
       intersect_(SIMD_FUNCTION(intersect_camera_packet, target)),
       intersect_stored_(SIMD_FUNCTION(intersect_stored_packet, target)),
       occluded_(SIMD_FUNCTION(occluded_light_packet, target)) {}
-
-bool PacketTracer::intersect_camera(const ImageParams& params, const Tile& tile,
-                                    CameraPacket& packet, Hit* hits, std::size_t stride) const {
-    return intersect_(*bvh_, use_, params, tile, packet, hits, stride);
-}
-
-bool PacketTracer::intersect_stored(const StoredRayTile& rays, StoredDirections& directions,
-                                    CameraPacket& packet, Hit* hits) const {
-    return intersect_stored_(*bvh_, use_, rays, directions, packet, hits);
-}
-
-std::size_t PacketTracer::occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
-                                                 LightPacket& packet, std::uint8_t* occluded,
-                                                 std::uint16_t* fallback) const {
-    const auto squares = static_cast<std::uint32_t>(rays.size() / kSquareBlocks);
-    return occluded_(*bvh_, use_, org, rays.data(), squares, packet, occluded, fallback);
-}
 
 }  // namespace mray::cpu
 

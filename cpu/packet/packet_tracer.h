@@ -12,7 +12,7 @@
 #include "common/simd/simd_target.h"
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/light/light_packet.h"
-#include "cpu/tile.h"
+#include "cpu/packet/packet_frame.h"
 
 namespace mray::cpu {
 
@@ -30,14 +30,18 @@ public:
     /// (tile.x0 + x, tile.y0 + y). The tile has 1 to 64 pixels on each side. Returns false, and
     /// sets nothing, if the packet is given up. Sets packet.leaf_count.
     bool intersect_camera(const ImageParams& params, const Tile& tile, CameraPacket& packet,
-                          Hit* hits, std::size_t stride) const;
+                          Hit* hits, std::size_t stride) const {
+        return intersect_(*bvh_, use_, params, tile, packet, hits, stride);
+    }
 
     /// Sets hits[y * kCameraSide + x] to the closest hit, or a miss, of stored ray (x, y). Its t is
     /// for the ray's canonical direction. Returns false, and sets nothing, if the rays do not all
     /// start at one point with tnear <= 0 and tfar infinite, or do not lie nearly on a grid, or
     /// if the packet is given up. `directions` is scratch memory.
     bool intersect_stored(const StoredRayTile& rays, StoredDirections& directions,
-                          CameraPacket& packet, Hit* hits) const;
+                          CameraPacket& packet, Hit* hits) const {
+        return intersect_stored_(*bvh_, use_, rays, directions, packet, hits);
+    }
 
     /// Sets occluded[i] to 0 where ray i, which starts at org, hits nothing, and to 1 where it hits
     /// something or is absent. rays: one to four times kSquareBlocks, with indices as in
@@ -47,22 +51,19 @@ public:
     /// number of fallback rays.
     std::size_t occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
                                        LightPacket& packet, std::uint8_t* occluded,
-                                       std::uint16_t* fallback) const;
+                                       std::uint16_t* fallback) const {
+        return occluded_(*bvh_, use_, org, rays, packet, occluded, fallback);
+    }
 
 private:
-    using Intersect = bool (*)(const Bvh&, PacketUse, const ImageParams&, const Tile&,
-                               CameraPacket&, Hit*, std::size_t);
-    using Occluded = std::size_t (*)(const Bvh&, PacketUse, vec3, const SharedOriginRays*,
-                                     std::uint32_t, LightPacket&, std::uint8_t*, std::uint16_t*);
-
-    using IntersectStored = bool (*)(const Bvh&, PacketUse, const StoredRayTile&, StoredDirections&,
-                                     CameraPacket&, Hit*);
-
     const Bvh* bvh_;
     PacketUse use_;
-    Intersect intersect_;
-    IntersectStored intersect_stored_;
-    Occluded occluded_;
+    bool (*intersect_)(const Bvh&, PacketUse, const ImageParams&, const Tile&, CameraPacket&, Hit*,
+                       std::size_t);
+    bool (*intersect_stored_)(const Bvh&, PacketUse, const StoredRayTile&, StoredDirections&,
+                              CameraPacket&, Hit*);
+    std::size_t (*occluded_)(const Bvh&, PacketUse, vec3, std::span<const SharedOriginRays>,
+                             LightPacket&, std::uint8_t*, std::uint16_t*);
 };
 
 }  // namespace mray::cpu

@@ -195,10 +195,7 @@ private:
             out.windows.set(l, pixels_x, pixels_y);
             p.meets = p.meets & (pixels_x.any() & pixels_y.any());
         } else {
-            store(p.lower_x, out.rectangles.lower_x + l);
-            store(p.upper_x, out.rectangles.upper_x + l);
-            store(p.lower_y, out.rectangles.lower_y + l);
-            store(p.upper_y, out.rectangles.upper_y + l);
+            RectangleLanes(p.lower_x, p.upper_x, p.lower_y, p.upper_y).put(out.rectangles, l);
             p.meets = p.meets & ((cut_lower_x <= cut_upper_x) & (cut_lower_y <= cut_upper_y));
         }
         const FloatVec half = splat(0.5f);

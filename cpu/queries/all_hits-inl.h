@@ -19,7 +19,6 @@
 #include "cpu/single_ray/closest_leaf-inl.h"
 #include "cpu/single_ray/leaf_hit_rule-inl.h"
 #include "cpu/single_ray/node_lanes-inl.h"
-#include "cpu/single_ray/one_ray-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 #include "cpu/single_ray/walks-inl.h"
 
@@ -38,15 +37,16 @@ HWY_INLINE void visit_repeats(const Bvh& bvh, std::uint32_t prim_id, const Trian
     for (const RepeatedTriangle& repeated : repeats_of(bvh, prim_id)) visit(repeated.prim_id, hit);
 }
 
-/// Calls visit(prim_id, hit) for all triangles of a leaf that a ray hits, in any order.
-template <Crossing kCrossing, class Visit>
+/// Calls visit(prim_id, hit) for all triangles of a leaf that a ray hits no later than tfar, in any
+/// order. kAxis is the ray's main axis, or kAnyAxis.
+template <Crossing kCrossing, int kAxis = kAnyAxis, class Visit>
 HWY_INLINE void for_each_hit_of_leaf(const Bvh& bvh, const RayStream& stream, std::size_t ray,
-                                     const Leaf& leaf, Visit visit) {
-    intersect_leaf<kAnyAxis, kCrossing>(stream, ray, stream.tfar[ray], leaf,
-                                        [&](std::uint32_t slot, const TriangleHit& hit) {
-                                            visit_repeats(bvh, leaf.prim_id[slot], hit, visit);
-                                            return false;
-                                        });
+                                     float tfar, const Leaf& leaf, Visit visit) {
+    intersect_leaf<kAxis, kCrossing>(stream, ray, tfar, leaf,
+                                     [&](std::uint32_t slot, const TriangleHit& hit) {
+                                         visit_repeats(bvh, leaf.prim_id[slot], hit, visit);
+                                         return false;
+                                     });
 }
 
 /// Calls visit(prim_id, hit) for all triangles below a node that a ray hits, in any order.
@@ -55,7 +55,7 @@ HWY_INLINE void for_each_hit(const Bvh& bvh, const RayStream& stream, std::size_
                              std::uint32_t root, Visit visit) {
     const auto met = [&](const Node& node) HWY_ATTR { return met_slots(stream, ray, node); };
     const auto visit_leaf = [&](const Leaf& leaf) HWY_ATTR {
-        for_each_hit_of_leaf<kCrossing>(bvh, stream, ray, leaf, visit);
+        for_each_hit_of_leaf<kCrossing>(bvh, stream, ray, stream.tfar[ray], leaf, visit);
         return true;
     };
     for_each_leaf(bvh, met, visit_leaf, root);
@@ -130,7 +130,7 @@ public:
             },
             [&](std::size_t ray) HWY_ATTR {
                 for_each_hit_of_leaf<kCrossing>(
-                    bvh_, stream_, ray, leaf,
+                    bvh_, stream_, ray, stream_.tfar[ray], leaf,
                     [&](std::uint32_t, const TriangleHit& hit) { add_one(ray, hit); });
             });
     }
@@ -203,11 +203,7 @@ HWY_NOINLINE Hit first_hit_along(const Bvh& bvh, const RayStream& stream, const 
         depth = last_depth(hit.t);
     };
     for_each_near_leaf<kAxis>(bvh, stream, 0, depth, [&](const Leaf& leaf) HWY_ATTR {
-        intersect_leaf<kAxis, kCrossing>(stream, 0, first.t, leaf,
-                                         [&](std::uint32_t slot, const TriangleHit& hit) {
-                                             visit_repeats(bvh, leaf.prim_id[slot], hit, keep);
-                                             return false;
-                                         });
+        for_each_hit_of_leaf<kCrossing, kAxis>(bvh, stream, 0, first.t, leaf, keep);
     });
     return first.prim_id == kNoPrim ? no_hit() : first;
 }

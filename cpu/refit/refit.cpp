@@ -1,16 +1,199 @@
+// The loops of a refit, compiled once for each target.
 #include "cpu/refit/refit.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
-
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cpu/refit/refit.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "cpu/refit/refit_kernels-inl.h"
+#include "common/simd/fixed_vectors-inl.h"
+#include "cpu/refit/scalar_refit.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mray::cpu {
+namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
+
+// The number of leaves by which prefetches run ahead, with all that a leaf's refit reads and writes
+// (lab/notes/build_and_refit.md).
+inline constexpr std::uint32_t kLeavesAhead = 16;
+
+HWY_INLINE void prefetch_leaf(const RefitArrays& tree, std::uint32_t index,
+                              std::span<const vec3> positions) {
+    const auto* const bytes = reinterpret_cast<const std::byte*>(&tree.leaves[index].vertex);
+    for (std::size_t at = 0; at < sizeof(Leaf::vertex); at += kCacheLine)
+        __builtin_prefetch(bytes + at, 1);
+    const std::uint32_t* source = &tree.leaf_vertices[std::size_t{index} * kLeafVertices];
+    for (std::uint32_t slot = 0; slot < kLeafVertices; ++slot)
+        __builtin_prefetch(&positions[source[slot]]);
+}
+
+#if HWY_TARGET == HWY_SCALAR
+
+HWY_INLINE void refit_leaf_in_lanes(const RefitArrays& tree, std::uint32_t index,
+                                    std::span<const vec3> positions) {
+    refit_leaf(tree, index, positions);
+}
+
+HWY_INLINE void refit_node_in_lanes(const RefitArrays& tree, std::uint32_t index) {
+    refit_node(tree, index);
+}
+
+#else
+
+/// As many vertices as a register holds, each with the four bytes that follow it in memory.
+template <class Tag>
+HWY_INLINE hn::Vec<Tag> gather_vertices(Tag tag, const vec3* positions,
+                                        const std::uint32_t* source) {
+    if constexpr (hn::MaxLanes(tag) == 4) {
+        return hn::LoadU(tag, &positions[*source].x);
+    } else {
+        const hn::Half<Tag> half;
+        return hn::Combine(tag, gather_vertices(half, positions, source + hn::MaxLanes(half) / 4),
+                           gather_vertices(half, positions, source));
+    }
+}
+
+HWY_INLINE bool has_vertex(const std::uint32_t* source, std::uint32_t vertex) {
+    const UintVec wanted = splat(vertex);
+    UintMask found = load_unaligned(source) == wanted;
+    for (std::uint32_t slot = kLanes; slot < kLeafVertices; slot += kLanes)
+        found = found | (load_unaligned(source + slot) == wanted);
+    return !none(found);
+}
+
+/// largest_extent() of the bounds in the first three lanes, in all lanes.
+HWY_INLINE Float4 largest_extents(Float4 lower, Float4 upper) {
+    const auto is_axis = hn::FirstN(kFloats4, 3);
+    const Float4 extent = hn::IfThenElseZero(is_axis, upper - lower);
+    const Float4 pairs = max(extent, hn::Shuffle2301(extent));
+    return max(pairs, hn::Shuffle1032(pairs));
+}
+
+/// plane_pad() of each lane.
+HWY_INLINE Float4 plane_pads(Float4 planes, Float4 extent) {
+    return splat4(kPadOfExtent) * extent + splat4(kPadOfPlane) * hn::Abs(planes);
+}
+
+/// Gives a slot the padded box of the bounds in the first three lanes of each block. Returns false,
+/// and sets nothing, if a vertex is not finite.
+HWY_INLINE bool set_finite_slot(Node* nodes, std::uint32_t parent, FloatVec lower, FloatVec upper) {
+    const Float4 least =
+        reduce_blocks(kFloats, lower, [](auto a, auto b) HWY_ATTR { return hn::Min(a, b); });
+    const Float4 most =
+        reduce_blocks(kFloats, upper, [](auto a, auto b) HWY_ATTR { return hn::Max(a, b); });
+    if (!(hn::GetLane(most) <= kSceneExtent)) [[unlikely]]
+        return false;
+    const Float4 extent = largest_extents(least, most);
+    alignas(16) float l[4];
+    alignas(16) float u[4];
+    store(least - plane_pads(least, extent), l);
+    store(most + plane_pads(most, extent), u);
+    const Box box = {{l[0], l[1], l[2]}, {u[0], u[1], u[2]}};
+    set_slot_box(nodes[parent / kWidth], parent % kWidth, box);
+    return true;
+}
+
+/// A call, so that the loop keeps its registers.
+HWY_NOINLINE void refit_rare_leaf(const RefitArrays& tree, std::uint32_t index,
+                                  std::span<const vec3> positions) {
+    refit_leaf(tree, index, positions);
+}
+
+/// refit_leaf, with kLanes / 4 vertices to a register: a leaf of 16 is 16, 8 or 4 of each
+/// operation.
+HWY_INLINE void refit_leaf_in_lanes(const RefitArrays& tree, std::uint32_t index,
+                                    std::span<const vec3> positions) {
+    const std::uint32_t* source = &tree.leaf_vertices[std::size_t{index} * kLeafVertices];
+    // Nothing may follow the last vertex in memory.
+    if (has_vertex(source, static_cast<std::uint32_t>(positions.size()) - 1)) [[unlikely]]
+        return refit_rare_leaf(tree, index, positions);
+    const Mask is_corners = float_mask((hn::Iota(kUints, 0u) & splat(3u)) == splat(3u));
+    Leaf& leaf = tree.leaves[index];
+    FloatVec lower = splat(kEmptyPlane);
+    FloatVec upper = splat(-kEmptyPlane);
+    for (std::uint32_t slot = 0; slot < kLeafVertices; slot += kLanes / 4) {
+        const FloatVec p = gather_vertices(kFloats, positions.data(), source + slot);
+        lower = min(lower, p);
+        upper = max(upper, p);
+        float* const to = &leaf.vertex[slot].x;
+        if constexpr (kLanes == 16) {
+            hn::BlendedStore(p, !is_corners, kFloats, to);
+        } else {
+            store_unaligned(select(is_corners, load_unaligned(to), p), to);
+        }
+    }
+    if (!set_finite_slot(tree.nodes, tree.leaf_parents[index], lower, upper)) [[unlikely]]
+        refit_rare_leaf(tree, index, positions);
+}
+
+/// `combine` (min or max) of each of a node's planes x, y and z, in the first three lanes.
+template <class Combine>
+HWY_INLINE Float4 combine_planes(const float* x, const float* y, const float* z, Combine combine) {
+    Float4 v[3];
+    const float* const planes[3] = {x, y, z};
+    for (int axis = 0; axis < 3; ++axis) {
+        v[axis] = load4(planes[axis]);
+        for (std::uint32_t slot = 4; slot < kWidth; slot += 4)
+            v[axis] = combine(v[axis], load4(planes[axis] + slot));
+    }
+    const auto pair = [&](Float4 a, Float4 b) HWY_ATTR {
+        return combine(hn::InterleaveLower(kFloats4, a, b), hn::InterleaveUpper(kFloats4, a, b));
+    };
+    const Float4 xy = pair(v[0], v[1]);
+    const Float4 zz = pair(v[2], v[2]);
+    return combine(hn::ConcatLowerLower(kFloats4, zz, xy), hn::ConcatUpperUpper(kFloats4, zz, xy));
+}
+
+/// refit_node in registers of four floats.
+HWY_INLINE void refit_node_in_lanes(const RefitArrays& tree, std::uint32_t index) {
+    const std::uint32_t parent = tree.node_parents[index];
+    if (parent == kNoParent) return;
+    const Node& node = tree.nodes[index];
+    alignas(16) float lower[4];
+    alignas(16) float upper[4];
+    store(combine_planes(node.lower_x, node.lower_y, node.lower_z,
+                         [](Float4 a, Float4 b) HWY_ATTR { return min(a, b); }),
+          lower);
+    store(combine_planes(node.upper_x, node.upper_y, node.upper_z,
+                         [](Float4 a, Float4 b) HWY_ATTR { return max(a, b); }),
+          upper);
+    set_slot_box(tree.nodes[parent / kWidth], parent % kWidth,
+                 {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}});
+}
+
+#endif  // HWY_TARGET
+
+/// Refits leaves[begin .. end).
+void refit_leaves(const RefitArrays& tree, const IndexSequence& leaves, std::uint32_t begin,
+                  std::uint32_t end, std::span<const vec3> positions) {
+    // Copies, which stay in registers.
+    const RefitArrays own = tree;
+    const IndexSequence all = leaves;
+    for (std::uint32_t i = begin; i < end; ++i) {
+        prefetch_leaf(own, all[std::min(i + kLeavesAhead, all.count - 1)], positions);
+        refit_leaf_in_lanes(own, all[i], positions);
+    }
+}
+
+/// Refits nodes[begin .. end), all of one level.
+void refit_nodes(const RefitArrays& tree, const IndexSequence& nodes, std::uint32_t begin,
+                 std::uint32_t end) {
+    const RefitArrays own = tree;
+    const IndexSequence all = nodes;
+    for (std::uint32_t i = begin; i < end; ++i) refit_node_in_lanes(own, all[i]);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace mray::cpu
+HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 

@@ -34,32 +34,43 @@ HWY_INLINE Mask intersect_exactly(const lanes::ShearedRay& s, FloatVec tnear, Fl
     return hits & lanes::is_in_range(hit.t, tnear, tfar) & lanes::finite_vertices(a, b, c);
 }
 
-/// Those of the active lanes in which the ray hits the triangle; t, u and v of other lanes are
-/// undefined. The exact path is taken if it is uncertain for an active lane.
-HWY_INLINE Mask intersect_triangles(const lanes::ShearedRay& s, Mask active, FloatVec tnear,
-                                    FloatVec tfar, const lanes::Float3& a, const lanes::Float3& b,
-                                    const lanes::Float3& c, lanes::TriangleHit& hit) {
-    const lanes::Float3 ra = lanes::rotate_axes(a, s.axis);
-    const lanes::Float3 rb = lanes::rotate_axes(b, s.axis);
-    const lanes::Float3 rc = lanes::rotate_axes(c, s.axis);
-    const lanes::Float3 pa = lanes::project_rotated_fast(s, ra);
-    const lanes::Float3 pb = lanes::project_rotated_fast(s, rb);
-    const lanes::Float3 pc = lanes::project_rotated_fast(s, rc);
-    const lanes::Edges e = lanes::fast_edges(pa, pb, pc);
-    const Mask is_certain = lanes::weighted_hit(s, e, pa.z, pb.z, pc.z, hit);
+/// Those of the lanes `possible`, in which the ray may go through the triangle a, b, c, where it
+/// hits; t, u and v of other lanes are undefined. e: the edge functions of the fast path, which
+/// answers where it is certain, and za, zb and zc its depths. The exact path answers for the rest.
+template <Crossing kCrossing = Crossing::kEach>
+HWY_INLINE Mask decide_hits(const lanes::ShearedRay& s, const lanes::Edges& e, FloatVec za,
+                            FloatVec zb, FloatVec zc, Mask possible, FloatVec tnear, FloatVec tfar,
+                            const lanes::Float3& a, const lanes::Float3& b, const lanes::Float3& c,
+                            lanes::TriangleHit& hit) {
+    const Mask is_certain = lanes::weighted_hit(s, e, za, zb, zc, hit);
     const Mask is_hit = lanes::surely_inside(s, e) & is_certain;
-    Mask hits =
-        lanes::is_in_range(hit.t, tnear, tfar) & (is_hit & lanes::finite_vertices(ra, rb, rc));
-    const Mask uncertain = active & and_not(is_hit, lanes::may_be_inside(e));
+    Mask hits = possible & is_hit & lanes::is_in_range(hit.t, tnear, tfar);
+    const Mask uncertain = and_not(is_hit, possible);
     if (!none(uncertain)) {
         lanes::TriangleHit exact;
-        const Mask exact_hits = intersect_exactly(s, tnear, tfar, ra, rb, rc, exact);
+        const Mask exact_hits = intersect_exactly<kCrossing>(
+            s, tnear, tfar, lanes::rotate_axes(a, s.axis), lanes::rotate_axes(b, s.axis),
+            lanes::rotate_axes(c, s.axis), exact);
         hits = hits | (uncertain & exact_hits);
         hit.t = select(uncertain, exact.t, hit.t);
         hit.u = select(uncertain, exact.u, hit.u);
         hit.v = select(uncertain, exact.v, hit.v);
     }
-    return hits & active;
+    return hits & lanes::finite_vertices(a, b, c);
+}
+
+/// Those of the active lanes in which the ray hits the triangle; t, u and v of other lanes are
+/// undefined.
+HWY_INLINE Mask intersect_triangles(const lanes::ShearedRay& s, Mask active, FloatVec tnear,
+                                    FloatVec tfar, const lanes::Float3& a, const lanes::Float3& b,
+                                    const lanes::Float3& c, lanes::TriangleHit& hit) {
+    const auto project = [&s](const lanes::Float3& v) HWY_ATTR {
+        return lanes::project_rotated_fast(s, lanes::rotate_axes(v, s.axis));
+    };
+    const lanes::Float3 pa = project(a), pb = project(b), pc = project(c);
+    const lanes::Edges e = lanes::fast_edges(pa, pb, pc);
+    return decide_hits(s, e, pa.z, pb.z, pc.z, active & lanes::may_be_inside(e), tnear, tfar, a, b,
+                       c, hit);
 }
 
 // The fast path of the hit rule for hits that are nearly certain, and the values of a leaf at the
@@ -147,15 +158,24 @@ private:
 // The hit rule for those rays of a packet that its bounds leave uncertain: lanes are rays, with one
 // triangle for all of them or one triangle each.
 
-/// Triangles for PacketRule, a lane each.
-struct PacketRuleTriangles {
+/// Triangles, a lane each. corner[k][axis] are the coordinates of corner k.
+struct TriangleLanes {
     FloatVec corner[3][3];
     UintVec prim_ids;
+
+    /// Takes the triangles of these lanes from others.
+    HWY_INLINE void take(Mask own, const TriangleLanes& others) {
+        for (int k = 0; k < 3; ++k) {
+            for (int axis = 0; axis < 3; ++axis)
+                corner[k][axis] = select(own, others.corner[k][axis], corner[k][axis]);
+        }
+        prim_ids = select(uint_mask(own), others.prim_ids, prim_ids);
+    }
 };
 
 /// One triangle of a leaf in all lanes.
-HWY_INLINE PacketRuleTriangles same_triangle(const Leaf& leaf, std::uint32_t slot) {
-    PacketRuleTriangles out;
+HWY_INLINE TriangleLanes same_triangle(const Leaf& leaf, std::uint32_t slot) {
+    TriangleLanes out;
     for (std::uint32_t k = 0; k < 3; ++k) {
         const LeafVertex& v = leaf.vertex[corner(leaf.vertex[slot].corners, k)];
         out.corner[k][0] = splat(v.x);
@@ -166,24 +186,13 @@ HWY_INLINE PacketRuleTriangles same_triangle(const Leaf& leaf, std::uint32_t slo
     return out;
 }
 
-/// The rule for rays of a packet, from tnear = 0 on.
-class PacketRule {
-public:
-    HWY_INLINE PacketRule(vec3 origin, const FloatVec (&dir)[3]) {
-        rays_ = lanes::shear_ray(lanes::Float3(origin), lanes::Float3(dir));
-    }
-
-    /// Returns which of the lanes are hit up to tfar, and sets where.
-    HWY_INLINE Mask intersect(const PacketRuleTriangles& triangles, FloatVec tfar,
-                              std::uint32_t lanes, lanes::TriangleHit& hits) const {
-        return intersect_triangles(
-            rays_, mask_of(lanes), zero(), tfar, lanes::Float3(triangles.corner[0]),
-            lanes::Float3(triangles.corner[1]), lanes::Float3(triangles.corner[2]), hits);
-    }
-
-private:
-    lanes::ShearedRay rays_;
-};
+/// Returns which of the lanes are hit from tnear = 0 up to tfar, and sets where.
+HWY_INLINE Mask intersect_triangles(const lanes::ShearedRay& rays, const TriangleLanes& triangles,
+                                    FloatVec tfar, std::uint32_t lanes, lanes::TriangleHit& hits) {
+    return intersect_triangles(
+        rays, mask_of(lanes), zero(), tfar, lanes::Float3(triangles.corner[0]),
+        lanes::Float3(triangles.corner[1]), lanes::Float3(triangles.corner[2]), hits);
+}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu

@@ -23,7 +23,6 @@
 #include "common/interop/tie_break_rule.h"
 #include "common/scene_queries.h"
 #include "cpu/simd/lanes-inl.h"
-#include "cpu/single_ray/certain_occluders-inl.h"
 #include "cpu/single_ray/leaf_lanes-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 

@@ -125,6 +125,178 @@ HWY_INLINE std::uint32_t leaf_slots(const Node& node) {
     return slots;
 }
 
+// Rays of one octant (the same sign of rdir on each axis) against the boxes of a node: first all of
+// them at once, with the boxes for lanes, then each ray against the boxes that remain, with the
+// rays for lanes.
+//
+// A box that a ray hits something in is never lost, and its least depth is not beyond last_depth of
+// that hit:
+// 1. A ray alone meets a plane p at fl(fl(p - o) * r), with o = fl(org +- D) and r its rdir: the
+//    operations of hits_box, which meets each box that holds a hit (docs/design/arithmetic.md,
+//    "Boxes").
+// 2. Let r > 0. Over the rays, O is the largest o of lower planes, R- the least r and R+ the
+//    largest. Rounding is monotone, so fl(p - O) = x <= fl(p - o), and fl(x * r) is not below both
+//    fl(x * R-) and fl(x * R+), since x * r lies between x * R- and x * R+.
+// 3. So the smaller of these two is an entry no later than that of step 1 for every ray of the
+//    bundle, bit for bit and without another epsilon.
+// 4. Exits, and r < 0, mirror steps 2 and 3, with the smallest o of upper planes.
+// 5. The least depth is made of these entries, of the largest depth margin, and of the earliest
+//    among the axes that are main axes of rays. All of it is monotone, so it is not beyond that of
+//    hits_box.
+// 6. A box of no triangles is inverted by 2^48 on all axes, far beyond all o, so that it has an
+//    exit below 0.
+//
+// The rays that remain are tested as in cpu/single_ray/node_lanes-inl.h.
+
+/// For each axis the ends of org +- D and of rdir over the rays, and the offset of the near planes.
+struct RayBundle {
+    float org_near[3];
+    float org_far[3];
+    float rdir_least[3];
+    float rdir_most[3];
+    std::uint32_t near_offset[3];
+    // Whether it is the main axis of a ray.
+    bool is_main[3];
+    float depth_margin;
+};
+
+/// The least and the most that has been added.
+struct LaneRange {
+    FloatVec least;
+    FloatVec most;
+
+    HWY_INLINE explicit LaneRange(FloatVec v) : least(v), most(v) {}
+    HWY_INLINE void add(FloatVec v) {
+        least = min(least, v);
+        most = max(most, v);
+    }
+    HWY_INLINE float lower() const { return hn::GetLane(hn::MinOfLanes(kFloats, least)); }
+    HWY_INLINE float upper() const { return hn::GetLane(hn::MaxOfLanes(kFloats, most)); }
+};
+
+/// The largest of the first `count` values, at least one; those up to the end of a vector count.
+HWY_INLINE float largest_of(const float* values, std::size_t count) {
+    FloatVec most = load(values);
+    for (std::size_t i = kLanes; i < count; i += kLanes) most = max(most, load(values + i));
+    return hn::GetLane(hn::MaxOfLanes(kFloats, most));
+}
+
+/// Sets an axis of the bundle of the first `count` rays.
+HWY_INLINE void bundle_axis(const RayStream& stream, std::size_t count, std::uint32_t axis,
+                            RayBundle& bundle) {
+    const auto dilated = [&](std::size_t first, float sign) HWY_ATTR {
+        const FloatVec org = load(stream.org[axis] + first);
+        const FloatVec d = kDilationOfOrigin * abs(org) + load(stream.least_dilation + first);
+        return sign > 0 ? org + d : org - d;
+    };
+    LaneRange below(dilated(0, 1));
+    LaneRange above(dilated(0, -1));
+    LaneRange rdir(load(stream.rdir[axis]));
+    UintMask is_main = load(stream.axis) == splat(axis);
+    for (std::size_t first = kLanes; first < count; first += kLanes) {
+        below.add(dilated(first, 1));
+        above.add(dilated(first, -1));
+        rdir.add(load(stream.rdir[axis] + first));
+        is_main = is_main | (load(stream.axis + first) == splat(axis));
+    }
+    const bool negative = stream.rdir[axis][0] < 0;
+    bundle.org_near[axis] = negative ? above.lower() : below.upper();
+    bundle.org_far[axis] = negative ? below.upper() : above.lower();
+    bundle.rdir_least[axis] = rdir.lower();
+    bundle.rdir_most[axis] = rdir.upper();
+    bundle.near_offset[axis] = stream.near_offset[axis][0];
+    bundle.is_main[axis] = !none(is_main);
+}
+
+/// The bundle of the first `count` rays, at least one.
+HWY_INLINE RayBundle bundle_of(const RayStream& stream, std::size_t count) {
+    RayBundle bundle;
+    for (std::uint32_t axis = 0; axis < 3; ++axis) bundle_axis(stream, count, axis, bundle);
+    bundle.depth_margin = largest_of(stream.depth_margin, count);
+    return bundle;
+}
+
+/// When the rays of a bundle enter a vector of boxes at the earliest and leave it at the latest, on
+/// one axis.
+struct BundleTimes {
+    FloatVec enter;
+    FloatVec leave;
+};
+
+HWY_INLINE BundleTimes bundle_times(const RayBundle& bundle, const Node& node, int axis,
+                                    std::size_t v) {
+    const std::size_t near_offset = bundle.near_offset[axis];
+    const FloatVec near = load_planes(node, near_offset, v) - bundle.org_near[axis];
+    const FloatVec far = load_planes(node, near_offset ^ kPlaneBytes, v) - bundle.org_far[axis];
+    const FloatVec least = splat(bundle.rdir_least[axis]);
+    const FloatVec most = splat(bundle.rdir_most[axis]);
+    return {min(near * least, near * most), max(far * least, far * most)};
+}
+
+/// The slots whose boxes a ray of the bundle may meet with a least depth of `last` or less, as
+/// bits, and a lower bound of the least depths for its rays.
+HWY_INLINE std::uint32_t near_slots(const RayBundle& bundle, float last, const Node& node,
+                                    FloatVec* HWY_RESTRICT t_least) {
+    std::uint32_t slots = 0;
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        FloatVec enter = zero();
+        FloatVec along = splat(kInfiniteT);
+        FloatVec leave = splat(kInfiniteT);
+        for (int axis = 0; axis < 3; ++axis) {
+            const BundleTimes times = bundle_times(bundle, node, axis, v);
+            enter = max(enter, times.enter);
+            if (bundle.is_main[axis]) along = min(along, times.enter);
+            leave = min(leave, times.leave);
+        }
+        t_least[v] = lanes::least_depth(enter, along, splat(bundle.depth_margin));
+        const Mask met = (enter <= leave * kSlabRounding) & (t_least[v] <= splat(last));
+        slots |= bits_of(met) << (v * kLanes);
+    }
+    return slots;
+}
+
+/// Sets met[slot], for these slots, to the rays among `rays` (bits) that enter the box in the slot
+/// no later than at last_entry() of last[ray].
+HWY_INLINE void rays_meeting(const RayStream& stream, const RayBundle& bundle, const float* last,
+                             std::uint64_t rays, const Node& node, std::uint32_t slots,
+                             std::uint64_t* HWY_RESTRICT met) {
+    const float* near[3];
+    const float* far[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto* const bytes = reinterpret_cast<const std::byte*>(&node);
+        const std::uint32_t offset = bundle.near_offset[axis];
+        near[axis] = reinterpret_cast<const float*>(bytes + offset);
+        far[axis] = reinterpret_cast<const float*>(bytes + (offset ^ kPlaneBytes));
+    }
+    for (std::uint32_t left = slots; left != 0; left &= left - 1) met[std::countr_zero(left)] = 0;
+    for (std::size_t first = 0; first < kStreamRays; first += kLanes) {
+        const auto asked = static_cast<std::uint32_t>(rays >> first & kLaneBits);
+        if (asked == 0) continue;
+        FloatVec rdir[3];
+        FloatVec rdir_far[3];
+        FloatVec k_near[3];
+        FloatVec k_far[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            rdir[axis] = load(stream.rdir[axis] + first);
+            rdir_far[axis] = load(stream.rdir_far[axis] + first);
+            k_near[axis] = load(stream.k_near[axis] + first);
+            k_far[axis] = load(stream.k_far[axis] + first);
+        }
+        const FloatVec end =
+            lanes::last_entry(load(stream.depth_margin + first), load(last + first));
+        for (std::uint32_t left = slots; left != 0; left &= left - 1) {
+            const int slot = std::countr_zero(left);
+            FloatVec enter = zero();
+            FloatVec leave = end;
+            for (int axis = 0; axis < 3; ++axis) {
+                enter = max(enter, mul_sub(splat(near[axis][slot]), rdir[axis], k_near[axis]));
+                leave = min(leave, mul_sub(splat(far[axis][slot]), rdir_far[axis], k_far[axis]));
+            }
+            met[slot] |= std::uint64_t{bits_of(enter <= leave) & asked} << first;
+        }
+    }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();

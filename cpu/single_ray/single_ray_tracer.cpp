@@ -15,10 +15,10 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "cpu/single_ray/octant_order-inl.h"
-#include "cpu/single_ray/one_ray-inl.h"
+#include "cpu/single_ray/ray_stream-inl.h"
 #include "cpu/single_ray/stream_closest-inl.h"
 #include "cpu/single_ray/stream_occluded-inl.h"
+#include "cpu/single_ray/walks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
@@ -47,6 +47,7 @@ HWY_INLINE bool are_alike(std::span<const Ray> rays) {
 }
 
 void intersect_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {
+    assert(rays.size() == hits.size());
     std::size_t together = kTogetherAtNode;
     if (rays.size() <= kAloneIntersected) {
         if (rays.size() <= kTogetherAlike || !are_alike(rays)) {
@@ -61,6 +62,7 @@ void intersect_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hi
 }
 
 void occluded_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<std::uint8_t> occluded) {
+    assert(rays.size() == occluded.size());
     if (rays.size() <= kAloneOccluded) {
         for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = occluded_one(bvh, rays[i]);
         return;
@@ -94,16 +96,6 @@ SingleRayTracer::SingleRayTracer(const Bvh& bvh, SimdTarget target)
     : bvh_(&bvh),
       intersect_(SIMD_FUNCTION(intersect_rays, target)),
       occluded_(SIMD_FUNCTION(occluded_rays, target)) {}
-
-void SingleRayTracer::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
-    assert(rays.size() == hits.size());
-    intersect_(*bvh_, rays, hits);
-}
-
-void SingleRayTracer::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
-    assert(rays.size() == occluded.size());
-    occluded_(*bvh_, rays, occluded);
-}
 
 }  // namespace mray::cpu
 

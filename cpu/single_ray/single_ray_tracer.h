@@ -18,17 +18,18 @@ public:
     SingleRayTracer(const Bvh& bvh, SimdTarget target);
 
     /// hits[i] answers rays[i]; as many of both.
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+        intersect_(*bvh_, rays, hits);
+    }
     /// occluded[i] is 1 if rays[i] hits anything, else 0; as many of both.
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+        occluded_(*bvh_, rays, occluded);
+    }
 
 private:
-    using Intersect = void (*)(const Bvh&, std::span<const Ray>, std::span<Hit>);
-    using Occluded = void (*)(const Bvh&, std::span<const Ray>, std::span<std::uint8_t>);
-
     const Bvh* bvh_;
-    Intersect intersect_;
-    Occluded occluded_;
+    void (*intersect_)(const Bvh&, std::span<const Ray>, std::span<Hit>);
+    void (*occluded_)(const Bvh&, std::span<const Ray>, std::span<std::uint8_t>);
 };
 
 }  // namespace mray::cpu

@@ -20,7 +20,6 @@
 
 #include "common/bvh/bvh.h"
 #include "cpu/single_ray/closest_leaf-inl.h"
-#include "cpu/single_ray/one_ray-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 #include "cpu/single_ray/single_rays-inl.h"
 #include "cpu/single_ray/walks-inl.h"

@@ -8,7 +8,7 @@
 
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
-#include "cpu/tile.h"
+#include "cpu/packet/packet_frame.h"
 
 namespace mray::bench {
 namespace {

@@ -1,12 +1,12 @@
 # Rays without a packet that are sorted out before the rule.
 #
-#   bounds       boxes of node_lanes within theirs (boxes.g says what for); project_shared: vertices
+#   bounds       boxes of node_lanes within theirs (boxes.g says what for); project_by_slopes: vertices
 #                within those of project_fast; may_be_ahead: sum(E z) <= sum(|e| z) + Z (kBehindError S + 4 bound); depthless_bound
 #                above edge_bound for |z| up to most_depth
-#   code         project_shared (cpu/single_ray/shared_leaf-inl.h),
-#                may_be_ahead (cpu/single_ray/certain_occluders-inl.h), depthless_bound
+#   code         project_by_slopes (cpu/single_ray/closest_leaf-inl.h),
+#                may_be_ahead (cpu/single_ray/leaf_lanes-inl.h), depthless_bound
 #                (cpu/single_ray/ray_stream-inl.h), met_slots (cpu/single_ray/node_lanes-inl.h),
-#                rays_meeting (cpu/single_ray/ray_bundle-inl.h)
+#                rays_meeting (cpu/single_ray/node_lanes-inl.h)
 #   used by      nothing
 #   by hand      depthless_bound: (m + 2 r) r with r = 2 c m + q; both bounds are sums and products of
 #                numbers that are not negative, so that their roundings multiply.
@@ -34,7 +34,7 @@ down = 1 - e;
   /\ @kSlabRounding@ * (down * down * down * down) - up * up * up >= 0
   /\ 1 + 0x3.01p-24 - up * up * up >= 0 }
 
-## lemma: project_shared: both coordinates, reciprocal, slope and its product; the difference, `project`
+## lemma: project_by_slopes: both coordinates, reciprocal, slope and its product; the difference, `project`
 e = @kRounding@;
 slope = (1 + @kRcpUlp@ * 0x1p-23) * (1 + e) * (1 + e) - 1;
 { 8 * e - (2 * e + slope + @kProjectionOfRange@) * (1 + 2 * e) >= 0

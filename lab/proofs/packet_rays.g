@@ -8,7 +8,7 @@
 #                make_light_block (cpu/packet/light/light_packet_maker-inl.h), place_error
 #                (cpu/packet/light/light_packet_plane-inl.h), place_error_of
 #                (cpu/packet/camera/stored_packet_maker-inl.h), hit_depth_error
-#                (cpu/packet/camera/camera_packet_deferred-inl.h)
+#                (cpu/packet/camera/camera_packet_candidates-inl.h)
 #   constants    kDirectionRounding, kEndError,
 #                kStoredPlaceRounding, kHitDepthRounding, kHitDotRounding
 #   inputs       camera: e = (e0, e1, e2) the error of a direction in the frame's rows, |X| <= 7.5 on a

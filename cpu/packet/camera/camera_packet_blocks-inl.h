@@ -190,34 +190,23 @@ HWY_INLINE std::uint64_t blocks_beyond(const CameraPacket& packet, float q, std:
     return blocks;
 }
 
-/// The rays of a block in columns, and in rows, from one of four to one of four, as bits.
-struct RaysOfBlock {
-    std::uint16_t columns[kBlockSide][kBlockSide]{}, rows[kBlockSide][kBlockSide]{};
-
-    constexpr RaysOfBlock() {
-        for (std::uint32_t first = 0; first < kBlockSide; ++first) {
-            for (std::uint32_t k = first, of_columns = 0, of_rows = 0; k < kBlockSide; ++k) {
-                of_columns |= 0xFu << k * kBlockSide;
-                of_rows |= 0x1111u << k;
-                columns[first][k] = static_cast<std::uint16_t>(of_columns);
-                rows[first][k] = static_cast<std::uint16_t>(of_rows);
-            }
-        }
-    }
-};
-inline constexpr RaysOfBlock kRaysOfBlock;
-
 /// The rays of a block within `pixels` that a hit at 1/z <= q may concern, as bits.
 HWY_INLINE std::uint32_t rays_beyond(const CameraPacket& packet, float q, std::uint32_t block,
                                      const PixelRectangle& pixels) {
     const int x = static_cast<int>(block % kGridSide * kBlockSide);
     const int y = static_cast<int>(block / kGridSide * kBlockSide);
-    const auto part = [](int pixel) { return std::clamp(pixel, 0, int{kBlockSide} - 1); };
+    const auto part = [](int pixel) {
+        return static_cast<std::uint32_t>(std::clamp(pixel, 0, int{kBlockSide} - 1));
+    };
     std::uint32_t beyond = 0;
     for (std::size_t l = 0; l < kBlockRays; l += kLanes)
         beyond |= bits_of(splat(q) >= load(packet.q_lower + block * kBlockRays + l)) << l;
-    return beyond & kRaysOfBlock.columns[part(pixels.first_x - x)][part(pixels.last_x - x)] &
-           kRaysOfBlock.rows[part(pixels.first_y - y)][part(pixels.last_y - y)];
+    // Columns of rays are four bits each, one after the other; rows every fourth bit.
+    const std::uint32_t columns = 0xFFFFu << kBlockSide * part(pixels.first_x - x) &
+                                  0xFFFFu >> kBlockSide * (3 - part(pixels.last_x - x));
+    const std::uint32_t rows =
+        0xFu << part(pixels.first_y - y) & 0xFu >> (3 - part(pixels.last_y - y));
+    return beyond & columns & rows * 0x1111u;
 }
 
 /// Adds rays of a block, at least one, to the pixels of a rectangle.

@@ -16,7 +16,7 @@
 #include <cstdint>
 
 #include "cpu/packet/camera/camera_packet.h"
-#include "cpu/packet/camera/camera_packet_hit_leaves-inl.h"
+#include "cpu/packet/camera/camera_packet_candidates-inl.h"
 #include "cpu/packet/camera/camera_packet_maker-inl.h"
 #include "cpu/simd/hit_rule-inl.h"
 
@@ -240,20 +240,20 @@ private:
 
     template <bool kMixed, bool kStored>
     HWY_INLINE void begin_hits(const Candidates& found, BegunHits& rays) const {
-        const CandidateLanes candidates =
+        const TriangleLanes candidates =
             spread_candidates(packet_, packet_.candidate + rays.first, found);
         const FloatVec d[3] = {dir<kStored>(0, rays.first), dir<kStored>(1, rays.first),
                                dir<kStored>(2, rays.first)};
         const FloatVec slack = splat(depth_slack());
         rays.prim_ids = candidates.prim_ids;
         rays.is_fast = kMixed ? project_mixed(d, slack, candidates, rays.fast)
-                              : rays.fast.project(d, slack, candidates.corners);
+                              : rays.fast.project(d, slack, candidates.corner);
     }
 
     /// Projects the candidates of a packet with mixed axes, for rays that have one axis and sign:
     /// nearly all neighbours do. The others count as not fast.
     HWY_INLINE Mask project_mixed(const FloatVec d[3], FloatVec slack,
-                                  const CandidateLanes& candidates, FastHits& fast) const {
+                                  const TriangleLanes& candidates, FastHits& fast) const {
         const FloatVec size[3] = {abs(d[0]), abs(d[1]), abs(d[2])};
         const Mask is_x = (size[0] >= size[1]) & (size[0] >= size[2]);
         const Mask is_y = and_not(is_x, size[1] >= size[2]);
@@ -266,8 +266,7 @@ private:
         FloatVec directions[3], corners[3][3];
         for (std::uint32_t k = 0; k < 3; ++k) {
             directions[k] = d[(axis + 1 + k) % 3] ^ sign;
-            for (int i = 0; i < 3; ++i)
-                corners[i][k] = candidates.corners[i][(axis + k) % 3] ^ sign;
+            for (int i = 0; i < 3; ++i) corners[i][k] = candidates.corner[i][(axis + k) % 3] ^ sign;
         }
         const Mask is_fast = fast.project(directions, slack, corners);
         return is_fast & mask_of(one_axis && one_sign ? ~0u : 0u);
@@ -305,11 +304,13 @@ private:
                 candidates[l] = packet_.candidate[rays[l]];
             }
             const auto lanes = static_cast<std::uint32_t>((std::uint64_t{1} << count) - 1);
-            const PacketRuleTriangles triangles = candidate_triangles(packet_, candidates, lanes);
+            const TriangleLanes triangles = candidate_triangles(packet_, candidates, lanes);
             FloatVec dir[3];
             directions_of(packet_, load(rays), dir);
             lanes::TriangleHit hit;
-            PacketRule(packet_.frame.org, dir).intersect(triangles, splat(kInfiniteT), lanes, hit);
+            const lanes::ShearedRay sheared =
+                lanes::shear_ray(lanes::Float3(packet_.frame.org), lanes::Float3(dir));
+            intersect_triangles(sheared, triangles, splat(kInfiniteT), lanes, hit);
             Hit hits[kLanes];
             hn::StoreInterleaved4(hit.t, hit.u, hit.v, as_float(triangles.prim_ids), kFloats,
                                   &hits->t);

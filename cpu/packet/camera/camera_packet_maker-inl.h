@@ -16,9 +16,9 @@
 #include "common/interop/camera.h"
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/packet_frame-inl.h"
+#include "cpu/packet/packet_frame.h"
 #include "cpu/packet/packet_node-inl.h"
 #include "cpu/simd/hit_rule-inl.h"
-#include "cpu/tile.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
@@ -114,19 +114,16 @@ HWY_INLINE void start_blocks(std::uint32_t width, std::uint32_t height, CameraPa
 /// the root of the tree needs. Returns false if the tile has no such frame.
 bool frame_camera_packet(const ImageParams& params, const Tile& tile, CameraPacket& packet) {
     const Camera& camera = params.camera;
-    double axis_x[3], axis_y[3], axis_z[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        axis_x[axis] = camera.du[axis];
-        axis_y[axis] = camera.dv[axis];
-        axis_z[axis] = camera.corner[axis] + axis_x[axis] * (tile.x0 + 0.5 * kCameraSide) +
-                       axis_y[axis] * (tile.y0 + 0.5 * kCameraSide);
-    }
+    const glm::dvec3 x(camera.du), y(camera.dv);
+    const PlaneAxes axes = {x, y,
+                            glm::dvec3(camera.corner) + x * (tile.x0 + 0.5 * kCameraSide) +
+                                y * (tile.y0 + 0.5 * kCameraSide)};
     CameraFrame& frame = packet.frame;
-    set_frame(frame, camera.org, axis_x, axis_y, axis_z, 0.5f * kCameraSide + 1);
+    set_frame(frame, camera.org, axes, 0.5f * kCameraSide + 1);
     frame.ray_error = pixel_error(frame, camera, tile);
     if (frame.ray_error == kNoPixelError) return false;
     start_blocks(tile.x1 - tile.x0, tile.y1 - tile.y0, packet);
-    set_wedges(frame, axis_x, axis_y, axis_z);
+    set_wedges(frame, axes);
     return true;
 }
 

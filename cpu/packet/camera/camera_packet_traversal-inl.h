@@ -16,7 +16,7 @@
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/camera/camera_packet_blocks-inl.h"
 #include "cpu/packet/camera/camera_packet_leaf-inl.h"
-#include "cpu/packet/packet_traversal-inl.h"
+#include "cpu/packet/packet_node-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

@@ -91,18 +91,12 @@ HWY_INLINE bool store_directions(const StoredRayTile& tile, StoredDirections& ou
     return true;
 }
 
-/// The grid that a tile's rays lie on: ray (x, y) goes through origin + du x + dv y, in a plane at
-/// distance 1 from their common origin.
-struct FittedGrid {
-    glm::dvec3 origin, du, dv;
-};
-
-/// Fits a grid to the directions of a tile's corners: with positive factors s, the points s[k] d[k]
-/// are a parallelogram, s[3] d[3] = s[1] d[1] + s[2] d[2] - s[0] d[0]. Four directions of which no
-/// three lie in a plane have one, up to a common factor. Returns whether they have. Nothing depends
-/// on how good it is: place_error_of() measures that.
+/// Fits a grid, in a plane at distance 1, to the directions of a tile's corners: with positive
+/// factors s, the points s[k] d[k] are a parallelogram, s[3] d[3] = s[1] d[1] + s[2] d[2] - s[0]
+/// d[0]. Four directions of which no three lie in a plane have one, up to a common factor. Returns
+/// whether they have. Nothing depends on how good it is: place_error_of() measures that.
 HWY_INLINE bool fit_grid(const StoredDirections& directions, std::uint32_t width,
-                         std::uint32_t height, FittedGrid& grid) {
+                         std::uint32_t height, PlaneAxes& axes) {
     const auto direction = [&](std::uint32_t x, std::uint32_t y) HWY_ATTR {
         const std::uint32_t ray = camera_packet_ray(x, y);
         return glm::dvec3(directions.d[0][ray], directions.d[1][ray], directions.d[2][ray]);
@@ -121,7 +115,11 @@ HWY_INLINE bool fit_grid(const StoredDirections& directions, std::uint32_t width
     const glm::dvec3 normal = glm::cross(du, dv);
     const double distance = std::abs(glm::dot(normal, origin)) / glm::length(normal);
     if (!(distance > 0)) return false;
-    grid = {origin * (1 / distance), du * (1 / distance), dv * (1 / distance)};
+    axes.x = du * (1 / distance);
+    axes.y = dv * (1 / distance);
+    // The ray (0, 0) has the place (0.5, 0.5) - kCameraSide / 2 in the frame.
+    constexpr double kFirst = 0.5 * kCameraSide - 0.5;
+    axes.z = origin * (1 / distance) + (axes.x + axes.y) * kFirst;
     return true;
 }
 
@@ -191,19 +189,16 @@ HWY_INLINE float place_error_of(const PacketFrame& frame, const StoredDirections
 /// false if they have none.
 HWY_INLINE bool frame_stored_packet(const StoredRayTile& tile, StoredDirections& directions,
                                     CameraPacket& packet) {
-    FittedGrid grid;
+    PlaneAxes axes;
     if (!store_directions(tile, directions)) return false;
-    if (!fit_grid(directions, tile.width, tile.height, grid)) return false;
-    // The ray (0, 0) has the place (0.5, 0.5) - kCameraSide / 2 in the frame.
-    constexpr double kFirst = 0.5 * kCameraSide - 0.5;
-    const glm::dvec3 axis_z = grid.origin + (grid.du + grid.dv) * kFirst;
+    if (!fit_grid(directions, tile.width, tile.height, axes)) return false;
     CameraFrame& frame = packet.frame;
-    set_frame(frame, tile.org, &grid.du.x, &grid.dv.x, &axis_z.x, 0.5f * kCameraSide + 1);
+    set_frame(frame, tile.org, axes, 0.5f * kCameraSide + 1);
     frame.ray_error = place_error_of(frame, directions, tile.width, tile.height);
     if (!(frame.ray_error <= kMostPlaceError)) return false;
     packet.stored = &directions;
     start_blocks(tile.width, tile.height, packet);
-    set_wedges(frame, &grid.du.x, &grid.dv.x, &axis_z.x);
+    set_wedges(frame, axes);
     return true;
 }
 

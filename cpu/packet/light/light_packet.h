@@ -116,16 +116,13 @@ struct alignas(kPage) LightPacket {
     float q_lower[kAllLightPacketRays];
     /// The least q_lower of each block.
     float block_q[kAllLightPacketBlocks];
-    /// Bounds of x and y of the active rays of each block; empty (lower > upper) without any.
-    float block_lower_x[kAllLightPacketBlocks], block_upper_x[kAllLightPacketBlocks];
-    float block_lower_y[kAllLightPacketBlocks], block_upper_y[kAllLightPacketBlocks];
+    /// The bounds of the active rays of each block; empty (lower > upper) without any.
+    PlaneRectangles<kAllLightPacketBlocks> blocks;
     /// The same bounds of each quad, and the least q_lower in it.
-    float quad_lower_x[kLightPacketQuads], quad_upper_x[kLightPacketQuads];
-    float quad_lower_y[kLightPacketQuads], quad_upper_y[kLightPacketQuads];
+    PlaneRectangles<kLightPacketQuads> quads;
     float quad_q[kLightPacketQuads];
     /// The same bounds of each group.
-    float group_lower_x[kLightPacketGroups], group_upper_x[kLightPacketGroups];
-    float group_lower_y[kLightPacketGroups], group_upper_y[kLightPacketGroups];
+    PlaneRectangles<kLightPacketGroups> groups;
     std::uint32_t square_count;
     /// The number of regrouped blocks, which are kLightPacketBlocks and those after it.
     std::uint32_t regrouped_count;

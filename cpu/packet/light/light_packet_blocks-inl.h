@@ -22,19 +22,15 @@ HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
-/// The blocks of a group with rays that may lie in a rectangle (lower x, upper x, lower y, upper y)
-/// and that a hit at 1/z <= q may concern, as bits.
-HWY_INLINE std::uint32_t blocks_in(const LightPacket& packet, const float rectangle[4], float q,
-                                   std::uint32_t group) {
+/// The blocks of a group with rays that may lie in a rectangle and that a hit at 1/z <= q may
+/// concern, as bits.
+HWY_INLINE std::uint32_t blocks_in(const LightPacket& packet, const RectangleLanes& rectangle,
+                                   float q, std::uint32_t group) {
     std::uint32_t blocks = 0;
     for (std::size_t l = 0; l < kGroupBlocks; l += kLanes) {
         const std::size_t b = group * kGroupBlocks + l;
-        const Mask x = (splat(rectangle[0]) <= load(packet.block_upper_x + b)) &
-                       (splat(rectangle[1]) >= load(packet.block_lower_x + b));
-        const Mask y = (splat(rectangle[2]) <= load(packet.block_upper_y + b)) &
-                       (splat(rectangle[3]) >= load(packet.block_lower_y + b));
         const Mask near = splat(q) >= load(packet.block_q + b);
-        blocks |= bits_of(near & (x & y)) << l;
+        blocks |= bits_of(near & rectangle.meets(RectangleLanes(packet.blocks, b))) << l;
     }
     return blocks;
 }
@@ -54,26 +50,29 @@ struct QuadSet {
 /// more than it saves (lab/notes/cpu_tracer.md).
 inline constexpr std::size_t kFewQuads = 8;
 
-/// The quads of `among` that rectangle i and a hit at 1/z <= q may concern.
-HWY_INLINE QuadSet quads_in(const LightPacket& packet, const Rectangles& r, float q,
-                            std::uint32_t i, const QuadSet& among) {
+/// The quads of `among` for which is_met(k) has a lane: it tests as many as there are lanes, from
+/// k on.
+template <class IsMet>
+HWY_INLINE QuadSet find_quads(const LightPacket& packet, const QuadSet& among, IsMet is_met) {
     QuadSet quads = {};
     const auto find = [&](std::uint32_t word, std::size_t count) HWY_ATTR {
-        for (std::size_t l = 0; l < count; l += kLanes) {
-            const std::size_t k = 64 * word + l;
-            const Mask x = (splat(r.lower_x[i]) <= load(packet.quad_upper_x + k)) &
-                           (splat(r.upper_x[i]) >= load(packet.quad_lower_x + k));
-            const Mask y = (splat(r.lower_y[i]) <= load(packet.quad_upper_y + k)) &
-                           (splat(r.upper_y[i]) >= load(packet.quad_lower_y + k));
-            const Mask near = splat(q) >= load(packet.quad_q + k);
-            quads.words[word] |= std::uint64_t{bits_of(near & (x & y))} << l;
-        }
+        for (std::size_t l = 0; l < count; l += kLanes)
+            quads.words[word] |= std::uint64_t{bits_of(is_met(64 * word + l))} << l;
         quads.words[word] &= among.words[word];
     };
     find(0, kLightPacketQuads / 2);
     if (packet.regrouped_count != 0)
         find(1, (packet.regrouped_count + kQuadBlocks - 1) / kQuadBlocks);
     return quads;
+}
+
+/// The quads of `among` that a rectangle and a hit at 1/z <= q may concern.
+HWY_INLINE QuadSet quads_in(const LightPacket& packet, const RectangleLanes& rectangle, float q,
+                            const QuadSet& among) {
+    return find_quads(packet, among, [&](std::size_t k) HWY_ATTR {
+        const Mask near = splat(q) >= load(packet.quad_q + k);
+        return near & rectangle.meets(RectangleLanes(packet.quads, k));
+    });
 }
 
 /// Sets quads_of[slot] to the quads of `among` that rectangle `slot` and a hit at 1/z <= q[slot]
@@ -88,17 +87,12 @@ HWY_INLINE std::uint32_t few_quads_in(const LightPacket& packet, const Rectangle
     for (std::uint32_t word = 0; word < 2; ++word) {
         for (std::uint64_t rest = among.words[word]; rest != 0; rest &= rest - 1) {
             const std::size_t k = 64 * word + static_cast<std::uint32_t>(__builtin_ctzll(rest));
-            const FloatVec lower_x = splat(packet.quad_lower_x[k]);
-            const FloatVec upper_x = splat(packet.quad_upper_x[k]);
-            const FloatVec lower_y = splat(packet.quad_lower_y[k]);
-            const FloatVec upper_y = splat(packet.quad_upper_y[k]);
+            const RectangleLanes quad(packet.quads[k]);
             const FloatVec quad_q = splat(packet.quad_q[k]);
             std::uint32_t met = 0;
             for (std::size_t l = 0; l < kWidth; l += kLanes) {
-                const Mask x = (load(r.lower_x + l) <= upper_x) & (load(r.upper_x + l) >= lower_x);
-                const Mask y = (load(r.lower_y + l) <= upper_y) & (load(r.upper_y + l) >= lower_y);
                 const Mask near = load(q + l) >= quad_q;
-                met |= bits_of(near & (x & y)) << l;
+                met |= bits_of(near & RectangleLanes(r, l).meets(quad)) << l;
             }
             met &= slots;
             kept |= met;
@@ -111,18 +105,8 @@ HWY_INLINE std::uint32_t few_quads_in(const LightPacket& packet, const Rectangle
 
 /// The quads of `among` with a ray that a hit at 1/z <= q may concern.
 HWY_INLINE QuadSet quads_beyond(const LightPacket& packet, float q, const QuadSet& among) {
-    QuadSet quads = {};
-    const auto find = [&](std::uint32_t word, std::size_t count) HWY_ATTR {
-        for (std::size_t l = 0; l < count; l += kLanes) {
-            const Mask near = splat(q) >= load(packet.quad_q + 64 * word + l);
-            quads.words[word] |= std::uint64_t{bits_of(near)} << l;
-        }
-        quads.words[word] &= among.words[word];
-    };
-    find(0, kLightPacketQuads / 2);
-    if (packet.regrouped_count != 0)
-        find(1, (packet.regrouped_count + kQuadBlocks - 1) / kQuadBlocks);
-    return quads;
+    return find_quads(packet, among,
+                      [&](std::size_t k) HWY_ATTR { return splat(q) >= load(packet.quad_q + k); });
 }
 
 /// A packet is given up if its quads cover their bounds more often than this
@@ -135,8 +119,9 @@ HWY_INLINE bool quads_overlap(const LightPacket& packet) {
     FloatVec area = zero();
     for (std::size_t k = 0; k < kLightPacketQuads; k += kLanes) {
         const Mask has_rays = load(packet.quad_q + k) < splat(kDone);
-        const FloatVec width = load(packet.quad_upper_x + k) - load(packet.quad_lower_x + k);
-        const FloatVec height = load(packet.quad_upper_y + k) - load(packet.quad_lower_y + k);
+        const RectangleLanes quad(packet.quads, k);
+        const FloatVec width = quad.upper_x - quad.lower_x;
+        const FloatVec height = quad.upper_y - quad.lower_y;
         area = area + zero_unless(has_rays, width * height);
     }
     const PacketFrame& frame = packet.frame;
@@ -144,17 +129,11 @@ HWY_INLINE bool quads_overlap(const LightPacket& packet) {
            kMostOverlap * (frame.upper_x - frame.lower_x) * (frame.upper_y - frame.lower_y);
 }
 
-/// The rays that lie in a rectangle (lower x, upper x, lower y, upper y) and that a hit at 1/z <= q
-/// may concern.
+/// The rays that lie in a rectangle and that a hit at 1/z <= q may concern.
 class RaysWithin {
 public:
-    HWY_INLINE RaysWithin(const LightPacket& packet, const float rectangle[4], float q)
-        : packet_(packet),
-          lower_x_(splat(rectangle[0])),
-          upper_x_(splat(rectangle[1])),
-          lower_y_(splat(rectangle[2])),
-          upper_y_(splat(rectangle[3])),
-          q_(splat(q)) {}
+    HWY_INLINE RaysWithin(const LightPacket& packet, const PlaneRectangle& rectangle, float q)
+        : packet_(packet), rectangle_(rectangle), q_(splat(q)) {}
 
     /// Whether a block has any.
     HWY_INLINE bool any_of_block(std::size_t block) const {
@@ -182,24 +161,26 @@ public:
 private:
     /// Asks as many rays as there are lanes, from r on.
     HWY_INLINE Mask at(std::size_t r) const {
-        const FloatVec x = load(packet_.x + r);
-        const FloatVec y = load(packet_.y + r);
-        const Mask in_x = (x >= lower_x_) & (x <= upper_x_);
-        const Mask in_y = (y >= lower_y_) & (y <= upper_y_);
-        return (load(packet_.q_lower + r) <= q_) & (in_x & in_y);
+        return (load(packet_.q_lower + r) <= q_) &
+               rectangle_.holds(load(packet_.x + r), load(packet_.y + r));
     }
 
     const LightPacket& packet_;
-    FloatVec lower_x_, upper_x_, lower_y_, upper_y_, q_;
+    RectangleLanes rectangle_;
+    FloatVec q_;
 };
+
+/// Updates quad_q of a quad from its blocks.
+HWY_INLINE void update_quad_depth(LightPacket& packet, std::uint32_t quad) {
+    const float* block_q = packet.block_q + quad * kQuadBlocks;
+    packet.quad_q[quad] =
+        std::min(std::min(block_q[0], block_q[1]), std::min(block_q[2], block_q[3]));
+}
 
 /// Updates block_q of a block from its rays, and quad_q of its quad.
 HWY_INLINE void update_depth(LightPacket& packet, std::uint32_t block) {
     packet.block_q[block] = least_q(packet.q_lower + block * kBlockRays);
-    const std::uint32_t quad = block / kQuadBlocks;
-    const float* block_q = packet.block_q + quad * kQuadBlocks;
-    packet.quad_q[quad] =
-        std::min(std::min(block_q[0], block_q[1]), std::min(block_q[2], block_q[3]));
+    update_quad_depth(packet, block / kQuadBlocks);
 }
 
 /// Loads as many rays of a block as there are lanes, from `first` on.

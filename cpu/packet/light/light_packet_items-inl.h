@@ -26,18 +26,12 @@ namespace HWY_NAMESPACE {
 /// The triangles of a leaf whose rectangle meets a block and that are near enough for it, as bits.
 HWY_INLINE std::uint32_t triangles_at(const LightPacket& packet, const LightTriangles& triangles,
                                       std::uint32_t block) {
-    const Rectangles& rect = triangles.rectangles;
-    const FloatVec lower_x = splat(packet.block_lower_x[block]);
-    const FloatVec upper_x = splat(packet.block_upper_x[block]);
-    const FloatVec lower_y = splat(packet.block_lower_y[block]);
-    const FloatVec upper_y = splat(packet.block_upper_y[block]);
+    const RectangleLanes own(packet.blocks[block]);
     const FloatVec q = splat(packet.block_q[block]);
     std::uint32_t found = 0;
     for (std::size_t l = 0; l < kLeafTriangles; l += kLanes) {
-        const Mask x = (load(rect.lower_x + l) <= upper_x) & (load(rect.upper_x + l) >= lower_x);
-        const Mask y = (load(rect.lower_y + l) <= upper_y) & (load(rect.upper_y + l) >= lower_y);
         const Mask near = load(triangles.q + l) >= q;
-        found |= bits_of(near & (x & y)) << l;
+        found |= bits_of(near & RectangleLanes(triangles.rectangles, l).meets(own)) << l;
     }
     return found;
 }
@@ -121,12 +115,11 @@ HWY_INLINE bool certainly_misses(const LightPacket& packet, const MissPlanes& p,
 
 /// Rectangles of the plane, by their middles and half extents.
 struct MiddleRectangles {
-    HWY_INLINE MiddleRectangles(FloatVec lower_x, FloatVec upper_x, FloatVec lower_y,
-                                FloatVec upper_y)
-        : x(splat(0.5f) * (lower_x + upper_x)),
-          y(splat(0.5f) * (lower_y + upper_y)),
-          half_x(splat(0.5f) * (upper_x - lower_x)),
-          half_y(splat(0.5f) * (upper_y - lower_y)) {}
+    HWY_INLINE explicit MiddleRectangles(const RectangleLanes& r)
+        : x(splat(0.5f) * (r.lower_x + r.upper_x)),
+          y(splat(0.5f) * (r.lower_y + r.upper_y)),
+          half_x(splat(0.5f) * (r.upper_x - r.lower_x)),
+          half_y(splat(0.5f) * (r.upper_y - r.lower_y)) {}
 
     FloatVec x, y, half_x, half_y;
 };
@@ -205,17 +198,11 @@ private:
     FloatVec depth_a_, depth_b_, most_q_;
 };
 
-/// Bounds of some rays.
-struct PlaneRectangle {
-    float lower_x, upper_x, lower_y, upper_y;
-};
-
 /// The triangles of a leaf that their edges do not exclude from a rectangle, as bits: Outline for
 /// all triangles at once.
 HWY_INLINE std::uint32_t triangles_through(const LightTriangles& triangles,
                                            const PlaneRectangle& rectangle) {
-    const MiddleRectangles r(splat(rectangle.lower_x), splat(rectangle.upper_x),
-                             splat(rectangle.lower_y), splat(rectangle.upper_y));
+    const MiddleRectangles r{RectangleLanes(rectangle)};
     std::uint32_t below = 0;
     std::uint32_t above = 0;
     for (std::size_t l = 0; l < kLeafTriangles; l += kLanes) {
@@ -237,8 +224,7 @@ HWY_INLINE std::uint32_t triangles_through(const LightTriangles& triangles,
 
 /// The bounds of a vector of blocks.
 HWY_INLINE MiddleRectangles rectangles_of(const LightPacket& packet, std::size_t block) {
-    return {load(packet.block_lower_x + block), load(packet.block_upper_x + block),
-            load(packet.block_lower_y + block), load(packet.block_upper_y + block)};
+    return MiddleRectangles(RectangleLanes(packet.blocks, block));
 }
 
 /// The blocks of a group that reach an oriented triangle, or may, as bits.
@@ -267,24 +253,18 @@ HWY_INLINE std::uint32_t blocks_through(const LightPacket& packet,
     return through;
 }
 
-/// The groups that meet a rectangle (lower x, upper x, lower y, upper y) and that an outline does
-/// not exclude, as bits.
+/// The groups that meet a rectangle and that an outline does not exclude, as bits.
 template <bool kOriented>
 HWY_INLINE std::uint32_t groups_through(const LightPacket& packet,
                                         const Outline<kOriented>& outline,
-                                        const float rectangle[4]) {
+                                        const RectangleLanes& rectangle) {
     std::uint32_t through = 0;
     const std::size_t end =
         packet.regrouped_count == 0 ? kLightPacketGroups / 2 : kLightPacketGroups;
     for (std::size_t l = 0; l < end; l += kLanes) {
-        const FloatVec lower_x = load(packet.group_lower_x + l);
-        const FloatVec upper_x = load(packet.group_upper_x + l);
-        const FloatVec lower_y = load(packet.group_lower_y + l);
-        const FloatVec upper_y = load(packet.group_upper_y + l);
-        const Mask x = (splat(rectangle[0]) <= upper_x) & (splat(rectangle[1]) >= lower_x);
-        const Mask y = (splat(rectangle[2]) <= upper_y) & (splat(rectangle[3]) >= lower_y);
-        const Mask outside = outline.excludes({lower_x, upper_x, lower_y, upper_y});
-        through |= bits_of(and_not(outside, x & y)) << l;
+        const RectangleLanes own(packet.groups, l);
+        const Mask outside = outline.excludes(MiddleRectangles(own));
+        through |= bits_of(and_not(outside, rectangle.meets(own))) << l;
     }
     return through;
 }

@@ -51,7 +51,7 @@ public:
     explicit LeafOcclusion(LightPacket& packet) : packet_(packet) {}
 
     /// Tests a leaf, whose box is seen in a rectangle and no nearer than q, against some quads.
-    HWY_INLINE void trace(const Leaf& leaf, const float rectangle[4], float q,
+    HWY_INLINE void trace(const Leaf& leaf, const PlaneRectangle& rectangle, float q,
                           const QuadSet& quads) {
         std::size_t count = group_blocks(rectangle, q, quads);
         if (count <= kFewBlocks) count = keep_blocks(RaysWithin(packet_, rectangle, q));
@@ -102,7 +102,9 @@ private:
 
     /// Finds grouped_: the blocks of some quads that a rectangle and a hit at 1/z <= q may concern.
     /// Returns their number.
-    HWY_INLINE std::size_t group_blocks(const float rectangle[4], float q, const QuadSet& quads) {
+    HWY_INLINE std::size_t group_blocks(const PlaneRectangle& rectangle, float q,
+                                        const QuadSet& quads) {
+        const RectangleLanes own(rectangle);
         std::size_t count = 0;
         grouped_.groups = 0;
         for (std::uint32_t word = 0; word < 2; ++word) {
@@ -111,7 +113,7 @@ private:
                 const std::uint32_t group =
                     (64 * word + static_cast<std::uint32_t>(__builtin_ctzll(groups))) /
                     (kGroupBlocks / kQuadBlocks);
-                const std::uint32_t blocks = blocks_in(packet_, rectangle, q, group);
+                const std::uint32_t blocks = blocks_in(packet_, own, q, group);
                 grouped_.groups |= (blocks != 0 ? 1u : 0u) << group;
                 grouped_.of_group[group] = blocks;
                 count += hwy::PopCount(blocks);
@@ -182,14 +184,9 @@ private:
 
     /// The bounds of all groups of grouped_.
     HWY_INLINE PlaneRectangle around_groups() const {
-        PlaneRectangle r = {kEmptyLower, kEmptyUpper, kEmptyLower, kEmptyUpper};
-        for (std::uint32_t rest = grouped_.groups; rest != 0; rest &= rest - 1) {
-            const auto group = static_cast<std::uint32_t>(__builtin_ctz(rest));
-            r.lower_x = std::min(r.lower_x, packet_.group_lower_x[group]);
-            r.upper_x = std::max(r.upper_x, packet_.group_upper_x[group]);
-            r.lower_y = std::min(r.lower_y, packet_.group_lower_y[group]);
-            r.upper_y = std::max(r.upper_y, packet_.group_upper_y[group]);
-        }
+        PlaneRectangle r = PlaneRectangle::none();
+        for (std::uint32_t rest = grouped_.groups; rest != 0; rest &= rest - 1)
+            r.add(packet_.groups[static_cast<std::size_t>(__builtin_ctz(rest))]);
         return r;
     }
 
@@ -245,8 +242,7 @@ private:
     /// how many there are then.
     template <bool kOriented>
     HWY_INLINE std::size_t list_blocks_of(std::uint32_t i, std::size_t count) {
-        const Rectangles& r = triangles_.rectangles;
-        const float rectangle[4] = {r.lower_x[i], r.upper_x[i], r.lower_y[i], r.upper_y[i]};
+        const RectangleLanes rectangle(triangles_.rectangles[i]);
         const float q = triangles_.q[i];
         const Outline<kOriented> outline(triangles_, i);
         const std::uint32_t groups = grouped_.groups & groups_through(packet_, outline, rectangle);
@@ -272,12 +268,7 @@ private:
     /// does not hit it; the bounds do not hold there.
     HWY_NOINLINE void occlude(const Leaf& leaf, std::uint32_t block, std::uint32_t i) {
         const LightPlanes planes(triangles_, i);
-        const FloatVec left = splat(triangles_.rectangles.lower_x[i]);
-        const FloatVec right = splat(triangles_.rectangles.upper_x[i]);
-        const FloatVec low = splat(triangles_.rectangles.lower_y[i]);
-        const FloatVec high = splat(triangles_.rectangles.upper_y[i]);
-        const auto within = [](FloatVec v, FloatVec lower, FloatVec upper)
-                                HWY_ATTR { return (v >= lower) & (v <= upper); };
+        const RectangleLanes rectangle(triangles_.rectangles[i]);
         bool any = false;
         for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
             const std::size_t r = block * kBlockRays + l;
@@ -285,7 +276,7 @@ private:
             const FloatVec upper = lower * splat(kUpperByLower);
             const FloatVec x = load(packet_.x + r);
             const FloatVec y = load(packet_.y + r);
-            const Mask in_rectangle = within(x, left, right) & within(y, low, high);
+            const Mask in_rectangle = rectangle.holds(x, y);
             const Position at(planes, x, y);
             Mask occluded = in_rectangle & at.is_closer(planes, upper);
             const Mask uncertain = and_not(occluded | at.is_rejected(planes, lower), in_rectangle);
@@ -320,8 +311,9 @@ private:
         FloatVec dir[3], tfar;
         load_rays(rays_of(packet_, r / kBlockRays), r % kBlockRays, dir, tfar);
         lanes::TriangleHit hits;
-        return bits_of(PacketRule(packet_.frame.org, dir)
-                           .intersect(same_triangle(leaf, i), tfar, lanes, hits));
+        const lanes::ShearedRay rays =
+            lanes::shear_ray(lanes::Float3(packet_.frame.org), lanes::Float3(dir));
+        return bits_of(intersect_triangles(rays, same_triangle(leaf, i), tfar, lanes, hits));
     }
 
     LightPacket& packet_;

@@ -57,8 +57,7 @@ inline constexpr float kLeastZ = 0.25f;
 
 /// Bounds of x, y and 1 / z of blocks while their group is made: a vector each, not reduced yet.
 struct alignas(64) GroupBounds {
-    float lower_x[kGroupBlocks * kLanes], upper_x[kGroupBlocks * kLanes];
-    float lower_y[kGroupBlocks * kLanes], upper_y[kGroupBlocks * kLanes];
+    PlaneRectangles<kGroupBlocks * kLanes> rectangles;
     float q[kGroupBlocks * kLanes];
 
     /// Reduces them and stores them as those of a group.
@@ -66,10 +65,10 @@ struct alignas(64) GroupBounds {
         const auto lesser = [](auto a, auto b) HWY_ATTR { return hn::Min(a, b); };
         const auto greater = [](auto a, auto b) HWY_ATTR { return hn::Max(a, b); };
         const std::uint32_t first = group * kGroupBlocks;
-        reduce_lanes(lower_x, lesser, packet.block_lower_x + first);
-        reduce_lanes(upper_x, greater, packet.block_upper_x + first);
-        reduce_lanes(lower_y, lesser, packet.block_lower_y + first);
-        reduce_lanes(upper_y, greater, packet.block_upper_y + first);
+        reduce_lanes(rectangles.lower_x, lesser, packet.blocks.lower_x + first);
+        reduce_lanes(rectangles.upper_x, greater, packet.blocks.upper_x + first);
+        reduce_lanes(rectangles.lower_y, lesser, packet.blocks.lower_y + first);
+        reduce_lanes(rectangles.upper_y, greater, packet.blocks.upper_y + first);
         reduce_lanes(q, lesser, packet.block_q + first);
     }
 };
@@ -79,7 +78,7 @@ HWY_INLINE void make_light_block(const SharedOriginRays& rays, const LightPlane&
                                  std::uint32_t block, LightPacket& packet, GroupBounds& bounds,
                                  FloatVec& least_z) {
     const FloatVec far = splat(kEmptyLower);
-    FloatVec lower_x = far, lower_y = far, upper_x = -far, upper_y = upper_x;
+    RectangleLanes around(PlaneRectangle::none());
     FloatVec least_q = splat(kDone);
     for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
         const std::size_t r = block * kBlockRays + l;
@@ -99,16 +98,11 @@ HWY_INLINE void make_light_block(const SharedOriginRays& rays, const LightPlane&
         const FloatVec q_lower = select(on, q * splat(1 - kEndError), splat(kDone));
         store(q_lower, packet.q_lower + r);
         least_q = min(least_q, q_lower);
-        lower_x = min(lower_x, select(on, x, far));
-        upper_x = max(upper_x, select(on, x, -far));
-        lower_y = min(lower_y, select(on, y, far));
-        upper_y = max(upper_y, select(on, y, -far));
+        around.add(
+            {select(on, x, far), select(on, x, -far), select(on, y, far), select(on, y, -far)});
     }
     const std::size_t own = block % kGroupBlocks * kLanes;
-    store(lower_x, bounds.lower_x + own);
-    store(upper_x, bounds.upper_x + own);
-    store(lower_y, bounds.lower_y + own);
-    store(upper_y, bounds.upper_y + own);
+    around.put(bounds.rectangles, own);
     store(least_q, bounds.q + own);
 }
 

@@ -16,6 +16,7 @@
 #include <cstdint>
 
 #include "cpu/packet/light/light_packet.h"
+#include "cpu/packet/light/light_packet_blocks-inl.h"
 #include "cpu/packet/packet_frame-inl.h"
 #include "cpu/packet/packet_node-inl.h"
 #include "cpu/simd/hit_rule-inl.h"
@@ -90,11 +91,9 @@ inline constexpr double kSampleMargin = 1.25;
 /// x and y are those of a plane across the mean, which boxes and triangles do not look slanted in.
 /// Returns false if the samples have no mean.
 HWY_INLINE bool choose_plane(const Samples& samples, LightPlane& plane) {
-    double mean[3] = {0, 0, 0};
-    for (std::size_t i = 0; i < samples.count; ++i) {
-        for (int axis = 0; axis < 3; ++axis) mean[axis] += samples.dirs[i][axis];
-    }
-    const double length = std::sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
+    glm::dvec3 mean(0);
+    for (std::size_t i = 0; i < samples.count; ++i) mean += glm::dvec3(samples.dirs[i]);
+    const double length = glm::length(mean);
     if (!(length > 0)) return false;
     std::uint32_t least = 0;
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
@@ -151,11 +150,9 @@ HWY_INLINE float plane_extent(const LightPacket& packet) {
     FloatVec extents = zero();
     for_each_range(packet, [&](std::uint32_t first, std::uint32_t end) HWY_ATTR {
         for (std::size_t b = first; b < end; b += kLanes) {
-            const FloatVec lower =
-                min(load(packet.block_lower_x + b), load(packet.block_lower_y + b));
-            const FloatVec upper =
-                max(load(packet.block_upper_x + b), load(packet.block_upper_y + b));
-            extents = max(extents, max(-lower, upper));
+            const RectangleLanes block(packet.blocks, b);
+            extents = max(extents, max(-min(block.lower_x, block.lower_y),
+                                       max(block.upper_x, block.upper_y)));
         }
     });
     return most_lane(extents);
@@ -171,35 +168,16 @@ HWY_INLINE void scale_group(LightPacket& packet, std::uint32_t group, float scal
             store(v, bound + first + l);
         }
     };
-    scaled(packet.block_lower_x, -margin);
-    scaled(packet.block_upper_x, margin);
-    scaled(packet.block_lower_y, -margin);
-    scaled(packet.block_upper_y, margin);
+    scaled(packet.blocks.lower_x, -margin);
+    scaled(packet.blocks.upper_x, margin);
+    scaled(packet.blocks.lower_y, -margin);
+    scaled(packet.blocks.upper_y, margin);
+    static_assert(kQuadBlocks == 4 && kGroupBlocks == 4 * kQuadBlocks);
     for (std::uint32_t k = first / kQuadBlocks; k < (first + kGroupBlocks) / kQuadBlocks; ++k) {
-        const auto least = [k](const float* v) {
-            v += kQuadBlocks * k;
-            return std::min(std::min(v[0], v[1]), std::min(v[2], v[3]));
-        };
-        const auto most = [k](const float* v) {
-            v += kQuadBlocks * k;
-            return std::max(std::max(v[0], v[1]), std::max(v[2], v[3]));
-        };
-        packet.quad_lower_x[k] = least(packet.block_lower_x);
-        packet.quad_upper_x[k] = most(packet.block_upper_x);
-        packet.quad_lower_y[k] = least(packet.block_lower_y);
-        packet.quad_upper_y[k] = most(packet.block_upper_y);
-        packet.quad_q[k] = least(packet.block_q);
+        packet.quads.set(k, packet.blocks.around_four(kQuadBlocks * k));
+        update_quad_depth(packet, k);
     }
-    const auto of_quads = [first](const float* quads, auto combine) {
-        quads += first / kQuadBlocks;
-        return combine(combine(quads[0], quads[1]), combine(quads[2], quads[3]));
-    };
-    const auto lesser = [](float p, float q) { return std::min(p, q); };
-    const auto greater = [](float p, float q) { return std::max(p, q); };
-    packet.group_lower_x[group] = of_quads(packet.quad_lower_x, lesser);
-    packet.group_upper_x[group] = of_quads(packet.quad_upper_x, greater);
-    packet.group_lower_y[group] = of_quads(packet.quad_lower_y, lesser);
-    packet.group_upper_y[group] = of_quads(packet.quad_upper_y, greater);
+    packet.groups.set(group, packet.quads.around_four(first / kQuadBlocks));
 }
 
 /// Scales the packet to the plane's unit, and sets the bounds of quads and frame. scale: a power of
@@ -208,8 +186,7 @@ HWY_INLINE void scale_plane(LightPacket& packet, float scale) {
     PacketFrame& frame = packet.frame;
     // Absent squares are done.
     std::fill_n(packet.quad_q, kLightPacketQuads, kDone);
-    FloatVec lower_x = splat(kEmptyLower), lower_y = lower_x;
-    FloatVec upper_x = splat(kEmptyUpper), upper_y = upper_x;
+    RectangleLanes bounds(PlaneRectangle::none());
     for_each_range(packet, [&](std::uint32_t first, std::uint32_t end) HWY_ATTR {
         for (std::size_t r = first * kBlockRays; scale != 1 && r < end * kBlockRays; r += kLanes) {
             store(load(packet.x + r) * splat(scale), packet.x + r);
@@ -217,21 +194,13 @@ HWY_INLINE void scale_plane(LightPacket& packet, float scale) {
         }
         for (std::uint32_t group = first / kGroupBlocks; group < end / kGroupBlocks; ++group)
             scale_group(packet, group, scale, 2 * frame.ray_error);
-        for (std::size_t b = first; b < end; b += kLanes) {
-            const FloatVec lx = load(packet.block_lower_x + b);
-            const FloatVec ux = load(packet.block_upper_x + b);
-            const FloatVec ly = load(packet.block_lower_y + b);
-            const FloatVec uy = load(packet.block_upper_y + b);
-            lower_x = min(lower_x, lx);
-            upper_x = max(upper_x, ux);
-            lower_y = min(lower_y, ly);
-            upper_y = max(upper_y, uy);
-        }
+        for (std::size_t b = first; b < end; b += kLanes)
+            bounds.add(RectangleLanes(packet.blocks, b));
     });
-    frame.lower_x = least_lane(lower_x);
-    frame.upper_x = most_lane(upper_x);
-    frame.lower_y = least_lane(lower_y);
-    frame.upper_y = most_lane(upper_y);
+    frame.lower_x = least_lane(bounds.lower_x);
+    frame.upper_x = most_lane(bounds.upper_x);
+    frame.lower_y = least_lane(bounds.lower_y);
+    frame.upper_y = most_lane(bounds.upper_y);
 }
 
 /// An upper bound of how far a ray's stored x or y is from that of its exact direction, in the
@@ -259,18 +228,18 @@ HWY_INLINE bool set_plane(vec3 org, LightPlane plane, LightPacket& packet) {
     plane.set_unit(plane.unit * scale);
     const auto& rows = plane.rows;
     const double det = double{rows[0][0]} * rows[1][1] - double{rows[0][1]} * rows[1][0];
-    double axes[3][3] = {};
-    axes[2][plane.axis] = plane.sign;
+    PlaneAxes axes = {glm::dvec3(0), glm::dvec3(0), glm::dvec3(0)};
+    axes.z[plane.axis] = plane.sign;
     for (std::uint32_t i = 0; i < 2; ++i) {
         const float sign = i == 0 ? 1.0f : -1.0f;
-        axes[0][plane.beside(i)] = sign * rows[1][1 - i] / det;
-        axes[1][plane.beside(i)] = -sign * rows[0][1 - i] / det;
-        axes[2][plane.beside(i)] = plane.origin[i];
+        axes.x[plane.beside(i)] = sign * rows[1][1 - i] / det;
+        axes.y[plane.beside(i)] = -sign * rows[0][1 - i] / det;
+        axes.z[plane.beside(i)] = plane.origin[i];
     }
-    set_frame(packet.frame, org, axes[0], axes[1], axes[2], kPlaneHalf + 1);
+    set_frame(packet.frame, org, axes, kPlaneHalf + 1);
     packet.frame.ray_error = place_error(packet.frame, static_cast<float>(extent / scale));
     scale_plane(packet, static_cast<float>(1 / scale));
-    set_wedges(packet.frame, axes[0], axes[1], axes[2]);
+    set_wedges(packet.frame, axes);
     return true;
 }
 

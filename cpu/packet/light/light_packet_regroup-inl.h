@@ -17,6 +17,7 @@
 #include <span>
 
 #include "cpu/packet/light/light_packet.h"
+#include "cpu/packet/packet_frame-inl.h"
 #include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -68,8 +69,8 @@ HWY_INLINE void measure_spreads(const LightPacket& packet, std::uint32_t first, 
                                 Spreads& spreads) {
     spreads.used = 0;
     for (std::size_t b = first; b < end; b += kLanes) {
-        const FloatVec own = load(packet.block_upper_x + b) - load(packet.block_lower_x + b) +
-                             (load(packet.block_upper_y + b) - load(packet.block_lower_y + b));
+        const RectangleLanes r(packet.blocks, b);
+        const FloatVec own = r.upper_x - r.lower_x + (r.upper_y - r.lower_y);
         const Mask is_used = own >= zero();
         spreads.used += count(is_used);
         store(select(is_used, own, splat(kDone)), spreads.of_block + b);
@@ -120,17 +121,11 @@ inline constexpr float kLeastExtent = 1e-20f;
 
 /// The cells around the active rays of some blocks.
 HWY_INLINE Cells cells_around(const LightPacket& packet, const LightPacketBlocks& blocks) {
-    float lower_x = kEmptyLower, upper_x = kEmptyUpper;
-    float lower_y = kEmptyLower, upper_y = kEmptyUpper;
-    for_each_block(blocks, [&](std::uint32_t block) {
-        lower_x = std::min(lower_x, packet.block_lower_x[block]);
-        upper_x = std::max(upper_x, packet.block_upper_x[block]);
-        lower_y = std::min(lower_y, packet.block_lower_y[block]);
-        upper_y = std::max(upper_y, packet.block_upper_y[block]);
-    });
+    PlaneRectangle r = PlaneRectangle::none();
+    for_each_block(blocks, [&](std::uint32_t block) { r.add(packet.blocks[block]); });
     constexpr float kSide = Cells::kPerSide;
-    return {lower_x, lower_y, kSide / std::max(upper_x - lower_x, kLeastExtent),
-            kSide / std::max(upper_y - lower_y, kLeastExtent)};
+    return {r.lower_x, r.lower_y, kSide / std::max(r.upper_x - r.lower_x, kLeastExtent),
+            kSide / std::max(r.upper_y - r.lower_y, kLeastExtent)};
 }
 
 /// Active rays of a packet in the order of keys below kKeys.
@@ -177,8 +172,7 @@ HWY_INLINE void sort_rays(const SharedOriginRays* all, const LightPacketBlocks& 
 /// Makes all rays of some blocks inactive.
 HWY_INLINE void deactivate_blocks(LightPacket& packet, const LightPacketBlocks& blocks) {
     for_each_block(blocks, [&](std::uint32_t block) {
-        packet.block_lower_x[block] = packet.block_lower_y[block] = kEmptyLower;
-        packet.block_upper_x[block] = packet.block_upper_y[block] = kEmptyUpper;
+        packet.blocks.set(block, PlaneRectangle::none());
         packet.block_q[block] = kDone;
     });
 }

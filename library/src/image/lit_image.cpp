@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <utility>
 
 #include "common/base/stopwatch.h"
 #include "common/image/depth.h"
@@ -122,8 +123,11 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
         backend.watch_images(watch.step(rays / all, (rays + sky_rays) / all));
         mray::ImageParams params = traced.params;
         params.rays = mray::kRaysAo;
+        traced.sky.hits = std::move(traced.samples.hits);
+        traced.sky.has_hits = true;
         backend.trace_image(params, traced.sky);
-        // The camera rays are the same once more, and count once.
+        traced.samples.hits = std::move(traced.sky.hits);
+        // The camera rays are the same, and count once.
         image.ray_count += backend.finish().rays - traced.samples.hits.size();
         image.trace_ms += backend.finish().trace_ms;
     }

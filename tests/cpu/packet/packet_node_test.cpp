@@ -32,14 +32,14 @@ std::size_t count_too_narrow(std::size_t, std::uint64_t) { return 0; }
 /// A frame at an origin in or around the scene, whose axes are neither orthogonal nor of one
 /// length.
 PacketFrame random_frame(test::Random& random) {
-    double axes[3][3];
-    for (auto& axis : axes) {
+    PlaneAxes axes;
+    for (glm::dvec3* axis : {&axes.x, &axes.y, &axes.z}) {
         const double size = std::ldexp(1.0, static_cast<int>(random.below(12)) - 10);
-        for (double& component : axis) component = size * random.real(-1, 1);
+        for (int k = 0; k < 3; ++k) (*axis)[k] = size * random.real(-1, 1);
     }
     PacketFrame frame;
     const vec3 org = random.point(random.below(2) == 0 ? 1 : 3 * kSceneExtent);
-    set_frame(frame, org, axes[0], axes[1], axes[2], 33);
+    set_frame(frame, org, axes, 33);
     return frame;
 }
 

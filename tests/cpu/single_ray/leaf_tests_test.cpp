@@ -23,7 +23,6 @@
 #include "cpu/single_ray/closest_leaf-inl.h"
 #include "cpu/single_ray/leaf_hit_rule-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
-#include "cpu/single_ray/shared_leaf-inl.h"
 #include "tests/cpu/single_ray/stream_of-inl.h"
 
 HWY_BEFORE_NAMESPACE();

@@ -19,7 +19,6 @@
 #include <hwy/highway.h>
 
 #include "cpu/single_ray/node_lanes-inl.h"
-#include "cpu/single_ray/ray_bundle-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 #include "tests/cpu/single_ray/stream_of-inl.h"
 
@@ -45,8 +44,6 @@ void meet_boxes(const Node& node, std::span<const Ray> rays, std::uint64_t asked
     out.near_any = near_slots(bundle, farthest, node, least);
     for (std::size_t v = 0; v < kVectors; ++v)
         store_unaligned(least[v], out.least_of_all + v * kLanes);
-    const float end = last_entry(bundle.depth_margin, farthest);
-    out.met_any = met_slots(bundle, end, node);
     std::fill(std::begin(out.met_by), std::end(out.met_by), 0);
     rays_meeting(stream, bundle, stream.last_depth, asked, node, out.near_any, out.met_by);
 }
@@ -170,7 +167,6 @@ void expect_bound_of_slabs(const Node& node, std::uint32_t slot, const Ray& ray,
     }
     if (!hits_box(slab, lower, upper, t_least) || t_least > last_depth(ray.tfar)) return;
     ASSERT_TRUE((answers.near_any >> slot & 1) != 0);
-    ASSERT_TRUE((answers.met_any >> slot & 1) != 0);
     ASSERT_LE(answers.least_of_all[slot], t_least);
 }
 
@@ -201,7 +197,6 @@ TEST(NodeTest, MeetsTheBoxesOfAllHitsAndNoneThatAreFartherThanRoundingExplains) 
             BoxAnswers answers;
             SIMD_FUNCTION(meet_boxes, target)(node, rays, asked, answers);
             ASSERT_EQ(answers.near_any >> used, 0u);
-            ASSERT_EQ(answers.met_any >> used, 0u);
             for (std::size_t i = 0; i < rays.size(); ++i) {
                 ASSERT_EQ(answers.met[i] >> used, 0u);
                 for (std::uint32_t slot = 0; slot < used; ++slot) {

@@ -15,9 +15,8 @@ struct BoxAnswers {
     std::uint32_t met[64];
     std::uint32_t near[64];
     float t_least[64][kWidth];
-    /// near_slots of all rays at once, and its least depths; and met_slots.
+    /// near_slots of all rays at once, and its least depths.
     std::uint32_t near_any;
-    std::uint32_t met_any;
     float least_of_all[kWidth];
     /// For each slot, by rays.
     std::uint64_t met_by[kWidth];
