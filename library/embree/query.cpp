@@ -70,12 +70,6 @@ bool Query::passes_filters(const Part& part, RTCRay& ray, RTCHit& hit) const {
     return valid != 0;
 }
 
-/// Whether the ray surely meets the triangle apart from its edges, where all rules agree.
-bool Query::lies_inside(const morphray::Hit& hit) const {
-    constexpr float kMargin = 0x1p-18f;
-    return hit.u > kMargin && hit.v > kMargin && 1 - (hit.u + hit.v) > kMargin;
-}
-
 /// The next hit after the last one. A ray through the diagonal of a quad hits the quad once.
 morphray::Hit Query::next(const morphray::Ray& traced, const Part& part,
                           const morphray::Hit& last) const {
@@ -87,17 +81,9 @@ morphray::Hit Query::next(const morphray::Ray& traced, const Part& part,
 
 bool Query::settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray,
                    RTCHit& hit) const {
-    const bool takes_owners = crossing_ == morphray::Crossing::owner;
-    // Before all hits.
-    constexpr morphray::Hit kBefore = {.t = -1, .prim_id = 0, .geom_id = 0};
-    const bool is_sure = !takes_owners || lies_inside(found);
-    if (!is_sure) found = scene().intersect(traced, kBefore, crossing_);
-    // The closest hit of all triangles; those at edges may come before it.
-    morphray::Hit passed;
     while (found) {
         const Part& part = committed_.parts[found.geom_id];
-        const bool is_seen = found.geom_id == passed.geom_id && found.prim_id == passed.prim_id;
-        if (!is_seen && (!committed_.uses_masks || part.sees(ray.mask))) {
+        if (!committed_.uses_masks || part.sees(ray.mask)) {
             RTCHit candidate;
             set_hit(found, candidate);
             const float tfar = ray.tfar;
@@ -108,12 +94,7 @@ bool Query::settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray
             }
             ray.tfar = tfar;
         }
-        if (takes_owners && is_sure && !passed) {
-            passed = found;
-            found = scene().intersect(traced, kBefore, crossing_);
-        } else {
-            found = next(traced, part, found);
-        }
+        found = next(traced, part, found);
     }
     return false;
 }

@@ -55,7 +55,7 @@ public:
           options_(options),
           kind_(kind),
           crossing_(options.filter == nullptr ? morphray::Crossing::each
-                                              : morphray::Crossing::owner),
+                                              : morphray::Crossing::once),
           has_filters_(
               options.filter != nullptr ||
               (kind == Kind::closest ? committed.filters_hits : committed.filters_occlusion)) {}
@@ -117,7 +117,6 @@ public:
     bool settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray, RTCHit& hit) const;
 
 private:
-    bool lies_inside(const morphray::Hit& hit) const;
     bool passes_filters(const Part& part, RTCRay& ray, RTCHit& hit) const;
     void call_filter(RTCFilterFunctionN filter, const Part& part, int& valid, RTCRay& ray,
                      RTCHit& hit, Context& context) const;
@@ -126,7 +125,7 @@ private:
     const Committed& committed_;
     QueryOptions options_;
     Kind kind_;
-    /// Queries with a filter of their own count hits, and so take one of those at an edge.
+    /// Queries with a filter of their own count hits, and so take one at an edge.
     morphray::Crossing crossing_;
     bool has_filters_;
 };
