@@ -172,7 +172,7 @@ py::dict cast_rays(PyScene& scene, const py::object& rays, const py::object& coh
             for (std::size_t i = 0; i < hits.size(); ++i) {
                 const Hit& hit = hits[i];
                 const std::size_t at = first + i;
-                t[at] = hit ? hit.t : kInfinity;
+                t[at] = hit.t;
                 geom_id[at] = hit.geom_id;
                 prim_id[at] = hit.prim_id;
                 uv[2 * at] = hit.u;

@@ -186,17 +186,17 @@ class RaycastingScene:
         """The distances to the meshes, negative inside, as compute_occupancy() says. NaN for a
         point that is NaN or infinite."""
         points = _points(query_points, nthreads, nsamples)
-        return self._built().signed_distance(points, rule="odd")
+        return self._built().signed_distance(points)
 
     def compute_occupancy(self, query_points: Any, nthreads: int = 0,
                           nsamples: int = 1) -> NDArray[np.float32]:
         """Finds which points are inside: 1 inside and 0 outside.
 
-        A point is inside if a half-line from it crosses the meshes an odd number of times, exactly,
-        or if it lies on a triangle. Meshes with holes have no inside.
+        A point is inside if the meshes wind around it, exactly, as Scene.contains() says, or if it
+        lies on a triangle. Overlapping meshes count as one. Meshes with holes have no inside.
         """
         points = _points(query_points, nthreads, nsamples)
-        return self._built().contains(points, rule="odd").astype(np.float32)
+        return self._built().contains(points).astype(np.float32)
 
     @staticmethod
     def create_rays_pinhole(*args: Any, **kwargs: Any) -> NDArray[np.float32]:
