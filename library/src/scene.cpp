@@ -157,6 +157,27 @@ private:
     SceneImpl& scene_;
 };
 
+/// Reads the positions [first, first + count) of one mesh, where prepare(scene, mesh) returns first
+/// and count.
+template <class Prepare>
+Update update_mesh(const std::unique_ptr<SceneImpl>& impl, std::uint32_t geom_id, Prepare prepare) {
+    return with_public_errors([&] {
+        Change change(impl);
+        SceneImpl& scene = change.usable();
+        const detail::MeshPlace* const mesh = scene.meshes.find(geom_id);
+        if (mesh == nullptr)
+            throw_bad_argument(fmt::format("the scene has no mesh with geom_id {}", geom_id));
+        if (scene.meshes.has_changes()) {
+            throw_bad_argument(
+                "meshes have been attached or detached; call update() without a mesh first");
+        }
+        const auto [first, count] = prepare(scene, *mesh);
+        return change.run([&](SceneImpl& changed) {
+            changed.follow(std::vector<detail::PoseReader::Piece>{{mesh, first, count}});
+        });
+    });
+}
+
 /// Scene::update(), and update_with_new_bounds() if it takes bounds.
 Update update_all(const std::unique_ptr<SceneImpl>& impl, bool takes_bounds) {
     return with_public_errors([&] {
@@ -248,23 +269,19 @@ Update Scene::update() { return update_all(impl_, false); }
 Update Scene::update_with_new_bounds() { return update_all(impl_, true); }
 
 Update Scene::update(std::uint32_t geom_id, std::size_t first, std::size_t count) {
-    return with_public_errors([&] {
-        Change change(impl_);
-        const MeshList& meshes = change.usable().meshes;
-        const detail::MeshPlace* const mesh = meshes.find(geom_id);
-        if (mesh == nullptr)
-            throw_bad_argument(fmt::format("the scene has no mesh with geom_id {}", geom_id));
-        if (first > mesh->positions.count || count > mesh->positions.count - first) {
+    return update_mesh(impl_, geom_id, [&](SceneImpl&, const detail::MeshPlace& mesh) {
+        if (first > mesh.positions.count || count > mesh.positions.count - first) {
             throw_bad_argument(fmt::format("{} positions from number {} on, of a mesh that has {}",
-                                           count, first, mesh->positions.count));
+                                           count, first, mesh.positions.count));
         }
-        if (meshes.has_changes()) {
-            throw_bad_argument(
-                "meshes have been attached or detached; call update() without a range first");
-        }
-        return change.run([&](SceneImpl& scene) {
-            scene.follow(std::vector<detail::PoseReader::Piece>{{mesh, first, count}});
-        });
+        return std::pair(first, count);
+    });
+}
+
+Update Scene::update(std::uint32_t geom_id, const Positions& positions) {
+    return update_mesh(impl_, geom_id, [&](SceneImpl& scene, const detail::MeshPlace&) {
+        scene.meshes.set_positions(geom_id, positions);
+        return std::pair(std::size_t{0}, positions.count);
     });
 }
 

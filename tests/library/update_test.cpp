@@ -137,6 +137,37 @@ TEST(SceneUpdate, ReadsOnlyTheRangeThatIsNamed) {
     expect_as_new(scene, {moved.view()}, options, world_rays(moved, 1000, 12), "all");
 }
 
+TEST(SceneUpdate, TakesAPoseInAnotherBuffer) {
+    const UserMesh rest(torus(40, 20));
+    const SceneOptions options{.bounds = kBounds};
+    UserMesh buffers[2] = {rest, rest};
+    const UserMesh box(grid_box(6));
+    const std::vector<morphray::MeshView> meshes = {buffers[0].view(), box.view()};
+    Scene scene = Scene::build(std::span<const morphray::MeshView>(meshes), Device::cpu(), options);
+    for (int pose = 1; pose < 5; ++pose) {
+        UserMesh& next = buffers[pose % 2];
+        sway(next, rest, pose);
+        EXPECT_EQ(scene.update(0, morphray::packed(next.points)).step, Step::refit);
+        expect_as_new(scene, {next.view(), box.view()}, options, world_rays(next, 1000, 12),
+                      "pose " + std::to_string(pose));
+    }
+    // The buffer of the last pose is the one that is borrowed.
+    sway(buffers[0], rest, 9);
+    scene.update();
+    expect_as_new(scene, {buffers[0].view(), box.view()}, options, world_rays(rest, 1000, 12),
+                  "borrowed");
+    buffers[1].points.pop_back();
+    EXPECT_EQ(error_of([&] { scene.update(0, morphray::packed(buffers[1].points)); }),
+              "bad_argument");
+    EXPECT_EQ(error_of([&] { scene.update(7, morphray::packed(buffers[0].points)); }),
+              "bad_argument");
+    EXPECT_EQ(error_of([&] {
+                  scene.update(0, morphray::Positions{nullptr, buffers[0].points.size(), 12});
+              }),
+              "bad_argument");
+    EXPECT_EQ(scene.update().step, Step::keep);
+}
+
 TEST(SceneUpdate, MeshesComeAndGo) {
     const UserMesh rest(icosphere(3));
     UserMesh sphere = rest;

@@ -45,7 +45,8 @@ struct Ray {
 inline constexpr std::uint32_t kNoPrim = 0xFFFFFFFFu;
 inline constexpr std::uint32_t kNoGeometry = 0xFFFFFFFFu;
 
-/// The closest hit of a ray, or a miss: {0, 0, 0, kNoPrim, kNoGeometry}.
+/// The closest hit of a ray, or a miss: {infinity, 0, 0, kNoPrim, kNoGeometry}, so that
+/// the nearest of two hits is that of the lower t.
 ///
 /// The hit point is (1 - u - v) * p0 + u * p1 + v * p2 for the corners p0, p1, p2 of triangle
 /// `prim_id` (a number from 0 in the mesh `geom_id`), and org + t * dir up to rounding. Among
@@ -54,7 +55,8 @@ inline constexpr std::uint32_t kNoGeometry = 0xFFFFFFFFu;
 /// hit. A triangle of three corners on a line is hit where rounding gives it a width, so that it
 /// closes the gap between its neighbours. An edge that two triangles share lets no ray through.
 struct Hit {
-    float t = 0;  ///< Rounded to a float; a larger value becomes the largest float.
+    /// Rounded to a float; of a hit, a larger value becomes the largest float.
+    float t = std::numeric_limits<float>::infinity();
     float u = 0;
     float v = 0;
     std::uint32_t prim_id = kNoPrim;

@@ -19,7 +19,7 @@ namespace morphray {
 ///     then, image after image,
 ///         width * height times {float32 t, u, v; uint32 prim_id}, row by row from the top: t is
 ///         the
-///             depth along the viewing direction; a miss is {0, 0, 0, 0xFFFFFFFF}
+///             depth along the viewing direction; a miss is {infinity, 0, 0, 0xFFFFFFFF}
 ///         width * height times uint32: occluded secondary rays
 ///
 /// One thread at a time.

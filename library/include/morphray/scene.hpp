@@ -185,6 +185,10 @@ public:
     /// update. Works for meshes that do not deform, too. Throws bad_argument if they are not in the
     /// mesh.
     Update update(std::uint32_t geom_id, std::size_t first, std::size_t count);
+    /// Borrows other positions for a mesh from now on, as many as it has, and reads them: for poses
+    /// in several buffers. Throws bad_argument, which changes nothing, for another number of
+    /// positions, positions without data and a stride below 12.
+    Update update(std::uint32_t geom_id, const Positions& positions);
     /// The same as update(), but first replaces the bounds by those of all positions, as build()
     /// does without SceneOptions::bounds. Hits then have the same bits as those of a new scene of
     /// these meshes. The policy decides, as in update(), whether the tree is kept.

@@ -222,6 +222,14 @@ With geom_id it reads count points of one mesh from first on, or all from there.
 "bad_argument" for a mesh or points that are not there.)",
              arg("geom_id") = py::none(), arg("first") = 0, arg("count") = py::none())
         .def(
+            "update",
+            [](PyScene& scene, std::uint32_t geom_id, const py::array& points) {
+                return scene.update(geom_id, points);
+            },
+            "Borrows other points for a mesh from now on, as many as it has, and reads them: for a "
+            "pose in another buffer.",
+            arg("geom_id"), arg("points"))
+        .def(
             "update_with_new_bounds", [](PyScene& scene) { return scene.update(true); },
             "update(), with the bounds of all points from then on, as Scene(...) without bounds.")
         .def(

@@ -173,6 +173,18 @@ Update PyScene::update(std::uint32_t geom_id, std::size_t first, std::optional<s
     return update;
 }
 
+Update PyScene::update(std::uint32_t geom_id, const py::object& points) {
+    const Positions positions = positions_of(points, "points");
+    const std::unique_lock lock = change_lock();
+    Update update;
+    cancel_build_ = false;
+    run_interruptibly(cancel_build_, [&] { update = scene_->update(geom_id, positions); });
+    const auto array = py::reinterpret_borrow<py::array>(points);
+    points_.insert_or_assign(geom_id, array);
+    next_points_.insert_or_assign(geom_id, array);
+    return update;
+}
+
 std::uint32_t PyScene::attach(const BorrowedMesh& mesh) {
     const std::unique_lock lock = change_lock();
     std::uint32_t geom_id = 0;

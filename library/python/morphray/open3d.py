@@ -127,7 +127,7 @@ class RaycastingScene:
         scene, rows, first = self._scene_and_normals()
         hits = scene.intersect(array, coherence=coherence)
         return {
-            "t_hit": np.where(hits["prim_id"] == self.INVALID_ID, np.float32(np.inf), hits["t"]),
+            "t_hit": hits["t"].copy(),
             **_primitives(hits),
             "primitive_normals": _normals_at(hits, rows, first),
         }
@@ -192,16 +192,16 @@ class RaycastingScene:
                                 nsamples: int = 1) -> NDArray[np.float32]:
         """The distances to the meshes, negative inside, as compute_occupancy() says. NaN for a
         point that is NaN or infinite."""
-        return self._scene().signed_distance(_array(query_points), rule="odd")
+        return self._scene().signed_distance(_array(query_points))
 
     def compute_occupancy(self, query_points: Any, nthreads: int = 0,
                           nsamples: int = 1) -> NDArray[np.float32]:
         """Finds which points are inside: 1 inside and 0 outside.
 
-        A point is inside if a half-line from it crosses the meshes an odd number of times, exactly,
-        or if it lies on a triangle. Meshes with holes have no inside.
+        A point is inside if the meshes wind around it, exactly, as Scene.contains() says, or if it
+        lies on a triangle. Overlapping meshes count as one. Meshes with holes have no inside.
         """
-        return self._scene().contains(_array(query_points), rule="odd").astype(np.float32)
+        return self._scene().contains(_array(query_points)).astype(np.float32)
 
     @staticmethod
     def create_rays_pinhole(*args: Any, **kwargs: Any) -> NDArray[np.float32]:

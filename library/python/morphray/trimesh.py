@@ -166,7 +166,7 @@ class _MeshScene:
         """No point outside of the bounds is inside, also of a mesh with holes."""
         in_bounds = ((points >= self.lower) & (points <= self.upper)).all(axis=1)
         inside = np.zeros(len(points), bool)
-        inside[in_bounds] = self.scene.contains(self.frame.points(points[in_bounds]), rule="odd")
+        inside[in_bounds] = self.scene.contains(self.frame.points(points[in_bounds]))
         return inside
 
     def closest_on(self, faces, points):
@@ -257,8 +257,8 @@ class RayMeshIntersector:
         return self.intersects_first(ray_origins, ray_directions) >= 0
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Finds which points are inside: those whose half-lines cross the mesh an odd number of
-        times, exactly for float32, and those on a triangle. None outside of the bounds is inside."""
+        """Finds which points are inside: those that the mesh winds around, exactly for float32, as
+        Scene.contains() says, and those on a triangle. None outside of the bounds is inside."""
         rows = _rows(points, "points")
         self._followed.update()
         return self._followed.contains(rows)

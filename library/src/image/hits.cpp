@@ -67,7 +67,7 @@ HitsFile parse(const std::string& file, std::string_view text) {
         take(hits);
         for (const mray::Hit& hit : hits) {
             const bool missed = hit.prim_id == kNoPrim;
-            image.hits.push_back({hit.t, hit.u, hit.v, hit.prim_id, missed ? kNoGeometry : 0});
+            image.hits.push_back(missed ? Hit{} : Hit{hit.t, hit.u, hit.v, hit.prim_id, 0});
         }
         image.occlusion.resize(pixels);
         take(image.occlusion);

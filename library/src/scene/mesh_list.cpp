@@ -65,8 +65,7 @@ void check_textures(const MeshView& mesh) {
     }
 }
 
-void check(const MeshView& mesh) {
-    const Positions& positions = mesh.positions;
+void check(const Positions& positions) {
     if (positions.count > 0 && positions.data == nullptr)
         throw_bad_argument("positions: no data, but a count above 0");
     if (positions.count > 1 && positions.stride < sizeof(Vec3)) {
@@ -75,6 +74,11 @@ void check(const MeshView& mesh) {
     }
     if (positions.count > kMostVertices)
         throw Error(ErrorCode::limit, fmt::format("positions: {} are too many", positions.count));
+}
+
+void check(const MeshView& mesh) {
+    const Positions& positions = mesh.positions;
+    check(positions);
     if (mesh.triangles.size() % 3 != 0) {
         throw Error(ErrorCode::bad_input,
                     fmt::format("triangles: {} indices, which is not a multiple of 3",
@@ -225,6 +229,16 @@ MeshList::Parts MeshList::parts_of(const MeshPlace& place) const {
     parts.texcoords = std::span(texcoords_).subspan(place.first_prim, place.prim_count);
     parts.texture_ids = std::span(texture_ids_).subspan(place.first_prim, place.prim_count);
     return parts;
+}
+
+void MeshList::set_positions(std::uint32_t geom_id, const Positions& positions) {
+    MeshPlace& mesh = places_[geom_id];
+    if (positions.count != mesh.positions.count) {
+        throw_bad_argument(fmt::format("{} positions for a mesh that has {}", positions.count,
+                                       mesh.positions.count));
+    }
+    check(positions);
+    mesh.positions = positions;
 }
 
 MeshList MeshList::changed() const {

@@ -45,6 +45,9 @@ public:
     std::uint32_t attach(const MeshView& mesh);
     /// Throws Error if there is no such mesh.
     void detach(std::uint32_t geom_id);
+    /// Gives a mesh that is there other positions. Throws Error, and changes nothing, if they are
+    /// unsuitable.
+    void set_positions(std::uint32_t geom_id, const Positions& positions);
     bool has_changes() const { return !changes_.empty(); }
     /// The list with the collected changes made.
     MeshList changed() const;

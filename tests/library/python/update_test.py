@@ -105,6 +105,30 @@ def test_scene_keeps_the_array_that_its_caller_forgot():
     assert alive() is None
 
 
+def test_pose_in_another_buffer():
+    points, triangles = triangle()
+    buffers = [points, points.copy()]
+    scene = morphray.Scene(buffers[0], triangles, bounds=BOUNDS)
+    alive = weakref.ref(buffers[0])
+    for step in range(1, 4):
+        pose = buffers[step % 2]
+        pose[:, 2] = -step / 4
+        assert scene.update(0, pose).step == "refit"
+        assert scene.intersect(DOWN)["t"] == 1 + step / 4
+    del points, pose, buffers[0]
+    gc.collect()
+    assert alive() is None
+    buffers[0][:, 2] = -1
+    scene.update()
+    assert scene.intersect(DOWN)["t"] == 2
+    with pytest.raises(morphray.Error) as refused:
+        scene.update(0, buffers[0][:2])
+    assert refused.value.code == "bad_argument"
+    with pytest.raises(TypeError):
+        scene.update(0, buffers[0].astype(np.float64))
+    assert scene.update().step == "keep"
+
+
 def test_several_meshes():
     first, triangles = triangle()
     second = first + np.float32([0, 0, 0.5])
