@@ -31,8 +31,6 @@ struct BackendTimes {
     double secondary_ms = 0;
     double shade_ms = 0;
     std::uint64_t rays = 0;
-    /// Bytes of the tree that the last set_scene(), set_frame() or edit_tree() wrote to a device.
-    std::uint64_t tree_bytes = 0;
 };
 
 /// The part of a tree that a refit writes. The bytes of the refitted tree do not depend on it.
@@ -70,8 +68,8 @@ struct RayBatch {
 
 /// A backend holds one scene at a time: topology, positions, and a BVH of its own. Not thread-safe;
 /// it uses threads or a device inside. Calls throw Error: kUnavailable, kLimit (before any work),
-/// kDeviceLost. A set_scene() or edit_tree() that throws may have dropped the scene: then nothing
-/// is hit, and refit() and set_frame() throw Error(kBadArgument), until the next set_scene().
+/// kDeviceLost. A set_scene() that throws may have dropped the scene: then nothing is hit, and
+/// refit() and set_frame() throw Error(kBadArgument), until the next set_scene().
 class Backend {
 public:
     explicit Backend(BackendInfo info) : info_(std::move(info)) {}
@@ -101,8 +99,8 @@ public:
     /// Copies the tree at the current positions.
     virtual void read_tree(Bvh& bvh) = 0;
     /// Lets `edit` change the tree at the current positions. The result must be a tree over the
-    /// same triangles whose boxes and vertices belong to these positions. A device then writes the
-    /// ranges that differ. `edit` runs in the backend's threads, if it has some.
+    /// same triangles whose boxes and vertices belong to these positions. `edit` runs in the
+    /// backend's threads, if it has some.
     virtual void edit_tree(const TreeEdit& edit) = 0;
 
     /// Throws Error(kCancelled), leaving any pixels in the frame, soon after the watch of

@@ -6,34 +6,11 @@
 #include <span>
 #include <vector>
 
-// Generated from shaders/*.comp; they use std::uint32_t without including it.
-#include "shaders/occlusion/occlusion_spirv.h"
-#include "shaders/occlusion/occlusion_storage_spirv.h"
-#include "shaders/queries/closest_spirv.h"
-#include "shaders/queries/closest_storage_spirv.h"
-#include "shaders/queries/hits_spirv.h"
-#include "shaders/queries/hits_storage_spirv.h"
-#include "shaders/queries/winding_spirv.h"
-#include "shaders/queries/winding_storage_spirv.h"
-#include "shaders/refit/refit_leaves_spirv.h"
-#include "shaders/refit/refit_leaves_storage_spirv.h"
-#include "shaders/refit/refit_nodes_spirv.h"
-#include "shaders/refit/refit_nodes_storage_spirv.h"
-#include "shaders/shade/compact_spirv.h"
-#include "shaders/shade/compact_storage_spirv.h"
-#include "shaders/shade/shade_spirv.h"
-#include "shaders/shade/shade_storage_spirv.h"
-#include "shaders/single_ray/primary_spirv.h"
-#include "shaders/single_ray/primary_storage_spirv.h"
-#include "shaders/single_ray/rays_spirv.h"
-#include "shaders/single_ray/rays_storage_spirv.h"
-#include "shaders/single_ray/resume_spirv.h"
-#include "shaders/single_ray/resume_storage_spirv.h"
+// Generated from shaders/*.comp.
+#include "shaders/morphray_kernels.h"
 
 namespace mray::gpu {
 namespace {
-
-using Constants = std::vector<std::uint32_t>;
 
 /// A region without pixels. Its only tile keeps kernels from dividing by 0.
 RegionArguments no_region() {
@@ -43,21 +20,16 @@ RegionArguments no_region() {
     return nothing;
 }
 
-Constants ray_constants(const PhysicalDevice& device, const Tuning& tuning) {
-    static_assert(kConstantStepBudget == 0 && kConstantBoxes == 1);
-    return {step_budget(device, tuning), tuning.boxes};
-}
-
-Constants query_constants(const PhysicalDevice& device, const Tuning& tuning) {
-    const std::uint32_t steps = step_budget(device, tuning);
-    return {steps <= kStepBudget ? std::min(steps, kQueryStepBudget) : steps};
+/// The budget of a query where rays have this one: lavapipe's is lower.
+std::uint32_t query_steps(std::uint32_t steps) {
+    return steps <= kStepBudget ? std::min(steps, kQueryStepBudget) : steps;
 }
 
 }  // namespace
 
 void Kernel::compile(SharedDevice& device) {
     if (pipeline_) return;
-    Pipeline& pipeline = device.pipelines.get(device.device, name_, spirv_, constants_);
+    Pipeline& pipeline = device.pipelines.get(device.device, spirv_, {steps_});
     pipeline_.emplace(device.device, pipeline);
 }
 
@@ -73,24 +45,22 @@ void Kernel::bind(const Bindings& bindings, std::uint64_t version) {
 
 Kernels::Kernels(SharedDevice& device, Context& context, const Tuning& tuning)
     : Kernels(device, context, buffer_kind(device.device.physical(), tuning),
-              ray_constants(device.device.physical(), tuning),
-              query_constants(device.device.physical(), tuning)) {}
+              step_budget(device.device.physical(), tuning)) {}
 
-Kernels::Kernels(SharedDevice& device, Context& context, BufferKind kind, const Constants& of_rays,
-                 const Constants& of_queries)
+Kernels::Kernels(SharedDevice& device, Context& context, BufferKind kind, std::uint32_t steps)
     : device_(device),
       context_(context),
-      primary("primary", WORDS(primary), kind, of_rays, no_region()),
-      rays("rays", WORDS(rays), kind, of_rays, RaysArguments{}),
-      compact("compact", WORDS(compact), kind, {}, no_region()),
-      occlusion("occlusion", WORDS(occlusion), kind, of_rays, OcclusionArguments{}),
-      resume("resume", WORDS(resume), kind, of_rays, ResumeArguments{}),
-      hits("hits", WORDS(hits), kind, of_queries, QueryArguments{}),
-      winding("winding", WORDS(winding), kind, of_queries, QueryArguments{}),
-      closest("closest", WORDS(closest), kind, of_queries, QueryArguments{}),
-      shade("shade", WORDS(shade), kind, {}, no_region()),
-      refit_leaves("refit leaves", WORDS(refit_leaves), kind, {}, RefitArguments{}),
-      refit_nodes("refit nodes", WORDS(refit_nodes), kind, {}, RefitArguments{}) {}
+      primary(WORDS(primary), kind, steps, no_region()),
+      rays(WORDS(rays), kind, steps, RaysArguments{}),
+      compact(WORDS(compact), kind, steps, no_region()),
+      occlusion(WORDS(occlusion), kind, steps, OcclusionArguments{}),
+      resume(WORDS(resume), kind, steps, ResumeArguments{}),
+      hits(WORDS(hits), kind, query_steps(steps), QueryArguments{}),
+      winding(WORDS(winding), kind, query_steps(steps), QueryArguments{}),
+      closest(WORDS(closest), kind, query_steps(steps), QueryArguments{}),
+      shade(WORDS(shade), kind, steps, no_region()),
+      refit_leaves(WORDS(refit_leaves), kind, steps, RefitArguments{}),
+      refit_nodes(WORDS(refit_nodes), kind, steps, RefitArguments{}) {}
 
 #undef WORDS
 

@@ -6,7 +6,6 @@
 #include <initializer_list>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "common/base/watch.h"
@@ -23,14 +22,11 @@ struct KernelWords {
 
 class Kernel {
 public:
-    /// `constants` are the specialisation constants 0, 1, ...; `nothing` are the arguments of a
+    /// `steps` is the budget of a lane (kConstantStepBudget); `nothing` are the arguments of a
     /// workgroup that has no work and writes nothing.
     template <class Arguments>
-    Kernel(const char* name, const KernelWords& words, BufferKind kind,
-           std::vector<std::uint32_t> constants, const Arguments& nothing)
-        : name_(name),
-          spirv_(kind == BufferKind::kTexels ? words.texels : words.storage),
-          constants_(std::move(constants)) {
+    Kernel(const KernelWords& words, BufferKind kind, std::uint32_t steps, const Arguments& nothing)
+        : spirv_(kind == BufferKind::kTexels ? words.texels : words.storage), steps_(steps) {
         const auto bytes = std::as_bytes(std::span(&nothing, 1));
         nothing_.assign(bytes.begin(), bytes.end());
     }
@@ -58,9 +54,8 @@ public:
     }
 
 private:
-    const char* name_;
     std::span<const std::uint32_t> spirv_;
-    std::vector<std::uint32_t> constants_;
+    std::uint32_t steps_;
     std::vector<std::byte> nothing_;
     std::optional<BoundPipeline> pipeline_;
     std::uint64_t bound_version_ = 0;
@@ -91,9 +86,7 @@ public:
     }
 
 private:
-    using Constants = std::vector<std::uint32_t>;
-    Kernels(SharedDevice& device, Context& context, BufferKind kind, const Constants& of_rays,
-            const Constants& of_queries);
+    Kernels(SharedDevice& device, Context& context, BufferKind kind, std::uint32_t steps);
 
     SharedDevice& device_;
     Context& context_;

@@ -100,15 +100,6 @@ void check_scene(const PhysicalDevice& device, BufferKind kind, const SceneSize&
     check_bytes(device, scene);
 }
 
-bool fits(const PhysicalDevice& device, BufferKind kind, const SceneSize& scene) {
-    try {
-        check_scene(device, kind, scene);
-        return true;
-    } catch (const Error&) {
-        return false;
-    }
-}
-
 PassSize pass_size(const PhysicalDevice& device, const Tuning& tuning) {
     const VkPhysicalDeviceLimits& limits = device.limits;
     if (limits.maxComputeWorkGroupInvocations < kGroupSize ||

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "gpu/vulkan/device_info.h"
-#include "gpu/vulkan/tuning.h"
+#include "shaders/kernel_interface.h"
 
 namespace mray::gpu {
 
@@ -31,9 +31,6 @@ struct SceneSize {
 
 /// Throws Error(kLimit), with the numbers, if the device cannot hold such a scene.
 void check_scene(const PhysicalDevice& device, BufferKind kind, const SceneSize& scene);
-
-/// Whether check_scene() accepts the scene.
-bool fits(const PhysicalDevice& device, BufferKind kind, const SceneSize& scene);
 
 /// The part of an image or batch that goes into one dispatch.
 struct PassSize {

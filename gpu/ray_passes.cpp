@@ -36,7 +36,7 @@ RayPasses::RayPasses(SharedDevice& device, Context& context, Kernels& kernels,
 
 RayPasses::Use RayPasses::use() {
     buffers_ = device_.ray_buffers.take(device_.device, size_, kind_);
-    return Use(*this);
+    return Use(this);
 }
 
 double RayPasses::run(const char* what, bool any_hit, const Record& dispatch) {

@@ -21,18 +21,12 @@ public:
               const PassSize& size, BufferKind kind, std::uint32_t step_budget);
 
     /// Buffers that are taken from the device until this ends.
-    class Use {
-    public:
-        explicit Use(RayPasses& passes) : passes_(&passes) {}
-        Use(Use&& other) noexcept : passes_(std::exchange(other.passes_, nullptr)) {}
-        ~Use() {
-            if (passes_ == nullptr) return;
-            passes_->device_.ray_buffers.give_back(std::move(passes_->buffers_));
+    struct GiveBack {
+        void operator()(RayPasses* passes) const {
+            passes->device_.ray_buffers.give_back(std::move(passes->buffers_));
         }
-
-    private:
-        RayPasses* passes_;
     };
+    using Use = std::unique_ptr<RayPasses, GiveBack>;
     /// Takes buffers; all other calls need them. Throws Error(kLimit) if memory runs out.
     [[nodiscard]] Use use();
 

@@ -27,15 +27,11 @@ struct Filler {
     Device& device;
     BufferKind kind;
     Transfer& transfer;
-    /// Room to grow, as a part of the size.
-    double room = 0;
 
     template <class Values>
     ReadBuffer operator()(const char* name, const Values& values, VkFormat format = kWord,
                           VkBufferUsageFlags texels = kSampled) const {
-        const std::size_t size = bytes_of(values).size();
-        const auto more = static_cast<std::size_t>(static_cast<double>(size) * room) / 16 * 16;
-        ReadBuffer buffer(device, kind, name, size + more, format, 0, texels);
+        ReadBuffer buffer(device, kind, name, bytes_of(values).size(), format, 0, texels);
         transfer.upload(bytes_of(values), buffer.buffer);
         return buffer;
     }
@@ -66,9 +62,9 @@ void write_positions(BufferKind kind, std::span<const vec3> positions, std::span
                       });
 }
 
-UniqueBufferView words_of(Device& device, BufferKind kind, const char* name, const Buffer& buffer) {
+UniqueBufferView words_of(Device& device, BufferKind kind, const Buffer& buffer) {
     if (kind == BufferKind::kStorage) return {};
-    return texel_view(device, name, buffer, kWord);
+    return texel_view(device, buffer, kWord);
 }
 
 /// Three vertices and the albedo of each triangle; a single triangle of vertex 0 if there are none,
@@ -111,15 +107,14 @@ SceneBuffers::SceneBuffers(Device& device, BufferKind kind, Transfer& transfer,
       triangle_count_(static_cast<std::uint32_t>(topology.triangles.size())),
       positions_(device, kind, "positions", bytes_of_vertex(kind) * positions.size(), kFourWords),
       triangles_(Filler{device, kind, transfer}("triangles", with_albedo(topology), kFourWords)),
-      tree_(device, kind, transfer, bvh, 0) {
+      tree_(device, kind, transfer, bvh) {
     set_positions(transfer, positions);
 }
 
-SceneBuffers::Tree::Tree(Device& device, BufferKind kind, Transfer& transfer, const Bvh& bvh,
-                         double room)
+SceneBuffers::Tree::Tree(Device& device, BufferKind kind, Transfer& transfer, const Bvh& bvh)
     : leaf_count(static_cast<std::uint32_t>(bvh.leaves.size())), level_begin(bvh.level_begin) {
     assert(level_begin.back() == bvh.nodes.size());
-    const Filler filled{device, kind, transfer, room};
+    const Filler filled{device, kind, transfer};
     nodes = filled("nodes", bvh.nodes, kFourWords, kInPlace);
     leaves = filled("leaves", leaves_of(bvh), kFourWords, kInPlace);
     const auto boxes_of = [&](const char* name, std::uint64_t size, std::uint64_t part) {
@@ -132,11 +127,11 @@ SceneBuffers::Tree::Tree(Device& device, BufferKind kind, Transfer& transfer, co
     leaf_parents = filled("leaf parents", bvh.leaf_parents);
     node_parents = filled("node parents", bvh.node_parents);
     repeated = bvh.repeated;
-    repeated_texels = Filler{device, kind, transfer}("repeated triangles", bvh.repeated);
-    node_words = words_of(device, kind, "words of nodes", nodes.buffer);
-    leaf_words = words_of(device, kind, "words of leaves", leaves.buffer);
-    quarter_words = words_of(device, kind, "words of quarters", quarters.buffer);
-    group_words = words_of(device, kind, "words of groups", groups.buffer);
+    repeated_texels = filled("repeated triangles", bvh.repeated);
+    node_words = words_of(device, kind, nodes.buffer);
+    leaf_words = words_of(device, kind, leaves.buffer);
+    quarter_words = words_of(device, kind, quarters.buffer);
+    group_words = words_of(device, kind, groups.buffer);
 }
 
 void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> positions) {
@@ -175,38 +170,9 @@ Record SceneBuffers::set_positions(std::span<const vec3> positions,
     };
 }
 
-void SceneBuffers::set_tree(Transfer& transfer, const Bvh& bvh, double room) {
+void SceneBuffers::set_tree(Transfer& transfer, const Bvh& bvh) {
     assert(bvh.triangle_count == triangle_count_);
-    tree_ = Tree(*device_, kind_, transfer, bvh, room);
-}
-
-std::optional<std::uint64_t> SceneBuffers::change_tree(Transfer& transfer, const Bvh& before,
-                                                       const Bvh& after) {
-    assert(before.nodes.size() == node_count() && before.leaves.size() == leaf_count());
-    std::uint64_t written = 0;
-    bool has_room = true;
-    const auto for_each_part = [&](auto use) {
-        use(before.nodes, after.nodes, tree_.nodes);
-        use(before.leaves, after.leaves, tree_.leaves);
-        use(before.leaf_vertices, after.leaf_vertices, tree_.leaf_vertices);
-        use(before.leaf_parents, after.leaf_parents, tree_.leaf_parents);
-        use(before.node_parents, after.node_parents, tree_.node_parents);
-    };
-    for_each_part([&](const auto&, const auto& values, const ReadBuffer& texels) {
-        has_room = has_room && bytes_of(values).size() <= texels.buffer.size();
-    });
-    if (!has_room || after.repeated != tree_.repeated) return std::nullopt;
-    for_each_part([&](const auto& old_values, const auto& values, const ReadBuffer& texels) {
-        written += transfer.upload_changes(bytes_of(old_values), bytes_of(values), texels.buffer);
-    });
-    tree_.level_begin = after.level_begin;
-    tree_.leaf_count = static_cast<std::uint32_t>(after.leaves.size());
-    return written;
-}
-
-std::uint64_t SceneBuffers::tree_bytes() const {
-    return sizeof(Node) * node_count() + sizeof(Leaf) * leaf_count() +
-           4 * (node_count() + (kLeafVertices + 1) * std::uint64_t{leaf_count()});
+    tree_ = Tree(*device_, kind_, transfer, bvh);
 }
 
 void SceneBuffers::read_tree(Transfer& transfer, Bvh& bvh) const {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -44,17 +43,10 @@ public:
     /// them, or nothing if the host writes the device's memory. Call it again only after these
     /// commands have run or have been dropped.
     Record set_positions(std::span<const vec3> positions, std::span<const IndexRange> ranges);
-    /// Replaces the tree by one over the same triangles, with room to grow by the part `room` of
-    /// its size. A refit of all must follow, which makes the boxes of quarters and groups. Kernels
-    /// must be bound again. After an exception the old tree is still there.
-    void set_tree(Transfer& transfer, const Bvh& bvh, double room = 0);
-    /// Replaces the tree `before`, which must be the current one: writes the blocks that differ, in
-    /// place, and returns the number of bytes. A refit of all must follow. Does nothing and returns
-    /// nothing if there is no room for `after`. After an exception the tree is broken.
-    std::optional<std::uint64_t> change_tree(Transfer& transfer, const Bvh& before,
-                                             const Bvh& after);
-    /// Size of nodes, leaves, and their tables.
-    std::uint64_t tree_bytes() const;
+    /// Replaces the tree by one over the same triangles. A refit of all must follow, which makes
+    /// the boxes of quarters and groups. Kernels must be bound again. After an exception the old
+    /// tree is still there.
+    void set_tree(Transfer& transfer, const Bvh& bvh);
     /// Reads nodes and leaves back, into a tree that has as many.
     void read_tree(Transfer& transfer, Bvh& bvh) const;
     /// The nodes where the host sees them, or in `copy`. Valid until the tree changes.
@@ -64,7 +56,7 @@ public:
 
 private:
     struct Tree {
-        Tree(Device& device, BufferKind kind, Transfer& transfer, const Bvh& bvh, double room);
+        Tree(Device& device, BufferKind kind, Transfer& transfer, const Bvh& bvh);
 
         std::uint32_t leaf_count;
         std::vector<std::uint32_t> level_begin;

@@ -29,19 +29,19 @@ Registry& registry() {
     return all;
 }
 
-PhysicalDevice choose(const std::vector<PhysicalDevice>& devices, const std::string& wanted) {
+std::vector<DeviceInfo> infos_of(const std::vector<PhysicalDevice>& devices) {
     std::vector<DeviceInfo> infos;
-    infos.reserve(devices.size());
     for (const PhysicalDevice& d : devices) infos.push_back(d.info);
-    return devices[choose_device(infos, wanted)];
+    return infos;
+}
+
+PhysicalDevice choose(const std::vector<PhysicalDevice>& devices, const std::string& wanted) {
+    return devices[choose_device(infos_of(devices), wanted)];
 }
 
 std::shared_ptr<SharedDevice> adopt(const VulkanConfig& config, const Tuning& tuning) {
     const HostDevice& host = *config.host;
-    const PFN_vkGetInstanceProcAddr loader =
-        host.get_instance_proc_addr != nullptr
-            ? reinterpret_cast<PFN_vkGetInstanceProcAddr>(host.get_instance_proc_addr)
-            : tuning.loader;
+    const auto loader = reinterpret_cast<LoaderFunction>(host.get_instance_proc_addr);
     auto instance = std::make_shared<Instance>(static_cast<VkInstance>(host.instance), loader);
     PhysicalDevice physical = host_device(*instance, host);
     return std::make_shared<SharedDevice>(std::move(instance), std::move(physical), config.host,
@@ -80,12 +80,19 @@ std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config, const Tuni
     return made;
 }
 
-std::vector<PhysicalDevice> physical_devices(PFN_vkGetInstanceProcAddr loader) {
+bool is_lost(const SharedDevice& device) { return device.device.is_lost(); }
+
+std::vector<DeviceInfo> list_devices(LoaderFunction loader) {
     Registry& all = registry();
     const std::scoped_lock lock(all.mutex);
-    if (loader != nullptr) return physical_devices(Instance(false, loader));
+    if (loader != nullptr) return infos_of(physical_devices(Instance(false, loader)));
     all.start();
-    return all.physical;
+    return infos_of(all.physical);
+}
+
+DeviceInfo find_device(const std::string& device) {
+    const std::vector<DeviceInfo> devices = list_devices();
+    return devices[choose_device(devices, device)];
 }
 
 }  // namespace mray::gpu

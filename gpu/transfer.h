@@ -14,18 +14,13 @@ public:
 
     /// Writes bytes to the start of `to`.
     void upload(std::span<const std::byte> bytes, const Buffer& to);
-    /// Changes the start of `to` from `before` to `after`: writes the blocks of kBlockBytes that
-    /// differ. Returns the number of bytes that it wrote.
-    std::uint64_t upload_changes(std::span<const std::byte> before,
-                                 std::span<const std::byte> after, const Buffer& to);
-    static constexpr std::size_t kBlockBytes = 2048;
     /// Reads bytes from the start of `from`.
     void download(const Buffer& from, std::span<std::byte> bytes);
     /// Submits commands of a copy, if there are any.
     void run(const Record& copy);
 
 private:
-    void copy(const Buffer& from, const Buffer& to, std::span<const VkBufferCopy> copies);
+    void copy(const Buffer& from, const Buffer& to, const VkBufferCopy& piece);
     const Buffer& staging();
 
     Context& context_;

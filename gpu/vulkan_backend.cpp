@@ -23,20 +23,9 @@
 namespace mray::gpu {
 namespace {
 
-/// Room to grow that edited trees get on the device, as a part of their size. Restructured trees
-/// mostly grow by a third once, and then by less and less.
-constexpr double kRoom = 0.5;
-
 SceneSize size_of(std::uint64_t vertices, std::uint64_t triangles, const Bvh& bvh) {
     return {vertices,          triangles,   bvh.nodes.size(),
             bvh.leaves.size(), bvh.depth(), bvh.repeated.size()};
-}
-
-/// `size` with a tree that has used up its room.
-SceneSize with_room(SceneSize size) {
-    for (std::uint64_t* const count : {&size.nodes, &size.leaves})
-        *count += static_cast<std::uint64_t>(kRoom * static_cast<double>(*count));
-    return size;
 }
 
 BackendInfo info_of(const DeviceInfo& device) {
@@ -84,7 +73,6 @@ private:
     RayPasses::Use use_ray_buffers();
     void keep_links(const Bvh& bvh);
     void require_scene_of(std::span<const vec3> positions) const;
-    std::optional<std::uint64_t> change_tree(const Bvh& before, const Bvh& after);
     void clear();
     void prepare_refit() { kernels_.prepare({&kernels_.refit_leaves, &kernels_.refit_nodes}); }
     void defer_refit(const RefitPlan& plan);
@@ -166,7 +154,7 @@ void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> po
     keep_links(bvh);
     lacks_boxes_ = true;
     shared_->device.throw_on_validation_errors();
-    times_ = {.update = {.upload_ms = watch.ms()}, .tree_bytes = scene_.tree_bytes()};
+    times_ = {.update = {.upload_ms = watch.ms()}};
 }
 
 void VulkanBackend::set_frame(std::span<const vec3> positions, const Bvh& bvh) {
@@ -183,7 +171,6 @@ void VulkanBackend::set_frame(std::span<const vec3> positions, const Bvh& bvh) {
     lacks_boxes_ = true;
     keep_links(bvh);
     shared_->device.throw_on_validation_errors();
-    times_.tree_bytes = scene_.tree_bytes();
     times_.update.upload_ms = watch.ms();
 }
 
@@ -248,34 +235,15 @@ void VulkanBackend::read_tree(Bvh& bvh) {
 }
 
 void VulkanBackend::edit_tree(const TreeEdit& edit) {
-    Bvh before;
-    read_tree(before);
-    Bvh tree = before;
-    times_.tree_bytes = 0;
+    Bvh tree;
+    read_tree(tree);
     if (!edit(tree)) return;
-    const SceneSize size = size_of(scene_.vertex_count(), scene_.triangle_count(), tree);
-    check_scene(physical(), kind_, size);
-    if (const auto written = change_tree(before, tree)) {
-        times_.tree_bytes = *written;
-    } else {
-        const bool has_room = fits(physical(), kind_, with_room(size));
-        scene_.set_tree(transfer_, tree, has_room ? kRoom : 0);
-        bind();
-        times_.tree_bytes = scene_.tree_bytes();
-    }
+    check_scene(physical(), kind_, size_of(scene_.vertex_count(), scene_.triangle_count(), tree));
+    scene_.set_tree(transfer_, tree);
+    bind();
     planner_.set_tree();
     keep_links(tree);
     lacks_boxes_ = true;
-}
-
-/// Drops the scene if the tree could not be written as a whole.
-std::optional<std::uint64_t> VulkanBackend::change_tree(const Bvh& before, const Bvh& after) {
-    try {
-        return scene_.change_tree(transfer_, before, after);
-    } catch (const Error&) {
-        clear();
-        throw;
-    }
 }
 
 /// Drops the scene with its deferred refit. Until the next set_scene() nothing is hit. Makes
@@ -336,43 +304,13 @@ const BackendTimes& VulkanBackend::finish() {
 
 }  // namespace
 
-std::vector<DeviceInfo> list_devices(PFN_vkGetInstanceProcAddr loader) {
-    std::vector<DeviceInfo> infos;
-    for (const PhysicalDevice& d : physical_devices(loader)) infos.push_back(d.info);
-    return infos;
-}
-
-std::vector<DeviceInfo> list_devices() { return list_devices(nullptr); }
-
-DeviceInfo find_device(const std::string& device) {
-    const std::vector<DeviceInfo> devices = list_devices();
-    return devices[choose_device(devices, device)];
-}
-
-std::unique_ptr<Backend> make_tuned_backend(std::shared_ptr<SharedDevice> device,
-                                            const Tuning& tuning) {
+std::unique_ptr<Backend> make_backend_on(std::shared_ptr<SharedDevice> device,
+                                         const Tuning& tuning) {
     return std::make_unique<VulkanBackend>(std::move(device), tuning);
 }
 
 std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config, const Tuning& tuning) {
-    return make_tuned_backend(open_device(config, tuning), tuning);
+    return make_backend_on(open_device(config, tuning), tuning);
 }
-
-std::unique_ptr<Backend> make_vulkan_backend(std::shared_ptr<SharedDevice> device,
-                                             std::uint64_t time_limit_ms) {
-    Tuning tuning;
-    tuning.submit_timeout_ms = time_limit_ms;
-    return make_tuned_backend(std::move(device), tuning);
-}
-
-std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config) {
-    return make_vulkan_backend(config, Tuning{});
-}
-
-std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config) {
-    return open_device(config, Tuning{});
-}
-
-bool is_lost(const SharedDevice& device) { return device.device.is_lost(); }
 
 }  // namespace mray::gpu

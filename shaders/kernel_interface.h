@@ -71,11 +71,6 @@ SHARED_CONST uint kMostShadedTileBits = 8u;
 // Specialisation constant 0: the loop iterations that a lane counts before it suspends its ray
 // (base/lavapipe.h).
 SHARED_CONST uint kConstantStepBudget = 0u;
-// Specialisation constant 1 of kernels of rays: the boxes that are tested beside those of nodes.
-// The benchmark leaves some out.
-SHARED_CONST uint kConstantBoxes = 1u;
-SHARED_CONST uint kTestQuarters = 1u;
-SHARED_CONST uint kTestGroups = 2u;
 
 // Bits of WorkHeader.status.
 SHARED_CONST uint kStatusStackOverflow = 1u;

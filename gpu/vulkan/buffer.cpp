@@ -53,7 +53,6 @@ Buffer::Buffer(Device& device, const std::string& name, VkDeviceSize size, VkBuf
     };
     buffer_ = UniqueBuffer(device.get(), vkCreateBuffer, info, "create a buffer");
     const VkBuffer buffer = buffer_.get();
-    device.name(VK_OBJECT_TYPE_BUFFER, buffer, name);
 
     VkMemoryRequirements needs = {};
     vkGetBufferMemoryRequirements(device.get(), buffer, &needs);
@@ -67,8 +66,7 @@ Buffer::Buffer(Device& device, const std::string& name, VkDeviceSize size, VkBuf
     if (is_mapped) mapped_ = memory_.block().mapped().subspan(memory_.offset(), size_);
 }
 
-UniqueBufferView texel_view(Device& device, const std::string& name, const Buffer& buffer,
-                            VkFormat format) {
+UniqueBufferView texel_view(Device& device, const Buffer& buffer, VkFormat format) {
     const VkBufferViewCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
         .buffer = buffer.get(),
@@ -76,9 +74,7 @@ UniqueBufferView texel_view(Device& device, const std::string& name, const Buffe
         .offset = 0,
         .range = buffer.size(),
     };
-    UniqueBufferView view(device.get(), vkCreateBufferView, info, "create a buffer view");
-    device.name(VK_OBJECT_TYPE_BUFFER_VIEW, view.get(), name);
-    return view;
+    return {device.get(), vkCreateBufferView, info, "create a buffer view"};
 }
 
 }  // namespace mray::gpu

@@ -32,7 +32,7 @@ class Buffer {
 public:
     Buffer() = default;
     /// Makes a buffer that may be some bytes larger than `size` and is never empty. Throws
-    /// Error(kLimit) if there is not enough memory.
+    /// Error(kLimit), which names it, if there is not enough memory.
     Buffer(Device& device, const std::string& name, VkDeviceSize size, VkBufferUsageFlags usage,
            Memory memory);
 
@@ -49,8 +49,7 @@ private:
 };
 
 /// Views all of a buffer as a texel buffer.
-UniqueBufferView texel_view(Device& device, const std::string& name, const Buffer& buffer,
-                            VkFormat format);
+UniqueBufferView texel_view(Device& device, const Buffer& buffer, VkFormat format);
 
 /// The resource of each binding number, a view or a buffer; null if there is none.
 struct Bindings {
@@ -67,7 +66,7 @@ struct ReadBuffer {
                VkBufferUsageFlags texels = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT)
         : buffer(device, name, size, usage | (kind == BufferKind::kTexels ? texels : kInStorage),
                  Memory::kDevice) {
-        if (kind == BufferKind::kTexels) view = texel_view(device, name, buffer, format);
+        if (kind == BufferKind::kTexels) view = texel_view(device, buffer, format);
     }
 
     void bind(Bindings& bindings, std::uint32_t number) const {

@@ -66,7 +66,6 @@ Context::Context(Device& device, std::uint64_t timeout_ms)
       fence_(device.get(), vkCreateFence,
              VkFenceCreateInfo{.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO}, "create a fence"),
       queries_(create_queries(device.get(), physical().timestamp_bits)) {
-    device_.name(VK_OBJECT_TYPE_COMMAND_BUFFER, commands_, "commands");
     device_.throw_on_validation_errors();
 }
 

@@ -13,6 +13,8 @@ struct GivenUp {
     std::atomic<bool> is_any = false;
     std::mutex mutex;
     std::vector<VkDevice> devices;
+    /// Their instances must stay, and the drivers with them.
+    std::vector<std::shared_ptr<Instance>> instances;
 };
 
 /// Never destroyed, since handles of other static objects may end later.
@@ -40,34 +42,11 @@ VkDevice create_device(const PhysicalDevice& physical) {
         .ppEnabledExtensionNames = extensions.data(),
     };
     VkDevice device = VK_NULL_HANDLE;
-    const std::scoped_lock lock(loader_mutex());
     check(vkCreateDevice(physical.handle, &info, nullptr, &device), "create the device");
     return device;
 }
 
-/// Keeps the queue of an application locked by its own means.
-class HostLock {
-public:
-    explicit HostLock(const HostDevice* host) : host_(host) {
-        if (host_ != nullptr && host_->lock_queue) host_->lock_queue();
-    }
-    ~HostLock() {
-        if (host_ != nullptr && host_->unlock_queue) host_->unlock_queue();
-    }
-    HostLock(const HostLock&) = delete;
-
-private:
-    const HostDevice* host_;
-};
-
 }  // namespace
-
-void give_up(VkDevice device) {
-    GivenUp& all = given_up();
-    const std::scoped_lock lock(all.mutex);
-    all.devices.push_back(device);
-    all.is_any = true;
-}
 
 bool is_given_up(VkDevice device) {
     GivenUp& all = given_up();
@@ -92,50 +71,36 @@ Device::Device(std::shared_ptr<Instance> instance, PhysicalDevice physical,
 }
 
 Device::~Device() {
-    if (is_given_up(handle_)) {
-        // The instance of a device that may still run must stay, and its driver with it.
-        static std::vector<std::shared_ptr<Instance>>& kept =
-            *new std::vector<std::shared_ptr<Instance>>;
-        static std::mutex& mutex = *new std::mutex;
-        const std::scoped_lock lock(mutex);
-        kept.push_back(std::move(instance_));
-        return;
-    }
-    if (host_ != nullptr) return;
-    const std::scoped_lock lock(loader_mutex());
-    vkDestroyDevice(handle_, nullptr);
+    if (host_ == nullptr && !is_given_up(handle_)) vkDestroyDevice(handle_, nullptr);
+}
+
+/// Calls use(), which must not throw, while nothing else uses the queue, the application included.
+template <class Use>
+void Device::with_queue(Use use) {
+    const std::scoped_lock lock(queue_mutex_);
+    if (host_ != nullptr && host_->lock_queue) host_->lock_queue();
+    use();
+    if (host_ != nullptr && host_->unlock_queue) host_->unlock_queue();
 }
 
 void Device::submit(const VkSubmitInfo& submission, VkFence fence) {
-    const std::scoped_lock lock(queue_mutex_);
-    const HostLock host_lock(host_.get());
-    const VkResult result = vkQueueSubmit(queue_, 1, &submission, fence);
+    VkResult result = VK_SUCCESS;
+    with_queue([&] { result = vkQueueSubmit(queue_, 1, &submission, fence); });
     if (result == VK_ERROR_DEVICE_LOST) set_lost();
     check(result, "submit work");
 }
 
 void Device::finish() noexcept {
-    const std::scoped_lock lock(queue_mutex_);
-    const HostLock host_lock(host_.get());
-    vkQueueWaitIdle(queue_);
+    with_queue([&] { vkQueueWaitIdle(queue_); });
 }
 
 void Device::give_up() {
     set_lost();
-    mray::gpu::give_up(handle_);
-}
-
-void Device::name_object(VkObjectType type, std::uint64_t handle, const std::string& text) {
-    const PFN_vkSetDebugUtilsObjectNameEXT set_name = instance_->set_name();
-    if (set_name == nullptr) return;
-    const VkDebugUtilsObjectNameInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-        .objectType = type,
-        .objectHandle = handle,
-        .pObjectName = text.c_str(),
-    };
-    const std::scoped_lock lock(loader_mutex());
-    check(set_name(handle_, &info), "name an object");
+    GivenUp& all = given_up();
+    const std::scoped_lock lock(all.mutex);
+    all.devices.push_back(handle_);
+    all.instances.push_back(instance_);
+    all.is_any = true;
 }
 
 }  // namespace mray::gpu

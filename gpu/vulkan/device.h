@@ -2,11 +2,8 @@
 #pragma once
 
 #include <atomic>
-#include <cstdint>
 #include <memory>
 #include <mutex>
-#include <string>
-#include <type_traits>
 
 #include "gpu/vulkan/device_info.h"
 #include "gpu/vulkan/instance.h"
@@ -46,22 +43,12 @@ public:
     /// Whether copies go through a staging buffer even if the host sees the device's memory.
     bool force_staging() const { return force_staging_; }
 
-    /// Names an object for debuggers and validation messages.
-    template <class Handle>
-    void name(VkObjectType type, Handle handle, const std::string& text) {
-        // Non-dispatchable handles are pointers on 64-bit machines and integers on others.
-        if constexpr (std::is_pointer_v<Handle>) {
-            name_object(type, reinterpret_cast<std::uintptr_t>(handle), text);
-        } else {
-            name_object(type, handle, text);
-        }
-    }
-
     /// Throws Error(kInternal) if the validation layer reported an error since the last call.
     void throw_on_validation_errors() { instance_->log().throw_if_new(); }
 
 private:
-    void name_object(VkObjectType type, std::uint64_t handle, const std::string& text);
+    template <class Use>
+    void with_queue(Use use);
 
     std::shared_ptr<Instance> instance_;
     PhysicalDevice physical_;

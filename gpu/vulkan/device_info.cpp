@@ -204,11 +204,9 @@ std::vector<std::size_t> matches(std::span<const DeviceInfo> devices, const std:
 
 std::vector<PhysicalDevice> physical_devices(const Instance& instance) {
     std::vector<VkPhysicalDevice> handles;
-    std::unique_lock lock(loader_mutex());
     const VkResult listed = read_list(handles, [&](std::uint32_t* count, VkPhysicalDevice* items) {
         return vkEnumeratePhysicalDevices(instance.get(), count, items);
     });
-    lock.unlock();
     check(listed, "list devices");
     if (handles.empty()) {
         throw Error(ErrorKind::kUnavailable,

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "gpu/vulkan/result.h"
 
@@ -37,30 +35,21 @@ void load_library(PFN_vkGetInstanceProcAddr loader) {
         unavailable("no Vulkan library (libvulkan.so.1) on this machine; install libvulkan1");
     }
     // Missing in loaders of Vulkan 1.0.
-    std::uint32_t version = VK_API_VERSION_1_0;
-    if (vkEnumerateInstanceVersion != nullptr) {
-        check_loader(vkEnumerateInstanceVersion(&version), "query the instance version");
-    }
-    if (version < VK_API_VERSION_1_1) {
+    if (vkEnumerateInstanceVersion == nullptr)
         unavailable("the Vulkan library on this machine is older than 1.1; install a newer one");
-    }
+}
+
+template <class Function>
+Function function_of(VkInstance instance, const char* name) {
+    return reinterpret_cast<Function>(vkGetInstanceProcAddr(instance, name));
 }
 
 /// Fills volk's pointers, through which other threads may be calling, unless they are those of this
 /// loader: they serve all of its instances and devices, so volkLoadInstance, not volkLoadDevice.
-/// Instances without debug utils do not know the functions of these.
-void load_functions(VkInstance instance, bool has_debug_utils) {
-    const auto find = [&]<class Function>(const char* name, Function) {
-        return reinterpret_cast<Function>(vkGetInstanceProcAddr(instance, name));
-    };
-    if (vkCreateDevice != find("vkCreateDevice", vkCreateDevice) ||
-        vkQueueSubmit != find("vkQueueSubmit", vkQueueSubmit))
+void load_functions(VkInstance instance) {
+    if (vkCreateDevice != function_of<PFN_vkCreateDevice>(instance, "vkCreateDevice") ||
+        vkQueueSubmit != function_of<PFN_vkQueueSubmit>(instance, "vkQueueSubmit"))
         volkLoadInstance(instance);
-    if (!has_debug_utils || vkCreateDebugUtilsMessengerEXT != nullptr) return;
-    vkDestroyDebugUtilsMessengerEXT =
-        find("vkDestroyDebugUtilsMessengerEXT", vkDestroyDebugUtilsMessengerEXT);
-    vkCreateDebugUtilsMessengerEXT =
-        find("vkCreateDebugUtilsMessengerEXT", vkCreateDebugUtilsMessengerEXT);
 }
 
 /// Whether `list`, a function of the loader, lists an item of this name.
@@ -100,9 +89,7 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT
 
 VkInstance create_instance(const VkInstanceCreateInfo& info) {
     VkInstance instance = VK_NULL_HANDLE;
-    std::unique_lock lock(loader_mutex());
     const VkResult result = vkCreateInstance(&info, nullptr, &instance);
-    lock.unlock();
     if (result == VK_ERROR_INCOMPATIBLE_DRIVER) {
         unavailable(
             "no driver on this machine, or none whose manifest can be read "
@@ -113,21 +100,11 @@ VkInstance create_instance(const VkInstanceCreateInfo& info) {
     return instance;
 }
 
-void destroy_instance(VkInstance instance) {
-    const std::scoped_lock lock(loader_mutex());
-    vkDestroyInstance(instance, nullptr);
-}
-
 }  // namespace
 
 void ValidationLog::add(std::string message) {
     const std::lock_guard lock(mutex_);
     messages_.push_back(std::move(message));
-}
-
-std::size_t ValidationLog::size() const {
-    const std::lock_guard lock(mutex_);
-    return messages_.size();
 }
 
 std::vector<std::string> ValidationLog::messages() const {
@@ -155,18 +132,11 @@ VkDebugUtilsMessengerCreateInfoEXT ValidationLog::messenger_info() {
     };
 }
 
-std::mutex& loader_mutex() {
-    static std::mutex mutex;
-    return mutex;
-}
-
 Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog* log)
     : log_(log != nullptr ? *log : own_log_) {
     load_library(loader);
-    std::vector<const char*> extensions;
-    const bool has_debug_utils = has_extension(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
-    if (has_debug_utils) extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
-    if (validate && !(has_layer(kValidationLayer) && has_debug_utils)) {
+    if (validate &&
+        !(has_layer(kValidationLayer) && has_extension(VK_EXT_DEBUG_UTILS_EXTENSION_NAME))) {
         unavailable("validation was asked for, but " + std::string(kValidationLayer) +
                     " is not installed; install vulkan-validationlayers");
     }
@@ -176,7 +146,7 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
         .pApplicationName = "morphray",
         .apiVersion = VK_API_VERSION_1_2,
     };
-    VkDebugUtilsMessengerCreateInfoEXT messenger = log_.messenger_info();
+    const VkDebugUtilsMessengerCreateInfoEXT messenger = log_.messenger_info();
     // The messenger in the chain receives messages from creation and destruction of the instance.
     const VkValidationFeatureEnableEXT enabled[] = {
         VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT,
@@ -205,39 +175,38 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
         .enabledValidationFeatureCount = 1,
         .pEnabledValidationFeatures = enabled,
     };
+    const char* const extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
     handle_ = create_instance({
         .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
         .pNext = validate ? &features : nullptr,
         .pApplicationInfo = &application,
         .enabledLayerCount = validate ? 1u : 0u,
         .ppEnabledLayerNames = &kValidationLayer,
-        .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
-        .ppEnabledExtensionNames = extensions.data(),
+        .enabledExtensionCount = validate ? 1u : 0u,
+        .ppEnabledExtensionNames = &extension,
     });
-    load_functions(handle_, has_debug_utils);
-    if (has_debug_utils) {
-        set_name_ = reinterpret_cast<PFN_vkSetDebugUtilsObjectNameEXT>(
-            vkGetInstanceProcAddr(handle_, "vkSetDebugUtilsObjectNameEXT"));
-    }
+    load_functions(handle_);
     if (!validate) return;
-    VkDebugUtilsMessengerEXT created = VK_NULL_HANDLE;
-    const VkResult result = vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &created);
-    if (result != VK_SUCCESS) {
-        destroy_instance(handle_);
-        throw_result(result, "create the validation messenger");
-    }
-    messenger_ = UniqueMessenger(handle_, created);
+    // Those of this instance: volk's pointers may come to be those of one without debug utils.
+    const auto create =
+        function_of<PFN_vkCreateDebugUtilsMessengerEXT>(handle_, "vkCreateDebugUtilsMessengerEXT");
+    destroy_messenger_ = function_of<PFN_vkDestroyDebugUtilsMessengerEXT>(
+        handle_, "vkDestroyDebugUtilsMessengerEXT");
+    const VkResult result = create(handle_, &messenger, nullptr, &messenger_);
+    if (result == VK_SUCCESS) return;
+    vkDestroyInstance(handle_, nullptr);
+    throw_result(result, "create the validation messenger");
 }
 
 Instance::Instance(VkInstance host, PFN_vkGetInstanceProcAddr loader)
     : log_(own_log_), handle_(host), is_own_(false) {
     load_library(loader);
-    load_functions(handle_, false);
+    load_functions(handle_);
 }
 
 Instance::~Instance() {
-    messenger_ = UniqueMessenger();
-    if (is_own_) destroy_instance(handle_);
+    if (messenger_ != VK_NULL_HANDLE) destroy_messenger_(handle_, messenger_, nullptr);
+    if (is_own_) vkDestroyInstance(handle_, nullptr);
 }
 
 }  // namespace mray::gpu

@@ -5,22 +5,15 @@
 #include <string>
 #include <vector>
 
-#include "gpu/vulkan/tuning.h"
-#include "gpu/vulkan/unique_handle.h"
+#include "gpu/vulkan/vulkan_api.h"
+#include "gpu/vulkan/vulkan_config.h"
 
 namespace mray::gpu {
-
-/// Held while instances and devices are made, listed and destroyed, and objects are named: loaders
-/// up to 1.4.341 look for a named object's device in lists that the others change (Vulkan-Loader,
-/// issue 2018).
-std::mutex& loader_mutex();
 
 /// Collects messages of error severity, from any thread.
 class ValidationLog {
 public:
     void add(std::string message);
-    /// The number of messages so far.
-    std::size_t size() const;
     std::vector<std::string> messages() const;
     /// Throws Error(kInternal) with the first message since the last call that threw.
     void throw_if_new();
@@ -50,9 +43,6 @@ public:
     Instance& operator=(const Instance&) = delete;
 
     VkInstance get() const { return handle_; }
-    /// Names objects; null where they cannot have names. Of this instance: an application that
-    /// shares volk's pointers may have loaded those of another.
-    PFN_vkSetDebugUtilsObjectNameEXT set_name() const { return set_name_; }
     ValidationLog& log() { return log_; }
 
 private:
@@ -60,8 +50,8 @@ private:
     ValidationLog& log_;
     VkInstance handle_ = VK_NULL_HANDLE;
     bool is_own_ = true;
-    PFN_vkSetDebugUtilsObjectNameEXT set_name_ = nullptr;
-    UniqueMessenger messenger_;
+    VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
+    PFN_vkDestroyDebugUtilsMessengerEXT destroy_messenger_ = nullptr;
 };
 
 }  // namespace mray::gpu

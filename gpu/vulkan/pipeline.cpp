@@ -103,18 +103,13 @@ VkDescriptorSet allocate_set(VkDevice device, VkDescriptorPool pool, VkDescripto
 
 }  // namespace
 
-Pipeline::Pipeline(Device& device, const char* name, std::span<const std::uint32_t> spirv,
+Pipeline::Pipeline(Device& device, std::span<const std::uint32_t> spirv,
                    std::span<const std::uint32_t> specialisation)
     : bindings_(shader_bindings(spirv)),
       set_layout_(create_set_layout(device.get(), bindings_)),
       layout_(create_layout(device.get(), set_layout_.get())),
-      pipeline_(create_pipeline(device.get(), layout_.get(), spirv, specialisation)) {
-    device.name(VK_OBJECT_TYPE_PIPELINE, pipeline_.get(), name);
-    device.name(VK_OBJECT_TYPE_PIPELINE_LAYOUT, layout_.get(), name);
-    device.name(VK_OBJECT_TYPE_DESCRIPTOR_SET_LAYOUT, set_layout_.get(), name);
-}
+      pipeline_(create_pipeline(device.get(), layout_.get(), spirv, specialisation)) {}
 
-// The set has no name: lavapipe 22.3 leaks the names of sets that go with their pool.
 BoundPipeline::BoundPipeline(Device& device, Pipeline& pipeline)
     : device_(device.get()),
       pipeline_(&pipeline),
@@ -153,7 +148,7 @@ void BoundPipeline::dispatch_bytes(VkCommandBuffer commands, std::span<const std
     vkCmdDispatch(commands, group_count, 1, 1);
 }
 
-Pipeline& Pipelines::get(Device& device, const char* name, std::span<const std::uint32_t> spirv,
+Pipeline& Pipelines::get(Device& device, std::span<const std::uint32_t> spirv,
                          const std::vector<std::uint32_t>& specialisation) {
     std::unique_lock lock(mutex_);
     Entry& entry = entries_[{spirv.data(), specialisation}];
@@ -161,7 +156,7 @@ Pipeline& Pipelines::get(Device& device, const char* name, std::span<const std::
     // Different kernels are compiled at the same time.
     const std::scoped_lock entry_lock(entry.mutex);
     if (entry.pipeline == nullptr)
-        entry.pipeline = std::make_unique<Pipeline>(device, name, spirv, specialisation);
+        entry.pipeline = std::make_unique<Pipeline>(device, spirv, specialisation);
     return *entry.pipeline;
 }
 

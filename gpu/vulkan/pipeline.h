@@ -24,7 +24,7 @@ class Pipeline {
 public:
     /// Bindings come from the SPIR-V. `specialisation` has values of the 32-bit constants 0, 1,
     /// ...; those that the kernel does not have are ignored.
-    Pipeline(Device& device, const char* name, std::span<const std::uint32_t> spirv,
+    Pipeline(Device& device, std::span<const std::uint32_t> spirv,
              std::span<const std::uint32_t> specialisation = {});
 
     std::span<const ShaderBinding> bindings() const { return bindings_; }
@@ -74,7 +74,7 @@ private:
 class Pipelines {
 public:
     /// The words must outlive this. Throws Error, and can then be called again.
-    Pipeline& get(Device& device, const char* name, std::span<const std::uint32_t> spirv,
+    Pipeline& get(Device& device, std::span<const std::uint32_t> spirv,
                   const std::vector<std::uint32_t>& specialisation);
 
 private:

@@ -8,62 +8,54 @@
 
 namespace mray::gpu {
 
-/// From now on nothing of this device is destroyed: it hangs, and may still use its objects.
-void give_up(VkDevice device);
+/// Whether Device::give_up() was called.
 bool is_given_up(VkDevice device);
-inline bool is_given_up(VkInstance) { return false; }
 
-/// Owns a child of a device (or, with Parent = VkInstance, of an instance), and destroys it by
-/// `destroy(parent, handle, nullptr)`. `destroy` points at volk's function pointer, so the call
-/// uses the function that the pointer holds at that time. Objects of a device that was given up
-/// stay.
-template <class Handle, class Parent, auto* destroy>
+/// Owns a child of a device, and destroys it by `destroy(device, handle, nullptr)`. `destroy`
+/// points at volk's function pointer, so the call uses the function that the pointer holds at that
+/// time. Objects of a device that was given up stay.
+template <class Handle, auto* destroy>
 class UniqueHandle {
 public:
     UniqueHandle() = default;
-    UniqueHandle(Parent parent, Handle handle) : parent_(parent), handle_(handle) {}
-    /// Makes an object by `create(parent, &info, nullptr, &handle)`. Throws
+    UniqueHandle(VkDevice device, Handle handle) : device_(device), handle_(handle) {}
+    /// Makes an object by `create(device, &info, nullptr, &handle)`. Throws
     /// Error("cannot <action>: ...").
     template <class Create, class Info>
-    UniqueHandle(Parent parent, Create create, const Info& info, const char* action)
-        : parent_(parent) {
-        check(create(parent, &info, nullptr, &handle_), action);
+    UniqueHandle(VkDevice device, Create create, const Info& info, const char* action)
+        : device_(device) {
+        check(create(device, &info, nullptr, &handle_), action);
     }
     UniqueHandle(UniqueHandle&& other) noexcept
-        : parent_(other.parent_), handle_(std::exchange(other.handle_, VK_NULL_HANDLE)) {}
+        : device_(other.device_), handle_(std::exchange(other.handle_, VK_NULL_HANDLE)) {}
     UniqueHandle& operator=(UniqueHandle&& other) noexcept {
-        std::swap(parent_, other.parent_);
+        std::swap(device_, other.device_);
         std::swap(handle_, other.handle_);
         return *this;
     }
     ~UniqueHandle() {
-        if (handle_ != VK_NULL_HANDLE && !is_given_up(parent_))
-            (*destroy)(parent_, handle_, nullptr);
+        if (handle_ != VK_NULL_HANDLE && !is_given_up(device_))
+            (*destroy)(device_, handle_, nullptr);
     }
 
     Handle get() const { return handle_; }
 
 private:
-    Parent parent_ = VK_NULL_HANDLE;
+    VkDevice device_ = VK_NULL_HANDLE;
     Handle handle_ = VK_NULL_HANDLE;
 };
 
-template <class Handle, auto* destroy>
-using DeviceHandle = UniqueHandle<Handle, VkDevice, destroy>;
-
-using UniqueBuffer = DeviceHandle<VkBuffer, &vkDestroyBuffer>;
-using UniqueBufferView = DeviceHandle<VkBufferView, &vkDestroyBufferView>;
-using UniqueCommandPool = DeviceHandle<VkCommandPool, &vkDestroyCommandPool>;
-using UniqueDescriptorPool = DeviceHandle<VkDescriptorPool, &vkDestroyDescriptorPool>;
+using UniqueBuffer = UniqueHandle<VkBuffer, &vkDestroyBuffer>;
+using UniqueBufferView = UniqueHandle<VkBufferView, &vkDestroyBufferView>;
+using UniqueCommandPool = UniqueHandle<VkCommandPool, &vkDestroyCommandPool>;
+using UniqueDescriptorPool = UniqueHandle<VkDescriptorPool, &vkDestroyDescriptorPool>;
 using UniqueDescriptorSetLayout =
-    DeviceHandle<VkDescriptorSetLayout, &vkDestroyDescriptorSetLayout>;
-using UniqueFence = DeviceHandle<VkFence, &vkDestroyFence>;
-using UniqueMemory = DeviceHandle<VkDeviceMemory, &vkFreeMemory>;
-using UniquePipeline = DeviceHandle<VkPipeline, &vkDestroyPipeline>;
-using UniquePipelineLayout = DeviceHandle<VkPipelineLayout, &vkDestroyPipelineLayout>;
-using UniqueQueryPool = DeviceHandle<VkQueryPool, &vkDestroyQueryPool>;
-using UniqueShaderModule = DeviceHandle<VkShaderModule, &vkDestroyShaderModule>;
-using UniqueMessenger =
-    UniqueHandle<VkDebugUtilsMessengerEXT, VkInstance, &vkDestroyDebugUtilsMessengerEXT>;
+    UniqueHandle<VkDescriptorSetLayout, &vkDestroyDescriptorSetLayout>;
+using UniqueFence = UniqueHandle<VkFence, &vkDestroyFence>;
+using UniqueMemory = UniqueHandle<VkDeviceMemory, &vkFreeMemory>;
+using UniquePipeline = UniqueHandle<VkPipeline, &vkDestroyPipeline>;
+using UniquePipelineLayout = UniqueHandle<VkPipelineLayout, &vkDestroyPipelineLayout>;
+using UniqueQueryPool = UniqueHandle<VkQueryPool, &vkDestroyQueryPool>;
+using UniqueShaderModule = UniqueHandle<VkShaderModule, &vkDestroyShaderModule>;
 
 }  // namespace mray::gpu

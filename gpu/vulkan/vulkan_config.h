@@ -1,12 +1,20 @@
-// Which device of Vulkan is used, and what is known of it.
+// Which device of Vulkan is used and how, and what is known of it.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
+struct VkInstance_T;
+
 namespace mray::gpu {
+
+class ValidationLog;
+
+/// PFN_vkGetInstanceProcAddr, without Vulkan's header.
+using LoaderFunction = void (*(*)(VkInstance_T* instance, const char* name))();
 
 /// A device that the caller has made and may go on using. The handles are those of Vulkan.
 struct HostDevice {
@@ -31,6 +39,33 @@ struct VulkanConfig {
     bool validate = false;
     /// If set, the device to use instead of one of our own; `device` and `validate` do not count.
     std::shared_ptr<const HostDevice> host = nullptr;
+};
+
+/// How kernels read buffers that others write.
+enum class BufferKind {
+    kTexels,   // as texels, which lavapipe reads three times as fast
+    kStorage,  // as they are, which a GPU does as fast, and without the bound of 2^27 texels
+};
+
+/// Settings that change no result. Tests use them to reach rare paths.
+struct Tuning {
+    /// Loop iterations after which a lane suspends its ray, 1 to kStepBudget; 0: by the device
+    /// (step_budget()).
+    std::uint32_t step_budget = 0;
+    /// Tiles of 8x8 pixels, or 64 rays, of one dispatch at most; 0: by the device (pass_size()).
+    std::uint32_t tiles_per_dispatch = 0;
+    /// Suspended rays that one dispatch continues, each of which takes 2 KB; 0: by the device.
+    std::uint32_t resume_slots = 0;
+    /// How kernels read buffers; unset: by the device (buffer_kind()).
+    std::optional<BufferKind> buffer_kind = std::nullopt;
+    /// Copy through a staging buffer even if the host sees the device's memory.
+    bool force_staging = false;
+    /// A submission that takes longer counts as a lost device.
+    std::uint64_t submit_timeout_ms = 60'000;
+    /// Used instead of libvulkan's, if it is not null.
+    LoaderFunction loader = nullptr;
+    /// Receives validation errors, including those at destruction. Must outlive the backend.
+    ValidationLog* log = nullptr;
 };
 
 struct DeviceInfo {

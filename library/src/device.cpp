@@ -58,7 +58,7 @@ std::unique_ptr<mray::Backend> DeviceImpl::make_backend() {
     if (kind_ == Kind::cpu) return mray::cpu::make_cpu_backend(config);
     if (kind_ == Kind::brute) return mray::cpu::make_brute_backend(config);
 #ifdef MORPHRAY_HAS_VULKAN
-    return mray::gpu::make_vulkan_backend(open_vulkan_device());
+    return mray::gpu::make_backend_on(open_vulkan_device());
 #else
     throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
 #endif

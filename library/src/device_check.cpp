@@ -174,8 +174,8 @@ DeviceCheck failure(const mray::gpu::DeviceInfo& info, ErrorCode code, const std
 DeviceCheck run_check(const mray::gpu::DeviceInfo& info) {
     try {
         const auto reference = mray::cpu::make_scalar_backend();
-        const auto tested = mray::gpu::make_vulkan_backend(
-            mray::gpu::open_device({.device = std::to_string(info.index)}), kTimeLimitMs);
+        const auto tested = mray::gpu::make_vulkan_backend({.device = std::to_string(info.index)},
+                                                           {.submit_timeout_ms = kTimeLimitMs});
         const std::string difference = find_difference(*tested, *reference);
         if (difference.empty()) return {.passed = true};
         return failure(info, ErrorCode::unavailable, difference + " differ from the CPU's bits");

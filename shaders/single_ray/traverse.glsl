@@ -12,7 +12,6 @@
 #include "shaders/kernel_interface.h"
 
 layout(constant_id = kConstantStepBudget) const uint kSteps = kStepBudget;
-layout(constant_id = kConstantBoxes) const uint kBoxes = kTestQuarters | kTestGroups;
 
 READ4_IN_PLACE(Nodes, nodes, kBindNodes);
 READ4_IN_PLACE(Quarters, quarters, kBindQuarters);
@@ -179,9 +178,7 @@ uint visit_node(inout Traversal t, NodeRay ray) {
     float nearest = 3.0e38f;
     float last = last_depth(t.best.t);
     t.current = kEmptyChild;
-    uint met = 15u;
-    if ((kBoxes & kTestQuarters) != 0u)
-        met = bits_of(MEET_FOUR(quarters, ray, last, node * kQuarterVec4s, / 4u).is_hit);
+    uint met = bits_of(MEET_FOUR(quarters, ray, last, node * kQuarterVec4s, / 4u).is_hit);
     while (met != 0u) {
         uint quarter = uint(findLSB(met));
         met &= met - 1u;
@@ -212,7 +209,7 @@ uint visit_leaf(inout Traversal t, Ray ray, NodeRay boxes, ShearedRay sheared, b
     uint count = corner_triangle_count(AT4_IN_PLACE(leaves, at).w);
     // A single group has the box by which the leaf was found.
     uint met = (1u << (count + 3u) / 4u) - 1u;
-    if (count > 4u && (kBoxes & kTestGroups) != 0u) {
+    if (count > 4u) {
         float last = last_depth(t.best.t);
         met = bits_of(MEET_FOUR(groups, boxes, last, leaf * kQuarterVec4s, / 4u).is_hit);
     }

@@ -62,10 +62,8 @@ void fail_each_call(VkResult result, bool force_staging, bool (*counts)(std::str
     EXPECT_GT(failures, 20u);
 }
 
-// Names for debuggers are a third of all calls; another test lets one of them fail.
 TEST(FaultInjection, EveryCallThatRunsOutOfDeviceMemoryGivesALimitError) {
-    fail_each_call(VK_ERROR_OUT_OF_DEVICE_MEMORY, false,
-                   [](std::string_view name) { return name != "vkSetDebugUtilsObjectNameEXT"; });
+    fail_each_call(VK_ERROR_OUT_OF_DEVICE_MEMORY, false, [](std::string_view) { return true; });
 }
 
 TEST(FaultInjection, EverySubmissionThatLosesTheDeviceGivesADeviceLostError) {
@@ -83,7 +81,6 @@ TEST(FaultInjection, EachKindOfFailureHasItsErrorKind) {
     const Case cases[] = {
         {"vkAllocateMemory", VK_ERROR_OUT_OF_DEVICE_MEMORY, ErrorKind::kLimit},
         {"vkAllocateMemory", VK_ERROR_OUT_OF_HOST_MEMORY, ErrorKind::kLimit},
-        {"vkSetDebugUtilsObjectNameEXT", VK_ERROR_OUT_OF_HOST_MEMORY, ErrorKind::kLimit},
         {"vkGetQueryPoolResults", VK_ERROR_DEVICE_LOST, ErrorKind::kDeviceLost},
         {"vkQueueSubmit", VK_ERROR_DEVICE_LOST, ErrorKind::kDeviceLost},
         {"vkWaitForFences", VK_ERROR_DEVICE_LOST, ErrorKind::kDeviceLost},
@@ -234,49 +231,32 @@ TEST(FaultInjection, AFrameWhoseTreeDidNotFitLeavesTheOldTreeAndPose) {
     });
 }
 
-/// Fails each call of edit_tree() in turn when it replaces a tree by another. Returns how often
-/// the scene was dropped.
-std::size_t fail_each_call_of_an_edit(FaultyDevice& device, const DeviceScene& scene,
-                                      const Bvh& before, const Bvh& after) {
-    Backend& backend = *device.backend;
-    backend.set_scene(scene.topology, scene.positions, before);
-    const ImageHashes expected = hashes_of(backend);
-    std::size_t drops = 0;
-    const auto edit = [&] {
-        backend.edit_tree([&](Bvh& bvh) {
-            bvh = after;
-            return true;
-        });
-    };
-    fail_in_turn(device.faults, edit, [&] {
-        if (tree_hash(backend) == bvh_hash(before)) {
-            EXPECT_EQ(hashes_of(backend), expected);
-            const std::vector<vec3> moved = swayed(scene, 1);
-            backend.refit(moved);
-            EXPECT_NE(hashes_of(backend), expected);
-        } else {
-            ++drops;
-            expect_no_scene(backend, scene);
-        }
-        backend.set_scene(scene.topology, scene.positions, before);
-        EXPECT_EQ(hashes_of(backend), expected);
-    });
-    EXPECT_EQ(tree_hash(backend), bvh_hash(after));
-    EXPECT_EQ(hashes_of(backend), expected);
-    return drops;
-}
-
-TEST(FaultInjection, AnEditThatFailsLeavesTheOldTreeOrNoScene) {
+TEST(FaultInjection, AnEditThatFailsLeavesTheOldTree) {
     const DeviceScene scene = torus(12, 8);
-    const Bvh small = build_bvh(scene.topology, scene.positions);
-    const Bvh large = plain_tree(scene);
-    ASSERT_LT(small.nodes.size(), large.nodes.size());
-    ASSERT_LT(small.leaves.size(), large.leaves.size());
+    const Bvh before = build_bvh(scene.topology, scene.positions);
+    const Bvh after = plain_tree(scene);
+    ASSERT_NE(before.leaves.size(), after.leaves.size());
     on_each_faulty_device([&](FaultyDevice& device) {
-        EXPECT_EQ(fail_each_call_of_an_edit(device, scene, small, large), 0u) << "it has no room";
-        // In place: only copies through staging can fail.
-        const std::size_t drops = fail_each_call_of_an_edit(device, scene, large, small);
-        EXPECT_EQ(drops > 0, device.force_staging);
+        Backend& backend = *device.backend;
+        backend.set_scene(scene.topology, scene.positions, before);
+        const ImageHashes expected = hashes_of(backend);
+        const auto edit = [&] {
+            backend.edit_tree([&](Bvh& bvh) {
+                bvh = after;
+                return true;
+            });
+        };
+        const std::size_t failures = fail_in_turn(device.faults, edit, [&] {
+            EXPECT_EQ(tree_hash(backend), bvh_hash(before));
+            EXPECT_EQ(hashes_of(backend), expected);
+            backend.refit(swayed(scene, 1));
+            EXPECT_NE(hashes_of(backend), expected);
+            backend.refit(scene.positions);
+            EXPECT_EQ(hashes_of(backend), expected);
+        });
+        EXPECT_GT(failures, 10u);
+        EXPECT_EQ(tree_hash(backend), bvh_hash(after));
+        EXPECT_EQ(hashes_of(backend), expected);
     });
 }
 

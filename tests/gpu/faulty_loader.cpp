@@ -98,7 +98,6 @@ const Entry kFailing[] = {
     HOOK(vkQueueSubmit),
     HOOK(vkResetCommandPool),
     HOOK(vkResetFences),
-    HOOK(vkSetDebugUtilsObjectNameEXT),
     HOOK(vkWaitForFences),
 };
 

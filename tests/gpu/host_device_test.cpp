@@ -107,7 +107,6 @@ TEST(HostDevice, IsSharedWithTheApplication) {
     host.submit_nothing();
 }
 
-/// The host's instance has no debug utils, by which devices of the library name their objects.
 TEST(HostDevice, LeavesADeviceOfTheLibraryAsItIs) {
     Host host;
     const UserMesh small(icosphere(1));

@@ -116,7 +116,7 @@ TEST(SharedDevice, ServesManyScenesThatCostTheirBuffersOnly) {
     std::vector<std::unique_ptr<Backend>> backends;
     std::optional<ImageHashes> expected;
     for (int i = 0; i < kBackends; ++i) {
-        Backend& backend = *backends.emplace_back(gpu::make_tuned_backend(shared, tuning));
+        Backend& backend = *backends.emplace_back(gpu::make_backend_on(shared, tuning));
         backend.set_scene(scene.topology, scene.positions, bvh);
         const ImageHashes hashes = image_hashes(backend, view(16, 16, kRaysShadow));
         if (!expected) expected = hashes;

@@ -26,8 +26,8 @@ public:
                   VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::kDevice),
           outputs_(shared_->device, "outputs", sizeof(Outputs) * kBatch,
                    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::kDevice),
-          pipeline_(shared_->device, shared_->pipelines.get(shared_->device, "evaluate",
-                                                            k_evaluate_spirv, {function})) {
+          pipeline_(shared_->device,
+                    shared_->pipelines.get(shared_->device, k_evaluate_spirv, {function})) {
         gpu::Bindings bindings;
         bindings.buffers[kBindHits] = inputs_.get();
         bindings.buffers[kBindOcclusion] = outputs_.get();

@@ -30,7 +30,7 @@ public:
           tree_(build_peer_tree(scene.topology(), scene.positions, {SplitMethod::kBinned, 1.5, 4})),
           diffuse_(diffuse_rays()),
           shared_(gpu::open_device({})),
-          ours_(gpu::make_vulkan_backend(shared_)),
+          ours_(gpu::make_backend_on(shared_)),
           peer_(shared_, tree_, scene.params, diffuse_) {
         ours_->set_scene(scene.topology(), scene.positions, scene.bvh);
     }

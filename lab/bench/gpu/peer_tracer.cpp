@@ -78,7 +78,7 @@ PeerTracer::PeerTracer(std::shared_ptr<gpu::SharedDevice> device, const PeerTree
     bindings.buffers[kBindOcclusion] = occluded_.get();
     for (const std::uint32_t mode : {kPeerCamera, kPeerShadow, kPeerRays}) {
         gpu::BoundPipeline& bound = pipelines_.emplace_back(
-            shared_->device, shared_->pipelines.get(shared_->device, "peer", k_peer_spirv, {mode}));
+            shared_->device, shared_->pipelines.get(shared_->device, k_peer_spirv, {mode}));
         bound.bind(bindings);
     }
 }
