@@ -13,13 +13,8 @@ Albedo channel(float value) {
     return static_cast<Albedo>(std::lround(std::clamp(value, 0.0f, 1.0f) * 255.0f));
 }
 
-/// Whether (e1 + r1) * (f2 + s2) - (e2 + r2) * (f1 + s1) is 0 because every product that a rounding
-/// error r or s takes part in is 0 and the others cancel exactly.
-bool products_cancel(float e1, float r1, float e2, float r2, float f1, float s1, float f2,
-                     float s2) {
-    return difference_of_products(e1, f2, e2, f1) == 0.0f && (r1 == 0.0f || f2 == 0.0f) &&
-           (s2 == 0.0f || e1 == 0.0f) && (r2 == 0.0f || f1 == 0.0f) && (s1 == 0.0f || e2 == 0.0f);
-}
+/// In units of the grid of coordinates, 2^-40.
+std::int64_t on_grid(float x) { return static_cast<std::int64_t>(std::ldexp(x, 40)); }
 
 }  // namespace
 
@@ -51,15 +46,13 @@ DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3>
 }
 
 bool has_area(vec3 a, vec3 b, vec3 c) {
-    vec3 e = b - a;
-    vec3 f = c - a;
-    vec3 r = vec3(difference_error(b.x, a.x, e.x), difference_error(b.y, a.y, e.y),
-                  difference_error(b.z, a.z, e.z));
-    vec3 s = vec3(difference_error(c.x, a.x, f.x), difference_error(c.y, a.y, f.y),
-                  difference_error(c.z, a.z, f.z));
-    return !products_cancel(e.y, r.y, e.z, r.z, f.y, s.y, f.z, s.z) ||
-           !products_cancel(e.z, r.z, e.x, r.x, f.z, s.z, f.x, s.x) ||
-           !products_cancel(e.x, r.x, e.y, r.y, f.x, s.x, f.y, s.y);
+    if (!finite_vertices(a, b, c)) return false;
+    __extension__ typedef __int128 Wide;
+    const auto edge = [&](vec3 to, int axis) { return Wide{on_grid(to[axis]) - on_grid(a[axis])}; };
+    const auto is_turned = [&](int i, int j) {
+        return edge(b, i) * edge(c, j) != edge(b, j) * edge(c, i);
+    };
+    return is_turned(0, 1) || is_turned(1, 2) || is_turned(2, 0);
 }
 
 }  // namespace mray

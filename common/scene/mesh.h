@@ -39,9 +39,7 @@ struct DegenerateCount {
 };
 DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3> positions);
 
-/// Whether a triangle in scene space has an area. Returns false only if the vertices are certainly
-/// collinear, which it proves if every rounding error in the differences of their coordinates is 0
-/// or multiplied by 0; all other triangles count as having an area.
+/// Whether a triangle in scene space has an area, exactly; false if a vertex is not finite.
 bool has_area(vec3 a, vec3 b, vec3 c);
 
 }  // namespace mray
