@@ -16,17 +16,13 @@ public:
     void add(const Make& make) {
         if (count_++ == 0) first_ = make();
     }
+    /// Gives the first warning with the number of the others, if there is one.
     void tell(const WarnFunction& warn) const {
         if (count_ == 0 || !warn) return;
-        warn(together());
-    }
-    /// The first warning with the number of the others. Requires at least one.
-    Warning together() const {
         Warning warning = first_;
         warning.more = count_ - 1;
-        return warning;
+        warn(warning);
     }
-    bool none() const { return count_ == 0; }
 
 private:
     Warning first_;

@@ -202,7 +202,9 @@ std::vector<Number> read_all(const Accessor& accessor) {
     return values;
 }
 
-Accessor open_accessor(const GltfFile& file, const JsonAt& reference) {
+/// An accessor of elements of `width` numbers, of `vertex_count` elements unless that is 0.
+Accessor open_accessor(const GltfFile& file, const JsonAt& reference, std::size_t width,
+                       std::size_t vertex_count) {
     const std::size_t index = reference.index_below(file.count("accessors"), "accessors");
     Accessor accessor{.at = file.element("accessors", index)};
     const JsonAt& at = accessor.at;
@@ -222,12 +224,12 @@ Accessor open_accessor(const GltfFile& file, const JsonAt& reference) {
                         count, file.buffer_bytes()));
     }
     if (const auto sparse = at.find("sparse")) open_sparse(file, *sparse, accessor);
+    require_shape(accessor, width, vertex_count);
     return accessor;
 }
 
 Accessor open_wanted(const GltfFile& file, const JsonAt& reference, const Wanted& wanted) {
-    Accessor accessor = open_accessor(file, reference);
-    require_shape(accessor, wanted.width, wanted.vertex_count);
+    Accessor accessor = open_accessor(file, reference, wanted.width, wanted.vertex_count);
     const Component component = accessor.base.component;
     const bool is_allowed =
         component == Component::kFloat ||
@@ -260,8 +262,7 @@ std::optional<SparseFloats> sparse_floats(const GltfFile& file, const JsonAt& re
 
 std::vector<std::uint32_t> integers(const GltfFile& file, const JsonAt& reference,
                                     std::size_t width, std::size_t vertex_count) {
-    const Accessor accessor = open_accessor(file, reference);
-    require_shape(accessor, width, vertex_count);
+    const Accessor accessor = open_accessor(file, reference, width, vertex_count);
     const bool allow_32_bits = width == 1;
     if (!is_unsigned(accessor.base.component, allow_32_bits) || accessor.normalized) {
         accessor.at.at("componentType")

@@ -88,13 +88,6 @@ constexpr std::string_view kShapesLeftOut[] = {
     "EXT_mesh_gpu_instancing", "KHR_animation_pointer",   "KHR_draco_mesh_compression",
     "EXT_meshopt_compression", "KHR_meshopt_compression", "KHR_node_visibility"};
 
-/// The scheme of a URI in lower case, without its colon; empty if it has none.
-std::string scheme_of(std::string_view uri) {
-    const std::size_t end = uri.find_first_of(":/?#");
-    const bool has_scheme = end != std::string_view::npos && uri[end] == ':';
-    return has_scheme ? lower_case(std::string(uri.substr(0, end))) : std::string();
-}
-
 /// Refuses a URI because of the error that is being handled.
 [[noreturn]] void refuse_uri(const JsonAt& uri, const Error& error) {
     if (error.kind() != ErrorKind::kBadInput) throw;
@@ -128,7 +121,7 @@ std::optional<JsonAt> extension_of(const JsonAt& at, std::string_view name) {
 
 std::optional<std::string> data_of_uri(const JsonAt& uri) {
     const std::string_view text = uri.text();
-    if (scheme_of(text) != "data") return std::nullopt;
+    if (lower_case(std::string(text.substr(0, 5))) != "data:") return std::nullopt;
     constexpr std::string_view kBase64 = ";base64";
     const std::size_t comma = text.find(',');
     if (comma == std::string_view::npos || !text.substr(0, comma).ends_with(kBase64))
@@ -140,12 +133,11 @@ std::optional<std::string> data_of_uri(const JsonAt& uri) {
 
 std::filesystem::path file_of_uri(const JsonAt& uri, const std::filesystem::path& scene_file) {
     const std::string name = percent_decoded(uri);
-    for (const std::string_view text : {uri.text(), std::string_view(name)}) {
-        if (scheme_of(text).empty()) continue;
+    if (name.find("://") != std::string::npos) {
         uri.fail(
             fmt::format("{} is not followed; put the file beside the scene and give its name "
                         "only",
-                        quote(text)));
+                        quote(name)));
     }
     try {
         return side_file(scene_file, name);

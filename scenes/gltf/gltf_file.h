@@ -29,8 +29,8 @@ std::optional<JsonAt> extension_of(const JsonAt& at, std::string_view name);
 std::optional<std::string> data_of_uri(const JsonAt& uri);
 
 /// The file that a relative URI names (RFC 3986: %20 is a blank), which lies in the folder of the
-/// glTF file at `scene_file`, links resolved. Throws Error(kBadInput) for a URI with a scheme such
-/// as "file:" or "http:", and what side_file() throws.
+/// glTF file at `scene_file`, links resolved. Throws Error(kBadInput) for a URI such as
+/// "http://", and what side_file() throws.
 std::filesystem::path file_of_uri(const JsonAt& uri, const std::filesystem::path& scene_file);
 
 /// Bytes of a buffer, and where they are on the disk.

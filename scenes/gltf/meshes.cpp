@@ -160,9 +160,7 @@ private:
 
     void check_positions(const JsonAt& at, const std::vector<vec3>& positions) {
         for (std::size_t i = 0; i < positions.size(); ++i) {
-            const vec3& p = positions[i];
-            if (MeshRules::is_good(p.x) && MeshRules::is_good(p.y) && MeshRules::is_good(p.z))
-                continue;
+            if (MeshRules::is_good(positions[i])) continue;
             const std::string what =
                 fmt::format("vertex {} has a coordinate that is not finite or beyond 1e30", i);
             if (!options_.lenient) at.fail(what + "; repair it", Hint::kLenient);

@@ -78,9 +78,7 @@ void morph(const VertexSet& set, std::span<const double> weights, std::size_t be
         if (weights[k] != 0) add_target(set.targets[k], weights[k], begin, end, positions);
 }
 
-bool is_bad(const vec3& p) {
-    return !(MeshRules::is_good(p.x) && MeshRules::is_good(p.y) && MeshRules::is_good(p.z));
-}
+bool is_bad(const vec3& p) { return !MeshRules::is_good(p); }
 
 void place_rigid(const Affine& to_world, const Scratch& positions, std::span<vec3> out) {
     for (std::size_t i = 0; i < out.size(); ++i) {

@@ -50,7 +50,8 @@ void MeshRules::take_bad_coordinate(float value, std::string_view text, const Pl
     });
 }
 
-bool MeshRules::leaves_out_small(std::uint64_t corners, bool is_cut, const Place& place) {
+bool MeshRules::keeps_face(std::uint64_t corners, bool is_cut, const Place& place) {
+    if (corners >= 3) return true;
     const std::string what = fmt::format("face of {} corner{}", corners, corners == 1 ? "" : "s");
     if (!lenient_ && is_cut) fail(place(), what + " at the end; the file was cut, write it again");
     if (!lenient_ && corners < 2) fail(place(), what + "; a face needs 3, is the file complete?");
@@ -58,7 +59,9 @@ bool MeshRules::leaves_out_small(std::uint64_t corners, bool is_cut, const Place
     return false;
 }
 
-void MeshRules::fail_limit(const Place& place) const {
+void MeshRules::count_triangles(std::uint64_t count, const Place& place) {
+    triangle_count_ += count;
+    if (triangle_count_ <= max_triangles_) return;
     throw Error(ErrorKind::kLimit, fmt::format("{}: more than {} triangles; split or simplify the "
                                                "scene",
                                                place(), max_triangles_));

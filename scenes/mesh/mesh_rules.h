@@ -29,6 +29,7 @@ public:
 
     /// False for NaN, too.
     static bool is_good(float coordinate) { return std::abs(coordinate) <= kMaxCoordinate; }
+    static bool is_good(const vec3& p) { return is_good(p.x) && is_good(p.y) && is_good(p.z); }
     static bool are_good(std::span<const vec3> positions);
     /// Throws Error(kBadInput), or counts a warning if lenient. `text` is the number as the file
     /// has it.
@@ -37,17 +38,9 @@ public:
     /// Whether a face is kept: it needs 3 corners. Faces of two corners in the middle of a file are
     /// edges that some exporters write: they are left out with a warning. Unless lenient, throws
     /// Error(kBadInput) for fewer, and for two if `is_cut`: the file may end within the face.
-    bool keeps_face(std::uint64_t corners, bool is_cut, const Place& place) {
-        return corners >= 3 || leaves_out_small(corners, is_cut, place);
-    }
-    /// Counts a face of three corners or more. Throws Error(kLimit) beyond max_triangles.
-    void count_face(std::uint64_t corners, const Place& place) {
-        count_triangles(corners - 2, place);
-    }
-    void count_triangles(std::uint64_t count, const Place& place) {
-        triangle_count_ += count;
-        if (triangle_count_ > max_triangles_) fail_limit(place);
-    }
+    bool keeps_face(std::uint64_t corners, bool is_cut, const Place& place);
+    /// Throws Error(kLimit) if there are more than max_triangles.
+    void count_triangles(std::uint64_t count, const Place& place);
     /// A face that cannot be read: throws Error(kBadInput), or counts a warning if lenient.
     void leave_out(const std::string& problem, const Place& place);
 
@@ -55,9 +48,6 @@ public:
     void tell(const WarnFunction& warn) const;
 
 private:
-    bool leaves_out_small(std::uint64_t corners, bool is_cut, const Place& place);
-    [[noreturn]] void fail_limit(const Place& place) const;
-
     const bool lenient_;
     const std::uint64_t max_triangles_;
     std::uint64_t triangle_count_ = 0;

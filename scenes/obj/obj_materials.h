@@ -92,31 +92,28 @@ public:
         read_mtl_text(bytes, library, escape(library), options_.lenient, options_.warn, materials_);
     }
 
-    /// The number of a material; 0 for the default, which a name that is not known gets.
-    std::uint32_t use(std::string_view text) {
-        if (!options_.materials) return 0;
+    /// Gives the next faces a material; the default, if the name is not known.
+    void use(std::string_view text) {
+        current_ = &default_;
+        if (!options_.materials) return;
         const std::string name(trimmed(text, " \t"));
-        if (const auto known = numbers_.find(name); known != numbers_.end()) return known->second;
         const auto material = materials_.find(name);
         if (material == materials_.end()) {
-            unknown_.add([&] {
+            return unknown_.add([&] {
                 return Warning{name_,
                                fmt::format("material {} is in no library; faces that use it are "
                                            "grey",
                                            quote(name))};
             });
-            return 0;
         }
-        const auto number = static_cast<std::uint32_t>(used_.size());
+        const auto [used, is_new] = used_.try_emplace(name, Used{material->second});
         const TextureMap* const map = material->second.map.get();
-        used_.push_back(
-            {.material = material->second,
-             .texture = options_.textures && map != nullptr ? texture_of(*map) : kNoTexture});
-        return numbers_.emplace(name, number).first->second;
+        if (is_new && options_.textures && map != nullptr) used->second.texture = texture_of(*map);
+        current_ = &used->second;
     }
     /// Colours the next face of the mesh. Null stands for corners without texture coordinates.
-    void add_face(std::uint32_t material, std::span<const Texcoord* const> texcoords) {
-        const auto& [used, texture] = used_[material];
+    void add_face(std::span<const Texcoord* const> texcoords) {
+        const auto& [used, texture] = *current_;
         bool is_textured = texture != kNoTexture;
         if (is_textured &&
             std::find(texcoords.begin(), texcoords.end(), nullptr) != texcoords.end()) {
@@ -151,7 +148,7 @@ public:
 
 private:
     struct Used {
-        Material material;
+        Material material = {};
         std::uint32_t texture = kNoTexture;
     };
     /// The index of the map's texture, or kNoTexture with a warning if there is no such file.
@@ -169,6 +166,11 @@ private:
         }
         const auto same = std::find(mesh_.textures.begin(), mesh_.textures.end(), file);
         const auto texture = static_cast<std::uint32_t>(same - mesh_.textures.begin());
+        // Faces before the first texture have none.
+        if (mesh_.textures.empty()) {
+            mesh_.face_textures.resize(mesh_.faces.corner_counts.size(), kNoTexture);
+            mesh_.texcoords.resize(mesh_.faces.corners.size());
+        }
         if (same == mesh_.textures.end()) mesh_.textures.push_back(std::move(file));
         return texture;
     }
@@ -193,8 +195,9 @@ private:
     const std::string name_;
     std::set<std::filesystem::path> libraries_;
     MaterialMap materials_;
-    std::vector<Used> used_ = {{}};
-    std::unordered_map<std::string, std::uint32_t> numbers_;
+    std::unordered_map<std::string, Used> used_;
+    const Used default_;
+    const Used* current_ = &default_;
     bool has_textured_faces_ = false;
     WarningCount unread_;
     WarningCount unknown_;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <istream>
+#include <limits>
 #include <optional>
 #include <streambuf>
 #include <string>
@@ -39,6 +40,15 @@ std::uint32_t place_of(int index, std::size_t size) {
     return index != 0 && at >= 0 && at < count ? static_cast<std::uint32_t>(at) : kNone;
 }
 
+std::uint64_t count_vertices(std::string_view text, const std::string& name) {
+    std::uint64_t count = 0;
+    for (ObjLines lines(text, name); !lines.at_end();) {
+        std::string_view statement = lines.next();
+        count += next_word(statement) == "v";
+    }
+    return count;
+}
+
 /// Parses vertices and passes faces and materials to tinyobjloader, a statement at a time, so that
 /// what it returns belongs to the current line.
 class ObjReader : private std::streambuf, private tinyobj::MaterialReader {
@@ -49,7 +59,9 @@ public:
           options_(options),
           rules_(options.lenient),
           place_([this] { return lines_.place(); }),
-          materials_(path, options, mesh_) {}
+          materials_(path, options, mesh_),
+          vertex_limit_(options.lenient ? count_vertices(text, name_)
+                                        : std::numeric_limits<std::uint64_t>::max()) {}
 
     FileMesh read() {
         std::istream stream(this);
@@ -61,25 +73,22 @@ public:
                 std::span(corners, static_cast<std::size_t>(count)));
         };
         callbacks.usemtl_cb = [](void* data, const char* material, int) {
-            ObjReader& reader = *static_cast<ObjReader*>(data);
-            reader.material_ = reader.materials_.use(material);
+            static_cast<ObjReader*>(data)->materials_.use(material);
         };
         tinyobj::LoadObjWithCallback(stream, callbacks, this, this);
-        build_mesh();
+        if (!mesh_.faces.corners.empty() && largest_vertex_ >= mesh_.positions.size()) {
+            throw Error(ErrorKind::kBadInput,
+                        fmt::format("{}: {}", lines_.place(largest_vertex_line_),
+                                    not_there(largest_vertex_, mesh_.positions.size())));
+        }
+        if (!has_normals_) mesh_.smooth = {};
+        rules_.tell(options_.warn);
+        odd_texcoords_.tell(options_.warn);
+        materials_.finish();
         return std::move(mesh_);
     }
 
 private:
-    struct Corner {
-        std::uint32_t vertex;
-        std::uint32_t texcoord;
-        std::uint32_t normal;
-    };
-    struct Face {
-        std::uint32_t corner_count;
-        std::uint32_t material;
-    };
-
     /// The next statement for tinyobjloader.
     int_type underflow() override {
         for (passed_.clear(); passed_.empty();) {
@@ -180,31 +189,43 @@ private:
     }
 
     void add_face(std::span<const tinyobj::index_t> corners) {
-        const std::size_t first = corners_.size();
-        const std::size_t vertex_count = mesh_.positions.size();
+        vertices_of_face_.clear();
         for (const tinyobj::index_t& corner : corners) {
             const int index = corner.vertex_index;
-            std::uint32_t vertex = place_of(index, vertex_count);
-            // A vertex may follow its faces.
-            if (index > 0) vertex = static_cast<std::uint32_t>(index - 1);
-            if (vertex == kNone) {
-                corners_.resize(first);
+            std::uint32_t vertex = place_of(index, mesh_.positions.size());
+            if (vertex == kNone && index <= 0) {
                 return rules_.leave_out(
                     index == 0 ? "vertex 0; indices start at 1"
                                : fmt::format("vertex {} relative to {} so far; is the file "
                                              "complete?",
-                                             index, vertex_count),
+                                             index, mesh_.positions.size()),
                     place_);
             }
-            if (index > largest_index_) {
-                largest_index_ = index;
-                largest_index_line_ = lines_.line();
+            if (vertex == kNone) {
+                // It may follow its faces.
+                vertex = static_cast<std::uint32_t>(index - 1);
+                if (vertex >= vertex_limit_)
+                    return rules_.leave_out(not_there(vertex, vertex_limit_), place_);
             }
-            corners_.push_back({vertex, place_of(corner.texcoord_index, texcoords_.size()),
-                                place_of(corner.normal_index, normals_.size())});
+            if (vertex >= largest_vertex_) {
+                largest_vertex_ = vertex;
+                largest_vertex_line_ = lines_.line();
+            }
+            vertices_of_face_.push_back(vertex);
         }
-        rules_.count_face(corners.size(), place_);
-        faces_.push_back({static_cast<std::uint32_t>(corners.size()), material_});
+        rules_.count_triangles(corners.size() - 2, place_);
+        mesh_.faces.corners.insert(mesh_.faces.corners.end(), vertices_of_face_.begin(),
+                                   vertices_of_face_.end());
+        texcoords_of_face_.clear();
+        for (std::size_t i = 0; i < corners.size(); ++i) {
+            const std::uint32_t texcoord = place_of(corners[i].texcoord_index, texcoords_.size());
+            texcoords_of_face_.push_back(texcoord == kNone ? nullptr : &texcoords_[texcoord]);
+            if (options_.normals)
+                mesh_.smooth.push_back(
+                    smooth_number(vertices_of_face_[i], corners[i].normal_index));
+        }
+        mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(corners.size()));
+        materials_.add_face(texcoords_of_face_);
     }
 
     bool operator()(const std::string& name, std::vector<tinyobj::material_t>*,
@@ -214,58 +235,19 @@ private:
         return false;
     }
 
-    /// Makes the mesh of the faces, once all vertices are known.
-    void build_mesh() {
-        const std::size_t vertex_count = mesh_.positions.size();
-        if (!options_.lenient && static_cast<std::size_t>(largest_index_) > vertex_count) {
-            throw Error(
-                ErrorKind::kBadInput,
-                fmt::format("{}: vertex {} of {}; indices start at 1 and end at the number "
-                            "of vertices",
-                            lines_.place(largest_index_line_), largest_index_, vertex_count));
-        }
-        mesh_.faces.corners.reserve(corners_.size());
-        mesh_.faces.corner_counts.reserve(faces_.size());
-        mesh_.albedo.reserve(faces_.size());
-        std::span<const Corner> rest = corners_;
-        for (const Face& face : faces_) {
-            const std::span<const Corner> corners = rest.first(face.corner_count);
-            rest = rest.subspan(face.corner_count);
-            const auto is_missing = [&](const Corner& c) { return c.vertex >= vertex_count; };
-            if (std::any_of(corners.begin(), corners.end(), is_missing)) {
-                undefined_.add([&] {
-                    return Warning{name_, "face with vertices that are not there; left out"};
-                });
-                continue;
-            }
-            build_face(corners, face.material);
-        }
-        if (!has_normals_) mesh_.smooth = {};
-        rules_.tell(options_.warn);
-        undefined_.tell(options_.warn);
-        odd_texcoords_.tell(options_.warn);
-        materials_.finish();
-    }
-
-    void build_face(std::span<const Corner> corners, std::uint32_t material) {
-        texcoords_of_face_.clear();
-        for (const Corner& corner : corners) {
-            mesh_.faces.corners.push_back(corner.vertex);
-            if (options_.normals) mesh_.smooth.push_back(smooth_number(corner));
-            texcoords_of_face_.push_back(corner.texcoord == kNone ? nullptr
-                                                                  : &texcoords_[corner.texcoord]);
-        }
-        mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(corners.size()));
-        materials_.add_face(material, texcoords_of_face_);
+    static std::string not_there(std::uint32_t vertex, std::uint64_t count) {
+        return fmt::format("vertex {} of {}; indices start at 1 and end at the number of vertices",
+                           vertex + 1, count);
     }
 
     /// The number of the first corner with this vertex and normal.
-    std::uint32_t smooth_number(const Corner& corner) {
+    std::uint32_t smooth_number(std::uint32_t vertex, int normal_index) {
         const auto next = static_cast<std::uint32_t>(mesh_.smooth.size());
-        if (corner.normal == kNone) return next;
+        const std::uint32_t normal = place_of(normal_index, normals_.size());
+        if (normal == kNone) return next;
         has_normals_ = true;
-        const auto& [x, y, z] = normals_[corner.normal];
-        return numbers_.number_of({corner.vertex, 0, 0, x, y, z}, next);
+        const auto& [x, y, z] = normals_[normal];
+        return numbers_.number_of({vertex, 0, 0, x, y, z}, next);
     }
 
     const std::string name_;
@@ -277,18 +259,17 @@ private:
     ObjMaterials materials_;
     /// The statement that tinyobjloader reads.
     std::string passed_;
-    std::uint32_t material_ = 0;
     std::vector<std::array<std::uint32_t, 3>> normals_;
     std::vector<Texcoord> texcoords_;
-    std::vector<Corner> corners_;
-    std::vector<Face> faces_;
+    std::vector<std::uint32_t> vertices_of_face_;
     std::vector<const Texcoord*> texcoords_of_face_;
-    int largest_index_ = 0;
-    std::uint64_t largest_index_line_ = 0;
+    /// Faces of vertices from here on are left out.
+    const std::uint64_t vertex_limit_;
+    std::uint32_t largest_vertex_ = 0;
+    std::uint64_t largest_vertex_line_ = 0;
     SmoothNumbers numbers_;
     bool has_normals_ = false;
     WarningCount odd_texcoords_;
-    WarningCount undefined_;
 };
 
 }  // namespace

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <utility>
 
 #include "common/base/errors.h"
@@ -24,25 +22,6 @@ constexpr std::pair<std::string_view, PlyScalar> kTypes[] = {
     {"float", PlyScalar::kFloat},    {"float32", PlyScalar::kFloat}, {"double", PlyScalar::kDouble},
     {"float64", PlyScalar::kDouble},
 };
-
-/// In the order of PlyRole and of axes.
-constexpr std::array<std::string_view, 9> kComponents = {"x",  "y",   "z",     "nx",  "ny",
-                                                         "nz", "red", "green", "blue"};
-
-void set_role(const PlyElement& element, PlyProperty& property) {
-    if (property.count_type) {
-        const bool has_corners =
-            property.name == "vertex_indices" || property.name == "vertex_index";
-        if (!has_corners || !is_integer(property.type)) return;
-        if (element.name == "face") property.role = PlyRole::kFace;
-    } else if (element.name == "vertex") {
-        const auto found = std::find(kComponents.begin(), kComponents.end(), property.name);
-        if (found == kComponents.end()) return;
-        const auto place = static_cast<int>(found - kComponents.begin());
-        property.axis = place % 3;
-        property.role = static_cast<PlyRole>(static_cast<int>(PlyRole::kPosition) + place / 3);
-    }
-}
 
 /// The words of a line; at most as many as any statement has, and one more.
 std::vector<std::string_view> words_of(std::string_view line) {
@@ -86,7 +65,8 @@ public:
             }
         }
         if (!has_format) fail("no format before this line; is the file complete?");
-        for (const PlyElement& element : header_.elements) require_roles(element);
+        for (const PlyElement& element : header_.elements) require_meaning(element);
+        require_size();
         return std::move(header_);
     }
 
@@ -148,8 +128,11 @@ private:
                 fail(fmt::format("list with numbers of entries of type {}; use an integer type",
                                  words[2]));
         }
-        set_role(header_.elements.back(), property);
-        header_.elements.back().properties.push_back(std::move(property));
+        PlyElement& element = header_.elements.back();
+        property.has_corners =
+            element.name == "face" && is_list && is_integer(property.type) &&
+            (property.name == "vertex_indices" || property.name == "vertex_index");
+        element.properties.push_back(std::move(property));
     }
 
     PlyScalar type_of(std::string_view name) const {
@@ -163,13 +146,33 @@ private:
                         quote(name)));
     }
 
-    void require_roles(const PlyElement& element) const {
-        if (element.name == "vertex" && !element.has_all(PlyRole::kPosition))
+    void require_meaning(const PlyElement& element) const {
+        if (element.name == "vertex" && !element.has(kPlyPosition))
             fail_at(element.line, "vertices without x, y or z; write the file again");
-        if (element.name == "face" && element.count > 0 && !element.is_read()) {
+        if (element.name == "face" && element.count > 0 && !element.has_faces()) {
             fail_at(element.line,
                     "faces without vertex_indices or vertex_index, a list of integers; write the "
                     "file again with corners");
+        }
+    }
+
+    /// Refuses numbers of items that do not fit into the file.
+    void require_size() const {
+        const bool is_text = header_.encoding == PlyEncoding::kText;
+        // The last line of a text may lack its end.
+        std::uint64_t left = text_.size() - header_.size + (is_text ? 1 : 0);
+        for (const PlyElement& element : header_.elements) {
+            // A value in text takes a digit and a blank or line end.
+            std::uint64_t bytes = 0;
+            for (const PlyProperty& property : element.properties)
+                bytes += is_text ? 2 : size_of(property.count_type.value_or(property.type));
+            if (bytes != 0 && element.count > left / bytes) {
+                fail_at(element.line,
+                        fmt::format("{} items of {}, which {} bytes cannot hold; is the file "
+                                    "complete?",
+                                    element.count, quote(element.name), left));
+            }
+            left -= element.count * bytes;
         }
     }
 
@@ -179,51 +182,10 @@ private:
     PlyHeader header_;
 };
 
-/// The bytes that an item takes at least. A value in text takes a digit and a blank or line end.
-std::uint64_t least_bytes(const PlyElement& element, PlyEncoding encoding) {
-    std::uint64_t bytes = 0;
-    for (const PlyProperty& property : element.properties) {
-        bytes += encoding == PlyEncoding::kText
-                     ? 2
-                     : size_of(property.count_type.value_or(property.type));
-    }
-    return bytes;
-}
-
-/// Refuses numbers of items that do not fit into the file.
-void require_size(const PlyHeader& header, std::uint64_t file_size, const std::string& name) {
-    // The last line of a text may lack its end.
-    std::uint64_t left = file_size - header.size + (header.encoding == PlyEncoding::kText ? 1 : 0);
-    for (const PlyElement& element : header.elements) {
-        const std::uint64_t bytes = least_bytes(element, header.encoding);
-        if (bytes != 0 && element.count > left / bytes) {
-            throw Error(ErrorKind::kBadInput,
-                        fmt::format("{}:{}: {} items of {}, which {} bytes cannot hold; is the "
-                                    "file complete?",
-                                    name, element.line, element.count, quote(element.name), left));
-        }
-        left -= element.count * bytes;
-    }
-}
-
 }  // namespace
 
-bool PlyElement::is_read() const {
-    return std::any_of(properties.begin(), properties.end(),
-                       [](const PlyProperty& property) { return property.role != PlyRole::kNone; });
-}
-
-bool PlyElement::has_all(PlyRole role) const {
-    unsigned axes = 0;
-    for (const PlyProperty& property : properties)
-        if (property.role == role) axes |= 1u << property.axis;
-    return axes == 7;
-}
-
 PlyHeader parse_ply_header(std::string_view text, const std::string& name) {
-    PlyHeader header = HeaderParser(text, name).run();
-    require_size(header, text.size(), name);
-    return header;
+    return HeaderParser(text, name).run();
 }
 
 }  // namespace mray

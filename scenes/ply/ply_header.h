@@ -1,6 +1,8 @@
 // The header of a PLY file.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -27,25 +29,19 @@ constexpr std::size_t size_of(PlyScalar type) {
     return type >= PlyScalar::kInt32 ? 4 : type >= PlyScalar::kInt16 ? 2 : 1;
 }
 
-/// The use of a property's values.
-enum class PlyRole : std::uint8_t {
-    kNone,
-    kPosition,
-    kNormal,
-    kColour,
-    /// The corners of a face.
-    kFace,
-};
-
 struct PlyProperty {
     std::string name;
     PlyScalar type = PlyScalar::kFloat;
     /// The type of the number of entries; a scalar has none.
     std::optional<PlyScalar> count_type = {};
-    PlyRole role = PlyRole::kNone;
-    /// Of x y z, nx ny nz or red green blue.
-    int axis = 0;
+
+    /// Whether it is a list of the corners of a face.
+    bool has_corners = false;
 };
+
+/// The names of three scalars that make a vector.
+using PlyAxes = std::array<std::string_view, 3>;
+inline constexpr PlyAxes kPlyPosition = {"x", "y", "z"};
 
 struct PlyElement {
     std::string name;
@@ -54,9 +50,14 @@ struct PlyElement {
     /// Line of the header, from 1.
     std::uint64_t line = 0;
 
-    bool is_read() const;
-    /// Whether there are all three properties of a role.
-    bool has_all(PlyRole role) const;
+    bool has(const PlyAxes& axes) const {
+        return std::ranges::all_of(axes, [&](std::string_view axis) {
+            return std::ranges::any_of(properties, [&](const PlyProperty& property) {
+                return property.name == axis && !property.count_type;
+            });
+        });
+    }
+    bool has_faces() const { return std::ranges::any_of(properties, &PlyProperty::has_corners); }
 };
 
 struct PlyHeader {
@@ -67,9 +68,9 @@ struct PlyHeader {
     std::uint64_t line_count = 1;
 };
 
-/// Parses the header at the beginning of a file and gives properties their roles. Lines end as the
-/// first one does. `name` is the file in messages. Numbers of items fit into the text. Throws
-/// Error(kBadInput) with file and line.
+/// Parses the header at the beginning of a file. Lines end as the first one does. `name` is the
+/// file in messages. Vertices have positions, faces have corners, and the numbers of items fit into
+/// the text. Throws Error(kBadInput) with file and line.
 PlyHeader parse_ply_header(std::string_view text, const std::string& name);
 
 }  // namespace mray

@@ -11,15 +11,6 @@ void append(Topology& topology, Albedo albedo, uvec3 triangle) {
     topology.albedo.push_back(albedo);
 }
 
-void reserve(Topology& topology, std::uint32_t more_triangles) {
-    // Growing by at least half keeps many small parts linear.
-    const std::size_t needed = topology.triangles.size() + more_triangles;
-    if (needed <= topology.triangles.capacity()) return;
-    const std::size_t capacity = std::max(needed, topology.triangles.capacity() * 3 / 2);
-    topology.triangles.reserve(capacity);
-    topology.albedo.reserve(capacity);
-}
-
 }  // namespace
 
 Grid grid_of(double quads, double elongation, std::uint32_t fewest_rows,
@@ -33,7 +24,6 @@ Sheet::Sheet(std::uint64_t triangles)
     : grid_(grid_of(static_cast<double>(triangles) / 2, 1, 1, 1)) {}
 
 void Sheet::append_to(Topology& topology, const GridColour& colour) const {
-    reserve(topology, triangle_count());
     const std::uint32_t stride = grid_.columns + 1;
     for (std::uint32_t row = 0; row < grid_.rows; ++row) {
         for (std::uint32_t column = 0; column < grid_.columns; ++column) {
@@ -61,7 +51,6 @@ Sphere::Sphere(std::uint64_t triangles) {
 }
 
 void Sphere::append_to(Topology& topology, const GridColour& colour) const {
-    reserve(topology, triangle_count());
     const std::uint32_t north = topology.vertex_count;
     const std::uint32_t south = north + vertex_count() - 1;
     for (std::uint32_t row = 0; row < grid_.rows; ++row) {

@@ -79,8 +79,7 @@ std::unique_ptr<Clip> open_keyframes(const std::vector<KeyframeFile>& files,
     assert(!files.empty());
     FirstMesh first = read_first_mesh(files[0].path, options);
     auto source = std::make_unique<FileSource>(files, first, options);
-    return stream_keyframes({.name = name, .first = std::move(first), .has_first_keyframe = true},
-                            std::move(source), options);
+    return stream_keyframes(name, std::move(first), std::move(source), options.warn);
 }
 
 }  // namespace mray

@@ -23,11 +23,15 @@ constexpr std::string_view kDigits = "0123456789";
 
 constexpr std::size_t kMostDigits = 18;
 
+/// The names of a sequence: a number between two texts.
+struct Pattern {
+    std::string prefix;
+    std::string suffix = {};
+};
+
 struct NumberedName {
     std::string name;
-    std::string prefix = {};
-    std::string digits = {};
-    std::string suffix = {};
+    std::size_t digits = 0;
     std::uint64_t number = 0;
 };
 
@@ -51,37 +55,28 @@ std::vector<std::string> file_names(const fs::path& folder) {
     return names;
 }
 
-NumberedName split_name(const fs::path& folder, const std::string& name) {
-    const std::size_t stem = name.rfind('.');
-    const std::size_t last = name.find_last_of(kDigits, stem);
-    if (last == std::string::npos) return {name, name};
+/// The pattern of a name, by the last number before its ending; a name without one is all prefix.
+Pattern pattern_of(const std::string& name) {
+    const std::size_t last = name.find_last_of(kDigits, name.rfind('.'));
+    if (last == std::string::npos) return {name};
     const std::size_t before = name.find_last_not_of(kDigits, last);
-    const std::size_t first = before == std::string::npos ? 0 : before + 1;
-    NumberedName result{name, name.substr(0, first), name.substr(first, last + 1 - first),
-                        name.substr(last + 1), 0};
-    if (result.digits.size() > kMostDigits) {
-        fail(folder, fmt::format("number of {} has more than 18 digits; rename it", escape(name)));
-    }
-    result.number = static_cast<std::uint64_t>(*parse_integer(result.digits));
-    return result;
+    return {name.substr(0, before + 1), name.substr(last + 1)};  // npos + 1 is 0
 }
 
-void require_alike(const fs::path& folder, const std::vector<NumberedName>& names) {
-    for (std::size_t i = 1; i < names.size(); ++i) {
-        const NumberedName& first = names[0];
-        if (names[i].prefix == first.prefix && names[i].suffix == first.suffix &&
-            !names[i].digits.empty() && !first.digits.empty()) {
-            continue;
-        }
-        fail(folder, fmt::format("{} and {} are not frames of one sequence; give a pattern such "
-                                 "as frame_%04d.obj, or one file",
-                                 escape(first.name), escape(names[i].name)));
-    }
+/// Nothing for a name that does not match.
+std::optional<NumberedName> numbered(const std::string& name, const Pattern& pattern) {
+    const std::size_t around = pattern.prefix.size() + pattern.suffix.size();
+    if (name.size() <= around || name.size() - around > kMostDigits ||
+        !name.starts_with(pattern.prefix) || !name.ends_with(pattern.suffix))
+        return std::nullopt;
+    const std::string digits = name.substr(pattern.prefix.size(), name.size() - around);
+    const auto number = parse_unsigned(digits);
+    return number ? std::optional(NumberedName{name, digits.size(), *number}) : std::nullopt;
 }
 
-/// The files in the order of their numbers: number `first` is frame 0, and the next frame is `step`
-/// numbers on. Reports missing ones.
-std::vector<KeyframeFile> numbered_files(const fs::path& folder,
+/// The files of sorted names: number `first` is frame 0, and the next frame is `step` numbers on.
+/// Reports missing ones.
+std::vector<KeyframeFile> numbered_files(const fs::path& folder, const Pattern& pattern,
                                          const std::vector<NumberedName>& names,
                                          std::uint64_t first, std::uint64_t step,
                                          const ClipOptions& options) {
@@ -97,8 +92,8 @@ std::vector<KeyframeFile> numbered_files(const fs::path& folder,
                                      escape(before.name), escape(names[i].name)));
         }
         if (first_missing.empty() && names[i].number - before.number > step) {
-            first_missing = fmt::format("{}{:0{}}{}", before.prefix, before.number + step,
-                                        before.digits.size(), before.suffix);
+            first_missing = fmt::format("{}{:0{}}{}", pattern.prefix, before.number + step,
+                                        before.digits, pattern.suffix);
         }
     }
     if (first_missing.empty()) return files;
@@ -129,8 +124,7 @@ void sort_by_number(std::vector<NumberedName>& names) {
                             quote(pattern), what));
 }
 
-/// The name of a pattern, with its prefix, its suffix and the mark between them as digits.
-NumberedName split_pattern(const std::string& pattern) {
+Pattern split_pattern(const std::string& pattern) {
     const std::size_t name_at = pattern.rfind('/') + 1;  // npos + 1 is 0
     const std::size_t mark = pattern.find_first_of("%*", name_at);
     if (mark == std::string::npos) refuse(pattern, "no frame number in the file's name");
@@ -143,44 +137,42 @@ NumberedName split_pattern(const std::string& pattern) {
         end += is_padded ? 3 : 1;
     }
     if (pattern.find_first_of("%*", end) != std::string::npos) refuse(pattern, "two frame numbers");
-    return {pattern.substr(name_at), pattern.substr(name_at, mark - name_at),
-            pattern.substr(mark, end - mark), pattern.substr(end)};
+    return {pattern.substr(name_at, mark - name_at), pattern.substr(end)};
 }
 
 }  // namespace
 
 std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const ClipOptions& options) {
+    std::vector<std::string> all = file_names(folder);
+    std::erase_if(all, [](const auto& name) { return name[0] == '.' || !has_mesh_name(name); });
+    if (all.empty()) fail(folder, "no .obj or .ply file in this folder; check the path");
+    const Pattern pattern = pattern_of(all[0]);
     std::vector<NumberedName> names;
-    for (const std::string& name : file_names(folder)) {
-        if (name[0] != '.' && has_mesh_name(name)) names.push_back(split_name(folder, name));
-    }
-    if (names.empty()) {
-        fail(folder, "no .obj or .ply file in this folder; check the path");
+    for (const std::string& name : all) {
+        const std::optional<NumberedName> file = numbered(name, pattern);
+        if (!file && name != all[0]) {
+            fail(folder, fmt::format("{} and {} are not frames of one sequence; give a pattern "
+                                     "such as frame_%04d.obj, or one file",
+                                     escape(all[0]), escape(name)));
+        }
+        names.push_back(file.value_or(NumberedName{name}));
     }
     sort_by_number(names);
-    require_alike(folder, names);
     const std::uint64_t first = names[0].number;
     std::uint64_t step = 0;
     for (const NumberedName& name : names) step = std::gcd(step, name.number - first);
-    return numbered_files(folder, names, first, std::max<std::uint64_t>(step, 1), options);
+    return numbered_files(folder, pattern, names, first, std::max<std::uint64_t>(step, 1), options);
 }
 
 std::vector<KeyframeFile> files_of_pattern(const std::string& text, const ClipOptions& options) {
-    const NumberedName pattern = split_pattern(text);
+    const Pattern pattern = split_pattern(text);
     const fs::path folder = fs::path(text).parent_path();
-    const std::size_t around = pattern.prefix.size() + pattern.suffix.size();
     std::vector<NumberedName> names;
-    for (const std::string& name : file_names(folder.empty() ? "." : folder)) {
-        if (name.size() <= around || name.size() - around > kMostDigits ||
-            !name.starts_with(pattern.prefix) || !name.ends_with(pattern.suffix))
-            continue;
-        const std::string digits = name.substr(pattern.prefix.size(), name.size() - around);
-        if (const auto number = parse_unsigned(digits))
-            names.push_back({name, pattern.prefix, digits, pattern.suffix, *number});
-    }
+    for (const std::string& name : file_names(folder.empty() ? "." : folder))
+        if (const auto file = numbered(name, pattern)) names.push_back(*file);
     if (names.empty()) fail(text, "no file matches this pattern; check the path");
     sort_by_number(names);
-    return numbered_files(folder, names, 0, 1, options);
+    return numbered_files(folder, pattern, names, 0, 1, options);
 }
 
 }  // namespace mray

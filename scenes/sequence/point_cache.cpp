@@ -72,8 +72,8 @@ public:
 
     std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const override {
         file_.read(kHeadSize + sample_bytes() * keyframe, std::as_writable_bytes(out));
-        const auto bad = std::ranges::find_if_not(
-            out, [](const vec3& p) { return MeshRules::are_good(std::span(&p, 1)); });
+        const auto bad =
+            std::ranges::find_if_not(out, [](const vec3& p) { return MeshRules::is_good(p); });
         if (bad == out.end()) return std::nullopt;
         const std::string what =
             fmt::format("frame {}: vertex {} has a coordinate that is not finite or beyond 1e30",
@@ -123,7 +123,8 @@ std::unique_ptr<Clip> open_cached(const std::filesystem::path& mesh,
                                 escape(cache), source->point_count(), escape(mesh),
                                 first.topology.vertex_count));
     }
-    return stream_keyframes({.name = name, .first = std::move(first)}, std::move(source), options);
+    first.positions = {};
+    return stream_keyframes(name, std::move(first), std::move(source), options.warn);
 }
 
 }  // namespace mray

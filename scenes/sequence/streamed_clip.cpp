@@ -104,30 +104,31 @@ struct KeyframeBlend {
 
 class StreamedClip : public Clip {
 public:
-    StreamedClip(ClipParts parts, std::unique_ptr<KeyframeSource> source,
-                 const ClipOptions& options)
-        : parts_(std::move(parts)),
+    StreamedClip(const std::string& name, FirstMesh first, std::unique_ptr<KeyframeSource> source,
+                 const WarnFunction& warn)
+        : name_(name),
+          first_(std::move(first)),
           source_(std::move(source)),
-          warn_(options.warn),
+          warn_(warn),
           cache_(source_->count(), topology().vertex_count) {
-        parts_.first.faces = {};
-        std::vector<vec3> positions = std::exchange(parts_.first.positions, {});
-        if (parts_.has_first_keyframe)
+        first_.faces = {};
+        std::vector<vec3> positions = std::exchange(first_.positions, {});
+        if (!positions.empty())
             cache_.add(0, std::make_shared<std::vector<vec3>>(std::move(positions)));
         bounds_ = reference_bounds(*keyframe(0));
     }
 
-    const Topology& topology() const override { return parts_.first.topology; }
+    const Topology& topology() const override { return first_.topology; }
     std::span<const uvec3> smooth_corners() const override {
-        return parts_.first.smooth.empty() ? topology().triangles : parts_.first.smooth;
+        return first_.smooth.empty() ? topology().triangles : first_.smooth;
     }
     const SceneTextures* textures() const override {
-        return parts_.first.textures.files.empty() ? nullptr : &parts_.first.textures;
+        return first_.textures.files.empty() ? nullptr : &first_.textures;
     }
     double first_frame() const override { return source_->frame(0); }
     double last_frame() const override { return source_->frame(source_->count() - 1); }
     WorldBounds bounds() const override { return bounds_; }
-    const std::string& name() const override { return parts_.name; }
+    const std::string& name() const override { return name_; }
 
     void positions(double frame, std::span<vec3> out) const override {
         assert(out.size() == topology().vertex_count);
@@ -199,7 +200,8 @@ private:
         return {before, after, f};
     }
 
-    ClipParts parts_;
+    const std::string name_;
+    FirstMesh first_;
     std::unique_ptr<KeyframeSource> source_;
     WarnFunction warn_;
     mutable KeyframeCache cache_;
@@ -227,9 +229,10 @@ FirstMesh read_first_mesh(const std::filesystem::path& path, const ClipOptions& 
     return first;
 }
 
-std::unique_ptr<Clip> stream_keyframes(ClipParts parts, std::unique_ptr<KeyframeSource> source,
-                                       const ClipOptions& options) {
-    return std::make_unique<StreamedClip>(std::move(parts), std::move(source), options);
+std::unique_ptr<Clip> stream_keyframes(const std::string& name, FirstMesh first,
+                                       std::unique_ptr<KeyframeSource> source,
+                                       const WarnFunction& warn) {
+    return std::make_unique<StreamedClip>(name, std::move(first), std::move(source), warn);
 }
 
 }  // namespace mray

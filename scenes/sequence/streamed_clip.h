@@ -15,6 +15,7 @@
 
 namespace mray {
 
+/// The parts of a clip besides its keyframes.
 struct FirstMesh {
     Topology topology;
     /// As Clip::smooth_corners(), but empty if the file has no normals.
@@ -22,6 +23,7 @@ struct FirstMesh {
     SceneTextures textures;
     /// The faces that the triangles were made of.
     Polygons faces;
+    /// Those of keyframe 0, or empty.
     std::vector<vec3> positions;
 };
 
@@ -43,16 +45,6 @@ public:
     virtual std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const = 0;
 };
 
-/// The parts of a clip besides its keyframes.
-struct ClipParts {
-    /// As Clip::name().
-    std::string name;
-    /// The triangles. Its faces are not used.
-    FirstMesh first;
-    /// Whether first.positions are those of keyframe 0.
-    bool has_first_keyframe = false;
-};
-
 /// Returns `a + (b - a) * f` in float, and a for f = 0; f in [0, 1). If a, b and b - a are finite,
 /// the result lies in the interval between a and b:
 ///
@@ -70,8 +62,9 @@ inline float interpolate(float a, float b, float f) { return f == 0.0f ? a : a +
 ///
 /// Opening reads the first keyframe. Any other one is read when a frame needs it, and one that
 /// cannot be used, or has another topology, makes positions() of that frame throw Error(kBadInput).
-std::unique_ptr<Clip> stream_keyframes(ClipParts parts, std::unique_ptr<KeyframeSource> source,
-                                       const ClipOptions& options);
+std::unique_ptr<Clip> stream_keyframes(const std::string& name, FirstMesh first,
+                                       std::unique_ptr<KeyframeSource> source,
+                                       const WarnFunction& warn);
 
 /// Frames are whole numbers and increase.
 struct KeyframeFile {

@@ -35,7 +35,7 @@ std::unique_ptr<Clip> counted_clip(std::size_t count, std::uint32_t vertices,
     first.topology.vertex_count = vertices;
     first.topology.triangles = {{0, 1, 2}};
     first.topology.albedo = {kDefaultAlbedo};
-    return stream_keyframes({.name = "counted", .first = std::move(first)},
+    return stream_keyframes("counted", std::move(first),
                             std::make_unique<CountedSource>(count, reads), {});
 }
 
