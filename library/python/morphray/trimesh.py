@@ -139,18 +139,7 @@ class _MeshScene:
         self.upper = finite.max(axis=0, initial=-np.inf)
         # Scaled, so that products neither overflow nor vanish.
         self.normals = _morphray._unit_normals(vertices[faces] * frame.scale)
-        self._vertex_scene = None
         self._fans = None
-
-    @property
-    def vertex_scene(self):
-        """A triangle for each vertex, which has its three corners there."""
-        with self._lock:
-            if self._vertex_scene is None:
-                corners = np.repeat(np.arange(len(self._points))[:, None], 3, axis=1)
-                self._vertex_scene = _morphray.Scene(self._points.copy(), corners, bounds=_BOUNDS,
-                                                     device=self.device)
-            return self._vertex_scene
 
     @property
     def fans(self):
@@ -339,7 +328,8 @@ def _first_of_each(hits, count):
 
 
 class ProximityQuery:
-    """Distances from a mesh, as trimesh.proximity.ProximityQuery, in units of the mesh."""
+    """Distances from a mesh, as trimesh.proximity.ProximityQuery, in units of the mesh. It has no
+    vertex(): mesh.kdtree.query() answers that."""
 
     def __init__(self, mesh: Any, *, device: Any = "cpu") -> None:
         self._followed = _MeshScene(mesh, device)
@@ -389,20 +379,6 @@ class ProximityQuery:
         best = order[np.flatnonzero(np.diff(owner[order], prepend=-1))]
         at = chosen[owner[best]]
         triangle_id[at], closest[at], distance[at] = faces[best], on_face[best], apart[best]
-
-    def vertex(self, points: ArrayLike) -> Tuple[_Floats, _Ints]:
-        """Finds the closest vertices, also those that no face has. Returns (distance, vertex_id);
-        inf and the number of vertices where there is none, as scipy's trees answer."""
-        rows = _rows(points, "points")
-        followed = self._followed
-        followed.update()
-        found = followed.vertex_scene.closest_points(followed.frame.points(rows))
-        vertex_id = found["prim_id"].astype(np.int64)
-        there = found["prim_id"] != _morphray.INVALID_ID
-        distance = np.full(len(rows), np.inf)
-        distance[there] = np.linalg.norm(rows[there] - followed.vertices[vertex_id[there]], axis=1)
-        vertex_id[~there] = len(followed.vertices)
-        return distance, vertex_id
 
     def signed_distance(self, points: ArrayLike) -> _Floats:
         """The distances to the mesh, positive inside and within 1e-8 of it, as in trimesh. Inside

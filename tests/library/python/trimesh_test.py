@@ -128,8 +128,6 @@ def test_closest_points_are_those_of_float64():
     assert np.abs(closest - corners.mean(axis=1)).max() < 1e-14
     outside = [[-3, 0.5, points[4 * 9, 2]]]
     assert nearest.on_surface(outside)[1] == pytest.approx(3, abs=1e-14)
-    distance, vertex_id = nearest.vertex(points + 1e-4 * random.normal(size=points.shape))
-    assert np.array_equal(vertex_id, np.arange(len(points))) and (distance < 1e-3).all()
 
 
 def test_of_equally_close_triangles_the_one_that_faces_the_point_is_chosen():
@@ -161,11 +159,10 @@ def test_a_mesh_that_changes_is_followed(mesh_class):
     mesh = mesh_class(*cube())
     rays, nearest = queries(mesh)
     inside = [[0.5, 0.5, 0.5]]
-    assert rays.contains_points(inside).all() and nearest.vertex(inside)[1].tolist() == [0]
+    assert rays.contains_points(inside).all()
     mesh.vertices[:, 0] += 1
     assert not rays.contains_points(inside).any()
     assert nearest.on_surface(inside)[1].tolist() == [0.5]
-    assert nearest.vertex([[2, 1, 1]])[0].tolist() == [0]
     mesh.vertices = mesh.vertices * 1e3
     assert rays.contains_points([[1500, 500, 500]]).all()
     mesh.faces, mesh.vertices = sphere()[1], np.asarray(sphere()[0], np.float64)
@@ -180,7 +177,6 @@ def test_meshes_without_triangles_and_no_queries_have_answers():
         assert not rays.contains_points(UP[0]).any()
         closest, distance, triangle_id = nearest.on_surface(UP[0])
         assert np.isnan(closest).all() and (distance == np.inf).all() and (triangle_id == -1).all()
-    assert nearest.vertex([[1, 2, 5]])[0] == 2
     rays, nearest = queries(Mesh(*cube()))
     for none in [[], np.zeros((0, 3))]:
         assert rays.intersects_first(none, none).shape == (0,)
@@ -197,7 +193,7 @@ def test_numbers_that_are_not_finite_have_answers():
     forward = [[0, 0, 1.0]] * 4
     assert not rays.intersects_any(bad, forward).any() and not rays.contains_points(bad).any()
     assert not rays.intersects_any([[0.5, 0.4, -1]] * 4, [*bad[:3], [0, 0, 0]]).any()
-    assert np.isnan(nearest.on_surface(bad)[0]).all() and nearest.vertex(bad)[1].tolist() == [8] * 4
+    assert np.isnan(nearest.on_surface(bad)[0]).all()
     vertices[7] = np.nan
     rays, _ = queries(Mesh(vertices, faces))
     assert rays.intersects_id([[0.25, 0.3, -1]], [[0, 0, 1]])[1].tolist() == [0]
@@ -213,14 +209,14 @@ def test_numbers_that_are_not_finite_have_answers():
         (lambda r, n: r.intersects_id(*UP, max_hits=-1), ValueError, "max_hits: -1 is below 0"),
         (lambda r, n: r.contains_points([[0, 0]]), ValueError, "points: a shape"),
         (lambda r, n: n.on_surface("here"), ValueError, ""),
-        (lambda r, n: n.vertex([[[0, 0, 0]]]), ValueError, "points: a shape"),
+        (lambda r, n: n.on_surface([[[0, 0, 0]]]), ValueError, "points: a shape"),
         (lambda r, n: queries(Mesh(cube()[0], [[0, 1, 8]]))[0].contains_points([[0, 0, 0]]),
          morphray.Error, "vertex 8"),
         (lambda r, n: queries(Mesh(cube()[0], [[0, 1.5, 2]]))[0].contains_points([[0, 0, 0]]),
          TypeError, "faces: integers"),
         (lambda r, n: queries(Mesh(cube()[0][:, :2], cube()[1]))[0].contains_points([[0, 0, 0]]),
          ValueError, "vertices: a shape"),
-        (lambda r, n: morphray.trimesh.ProximityQuery(Mesh(*cube()), device="x").vertex([[0, 0, 0]]),
+        (lambda r, n: morphray.trimesh.ProximityQuery(Mesh(*cube()), device="x").on_surface([[0, 0, 0]]),
          ValueError, "device: "),
     ],
 )
