@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <random>
 
 #include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"
@@ -85,23 +84,20 @@ void add_camera_rays(ChartScene& scene, const SceneSpace& space) {
 void add_aimed_rays(ChartScene& scene, const SceneSpace& space, std::size_t count) {
     const std::vector<vec3>& positions = scene.scene_space.positions;
     if (scene.topology.triangles.empty()) return;
-    std::mt19937_64 random(7);
-    const auto real = [&random](double lower, double upper) {
-        return lower + (upper - lower) * static_cast<double>(random() >> 11) * 0x1p-53;
-    };
+    Random random(7);
     // One ray in this many runs along an axis.
     constexpr std::size_t kAlongAxis = 8;
     for (std::size_t i = 0; i < count; ++i) {
-        const uvec3 t = scene.topology.triangles[random() % scene.topology.triangles.size()];
+        const uvec3 t = scene.topology.triangles[random.below(scene.topology.triangles.size())];
         const std::array<vec3, 3> corner{positions[t.x], positions[t.y], positions[t.z]};
         // A corner, a point of an edge, a point of the triangle.
-        const double u = i % 3 == 0 ? 0 : real(0, 1);
-        const double v = i % 3 < 2 ? 0 : real(0, 1 - u);
+        const double u = i % 3 == 0 ? 0 : random.real(0, 1);
+        const double v = i % 3 < 2 ? 0 : random.real(0, 1 - u);
         const double reach = i % 2 == 0 ? 3 * kSceneExtent : kSceneExtent;
         vec3 org;
         vec3 target;
         for (int axis = 0; axis < 3; ++axis) {
-            org[axis] = static_cast<float>(real(-reach, reach));
+            org[axis] = static_cast<float>(random.real(-reach, reach));
             target[axis] = static_cast<float>(corner[0][axis] +
                                               u * (double{corner[1][axis]} - corner[0][axis]) +
                                               v * (double{corner[2][axis]} - corner[0][axis]));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <random>
 #include <span>
 #include <string>
 #include <vector>
@@ -44,6 +45,20 @@ struct ChartScene {
     ImageParams params;
     ChartSpace scene_space;
     ChartSpace world_space;
+};
+
+/// Numbers of a fixed sequence.
+class Random {
+public:
+    explicit Random(std::uint64_t seed) : bits_(seed) {}
+
+    std::size_t below(std::size_t count) { return bits_() % count; }
+    double real(double lower, double upper) {
+        return lower + (upper - lower) * static_cast<double>(bits_() >> 11) * 0x1p-53;
+    }
+
+private:
+    std::mt19937_64 bits_;
 };
 
 /// Makes the scene of a frame. The image has side x side pixels (a multiple of kChartTileSide) from

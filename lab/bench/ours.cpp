@@ -15,66 +15,79 @@ namespace {
 
 /// For tracers with intersect(rays, hits) and occluded(rays, occluded), of any rays; in calls of at
 /// most `most` rays.
-template <class Tracer>
-OurTracer batch_by_batch(std::string name, RaysAtOnce at_once, Tracer tracer) {
+template <class Made>
+Tracer batch_by_batch(std::string name, RaysAtOnce at_once, Made tracer, const TraceWork& work) {
     const std::size_t most =
         at_once == RaysAtOnce::kOne ? 1 : std::numeric_limits<std::size_t>::max();
-    const auto trace = [tracer, most](const TraceWork& work, const WorkPart& part,
-                                      TraceAnswers& answers) {
+    const auto answers = std::make_shared<TraceAnswers>(work);
+    const auto trace = [tracer, most, answers, &work](const WorkPart& part) {
         for_each_tile(work, part, [&](const TileRays& tile) {
             for_each_active_run(work, tile, [&](std::size_t begin, std::size_t end) {
                 for (std::size_t count = 0; begin < end; begin += count) {
                     count = std::min(most, end - begin);
                     const auto rays = std::span(work.rays).subspan(begin, count);
                     if (work.any_hit()) {
-                        tracer.occluded(rays, std::span(answers.occluded).subspan(begin, count));
+                        tracer.occluded(rays, std::span(answers->occluded).subspan(begin, count));
                     } else {
-                        tracer.intersect(rays, std::span(answers.hits).subspan(begin, count));
+                        tracer.intersect(rays, std::span(answers->hits).subspan(begin, count));
                     }
                 }
             });
         });
     };
-    std::vector<WorkKind> works(std::begin(kAllWorks), std::end(kAllWorks));
-    // Its rays are handed over one by one.
-    if (at_once != RaysAtOnce::kOne) std::erase(works, WorkKind::kOneRay);
-    return {std::move(name), at_once, works, trace};
+    return {.name = std::move(name), .at_once = at_once, .trace = trace, .answers = [answers] {
+                return *answers;
+            }};
 }
 
-/// Packets of 64 x 64 rays; shadow rays that have too little in common go to single rays.
-OurTracer packet_by_packet(const Bvh& bvh, const SimdTarget& target) {
-    const auto trace = [tiles = std::make_shared<const cpu::TileTracer>(bvh, target)](
-                           const TraceWork& work, const WorkPart& part, TraceAnswers& answers) {
-        static_assert(kTileSize == cpu::kCameraSide && kBlockSize == cpu::kBlockSide);
+/// Packets of 64 x 64 primary or shadow rays; shadow rays that have too little in common go to
+/// single rays.
+Tracer packet_by_packet(const Bvh& bvh, const SimdTarget& target, const TraceWork& work) {
+    static_assert(kTileSize == cpu::kCameraSide && kBlockSize == cpu::kBlockSide);
+    // Primary hits lie row by row as in an image.
+    const auto answers = std::make_shared<TraceAnswers>(work);
+    const auto trace = [tiles = std::make_shared<const cpu::TileTracer>(bvh, target), answers,
+                        &work](const WorkPart& part) {
         const ImageParams& params = work.params;
         for_each_tile(work, part, [&](const TileRays& rays) {
             if (work.kind == WorkKind::kPrimary) {
                 const cpu::Tile& tile = rays.tile;
                 const std::size_t first = std::size_t{tile.y0} * params.width + tile.x0;
-                tiles->intersect_camera(params, tile, &answers.hits[first], params.width);
+                tiles->intersect_camera(params, tile, &answers->hits[first], params.width);
             } else {
                 tiles->occluded_shared_origin(
                     params.light, shadows_of(work, rays),
-                    std::span(answers.occluded).subspan(rays.begin, rays.end - rays.begin));
+                    std::span(answers->occluded).subspan(rays.begin, rays.end - rays.begin));
             }
         });
     };
-    return {"packet", RaysAtOnce::kPacket, {WorkKind::kPrimary, WorkKind::kShadow}, trace, true};
+    const auto in_ray_order = [answers, &work] {
+        TraceAnswers ordered = *answers;
+        if (!work.any_hit()) to_ray_order(work, ordered.hits);
+        return ordered;
+    };
+    return {.name = "packet", .trace = trace, .answers = in_ray_order};
 }
 
 }  // namespace
 
-std::vector<OurTracer> our_tracers(const Bvh& bvh, const SimdTarget& target) {
+std::vector<Tracer> our_tracers(const Bvh& bvh, const SimdTarget& target, const TraceWork& work) {
     const cpu::SingleRayTracer tracer(bvh, target);
-    return {packet_by_packet(bvh, target), batch_by_batch("stream", RaysAtOnce::kStream, tracer),
-            batch_by_batch("single", RaysAtOnce::kOne, tracer)};
+    std::vector<Tracer> tracers;
+    if (work.kind == WorkKind::kPrimary || work.kind == WorkKind::kShadow)
+        tracers.push_back(packet_by_packet(bvh, target, work));
+    // The rays of one-ray are handed over one by one.
+    if (work.kind != WorkKind::kOneRay)
+        tracers.push_back(batch_by_batch("stream", RaysAtOnce::kStream, tracer, work));
+    tracers.push_back(batch_by_batch("single", RaysAtOnce::kOne, tracer, work));
+    return tracers;
 }
 
 AlignedVector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work) {
-    TraceAnswers answers(work);
-    batch_by_batch("reference", RaysAtOnce::kStream, cpu::OneByOne{cpu::ScalarTracer(bvh)})
-        .trace(work, answers);
-    return std::move(answers.hits);
+    const Tracer tracer = batch_by_batch("reference", RaysAtOnce::kStream,
+                                         cpu::OneByOne{cpu::ScalarTracer(bvh)}, work);
+    tracer.trace(work.whole());
+    return tracer.answers().hits;
 }
 
 SceneRays::SceneRays(const BenchScene& scene)

@@ -83,15 +83,25 @@ struct TraceAnswers {
           occluded(work.any_hit() ? work.rays.size() : 0) {}
 };
 
-/// Another way to trace a work, which ours are compared with.
-struct Peer {
+/// How a tracer takes its rays.
+enum class RaysAtOnce {
+    /// A tile's or a packet's.
+    kPacket,
+    /// A tile's, whatever they are.
+    kStream,
+    /// One a call.
+    kOne,
+};
+
+/// A way to trace a work, which outlives it.
+struct Tracer {
     std::string name;
-    std::string group;
-    /// One ray a call: compared with ours that do so, and with streams.
-    bool one_ray = false;
-    /// Runs in the calling thread's arena.
+    /// Of the tracers of a group the fastest makes a row.
+    std::string group = {};
+    RaysAtOnce at_once = RaysAtOnce::kPacket;
+    /// Runs in the calling thread's arena. This is timed.
     std::function<void(const WorkPart&)> trace;
-    /// The answers of the last trace of each part. Peers may have records in common, which hold
+    /// The answers of the last trace of each part. Tracers may have records in common, which hold
     /// those of the last one.
     std::function<TraceAnswers()> answers;
 };

@@ -1,7 +1,6 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <random>
 
 #include "lab/accuracy/charts/charts.h"
 
@@ -34,17 +33,6 @@ public:
 
 private:
     ChartInput scene_;
-};
-
-class Random {
-public:
-    explicit Random(std::uint64_t seed) : bits_(seed) {}
-    double real(double lower, double upper) {
-        return lower + (upper - lower) * static_cast<double>(bits_() >> 11) * 0x1p-53;
-    }
-
-private:
-    std::mt19937_64 bits_;
 };
 
 /// A sphere of rings and sectors, closed, with two fans at its poles.

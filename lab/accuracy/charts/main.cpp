@@ -29,24 +29,16 @@ struct Options {
     bool quiet = false;
 };
 
-Options parse(const std::vector<std::string>& arguments) {
-    Options options;
-    for (std::size_t i = 0; i < arguments.size(); ++i) {
-        const std::string& argument = arguments[i];
-        if (argument == "--out" && i + 1 < arguments.size()) {
-            options.out = arguments[++i];
-        } else if (argument == "--quick") {
-            options.quick = true;
-        } else if (argument == "--lenient") {
-            options.lenient = true;
-        } else if (argument == "--quiet") {
-            options.quiet = true;
-        } else {
-            options.scenes.push_back(argument);
-        }
-    }
-    if (options.out.empty() || options.scenes.empty())
+Options parse(std::vector<std::string> arguments) {
+    if (arguments.size() < 3 || arguments[0] != "--out")
         throw Error(ErrorKind::kBadArgument, "needs --out and a scene; start `morphray chart`");
+    Options options;
+    options.out = arguments[1];
+    arguments.erase(arguments.begin(), arguments.begin() + 2);
+    options.quick = std::erase(arguments, "--quick") > 0;
+    options.lenient = std::erase(arguments, "--lenient") > 0;
+    options.quiet = std::erase(arguments, "--quiet") > 0;
+    options.scenes = std::move(arguments);
     return options;
 }
 

@@ -110,7 +110,7 @@ private:
 /// rays. Diffuse rays and ambient occlusion, with the flag for incoherent ones: single rays,
 /// packets of 4, 8 and 16, and streams if Embree has them. A work of single rays: those. Each
 /// record is made within the time where it stays in the cache, from what our tracers read too.
-std::vector<Peer> embree_peers(const EmbreeScenes& scenes, const TraceWork& work);
+std::vector<Tracer> embree_peers(const EmbreeScenes& scenes, const TraceWork& work);
 
 /// The closest hits of a work by single rays, in the calling thread's arena.
 AlignedVector<Hit> embree_hits(const EmbreeScene& scene, const TraceWork& work);

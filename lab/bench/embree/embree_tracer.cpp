@@ -261,8 +261,8 @@ AlignedVector<Hit> embree_hits(const EmbreeScene& scene, const TraceWork& work) 
     return tracer->answers().hits;
 }
 
-std::vector<Peer> embree_peers(const EmbreeScenes& scenes, const TraceWork& work) {
-    std::vector<Peer> peers;
+std::vector<Tracer> embree_peers(const EmbreeScenes& scenes, const TraceWork& work) {
+    std::vector<Tracer> peers;
     for (const EmbreeWay& way : embree_ways(work.kind)) {
         const std::shared_ptr<EmbreeTracer> tracer = way.make(work);
         for (const EmbreeScenes::Variant& variant : scenes.variants()) {
@@ -271,7 +271,7 @@ std::vector<Peer> embree_peers(const EmbreeScenes& scenes, const TraceWork& work
                 {.name = fmt::format("{} {}, {}", way.name, variant.robust ? "robust" : "fast",
                                      variant.name),
                  .group = fmt::format("embree {} {}", way.one_ray, variant.robust),
-                 .one_ray = way.one_ray,
+                 .at_once = way.one_ray ? RaysAtOnce::kOne : RaysAtOnce::kPacket,
                  .trace = [tracer, &scene](const WorkPart& part) { tracer->trace(scene, part); },
                  .answers = [tracer] { return tracer->answers(); }});
         }

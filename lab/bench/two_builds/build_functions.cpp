@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <utility>
@@ -39,30 +38,27 @@ struct OpenScene {
     SceneRays rays;
 };
 
-/// What a work is traced with, and its answers.
+/// What a work is traced with.
 struct OpenWork {
     std::shared_ptr<OpenScene> scene;
     TraceWork work;
-    OurTracer tracer;
+    Tracer tracer = {};
     std::vector<WorkPart> parts = work.parts(kParts);
-    TraceAnswers answers{work};
 };
 
 BuiltWork built(const std::shared_ptr<OpenWork>& open) {
     const TraceWork& work = open->work;
     const std::size_t size = work.any_hit() ? 1 : sizeof(Hit);
     const auto trace_part = [open](std::size_t part) {
-        open->scene->arena.execute(
-            [&] { open->tracer.trace_part(open->work, open->parts[part], open->answers); });
+        open->scene->arena.execute([&] { open->tracer.trace(open->parts[part]); });
     };
     const auto answers = [open, &work, size] {
-        TraceAnswers ordered = open->answers;
-        if (open->tracer.in_image_order && !work.any_hit()) to_ray_order(work, ordered.hits);
+        const TraceAnswers traced = open->tracer.answers();
         std::vector<unsigned char> bytes(size * work.rays.size());
         for (std::size_t i = 0; i < work.rays.size(); ++i) {
             if (work.active[i] == 0) continue;
             const void* const answer =
-                work.any_hit() ? static_cast<const void*>(&ordered.occluded[i]) : &ordered.hits[i];
+                work.any_hit() ? static_cast<const void*>(&traced.occluded[i]) : &traced.hits[i];
             std::memcpy(&bytes[i * size], answer, size);
         }
         return bytes;
@@ -75,11 +71,11 @@ BuiltWork open(const std::string& spec, const std::string& work, const std::stri
     // The scene that was opened last, since works of one scene are opened one after the other.
     static std::shared_ptr<OpenScene> scene;
     if (scene == nullptr || scene->name != spec) scene = std::make_shared<OpenScene>(spec);
-    TraceWork rays = scene->work(work);
-    for (OurTracer& tracer : our_tracers(scene->scene.bvh, find_simd_target(simd))) {
-        if (tracer.name == tracer_name && std::ranges::count(tracer.works, rays.kind) > 0)
-            return built(
-                std::shared_ptr<OpenWork>(new OpenWork{scene, std::move(rays), std::move(tracer)}));
+    const std::shared_ptr<OpenWork> opened(new OpenWork{scene, scene->work(work)});
+    for (Tracer& tracer : our_tracers(scene->scene.bvh, find_simd_target(simd), opened->work)) {
+        if (tracer.name != tracer_name) continue;
+        opened->tracer = std::move(tracer);
+        return built(opened);
     }
     return {};
 }

@@ -41,8 +41,9 @@ protected:
 
     /// By single rays.
     TraceAnswers expected(const TraceWork& work) const {
-        TraceAnswers answers(work);
-        our_tracers(bvh_, best_simd_target()).back().trace(work, answers);
+        const Tracer tracer = our_tracers(bvh_, best_simd_target(), work).back();
+        tracer.trace(work.whole());
+        const TraceAnswers answers = tracer.answers();
         EXPECT_GT(count_hits(work, answers), 100u);
         return answers;
     }

@@ -42,13 +42,13 @@ TEST_F(TraceWorks, PartsHoldEachTileOnce) {
 TEST_F(TraceWorks, PartsGiveTheAnswersOfTheWhole) {
     for (const WorkKind kind : {WorkKind::kShadow, WorkKind::kDiffuse, WorkKind::kAo}) {
         const TraceWork work = secondary(kind);
-        for (const OurTracer& tracer : our_tracers(bvh_, best_simd_target())) {
-            if (std::ranges::count(tracer.works, kind) == 0) continue;
-            TraceAnswers whole(work);
-            TraceAnswers parts(work);
-            tracer.trace(work, whole);
-            for (const WorkPart& part : work.parts(4)) tracer.trace_part(work, part, parts);
-            EXPECT_EQ(count_mismatches(work, whole, parts), 0u) << tracer.name;
+        const std::vector<Tracer> whole = our_tracers(bvh_, best_simd_target(), work);
+        const std::vector<Tracer> parts = our_tracers(bvh_, best_simd_target(), work);
+        for (std::size_t i = 0; i < whole.size(); ++i) {
+            whole[i].trace(work.whole());
+            for (const WorkPart& part : work.parts(4)) parts[i].trace(part);
+            EXPECT_EQ(count_mismatches(work, whole[i].answers(), parts[i].answers()), 0u)
+                << whole[i].name;
         }
     }
 }
