@@ -9,8 +9,8 @@
 //            function pointers
 //
 // Types in the signature of an exported function are declared outside of HWY_NAMESPACE.
-// cpu/refit/refit.* is the example. common/CMakeLists.txt (morphray_simd) decides which targets are
-// compiled, the same for every user of Highway.
+// cpu/queries/tree_queries.* is the example. common/CMakeLists.txt (morphray_simd) decides which
+// targets are compiled, the same for every user of Highway.
 #pragma once
 
 #include <hwy/targets.h>

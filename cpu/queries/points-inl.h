@@ -1,4 +1,4 @@
-// Points, one in each lane or one against many triangles: closest triangles and windings.
+// Points near each other, one in each lane.
 #if defined(MORPHRAY_CPU_QUERIES_POINTS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_QUERIES_POINTS_INL_H
 #undef MORPHRAY_CPU_QUERIES_POINTS_INL_H
@@ -26,6 +26,8 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
+#if HWY_TARGET != HWY_SCALAR
+
 /// At most kLanes points, and the corners of their box in all lanes. Lanes without a point have the
 /// last one.
 struct PointLanes {
@@ -47,8 +49,10 @@ struct PointLanes {
     }
 };
 
-// A point against nodes and leaves, with the 16 boxes or triangles for lanes. Control flow alone;
-// all arithmetic is the shared text of the rules.
+#endif  // HWY_TARGET
+
+// Points against nodes and leaves, with the 16 boxes or triangles for lanes: windings and closest
+// triangles. Control flow alone; all arithmetic is the shared text of the rules.
 
 /// Points and triangles, one of each in a lane.
 struct PointTriangles {
@@ -84,6 +88,15 @@ HWY_INLINE BoxLanes load_boxes(const Node& node, std::size_t v) {
 HWY_INLINE BoxLanes boxes_of(const lanes::Float3& a, const lanes::Float3& b,
                              const lanes::Float3& c) {
     return {lanes::lesser3(a, lanes::lesser3(b, c)), lanes::greater3(a, lanes::greater3(b, c))};
+}
+
+/// The slots whose boxes meet(boxes) has, as bits.
+template <class Meet>
+HWY_INLINE std::uint32_t slots_of(const Node& node, Meet meet) {
+    std::uint32_t slots = 0;
+    for (std::size_t v = 0; v < kVectors; ++v)
+        slots |= bits_of(meet(load_boxes(node, v))) << (v * kLanes);
+    return slots;
 }
 
 /// The slots whose boxes are no farther than `most_d2` by distance2(boxes), as bits; stores the
@@ -148,6 +161,63 @@ HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
 
 #endif  // HWY_TARGET
 
+// ---- Windings
+
+/// Counts the crossings of a point with a leaf's triangles; uncertain(prim_id) is called for those
+/// that floats cannot decide on.
+template <class Uncertain>
+HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, const lanes::Float3& p,
+                                 FloatWinding& winding, Uncertain uncertain) {
+    for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
+                                const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
+        const lanes::FloatCrossing crossing = lanes::float_crossing(p, a, b, c);
+        const auto for_each_prim = [&](Mask of, auto visit) HWY_ATTR {
+            for (std::uint32_t bits = bits_of(of & used); bits != 0; bits &= bits - 1) {
+                const auto lane = static_cast<std::uint32_t>(std::countr_zero(bits));
+                const std::uint32_t prim_id = leaf.prim_id[slot_of(lane)];
+                visit(prim_id);
+                for (const RepeatedTriangle& repeat : repeats_of(bvh, prim_id))
+                    visit(repeat.prim_id);
+            }
+        };
+        if (bvh.repeated.empty()) [[likely]] {
+            const auto up = static_cast<std::int32_t>(count(crossing.is_up & used));
+            const auto down = static_cast<std::int32_t>(count(crossing.is_down & used));
+            winding.winding += up - down;
+            winding.crossings += static_cast<std::uint32_t>(up + down);
+        } else {
+            for_each_prim(crossing.is_up, [&](std::uint32_t) {
+                ++winding.winding;
+                ++winding.crossings;
+            });
+            for_each_prim(crossing.is_down, [&](std::uint32_t) {
+                --winding.winding;
+                ++winding.crossings;
+            });
+        }
+        for_each_prim(crossing.is_uncertain, uncertain);
+    });
+}
+
+/// Adds the number of leaves visited to `leaves`.
+template <class Uncertain>
+HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, std::size_t& leaves,
+                                    Uncertain uncertain) {
+    FloatWinding winding;
+    const lanes::Float3 p(clipped_point(point));
+    const auto met = [&](const Node& node) HWY_ATTR {
+        return slots_of(node, [&](const BoxLanes& boxes) HWY_ATTR {
+            return lanes::may_cross_in(p, boxes.lower, boxes.upper);
+        });
+    };
+    for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
+        ++leaves;
+        wind_around_leaf(bvh, leaf, p, winding, uncertain);
+        return true;
+    });
+    return winding;
+}
+
 // ---- Closest triangles
 
 HWY_INLINE void find_closest_in(const Leaf& leaf, const lanes::Float3& p,
@@ -206,100 +276,6 @@ HWY_NOINLINE inline std::size_t find_closest(const Bvh& bvh, vec3 point, std::ui
     }
     return leaves;
 }
-
-// Windings around points that are above each other, one in each lane: they share nodes, leaves and
-// triangles.
-
-/// At most kLanes points, and their crossings so far.
-class WindingBundle {
-public:
-    /// `points` are those of clipped_point().
-    HWY_INLINE explicit WindingBundle(std::span<const vec3> points)
-        : points_(points), used_(mask_of((1u << points.size()) - 1)) {}
-
-    /// Calls uncertain(i, prim_id) for the triangles that floats cannot decide on for point i.
-    /// Returns how many leaves it visited: one more than `most_leaves` if it gave up.
-    template <class Uncertain>
-    HWY_INLINE std::size_t search(const Bvh& bvh, std::size_t most_leaves, Uncertain uncertain) {
-        const auto met = [&](const Node& node) HWY_ATTR {
-            std::uint32_t slots = 0;
-            for (std::size_t v = 0; v < kVectors; ++v)
-                slots |= bits_of(may_cross_in(load_boxes(node, v))) << (v * kLanes);
-            return slots;
-        };
-        std::size_t leaves = 0;
-        for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
-            if (++leaves > most_leaves) return false;
-            wind_around_leaf(bvh, leaf, uncertain);
-            return true;
-        });
-        return leaves;
-    }
-
-    HWY_INLINE void store_windings(std::span<FloatWinding> windings) const {
-        HWY_ALIGN std::int32_t winding[kLanes];
-        HWY_ALIGN std::int32_t crossings[kLanes];
-        store(winding_, winding);
-        store(crossings_, crossings);
-        for (std::size_t i = 0; i < windings.size(); ++i)
-            windings[i] = {winding[i], static_cast<std::uint32_t>(crossings[i])};
-    }
-
-private:
-    /// The boxes in which a triangle may be that the half-line of a point crosses: rounding is
-    /// monotone, so the outermost points decide for all (may_cross_in()).
-    HWY_INLINE Mask may_cross_in(const BoxLanes& boxes) const {
-        const FloatVec most = splat(kCoordinateError);
-        const FloatVec least = splat(-kCoordinateError);
-        return (boxes.lower.x - points_.upper.x <= most) &
-               (boxes.upper.x - points_.lower.x >= least) &
-               (boxes.lower.y - points_.upper.y <= most) &
-               (boxes.upper.y - points_.lower.y >= least) &
-               (boxes.upper.z - points_.lower.z >= least);
-    }
-
-    template <class Uncertain>
-    HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, Uncertain& uncertain) {
-        for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
-                                    const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
-            const Mask met = used & may_cross_in(boxes_of(a, b, c));
-            for (std::uint32_t bits = bits_of(met); bits != 0; bits &= bits - 1) {
-                const auto lane = static_cast<std::uint32_t>(std::countr_zero(bits));
-                wind_around(bvh, leaf, slot_of(lane), uncertain);
-            }
-        });
-    }
-
-    template <class Uncertain>
-    HWY_INLINE void wind_around(const Bvh& bvh, const Leaf& leaf, std::uint32_t slot,
-                                Uncertain& uncertain) {
-        const lanes::FloatCrossing crossing =
-            lanes::float_crossing(points_.p, lanes::Float3(leaf_position(leaf, slot, 0)),
-                                  lanes::Float3(leaf_position(leaf, slot, 1)),
-                                  lanes::Float3(leaf_position(leaf, slot, 2)));
-        const std::uint32_t prim_id = leaf.prim_id[slot];
-        const auto repeats = repeats_of(bvh, prim_id);
-        const IntVec times = splat(static_cast<std::int32_t>(1 + repeats.size()));
-        const auto times_where = [&](Mask m) HWY_ATTR {
-            return hn::IfThenElseZero(hn::RebindMask(kInts, m), times);
-        };
-        const IntVec up = times_where(crossing.is_up);
-        const IntVec down = times_where(crossing.is_down);
-        winding_ = winding_ + up - down;
-        crossings_ = crossings_ + up + down;
-        for (std::uint32_t bits = bits_of(crossing.is_uncertain & used_); bits != 0;
-             bits &= bits - 1) {
-            const auto point = static_cast<std::uint32_t>(std::countr_zero(bits));
-            uncertain(point, prim_id);
-            for (const RepeatedTriangle& repeat : repeats) uncertain(point, repeat.prim_id);
-        }
-    }
-
-    PointLanes points_;
-    Mask used_;
-    IntVec winding_ = hn::Zero(kInts);
-    IntVec crossings_ = hn::Zero(kInts);
-};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu

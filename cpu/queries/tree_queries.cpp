@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <limits>
 #include <variant>
 
 #undef HWY_TARGET_INCLUDE
@@ -13,6 +12,7 @@
 #include "cpu/queries/all_hits-inl.h"
 #include "cpu/queries/closest_bundle-inl.h"
 #include "cpu/queries/points-inl.h"
+#include "cpu/queries/winding_bundle-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -125,34 +125,36 @@ HWY_INLINE void ask_in_bundles(std::size_t total, Bundle bundle, Each each) {
 }
 
 void answer(const Bvh& bvh, const WindingQuery& query) {
-    // As WindingBundle::search(), of points [first, first + count).
-    const auto search = [&](std::size_t first, std::size_t count,
-                            std::size_t most_leaves) HWY_ATTR {
+    const std::span<const vec3> points = query.points;
+    std::vector<UncertainCrossing>& uncertain = query.uncertain;
+    const auto add_uncertain = [&](std::size_t point, std::uint32_t prim_id) {
+        uncertain.push_back({static_cast<std::uint32_t>(point), prim_id});
+    };
+    const auto bundle = [&]([[maybe_unused]] std::size_t first, [[maybe_unused]] std::size_t count,
+                            [[maybe_unused]] std::size_t most_leaves) {
+#if HWY_TARGET != HWY_SCALAR
         vec3 clipped[kLanes];
-        for (std::size_t i = 0; i < count; ++i) clipped[i] = clipped_point(query.points[first + i]);
-        WindingBundle bundle(std::span<const vec3>(clipped, count));
-        const std::size_t before = query.uncertain.size();
-        const std::size_t leaves =
-            bundle.search(bvh, most_leaves, [&](std::size_t i, std::uint32_t prim_id) {
-                query.uncertain.push_back({static_cast<std::uint32_t>(first + i), prim_id});
-            });
-        if (leaves <= most_leaves) {
-            bundle.store_windings(query.windings.subspan(first, count));
-        } else {
-            query.uncertain.resize(before);
+        for (std::size_t i = 0; i < count; ++i) clipped[i] = clipped_point(points[first + i]);
+        const std::size_t before = uncertain.size();
+        WindingBundle search(std::span<const vec3>(clipped, count));
+        if (search.search(bvh, most_leaves, [&](std::size_t i, std::uint32_t prim_id) {
+                add_uncertain(first + i, prim_id);
+            })) {
+            search.store_windings(query.windings.subspan(first, count));
+            return true;
+        }
+        uncertain.resize(before);
+#endif
+        return false;
+    };
+    ask_in_bundles(points.size(), bundle, [&](std::size_t first, std::size_t count) {
+        std::size_t leaves = 0;
+        for (std::size_t i = first; i < first + count; ++i) {
+            query.windings[i] = wind_around(
+                bvh, points[i], leaves, [&](std::uint32_t prim_id) { add_uncertain(i, prim_id); });
         }
         return leaves;
-    };
-    ask_in_bundles(
-        query.points.size(),
-        [&](std::size_t first, std::size_t count, std::size_t most_leaves)
-            HWY_ATTR { return search(first, count, most_leaves) <= most_leaves; },
-        [&](std::size_t first, std::size_t count) HWY_ATTR {
-            std::size_t leaves = 0;
-            for (std::size_t i = first; i < first + count; ++i)
-                leaves += search(i, 1, std::numeric_limits<std::size_t>::max());
-            return leaves;
-        });
+    });
 }
 
 void answer(const Bvh& bvh, const ClosestQuery& query) {

@@ -1,8 +1,7 @@
 // Vectors of rays against the triangles of a leaf: any hits, then closest ones.
 //
-// Any hits: lanes are rays. For rays that have a leaf in common,
-// such as ambient-occlusion rays around one place, this takes fewer instructions than one ray after
-// the other (lab/notes/cpu_tracer.md).
+// Any hits: for rays that have a leaf in common, such as ambient-occlusion rays around one place,
+// this takes fewer instructions than one ray after the other (lab/notes/cpu_tracer.md).
 //
 // The filter: which rays may go through a triangle. Vertices are projected as in project_fast, but
 // divided by dir.z: with slopes, x' = a.x - (dir.x / dir.z) a.z, fused or not. The bound of its

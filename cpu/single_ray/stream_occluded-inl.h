@@ -31,10 +31,10 @@
 #include <span>
 
 #include "common/bvh/bvh.h"
+#include "cpu/single_ray/closest_leaf-inl.h"
 #include "cpu/single_ray/leaf_hit_rule-inl.h"
 #include "cpu/single_ray/node_lanes-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
-#include "cpu/single_ray/closest_leaf-inl.h"
 #include "cpu/single_ray/walks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
