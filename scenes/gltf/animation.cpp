@@ -47,19 +47,12 @@ Interpolation interpolation_of(const JsonAt& sampler) {
     given->fail(fmt::format("is {}; must be LINEAR, STEP or CUBICSPLINE", quote(given->text())));
 }
 
-void require_times(const JsonAt& reference, std::span<const float> times) {
-    for (std::size_t i = 0; i < times.size(); ++i) {
-        if (times[i] >= 0 && times[i] <= kMostSeconds && (i == 0 || times[i] > times[i - 1]))
-            continue;
-        reference.fail(fmt::format("time {} is {}; times must increase, from 0 to {}", i, times[i],
-                                   kMostSeconds));
-    }
-}
-
 class AnimationReader {
 public:
-    AnimationReader(const GltfFile& file, std::size_t index, GltfScene& scene)
-        : file_(file),
+    AnimationReader(const GltfFile& file, std::size_t index, const ClipOptions& options,
+                    GltfScene& scene)
+        : options_(options),
+          file_(file),
           at_(file.element("animations", index)),
           scene_(scene),
           animation_(scene.animation) {}
@@ -67,12 +60,13 @@ public:
     void run() {
         const JsonAt channels = at_.at("channels");
         for (std::size_t i = 0; i < channels.size(); ++i) read_channel(channels[i]);
+        equal_times_.tell(options_.warn);
     }
 
 private:
     void read_channel(const JsonAt& at) {
         const JsonAt target = at.at("target");
-        const auto node = target.index_or_none("node", scene_.tree.nodes.size(), "nodes");
+        const auto node = target.index_or_none("node", file_.count("nodes"), "nodes");
         if (!node) return;  // An extension's target.
         const JsonAt samplers = at_.at("samplers");
         const JsonAt sampler = samplers[at.at("sampler").index_below(samplers.size(), "samplers")];
@@ -118,9 +112,28 @@ private:
         return known->second;
     }
 
+    /// Throws Error for times that do not increase. If lenient, equal ones are taken, of which the
+    /// later one holds.
+    void check_times(const JsonAt& reference, std::span<const float> times) {
+        for (std::size_t i = 0; i < times.size(); ++i) {
+            if (times[i] >= 0 && times[i] <= kMostSeconds && (i == 0 || times[i] > times[i - 1]))
+                continue;
+            if (i > 0 && times[i] == times[i - 1] && options_.lenient) {
+                equal_times_.add([&] {
+                    return Warning{file_.name(),
+                                   fmt::format("{}: times {} and {} are equal; the later one holds",
+                                               reference.path(), i - 1, i)};
+                });
+                continue;
+            }
+            reference.fail(fmt::format("time {} is {}; times must increase, from 0 to {}", i,
+                                       times[i], kMostSeconds));
+        }
+    }
+
     std::span<const float> times_of(const JsonAt& reference) {
         const std::span<const float> times = numbers_of(reference, {});
-        if (checked_times_.insert(times.data()).second) require_times(reference, times);
+        if (checked_times_.insert(times.data()).second) check_times(reference, times);
         return times;
     }
 
@@ -140,12 +153,14 @@ private:
         return values;
     }
 
+    const ClipOptions& options_;
     const GltfFile& file_;
     const JsonAt at_;
     const GltfScene& scene_;
     Animation& animation_;
     std::set<std::pair<std::uint32_t, Target>> known_;
     std::set<const float*> checked_times_;
+    WarningCount equal_times_;
 };
 
 double value_at(const Channel& channel, std::size_t key, std::size_t part, std::size_t k) {
@@ -222,8 +237,9 @@ std::size_t find_animation(const GltfFile& file, const std::string& text) {
                             file.name(), list_of(names)));
 }
 
-void read_animation(const GltfFile& file, std::size_t index, GltfScene& scene) {
-    AnimationReader(file, index, scene).run();
+void read_animation(const GltfFile& file, std::size_t index, const ClipOptions& options,
+                    GltfScene& scene) {
+    AnimationReader(file, index, options, scene).run();
 }
 
 void sample(const Channel& channel, double time, std::span<double> out) {

@@ -124,7 +124,7 @@ Pose pose_at(const GltfScene& scene, double seconds) {
         pose.to_world[index] = parent == kNoNode ? local : product(pose.to_world[parent], local);
     }
     for (const Part& part : scene.parts) {
-        const auto animated = weights.find(part.node);
+        const auto animated = weights.find(scene.tree.nodes[part.node].file_index);
         pose.weights.push_back(animated == weights.end() ? rest_weights(scene, part)
                                                          : animated->second);
     }

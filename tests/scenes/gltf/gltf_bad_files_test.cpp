@@ -290,6 +290,9 @@ TEST(BadGltf, NumbersThatCannotBe) {
     EXPECT_NE(error_with(5, 20, nan).find("matrix 1 is not finite"), std::string::npos);
     EXPECT_NE(error_with(6, 1, nan).find("number 1 is not finite"), std::string::npos);
     EXPECT_NE(error_with(7, 0, 1.0f).find("time 1 is 1; times must increase"), std::string::npos);
+    EXPECT_EQ(error_with(7, 0, 1.0f, {.lenient = true}), "");
+    EXPECT_NE(error_with(7, 0, 2.0f, {.lenient = true}).find("times must increase"),
+              std::string::npos);
     EXPECT_NE(error_with(7, 0, -1.0f).find("time 0 is -1"), std::string::npos);
     EXPECT_NE(error_with(7, 1, 1e9f).find("time 1 is 1000000000"), std::string::npos);
     EXPECT_NE(error_with(1, 5, std::uint8_t{255}).find("uses joint 255"), std::string::npos);
