@@ -200,13 +200,12 @@ fit, Error "bad_input" for an index that is out of range, "bad_argument", "unava
              arg("deterministic") = false, arg("split") = "binned", arg("deforms") = true,
              arg("albedo") = py::none(), arg("refit_on") = py::none(),
              arg("record_cost_ratio") = false, arg("textures") = py::none())
-        .def(
-            "update", &update,
-            R"(Brings the tree to the points, which it reads again. Returns an Update.
+        .def("update", &update,
+             R"(Brings the tree to the points, which it reads again. Returns an Update.
 
 With geom_id it reads count points of one mesh from first on, or all from there. Raises Error
 "bad_argument" for a mesh or points that are not there.)",
-            arg("geom_id") = py::none(), arg("first") = 0, arg("count") = py::none())
+             arg("geom_id") = py::none(), arg("first") = 0, arg("count") = py::none())
         .def(
             "update_with_new_bounds", [](PyScene& scene) { return scene.update(true); },
             "update(), with the bounds of all points from then on, as Scene(...) without bounds.")
@@ -224,9 +223,8 @@ With geom_id it reads count points of one mesh from first on, or all from there.
         .def("last_update", reading(&Scene::last_update),
              "What the last build or update() did, as far as it is known "
              "by now.")
-        .def(
-            "render", &render,
-            R"(Renders an Image with a pinhole camera and a light.
+        .def("render", &render,
+             R"(Renders an Image with a pinhole camera and a light.
 
 What is None is chosen so that the bounds of the scene fill the image.
 
@@ -244,12 +242,12 @@ flat:        without smooth normals in "lit" and "normal"
 cancel:      a morphray.Cancel, which ends the call with Error "cancelled"
 
 Raises Error "bad_input" for an impossible view, "bad_argument" and "limit".)",
-            arg("size") = py::make_tuple(1024, 1024), py::kw_only(), arg("eye") = py::none(),
-            arg("target") = py::none(), arg("up") = py::make_tuple(0.0, 1.0, 0.0),
-            arg("fov") = View{}.fov, arg("light") = py::none(), arg("rays") = "primary",
-            arg("ao_count") = View{}.ao_count, arg("ao_distance") = View{}.ao_distance,
-            arg("shading") = "plain", arg("samples") = View{}.samples, arg("flat") = View{}.flat,
-            arg("cancel") = py::none())
+             arg("size") = py::make_tuple(1024, 1024), py::kw_only(), arg("eye") = py::none(),
+             arg("target") = py::none(), arg("up") = py::make_tuple(0.0, 1.0, 0.0),
+             arg("fov") = View{}.fov, arg("light") = py::none(), arg("rays") = "primary",
+             arg("ao_count") = View{}.ao_count, arg("ao_distance") = View{}.ao_distance,
+             arg("shading") = "plain", arg("samples") = View{}.samples, arg("flat") = View{}.flat,
+             arg("cancel") = py::none())
         .def(
             "on",
             [](PyScene& scene, const AnyDevice& device) {
