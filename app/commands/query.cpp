@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "app/clip/posed_scene.h"
+#include "app/clip/clip_scene.h"
 #include "app/commands/commands.h"
 #include "app/files/ray_reader.h"
 #include "app/terminal/failure.h"
@@ -100,8 +100,8 @@ private:
 ExitCode run_command(const QueryOptions& options, const Messages& messages) {
     check_reports({options.out});
     const std::vector<morphray::Vec3> points = read_points(options.point_file);
-    const PosedScene scene(options.source, options.backend, options.frame, messages);
-    PointQueries queries(options, scene.scene());
+    const PosedClip posed = pose_clip(options.source, options.backend, options.frame, messages);
+    PointQueries queries(options, posed.scene->scene());
     {
         Progress progress("querying", points.size(), messages);
         for (std::size_t done = 0; done < points.size(); done += kPointsOfBatch) {
