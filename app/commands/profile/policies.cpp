@@ -173,7 +173,7 @@ Table frames_table(const std::vector<PolicyRun>& runs) {
     return table;
 }
 
-std::string text_of(const Json& report) {
+std::string summary_of(const Json& report) {
     Table table({"policy", "backend", "total", "spread", "median", "worst", "slower", "regret",
                  "rebuilds"});
     for (const Json& run : report["policies"]) {
@@ -290,7 +290,7 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
     if (!options.json.empty()) write_report(options.json, json_text(report));
     if (!options.csv.empty()) write_report(options.csv, frames_table(runs).csv());
     if (!options.plot.empty()) plot_policies(report, runs, options.plot);
-    if (!takes_stdout({options.json, options.csv})) messages.print(text_of(report));
+    if (!takes_stdout({options.json, options.csv})) messages.print(summary_of(report));
     return ExitCode::kOk;
 }
 
