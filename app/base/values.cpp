@@ -123,10 +123,4 @@ void reject_choice(std::string_view option, std::string_view text,
                                                      fmt::join(names, ", "), hint));
 }
 
-std::string brief_count(double count) {
-    if (count < 1e4) return fmt::format("{:.0f}", count);
-    return count < 1e6 ? fmt::format("{:.0f} k", count / 1e3)
-                       : fmt::format("{:.1f} M", count / 1e6);
-}
-
 }  // namespace mray::app

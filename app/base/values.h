@@ -52,7 +52,4 @@ std::vector<PolicySpec> parse_updates(std::string_view option, const std::string
 [[noreturn]] void reject_choice(std::string_view option, std::string_view text,
                                 std::span<const std::string> names);
 
-/// "512", "9999", "60 k" or "2.1 M".
-std::string brief_count(double count);
-
 }  // namespace mray::app

@@ -1,16 +1,20 @@
 #include "app/clip/clip_scene.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <utility>
 
 #include <glm/geometric.hpp>
 
 #include "app/backends/backends.h"
+#include "app/clip/frames.h"
 #include "app/files/image_files.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
 #include "common/base/stopwatch.h"
+#include "common/text/text_parts.h"
 #include "scenes/scene_frames.h"
 
 namespace mray::app {
@@ -76,8 +80,7 @@ morphray::View view_of(const ViewSpec& spec, const ShadingOptions& shading) {
     return view;
 }
 
-}  // namespace
-
+/// Warns if it is not the device that the options would prefer.
 morphray::Device open_device(const BackendOptions& options, const Messages& messages) {
     return make_chosen(options.choice, options, messages, [&](BackendChoice chosen) {
         return call_library([&] {
@@ -88,6 +91,21 @@ morphray::Device open_device(const BackendOptions& options, const Messages& mess
         });
     });
 }
+
+morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& world) {
+    return {.positions = morphray::packed(world),
+            .triangles = indices_of(topology.triangles),
+            .albedo = topology.albedo};
+}
+
+std::optional<morphray::Box> bounds_of(const Clip& clip) {
+    const WorldBounds bounds = clip.bounds();
+    if (bounds.empty()) return std::nullopt;
+    return morphray::Box{{bounds.lower[0], bounds.lower[1], bounds.lower[2]},
+                         {bounds.upper[0], bounds.upper[1], bounds.upper[2]}};
+}
+
+}  // namespace
 
 std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
     using glm::dvec3;
@@ -113,19 +131,6 @@ std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
     for (const dvec3& corner : {middle - x - z, middle - x + z, middle + x + z, middle + x - z})
         corners.emplace_back(corner);
     return corners;
-}
-
-morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& world) {
-    return {.positions = morphray::packed(world),
-            .triangles = indices_of(topology.triangles),
-            .albedo = topology.albedo};
-}
-
-std::optional<morphray::Box> bounds_of(const Clip& clip) {
-    const WorldBounds bounds = clip.bounds();
-    if (bounds.empty()) return std::nullopt;
-    return morphray::Box{{bounds.lower[0], bounds.lower[1], bounds.lower[2]},
-                         {bounds.upper[0], bounds.upper[1], bounds.upper[2]}};
 }
 
 ClipScene::ClipScene(const ImageOptions& options, const Clip& clip, double first_frame,
@@ -243,6 +248,34 @@ std::string ClipScene::refitted_on() const {
     const bool was_built =
         update_.step == morphray::Step::build || update_.step == morphray::Step::rebuild;
     return was_built ? std::string() : refitter_;
+}
+
+PosedClip pose_clip(const SourceOptions& source, const BackendOptions& backend,
+                    const std::optional<double>& frame, const Messages& messages) {
+    PosedClip posed{open_clip(source, messages), nullptr};
+    const Clip& clip = *posed.clip;
+    const double number = select_frame(frame, std::nullopt, clip);
+    const ImageOptions options{.shading = {.shading = morphray::Shading::plain},
+                               .backend = backend,
+                               .tree = {.update = {PolicyKind::kRefit}}};
+    {
+        const Progress progress("building the tree", 0, messages);
+        posed.scene = std::make_unique<ClipScene>(options, clip, number, messages);
+    }
+    const Topology& topology = clip.topology();
+    const auto is_finite = [&](std::uint32_t vertex) {
+        const vec3 p = posed.scene->positions()[vertex];
+        return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+    };
+    const auto bad = std::ranges::count_if(topology.triangles, [&](const uvec3& t) {
+        return !is_finite(t.x) || !is_finite(t.y) || !is_finite(t.z);
+    });
+    if (bad > 0) {
+        messages.warn({escape(clip.name()),
+                       fmt::format("{} of {} triangles are not finite; they are never hit", bad,
+                                   topology.triangles.size())});
+    }
+    return posed;
 }
 
 }  // namespace mray::app

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <future>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -78,17 +79,18 @@ private:
     std::future<double> reading_;
 };
 
-/// The library's device for the options. Warns if it is not the one that they would prefer.
-morphray::Device open_device(const BackendOptions& options, const Messages& messages);
-
 /// The corners of a square below the bounds of a clip, seen along `up`, four times as large; empty
 /// for empty bounds.
 std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up);
 
-/// The mesh of a topology at these positions in world space; both must outlive the scene.
-morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& world);
+/// A clip at one frame, for the rays or points of a file.
+struct PosedClip {
+    std::unique_ptr<Clip> clip;
+    std::unique_ptr<ClipScene> scene;
+};
 
-/// The bounds of a clip; nothing if they are empty.
-std::optional<morphray::Box> bounds_of(const Clip& clip);
+/// Opens the scene at this frame, or at its first. Warns of triangles that are not finite.
+PosedClip pose_clip(const SourceOptions& source, const BackendOptions& backend,
+                    const std::optional<double>& frame, const Messages& messages);
 
 }  // namespace mray::app

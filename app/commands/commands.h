@@ -1,9 +1,12 @@
 // The commands of the program, each in a file of its own.
 #pragma once
 
+#include <string>
+
 #include "app/base/options.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
+#include "common/interop/ray.h"
 
 namespace mray::app {
 
@@ -20,5 +23,9 @@ ExitCode run_command(const QueryOptions& options, const Messages& messages);
 ExitCode run_command(const ChartOptions& options, const Messages& messages);
 ExitCode run_command(const InfoOptions& options, const Messages& messages);
 ExitCode run_command(const DevicesOptions& options, const Messages& messages);
+
+/// The first line of `probe`, such as "triangle 46629, 9.28 away; all agree": the hit in the image,
+/// and its distance in world space. All agree if the single ray and brute force give the same bits.
+std::string probe_sentence(const Hit& image, const Hit& alone, const Hit& brute, double distance);
 
 }  // namespace mray::app

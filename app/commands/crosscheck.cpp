@@ -1,8 +1,8 @@
 // morphray crosscheck: compares the images of all backends, trees and instruction sets.
-#include <fmt/format.h>
-
+#include <algorithm>
 #include <exception>
 #include <optional>
+#include <span>
 
 #include "app/backends/backends.h"
 #include "app/clip/frames.h"
@@ -11,16 +11,9 @@
 #include "app/report/crosscheck/check_report.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
-#include "common/report/shell.h"
 
 namespace mray::app {
 namespace {
-
-std::string command_text(const CrosscheckOptions& options) {
-    std::vector<std::string> line = {"morphray"};
-    line.insert(line.end(), options.arguments.begin(), options.arguments.end());
-    return shell_line(line);
-}
 
 /// Whether the scenes that are left are not checked after such an error.
 bool ends_run(ErrorKind kind) {
@@ -43,90 +36,85 @@ ExitCode worse(ExitCode a, ExitCode b) {
 class Crosscheck {
 public:
     Crosscheck(const CrosscheckOptions& options, const Messages& messages)
-        : options_(options), messages_(messages) {
-        run_.environment.command = command_text(options);
-        run_.environment.simd = options.backend.choice == BackendChoice::kVulkan
-                                    ? std::vector<std::string>{}
-                                    : simd_to_check(options.backend.simd);
-        // Then a report about a run that cannot begin names its scenes, too.
-        for (const std::string& scene : options.scenes) {
-            CheckReport& report = run_.scenes.emplace_back();
-            report.spec = scene;
-            report.complete = false;
-            report.head.command = "crosscheck";
-            report.head.scene = scene;
-            report.head.width = options.view.width;
-            report.head.height = options.view.height;
-        }
+        : options_(options), messages_(messages), report_(empty_report(options)) {
+        if (options.backend.choice != BackendChoice::kVulkan)
+            report_["environment"]["simd"] = simd_to_check(options.backend.simd);
     }
 
     /// Returns the exit code; throws what ends the run.
     ExitCode run() {
         ExitCode code = ExitCode::kOk;
-        for (CheckReport& report : run_.scenes) code = worse(code, check(report));
+        for (Json& scene : report_["scenes"]) code = worse(code, check(scene));
+        report_["complete"] =
+            std::all_of(report_["scenes"].begin(), report_["scenes"].end(),
+                        [](const Json& scene) { return scene["complete"].get<bool>(); });
         return code;
     }
 
-    void end_early(const std::string& error) { run_.error = error; }
+    void end_early(const std::string& error) { report_["error"] = error; }
 
     /// Writes all reports. Throws Error.
     void write_reports() const {
-        if (!options_.json.empty()) write_report(options_.json, to_json(run_));
-        if (!options_.junit.empty()) write_report(options_.junit, to_junit(run_));
-        if (!options_.html.empty()) write_report(options_.html, to_html(options_, run_));
+        if (!options_.json.empty()) write_report(options_.json, json_text(report_));
+        if (!options_.junit.empty()) write_report(options_.junit, to_junit(report_));
+        if (!options_.html.empty()) write_report(options_.html, to_html(report_));
         if (!takes_stdout({options_.json, options_.junit, options_.html}))
-            messages_.print(run_text(options_, run_));
+            messages_.print(run_text(report_));
     }
 
 private:
-    ExitCode check(CheckReport& report) {
+    ExitCode check(Json& scene) {
         CrosscheckOptions one = options_;
-        one.source.scene = report.spec;
+        one.source.scene = scene["spec"];
         const std::size_t warned = messages_.warnings().size();
-        const auto keep_warnings = [&] {
-            const std::vector<std::string>& all = messages_.warnings();
-            report.warnings.assign(all.begin() + static_cast<std::ptrdiff_t>(warned), all.end());
+        const auto end = [&] {
+            const std::span<const std::string> all = messages_.warnings();
+            for (const std::string& warning : all.subspan(warned))
+                scene["warnings"].push_back(warning);
+            if (!scene["equal"]) report_["equal"] = false;
         };
         ExitCode code = ExitCode::kOk;
         try {
-            code = check_scene(one, report);
-            report.complete = code == ExitCode::kOk;
+            code = check_scene(one, scene);
+            scene["complete"] = code == ExitCode::kOk;
         } catch (const Error& error) {
-            keep_warnings();
-            report.error = message_of(error);
-            if (run_.scenes.size() == 1 || ends_run(error.kind())) throw;
+            end();
+            scene["error"] = message_of(error);
+            if (options_.scenes.size() == 1 || ends_run(error.kind())) throw;
             messages_.error(error);
-            code = exit_code_of(error.kind());
+            return scene["equal"] ? exit_code_of(error.kind()) : ExitCode::kCheckFailed;
         }
-        keep_warnings();
-        return report.equal() ? code : ExitCode::kCheckFailed;
+        end();
+        return scene["equal"] ? code : ExitCode::kCheckFailed;
     }
 
     /// Returns kPartial, after a message, if a frame after the first one cannot be read. Throws
     /// the errors of scenes, of the builder and of backends.
-    ExitCode check_scene(const CrosscheckOptions& options, CheckReport& report) {
+    ExitCode check_scene(const CrosscheckOptions& options, Json& report) {
         SceneFrames scene(open_clip(options.source, messages_));
         const Clip& clip = scene.clip();
         const Topology& topology = clip.topology();
-        report.head = {"crosscheck",          clip.name(),        topology.triangles.size(),
-                       topology.vertex_count, options.view.width, options.view.height};
-        report.frames = select_frames(options.frames, std::nullopt, clip, DefaultFrames::kFew);
+        add_scene(report, {"", clip.name(), topology.triangles.size(), topology.vertex_count,
+                           options.view.width, options.view.height});
+        const std::vector<double> frames =
+            select_frames(options.frames, std::nullopt, clip, DefaultFrames::kFew);
+        report["frames"] = frames;
         if (!backends_) {
-            run_.environment.devices = devices_to_check(options.backend);
+            for (const morphray::VulkanDeviceInfo& device : devices_to_check(options.backend))
+                report_["environment"]["devices"].push_back(of(device));
             backends_ = make_checked_backends(options.backend, messages_);
         }
         std::optional<Progress> building(std::in_place, "building the tree", 0, messages_);
         CrossChecker checker(options, scene, *backends_, report);
         building.reset();
-        Progress progress("comparing", report.frames.size() * checker.comparisons_of_frame(),
-                          messages_);
-        for (const double frame : report.frames) {
+        Progress progress("comparing", frames.size() * checker.comparisons_of_frame(), messages_);
+        for (const double frame : frames) {
             try {
                 checker.check(frame, progress);
             } catch (const Error& error) {
-                if (error.kind() != ErrorKind::kBadInput || report.rows.empty()) throw;
+                if (error.kind() != ErrorKind::kBadInput || report["rows"].empty()) throw;
                 messages_.error(error);
-                report.error = message_of(error);
+                report["error"] = message_of(error);
                 return ExitCode::kPartial;
             }
         }
@@ -135,7 +123,7 @@ private:
 
     const CrosscheckOptions& options_;
     const Messages& messages_;
-    CheckRun run_;
+    Json report_;
     /// Made for the first scene.
     std::optional<CheckedBackends> backends_;
 };

@@ -22,69 +22,6 @@
 namespace mray::app {
 namespace {
 
-struct SceneReport {
-    ReportHead head;
-    double first_frame = 0;
-    double last_frame = 0;
-    /// Frames a second, if the scene has seconds.
-    std::optional<double> fps;
-    std::vector<ClipAnimation> animations;
-    WorldBounds bounds;
-    int exponent = 0;
-    DegenerateCount degenerate;
-    EdgeCounts edges;
-    std::uint64_t topology_hash = 0;
-    /// File names, and the number of triangles that show one of them.
-    std::vector<std::string> textures;
-    std::uint64_t textured_triangles = 0;
-    struct Tree {
-        std::string build;
-        double build_ms = 0;
-        BvhStats stats;
-        std::uint64_t bvh_hash = 0;
-    };
-    std::vector<Tree> trees;
-};
-
-std::string to_json(const SceneReport& report) {
-    Json json = head_of(report.head);
-    json["first_frame"] = report.first_frame;
-    json["last_frame"] = report.last_frame;
-    json["fps"] = nullptr;
-    if (report.fps) json["fps"] = *report.fps;
-    if (report.bounds.empty()) {
-        json["bounds"] = nullptr;
-    } else {
-        json["bounds"] = {{"lower", std::to_array(report.bounds.lower)},
-                          {"upper", std::to_array(report.bounds.upper)}};
-    }
-    json["scene_exponent"] = report.exponent;
-    json["not_finite"] = report.degenerate.not_finite;
-    json["zero_area"] = report.degenerate.zero_area;
-    json["edges"] = {{"open", report.edges.open},
-                     {"shared", report.edges.shared},
-                     {"turned", report.edges.turned},
-                     {"uneven", report.edges.uneven}};
-    json["topology_hash"] = hash_text(report.topology_hash);
-    json["textures"] = report.textures;
-    json["textured_triangles"] = report.textured_triangles;
-    json["animations"] = Json::array();
-    for (std::size_t i = 0; i < report.animations.size(); ++i) {
-        const ClipAnimation& animation = report.animations[i];
-        json["animations"].push_back(
-            {{"index", i}, {"name", animation.name}, {"shown", animation.is_shown}});
-    }
-    json["trees"] = Json::array();
-    for (const SceneReport::Tree& tree : report.trees) {
-        Json row = {{"build", tree.build},
-                    {"build_ms", tree.build_ms},
-                    {"bvh_hash", hash_text(tree.bvh_hash)}};
-        row.update(of(tree.stats));
-        json["trees"].push_back(row);
-    }
-    return json_text(json);
-}
-
 std::string build_description() {
 #ifdef NDEBUG
     constexpr const char* kAssertions = "without";
@@ -117,103 +54,132 @@ std::string describe_program() {
     return text + "\nbuilt-in scenes\n" + table.text();
 }
 
-SceneReport::Tree describe_tree(SplitMethod split, const Topology& topology,
-                                std::span<const vec3> positions) {
-    SceneReport::Tree tree;
-    tree.build = name_in<SplitMethod>(kSplits, split);
+Json describe_tree(SplitMethod split, const Topology& topology, std::span<const vec3> positions) {
     const Stopwatch watch;
     const Bvh bvh = build_bvh(topology, positions, {.split = split});
-    tree.build_ms = watch.ms();
-    tree.stats = bvh_stats(bvh);
-    tree.bvh_hash = bvh_hash(bvh);
+    Json tree = {{"build", name_in<SplitMethod>(kSplits, split)},
+                 {"build_ms", watch.ms()},
+                 {"bvh_hash", hash_text(bvh_hash(bvh))}};
+    tree.update(of(bvh_stats(bvh)));
     return tree;
 }
 
-SceneReport describe_scene(const InfoOptions& options, const Messages& messages) {
-    SceneFrames scene(open_clip(options.source, messages));
-    const Topology& topology = scene.clip().topology();
-    const double frame = select_frame(options.frame, std::nullopt, scene.clip());
-    const std::span<const vec3> positions = scene.positions(frame);
-    SceneReport report;
-    report.head.command = "info";
-    report.head.scene = scene.clip().name();
-    report.head.triangles = topology.triangles.size();
-    report.head.vertices = topology.vertex_count;
-    report.first_frame = scene.clip().first_frame();
-    report.last_frame = scene.clip().last_frame();
-    report.fps = scene.clip().fps();
-    const std::span<const ClipAnimation> animations = scene.clip().animations();
-    report.animations.assign(animations.begin(), animations.end());
-    report.bounds = scene.clip().bounds();
-    report.exponent = scene.space().exponent();
-    report.degenerate = count_degenerate(topology, positions);
-    report.edges = count_edges(topology, positions);
-    report.topology_hash = topology_hash(topology);
-    if (const SceneTextures* textures = scene.clip().textures()) {
+/// Adds the file names, and the number of triangles that show one of them.
+void add_textures(Json& json, const SceneTextures* textures) {
+    Json names = Json::array();
+    std::ptrdiff_t textured = 0;
+    if (textures != nullptr) {
         for (const TextureFile& file : textures->files)
-            report.textures.push_back(escape(std::filesystem::path(file.path).filename()));
-        report.textured_triangles = static_cast<std::uint64_t>(
-            std::count_if(textures->texture_ids.begin(), textures->texture_ids.end(),
-                          [](std::uint32_t id) { return id != kNoTexture; }));
+            names.push_back(escape(std::filesystem::path(file.path).filename()));
+        textured = std::ranges::count_if(textures->texture_ids,
+                                         [](std::uint32_t id) { return id != kNoTexture; });
     }
-    if (options.tree_facts) {
-        for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
-            report.trees.push_back(describe_tree(split, topology, positions));
-        }
-    }
-    return report;
+    json["textures"] = names;
+    json["textured_triangles"] = textured;
 }
 
-std::string table_of(const std::vector<ClipAnimation>& animations) {
+Json describe_scene(const InfoOptions& options, const Messages& messages) {
+    SceneFrames scene(open_clip(options.source, messages));
+    const Clip& clip = scene.clip();
+    const Topology& topology = clip.topology();
+    const double frame = select_frame(options.frame, std::nullopt, clip);
+    const std::span<const vec3> positions = scene.positions(frame);
+    const DegenerateCount degenerate = count_degenerate(topology, positions);
+    Json json =
+        head_of(ReportHead{"info", clip.name(), topology.triangles.size(), topology.vertex_count});
+    json["first_frame"] = clip.first_frame();
+    json["last_frame"] = clip.last_frame();
+    // Frames a second, if the scene has seconds.
+    json["fps"] = nullptr;
+    if (clip.fps()) json["fps"] = *clip.fps();
+    json["bounds"] = nullptr;
+    if (const WorldBounds bounds = clip.bounds(); !bounds.empty())
+        json["bounds"] = {{"lower", std::to_array(bounds.lower)},
+                          {"upper", std::to_array(bounds.upper)}};
+    json["scene_exponent"] = scene.space().exponent();
+    json["not_finite"] = degenerate.not_finite;
+    json["zero_area"] = degenerate.zero_area;
+    const EdgeCounts edges = count_edges(topology, positions);
+    json["edges"] = {{"open", edges.open},
+                     {"shared", edges.shared},
+                     {"turned", edges.turned},
+                     {"uneven", edges.uneven}};
+    json["topology_hash"] = hash_text(topology_hash(topology));
+    add_textures(json, clip.textures());
+    json["animations"] = Json::array();
+    for (const ClipAnimation& animation : clip.animations())
+        json["animations"].push_back({{"index", json["animations"].size()},
+                                      {"name", animation.name},
+                                      {"shown", animation.is_shown}});
+    json["trees"] = Json::array();
+    if (!options.tree_facts) return json;
+    for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep})
+        json["trees"].push_back(describe_tree(split, topology, positions));
+    return json;
+}
+
+/// "0, 1, 2.5" of an array of numbers.
+std::string text_of_point(const Json& point) {
+    return fmt::format("{:.6g}", fmt::join(point.get<std::vector<double>>(), ", "));
+}
+
+std::string table_of_animations(const Json& animations) {
     Table table({"animation", "name", "shown"});
-    for (std::size_t i = 0; i < animations.size(); ++i) {
-        const ClipAnimation& animation = animations[i];
-        table.add({fmt::format("{}", i), animation.name.empty() ? "" : quote(animation.name),
-                   animation.is_shown ? "yes" : ""});
+    for (const Json& animation : animations) {
+        const std::string name = animation["name"];
+        table.add({animation["index"].dump(), name.empty() ? "" : quote(name),
+                   animation["shown"] ? "yes" : ""});
     }
     return table.text();
 }
 
-std::string text_of(const SceneReport& report) {
-    const auto corner = [](const double p[3]) {
-        return fmt::format("{:.6g}, {:.6g}, {:.6g}", p[0], p[1], p[2]);
-    };
-    std::string text = fmt::format("scene           {}\n", report.head.scene);
-    text +=
-        fmt::format("triangles       {} ({} without area, {} not finite)\n", report.head.triangles,
-                    report.degenerate.zero_area, report.degenerate.not_finite);
-    text += fmt::format("vertices        {}\n", report.head.vertices);
-    text += fmt::format("edges           {}\n", describe(report.edges));
-    text += fmt::format("frames          {} to {}", report.first_frame, report.last_frame);
-    text += report.fps ? fmt::format(" ({:.6g} s, {} a second)\n", report.last_frame / *report.fps,
-                                     *report.fps)
-                       : "\n";
-    text += report.bounds.empty()
-                ? "bounds          none\n"
-                : fmt::format("bounds          ({}) to ({})\n", corner(report.bounds.lower),
-                              corner(report.bounds.upper));
-    text += fmt::format("scene space     world space * 2^{}\n", report.exponent);
-    text += fmt::format("topology hash   {}\n", hash_text(report.topology_hash));
-    if (!report.textures.empty()) {
-        text += fmt::format("textures        {} ({} triangles): {}\n", report.textures.size(),
-                            report.textured_triangles, fmt::join(report.textures, ", "));
-    }
-    if (!report.animations.empty()) text += "\n" + table_of(report.animations);
-    if (report.trees.empty()) return text;
+std::string table_of_trees(const Json& trees) {
     Table table({"tree", "build ms", "SAH cost", "nodes", "leaves", "depth", "children",
                  "triangles", "vertices", "MiB", "hash"});
-    for (const SceneReport::Tree& tree : report.trees) {
-        const BvhStats& s = tree.stats;
-        table.add({tree.build, fmt::format("{:.2f}", tree.build_ms),
-                   fmt::format("{:.3f}", s.sah_cost), fmt::format("{}", s.node_count),
-                   fmt::format("{}", s.leaf_count), fmt::format("{}", s.depth),
-                   fmt::format("{:.2f}", s.children_per_node),
-                   fmt::format("{:.2f}", s.triangles_per_leaf),
-                   fmt::format("{:.2f}", s.vertices_per_leaf),
-                   fmt::format("{:.2f}", static_cast<double>(s.bytes) / 0x1p20),
-                   hash_text(tree.bvh_hash)});
+    for (const Json& tree : trees) {
+        const auto fixed = [&](const char* key, int digits, double unit = 1) {
+            return fmt::format("{:.{}f}", tree[key].get<double>() / unit, digits);
+        };
+        table.add({tree["build"], fixed("build_ms", 2), fixed("sah_cost", 3), tree["nodes"].dump(),
+                   tree["leaves"].dump(), tree["depth"].dump(), fixed("children_per_node", 2),
+                   fixed("triangles_per_leaf", 2), fixed("vertices_per_leaf", 2),
+                   fixed("bytes", 2, 0x1p20), tree["bvh_hash"]});
     }
-    return text + "\n" + table.text();
+    return table.text();
+}
+
+std::string text_of(const Json& json) {
+    const double last = json["last_frame"];
+    std::string text;
+    const auto add = [&text](const char* name, const std::string& value) {
+        text += fmt::format("{:<15} {}\n", name, value);
+    };
+    add("scene", json["scene"]);
+    add("triangles", fmt::format("{} ({} without area, {} not finite)", json["triangles"].dump(),
+                                 json["zero_area"].dump(), json["not_finite"].dump()));
+    add("vertices", json["vertices"].dump());
+    const Json& edges = json["edges"];
+    add("edges",
+        describe(EdgeCounts{edges["open"], edges["shared"], edges["turned"], edges["uneven"]}));
+    std::string frames = fmt::format("{} to {}", json["first_frame"].get<double>(), last);
+    if (const Json& fps = json["fps"]; !fps.is_null())
+        frames +=
+            fmt::format(" ({:.6g} s, {} a second)", last / fps.get<double>(), fps.get<double>());
+    add("frames", frames);
+    const Json& bounds = json["bounds"];
+    add("bounds", bounds.is_null() ? "none"
+                                   : fmt::format("({}) to ({})", text_of_point(bounds["lower"]),
+                                                 text_of_point(bounds["upper"])));
+    add("scene space", "world space * 2^" + json["scene_exponent"].dump());
+    add("topology hash", json["topology_hash"]);
+    if (!json["textures"].empty())
+        add("textures",
+            fmt::format("{} ({} triangles): {}", json["textures"].size(),
+                        json["textured_triangles"].dump(),
+                        fmt::join(json["textures"].get<std::vector<std::string>>(), ", ")));
+    if (!json["animations"].empty()) text += "\n" + table_of_animations(json["animations"]);
+    if (!json["trees"].empty()) text += "\n" + table_of_trees(json["trees"]);
+    return text;
 }
 
 }  // namespace
@@ -224,8 +190,8 @@ ExitCode run_command(const InfoOptions& options, const Messages& messages) {
         messages.print(describe_program());
         return ExitCode::kOk;
     }
-    const SceneReport report = describe_scene(options, messages);
-    if (!options.json.empty()) write_report(options.json, to_json(report));
+    const Json report = describe_scene(options, messages);
+    if (!options.json.empty()) write_report(options.json, json_text(report));
     if (!takes_stdout({options.json})) messages.print(text_of(report));
     return ExitCode::kOk;
 }

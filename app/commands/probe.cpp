@@ -1,17 +1,110 @@
-// morphray probe: describes one pixel.
+// morphray probe: traces one pixel and describes how its result comes about.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <utility>
+#include <vector>
 
+#include "app/backends/backends.h"
+#include "app/clip/frames.h"
 #include "app/commands/commands.h"
-#include "app/commands/pixel_probe.h"
+#include "app/terminal/progress.h"
+#include "common/base/errors.h"
+#include "common/bvh/box.h"
+#include "common/bvh/bvh_stats.h"
+#include "common/interop/camera.h"
+#include "common/interop/hit_rule.h"
+#include "common/interop/surface.h"
 #include "common/report/table.h"
+#include "common/scene/mesh.h"
 #include "common/text/number_text.h"
+#include "common/update/tree_updater.h"
 
 namespace mray::app {
 namespace {
+
+constexpr std::size_t kCandidates = 8;
+
+/// A triangle that a ray may hit.
+struct Candidate {
+    /// Whether the rule takes `hit`.
+    bool is_hit = false;
+    Hit hit;
+    /// Edge functions of the projected vertices; inside the triangle all have one sign.
+    Edges edges = {};
+    bool inside = false;
+    /// The conditions that do not hold; of a hit none may be among them.
+    std::string fails;
+};
+
+Candidate test_triangle(const Ray& ray, const ShearedRay& sheared, const SlabRay& slab,
+                        std::uint32_t prim_id, vec3 a, vec3 b, vec3 c) {
+    Candidate result;
+    TriangleHit hit;
+    result.is_hit = intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
+    result.hit = {hit.t, hit.u, hit.v, prim_id};
+    result.edges = exact_edges(project(sheared, a), project(sheared, b), project(sheared, c));
+    result.inside = may_be_inside(result.edges);
+    Box bounds;
+    for (const vec3 vertex : {a, b, c}) bounds.extend(vertex);
+    const Box box = padded(bounds);
+    float t_least = 0;
+    const bool meets_box =
+        hits_box(slab, box.lower, box.upper, t_least) && t_least <= last_depth(hit.t);
+    for (const auto& [holds, name] :
+         {std::pair(result.inside, "inside"), std::pair(has_area(a, b, c), "area"),
+          std::pair(is_in_range(hit.t, ray.tnear, ray.tfar), "range"),
+          std::pair(finite_vertices(a, b, c), "finite"), std::pair(meets_box, "box"),
+          std::pair(may_hit_triangle(sheared, a, b, c), "filter")})
+        if (!holds) result.fails += std::string(result.fails.empty() ? "" : " ") + name;
+    return result;
+}
+
+bool before(const Candidate& a, const Candidate& b) {
+    if (a.is_hit != b.is_hit) return a.is_hit;
+    if (a.inside != b.inside) return a.inside;
+    return is_closer(a.hit.t, a.hit.prim_id, b.hit.t, b.hit.prim_id);
+}
+
+/// Tests all triangles (positions in scene space) by brute force. Returns the hits from the nearest
+/// to the farthest, so that the first is the answer, then triangles that the fast filter keeps; at
+/// most kCandidates triangles, and in addition those of `wanted`.
+std::vector<Candidate> find_candidates(const Ray& ray, const Topology& topology,
+                                       std::span<const vec3> positions,
+                                       std::span<const std::uint32_t> wanted) {
+    if (ray.dir == vec3(0, 0, 0)) return {};
+    const ShearedRay sheared = shear_ray(ray.org, ray.dir);
+    const SlabRay slab = slab_ray(ray.org, ray.dir);
+    std::vector<Candidate> found;
+    std::vector<Candidate> extra;
+    for (std::uint32_t id = 0; id < topology.triangles.size(); ++id) {
+        const uvec3 corners = topology.triangles[id];
+        const vec3 a = positions[corners.x];
+        const vec3 b = positions[corners.y];
+        const vec3 c = positions[corners.z];
+        const bool is_wanted = std::ranges::find(wanted, id) != wanted.end();
+        if (!is_wanted && !may_hit_triangle(sheared, a, b, c)) continue;
+        (is_wanted ? extra : found).push_back(test_triangle(ray, sheared, slab, id, a, b, c));
+    }
+    std::sort(found.begin(), found.end(), before);
+    if (found.size() > kCandidates) found.resize(kCandidates);
+    found.insert(found.end(), extra.begin(), extra.end());
+    std::sort(found.begin(), found.end(), before);
+    return found;
+}
+
+void require_pixel(const ProbeOptions& options) {
+    const Pixel p = options.pixel;
+    const ViewSpec& view = options.view;
+    if (p.x < view.width && p.y < view.height) return;
+    throw Error(ErrorKind::kBadArgument,
+                fmt::format("--pixel: {},{} is not in an image of {}x{}; choose one from 0,0 to "
+                            "{},{}, or another --size",
+                            p.x, p.y, view.width, view.height, view.width - 1, view.height - 1));
+}
 
 // Every bit, and a number to read.
 std::string both(float x) { return fmt::format("{} ({:.6g})", hex_text(x), x); }
@@ -24,88 +117,60 @@ std::string point(vec3 p) {
     return fmt::format("{}\n         ({:.6g}, {:.6g}, {:.6g})", hex_point(p), p.x, p.y, p.z);
 }
 
+/// `world_depth` is the depth along the viewing direction in world space for t = 1.
 std::string hit_text(const char* name, const Hit& hit, double world_depth) {
     if (hit.prim_id == kNoPrim) return fmt::format("{:<22}miss\n", name);
     return fmt::format("{:<22}prim {}, depth {:.9g} in world space\n  t {}\n  u {}  v {}\n", name,
                        hit.prim_id, hit.t * world_depth, both(hit.t), both(hit.u), both(hit.v));
 }
 
-std::string ray_text(const ProbeReport& report) {
-    const Ray& ray = report.ray;
+std::string ray_text(const Ray& ray, vec3 world_org, double world_depth) {
     std::string text = "ray in scene space\n";
     text += "  org    " + point(ray.org) + "\n  dir    " + point(ray.dir) + "\n";
     text += fmt::format("  tnear  {}\n  tfar   {}\n", both(ray.tnear), both(ray.tfar));
-    text += fmt::format(
-        "ray in world space\n  org    ({:.9g}, {:.9g}, {:.9g})\n  depth of t = 1   {:.9g}\n",
-        report.world_org[0], report.world_org[1], report.world_org[2], report.world_depth);
-    return text;
+    return text + fmt::format(
+                      "ray in world space\n  org    ({:.9g}, {:.9g}, {:.9g})\n"
+                      "  depth of t = 1   {:.9g}\n",
+                      world_org.x, world_org.y, world_org.z, world_depth);
 }
 
-std::string secondary_text(const ProbeReport& report) {
-    if (report.rays == "primary") return {};
-    std::string text =
-        fmt::format("secondary rays        {} occluded in the image\n", report.occlusion);
-    if (report.rays == "shadow" && report.image.prim_id != kNoPrim && !report.faces_light) {
-        text += "  the surface faces away from the light: in shadow without a ray\n";
+/// Traces the shadow ray or the ambient-occlusion rays of a hit, and describes their hits.
+std::string secondary_text(const ImageParams& params, const Surface& surface, Pixel pixel,
+                           Backend& backend) {
+    std::vector<Ray> rays;
+    if (params.rays == kRaysShadow) {
+        if (!faces_light(surface, params.light))
+            return "  the surface faces away from the light: in shadow without a ray\n";
+        rays.push_back(shadow_ray(surface, params.light));
+    } else {
+        for (std::uint32_t i = 0; i < params.ao_count; ++i)
+            rays.push_back(ao_ray(surface, pixel.x, pixel.y, i, params.ao_tfar));
     }
-    for (std::size_t i = 0; i < report.secondary.size(); ++i) {
-        const ProbeReport::Secondary& s = report.secondary[i];
+    std::vector<Hit> hits(rays.size());
+    backend.trace({rays, hits});
+    std::string text;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
         const std::string hit =
-            s.hit.prim_id == kNoPrim
+            hits[i].prim_id == kNoPrim
                 ? std::string("free")
-                : fmt::format("prim {} at t {}", s.hit.prim_id, hex_text(s.hit.t));
+                : fmt::format("prim {} at t {}", hits[i].prim_id, hex_text(hits[i].t));
         text += fmt::format("  {:<3}  org {}\n       dir {}\n       tfar {}  {}\n", i,
-                            hex_point(s.ray.org), hex_point(s.ray.dir), hex_text(s.ray.tfar), hit);
+                            hex_point(rays[i].org), hex_point(rays[i].dir), hex_text(rays[i].tfar),
+                            hit);
     }
     return text;
 }
 
-std::string candidates_text(const ProbeReport& report) {
-    if (report.candidates.empty()) return "no triangle comes near\n";
+std::string candidates_text(const std::vector<Candidate>& candidates) {
+    if (candidates.empty()) return "no triangle comes near\n";
     Table table({"prim", "result", "t", "edge U", "edge V", "edge W", "fails"});
-    for (const Candidate& c : report.candidates) {
-        std::string fails;
-        for (const auto& [holds, name] :
-             {std::pair(c.inside, "inside"), std::pair(c.has_area, "area"),
-              std::pair(c.in_range, "range"), std::pair(c.finite, "finite"),
-              std::pair(c.meets_box, "box"), std::pair(c.may_hit, "filter")})
-            if (!holds) fails += std::string(fails.empty() ? "" : " ") + name;
-        const bool is_first = &c == &report.candidates.front();
-        table.add({fmt::format("{}", c.prim_id),
-                   !c.is_hit  ? "no hit"
-                   : is_first ? "wins"
-                              : "hit",
-                   hex_text(c.t), hex_text(c.edge_u), hex_text(c.edge_v), hex_text(c.edge_w),
-                   fails});
+    for (const Candidate& c : candidates) {
+        const char* const hit = &c == &candidates.front() ? "wins" : "hit";
+        table.add({fmt::format("{}", c.hit.prim_id), c.is_hit ? hit : "no hit", hex_text(c.hit.t),
+                   hex_text(c.edges.u), hex_text(c.edges.v), hex_text(c.edges.w), c.fails});
     }
     return "triangles by brute force, the answer first; and the conditions that fail\n" +
            table.text();
-}
-
-std::string probe_text(const ProbeReport& report) {
-    const BvhStats& tree = report.tree;
-    std::string text = probe_sentence(report) + '\n';
-    text += fmt::format("{}, frame {}, pixel {},{} of {}x{}, {} rays\n", report.head.scene,
-                        report.frame, report.pixel.x, report.pixel.y, report.head.width,
-                        report.head.height, report.rays);
-    text += fmt::format("backend {}: {}\n", report.backend, report.device);
-    text += fmt::format(
-        "tree    {}: {} nodes, {} leaves, depth {}, SAH cost {:.3f}\n        hash {}\n\n",
-        report.update, tree.node_count, tree.leaf_count, tree.depth, tree.sah_cost,
-        hash_text(report.bvh_hash));
-    text += ray_text(report) + "\n";
-    text += hit_text("hit in the image", report.image, report.world_depth);
-    text += hit_text("hit of the ray alone", report.alone, report.world_depth);
-    text += fmt::format("colour                #{:02x}{:02x}{:02x}\n", report.colour & 0xFF,
-                        (report.colour >> 8) & 0xFF, (report.colour >> 16) & 0xFF);
-    return text + secondary_text(report) + "\n" + candidates_text(report);
-}
-
-/// The answer of brute force.
-Hit best_of(const std::vector<Candidate>& candidates) {
-    if (candidates.empty() || !candidates.front().is_hit) return no_hit();
-    const Candidate& first = candidates.front();
-    return {first.t, first.u, first.v, first.prim_id};
 }
 
 std::string text_of(const Hit& hit) {
@@ -115,23 +180,80 @@ std::string text_of(const Hit& hit) {
 
 }  // namespace
 
-std::string probe_sentence(const ProbeReport& report) {
+std::string probe_sentence(const Hit& image, const Hit& alone, const Hit& brute, double distance) {
     const auto differs = [&](const Hit& hit) {
-        return std::memcmp(&hit, &report.image, sizeof(hit)) != 0;
+        return std::memcmp(&hit, &image, sizeof(hit)) != 0;
     };
-    const Hit brute = best_of(report.candidates);
-    if (differs(report.alone) || differs(brute))
+    if (differs(alone) || differs(brute))
         return fmt::format("DIFFERENT: the image has {}, the ray alone {}, brute force {}",
-                           text_of(report.image), text_of(report.alone), text_of(brute));
-    if (report.image.prim_id == kNoPrim) return "nothing; all agree";
-    const vec3 d = report.ray.dir;
-    const double distance =
-        std::ldexp(report.image.t * std::hypot(d.x, d.y, d.z), -report.exponent);
-    return fmt::format("triangle {}, {:.3g} away; all agree", report.image.prim_id, distance);
+                           text_of(image), text_of(alone), text_of(brute));
+    if (image.prim_id == kNoPrim) return "nothing; all agree";
+    return fmt::format("triangle {}, {:.3g} away; all agree", image.prim_id, distance);
 }
 
 ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
-    messages.print(probe_text(probe_pixel(options, messages)));
+    require_pixel(options);
+    SceneFrames scene(open_clip(options.source, messages));
+    const double number = select_frame(options.frame, options.tree.build_at, scene.clip());
+    const Topology& topology = scene.clip().topology();
+    const std::unique_ptr<Backend> tracer =
+        make_backend(options.backend.choice, options.backend, messages);
+    const BackendInfo& info = tracer->info();
+    messages.note("tracing on " + info.name + ": " + info.description);
+    const double build_at = options.tree.build_at.value_or(number);
+    std::optional<Progress> progress(std::in_place, "building the tree", 0, messages);
+    TreeUpdater updater(topology, scene.positions(build_at), *tracer, nullptr, options.tree.update,
+                        build_config(options.tree.split, options.backend), {});
+    if (build_at != number) updater.update(scene.positions(number));
+    const ImageParams params = scene.image_params(options.view);
+    progress.reset();
+    progress.emplace("tracing the image", 0, messages);
+    Frame frame;
+    tracer->trace_image(params, frame);
+    progress.reset();
+    progress.emplace("testing all triangles", 0, messages);
+
+    const Pixel pixel = options.pixel;
+    const std::size_t index = std::size_t{pixel.y} * params.width + pixel.x;
+    const Hit image = frame.hits[index];
+    const std::uint32_t colour = frame.pixels[index];
+    const Ray ray = camera_ray(params.camera, pixel.x, pixel.y);
+    Hit alone;
+    tracer->trace({{&ray, 1}, {&alone, 1}});
+    const std::span<const vec3> positions = scene.positions(number);
+    const std::uint32_t wanted[] = {image.prim_id, alone.prim_id};
+    const std::vector<Candidate> candidates = find_candidates(ray, topology, positions, wanted);
+    const bool brute_hits = !candidates.empty() && candidates.front().is_hit;
+    const SceneSpace& space = scene.space();
+    const double world_depth =
+        space.length_to_world(camera_depth_scale(params.camera, pixel.x, pixel.y));
+    const BvhStats tree = bvh_stats(updater.tree());
+
+    std::string text = probe_sentence(
+        image, alone, brute_hits ? candidates.front().hit : no_hit(),
+        std::ldexp(image.t * std::hypot(ray.dir.x, ray.dir.y, ray.dir.z), -space.exponent()));
+    text += fmt::format("\n{}, frame {}, pixel {},{} of {}x{}, {} rays\nbackend {}: {}\n",
+                        scene.clip().name(), number, pixel.x, pixel.y, params.width, params.height,
+                        name_of_rays(params.rays), info.name, info.description);
+    text += fmt::format(
+        "tree    {}: {} nodes, {} leaves, depth {}, SAH cost {:.3f}\n        hash {}\n\n",
+        name_of(updater.last().step), tree.node_count, tree.leaf_count, tree.depth, tree.sah_cost,
+        hash_text(bvh_hash(updater.tree())));
+    text += ray_text(ray, space.to_world(ray.org), world_depth) + "\n";
+    text += hit_text("hit in the image", image, world_depth);
+    text += hit_text("hit of the ray alone", alone, world_depth);
+    text += fmt::format("colour                #{:02x}{:02x}{:02x}\n", colour & 0xFF,
+                        (colour >> 8) & 0xFF, (colour >> 16) & 0xFF);
+    if (params.rays != kRaysPrimary)
+        text +=
+            fmt::format("secondary rays        {} occluded in the image\n", frame.occlusion[index]);
+    if (params.rays != kRaysPrimary && alone.prim_id != kNoPrim) {
+        const uvec3 corners = topology.triangles[alone.prim_id];
+        const Surface surface = surface_at(ray, alone, positions[corners.x], positions[corners.y],
+                                           positions[corners.z]);
+        text += secondary_text(params, surface, pixel, *tracer);
+    }
+    messages.print(text + "\n" + candidates_text(candidates));
     return ExitCode::kOk;
 }
 

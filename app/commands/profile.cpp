@@ -3,19 +3,21 @@
 #include <sys/resource.h>
 
 #include <functional>
+#include <map>
 #include <memory>
 
 #include "app/backends/backends.h"
 #include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/commands/profile/parts.h"
-#include "app/report/profile_report.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
 #include "common/base/stopwatch.h"
 #include "common/bvh/bvh_stats.h"
+#include "common/frame_times.h"
 #include "common/report/shell.h"
 #include "common/report/spread.h"
+#include "common/report/table.h"
 
 namespace mray::app {
 namespace {
@@ -51,18 +53,18 @@ public:
 
     std::string backend() const { return refits_->info().name; }
 
-    /// Frames must come in the order of the clip.
-    ProfileRow measure(double frame) {
-        ProfileRow row;
-        row.frame = frame;
-        row.backend = backend();
-        auto& samples = row.samples;
+    /// Frames must come in the order of the clip. Returns medians, and in "samples_ms" the times of
+    /// all runs: "update" has upload and refit of each run together, and "trace_rebuilt" the trace
+    /// of the rebuilt tree instead of the refitted one.
+    Json measure(double frame) {
+        FrameTimes times;
+        std::map<std::string, std::vector<double>> samples;
         std::span<const vec3> positions;
         Bvh rebuilt;
         for (int round = 0; round < *options_.repeat; ++round) {
-            const auto add = [&](std::vector<double>& times,
+            const auto add = [&](std::vector<double>& of_stage,
                                  const std::function<double()>& stage_ms) {
-                times.push_back(run(stage_ms, round == 0));
+                of_stage.push_back(run(stage_ms, round == 0));
             };
             add(samples["deform"], [&] {
                 positions = scene_.positions(frame);
@@ -82,19 +84,24 @@ public:
                 return watch.ms();
             });
             add(samples["trace"], [&] { return trace(*refits_); });
-            row.times.rays = refits_->finish().rays;
+            times.rays = refits_->finish().rays;
             if (round == 0) given_->set_frame(positions, rebuilt);
             add(samples["trace_rebuilt"], [&] { return trace(*given_); });
         }
-        row.times.deform_ms = median(samples["deform"]);
-        row.times.update.upload_ms = median(samples["upload"]);
-        row.times.update.refit_ms = median(samples["refit"]);
-        row.times.update.rebuild_ms = median(samples["rebuild"]);
-        row.times.trace_ms = median(samples["trace"]);
-        row.trace_rebuilt_ms = median(samples["trace_rebuilt"]);
+        times.deform_ms = median(samples["deform"]);
+        times.update.upload_ms = median(samples["upload"]);
+        times.update.refit_ms = median(samples["refit"]);
+        times.update.rebuild_ms = median(samples["rebuild"]);
+        times.trace_ms = median(samples["trace"]);
         refits_->read_tree(tree_);
-        row.sah_cost = bvh_stats(tree_).sah_cost;
-        row.rebuilt_sah_cost = bvh_stats(rebuilt).sah_cost;
+        Json row = {{"frame", frame}, {"backend", backend()}};
+        add_times(row, times);
+        row["total_ms"] = times.total_ms();
+        row["trace_rebuilt_ms"] = median(samples["trace_rebuilt"]);
+        row["rays"] = times.rays;
+        row["sah_cost"] = bvh_stats(tree_).sah_cost;
+        row["rebuilt_sah_cost"] = bvh_stats(rebuilt).sah_cost;
+        row["samples_ms"] = samples;
         return row;
     }
 
@@ -142,19 +149,34 @@ std::string measured_options(const ProfileOptions& options) {
     return shell_line(line);
 }
 
-ProfileReport empty_report(const ProfileOptions& options, const Clip& clip) {
-    ProfileReport report;
-    report.head = profile_head(options, clip);
-    report.rays = name_of_rays(options.view.rays);
-    report.repeat = *options.repeat;
-    report.options = measured_options(options);
+/// The report before anything is measured.
+Json empty_report(const ProfileOptions& options, const Clip& clip) {
+    Json report = profile_head(options, clip);
+    report["peak_memory_bytes"] = 0;
+    report["options"] = measured_options(options);
+    report["frames"] = Json::array();
     return report;
+}
+
+/// A row of medians for each frame and backend, of at most 80 columns.
+Table table_of(const Json& frames) {
+    Table table({"frame", "backend", "deform", "update", "rebuild", "trace", "new trace", "Mray/s",
+                 "SAH ratio"});
+    for (const Json& row : frames) {
+        const auto number = [&](const char* key) { return row[key].get<double>(); };
+        const auto ms = [](double value) { return fmt::format("{:.3f}", value); };
+        table.add({fmt::format("{}", number("frame")), row["backend"], ms(number("deform_ms")),
+                   ms(number("upload_ms") + number("refit_ms")), ms(number("rebuild_ms")),
+                   ms(number("trace_ms")), ms(number("trace_rebuilt_ms")),
+                   fmt::format("{:.1f}", number("rays") / (number("trace_ms") * 1e3 + 1e-9)),
+                   fmt::format("{:.3f}", number("sah_cost") / number("rebuilt_sah_cost"))});
+    }
+    return table;
 }
 
 /// Measures all frames on each backend, one backend after the other.
 void measure(const ProfileOptions& options, SceneFrames& scene, const std::vector<double>& frames,
-             const std::vector<BackendChoice>& choices, const Messages& messages,
-             ProfileReport& report) {
+             const std::vector<BackendChoice>& choices, const Messages& messages, Json& report) {
     Progress progress("measuring", frames.size() * choices.size(), messages);
     for (const BackendChoice choice : choices) {
         progress.begin("tree");
@@ -162,20 +184,22 @@ void measure(const ProfileOptions& options, SceneFrames& scene, const std::vecto
         for (const double frame : frames) {
             throw_if_interrupted();
             progress.begin(fmt::format("frame {} on {}", frame, profiler.backend()));
-            report.rows.push_back(profiler.measure(frame));
-            progress.update(report.rows.size());
+            report["frames"].push_back(profiler.measure(frame));
+            progress.update(report["frames"].size());
         }
     }
-    report.peak_memory_bytes = peak_memory_bytes();
+    report["peak_memory_bytes"] = peak_memory_bytes();
 }
 
 }  // namespace
 
-ReportHead profile_head(const ProfileOptions& options, const Clip& clip) {
+Json profile_head(const ProfileOptions& options, const Clip& clip) {
     const Topology& topology = clip.topology();
-    return {
-        "profile",          clip.name(),        topology.triangles.size(), topology.vertex_count,
-        options.view.width, options.view.height};
+    Json json = head_of(ReportHead{"profile", clip.name(), topology.triangles.size(),
+                                   topology.vertex_count, options.view.width, options.view.height});
+    json["rays"] = name_of_rays(options.view.rays);
+    json["repeat"] = *options.repeat;
+    return json;
 }
 
 ExitCode run_command(const ProfileOptions& given, const Messages& messages) {
@@ -187,29 +211,29 @@ ExitCode run_command(const ProfileOptions& given, const Messages& messages) {
     SceneFrames scene(open_clip(options.source, messages));
     const std::vector<double> frames =
         select_frames(options.frames, options.tree.build_at, scene.clip(), DefaultFrames::kFew);
-    ProfileReport report = empty_report(options, scene.clip());
+    Json report = empty_report(options, scene.clip());
     std::optional<Json> baseline;
     const std::vector<BackendChoice> choices = profiled_backends(options.backend, messages);
     if (!options.baseline.empty()) {
         std::vector<std::string> backends;
         for (const BackendChoice choice : choices)
             backends.push_back(make_backend(choice, options.backend, messages)->info().name);
-        baseline = read_baseline(options.baseline, json_of(report), backends, frames);
+        baseline = read_baseline(options.baseline, report, backends, frames);
     }
     measure(options, scene, frames, choices, messages, report);
-    const Json json = json_of(report);
-    if (!options.json.empty()) write_report(options.json, json_text(json));
-    if (!options.csv.empty()) write_report(options.csv, profile_table(report).csv());
+    const Table table = table_of(report["frames"]);
+    if (!options.json.empty()) write_report(options.json, json_text(report));
+    if (!options.csv.empty()) write_report(options.csv, table.csv());
     const bool has_stdout = !takes_stdout({options.json, options.csv});
     if (has_stdout) {
         messages.print(fmt::format(
             "medians of {} run{} in ms; update: upload and refit; new trace: of the tree that\n"
             "rebuild makes; SAH ratio: cost of the refitted tree over that of the new one\n{}",
-            report.repeat, report.repeat == 1 ? "" : "s", profile_table(report).text()));
+            *options.repeat, *options.repeat == 1 ? "" : "s", table.text()));
     }
     if (!baseline) return ExitCode::kOk;
     const BaselineComparison comparison =
-        compare_with_baseline(options.baseline, *baseline, json, options.tolerance_percent);
+        compare_with_baseline(options.baseline, *baseline, report, options.tolerance_percent);
     if (has_stdout) messages.print(comparison.text);
     return comparison.is_slower ? ExitCode::kCheckFailed : ExitCode::kOk;
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "app/clip/posed_scene.h"
+#include "app/clip/clip_scene.h"
 #include "app/commands/commands.h"
 #include "app/files/ray_reader.h"
 #include "app/terminal/failure.h"
@@ -21,8 +21,10 @@ constexpr std::size_t kRaysOfBatch = std::size_t{1} << 16;
 /// Traces rays in batches and gathers their hits as lines.
 class RayTracer {
 public:
-    RayTracer(const TraceOptions& options, const PosedScene& scene)
-        : options_(options), scene_(scene) {}
+    RayTracer(const TraceOptions& options, const PosedClip& posed)
+        : options_(options),
+          scene_(posed.scene->scene()),
+          space_(space_of_frame(posed.clip->bounds(), bounds_of(posed.scene->positions()))) {}
 
     void trace(std::span<const WorldRay> rays) {
         rays_.clear();
@@ -40,7 +42,7 @@ public:
 private:
     /// The numbers of the ray are floats.
     void add(const WorldRay& ray) {
-        if (!to_scene(scene_.space(), ray).valid) ++invalid_;
+        if (!to_scene(space_, ray).valid) ++invalid_;
         // t may be beyond floats, and t of a ray whose direction is scaled to a length of about 1
         // is not. A power of two changes no other bit.
         const double largest =
@@ -57,9 +59,8 @@ private:
 
     void trace_closest() {
         hits_.resize(rays_.size());
-        scene_.scene().intersect(std::span<const morphray::Ray>(rays_),
-                                 std::span<morphray::Hit>(hits_), morphray::Coherence::sort(),
-                                 &interrupt_flag());
+        scene_.intersect(std::span<const morphray::Ray>(rays_), std::span<morphray::Hit>(hits_),
+                         morphray::Coherence::sort(), &interrupt_flag());
         for (std::size_t i = 0; i < hits_.size(); ++i) {
             if (hits_[i])
                 write(hits_[i], exponents_[i]);
@@ -69,7 +70,7 @@ private:
     }
 
     void trace_all() {
-        const morphray::AllHits all = scene_.scene().intersect_all(rays_, options_.hit_lists);
+        const morphray::AllHits all = scene_.intersect_all(rays_, options_.hit_lists);
         for (std::size_t i = 0; i < rays_.size(); ++i) {
             const std::span<const morphray::Hit> hits = all.of_ray(i);
             fmt::format_to(std::back_inserter(text_), "R {} {}\n", hits.size(), all.left_out[i]);
@@ -87,7 +88,8 @@ private:
     }
 
     const TraceOptions& options_;
-    const PosedScene& scene_;
+    const morphray::Scene& scene_;
+    SceneSpace space_;
     std::vector<morphray::Ray> rays_;
     /// The power of two that each ray's direction was divided by.
     std::vector<int> exponents_;
@@ -105,8 +107,8 @@ ExitCode run_command(const TraceOptions& given, const Messages& messages) {
     options.hit_lists.cancel = &interrupt_flag();
     check_reports({options.out});
     const std::vector<WorldRay> rays = read_rays(options.ray_file, options.binary_rays);
-    const PosedScene scene(options.source, options.backend, options.frame, messages);
-    RayTracer tracer(options, scene);
+    const PosedClip posed = pose_clip(options.source, options.backend, options.frame, messages);
+    RayTracer tracer(options, posed);
     {
         Progress progress("tracing", rays.size(), messages);
         for (std::size_t done = 0; done < rays.size(); done += kRaysOfBatch) {

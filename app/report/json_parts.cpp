@@ -6,6 +6,11 @@
 
 namespace mray::app {
 
+std::string plain_text(const Json& value) {
+    if (value.is_string()) return value.get<std::string>();
+    return value.is_number_float() ? fmt::format("{}", value.get<double>()) : value.dump();
+}
+
 void add_scene(Json& json, const ReportHead& head) {
     json["scene"] = head.scene;
     json["triangles"] = head.triangles;

@@ -25,6 +25,9 @@ inline std::string json_text(const Json& json, int indent = 2) {
     return json.dump(indent, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+/// A string without quotes, a number as fmt prints it.
+std::string plain_text(const Json& value);
+
 struct ReportHead {
     std::string command;
     std::string scene;

@@ -23,48 +23,23 @@ void on_signal(int signal) {
 
 }  // namespace
 
+// Up to here the errors of the library and of the program have one order, which is that of the exit
+// codes from kUsage on.
+static_assert(static_cast<int>(morphray::ErrorCode::device_lost) ==
+              static_cast<int>(ErrorKind::kDeviceLost));
+static_assert(static_cast<int>(ExitCode::kDeviceLost) - static_cast<int>(ExitCode::kUsage) ==
+              static_cast<int>(ErrorKind::kDeviceLost));
+
 ErrorKind kind_of(morphray::ErrorCode code) {
-    using morphray::ErrorCode;
-    switch (code) {
-        case ErrorCode::bad_argument:
-            return ErrorKind::kBadArgument;
-        case ErrorCode::bad_input:
-            return ErrorKind::kBadInput;
-        case ErrorCode::unavailable:
-            return ErrorKind::kUnavailable;
-        case ErrorCode::output:
-            return ErrorKind::kOutput;
-        case ErrorCode::limit:
-            return ErrorKind::kLimit;
-        case ErrorCode::device_lost:
-            return ErrorKind::kDeviceLost;
-        case ErrorCode::cancelled:
-            return ErrorKind::kCancelled;
-        default:
-            return ErrorKind::kInternal;
-    }
+    if (code == morphray::ErrorCode::cancelled) return ErrorKind::kCancelled;
+    return code <= morphray::ErrorCode::device_lost ? static_cast<ErrorKind>(code)
+                                                    : ErrorKind::kInternal;
 }
 
 ExitCode exit_code_of(ErrorKind kind) {
-    switch (kind) {
-        case ErrorKind::kBadArgument:
-            return ExitCode::kUsage;
-        case ErrorKind::kBadInput:
-            return ExitCode::kBadInput;
-        case ErrorKind::kUnavailable:
-            return ExitCode::kUnavailable;
-        case ErrorKind::kOutput:
-            return ExitCode::kOutput;
-        case ErrorKind::kLimit:
-            return ExitCode::kLimit;
-        case ErrorKind::kDeviceLost:
-            return ExitCode::kDeviceLost;
-        case ErrorKind::kCancelled:
-            return static_cast<ExitCode>(128 + interrupt_signal());
-        case ErrorKind::kInternal:
-            break;
-    }
-    return ExitCode::kInternal;
+    if (kind == ErrorKind::kCancelled) return static_cast<ExitCode>(128 + interrupt_signal());
+    if (kind == ErrorKind::kInternal) return ExitCode::kInternal;
+    return static_cast<ExitCode>(static_cast<int>(ExitCode::kUsage) + static_cast<int>(kind));
 }
 
 const char* hint_text(Hint hint) {

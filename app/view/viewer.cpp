@@ -140,8 +140,7 @@ private:
             .image = image_.get(), .different = different_, .pixel = {}, .message = message_};
         if (!image_) {
             facts.message =
-                fmt::format("building the tree, {} triangles",
-                            brief_count(static_cast<double>(clip_->topology().triangles.size())));
+                fmt::format("building the tree, {} triangles", clip_->topology().triangles.size());
         }
         // The pixel that was clicked on is shown until the image is another one.
         if (pixel_ && pixel_->request.image == first_request_) {

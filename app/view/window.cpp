@@ -106,12 +106,12 @@ float Window::pixel_scale() const {
 }
 
 void Window::set_image(std::uint32_t width, std::uint32_t height,
-                       std::span<const std::uint32_t> pixels, std::vector<ImageLine> lines) {
+                       std::span<const std::uint32_t> pixels, std::vector<glm::vec4> line_ends) {
     glBindTexture(GL_TEXTURE_2D, texture_);
     glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, static_cast<GLsizei>(width),
                  static_cast<GLsizei>(height), 0, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
     has_image_ = true;
-    lines_ = std::move(lines);
+    line_ends_ = std::move(line_ends);
 }
 
 void Window::draw_image(float width) const {
@@ -127,19 +127,23 @@ void Window::draw_image(float width) const {
     }
     glEnd();
     glDisable(GL_TEXTURE_2D);
-    if (lines_.empty()) return;
-    static_assert(sizeof(ImageLine) == 4 * sizeof(float));
+    if (line_ends_.empty()) return;
+    // The viewport becomes the image.
+    const float scale = pixel_scale();
+    glPushAttrib(GL_VIEWPORT_BIT | GL_ENABLE_BIT | GL_COLOR_BUFFER_BIT);
+    glViewport(0, 0, static_cast<GLsizei>(width * scale), static_cast<GLsizei>(height * scale));
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
     glColor4f(1.0f, 0.75f, 0.2f, 0.6f);
+    glMatrixMode(GL_PROJECTION);
     glPushMatrix();
-    glScalef(1 / pixel_scale(), 1 / pixel_scale(), 1);
+    glLoadIdentity();
     glEnableClientState(GL_VERTEX_ARRAY);
-    glVertexPointer(2, GL_FLOAT, 0, lines_.data());
-    glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(2 * lines_.size()));
+    glVertexPointer(4, GL_FLOAT, 0, line_ends_.data());
+    glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(line_ends_.size()));
     glDisableClientState(GL_VERTEX_ARRAY);
     glPopMatrix();
-    glDisable(GL_BLEND);
+    glPopAttrib();
 }
 
 void Window::begin_frame() {

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include <glm/vec4.hpp>
+
 #include "common/scene/camera_setup.h"
 #include "morphray/geometry.hpp"
 
@@ -15,17 +17,9 @@ struct GLFWwindow;
 
 namespace mray::app {
 
-/// A line in pixels from the upper left corner of the image. It may leave the image.
-struct ImageLine {
-    float x0 = 0;
-    float y0 = 0;
-    float x1 = 0;
-    float y1 = 0;
-};
-
-/// The edges of the boxes as the camera sees them, without what is behind the eye. Eye and target
-/// of the view are given.
-std::vector<ImageLine> box_lines(const ViewSpec& view, std::span<const morphray::Box> boxes);
+/// Both ends of each edge of the boxes, in the clip space of the view's camera. Eye and target of
+/// the view are given.
+std::vector<glm::vec4> box_lines(const ViewSpec& view, std::span<const morphray::Box> boxes);
 
 /// A key of GLFW that went down.
 struct KeyPress {
@@ -58,9 +52,10 @@ public:
     /// Pixels a screen coordinate.
     float pixel_scale() const;
 
-    /// Takes 8-bit RGBA pixels, row by row from the top, and lines in pixels over them.
+    /// Takes 8-bit RGBA pixels, row by row from the top, and the ends of lines over them, which are
+    /// in the clip space of the image.
     void set_image(std::uint32_t width, std::uint32_t height, std::span<const std::uint32_t> pixels,
-                   std::vector<ImageLine> lines);
+                   std::vector<glm::vec4> line_ends);
 
     /// Begins a frame of Dear ImGui.
     void begin_frame();
@@ -83,7 +78,7 @@ private:
     std::vector<KeyPress> keys_;
     unsigned texture_ = 0;
     bool has_image_ = false;
-    std::vector<ImageLine> lines_;
+    std::vector<glm::vec4> line_ends_;
 };
 
 }  // namespace mray::app

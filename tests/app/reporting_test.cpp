@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,29 @@ using Json = nlohmann::json;
 TEST(Probe, FrameOutsideTheClipIsRefused) {
     EXPECT_EQ(run({"probe", "builtin:cloth:500", "--frame", "25", "--pixel", "0,0"}).code, 2);
     EXPECT_EQ(run({"probe", "builtin:cloth:500", "--frame", "nan", "--pixel", "0,0"}).code, 2);
+}
+
+TEST(Probe, GivesTheSameResultOnEveryBackend) {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("s.obj", square_at(0));
+    const auto probe = [&](const char* backend, const char* pixel) {
+        const Outcome outcome =
+            run({"probe", scene, "--frame", "0", "--size", "32x32", "--eye", "0,0,5", "--target",
+                 "0,0,0", "--pixel", pixel, "--backend", backend, "--rays", "ao"});
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return outcome.out;
+    };
+    for (const char* backend : {"cpu", "brute"}) {
+        const std::string hit = probe(backend, "16,16");
+        EXPECT_TRUE(hit.starts_with("triangle 0, 5 away; all agree\n")) << hit;
+        EXPECT_NE(hit.find("secondary rays        0 occluded in the image\n"), std::string::npos);
+        EXPECT_NE(hit.find("  15   org "), std::string::npos) << hit;
+        EXPECT_TRUE(std::regex_search(hit, std::regex("fails\n +0  wins( +[-0-9a-fx.p+]+){4} *\n")))
+            << hit;
+        const std::string miss = probe(backend, "0,0");
+        EXPECT_TRUE(miss.starts_with("nothing; all agree\n")) << miss;
+        EXPECT_TRUE(miss.ends_with("no triangle comes near\n")) << miss;
+    }
 }
 
 TEST(Frames, TreeIsNotBuiltOutsideTheClip) {

@@ -48,7 +48,7 @@ set(app_commands_sees ${app_rooms})
 # Trees and tracers are for these files of the program; other ones may include these headers, which
 # hold plain data.
 set(engine "^(cpu/|gpu/|common/(backend|scene_queries)\\.h$|common/(bvh|update)/)")
-set(engine_users "^app/(backends/|commands/(crosscheck|profile|probe|pixel_probe|info|candidates))")
+set(engine_users "^app/(backends/|commands/(crosscheck|profile|probe|info))")
 set(engine_data "^common/(bvh/(bvh_stats|builder/bvh_builder)|update/policy)\\.h$")
 
 # The order of the folders of scenes/ and common/: one may include those before it.

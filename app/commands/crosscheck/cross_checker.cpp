@@ -44,7 +44,7 @@ CheckedBackends make_checked_backends(const BackendOptions& options, const Messa
 }
 
 CrossChecker::CrossChecker(const CrosscheckOptions& options, SceneFrames& scene,
-                           CheckedBackends& backends, CheckReport& report)
+                           CheckedBackends& backends, Json& report)
     : options_(options),
       scene_(scene),
       backends_(backends),
@@ -53,7 +53,7 @@ CrossChecker::CrossChecker(const CrosscheckOptions& options, SceneFrames& scene,
       simd_(simd_to_check(options.backend.simd)) {
     if (options.rays) rays_ = {*options.rays};
     const Topology& topology = scene.clip().topology();
-    const std::span<const vec3> positions = scene.positions(report.frames.front());
+    const std::span<const vec3> positions = scene.positions(report["frames"].front());
     const Bvh built = build_bvh(topology, positions, build_config(options.split, options.backend));
     const auto set_scene = [&](BackendPair& pair) {
         pair.refits->set_scene(topology, positions, built);
@@ -63,7 +63,7 @@ CrossChecker::CrossChecker(const CrosscheckOptions& options, SceneFrames& scene,
     set_scene(backends_.cpu);
     if (backends_.vulkan) {
         set_scene(*backends_.vulkan);
-        report.device = backends_.vulkan->refits->info().description;
+        report["device"] = backends_.vulkan->refits->info().description;
     }
     backends_.brute->set_scene(topology, positions, built);
 }
@@ -128,58 +128,52 @@ void CrossChecker::query_reference(std::span<const vec3> positions) {
     expected_answers_ = answers_of(reference, batch_);
 }
 
-void CrossChecker::compare_queries(const Variant& variant, const std::string& name) {
-    report_.queries.push_back(
-        {frame_, name, queries_use_brute() ? "brute" : "cpu", options_.query_count,
-         compare_answers(expected_answers_, answers_of(*variant.backend, batch_))});
-}
-
-void CrossChecker::compare_variant(const Variant& variant) {
-    CheckRow row;
-    row.frame = frame_;
-    row.backend = variant.backend->info().name;
-    row.simd = variant.simd;
-    row.update = variant.update;
-    row.refit_on = variant.refit_on;
+void CrossChecker::compare(Backend& backend, const std::string& simd, const std::string& refit_on) {
+    CheckedImage image;
+    image.variant = {backend.info().name, simd, refit_on.empty() ? "rebuild" : "refit", refit_on};
+    image.frame = frame_;
     // The CPU without SIMD over the rebuilt tree is the reference itself.
     const bool is_cpu_reference =
-        row.backend == "cpu" && row.simd.empty() && row.update == "rebuild";
+        image.variant.backend == "cpu" && simd.empty() && refit_on.empty();
     Frame actual;
     for (const Expected& expected : expected_) {
-        row.rays = name_of_rays(expected.rays);
-        row.reference = expected.reference;
-        if (is_cpu_reference && row.reference == "cpu") continue;
-        progress_->begin(fmt::format("frame {}, {}, {}", frame_, row.variant(), row.rays), true);
-        variant.backend->trace_image(params_for(expected.rays), actual);
-        row.trace_ms = variant.backend->finish().trace_ms;
-        compare(expected.frame, actual, row);
+        image.rays = expected.rays;
+        image.reference = expected.reference;
+        if (is_cpu_reference && image.reference == "cpu") continue;
+        progress_->begin(
+            fmt::format("frame {}, {}, {}", frame_, image.variant.name(), name_of_rays(image.rays)),
+            true);
+        backend.trace_image(params_for(expected.rays), actual);
+        image.trace_ms = backend.finish().trace_ms;
+        add_images(report_, options_, image, expected.frame, actual);
         throw_if_interrupted();
-        report_.rows.push_back(row);
-        progress_->update(report_.rows.size());
+        progress_->update(report_["rows"].size());
     }
-    if (options_.query_count > 0 && (!is_cpu_reference || queries_use_brute()))
-        compare_queries(variant, row.variant());
+    if (options_.query_count == 0 || (is_cpu_reference && !queries_use_brute())) return;
+    image.reference = queries_use_brute() ? "brute" : "cpu";
+    add_answers(report_, options_, image,
+                compare_answers(expected_answers_, answers_of(backend, batch_)));
 }
 
 void CrossChecker::check_vulkan(std::span<const vec3> positions, const Bvh& rebuilt) {
     BackendPair& pair = *backends_.vulkan;
     refit(pair, positions);
-    report_.trees.push_back({frame_, bvh_hash(backends_.cpu.tree), bvh_hash(pair.tree)});
-    compare_variant({pair.refits.get(), "", "refit", "vulkan"});
+    add_trees(report_, frame_, bvh_hash(backends_.cpu.tree), bvh_hash(pair.tree));
+    compare(*pair.refits, "", "vulkan");
     pair.given->set_frame(positions, backends_.cpu.tree);
-    compare_variant({pair.given.get(), "", "refit", "cpu"});
+    compare(*pair.given, "", "cpu");
     pair.given->set_frame(positions, rebuilt);
-    compare_variant({pair.given.get(), "", "rebuild", ""});
+    compare(*pair.given, "", "");
 }
 
 void CrossChecker::check_cpu(std::span<const vec3> positions, const Bvh& rebuilt) {
-    compare_variant({backends_.cpu.refits.get(), "", "refit", "cpu"});
+    compare(*backends_.cpu.refits, "", "cpu");
     if (backends_.vulkan) {
         backends_.cpu.given->set_frame(positions, backends_.vulkan->tree);
-        compare_variant({backends_.cpu.given.get(), "", "refit", "vulkan"});
+        compare(*backends_.cpu.given, "", "vulkan");
     }
     backends_.cpu.given->set_frame(positions, rebuilt);
-    compare_variant({backends_.cpu.given.get(), "", "rebuild", ""});
+    compare(*backends_.cpu.given, "", "");
     for (const std::string& simd : simd_) check_simd(simd, positions, rebuilt);
 }
 
@@ -188,9 +182,9 @@ void CrossChecker::check_simd(const std::string& simd, std::span<const vec3> pos
     const auto backend = cpu::make_cpu_backend({.threads = options_.backend.threads, .simd = simd});
     backend->watch_images(command_watch());
     backend->set_scene(scene_.clip().topology(), positions, backends_.cpu.tree);
-    compare_variant({backend.get(), simd, "refit", "cpu"});
+    compare(*backend, simd, "cpu");
     backend->set_frame(positions, rebuilt);
-    compare_variant({backend.get(), simd, "rebuild", ""});
+    compare(*backend, simd, "");
 }
 
 void CrossChecker::check(double frame, Progress& progress) {

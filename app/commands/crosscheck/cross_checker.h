@@ -47,11 +47,11 @@ CheckedBackends make_checked_backends(const BackendOptions& options, const Messa
 /// that the CPU refitted and the tree that is built for the frame.
 class CrossChecker {
 public:
-    /// Builds at the report's first frame, and compares only the CPU without a device, only Vulkan
-    /// if options choose it. The backends take this scene. Throws what clip, builder and backends
-    /// throw.
+    /// Builds at the first of the report's frames, and compares only the CPU without a device, only
+    /// Vulkan if options choose it. The backends take this scene. Throws what clip, builder and
+    /// backends throw.
     CrossChecker(const CrosscheckOptions& options, SceneFrames& scene, CheckedBackends& backends,
-                 CheckReport& report);
+                 Json& report);
 
     /// Compares one frame for every kind of rays, and adds each comparison to the report as it is
     /// made.
@@ -64,24 +64,17 @@ private:
     struct Expected {
         std::uint32_t rays;
         Frame frame;
-        const char* reference;
+        std::string reference;
     };
-    struct Variant {
-        Backend* backend;
-        /// The instruction set, or "".
-        std::string simd;
-        const char* update;
-        const char* refit_on;
-    };
-
     void trace_reference(std::span<const vec3> positions, const Bvh& rebuilt);
     /// Queries the reference, if queries are compared.
     void query_reference(std::span<const vec3> positions);
-    void compare_variant(const Variant& variant);
+    /// Compares what the backend traces with the reference. `simd` is its instruction set, or "";
+    /// `refit_on` the backend that refitted its tree, or "" of a rebuilt one.
+    void compare(Backend& backend, const std::string& simd, const std::string& refit_on);
     void check_vulkan(std::span<const vec3> positions, const Bvh& rebuilt);
     void check_cpu(std::span<const vec3> positions, const Bvh& rebuilt);
     void check_simd(const std::string& simd, std::span<const vec3> positions, const Bvh& rebuilt);
-    void compare_queries(const Variant& variant, const std::string& name);
     bool uses_brute(std::uint32_t rays) const;
     bool queries_use_brute() const;
     /// Whether the CPU's images are compared; otherwise the CPU only refits and traces the
@@ -93,7 +86,7 @@ private:
     const CrosscheckOptions& options_;
     SceneFrames& scene_;
     CheckedBackends& backends_;
-    CheckReport& report_;
+    Json& report_;
     /// The kinds of rays and the instruction sets that are compared.
     std::vector<std::uint32_t> rays_;
     std::vector<std::string> simd_;

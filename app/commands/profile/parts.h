@@ -12,7 +12,8 @@
 
 namespace mray::app {
 
-ReportHead profile_head(const ProfileOptions& options, const Clip& clip);
+/// A report without measurements.
+Json profile_head(const ProfileOptions& options, const Clip& clip);
 
 /// morphray profile --policies: compares update policies over a clip.
 ExitCode profile_policies(const ProfileOptions& options, const Messages& messages);

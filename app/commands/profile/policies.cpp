@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
+#include <numeric>
 #include <set>
 
 #include "app/backends/backends.h"
@@ -28,8 +29,6 @@ struct Played {
     TreeUpdate update = {};
     double trace_ms = 0;
     std::uint64_t hits_hash = 0;
-
-    double cost_ms() const { return update.times.total_ms() + trace_ms; }
 };
 
 /// One policy on one backend. Its costs leave out the first build and deforming.
@@ -38,9 +37,7 @@ struct PolicyRun {
     std::string backend;
     /// The frames of each round.
     std::vector<std::vector<Played>> rounds = {};
-    /// The costs of all frames of each round added up.
-    std::vector<double> totals_ms = {};
-    /// `frames` has, for each frame, its median round by cost; `total_ms` adds their costs up.
+    /// For each frame, its median round by cost; `total_ms` adds their costs up.
     std::vector<Played> frames = {};
     double total_ms = 0;
     /// total_ms beyond the least of all policies on the backend, relative to it.
@@ -48,40 +45,30 @@ struct PolicyRun {
     /// The longest trace of a frame, relative to the least of all policies.
     double slowest_trace = 0;
 
-    std::vector<double> of_rounds(std::size_t frame, double (*value)(const Played&)) const {
+    Spread of_rounds(std::size_t frame, double (*value)(const Played&)) const {
         std::vector<double> values;
         for (const std::vector<Played>& round : rounds) values.push_back(value(round[frame]));
-        return values;
+        return spread_of(values);
     }
 };
 
 double trace_of(const Played& frame) { return frame.trace_ms; }
-double cost_of(const Played& frame) { return frame.cost_ms(); }
+double cost_of(const Played& frame) { return frame.update.times.total_ms() + frame.trace_ms; }
 
-double total_of(const std::vector<Played>& frames) {
-    double total = 0;
-    for (const Played& frame : frames) total += frame.cost_ms();
-    return total;
-}
-
-std::vector<double> costs_of(const PolicyRun& run) {
+std::vector<double> costs_of(const std::vector<Played>& frames) {
     std::vector<double> costs;
-    for (const Played& frame : run.frames) costs.push_back(frame.cost_ms());
+    for (const Played& frame : frames) costs.push_back(cost_of(frame));
     return costs;
 }
 
-/// The trees built after the first.
-std::size_t rebuilds_of(const PolicyRun& run) {
-    return static_cast<std::size_t>(std::ranges::count_if(run.frames, [](const Played& frame) {
-        return frame.update.step == TreeStep::kRebuilt || frame.update.step == TreeStep::kSwapped;
-    }));
+double total_of(const std::vector<Played>& frames) {
+    const std::vector<double> costs = costs_of(frames);
+    return std::accumulate(costs.begin(), costs.end(), 0.0);
 }
 
 /// Sets the figures of the policies on one backend from their rounds.
 void compare(std::span<PolicyRun> runs) {
     for (PolicyRun& run : runs) {
-        for (const std::vector<Played>& round : run.rounds)
-            run.totals_ms.push_back(total_of(round));
         run.frames = run.rounds.back();
         for (std::size_t f = 0; f < run.frames.size(); ++f) {
             std::vector<Played> played;
@@ -134,55 +121,46 @@ std::vector<Played> play(const ProfileOptions& options, const PolicySpec& policy
     return played;
 }
 
-/// A clip under several policies on each backend.
-struct PolicyReport {
-    ReportHead head;
-    std::string rays;
-    int repeat = 0;
-    std::vector<PolicyRun> runs;
-};
-
-std::string to_json(const PolicyReport& report) {
-    Json json = head_of(report.head);
-    json["rays"] = report.rays;
-    json["repeat"] = report.repeat;
-    json["policies"] = Json::array();
-    for (const PolicyRun& run : report.runs) {
-        Json hashes = Json::array();
-        for (const Played& frame : run.frames) hashes.push_back(hash_text(frame.hits_hash));
-        const std::vector<double> costs = costs_of(run);
-        const Spread total = spread_of(run.totals_ms);
-        json["policies"].push_back({{"policy", run.policy},
-                                    {"backend", run.backend},
-                                    {"total_ms", run.total_ms},
-                                    {"median_frame_ms", lower_median(costs)},
-                                    {"worst_frame_ms", std::ranges::max(costs)},
-                                    {"slowest_trace", run.slowest_trace},
-                                    {"regret", run.regret},
-                                    {"rebuilds", rebuilds_of(run)},
-                                    {"total",
-                                     {{"least_ms", total.least},
-                                      {"median_ms", total.median},
-                                      {"spread_percent", total.percent}}},
-                                    {"hits_hashes", hashes}});
-    }
-    return json_text(json);
+Json json_of(const PolicyRun& run) {
+    const auto is_build = [](const Played& frame) {
+        return frame.update.step == TreeStep::kRebuilt || frame.update.step == TreeStep::kSwapped;
+    };
+    Json hashes = Json::array();
+    for (const Played& frame : run.frames) hashes.push_back(hash_text(frame.hits_hash));
+    const std::vector<double> costs = costs_of(run.frames);
+    std::vector<double> totals;
+    for (const std::vector<Played>& round : run.rounds) totals.push_back(total_of(round));
+    const Spread total = spread_of(totals);
+    return {{"policy", run.policy},
+            {"backend", run.backend},
+            {"total_ms", run.total_ms},
+            {"median_frame_ms", lower_median(costs)},
+            {"worst_frame_ms", std::ranges::max(costs)},
+            {"slowest_trace", run.slowest_trace},
+            {"regret", run.regret},
+            // The trees built after the first.
+            {"rebuilds", std::ranges::count_if(run.frames, is_build)},
+            {"total",
+             {{"least_ms", total.least},
+              {"median_ms", total.median},
+              {"spread_percent", total.percent}}},
+            {"hits_hashes", hashes}};
 }
 
 std::string fixed_ms(double value) { return fmt::format("{:.3f}", value); }
 
 /// One row for each frame of each policy and backend.
-Table frames_table(const PolicyReport& report) {
+Table frames_table(const std::vector<PolicyRun>& runs) {
     Table table({"policy", "backend", "frame", "update", "upload ms", "refit ms", "decide ms",
                  "restructure ms", "rebuild ms", "trace ms", "cost ratio", "hits hash", "reason",
                  "least trace ms", "trace spread %", "least cost ms", "median cost ms",
                  "cost spread %"});
-    for (const PolicyRun& run : report.runs) {
+    for (const PolicyRun& run : runs) {
         for (std::size_t i = 0; i < run.frames.size(); ++i) {
             const Played& f = run.frames[i];
             const UpdateTimes& times = f.update.times;
-            const Spread trace = spread_of(run.of_rounds(i, trace_of));
-            const Spread cost = spread_of(run.of_rounds(i, cost_of));
+            const Spread trace = run.of_rounds(i, trace_of);
+            const Spread cost = run.of_rounds(i, cost_of);
             table.add(
                 {run.policy, run.backend, fmt::format("{}", f.frame), name_of(f.update.step),
                  fixed_ms(times.upload_ms), fixed_ms(times.refit_ms), fixed_ms(times.decide_ms),
@@ -195,30 +173,31 @@ Table frames_table(const PolicyReport& report) {
     return table;
 }
 
-std::string text_of(const PolicyReport& report) {
-    const auto ms = [](double value) { return fmt::format("{:.2f}", value); };
-    const auto percent = [](double value) { return fmt::format("{:.1f}", value); };
+std::string summary_of(const Json& report) {
     Table table({"policy", "backend", "total", "spread", "median", "worst", "slower", "regret",
                  "rebuilds"});
-    for (const PolicyRun& run : report.runs) {
-        const std::vector<double> costs = costs_of(run);
-        table.add({run.policy, run.backend, ms(run.total_ms),
-                   percent(spread_of(run.totals_ms).percent), ms(lower_median(costs)),
-                   ms(std::ranges::max(costs)), ms(run.slowest_trace), percent(100 * run.regret),
-                   fmt::format("{}", rebuilds_of(run))});
+    for (const Json& run : report["policies"]) {
+        const auto fixed = [](const Json& number, int digits, double scale = 1) {
+            return fmt::format("{:.{}f}", scale * number.get<double>(), digits);
+        };
+        table.add({run["policy"], run["backend"], fixed(run["total_ms"], 2),
+                   fixed(run["total"]["spread_percent"], 1), fixed(run["median_frame_ms"], 2),
+                   fixed(run["worst_frame_ms"], 2), fixed(run["slowest_trace"], 2),
+                   fixed(run["regret"], 1, 100), run["rebuilds"].dump()});
     }
+    const int repeat = report["repeat"];
     return fmt::format(
         "times in ms of {} round{}; total: the medians of its frames; median, worst: of a\n"
         "frame; spread: of the totals of rounds, in %; slower: how many times as long the\n"
         "worst trace takes as with the best policy; regret: beyond the least total, in %\n{}",
-        report.repeat, report.repeat == 1 ? "" : "s", table.text());
+        repeat, repeat == 1 ? "" : "s", table.text());
 }
 
 /// Three panels for each backend, which compare the policies by frame.
-std::vector<plot::Panel> panels_of(const PolicyReport& report) {
+std::vector<plot::Panel> panels_of(const std::vector<PolicyRun>& runs) {
     std::vector<plot::Panel> panels;
     std::set<std::string> backends;
-    for (const PolicyRun& run : report.runs) {
+    for (const PolicyRun& run : runs) {
         if (!backends.insert(run.backend).second) continue;
         plot::Panel panel{.kind = "lines",
                           .x = "frame",
@@ -241,21 +220,23 @@ std::vector<plot::Panel> panels_of(const PolicyReport& report) {
     return panels;
 }
 
-void plot_policies(const PolicyReport& report, const std::string& file) {
+void plot_policies(const Json& report, const std::vector<PolicyRun>& runs,
+                   const std::string& file) {
+    const auto text = [&](const char* key) { return report[key].dump(); };
     const plot::Figure figure{
-        .title = fmt::format("Update policies: {}, {} triangles", report.head.scene,
-                             report.head.triangles),
-        .footer = fmt::format("{}x{} pixels, {} rays; {}", report.head.width, report.head.height,
-                              report.rays,
-                              report.repeat == 1 ? std::string("one round")
-                                                 : fmt::format("medians of {} rounds, with bars "
-                                                               "from the least",
-                                                               report.repeat)),
+        .title = fmt::format("Update policies: {}, {} triangles",
+                             report["scene"].get<std::string>(), text("triangles")),
+        .footer = fmt::format(
+            "{}x{} pixels, {} rays; {}", text("width"), text("height"),
+            report["rays"].get<std::string>(),
+            report["repeat"] == 1
+                ? "one round"
+                : fmt::format("medians of {} rounds, with bars from the least", text("repeat"))),
         .columns = 3,
         .panel_height = 420,
-        .panels = panels_of(report)};
-    write_file(file, plot::draw(figure, frames_table(report).csv(),
-                                file.ends_with(".png") ? "png" : "svg"));
+        .panels = panels_of(runs)};
+    write_file(
+        file, plot::draw(figure, frames_table(runs).csv(), file.ends_with(".png") ? "png" : "svg"));
 }
 
 void require_plotter(const std::string& file) {
@@ -266,13 +247,6 @@ void require_plotter(const std::string& file) {
     plot::require_gnuplot("--plot");
 }
 
-void publish(const PolicyReport& report, const ProfileOptions& options, const Messages& messages) {
-    if (!options.json.empty()) write_report(options.json, to_json(report));
-    if (!options.csv.empty()) write_report(options.csv, frames_table(report).csv());
-    if (!options.plot.empty()) plot_policies(report, options.plot);
-    if (!takes_stdout({options.json, options.csv})) messages.print(text_of(report));
-}
-
 }  // namespace
 
 ExitCode profile_policies(const ProfileOptions& options, const Messages& messages) {
@@ -281,10 +255,7 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
     SceneFrames scene(open_clip(options.source, messages));
     const std::vector<double> frames =
         select_frames(options.frames, options.tree.build_at, scene.clip(), DefaultFrames::kAll);
-    PolicyReport report;
-    report.head = profile_head(options, scene.clip());
-    report.rays = name_of_rays(options.view.rays);
-    report.repeat = *options.repeat;
+    std::vector<PolicyRun> runs;
     const std::vector<BackendChoice> choices = profiled_backends(options.backend, messages);
     {
         const std::size_t rounds = static_cast<std::size_t>(*options.repeat);
@@ -301,19 +272,25 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
                 progress.update(done++);
                 progress.begin(name);
             };
-            const std::size_t first = report.runs.size();
+            const std::size_t first = runs.size();
             for (const PolicySpec& policy : options.policies)
-                report.runs.push_back({.policy = text_of(policy), .backend = name});
+                runs.push_back({.policy = text_of(policy), .backend = name});
             // Clip by clip, so that a background build slows down its own policy's frames alone.
             for (std::size_t i = 0; i < rounds * options.policies.size(); ++i) {
                 const std::size_t p = i % options.policies.size();
-                report.runs[first + p].rounds.push_back(
+                runs[first + p].rounds.push_back(
                     play(options, options.policies[p], scene, frames, *backend, begin_frame));
             }
-            compare(std::span(report.runs).subspan(first));
+            compare(std::span(runs).subspan(first));
         }
     }
-    publish(report, options, messages);
+    Json report = profile_head(options, scene.clip());
+    report["policies"] = Json::array();
+    for (const PolicyRun& run : runs) report["policies"].push_back(json_of(run));
+    if (!options.json.empty()) write_report(options.json, json_text(report));
+    if (!options.csv.empty()) write_report(options.csv, frames_table(runs).csv());
+    if (!options.plot.empty()) plot_policies(report, runs, options.plot);
+    if (!takes_stdout({options.json, options.csv})) messages.print(summary_of(report));
     return ExitCode::kOk;
 }
 

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include "app/report/crosscheck/check_report.h"
-#include "common/version.h"
 
 namespace mray::app {
 namespace {
@@ -55,33 +54,40 @@ struct Suite {
     }
 };
 
-std::string suite_of(const CheckRun& run, const CheckReport& report) {
-    Suite suite{report.head.scene, ""};
-    for (const CheckRow& row : report.rows)
-        suite.add(row.variant(),
-                  fmt::format("frame {} {} equals {}", row.frame, row.rays, row.reference),
-                  row.equal() ? "" : describe(row.difference), row.trace_ms);
-    for (const TreeRow& row : report.trees)
-        suite.add("tree", fmt::format("frame {} refits equal", row.frame),
-                  row.equal() ? "" : "the bytes of the trees differ");
-    for (const QueryRow& row : report.queries)
-        suite.add(row.variant, fmt::format("frame {} queries equal {}", row.frame, row.reference),
-                  describe(row.difference));
+std::string suite_of(const Json& report, const Json& scene) {
+    const Json& environment = report["environment"];
+    Suite suite{scene["scene"], ""};
+    for (const Json& row : scene["rows"])
+        suite.add(row["variant"],
+                  fmt::format("frame {} {} equals {}", plain_text(row["frame"]),
+                              plain_text(row["rays"]), plain_text(row["reference"])),
+                  row.value("message", ""), row["trace_ms"]);
+    for (const Json& row : scene["trees"])
+        suite.add("tree", fmt::format("frame {} refits equal", plain_text(row["frame"])),
+                  row.value("message", ""));
+    for (const Json& row : scene["queries"])
+        suite.add(row["variant"],
+                  fmt::format("frame {} queries equal {}", plain_text(row["frame"]),
+                              plain_text(row["reference"])),
+                  row.value("message", ""));
     const std::size_t failures = suite.failures;
     // A scene that was not begun has no error of its own.
-    const std::string& error = report.complete || !report.error.empty() ? report.error : run.error;
+    const bool has_own = scene["complete"] || scene["error"] != "";
+    const std::string error = has_own ? scene["error"] : report["error"];
     if (!error.empty()) suite.add("run", "ends after its last frame", error, 0, "error");
     return fmt::format(kSuite, suite.tests, failures, suite.failures - failures,
-                       xml_ascii(kVersionDetail), fmt::join(run.environment.simd, ", "),
-                       xml_ascii(report.device), xml_ascii(run.environment.command), suite.cases);
+                       xml_ascii(plain_text(environment["version"])),
+                       fmt::join(environment["simd"].get<std::vector<std::string>>(), ", "),
+                       xml_ascii(plain_text(scene["device"])),
+                       xml_ascii(plain_text(environment["command"])), suite.cases);
 }
 
 }  // namespace
 
-std::string to_junit(const CheckRun& run) {
+std::string to_junit(const Json& report) {
     std::string suites;
-    for (const CheckReport& report : run.scenes) suites += suite_of(run, report);
-    if (run.scenes.size() != 1) suites = "<testsuites>\n" + suites + "</testsuites>\n";
+    for (const Json& scene : report["scenes"]) suites += suite_of(report, scene);
+    if (report["scenes"].size() != 1) suites = "<testsuites>\n" + suites + "</testsuites>\n";
     return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n" + suites;
 }
 

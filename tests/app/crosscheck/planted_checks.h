@@ -21,24 +21,20 @@ inline Frame numbered_frame(std::uint32_t width, std::uint32_t height) {
     return frame;
 }
 
-/// A comparison whose images are `expected` and `actual`.
-inline app::CheckRow row_of(const std::string& backend, double frame, const std::string& rays,
-                            const Frame& expected, const Frame& actual) {
-    app::CheckRow row;
-    row.frame = frame;
-    row.backend = backend;
-    row.update = "refit";
-    row.refit_on = "cpu";
-    row.rays = rays;
-    row.reference = "brute";
-    app::compare(expected, actual, row);
-    return row;
+/// The options of a check of one scene.
+inline app::CrosscheckOptions options_of(const std::string& spec, std::uint32_t side) {
+    app::CrosscheckOptions options;
+    options.scenes = {spec};
+    options.source.scene = spec;
+    options.view.width = options.view.height = side;
+    options.arguments = {"crosscheck", "x"};
+    return options;
 }
 
 /// One scene of `frames` frames on two backends, three kinds of rays each. Of Vulkan's images of
 /// frames from `first_wrong` on, some pixels differ.
-inline app::CheckRun planted_run(int frames, int first_wrong, std::uint32_t side,
-                                 const std::string& spec = "a&b <\"'scene'> </script>.obj") {
+inline app::Json planted_run(int frames, int first_wrong, std::uint32_t side,
+                             const std::string& spec = "a&b <\"'scene'> </script>.obj") {
     const Frame expected = numbered_frame(side, side);
     Frame wrong = expected;
     wrong.hits[side + 1].t = std::nextafter(wrong.hits[side + 1].t, 2.0f);
@@ -46,22 +42,26 @@ inline app::CheckRun planted_run(int frames, int first_wrong, std::uint32_t side
     wrong.hits[3 * side] = Hit{2, 0, 0, 7};
     wrong.hits[3 * side + 5].prim_id += 3;
     wrong.pixels[4 * side + 4] ^= 0x10;
-    app::CheckRun run;
-    run.environment = {{}, {"avx2", "scalar"}, "morphray crosscheck x"};
-    app::CheckReport& report = run.scenes.emplace_back();
-    report.spec = spec;
-    report.head = {"crosscheck", spec, 8, 9, side, side};
+    const app::CrosscheckOptions options = options_of(spec, side);
+    app::Json run = app::empty_report(options);
+    run["environment"]["simd"] = {"avx2", "scalar"};
+    app::Json& scene = run["scenes"][0];
     for (int frame = 0; frame < frames; ++frame) {
-        report.frames.push_back(frame);
+        const double number = frame;
+        scene["frames"].push_back(number);
         for (const char* backend : {"vulkan", "cpu"}) {
-            for (const char* rays : {"primary", "shadow", "ao"}) {
+            for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
                 const bool differs = *backend == 'v' && frame >= first_wrong;
-                const Frame& actual = differs ? wrong : expected;
-                report.rows.push_back(row_of(backend, frame, rays, expected, actual));
+                app::add_images(scene, options,
+                                {{backend, "", "refit", "cpu"}, number, rays, "brute"}, expected,
+                                differs ? wrong : expected);
             }
         }
-        report.trees.push_back({static_cast<double>(frame), 5, 5});
+        app::add_trees(scene, number, 5, 5);
     }
+    scene["complete"] = true;
+    run["complete"] = true;
+    run["equal"] = scene["equal"];
     return run;
 }
 

@@ -80,21 +80,25 @@ TEST(QueryCheck, EveryBitOfAnAnswerCounts) {
 }
 
 TEST(QueryCheck, ReportsNameTheAnswersThatDiffer) {
-    app::CheckRun run = planted_run(1, 1, 8, "scene.obj");
-    ASSERT_TRUE(run.equal());
-    app::CheckReport& report = run.scenes[0];
-    report.queries = {{0, "cpu, rebuild", "brute", 100},
-                      {0, "vulkan, rebuild", "brute", 100, {3, 1, 0}}};
-    EXPECT_FALSE(run.equal());
-    EXPECT_EQ(report.differing(), 1u);
+    app::Json run = planted_run(1, 1, 8, "scene.obj");
+    app::Json& scene = run["scenes"][0];
+    EXPECT_EQ(scene["equal"], true);
+    app::CrosscheckOptions options = options_of("scene.obj", 8);
+    options.query_count = 100;
+    app::CheckedImage image{{"cpu"}, 0, kRaysPrimary, "brute"};
+    app::add_answers(scene, options, image, {});
+    image.variant.backend = "vulkan";
+    app::add_answers(scene, options, image, {3, 1, 0});
+    EXPECT_EQ(scene["equal"], false);
+    EXPECT_EQ(app::count_differing(scene["queries"]), 1u);
     const std::string line =
         "frame 0, vulkan, rebuild, against brute: 3 rays differ in all hits, 1 point differs in "
         "the winding";
-    EXPECT_NE(
-        app::table_text(report).find("100 rays and points a frame, 2: 1 of 2 differ\n  " + line),
-        std::string::npos)
-        << app::table_text(report);
-    EXPECT_NE(app::to_json(run).find("\"all_hits\": 3"), std::string::npos);
+    const std::string text = app::run_text(run);
+    EXPECT_NE(text.find("100 rays and points a frame, 2: 1 of 2 differ\n  " + line),
+              std::string::npos)
+        << text;
+    EXPECT_EQ(scene["queries"][1]["differences"]["all_hits"], 3);
     EXPECT_NE(app::to_junit(run).find("<failure message=\"3 rays differ"), std::string::npos);
 }
 

@@ -169,18 +169,14 @@ TEST(BoxLines, AreTheEdgesOfWhatIsBeforeTheEye) {
     view.width = 200;
     view.height = 100;
     const morphray::Box before[] = {{{-1, -1, -1}, {1, 1, 1}}};
-    const std::vector<ImageLine> lines = box_lines(view, before);
-    ASSERT_EQ(lines.size(), 12u);
+    const std::vector<glm::vec4> ends = box_lines(view, before);
+    ASSERT_EQ(ends.size(), 24u);
     float right = 0;
-    for (const ImageLine& line : lines) right = std::max({right, line.x0, line.x1});
-    // The nearer face is at depth 3, where the image reaches up to 3.
-    EXPECT_NEAR(right, 100 + 50.0 / 3, 1e-4);
+    for (const glm::vec4& end : ends) right = std::max(right, end.x / end.w);
+    // The nearer face is at depth 3, where the image reaches up to 6.
+    EXPECT_NEAR(right, 1 / 6.0, 1e-6);
     const morphray::Box behind[] = {{{-1, -1, 5}, {1, 1, 6}}};
-    EXPECT_TRUE(box_lines(view, behind).empty());
-    const morphray::Box around[] = {{{-1, -1, -5}, {1, 1, 6}}};
-    for (const ImageLine& line : box_lines(view, around)) {
-        EXPECT_TRUE(std::isfinite(line.x0) && std::isfinite(line.y1));
-    }
+    for (const glm::vec4& end : box_lines(view, behind)) EXPECT_LT(end.w, 0);
 }
 
 }  // namespace

@@ -1,0 +1,195 @@
+#include "app/report/crosscheck/check_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "app/report/crosscheck/page.h"
+#include "common/report/compare.h"
+#include "common/report/shell.h"
+#include "common/text/number_text.h"
+#include "common/version.h"
+
+namespace mray::app {
+namespace {
+
+std::string describe_hit(const Hit& hit, std::uint32_t occlusion, std::uint32_t pixel) {
+    const std::string shading =
+        fmt::format("occluded {} colour #{:02x}{:02x}{:02x}", occlusion, pixel & 0xFF,
+                    (pixel >> 8) & 0xFF, (pixel >> 16) & 0xFF);
+    if (hit.prim_id == kNoPrim) return "miss " + shading;
+    return fmt::format("t {} u {} v {} prim {} {}", hex_text(hit.t), hex_text(hit.u),
+                       hex_text(hit.v), hit.prim_id, shading);
+}
+
+/// The `morphray probe` that traces one pixel of options.source.scene as the variant did, or as its
+/// reference. `build_at` is the frame that the refitted tree was built at.
+std::string probe_command(const CrosscheckOptions& options, const CheckedImage& image,
+                          const PixelDifference& pixel, const std::string& build_at,
+                          bool reference) {
+    std::vector<std::string> line = {"morphray", "probe", options.source.scene};
+    const auto add = [&line](const char* name, const std::string& value) {
+        line.insert(line.end(), {name, value});
+    };
+    add("--frame", fmt::format("{}", image.frame));
+    add("--pixel", fmt::format("{},{}", pixel.x, pixel.y));
+    add("--rays", name_of_rays(image.rays));
+    for (const auto& part :
+         {arguments_of(options.view, image.rays, false), arguments_of(options.source)})
+        line.insert(line.end(), part.begin(), part.end());
+    if (options.split != SplitMethod::kBinned) add("--build", "sweep");
+    const CheckVariant& variant = image.variant;
+    const std::string& backend = reference ? image.reference : variant.backend;
+    add("--backend", backend);
+    if (backend == "cpu") add("--simd", reference || variant.simd.empty() ? "off" : variant.simd);
+    add("--update", reference ? "rebuild" : variant.update);
+    if (!reference && variant.update == "refit") add("--build-at", build_at);
+    const std::string& device = options.backend.device;
+    const bool on_device = variant.backend == "vulkan" || variant.refit_on == "vulkan";
+    if (!reference && on_device && !device.empty()) add("--device", device);
+    return shell_line(line);
+}
+
+std::string details_of(const CrosscheckOptions& options, const CheckedImage& image,
+                       const FrameDifference& difference, const std::string& build_at) {
+    constexpr std::size_t kShownPixels = 3;
+    std::string text;
+    for (std::size_t i = 0; i < std::min(difference.first.size(), kShownPixels); ++i) {
+        const PixelDifference& p = difference.first[i];
+        text += fmt::format("  pixel {},{}\n", p.x, p.y);
+        text += fmt::format("    {:<8} {}\n", image.reference,
+                            describe_hit(p.expected, p.expected_occlusion, p.expected_pixel));
+        text += fmt::format("    {:<8} {}\n", image.variant.backend,
+                            describe_hit(p.actual, p.actual_occlusion, p.actual_pixel));
+        for (const bool reference : {true, false})
+            text += fmt::format("    {}\n", probe_command(options, image, p, build_at, reference));
+    }
+    return text;
+}
+
+/// "3 rays differ in all hits, 1 point differs in the winding".
+std::string describe(const QueryDifference& difference) {
+    std::string text;
+    const auto add = [&text](std::size_t count, const char* kind, const char* in) {
+        if (count == 0) return;
+        text += fmt::format("{}{} {}{} in {}", text.empty() ? "" : ", ", count, kind,
+                            count == 1 ? " differs" : "s differ", in);
+    };
+    add(difference.all_hits, "ray", "all hits");
+    add(difference.winding, "point", "the winding");
+    add(difference.closest, "point", "the closest triangle");
+    return text;
+}
+
+void add_result(Json& scene, const char* list, Json result, const std::string& message) {
+    if (!result["equal"]) {
+        result["message"] = message;
+        scene["equal"] = false;
+    }
+    scene[list].push_back(std::move(result));
+}
+
+}  // namespace
+
+std::string CheckVariant::name() const {
+    const std::string tracer = backend + (simd.empty() ? "" : " " + simd);
+    return tracer + (update == "refit" ? ", refit on " + refit_on : ", rebuild");
+}
+
+Json empty_report(const CrosscheckOptions& options) {
+    std::vector<std::string> line = {"morphray"};
+    line.insert(line.end(), options.arguments.begin(), options.arguments.end());
+    Json report = head_of("crosscheck");
+    report["error"] = "";
+    report["scenes"] = Json::array();
+    // Then a report about a run that cannot begin names its scenes, too.
+    for (const std::string& spec : options.scenes) {
+        Json& scene = report["scenes"].emplace_back();
+        add_scene(scene, {"", spec, 0, 0, options.view.width, options.view.height});
+        scene.update({{"spec", spec},
+                      {"device", ""},
+                      {"complete", false},
+                      {"equal", true},
+                      {"error", ""},
+                      {"warnings", Json::array()},
+                      {"frames", Json::array()}});
+        for (const char* list : kResults) scene[list] = Json::array();
+    }
+    report["complete"] = false;
+    report["equal"] = true;
+    report["environment"] = {{"version", kVersionDetail},
+                             {"command", shell_line(line)},
+                             {"simd", Json::array()},
+                             {"devices", Json::array()}};
+    return report;
+}
+
+void add_images(Json& scene, const CrosscheckOptions& options, const CheckedImage& image,
+                const Frame& expected, const Frame& actual) {
+    constexpr std::size_t kDescribedRows = 100;
+    const FrameDifference difference = compare_frames(expected, actual);
+    const std::uint64_t hits[] = {hits_hash(expected), hits_hash(actual)};
+    const std::uint64_t pixels[] = {image_hash(expected), image_hash(actual)};
+    const CheckVariant& variant = image.variant;
+    Json row = {{"variant", variant.name()},
+                {"backend", variant.backend},
+                {"simd", variant.simd},
+                {"update", variant.update},
+                {"refit_on", variant.refit_on},
+                {"frame", image.frame},
+                {"rays", name_of_rays(image.rays)},
+                {"reference", image.reference},
+                {"equal", difference.total() == 0 && hits[0] == hits[1] && pixels[0] == pixels[1]},
+                {"differences", of(difference)},
+                {"expected_hits_hash", hash_text(hits[0])},
+                {"hits_hash", hash_text(hits[1])},
+                {"expected_image_hash", hash_text(pixels[0])},
+                {"image_hash", hash_text(pixels[1])},
+                {"trace_ms", image.trace_ms}};
+    if (!row["equal"] && count_differing(scene["rows"]) < kDescribedRows)
+        row["details"] = details_of(options, image, difference,
+                                    fmt::format("{}", scene["frames"].front().get<double>()));
+    add_result(scene, "rows", std::move(row), mray::describe(difference));
+}
+
+void add_trees(Json& scene, double frame, std::uint64_t cpu_hash, std::uint64_t vulkan_hash) {
+    add_result(scene, "trees",
+               {{"frame", frame},
+                {"equal", cpu_hash == vulkan_hash},
+                {"cpu_bvh_hash", hash_text(cpu_hash)},
+                {"vulkan_bvh_hash", hash_text(vulkan_hash)}},
+               "the bytes of the trees differ");
+}
+
+void add_answers(Json& scene, const CrosscheckOptions& options, const CheckedImage& image,
+                 const QueryDifference& difference) {
+    add_result(scene, "queries",
+               {{"variant", image.variant.name()},
+                {"frame", image.frame},
+                {"reference", image.reference},
+                {"count", options.query_count},
+                {"equal", difference.total() == 0},
+                {"differences",
+                 {{"all_hits", difference.all_hits},
+                  {"winding", difference.winding},
+                  {"closest", difference.closest}}}},
+               describe(difference));
+}
+
+std::size_t count_differing(const Json& results) {
+    return static_cast<std::size_t>(std::count_if(
+        results.begin(), results.end(), [](const Json& result) { return !result["equal"]; }));
+}
+
+std::string to_html(const Json& report) {
+    std::string json = json_text(report, -1);
+    // No "<" may end the element or begin a comment.
+    for (std::size_t at = 0; (at = json.find('<', at)) != std::string::npos;)
+        json.replace(at, 1, "\\u003c");
+    constexpr std::string_view kPlace = "{{report}}";
+    std::string page = kPage;
+    return page.replace(page.find(kPlace), kPlace.size(), json);
+}
+
+}  // namespace mray::app
