@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <string>
 
 #include "app/clip/clip_scene.h"
 #include "app/commands/commands.h"
@@ -18,6 +19,23 @@ namespace {
 // Rays that are converted, traced and written together.
 constexpr std::size_t kRaysOfBatch = std::size_t{1} << 16;
 
+// The reasons why a ray hits nothing in any scene.
+constexpr const char* kFaults[] = {"not finite", "without direction", "without interval",
+                                   "too far away"};
+
+/// An index of kFaults for a ray that is not valid.
+std::size_t fault_of(const WorldRay& ray) {
+    bool is_finite = !std::isnan(ray.tnear) && !std::isnan(ray.tfar);
+    bool has_direction = false;
+    for (int axis = 0; axis < 3; ++axis) {
+        is_finite = is_finite && std::isfinite(ray.org[axis]) && std::isfinite(ray.dir[axis]);
+        has_direction = has_direction || ray.dir[axis] != 0;
+    }
+    if (!is_finite) return 0;
+    if (!has_direction) return 1;
+    return ray.tnear <= ray.tfar && ray.tfar > 0 ? 3 : 2;
+}
+
 /// Traces rays in batches and gathers their hits as lines.
 class RayTracer {
 public:
@@ -29,12 +47,28 @@ public:
     void trace(std::span<const WorldRay> rays) {
         rays_.clear();
         exponents_.clear();
-        for (const WorldRay& ray : rays) add(ray);
+        for (const WorldRay& ray : rays) {
+            if (!to_scene(space_, ray).valid) {
+                Fault& fault = faults_[fault_of(ray)];
+                if (fault.count++ == 0) fault.first = ray_count_;
+            }
+            add(ray);
+            ++ray_count_;
+        }
         call_library([&] { options_.all_hits ? trace_all() : trace_closest(); });
     }
 
     const std::string& text() const { return text_; }
-    std::uint64_t invalid() const { return invalid_; }
+    /// The rays that hit nothing in any scene, by reason, with the first of each; empty: none.
+    std::string faults() const {
+        std::string text;
+        for (std::size_t i = 0; i < std::size(kFaults); ++i) {
+            if (faults_[i].count == 0) continue;
+            text += fmt::format("{}{} {} (first: ray {})", text.empty() ? "" : ", ",
+                                faults_[i].count, kFaults[i], faults_[i].first);
+        }
+        return text;
+    }
     /// The hits that are left out, and the rays that lack some.
     std::uint64_t left_out() const { return left_out_; }
     std::uint64_t cut_rays() const { return cut_rays_; }
@@ -42,7 +76,6 @@ public:
 private:
     /// The numbers of the ray are floats.
     void add(const WorldRay& ray) {
-        if (!to_scene(space_, ray).valid) ++invalid_;
         // t may be beyond floats, and t of a ray whose direction is scaled to a length of about 1
         // is not. A power of two changes no other bit.
         const double largest =
@@ -95,7 +128,12 @@ private:
     std::vector<int> exponents_;
     std::vector<morphray::Hit> hits_;
     std::string text_;
-    std::uint64_t invalid_ = 0;
+    struct Fault {
+        std::uint64_t count = 0;
+        std::uint64_t first = 0;
+    };
+    Fault faults_[std::size(kFaults)];
+    std::uint64_t ray_count_ = 0;
     std::uint64_t left_out_ = 0;
     std::uint64_t cut_rays_ = 0;
 };
@@ -118,11 +156,9 @@ ExitCode run_command(const TraceOptions& given, const Messages& messages) {
         }
     }
     const std::string name = escape(input_name(options.ray_file));
-    if (tracer.invalid() > 0) {
-        messages.warn(
-            {name, fmt::format("{} of {} rays are not finite, have no direction or no length, "
-                               "or start too far away; they hit nothing",
-                               tracer.invalid(), rays.size())});
+    if (const std::string faults = tracer.faults(); !faults.empty()) {
+        messages.warn({name, fmt::format("of {} rays, counted from 0, some hit nothing: {}",
+                                         rays.size(), faults)});
     }
     if (tracer.cut_rays() > 0) {
         messages.warn({name, fmt::format("{} of {} rays have more hits than --max-hits {}; {} hits "
