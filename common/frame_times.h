@@ -28,7 +28,7 @@ struct UpdateTimes {
 
 /// Milliseconds that a frame takes, and the rays that it traces.
 struct FrameTimes {
-    double deform_ms = 0;  // making the clip's positions, in scene space
+    double deform_ms = 0;  // making the animation's positions, in scene space
     UpdateTimes update;
     double trace_ms = 0;
     std::uint64_t rays = 0;

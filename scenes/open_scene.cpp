@@ -1,4 +1,4 @@
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 
 #include <fmt/format.h>
 
@@ -9,10 +9,10 @@
 #include "common/base/errors.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
-#include "scenes/gltf/gltf_clip.h"
+#include "scenes/gltf/gltf_animation.h"
 #include "scenes/mesh/mesh_file.h"
 #include "scenes/procedural/procedural.h"
-#include "scenes/sequence/streamed_clip.h"
+#include "scenes/sequence/streamed_animation.h"
 
 namespace mray {
 namespace {
@@ -29,7 +29,7 @@ std::string builtin_names() {
     return names;
 }
 
-std::unique_ptr<Clip> open_builtin(const std::string& spec) {
+std::unique_ptr<Animation> open_builtin(const std::string& spec) {
     const std::string_view rest = std::string_view(spec).substr(kBuiltinPrefix.size());
     const std::size_t colon = rest.find(':');
     const std::string name(rest.substr(0, colon));
@@ -61,7 +61,8 @@ void require_no_builtin(const std::string& spec) {
     }
 }
 
-std::unique_ptr<Clip> open_with_cache(const std::string& spec, const ClipOptions& options) {
+std::unique_ptr<Animation> open_with_cache(const std::string& spec,
+                                           const AnimationOptions& options) {
     std::error_code error;
     const fs::path path(spec);
     if (spec.starts_with(kBuiltinPrefix) || fs::is_directory(path, error) || !has_mesh_name(path)) {
@@ -75,7 +76,7 @@ std::unique_ptr<Clip> open_with_cache(const std::string& spec, const ClipOptions
 
 }  // namespace
 
-std::unique_ptr<Clip> open_scene(const std::string& spec, const ClipOptions& options) {
+std::unique_ptr<Animation> open_scene(const std::string& spec, const AnimationOptions& options) {
     if (spec.empty()) {
         throw Error(ErrorKind::kBadArgument,
                     "empty scene name; give builtin:NAME, a file, a folder or a pattern");

@@ -1,4 +1,4 @@
-// A clip with its scene space and view, and the positions of one of its frames at a time.
+// An animation with its scene space and view, and the positions of one of its frames at a time.
 #pragma once
 
 #include <memory>
@@ -10,14 +10,14 @@
 #include "common/base/stopwatch.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 
 namespace mray {
 
-/// The view with the eye and the target of the clip's inside_view(), if it has one and neither is
-/// given, and with its light, if none is given.
-inline ViewSpec with_inside_view(ViewSpec view, const Clip& clip) {
-    const std::optional<InsideView> inside = clip.inside_view();
+/// The view with the eye and the target of the animation's inside_view(), if it has one and neither
+/// is given, and with its light, if none is given.
+inline ViewSpec with_inside_view(ViewSpec view, const Animation& animation) {
+    const std::optional<InsideView> inside = animation.inside_view();
     if (!inside) return view;
     if (!view.eye && !view.target) {
         view.eye = inside->eye;
@@ -29,25 +29,25 @@ inline ViewSpec with_inside_view(ViewSpec view, const Clip& clip) {
 
 class SceneFrames {
 public:
-    explicit SceneFrames(std::unique_ptr<Clip> clip)
-        : clip_(std::move(clip)),
-          space_(clip_->bounds()),
-          positions_(clip_->topology().vertex_count) {}
+    explicit SceneFrames(std::unique_ptr<Animation> animation)
+        : animation_(std::move(animation)),
+          space_(animation_->bounds()),
+          positions_(animation_->topology().vertex_count) {}
 
-    const Clip& clip() const { return *clip_; }
+    const Animation& animation() const { return *animation_; }
     /// The space of the frame of the last call of positions().
     const SceneSpace& space() const { return space_; }
     /// The parameters of an image of that frame: with_inside_view(), make_image_params().
     ImageParams image_params(const ViewSpec& view) const {
-        return make_image_params(with_inside_view(view, *clip_), clip_->bounds(), space_);
+        return make_image_params(with_inside_view(view, *animation_), animation_->bounds(), space_);
     }
 
     /// Makes the positions of a frame, in the scene space of that frame. Valid until the next call.
     /// Throws Error(kBadInput).
     std::span<const vec3> positions(double frame) {
         const Stopwatch watch;
-        clip_->positions(frame, positions_);
-        space_ = space_of_frame(clip_->bounds(), bounds_of(positions_));
+        animation_->positions(frame, positions_);
+        space_ = space_of_frame(animation_->bounds(), bounds_of(positions_));
         space_.to_scene(positions_, positions_);
         deform_ms_ = watch.ms();
         return positions_;
@@ -56,7 +56,7 @@ public:
     double deform_ms() const { return deform_ms_; }
 
 private:
-    std::unique_ptr<Clip> clip_;
+    std::unique_ptr<Animation> animation_;
     SceneSpace space_;
     double deform_ms_ = 0;
     std::vector<vec3> positions_;

@@ -14,7 +14,7 @@
 #include "common/update/policy.h"
 #include "morphray/image.hpp"
 #include "morphray/queries.hpp"
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 
 namespace mray::app {
 
@@ -25,7 +25,7 @@ enum class Reference { kAuto, kBrute, kCpu };
 
 enum class PointQuery { kInside, kWinding, kDistance, kClosest };
 
-/// A scene and how it is read. The members are those of ClipOptions.
+/// A scene and how it is read. The members are those of AnimationOptions.
 struct SourceOptions {
     std::string scene;
     bool skip_missing = false;

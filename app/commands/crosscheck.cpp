@@ -4,8 +4,8 @@
 #include <optional>
 #include <span>
 
+#include "app/animation/frames.h"
 #include "app/backends/backends.h"
-#include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/commands/crosscheck/cross_checker.h"
 #include "app/report/crosscheck/check_report.h"
@@ -91,13 +91,13 @@ private:
     /// Returns kPartial, after a message, if a frame after the first one cannot be read. Throws
     /// the errors of scenes, of the builder and of backends.
     ExitCode check_scene(const CrosscheckOptions& options, Json& report) {
-        SceneFrames scene(open_clip(options.source, messages_));
-        const Clip& clip = scene.clip();
-        const Topology& topology = clip.topology();
-        add_scene(report, {"", clip.name(), topology.triangles.size(), topology.vertex_count,
+        SceneFrames scene(open_animation(options.source, messages_));
+        const Animation& animation = scene.animation();
+        const Topology& topology = animation.topology();
+        add_scene(report, {"", animation.name(), topology.triangles.size(), topology.vertex_count,
                            options.view.width, options.view.height});
         const std::vector<double> frames =
-            select_frames(options.frames, std::nullopt, clip, DefaultFrames::kFew);
+            select_frames(options.frames, std::nullopt, animation, DefaultFrames::kFew);
         report["frames"] = frames;
         if (!backends_) {
             for (const morphray::VulkanDeviceInfo& device : devices_to_check(options.backend))

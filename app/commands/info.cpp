@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "app/animation/frames.h"
 #include "app/backends/backends.h"
 #include "app/base/choices.h"
-#include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
 #include "common/base/stopwatch.h"
@@ -79,21 +79,21 @@ void add_textures(Json& json, const SceneTextures* textures) {
 }
 
 Json describe_scene(const InfoOptions& options, const Messages& messages) {
-    SceneFrames scene(open_clip(options.source, messages));
-    const Clip& clip = scene.clip();
-    const Topology& topology = clip.topology();
-    const double frame = select_frame(options.frame, std::nullopt, clip);
+    SceneFrames scene(open_animation(options.source, messages));
+    const Animation& animation = scene.animation();
+    const Topology& topology = animation.topology();
+    const double frame = select_frame(options.frame, std::nullopt, animation);
     const std::span<const vec3> positions = scene.positions(frame);
     const DegenerateCount degenerate = count_degenerate(topology, positions);
-    Json json =
-        head_of(ReportHead{"info", clip.name(), topology.triangles.size(), topology.vertex_count});
-    json["first_frame"] = clip.first_frame();
-    json["last_frame"] = clip.last_frame();
+    Json json = head_of(
+        ReportHead{"info", animation.name(), topology.triangles.size(), topology.vertex_count});
+    json["first_frame"] = animation.first_frame();
+    json["last_frame"] = animation.last_frame();
     // Frames a second, if the scene has seconds.
     json["fps"] = nullptr;
-    if (clip.fps()) json["fps"] = *clip.fps();
+    if (animation.fps()) json["fps"] = *animation.fps();
     json["bounds"] = nullptr;
-    if (const WorldBounds bounds = clip.bounds(); !bounds.empty())
+    if (const WorldBounds bounds = animation.bounds(); !bounds.empty())
         json["bounds"] = {{"lower", std::to_array(bounds.lower)},
                           {"upper", std::to_array(bounds.upper)}};
     json["scene_exponent"] = scene.space().exponent();
@@ -105,9 +105,9 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
                      {"turned", edges.turned},
                      {"uneven", edges.uneven}};
     json["topology_hash"] = hash_text(topology_hash(topology));
-    add_textures(json, clip.textures());
+    add_textures(json, animation.textures());
     json["animations"] = Json::array();
-    for (const ClipAnimation& animation : clip.animations())
+    for (const NamedAnimation& animation : animation.animations())
         json["animations"].push_back({{"index", json["animations"].size()},
                                       {"name", animation.name},
                                       {"shown", animation.is_shown}});

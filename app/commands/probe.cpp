@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "app/animation/frames.h"
 #include "app/backends/backends.h"
-#include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
@@ -193,9 +193,9 @@ std::string probe_sentence(const Hit& image, const Hit& alone, const Hit& brute,
 
 ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
     require_pixel(options);
-    SceneFrames scene(open_clip(options.source, messages));
-    const double number = select_frame(options.frame, options.tree.build_at, scene.clip());
-    const Topology& topology = scene.clip().topology();
+    SceneFrames scene(open_animation(options.source, messages));
+    const double number = select_frame(options.frame, options.tree.build_at, scene.animation());
+    const Topology& topology = scene.animation().topology();
     const std::unique_ptr<Backend> tracer =
         make_backend(options.backend.choice, options.backend, messages);
     const BackendInfo& info = tracer->info();
@@ -233,8 +233,8 @@ ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
         image, alone, brute_hits ? candidates.front().hit : no_hit(),
         std::ldexp(image.t * std::hypot(ray.dir.x, ray.dir.y, ray.dir.z), -space.exponent()));
     text += fmt::format("\n{}, frame {}, pixel {},{} of {}x{}, {} rays\nbackend {}: {}\n",
-                        scene.clip().name(), number, pixel.x, pixel.y, params.width, params.height,
-                        name_of_rays(params.rays), info.name, info.description);
+                        scene.animation().name(), number, pixel.x, pixel.y, params.width,
+                        params.height, name_of_rays(params.rays), info.name, info.description);
     text += fmt::format(
         "tree    {}: {} nodes, {} leaves, depth {}, SAH cost {:.3f}\n        hash {}\n\n",
         name_of(updater.last().step), tree.node_count, tree.leaf_count, tree.depth, tree.sah_cost,

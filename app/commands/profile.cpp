@@ -6,8 +6,8 @@
 #include <map>
 #include <memory>
 
+#include "app/animation/frames.h"
 #include "app/backends/backends.h"
-#include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/commands/profile/parts.h"
 #include "app/terminal/failure.h"
@@ -47,15 +47,15 @@ public:
         const double build_at = options.tree.build_at.value_or(first_frame);
         const std::span<const vec3> positions = scene.positions(build_at);
         tree_ = build(positions);
-        refits_->set_scene(scene.clip().topology(), positions, tree_);
-        given_->set_scene(scene.clip().topology(), positions, tree_);
+        refits_->set_scene(scene.animation().topology(), positions, tree_);
+        given_->set_scene(scene.animation().topology(), positions, tree_);
     }
 
     std::string backend() const { return refits_->info().name; }
 
-    /// Frames must come in the order of the clip. Returns medians, and in "samples_ms" the times of
-    /// all runs: "update" has upload and refit of each run together, and "trace_rebuilt" the trace
-    /// of the rebuilt tree instead of the refitted one.
+    /// Frames must come in the order of the animation. Returns medians, and in "samples_ms" the
+    /// times of all runs: "update" has upload and refit of each run together, and "trace_rebuilt"
+    /// the trace of the rebuilt tree instead of the refitted one.
     Json measure(double frame) {
         FrameTimes times;
         std::map<std::string, std::vector<double>> samples;
@@ -107,7 +107,7 @@ public:
 
 private:
     Bvh build(std::span<const vec3> positions) const {
-        return build_bvh(scene_.clip().topology(), positions,
+        return build_bvh(scene_.animation().topology(), positions,
                          {.split = options_.tree.split, .threads = options_.backend.threads});
     }
 
@@ -150,8 +150,8 @@ std::string measured_options(const ProfileOptions& options) {
 }
 
 /// The report before anything is measured.
-Json empty_report(const ProfileOptions& options, const Clip& clip) {
-    Json report = profile_head(options, clip);
+Json empty_report(const ProfileOptions& options, const Animation& animation) {
+    Json report = profile_head(options, animation);
     report["peak_memory_bytes"] = 0;
     report["options"] = measured_options(options);
     report["frames"] = Json::array();
@@ -193,9 +193,9 @@ void measure(const ProfileOptions& options, SceneFrames& scene, const std::vecto
 
 }  // namespace
 
-Json profile_head(const ProfileOptions& options, const Clip& clip) {
-    const Topology& topology = clip.topology();
-    Json json = head_of(ReportHead{"profile", clip.name(), topology.triangles.size(),
+Json profile_head(const ProfileOptions& options, const Animation& animation) {
+    const Topology& topology = animation.topology();
+    Json json = head_of(ReportHead{"profile", animation.name(), topology.triangles.size(),
                                    topology.vertex_count, options.view.width, options.view.height});
     json["rays"] = name_of_rays(options.view.rays);
     json["repeat"] = *options.repeat;
@@ -204,14 +204,14 @@ Json profile_head(const ProfileOptions& options, const Clip& clip) {
 
 ExitCode run_command(const ProfileOptions& given, const Messages& messages) {
     ProfileOptions options = given;
-    // A clip under several policies takes long.
+    // An animation under several policies takes long.
     if (!options.repeat) options.repeat = options.policies.empty() ? 10 : 5;
     if (!options.policies.empty()) return profile_policies(options, messages);
     check_reports({options.json, options.csv});
-    SceneFrames scene(open_clip(options.source, messages));
-    const std::vector<double> frames =
-        select_frames(options.frames, options.tree.build_at, scene.clip(), DefaultFrames::kFew);
-    Json report = empty_report(options, scene.clip());
+    SceneFrames scene(open_animation(options.source, messages));
+    const std::vector<double> frames = select_frames(options.frames, options.tree.build_at,
+                                                     scene.animation(), DefaultFrames::kFew);
+    Json report = empty_report(options, scene.animation());
     std::optional<Json> baseline;
     const std::vector<BackendChoice> choices = profiled_backends(options.backend, messages);
     if (!options.baseline.empty()) {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "app/clip/clip_scene.h"
+#include "app/animation/animation_scene.h"
 #include "app/commands/commands.h"
 #include "app/files/ray_reader.h"
 #include "app/terminal/failure.h"
@@ -35,14 +35,15 @@ std::string text_of(const morphray::ClosestPoint& c) {
 }
 
 /// Warns if queries that need a closed mesh are about one that is not.
-void warn_if_open(const QueryOptions& options, const PosedClip& posed, const Messages& messages) {
+void warn_if_open(const QueryOptions& options, const PosedAnimation& posed,
+                  const Messages& messages) {
     const bool needs_closed = std::ranges::any_of(
         options.queries, [](PointQuery query) { return query != PointQuery::kClosest; });
     if (!needs_closed) return;
     const morphray::EdgeCounts edges = posed.scene->scene().edge_counts();
     if (edges.is_closed()) return;
     messages.warn(
-        {escape(posed.clip->name()),
+        {escape(posed.animation->name()),
          fmt::format("edges: {}; inside, winding and signs of distances need a closed mesh",
                      describe({edges.open, edges.shared, edges.turned, edges.uneven}))});
 }
@@ -114,7 +115,8 @@ private:
 ExitCode run_command(const QueryOptions& options, const Messages& messages) {
     check_reports({options.out});
     const std::vector<morphray::Vec3> points = read_points(options.point_file);
-    const PosedClip posed = pose_clip(options.source, options.backend, options.frame, messages);
+    const PosedAnimation posed =
+        pose_animation(options.source, options.backend, options.frame, messages);
     call_library([&] { warn_if_open(options, posed, messages); });
     PointQueries queries(options, posed.scene->scene());
     {

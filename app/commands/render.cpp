@@ -9,10 +9,10 @@
 #include <optional>
 #include <utility>
 
+#include "app/animation/animation_scene.h"
+#include "app/animation/frames.h"
 #include "app/backends/backends.h"
 #include "app/base/choices.h"
-#include "app/clip/clip_scene.h"
-#include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/commands/render/outputs.h"
 #include "app/files/image_files.h"
@@ -30,7 +30,7 @@ namespace {
 
 /// Hashes, counts and times of an image that the scene has just rendered; with `with_tree` also of
 /// the tree, which is read back from a device.
-Json json_of(const ClipScene& scene, const FrameTask& task, const morphray::Image& image,
+Json json_of(const AnimationScene& scene, const FrameTask& task, const morphray::Image& image,
              bool with_tree) {
     morphray::TreeStatistics tree;
     if (with_tree) tree = call_library([&] { return scene.scene().tree_statistics(); });
@@ -74,16 +74,21 @@ std::uint64_t pixel_count(const RenderOptions& options) {
 /// Traces images while earlier ones are written, and the positions of the next frame are read.
 class Renderer {
 public:
-    Renderer(const RenderOptions& options, const Clip& clip, const std::vector<FrameTask>& tasks,
-             const std::filesystem::path& folder, const Messages& messages)
-        : options_(options), messages_(messages), folder_(folder), clip_(clip), tasks_(tasks) {
+    Renderer(const RenderOptions& options, const Animation& animation,
+             const std::vector<FrameTask>& tasks, const std::filesystem::path& folder,
+             const Messages& messages)
+        : options_(options),
+          messages_(messages),
+          folder_(folder),
+          animation_(animation),
+          tasks_(tasks) {
         const ViewSpec& view = options.image.view;
         if (!options.hits.empty()) call_library([&] { hits_.emplace(view.width, view.height); });
         using morphray::Shading;
-        clip_hash_ = clip_hash(clip, options.image.shading.shading == Shading::lit,
-                               options.image.source.lenient);
-        const Topology& topology = clip.topology();
-        report_ = head_of(ReportHead{"render", clip.name(), topology.triangles.size(),
+        animation_hash_ = animation_hash(animation, options.image.shading.shading == Shading::lit,
+                                         options.image.source.lenient);
+        const Topology& topology = animation.topology();
+        report_ = head_of(ReportHead{"render", animation.name(), topology.triangles.size(),
                                      topology.vertex_count, view.width, view.height});
         for (const char* key : {"backend", "device"}) report_[key] = "";
         report_["rays"] = rays_text(options);
@@ -106,16 +111,16 @@ public:
     /// Takes the image of an earlier run, if there is one that counts.
     bool keep(std::size_t i) {
         const FrameTask& task = tasks_[i];
-        std::vector<vec3> positions(clip_.topology().vertex_count);
+        std::vector<vec3> positions(animation_.topology().vertex_count);
         try {
-            clip_.positions(task.frame, positions);
+            animation_.positions(task.frame, positions);
         } catch (const Error& error) {
             // Frames before this one are rendered first.
             if (error.kind() != ErrorKind::kBadInput) throw;
             return false;
         }
         std::string reason;
-        if (!is_kept(options_, folder_, task, frame_hash(clip_hash_, positions), reason)) {
+        if (!is_kept(options_, folder_, task, frame_hash(animation_hash_, positions), reason)) {
             if (!reason.empty())
                 messages_.note(fmt::format("{} is rendered again: {}", task.file, reason));
             return false;
@@ -126,7 +131,7 @@ public:
 
     /// Builds the tree; before the first render().
     void open(double first_frame) {
-        scene_.emplace(options_.image, clip_, first_frame, messages_);
+        scene_.emplace(options_.image, animation_, first_frame, messages_);
         report_["backend"] = scene_->scene().device().name();
         report_["device"] = scene_->scene().device().description();
     }
@@ -140,7 +145,7 @@ public:
         messages_.note(fmt::format("frame {}: {}, {}", frame, to_string(scene_->update().step),
                                    scene_->update().reason));
         // Before the positions become those of the next frame.
-        const std::uint64_t scene_hash = frame_hash(clip_hash_, scene_->positions());
+        const std::uint64_t scene_hash = frame_hash(animation_hash_, scene_->positions());
         if (next) scene_->prepare(*next);
         // The one that is written is the other.
         morphray::Image& traced = traced_[report_["frames"].size() % traced_.size()];
@@ -210,10 +215,10 @@ private:
     const RenderOptions& options_;
     const Messages& messages_;
     std::filesystem::path folder_;
-    const Clip& clip_;
+    const Animation& animation_;
     const std::vector<FrameTask>& tasks_;
-    std::uint64_t clip_hash_ = 0;
-    std::optional<ClipScene> scene_;
+    std::uint64_t animation_hash_ = 0;
+    std::optional<AnimationScene> scene_;
     Json report_;
     // While an image is written, its thread alone uses these.
     std::optional<morphray::HitsWriter> hits_;
@@ -254,17 +259,17 @@ std::vector<std::size_t> tasks_left(const RenderOptions& options, std::size_t ta
 }
 
 ExitCode render_frames(RenderOptions options, const Messages& messages) {
-    const std::unique_ptr<Clip> clip = open_clip(options.image.source, messages);
+    const std::unique_ptr<Animation> animation = open_animation(options.image.source, messages);
     const std::vector<double> frames =
-        select_frames(options.frames, options.image.tree.build_at, *clip, DefaultFrames::kAll);
+        select_frames(options.frames, options.image.tree.build_at, *animation, DefaultFrames::kAll);
     // One tree for all runs.
     if (!options.image.tree.build_at) options.image.tree.build_at = frames.front();
-    const std::vector<FrameTask> tasks = frame_tasks(options, frames, *clip);
+    const std::vector<FrameTask> tasks = frame_tasks(options, frames, *animation);
     const std::filesystem::path folder = output_folder_of(options);
     // Before the reports, which may be in it.
     const OutputFolder images(folder);
     check_reports({options.json, options.hits});
-    Renderer renderer(options, *clip, tasks, folder, messages);
+    Renderer renderer(options, *animation, tasks, folder, messages);
     const std::vector<std::size_t> left = tasks_left(options, tasks.size(), renderer);
     ExitCode code = ExitCode::kOk;
     Progress progress("rendering", left.size(), messages);

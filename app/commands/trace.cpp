@@ -6,7 +6,7 @@
 #include <iterator>
 #include <string>
 
-#include "app/clip/clip_scene.h"
+#include "app/animation/animation_scene.h"
 #include "app/commands/commands.h"
 #include "app/files/ray_reader.h"
 #include "app/terminal/failure.h"
@@ -39,10 +39,10 @@ std::size_t fault_of(const WorldRay& ray) {
 /// Traces rays in batches and gathers their hits as lines.
 class RayTracer {
 public:
-    RayTracer(const TraceOptions& options, const PosedClip& posed)
+    RayTracer(const TraceOptions& options, const PosedAnimation& posed)
         : options_(options),
           scene_(posed.scene->scene()),
-          space_(space_of_frame(posed.clip->bounds(), bounds_of(posed.scene->positions()))) {}
+          space_(space_of_frame(posed.animation->bounds(), bounds_of(posed.scene->positions()))) {}
 
     void trace(std::span<const WorldRay> rays) {
         rays_.clear();
@@ -145,7 +145,8 @@ ExitCode run_command(const TraceOptions& given, const Messages& messages) {
     options.hit_lists.cancel = &interrupt_flag();
     check_reports({options.out});
     const std::vector<WorldRay> rays = read_rays(options.ray_file, options.binary_rays);
-    const PosedClip posed = pose_clip(options.source, options.backend, options.frame, messages);
+    const PosedAnimation posed =
+        pose_animation(options.source, options.backend, options.frame, messages);
     RayTracer tracer(options, posed);
     {
         Progress progress("tracing", rays.size(), messages);

@@ -42,10 +42,10 @@ std::string pixel_text(const PixelProbe& probe) {
     return text + (probe.hits[0] == probe.hits[1] ? "equal bit by bit\n" : "DIFFERENT\n");
 }
 
-Engine::Engine(const ImageOptions& options, const Clip& clip, const Messages& messages,
+Engine::Engine(const ImageOptions& options, const Animation& animation, const Messages& messages,
                std::function<void()> on_result)
     : options_(options),
-      clip_(clip),
+      animation_(animation),
       messages_(messages),
       on_result_(std::move(on_result)),
       thread_([this] { run(); }) {}
@@ -131,7 +131,7 @@ Engine::BackendScene& Engine::follow(const ImageRequest& request, BackendChoice 
         // --build-at is for the first tree; a change of settings builds where one is.
         if (traced.scene) options.tree.build_at.reset();
         traced.scene =
-            std::make_unique<ClipScene>(options, clip_, request.frame, messages_, stops_);
+            std::make_unique<AnimationScene>(options, animation_, request.frame, messages_, stops_);
         traced.update = request.update;
     }
     if (is_new || traced.frame != request.frame) traced.scene->advance(request.frame);
@@ -162,7 +162,7 @@ void Engine::trace(const ImageRequest& request) {
             image->panes.push_back(trace(request, backend));
         if (request.box_depth >= 0) {
             const auto depth = static_cast<std::uint32_t>(request.box_depth);
-            const ClipScene& scene = *scenes_.at(request.backends.front()).scene;
+            const AnimationScene& scene = *scenes_.at(request.backends.front()).scene;
             image->boxes = call_library([&] { return scene.scene().tree_boxes(depth); });
         }
     } catch (const Error& error) {

@@ -11,7 +11,7 @@
 #include <optional>
 #include <thread>
 
-#include "app/clip/clip_scene.h"
+#include "app/animation/animation_scene.h"
 #include "app/view/state.h"
 
 namespace mray::app {
@@ -68,8 +68,8 @@ std::string pixel_text(const PixelProbe& probe);
 class Engine {
 public:
     /// `on_result` is called in the engine's thread whenever there is something to take. Messages,
-    /// options, clip and on_result's context must outlive the engine.
-    Engine(const ImageOptions& options, const Clip& clip, const Messages& messages,
+    /// options, animation and on_result's context must outlive the engine.
+    Engine(const ImageOptions& options, const Animation& animation, const Messages& messages,
            std::function<void()> on_result);
     /// Cancels, and waits for the thread.
     ~Engine();
@@ -84,11 +84,11 @@ public:
     std::optional<PixelProbe> take_probe();
 
 private:
-    /// The clip on one backend, at the frame of the last request.
+    /// The animation on one backend, at the frame of the last request.
     struct BackendScene {
         PolicySpec update;
         double frame = 0;
-        std::unique_ptr<ClipScene> scene;
+        std::unique_ptr<AnimationScene> scene;
         /// Its memory is used by the next image.
         morphray::Image image;
     };
@@ -101,7 +101,7 @@ private:
     BackendScene& follow(const ImageRequest& request, BackendChoice backend);
 
     const ImageOptions& options_;
-    const Clip& clip_;
+    const Animation& animation_;
     const Messages& messages_;
     std::function<void()> on_result_;
     std::atomic<bool> stops_ = false;

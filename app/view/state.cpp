@@ -86,13 +86,13 @@ void Playback::step(int frames) {
     seek(std::round(frame_) + frames);
 }
 
-ViewState initial_state(const ViewOptions& options, const Clip& clip, double frame) {
+ViewState initial_state(const ViewOptions& options, const Animation& animation, double frame) {
     // Refuses impossible views with the messages of render.
-    ViewSpec spec = with_inside_view(options.image.view, clip);
-    const ResolvedView view = resolve_view(spec, clip.bounds());
+    ViewSpec spec = with_inside_view(options.image.view, animation);
+    const ResolvedView view = resolve_view(spec, animation.bounds());
     spec.ao_count = std::max(spec.ao_count, 1u);
-    make_image_params(spec, clip.bounds(), SceneSpace(clip.bounds()));
-    ViewState state{.playback = Playback(clip.first_frame(), clip.last_frame(), frame),
+    make_image_params(spec, animation.bounds(), SceneSpace(animation.bounds()));
+    ViewState state{.playback = Playback(animation.first_frame(), animation.last_frame(), frame),
                     .camera = Camera(view, options.image.view.up, options.image.view.fov),
                     .view = options.image.view};
     state.playback.playing = options.plays;

@@ -8,7 +8,7 @@
 #include "app/base/options.h"
 #include "common/scene/camera_setup.h"
 #include "morphray/scene.hpp"
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 
 namespace mray::app {
 
@@ -60,7 +60,7 @@ public:
     void step(int frames);
 
     bool playing = false;
-    /// Frames of the clip a second.
+    /// Frames of the animation a second.
     double frames_a_second = 24;
 
 private:
@@ -105,7 +105,7 @@ struct ViewState {
 };
 
 /// The state at the start. Throws Error for an impossible view.
-ViewState initial_state(const ViewOptions& options, const Clip& clip, double frame);
+ViewState initial_state(const ViewOptions& options, const Animation& animation, double frame);
 
 /// The steps from a first, fast image to the one that is wanted, 0 being the first: a sample
 /// without ambient occlusion, a sample, and 4, 16 and 64 samples as far as ViewState::samples goes.

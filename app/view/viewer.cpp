@@ -9,8 +9,8 @@
 #include <optional>
 #include <utility>
 
+#include "app/animation/frames.h"
 #include "app/base/values.h"
-#include "app/clip/frames.h"
 #include "app/terminal/failure.h"
 #include "app/view/controls.h"
 #include "common/base/output_file.h"
@@ -38,14 +38,15 @@ class Viewer {
 public:
     Viewer(const ViewOptions& options, const Messages& messages)
         : options_(options),
-          clip_(open_clip(options_.image.source, messages)),
-          state_(initial_state(options_, *clip_,
-                               select_frame(options_.frame, options_.image.tree.build_at, *clip_))),
+          animation_(open_animation(options_.image.source, messages)),
+          state_(initial_state(
+              options_, *animation_,
+              select_frame(options_.frame, options_.image.tree.build_at, *animation_))),
           first_camera_(state_.camera),
-          window_("morphray view " + escape(clip_->name()),
+          window_("morphray view " + escape(animation_->name()),
                   static_cast<int>(state_.view.width) + kPanelWidth,
                   static_cast<int>(state_.view.height)),
-          engine_(options_.image, *clip_, messages, [] { Window::wake(); }) {}
+          engine_(options_.image, *animation_, messages, [] { Window::wake(); }) {}
 
     void run() {
         last_ = Window::seconds();
@@ -139,8 +140,8 @@ private:
         PanelFacts facts{
             .image = image_.get(), .different = different_, .pixel = {}, .message = message_};
         if (!image_) {
-            facts.message =
-                fmt::format("building the tree, {} triangles", clip_->topology().triangles.size());
+            facts.message = fmt::format("building the tree, {} triangles",
+                                        animation_->topology().triangles.size());
         }
         // The pixel that was clicked on is shown until the image is another one.
         if (pixel_ && pixel_->request.image == first_request_) {
@@ -157,7 +158,7 @@ private:
     }
 
     ViewOptions options_;
-    std::unique_ptr<Clip> clip_;
+    std::unique_ptr<Animation> animation_;
     ViewState state_;
     Camera first_camera_;
     Window window_;

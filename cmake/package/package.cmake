@@ -68,7 +68,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS libvulkan1)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "gnuplot-nox, mesa-vulkan-drivers | vulkan-icd")
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "${about}
-This package has the program, which renders clips, compares backends and
+This package has the program, which renders animations, compares backends and
 measures updates.")
 
 # Its libraries are found by no linker, so it names what they need itself.

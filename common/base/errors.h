@@ -25,8 +25,8 @@ enum class ErrorKind {
 /// caller has its own name for it: an option of the program, a member of a struct.
 enum class Hint {
     kNone,
-    kLenient,         // ClipOptions::lenient
-    kReplaceMissing,  // ClipOptions::skip_missing
+    kLenient,         // AnimationOptions::lenient
+    kReplaceMissing,  // AnimationOptions::skip_missing
 };
 
 /// what() is one line, `file:line: what is wrong; what to do` where there is a file and a line.

@@ -22,9 +22,9 @@ inline Point to_point(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 inline constexpr std::uint32_t kMaxImageSide = 65536;
 inline constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;
 
-/// A view in world space. With the defaults the bounds of the whole clip span the image from edge
-/// to edge with 2 % to spare, from the front (+z) right and above, lit from above the eye's left.
-/// A given target stays in the middle of the image.
+/// A view in world space. With the defaults the bounds of the whole animation span the image from
+/// edge to edge with 2 % to spare, from the front (+z) right and above, lit from above the eye's
+/// left. A given target stays in the middle of the image.
 struct ViewSpec {
     std::optional<Point> eye = {};
     std::optional<Point> target = {};

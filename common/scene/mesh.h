@@ -29,7 +29,7 @@ struct Topology {
     std::uint32_t vertex_count = 0;
 };
 
-/// XXH3 (64 bits) of the vertex count and the index list: equal for frames of one clip.
+/// XXH3 (64 bits) of the vertex count and the index list: equal for frames of one animation.
 std::uint64_t topology_hash(const Topology& topology);
 
 /// Triangles that no ray can hit at these positions (scene space).

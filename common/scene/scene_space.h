@@ -25,8 +25,8 @@ struct WorldBounds {
 WorldBounds bounds_of(std::span<const vec3> points);
 
 /// The map between world space and scene space: scene = (world - centre) * 2^exponent, rounded
-/// once to float and snapped to the grid of 2^-40. The exponent brings the clip's bounds into
-/// [-2^20, 2^20]. centre is 0 on an axis unless the clip lies so far to one side of 0 that
+/// once to float and snapped to the grid of 2^-40. The exponent brings the animation's bounds into
+/// [-2^20, 2^20]. centre is 0 on an axis unless the animation lies so far to one side of 0 that
 /// world - centre is exact for every float in the bounds (Sterbenz's lemma), so the map of every
 /// vertex of at least 2^-36 of the extent is exact and exactly invertible.
 class SceneSpace {

@@ -191,9 +191,9 @@ constexpr double kFaded = 0.7;
 /// - A remedy *pays at once* if this frame alone would lose its price. It is applied in the frame.
 /// - Otherwise it is an investment in frames that may never come. It has to be due (LossAccount,
 ///   one for each remedy), and the *investment budget* has to hold its price. A part (5 %) of the
-///   time of all frames goes into that budget, and what earlier remedies have saved. So a clip of
-///   any length loses little to foresight that was wrong, and a remedy that helps pays for the next
-///   one.
+///   time of all frames goes into that budget, and what earlier remedies have saved. So an
+///   animation of any length loses little to foresight that was wrong, and a remedy that helps pays
+///   for the next one.
 ///
 /// An investment adds at most the budget to a frame: a restructuring is cut to it, a build that
 /// takes more runs in the background while refitted frames are shown. Losses are not measured by

@@ -5,7 +5,7 @@
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "lab/bench/fill_view.h"
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 #include "scenes/scene_frames.h"
 
 namespace mray::bench {
@@ -19,11 +19,11 @@ std::vector<vec3> nudged(std::vector<vec3> positions) {
 }
 
 /// The bounds of all whole frames, since a benchmark traces several of them from one camera.
-WorldBounds bounds_of_frames(const Clip& clip) {
+WorldBounds bounds_of_frames(const Animation& animation) {
     WorldBounds all;
-    std::vector<vec3> positions(clip.topology().vertex_count);
-    for (double frame = clip.first_frame(); frame <= clip.last_frame(); ++frame) {
-        clip.positions(frame, positions);
+    std::vector<vec3> positions(animation.topology().vertex_count);
+    for (double frame = animation.first_frame(); frame <= animation.last_frame(); ++frame) {
+        animation.positions(frame, positions);
         const WorldBounds bounds = bounds_of(positions);
         if (!bounds.empty()) all.extend(bounds.lower, bounds.upper);
     }
@@ -37,7 +37,7 @@ constexpr double kInsideFov = 70;
 
 std::vector<vec3> positions_at(const BenchScene& scene, double frame) {
     std::vector<vec3> positions(scene.topology().vertex_count);
-    scene.clip->positions(frame, positions);
+    scene.animation->positions(frame, positions);
     scene.space.to_scene(positions, positions);
     return positions;
 }
@@ -45,24 +45,24 @@ std::vector<vec3> positions_at(const BenchScene& scene, double frame) {
 BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view) {
     BenchScene scene;
     scene.name = spec;
-    ClipOptions lenient;
+    AnimationOptions lenient;
     lenient.lenient = true;
-    scene.clip = open_scene(spec, lenient);
-    const Clip& clip = *scene.clip;
-    scene.space = space_of_frame(clip.bounds(), bounds_of_frames(clip));
-    const double middle = std::floor((clip.first_frame() + clip.last_frame()) / 2);
+    scene.animation = open_scene(spec, lenient);
+    const Animation& animation = *scene.animation;
+    scene.space = space_of_frame(animation.bounds(), bounds_of_frames(animation));
+    const double middle = std::floor((animation.first_frame() + animation.last_frame()) / 2);
     scene.positions = positions_at(scene, middle);
-    scene.moved = clip.last_frame() > clip.first_frame()
-                      ? positions_at(scene, std::min(middle + 1, clip.last_frame()))
+    scene.moved = animation.last_frame() > animation.first_frame()
+                      ? positions_at(scene, std::min(middle + 1, animation.last_frame()))
                       : nudged(scene.positions);
-    scene.bvh = build_bvh(clip.topology(), scene.positions);
-    if (clip.inside_view()) {
-        scene.view = with_inside_view(view, clip);
+    scene.bvh = build_bvh(animation.topology(), scene.positions);
+    if (animation.inside_view()) {
+        scene.view = with_inside_view(view, animation);
         scene.view.fov = kInsideFov;
     } else {
-        scene.view = fill_view(view, clip.bounds(), scene.space, scene.bvh);
+        scene.view = fill_view(view, animation.bounds(), scene.space, scene.bvh);
     }
-    scene.params = make_image_params(scene.view, clip.bounds(), scene.space);
+    scene.params = make_image_params(scene.view, animation.bounds(), scene.space);
     return scene;
 }
 

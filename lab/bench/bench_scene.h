@@ -9,18 +9,19 @@
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"
 #include "cpu/image/pixel_shader.h"
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 
 namespace mray::bench {
 
-/// The frame in the middle of a clip, in scene space, with a tree built for it; and the frame after
-/// it, to refit to. For a clip with a single frame, that is the same frame with every coordinate
-/// one float nearer to 0, so that backends that refit moved parts only have to refit everything.
+/// The frame in the middle of an animation, in scene space, with a tree built for it; and the frame
+/// after it, to refit to. For an animation with a single frame, that is the same frame with every
+/// coordinate one float nearer to 0, so that backends that refit moved parts only have to refit
+/// everything.
 struct BenchScene {
     std::string name;
     /// The view in world space, with an eye, a target and a light.
     ViewSpec view;
-    std::unique_ptr<Clip> clip;
+    std::unique_ptr<Animation> animation;
     /// Holds all whole frames.
     SceneSpace space{WorldBounds{}};
     ImageParams params;
@@ -28,8 +29,8 @@ struct BenchScene {
     std::vector<vec3> moved;
     Bvh bvh;
 
-    const Topology& topology() const { return clip->topology(); }
-    cpu::ShadedMesh mesh() const { return {&clip->topology(), positions}; }
+    const Topology& topology() const { return animation->topology(); }
+    cpu::ShadedMesh mesh() const { return {&animation->topology(), positions}; }
 };
 
 /// The positions of a whole frame in scene space.

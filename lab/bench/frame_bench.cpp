@@ -16,11 +16,11 @@
 namespace mray::bench {
 namespace {
 
-// Frames of a clip that are played: every second one, from the first one on.
+// Frames of an animation that are played: every second one, from the first one on.
 constexpr std::size_t kMostFrames = 12;
 constexpr double kFrameStep = 2;
 
-/// The clip's frames, as all methods are given them.
+/// The animation's frames, as all methods are given them.
 struct Played {
     const BenchScene& scene;
     ImageParams params;
@@ -33,9 +33,9 @@ struct Played {
 Played play(const BenchScene& scene) {
     Played played{scene, scene.params, {}};
     played.params.rays = kRaysShadow;
-    const Clip& clip = *scene.clip;
-    for (double frame = clip.first_frame();
-         frame <= clip.last_frame() && played.poses.size() < kMostFrames; frame += kFrameStep)
+    const Animation& animation = *scene.animation;
+    for (double frame = animation.first_frame();
+         frame <= animation.last_frame() && played.poses.size() < kMostFrames; frame += kFrameStep)
         played.poses.push_back(positions_at(scene, frame));
     return played;
 }

@@ -58,10 +58,10 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
 /// Builds trees, against Embree's Morton, binned and spatial-split builds; `primary` as above.
 void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
 
-/// Plays every second frame of the clip, 12 at most: for each the tree follows the positions, by
-/// the policy Auto, and an image with shadows is traced and shaded; against Embree's 16-wide
+/// Plays every second frame of the animation, 12 at most: for each the tree follows the positions,
+/// by the policy Auto, and an image with shadows is traced and shaded; against Embree's 16-wide
 /// packets over its trees that are refitted or built again, and the 2007 method, refitted. Does
-/// nothing for a clip of one frame.
+/// nothing for an animation of one frame.
 void bench_frame(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
 
 /// Queries all triangles by the public interface, as many times as an image has pixels: closest

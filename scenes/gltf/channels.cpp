@@ -49,7 +49,7 @@ Interpolation interpolation_of(const JsonAt& sampler) {
 
 class AnimationReader {
 public:
-    AnimationReader(const GltfFile& file, std::size_t index, const ClipOptions& options,
+    AnimationReader(const GltfFile& file, std::size_t index, const AnimationOptions& options,
                     GltfScene& scene)
         : options_(options),
           file_(file),
@@ -153,11 +153,11 @@ private:
         return values;
     }
 
-    const ClipOptions& options_;
+    const AnimationOptions& options_;
     const GltfFile& file_;
     const JsonAt at_;
     const GltfScene& scene_;
-    Animation& animation_;
+    ChannelSet& animation_;
     std::set<std::pair<std::uint32_t, Target>> known_;
     std::set<const float*> checked_times_;
     WarningCount equal_times_;
@@ -237,7 +237,7 @@ std::size_t find_animation(const GltfFile& file, const std::string& text) {
                             file.name(), list_of(names)));
 }
 
-void read_animation(const GltfFile& file, std::size_t index, const ClipOptions& options,
+void read_animation(const GltfFile& file, std::size_t index, const AnimationOptions& options,
                     GltfScene& scene) {
     AnimationReader(file, index, options, scene).run();
 }

@@ -24,7 +24,7 @@ bool shows_mesh(const Node& node) { return node.mesh && !node.has_instances; }
 
 class SceneReader {
 public:
-    SceneReader(const std::filesystem::path& path, const ClipOptions& options)
+    SceneReader(const std::filesystem::path& path, const AnimationOptions& options)
         : options_(options), file_(path, options.warn) {}
 
     GltfScene run() {
@@ -182,7 +182,7 @@ private:
                     fmt::format("{}: its scene has no triangles", file_.name()));
     }
 
-    const ClipOptions& options_;
+    const AnimationOptions& options_;
     GltfFile file_;
     Materials materials_;
     GltfScene scene_;
@@ -194,7 +194,7 @@ private:
 
 }  // namespace
 
-GltfScene read_gltf_scene(const std::filesystem::path& path, const ClipOptions& options) {
+GltfScene read_gltf_scene(const std::filesystem::path& path, const AnimationOptions& options) {
     return SceneReader(path, options).run();
 }
 

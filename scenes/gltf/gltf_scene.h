@@ -15,7 +15,7 @@
 #include "common/interop/platform.h"
 #include "common/scene/mesh.h"
 #include "common/scene/textures.h"
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 #include "scenes/gltf/accessor.h"
 #include "scenes/gltf/transforms.h"
 #include "scenes/warning_count.h"
@@ -91,7 +91,7 @@ struct Materials {
 /// of the folder, data: URIs that are not in base 64, and those of unknown extensions are left out
 /// with a warning. Throws Error(kBadInput) for indices out of range and factors that are no
 /// numbers.
-Materials read_materials(const GltfFile& file, const ClipOptions& options);
+Materials read_materials(const GltfFile& file, const AnimationOptions& options);
 
 struct Skin {
     /// Indices of nodes, at least one.
@@ -159,7 +159,7 @@ struct Mesh {
 /// are not finite or beyond 1e30 (if lenient, a warning); kLimit above 2^28 triangles.
 std::map<std::uint32_t, Mesh> read_meshes(const GltfFile& file, const Materials& materials,
                                           std::span<const std::uint32_t> indices,
-                                          const ClipOptions& options);
+                                          const AnimationOptions& options);
 
 enum class Interpolation : std::uint8_t { kStep, kLinear, kCubicSpline };
 enum class Target : std::uint8_t { kTranslation, kRotation, kScale, kWeights };
@@ -178,7 +178,7 @@ struct Channel {
 };
 
 /// Values of all channels; rotations have directions.
-struct Animation {
+struct ChannelSet {
     std::vector<Channel> channels;
     /// The last time of any channel.
     double seconds = 0;
@@ -198,7 +198,8 @@ std::vector<std::string> animation_names(const GltfFile& file);
 /// The value of a channel at a time in seconds; a rotation has length 1.
 void sample(const Channel& channel, double time, std::span<double> out);
 
-/// A vertex set that a node places: vertices [first_vertex, first_vertex + its size) of the clip.
+/// A vertex set that a node places: vertices [first_vertex, first_vertex + its size) of the
+/// animation.
 struct Part {
     std::uint32_t node = 0;
     const VertexSet* set = nullptr;
@@ -212,14 +213,14 @@ struct GltfScene {
     /// By their indices in the file, as far as nodes of the scene have them.
     std::map<std::uint32_t, Mesh> meshes;
     std::map<std::uint32_t, Skin> skins;
-    Animation animation;
-    /// As Clip::animations().
-    std::vector<ClipAnimation> animations;
+    ChannelSet animation;
+    /// As Animation::animations().
+    std::vector<NamedAnimation> animations;
     /// In the order of the nodes, depth first, then of the primitives.
     std::vector<Part> parts;
 
     Topology topology;
-    /// As Clip::smooth_corners(); empty if no primitive has normals.
+    /// As Animation::smooth_corners(); empty if no primitive has normals.
     std::vector<uvec3> smooth;
     SceneTextures textures;
 };
@@ -228,11 +229,11 @@ struct GltfScene {
 /// times that are negative, not finite or do not increase (if lenient, equal ones are a warning),
 /// values that are not finite or do not fit, a node with a matrix, and two channels of one
 /// property.
-void read_animation(const GltfFile& file, std::size_t index, const ClipOptions& options,
+void read_animation(const GltfFile& file, std::size_t index, const AnimationOptions& options,
                     GltfScene& scene);
 
 /// Reads the scene that options.animation moves. Throws Error: kBadInput with the place in the
 /// JSON, kBadArgument for another animation, kLimit for a mesh above 2^28 triangles.
-GltfScene read_gltf_scene(const std::filesystem::path& path, const ClipOptions& options);
+GltfScene read_gltf_scene(const std::filesystem::path& path, const AnimationOptions& options);
 
 }  // namespace mray::gltf

@@ -181,7 +181,7 @@ private:
 
 }  // namespace
 
-Materials read_materials(const GltfFile& file, const ClipOptions& options) {
+Materials read_materials(const GltfFile& file, const AnimationOptions& options) {
     Materials result;
     MaterialReader reader(file, result);
     const std::size_t count = file.count("materials");

@@ -76,7 +76,7 @@ struct SetKey {
 
 class MeshReader {
 public:
-    MeshReader(const GltfFile& file, const Materials& materials, const ClipOptions& options)
+    MeshReader(const GltfFile& file, const Materials& materials, const AnimationOptions& options)
         : file_(file),
           materials_(materials),
           options_(options),
@@ -254,7 +254,7 @@ private:
 
     const GltfFile& file_;
     const Materials& materials_;
-    const ClipOptions& options_;
+    const AnimationOptions& options_;
     bool is_quantized_;
     std::uint64_t triangle_count_ = 0;
     WarningCount left_out_;
@@ -267,7 +267,7 @@ private:
 
 std::map<std::uint32_t, Mesh> read_meshes(const GltfFile& file, const Materials& materials,
                                           std::span<const std::uint32_t> indices,
-                                          const ClipOptions& options) {
+                                          const AnimationOptions& options) {
     MeshReader reader(file, materials, options);
     std::map<std::uint32_t, Mesh> meshes;
     for (const std::uint32_t index : indices)

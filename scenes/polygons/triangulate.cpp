@@ -39,8 +39,8 @@ public:
     /// Appends n - 2 triangles of the indices of `points`, the n corners of a polygon in
     /// counter-clockwise order, n >= 3, all finite. If no ear is left because edges cross, the rest
     /// becomes a fan. Returns false and appends nothing if that takes more than max_steps.
-    bool clip(std::span<const PlanePoint> points, std::size_t max_steps,
-              std::vector<uvec3>& triangles) {
+    bool animation(std::span<const PlanePoint> points, std::size_t max_steps,
+                   std::vector<uvec3>& triangles) {
         const auto count = static_cast<std::uint32_t>(points.size());
         const std::size_t appended_from = triangles.size();
         points_ = points;
@@ -221,7 +221,7 @@ std::vector<uvec3> triangulate(const Polygons& faces, std::span<const vec3> posi
         };
         bool is_fan = count == 3 || !project(corners, positions, points) || fan_covers(points);
         ears.clear();
-        if (!is_fan && !clipper.clip(points, kTriangulationStepsPerCorner * count, ears)) {
+        if (!is_fan && !clipper.animation(points, kTriangulationStepsPerCorner * count, ears)) {
             const auto what = [&] {
                 return fmt::format("face {} of {} corners is too intricate to triangulate",
                                    face + 1, count);

@@ -27,9 +27,9 @@ void move_in_parallel(const DeformingMesh& mesh, double frame, std::span<vec3> o
                       });
 }
 
-class ProceduralClip final : public Clip {
+class ProceduralAnimation final : public Animation {
 public:
-    ProceduralClip(std::string name, DeformingMesh mesh)
+    ProceduralAnimation(std::string name, DeformingMesh mesh)
         : name_(std::move(name)), mesh_(std::move(mesh)) {
         std::vector<vec3> first(mesh_.topology.vertex_count);
         move_in_parallel(mesh_, 0, first);
@@ -77,7 +77,7 @@ std::string similar_scene(std::string_view name) {
 
 std::span<const ProceduralScene> procedural_scenes() { return kScenes; }
 
-std::unique_ptr<Clip> make_procedural(const std::string& name, std::uint64_t triangles) {
+std::unique_ptr<Animation> make_procedural(const std::string& name, std::uint64_t triangles) {
     const auto* const scene =
         std::find_if(kScenes.begin(), kScenes.end(),
                      [&](const ProceduralScene& known) { return name == known.name; });
@@ -92,7 +92,7 @@ std::unique_ptr<Clip> make_procedural(const std::string& name, std::uint64_t tri
                                 triangles, name, kMaxTriangles));
     }
     if (triangles == 0) triangles = scene->default_triangles;
-    return std::make_unique<ProceduralClip>(name, scene->make(triangles));
+    return std::make_unique<ProceduralAnimation>(name, scene->make(triangles));
 }
 
 }  // namespace mray

@@ -11,7 +11,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 
 namespace mray {
 
@@ -28,7 +28,7 @@ struct DeformingMesh {
     /// Writes out[begin..end) for a frame in [0, last_frame]: a pure function of the frame and the
     /// vertex, computed in double and rounded once. Called by many threads at once on parts.
     std::function<void(double frame, VertexRange range, std::span<vec3> out)> move;
-    /// The result of Clip::inside_view().
+    /// The result of Animation::inside_view().
     std::optional<InsideView> inside_view;
 };
 
@@ -49,7 +49,7 @@ std::span<const ProceduralScene> procedural_scenes();
 
 /// A scene with about `triangles` triangles (0: its default; at least what the scene needs). Throws
 /// Error(kBadArgument) for an unknown name, naming a similar one, and Error(kLimit) above 2^28.
-std::unique_ptr<Clip> make_procedural(const std::string& name, std::uint64_t triangles = 0);
+std::unique_ptr<Animation> make_procedural(const std::string& name, std::uint64_t triangles = 0);
 
 // The scenes, which kScenes in procedural.cpp describes. `triangles` is about how many triangles to
 // make; a scene has at least as many as its shape needs.

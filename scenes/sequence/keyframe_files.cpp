@@ -12,7 +12,7 @@
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_file.h"
-#include "scenes/sequence/streamed_clip.h"
+#include "scenes/sequence/streamed_animation.h"
 
 namespace mray {
 namespace {
@@ -79,7 +79,7 @@ std::optional<NumberedName> numbered(const std::string& name, const Pattern& pat
 std::vector<KeyframeFile> numbered_files(const fs::path& folder, const Pattern& pattern,
                                          const std::vector<NumberedName>& names,
                                          std::uint64_t first, std::uint64_t step,
-                                         const ClipOptions& options) {
+                                         const AnimationOptions& options) {
     std::vector<KeyframeFile> files;
     std::string first_missing;
     for (std::size_t i = 0; i < names.size(); ++i) {
@@ -142,7 +142,7 @@ Pattern split_pattern(const std::string& pattern) {
 
 }  // namespace
 
-std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const ClipOptions& options) {
+std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const AnimationOptions& options) {
     std::vector<std::string> all = file_names(folder);
     std::erase_if(all, [](const auto& name) { return name[0] == '.' || !has_mesh_name(name); });
     if (all.empty()) fail(folder, "no .obj or .ply file in this folder; check the path");
@@ -164,7 +164,8 @@ std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const ClipOpti
     return numbered_files(folder, pattern, names, first, std::max<std::uint64_t>(step, 1), options);
 }
 
-std::vector<KeyframeFile> files_of_pattern(const std::string& text, const ClipOptions& options) {
+std::vector<KeyframeFile> files_of_pattern(const std::string& text,
+                                           const AnimationOptions& options) {
     const Pattern pattern = split_pattern(text);
     const fs::path folder = fs::path(text).parent_path();
     std::vector<NumberedName> names;

@@ -14,7 +14,7 @@
 #include "common/base/input_file.h"
 #include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_rules.h"
-#include "scenes/sequence/streamed_clip.h"
+#include "scenes/sequence/streamed_animation.h"
 
 namespace mray {
 namespace {
@@ -111,9 +111,9 @@ private:
 
 }  // namespace
 
-std::unique_ptr<Clip> open_cached(const std::filesystem::path& mesh,
-                                  const std::filesystem::path& cache, const std::string& name,
-                                  const ClipOptions& options) {
+std::unique_ptr<Animation> open_cached(const std::filesystem::path& mesh,
+                                       const std::filesystem::path& cache, const std::string& name,
+                                       const AnimationOptions& options) {
     FirstMesh first = read_first_mesh(mesh, options);
     auto source = std::make_unique<CacheSource>(cache, options.lenient);
     if (source->point_count() != first.topology.vertex_count) {

@@ -6,14 +6,14 @@
 #include <cmath>
 #include <memory>
 
+#include "app/animation/frames.h"
 #include "app/base/values.h"
 #include "app/cli/command_line.h"
-#include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/commands/crosscheck/cross_checker.h"
 #include "app/terminal/failure.h"
 #include "common/base/errors.h"
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 #include "tests/app/crosscheck/planted_checks.h"
 #include "tests/support/temporary_folder.h"
 
@@ -124,9 +124,9 @@ TEST(FrameLabel, SortsLikeItsNumber) {
     test::TemporaryFolder folder;
     for (const char* const number : {"9998", "9999", "10000", "10001"})
         folder.write(fmt::format("f_{}.obj", number), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    const std::unique_ptr<Clip> clip = open_scene(folder.file("f_%d.obj"));
+    const std::unique_ptr<Animation> animation = open_scene(folder.file("f_%d.obj"));
     const std::vector<double> frames = {9998, 9998.25, 9998.5, 9999, 9999.75, 10000, 10000.5};
-    const FrameDigits digits = digits_of(frames, *clip);
+    const FrameDigits digits = digits_of(frames, *animation);
     EXPECT_EQ(digits.whole, 5u);
     EXPECT_EQ(digits.fraction, 2u);
     std::vector<std::string> names;

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-TEST(Probe, FrameOutsideTheClipIsRefused) {
+TEST(Probe, FrameOutsideTheAnimationIsRefused) {
     EXPECT_EQ(run({"probe", "builtin:cloth:500", "--frame", "25", "--pixel", "0,0"}).code, 2);
     EXPECT_EQ(run({"probe", "builtin:cloth:500", "--frame", "nan", "--pixel", "0,0"}).code, 2);
 }
@@ -44,7 +44,7 @@ TEST(Probe, GivesTheSameResultOnEveryBackend) {
     }
 }
 
-TEST(Frames, TreeIsNotBuiltOutsideTheClip) {
+TEST(Frames, TreeIsNotBuiltOutsideTheAnimation) {
     const TemporaryFolder folder;
     using Line = std::vector<std::string>;
     for (Line line : {Line{"render"}, Line{"profile"}, Line{"profile", "--policies", "refit"},

@@ -1,4 +1,4 @@
-// The image of a clip does not depend on how its tree followed it: the CPU.
+// The image of an animation does not depend on how its tree followed it: the CPU.
 #include <gtest/gtest.h>
 
 #include "common/base/errors.h"

@@ -65,20 +65,21 @@ void for_each_surface(const Topology& topology, std::span<const vec3> positions,
 TEST(ShadowRay, NeverMeetsTheTriangleThatItBelongsTo) {
     for (const ProceduralScene& builtin : procedural_scenes()) {
         std::size_t rays = 0;
-        const auto clip = make_procedural(builtin.name, 4000);
+        const auto animation = make_procedural(builtin.name, 4000);
         ViewSpec view;
         view.width = view.height = 128;
-        std::vector<vec3> world(clip->topology().vertex_count);
+        std::vector<vec3> world(animation->topology().vertex_count);
         std::vector<vec3> positions(world.size());
         // At frame 10 the collapse lies in a plane.
         for (const double part : {0.0, 0.3, 10.0 / 24, 0.5}) {
-            clip->positions(std::lerp(clip->first_frame(), clip->last_frame(), part), world);
-            const SceneSpace space = space_of_frame(clip->bounds(), bounds_of(world));
-            const ImageParams params = make_image_params(view, clip->bounds(), space);
+            animation->positions(std::lerp(animation->first_frame(), animation->last_frame(), part),
+                                 world);
+            const SceneSpace space = space_of_frame(animation->bounds(), bounds_of(world));
+            const ImageParams params = make_image_params(view, animation->bounds(), space);
             space.to_scene(world, positions);
-            const Bvh bvh = build_bvh(clip->topology(), positions);
+            const Bvh bvh = build_bvh(animation->topology(), positions);
             const cpu::ScalarTracer tracer(bvh);
-            for_each_surface(clip->topology(), positions, bvh, params,
+            for_each_surface(animation->topology(), positions, bvh, params,
                              [&](const Surface& surface, std::uint32_t prim_id) {
                                  if (!faces_light(surface, params.light)) return;
                                  ++rays;

@@ -7,15 +7,15 @@
 
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
-#include "scenes/sequence/streamed_clip.h"
+#include "scenes/sequence/streamed_animation.h"
 
 namespace mray::fuzz {
 namespace {
 
 /// Its poses, pose k at frame k.
-class ListedClip final : public Clip {
+class ListedAnimation final : public Animation {
 public:
-    ListedClip(Topology topology, std::vector<std::vector<vec3>> poses)
+    ListedAnimation(Topology topology, std::vector<std::vector<vec3>> poses)
         : topology_(std::move(topology)), poses_(std::move(poses)) {
         for (const std::vector<vec3>& pose : poses_) {
             const WorldBounds bounds = bounds_of(pose);
@@ -86,8 +86,8 @@ std::vector<vec3> copy_of(std::span<const vec3> positions) {
 FuzzScene::FuzzScene(const FuzzCase& fuzz_case) : frame_(fuzz_case.frame) {
     require_sound(fuzz_case);
     frames_ = std::make_unique<SceneFrames>(
-        std::make_unique<ListedClip>(topology_of(fuzz_case), fuzz_case.poses));
-    bounds_ = frames_->clip().bounds();
+        std::make_unique<ListedAnimation>(topology_of(fuzz_case), fuzz_case.poses));
+    bounds_ = frames_->animation().bounds();
     const auto built_at = static_cast<double>(fuzz_case.build_at);
     built_positions_ = copy_of(frames_->positions(built_at));
     built_ = build_bvh(topology(), built_positions_, {.threads = 1});
@@ -101,9 +101,9 @@ FuzzScene::FuzzScene(const FuzzCase& fuzz_case) : frame_(fuzz_case.frame) {
 }
 
 std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame) {
-    const ListedClip clip(topology_of(fuzz_case), fuzz_case.poses);
+    const ListedAnimation animation(topology_of(fuzz_case), fuzz_case.poses);
     std::vector<vec3> positions(fuzz_case.poses.front().size());
-    clip.positions(frame, positions);
+    animation.positions(frame, positions);
     return positions;
 }
 

@@ -44,7 +44,7 @@ public:
     /// Throws Error(kBadInput) for a case without poses or with indices beyond its vertices.
     explicit FuzzScene(const FuzzCase& fuzz_case);
 
-    const Topology& topology() const { return frames_->clip().topology(); }
+    const Topology& topology() const { return frames_->animation().topology(); }
     const SceneSpace& space() const { return frames_->space(); }
     const WorldBounds& bounds() const { return bounds_; }
     /// In scene space.

@@ -1,5 +1,5 @@
-// On the device, the image of a clip does not depend on the updates of its tree, and surfaces stay
-// closed.
+// On the device, the image of an animation does not depend on the updates of its tree, and surfaces
+// stay closed.
 #include <gtest/gtest.h>
 
 #include "common/bvh/builder/bvh_builder.h"

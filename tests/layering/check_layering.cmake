@@ -35,15 +35,15 @@ set(tests_of_library library/python)
 set(tests_of_shaders shaders)
 
 # The folders of the program, and of what it includes of itself. Files of app/ itself may include all.
-set(app_rooms base terminal files cli backends clip report view commands)
+set(app_rooms base terminal files cli backends animation report view commands)
 set(app_base_sees)
 set(app_terminal_sees base)
 set(app_files_sees base terminal)
 set(app_cli_sees base terminal files)
 set(app_backends_sees base terminal)
-set(app_clip_sees base terminal files backends)
+set(app_animation_sees base terminal files backends)
 set(app_report_sees base files)
-set(app_view_sees base terminal files backends clip)
+set(app_view_sees base terminal files backends animation)
 set(app_commands_sees ${app_rooms})
 # Trees and tracers are for these files of the program; other ones may include these headers, which
 # hold plain data.

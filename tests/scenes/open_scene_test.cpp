@@ -1,4 +1,4 @@
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -22,13 +22,13 @@ std::optional<ErrorKind> code_of_opening(const std::string& spec) {
 TEST(OpenScene, OpensAFile) {
     const TemporaryFolder folder;
     const std::string path = folder.write("a.obj", kTriangle).native();
-    const auto clip = open_scene(path);
-    EXPECT_EQ(clip->name(), path);
-    EXPECT_EQ(clip->topology().vertex_count, 3u);
-    EXPECT_EQ(clip->topology().triangles, std::vector<uvec3>{uvec3(0, 1, 2)});
-    EXPECT_EQ(clip->topology().albedo, std::vector<Albedo>{kDefaultAlbedo});
-    EXPECT_EQ(clip->first_frame(), 0);
-    EXPECT_EQ(clip->last_frame(), 0);
+    const auto animation = open_scene(path);
+    EXPECT_EQ(animation->name(), path);
+    EXPECT_EQ(animation->topology().vertex_count, 3u);
+    EXPECT_EQ(animation->topology().triangles, std::vector<uvec3>{uvec3(0, 1, 2)});
+    EXPECT_EQ(animation->topology().albedo, std::vector<Albedo>{kDefaultAlbedo});
+    EXPECT_EQ(animation->first_frame(), 0);
+    EXPECT_EQ(animation->last_frame(), 0);
 }
 
 TEST(OpenScene, OpensAPatternWithAStar) {
@@ -36,9 +36,9 @@ TEST(OpenScene, OpensAPatternWithAStar) {
     for (const char* name :
          {"f_8.obj", "f_9.obj", "f_10.obj", "f_x.obj", "f_11.obj.bak", "g_1.obj"})
         folder.write(name, kTriangle);
-    const auto clip = open_scene((folder.path() / "f_*.obj").native());
-    EXPECT_EQ(clip->first_frame(), 8);
-    EXPECT_EQ(clip->last_frame(), 10);
+    const auto animation = open_scene((folder.path() / "f_*.obj").native());
+    EXPECT_EQ(animation->first_frame(), 8);
+    EXPECT_EQ(animation->last_frame(), 10);
     folder.write("f_010.obj", kTriangle);
     EXPECT_EQ(code_of_opening((folder.path() / "f_*.obj").native()), ErrorKind::kBadInput);
     folder.write("h_01.obj", kTriangle);

@@ -27,7 +27,7 @@
 #include "common/bvh/bvh_stats.h"
 #include "common/scene/camera_setup.h"
 #include "cpu/cpu_backend.h"
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 #include "scenes/scene_frames.h"
 #include "tests/support/backend_results.h"
 #ifdef MORPHRAY_HAS_VULKAN
@@ -52,14 +52,14 @@ constexpr double kMostCostRatio = 2;
 constexpr double kMostTreesAFrame = 0.5;
 
 /// Keeps a tree at the current frame. `frames` must outlive it.
-class FollowedClip {
+class FollowedAnimation {
 public:
     /// Builds the tree at `first_frame`.
-    FollowedClip(SceneFrames& frames, double first_frame, const PolicySpec& policy,
-                 const UpdateConfig& config, int threads, std::unique_ptr<Backend> tracer)
+    FollowedAnimation(SceneFrames& frames, double first_frame, const PolicySpec& policy,
+                      const UpdateConfig& config, int threads, std::unique_ptr<Backend> tracer)
         : frames_(frames),
           tracer_(std::move(tracer)),
-          updater_(frames.clip().topology(), frames.positions(first_frame), *tracer_, nullptr,
+          updater_(frames.animation().topology(), frames.positions(first_frame), *tracer_, nullptr,
                    policy, {.threads = threads}, config),
           current_(first_frame) {}
 
@@ -125,10 +125,10 @@ public:
         : name_(fmt::format("{}, {}", scene, policy)),
           is_auto_(policy == std::string_view("auto")),
           frames_(open_scene(scene)),
-          first_(static_cast<int>(frames_.clip().first_frame())),
-          period_(static_cast<int>(frames_.clip().last_frame()) - first_ + 1),
-          clip_(frames_, first_, parse_policy(policy), {.deterministic = true}, 1,
-                make_tracer(backend)) {
+          first_(static_cast<int>(frames_.animation().first_frame())),
+          period_(static_cast<int>(frames_.animation().last_frame()) - first_ + 1),
+          animation_(frames_, first_, parse_policy(policy), {.deterministic = true}, 1,
+                     make_tracer(backend)) {
         view_.width = view_.height = kSide;
         view_.rays = kRaysShadow;
         follow(1);
@@ -163,16 +163,16 @@ public:
 
     /// The SAH cost of the tree over that of a new one.
     double cost_ratio() {
-        const Bvh fresh = build_bvh(frames_.clip().topology(), frames_.positions(first_));
-        return bvh_stats(clip_.tree()).sah_cost / bvh_stats(fresh).sah_cost;
+        const Bvh fresh = build_bvh(frames_.animation().topology(), frames_.positions(first_));
+        return bvh_stats(animation_.tree()).sah_cost / bvh_stats(fresh).sah_cost;
     }
 
 private:
     void follow(std::uint64_t frames) {
         for (std::uint64_t i = 0; i < frames; ++i) {
-            clip_.advance(first_ + static_cast<int>(next_ % period_));
-            clip_.trace(frames_.image_params(view_), frame_);
-            ++steps_[clip_.last_update().step];
+            animation_.advance(first_ + static_cast<int>(next_ % period_));
+            animation_.trace(frames_.image_params(view_), frame_);
+            ++steps_[animation_.last_update().step];
             next_ = (next_ + 1) % period_;
         }
     }
@@ -186,7 +186,7 @@ private:
     SceneFrames frames_;
     int first_;
     std::uint64_t period_;
-    FollowedClip clip_;
+    FollowedAnimation animation_;
     ViewSpec view_;
     Frame frame_;
     std::uint64_t next_ = 0;

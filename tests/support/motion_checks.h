@@ -1,4 +1,4 @@
-// Checks that hold for a clip on any backend under any update policy.
+// Checks that hold for an animation on any backend under any update policy.
 #pragma once
 
 #include "common/backend.h"

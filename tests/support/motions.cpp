@@ -24,16 +24,16 @@ std::vector<std::vector<vec3>> to_scene(const SceneSpace& space,
 }
 
 Motion of_builtin(const std::string& name, const std::vector<double>& frames) {
-    const std::unique_ptr<Clip> clip = make_procedural(name, kTriangles);
+    const std::unique_ptr<Animation> animation = make_procedural(name, kTriangles);
     std::vector<std::vector<vec3>> world;
     WorldBounds bounds;
     for (const double frame : frames) {
-        world.emplace_back(clip->topology().vertex_count);
-        clip->positions(frame, world.back());
+        world.emplace_back(animation->topology().vertex_count);
+        animation->positions(frame, world.back());
         const WorldBounds pose = bounds_of(world.back());
         bounds.extend(pose.lower, pose.upper);
     }
-    return {name, clip->topology(), to_scene(SceneSpace(bounds), world)};
+    return {name, animation->topology(), to_scene(SceneSpace(bounds), world)};
 }
 
 using Move = std::function<vec3(std::size_t pose, std::size_t vertex, vec3 at)>;

@@ -11,7 +11,7 @@
 
 namespace mray::test {
 
-/// A short clip in scene space.
+/// A short animation in scene space.
 struct Motion {
     std::string name;
     Topology topology;

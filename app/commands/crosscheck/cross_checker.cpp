@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "app/animation/frames.h"
 #include "app/backends/backends.h"
-#include "app/clip/frames.h"
 #include "app/terminal/failure.h"
 #include "common/simd/simd_target.h"
 #include "cpu/cpu_backend.h"
@@ -52,7 +52,7 @@ CrossChecker::CrossChecker(const CrosscheckOptions& options, SceneFrames& scene,
       rays_({kRaysPrimary, kRaysShadow, kRaysAo}),
       simd_(simd_to_check(options.backend.simd)) {
     if (options.rays) rays_ = {*options.rays};
-    const Topology& topology = scene.clip().topology();
+    const Topology& topology = scene.animation().topology();
     const std::span<const vec3> positions = scene.positions(report["frames"].front());
     const Bvh built = build_bvh(topology, positions, build_config(options.split, options.backend));
     const auto set_scene = [&](BackendPair& pair) {
@@ -72,7 +72,7 @@ bool CrossChecker::checks_cpu() const { return options_.backend.choice != Backen
 
 bool CrossChecker::uses_brute(std::uint32_t rays) const {
     if (options_.reference != Reference::kAuto) return options_.reference == Reference::kBrute;
-    return brute_is_affordable(scene_.clip().topology().triangles.size(), options_.view, rays);
+    return brute_is_affordable(scene_.animation().topology().triangles.size(), options_.view, rays);
 }
 
 std::size_t CrossChecker::comparisons_of_frame() const {
@@ -117,13 +117,13 @@ bool CrossChecker::queries_use_brute() const {
     if (options_.reference != Reference::kAuto) return options_.reference == Reference::kBrute;
     // Two kinds of hit lists, windings and closest triangles.
     constexpr double kTests = 4;
-    const auto triangles = static_cast<double>(scene_.clip().topology().triangles.size());
+    const auto triangles = static_cast<double>(scene_.animation().topology().triangles.size());
     return kTests * options_.query_count * triangles <= kAffordableTests;
 }
 
 void CrossChecker::query_reference(std::span<const vec3> positions) {
     if (options_.query_count == 0) return;
-    batch_ = pseudo_random_batch(scene_.clip().topology(), positions, options_.query_count);
+    batch_ = pseudo_random_batch(scene_.animation().topology(), positions, options_.query_count);
     Backend& reference = queries_use_brute() ? *backends_.brute : *backends_.cpu.given;
     expected_answers_ = answers_of(reference, batch_);
 }
@@ -181,7 +181,7 @@ void CrossChecker::check_simd(const std::string& simd, std::span<const vec3> pos
                               const Bvh& rebuilt) {
     const auto backend = cpu::make_cpu_backend({.threads = options_.backend.threads, .simd = simd});
     backend->watch_images(command_watch());
-    backend->set_scene(scene_.clip().topology(), positions, backends_.cpu.tree);
+    backend->set_scene(scene_.animation().topology(), positions, backends_.cpu.tree);
     compare(*backend, simd, "cpu");
     backend->set_frame(positions, rebuilt);
     compare(*backend, simd, "");
@@ -193,7 +193,7 @@ void CrossChecker::check(double frame, Progress& progress) {
     const std::span<const vec3> positions = scene_.positions(frame);
     progress.begin(fmt::format("frame {}, tree", frame));
     refit(backends_.cpu, positions);
-    const Bvh rebuilt = build_bvh(scene_.clip().topology(), positions,
+    const Bvh rebuilt = build_bvh(scene_.animation().topology(), positions,
                                   build_config(options_.split, options_.backend));
     trace_reference(positions, rebuilt);
     query_reference(positions);

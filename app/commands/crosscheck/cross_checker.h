@@ -48,8 +48,8 @@ CheckedBackends make_checked_backends(const BackendOptions& options, const Messa
 class CrossChecker {
 public:
     /// Builds at the first of the report's frames, and compares only the CPU without a device, only
-    /// Vulkan if options choose it. The backends take this scene. Throws what clip, builder and
-    /// backends throw.
+    /// Vulkan if options choose it. The backends take this scene. Throws what animation, builder
+    /// and backends throw.
     CrossChecker(const CrosscheckOptions& options, SceneFrames& scene, CheckedBackends& backends,
                  Json& report);
 

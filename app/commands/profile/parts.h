@@ -8,14 +8,14 @@
 #include "app/report/json_parts.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 
 namespace mray::app {
 
 /// A report without measurements.
-Json profile_head(const ProfileOptions& options, const Clip& clip);
+Json profile_head(const ProfileOptions& options, const Animation& animation);
 
-/// morphray profile --policies: compares update policies over a clip.
+/// morphray profile --policies: compares update policies over an animation.
 ExitCode profile_policies(const ProfileOptions& options, const Messages& messages);
 
 /// Reads a report of `profile --json`. Throws Error(kBadInput) unless it is of the scene, size,

@@ -8,8 +8,8 @@
 #include <numeric>
 #include <set>
 
+#include "app/animation/frames.h"
 #include "app/backends/backends.h"
-#include "app/clip/frames.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
@@ -93,12 +93,12 @@ void compare(std::span<PolicyRun> runs) {
     }
 }
 
-/// Plays the clip under one policy. Calls `on_frame` before each frame.
+/// Plays the animation under one policy. Calls `on_frame` before each frame.
 std::vector<Played> play(const ProfileOptions& options, const PolicySpec& policy,
                          SceneFrames& scene, const std::vector<double>& frames, Backend& backend,
                          const std::function<void()>& on_frame) {
     const double build_at = options.tree.build_at.value_or(frames.front());
-    TreeUpdater updater(scene.clip().topology(), scene.positions(build_at), backend, nullptr,
+    TreeUpdater updater(scene.animation().topology(), scene.positions(build_at), backend, nullptr,
                         policy, build_config(options.tree.split, options.backend),
                         {.record_cost_ratio = true});
     // The first trace of a scene is slower than all others.
@@ -252,9 +252,9 @@ void require_plotter(const std::string& file) {
 ExitCode profile_policies(const ProfileOptions& options, const Messages& messages) {
     check_reports({options.json, options.csv, options.plot});
     if (!options.plot.empty()) require_plotter(options.plot);
-    SceneFrames scene(open_clip(options.source, messages));
-    const std::vector<double> frames =
-        select_frames(options.frames, options.tree.build_at, scene.clip(), DefaultFrames::kAll);
+    SceneFrames scene(open_animation(options.source, messages));
+    const std::vector<double> frames = select_frames(options.frames, options.tree.build_at,
+                                                     scene.animation(), DefaultFrames::kAll);
     std::vector<PolicyRun> runs;
     const std::vector<BackendChoice> choices = profiled_backends(options.backend, messages);
     {
@@ -275,7 +275,8 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
             const std::size_t first = runs.size();
             for (const PolicySpec& policy : options.policies)
                 runs.push_back({.policy = text_of(policy), .backend = name});
-            // Clip by clip, so that a background build slows down its own policy's frames alone.
+            // Animation by animation, so that a background build slows down its own policy's frames
+            // alone.
             for (std::size_t i = 0; i < rounds * options.policies.size(); ++i) {
                 const std::size_t p = i % options.policies.size();
                 runs[first + p].rounds.push_back(
@@ -284,7 +285,7 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
             compare(std::span(runs).subspan(first));
         }
     }
-    Json report = profile_head(options, scene.clip());
+    Json report = profile_head(options, scene.animation());
     report["policies"] = Json::array();
     for (const PolicyRun& run : runs) report["policies"].push_back(json_of(run));
     if (!options.json.empty()) write_report(options.json, json_text(report));

@@ -4,8 +4,8 @@
 
 #include <set>
 
+#include "app/animation/frames.h"
 #include "app/base/choices.h"
-#include "app/clip/frames.h"
 #include "app/files/image_files.h"
 #include "app/terminal/messages.h"
 #include "common/base/errors.h"
@@ -132,7 +132,7 @@ std::filesystem::path output_folder_of(const RenderOptions& options) {
 }
 
 std::vector<FrameTask> frame_tasks(const RenderOptions& options, const std::vector<double>& frames,
-                                   const Clip& clip) {
+                                   const Animation& animation) {
     if (renders_one_image(options) && frames.size() > 1) {
         throw Error(
             ErrorKind::kBadArgument,
@@ -140,7 +140,7 @@ std::vector<FrameTask> frame_tasks(const RenderOptions& options, const std::vect
                         "or give a folder",
                         options.out, frames.size()));
     }
-    const FrameDigits digits = digits_of(frames, clip);
+    const FrameDigits digits = digits_of(frames, animation);
     std::set<std::string> names;
     std::vector<FrameTask> tasks;
     for (const double frame : frames) {
@@ -185,23 +185,23 @@ std::vector<PngText> image_texts(const ImageOptions& options, double frame,
             {"Image hash", hash_text(image.image_hash)}};
 }
 
-std::uint64_t clip_hash(const Clip& clip, bool with_textures, bool lenient) {
+std::uint64_t animation_hash(const Animation& animation, bool with_textures, bool lenient) {
     Hasher hasher;
-    const Topology& topology = clip.topology();
+    const Topology& topology = animation.topology();
     add_number(hasher, topology.vertex_count);
     add_array(hasher, std::span<const uvec3>(topology.triangles));
     add_array(hasher, std::span<const Albedo>(topology.albedo));
-    add_array(hasher, clip.smooth_corners());
-    const WorldBounds bounds = clip.bounds();
+    add_array(hasher, animation.smooth_corners());
+    const WorldBounds bounds = animation.bounds();
     hasher.add(std::span<const double>(bounds.lower)).add(std::span<const double>(bounds.upper));
-    if (with_textures && clip.textures() != nullptr)
-        add_textures(hasher, *clip.textures(), lenient);
+    if (with_textures && animation.textures() != nullptr)
+        add_textures(hasher, *animation.textures(), lenient);
     return hasher.digest();
 }
 
-std::uint64_t frame_hash(std::uint64_t clip_hash, std::span<const vec3> positions) {
+std::uint64_t frame_hash(std::uint64_t animation_hash, std::span<const vec3> positions) {
     Hasher hasher;
-    add_number(hasher, clip_hash);
+    add_number(hasher, animation_hash);
     return hasher.add(positions).digest();
 }
 

@@ -10,7 +10,7 @@
 #include "app/base/options.h"
 #include "common/image/png.h"
 #include "morphray/image.hpp"
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 
 namespace mray::app {
 
@@ -40,20 +40,20 @@ std::filesystem::path output_folder_of(const RenderOptions& options);
 
 /// The images of these frames. Throws Error(kBadArgument) if two frames would have one file.
 std::vector<FrameTask> frame_tasks(const RenderOptions& options, const std::vector<double>& frames,
-                                   const Clip& clip);
+                                   const Animation& animation);
 
 /// The OpenEXR file of a task. Empty: none.
 std::filesystem::path exr_file_of(const RenderOptions& options, const std::filesystem::path& folder,
                                   const FrameTask& task);
 
-/// XXH3 (64 bits) of what all frames of a clip share: triangles, albedo, which corners look smooth
-/// together, bounds, and with `with_textures` texture coordinates and the bytes of texture files.
-/// Names of files do not matter. Throws Error(kBadInput) for a texture that cannot be read; one
-/// that is missing with `lenient` counts as empty.
-std::uint64_t clip_hash(const Clip& clip, bool with_textures, bool lenient);
+/// XXH3 (64 bits) of what all frames of an animation share: triangles, albedo, which corners look
+/// smooth together, bounds, and with `with_textures` texture coordinates and the bytes of texture
+/// files. Names of files do not matter. Throws Error(kBadInput) for a texture that cannot be read;
+/// one that is missing with `lenient` counts as empty.
+std::uint64_t animation_hash(const Animation& animation, bool with_textures, bool lenient);
 
-/// The same for one frame: of a clip_hash() and the positions of all vertices.
-std::uint64_t frame_hash(std::uint64_t clip_hash, std::span<const vec3> positions);
+/// The same for one frame: of a animation_hash() and the positions of all vertices.
+std::uint64_t frame_hash(std::uint64_t animation_hash, std::span<const vec3> positions);
 
 /// Returns the texts of a PNG file: nothing that differs between backends. `scene_hash` is that of
 /// frame_hash().

@@ -14,7 +14,7 @@
 #include "common/report/shell.h"
 #include "gpu/vulkan_backend.h"
 #include "lab/accuracy/charts/charts.h"
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 
 namespace mray::accuracy {
 namespace {
@@ -76,15 +76,17 @@ std::string command_text(const Options& options) {
 
 /// The middle frame of a scene.
 ChartInput read_input(const std::string& scene, bool lenient) {
-    ClipOptions options;
+    AnimationOptions options;
     options.lenient = lenient;
     options.warn = [](const Warning& warning) {
         fmt::print(stderr, "{}{}\n", warning.place.empty() ? "morphray: " : "", warning.line());
     };
-    const std::unique_ptr<Clip> clip = open_scene(scene, options);
-    std::vector<vec3> positions(clip->topology().vertex_count);
-    clip->positions(std::floor((clip->first_frame() + clip->last_frame()) / 2), positions);
-    return {fs::path(clip->name()).filename().string(), clip->topology(), std::move(positions)};
+    const std::unique_ptr<Animation> animation = open_scene(scene, options);
+    std::vector<vec3> positions(animation->topology().vertex_count);
+    animation->positions(std::floor((animation->first_frame() + animation->last_frame()) / 2),
+                         positions);
+    return {fs::path(animation->name()).filename().string(), animation->topology(),
+            std::move(positions)};
 }
 
 std::unique_ptr<Backend> open_vulkan() {

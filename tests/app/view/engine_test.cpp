@@ -7,10 +7,10 @@
 #include <semaphore>
 #include <thread>
 
+#include "app/animation/animation_scene.h"
 #include "app/cli/command_line.h"
-#include "app/clip/clip_scene.h"
 #include "common/base/errors.h"
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 
 namespace mray::app {
 namespace {
@@ -23,8 +23,8 @@ protected:
                    std::vector<std::string>{"view", scene, "--backend", "cpu", "--size", "64x48"})
                    .options)),
           options_(given_.image),
-          clip_(open_scene(scene, {})),
-          state_(initial_state(given_, *clip_, 2)) {}
+          animation_(open_scene(scene, {})),
+          state_(initial_state(given_, *animation_, 2)) {}
 
     std::function<void()> signal() {
         return [this] { results_.release(); };
@@ -46,14 +46,14 @@ protected:
 
     ViewOptions given_;
     ImageOptions options_;
-    std::unique_ptr<Clip> clip_;
+    std::unique_ptr<Animation> animation_;
     ViewState state_;
     Messages messages_;
     std::counting_semaphore<> results_{0};
 };
 
 TEST_F(EngineTest, ImagesAreThoseOfTheLibrary) {
-    Engine engine(options_, *clip_, messages_, signal());
+    Engine engine(options_, *animation_, messages_, signal());
     for (const double frame : {2.0, 7.5, 3.25}) {
         state_.playback.seek(frame);
         const ImageRequest request = request_of(state_, last_step(state_));
@@ -61,7 +61,7 @@ TEST_F(EngineTest, ImagesAreThoseOfTheLibrary) {
         const std::unique_ptr<TracedImage> image = wait_for(engine, request);
         ASSERT_EQ(image->panes.size(), 1u) << image->error;
         ImageOptions options = options_;
-        ClipScene scene(options, *clip_, frame, messages_);
+        AnimationScene scene(options, *animation_, frame, messages_);
         ShadingOptions shading;
         shading.shading = request.shading;
         shading.samples = request.samples;
@@ -73,7 +73,7 @@ TEST_F(EngineTest, ImagesAreThoseOfTheLibrary) {
 }
 
 TEST_F(EngineTest, TheNewestRequestIsAnswered) {
-    Engine engine(options_, *clip_, messages_, signal());
+    Engine engine(options_, *animation_, messages_, signal());
     for (int i = 0; i < 200; ++i) {
         state_.playback.seek(i / 16.0);
         engine.post(request_of(state_, i % 3));
@@ -84,7 +84,7 @@ TEST_F(EngineTest, TheNewestRequestIsAnswered) {
 }
 
 TEST_F(EngineTest, APixelIsProbedAfterTheImageInProgress) {
-    Engine engine(options_, *clip_, messages_, signal());
+    Engine engine(options_, *animation_, messages_, signal());
     const ImageRequest request = request_of(state_, 0);
     engine.probe({request, {32, 24}});
     engine.post(request);
@@ -96,7 +96,7 @@ TEST_F(EngineTest, APixelIsProbedAfterTheImageInProgress) {
 }
 
 TEST_F(EngineTest, AProbeInterruptsARefinementThatGoesOnAfterwards) {
-    Engine engine(options_, *clip_, messages_, signal());
+    Engine engine(options_, *animation_, messages_, signal());
     state_.view.width = 600;
     state_.view.height = 400;
     const ImageRequest request = request_of(state_, last_step(state_));
@@ -111,7 +111,7 @@ TEST_F(EngineTest, EndsWhileItTraces) {
     state_.view.height = 300;
     state_.samples = 16;
     for (int i = 0; i < 8; ++i) {
-        Engine engine(options_, *clip_, messages_, signal());
+        Engine engine(options_, *animation_, messages_, signal());
         const ImageRequest first = request_of(state_, 0);
         engine.post(first);
         wait_for(engine, first);
@@ -123,7 +123,7 @@ TEST_F(EngineTest, EndsWhileItTraces) {
 }
 
 TEST_F(EngineTest, AnErrorOfALaterRequestIsShownAndMended) {
-    Engine engine(options_, *clip_, messages_, signal());
+    Engine engine(options_, *animation_, messages_, signal());
     const ImageRequest good = request_of(state_, 0);
     engine.post(good);
     EXPECT_EQ(wait_for(engine, good)->error, "");
@@ -138,7 +138,7 @@ TEST_F(EngineTest, AnErrorOfALaterRequestIsShownAndMended) {
 }
 
 TEST_F(EngineTest, AnErrorOfTheFirstRequestIsThrown) {
-    Engine engine(options_, *clip_, messages_, signal());
+    Engine engine(options_, *animation_, messages_, signal());
     ImageRequest bad = request_of(state_, 0);
     bad.view.target = bad.view.eye;
     engine.post(bad);
@@ -146,7 +146,7 @@ TEST_F(EngineTest, AnErrorOfTheFirstRequestIsThrown) {
 }
 
 TEST_F(EngineTest, BoxesAreThoseOfTheTree) {
-    Engine engine(options_, *clip_, messages_, signal());
+    Engine engine(options_, *animation_, messages_, signal());
     state_.box_depth = 0;
     ImageRequest request = request_of(state_, 0);
     engine.post(request);

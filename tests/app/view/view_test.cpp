@@ -8,7 +8,7 @@
 #include "app/view/window.h"
 #include "common/base/errors.h"
 #include "common/image/depth.h"
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 
 namespace mray::app {
 namespace {
@@ -71,7 +71,7 @@ TEST(Playback, BeginsAgainAtTheEnd) {
     EXPECT_EQ(playback.frame(), 3);
 }
 
-TEST(Playback, AClipOfOneFrameStays) {
+TEST(Playback, AAnimationOfOneFrameStays) {
     Playback playback(5, 5, 5);
     playback.playing = true;
     playback.advance(1e6);
@@ -95,8 +95,8 @@ ViewOptions view_options(std::vector<std::string> more) {
 }
 
 ViewState state_of(const ViewOptions& options) {
-    const std::unique_ptr<Clip> clip = open_scene(options.image.source.scene, {});
-    return initial_state(options, *clip, 3);
+    const std::unique_ptr<Animation> animation = open_scene(options.image.source.scene, {});
+    return initial_state(options, *animation, 3);
 }
 
 TEST(ViewState, RefinesFromOneSampleWithoutAmbientOcclusion) {

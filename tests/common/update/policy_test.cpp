@@ -232,7 +232,7 @@ TEST(AutoPolicy, RestructuringIsCutToTheBudget) {
 }
 
 // Whatever a scene does, as long as the model is right about what a tree loses.
-TEST(AutoPolicy, IsWithinATwentiethOfTheBetterOfRefitAndRebuildInShortClips) {
+TEST(AutoPolicy, IsWithinATwentiethOfTheBetterOfRefitAndRebuildInShortAnimations) {
     for (const double visits : {3.0, 30.0, 100.0, 300.0, 5000.0}) {
         for (const double build : {0.3, 3.0, 30.0}) {
             for (const double cure : {0.0, 1.0}) {

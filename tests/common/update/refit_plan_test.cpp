@@ -130,20 +130,20 @@ TEST(PoseMemory, BlocksOutsideOfChangedRangesHaveNotMoved) {
 }
 
 TEST(CpuBackend, UnchangedPoseRefitsNoLeafAndChangedOnesOnlyWhatMoved) {
-    const std::unique_ptr<Clip> clip = make_procedural("herd", 20000);
+    const std::unique_ptr<Animation> animation = make_procedural("herd", 20000);
     const SceneSpace space(WorldBounds{{-12, -12, -12}, {12, 12, 12}});
     const auto pose_at = [&](double frame) {
-        std::vector<vec3> world(clip->topology().vertex_count);
+        std::vector<vec3> world(animation->topology().vertex_count);
         std::vector<vec3> scene(world.size());
-        clip->positions(frame, world);
+        animation->positions(frame, world);
         space.to_scene(world, scene);
         return scene;
     };
-    const Bvh built = build_bvh(clip->topology(), pose_at(0));
+    const Bvh built = build_bvh(animation->topology(), pose_at(0));
     const auto partly = cpu::make_cpu_backend();
     const auto fully = cpu::make_cpu_backend();
     for (Backend* backend : {partly.get(), fully.get()}) {
-        backend->set_scene(clip->topology(), pose_at(0), built);
+        backend->set_scene(animation->topology(), pose_at(0), built);
     }
     EXPECT_EQ(partly->refit(pose_at(0)), 0u);
     EXPECT_EQ(hash_of(*partly, built), bvh_hash(built));

@@ -111,7 +111,7 @@ void choose_frames(Dice& dice, FuzzCase& fuzz_case) {
     if (dice.one_in(2)) fuzz_case.build_at = static_cast<std::size_t>(dice.from(0, last));
 }
 
-void make_shape_clip(Dice& dice, FuzzCase& fuzz_case) {
+void make_shape_animation(Dice& dice, FuzzCase& fuzz_case) {
     const Shape shape = make_shape(dice);
     fuzz_case.triangles = shape.triangles;
     const Placing placing = make_placing(dice);
@@ -125,26 +125,26 @@ void make_shape_clip(Dice& dice, FuzzCase& fuzz_case) {
 }
 
 /// A few whole frames of a built-in scene of the least size.
-void make_procedural_clip(Dice& dice, FuzzCase& fuzz_case) {
+void make_procedural_animation(Dice& dice, FuzzCase& fuzz_case) {
     const auto scenes = procedural_scenes();
     const ProceduralScene& scene = scenes[dice.below(static_cast<std::uint32_t>(scenes.size()))];
-    const std::unique_ptr<Clip> clip =
+    const std::unique_ptr<Animation> animation =
         make_procedural(scene.name, static_cast<std::uint64_t>(dice.from(1, 400)));
-    fuzz_case.triangles = clip->topology().triangles;
+    fuzz_case.triangles = animation->topology().triangles;
     for (int n = dice.from(1, 3); n > 0; --n) {
-        std::vector<vec3> pose(clip->topology().vertex_count);
-        clip->positions(dice.from(0, static_cast<int>(clip->last_frame())), pose);
+        std::vector<vec3> pose(animation->topology().vertex_count);
+        animation->positions(dice.from(0, static_cast<int>(animation->last_frame())), pose);
         fuzz_case.poses.push_back(std::move(pose));
     }
 }
 
 }  // namespace
 
-void make_clip(Dice& dice, FuzzCase& fuzz_case) {
+void make_animation(Dice& dice, FuzzCase& fuzz_case) {
     if (dice.one_in(25)) {
-        make_procedural_clip(dice, fuzz_case);
+        make_procedural_animation(dice, fuzz_case);
     } else {
-        make_shape_clip(dice, fuzz_case);
+        make_shape_animation(dice, fuzz_case);
     }
     choose_frames(dice, fuzz_case);
 }
@@ -154,7 +154,7 @@ FuzzCase make_case(std::uint64_t seed) {
     constexpr double kTests = 4e5;
     Dice dice(seed);
     FuzzCase fuzz_case;
-    make_clip(dice, fuzz_case);
+    make_animation(dice, fuzz_case);
     const std::vector<vec3> positions = world_positions(fuzz_case, fuzz_case.frame);
     const Surroundings around(positions, fuzz_case.triangles);
     fuzz_case.view = make_view(dice, around, kTests);
@@ -165,7 +165,7 @@ FuzzCase make_case(std::uint64_t seed) {
 FuzzCase make_questions(std::uint64_t seed) {
     Dice dice(seed);
     FuzzCase fuzz_case;
-    make_clip(dice, fuzz_case);
+    make_animation(dice, fuzz_case);
     const std::vector<vec3> positions = world_positions(fuzz_case, fuzz_case.frame);
     const Surroundings around(positions, fuzz_case.triangles);
     fuzz_case.view.width = fuzz_case.view.height = 0;

@@ -24,7 +24,7 @@ Shape make_shape(Dice& dice);
 
 /// Writes triangles, poses, the frame and the pose that the tree is built at: a shape that moves in
 /// some way, at some scale and offset, or a small built-in scene.
-void make_clip(Dice& dice, FuzzCase& fuzz_case);
+void make_animation(Dice& dice, FuzzCase& fuzz_case);
 
 /// The triangles, vertices and extent of a pose in world space, from which points are chosen.
 struct Surroundings {

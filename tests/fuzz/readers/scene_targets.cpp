@@ -1,4 +1,4 @@
-// Readers of scenes: each must end with a clip that keeps its promises.
+// Readers of scenes: each must end with an animation that keeps its promises.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 #include "tests/fuzz/readers/targets.h"
 #include "tests/support/temporary_folder.h"
 
@@ -21,7 +21,7 @@ namespace {
 
 // A file of a few bytes may have many instances.
 constexpr std::uint64_t kMostTriangles = 1 << 16;
-// Places in time at which a clip is looked at.
+// Places in time at which an animation is looked at.
 constexpr int kSteps = 16;
 
 constexpr std::string_view kLibraryMark = "\n====\n";
@@ -67,41 +67,42 @@ private:
     int fd_ = -1;
 };
 
-/// Reads frames of a clip, which may be refused.
-void read_frames(const Clip& clip) {
-    std::vector<vec3> positions(clip.topology().vertex_count);
-    const double first = clip.first_frame();
-    const double span = clip.last_frame() - first;
+/// Reads frames of an animation, which may be refused.
+void read_frames(const Animation& animation) {
+    std::vector<vec3> positions(animation.topology().vertex_count);
+    const double first = animation.first_frame();
+    const double span = animation.last_frame() - first;
     for (int step = 0; step <= (span > 0 ? kSteps : 0); ++step) {
         try {
-            clip.positions(first + span * step / kSteps, positions);
+            animation.positions(first + span * step / kSteps, positions);
         } catch (const Error& error) {
             if (error.kind() != ErrorKind::kBadInput) throw;
         }
     }
 }
 
-/// Returns what is wrong with a clip; empty if nothing is.
-std::string broken_promise(const Clip& clip) {
-    const Topology& topology = clip.topology();
+/// Returns what is wrong with an animation; empty if nothing is.
+std::string broken_promise(const Animation& animation) {
+    const Topology& topology = animation.topology();
     if (topology.albedo.size() != topology.triangles.size()) return "albedo of another size";
     // Without normals there are none in glTF.
-    if (!clip.smooth_corners().empty() && clip.smooth_corners().size() != topology.triangles.size())
+    if (!animation.smooth_corners().empty() &&
+        animation.smooth_corners().size() != topology.triangles.size())
         return "smooth corners of another size";
     for (const uvec3& t : topology.triangles)
         if (std::max({t.x, t.y, t.z}) >= topology.vertex_count) return "index out of range";
-    for (const uvec3& t : clip.smooth_corners())
+    for (const uvec3& t : animation.smooth_corners())
         if (std::max({t.x, t.y, t.z}) >=
             std::max<std::size_t>(3 * topology.triangles.size(), topology.vertex_count))
             return "number of a smooth corner out of range";
-    if (!(clip.first_frame() <= clip.last_frame())) return "frames out of order";
-    read_frames(clip);
+    if (!(animation.first_frame() <= animation.last_frame())) return "frames out of order";
+    read_frames(animation);
     return {};
 }
 
 /// Opens a scene whose messages name `file`.
 std::string scene_failure(const std::string& scene, const std::string& file,
-                          ClipOptions options = {}) {
+                          AnimationOptions options = {}) {
     bool is_too_large = false;
     options.check_size = [&](std::uint64_t triangles, std::uint64_t vertices) {
         is_too_large = triangles + vertices > kMostTriangles;

@@ -18,10 +18,10 @@ namespace {
 constexpr accuracy::Effort kLittle{.side = 64, .aimed_rays = 600, .rounds = 1, .failure_rays = 300};
 
 accuracy::ChartInput cloth() {
-    const auto clip = make_procedural("cloth", 500);
-    std::vector<vec3> positions(clip->topology().vertex_count);
-    clip->positions(12, positions);
-    return {"cloth", clip->topology(), std::move(positions)};
+    const auto animation = make_procedural("cloth", 500);
+    std::vector<vec3> positions(animation->topology().vertex_count);
+    animation->positions(12, positions);
+    return {"cloth", animation->topology(), std::move(positions)};
 }
 
 std::size_t rows_of(const Table& table) {

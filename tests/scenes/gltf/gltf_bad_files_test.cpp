@@ -243,7 +243,7 @@ Json full_json() { return Json::parse(full_file().gltf()); }
 
 TEST(BadGltf, TheFileBeforeAnyChangeIsGood) {
     const OpenedGltf scene(full_file().gltf());
-    EXPECT_EQ(scene.clip().last_frame(), 24);
+    EXPECT_EQ(scene.animation().last_frame(), 24);
     EXPECT_TRUE(scene.warnings().empty());
 }
 
@@ -259,7 +259,8 @@ TEST(BadGltf, IsRefusedWithPlaceAndReason) {
 
 /// The error after `bytes` have been written over an accessor's first ones.
 template <class T>
-std::string error_with(int accessor, std::size_t index, T value, const ClipOptions& options = {}) {
+std::string error_with(int accessor, std::size_t index, T value,
+                       const AnimationOptions& options = {}) {
     GltfBuilder builder = full_file();
     const Json& view =
         builder.json["bufferViews"]

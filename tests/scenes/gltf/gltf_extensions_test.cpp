@@ -78,7 +78,7 @@ TEST(GltfExtensions, InstancesOfAMeshAreShownBelowItsNode) {
                           builder.add_accessor<float>({10, 0, 0, 20, 0, 0}, "VEC3"));
     const OpenedGltf scene(builder.gltf(), {.fps = 1});
     EXPECT_TRUE(scene.warnings().empty());
-    ASSERT_EQ(scene.clip().topology().triangles.size(), 3u);
+    ASSERT_EQ(scene.animation().topology().triangles.size(), 3u);
     const std::vector<vec3> first = scene.at(0);
     ASSERT_EQ(first.size(), 9u);
     expect_point(first[1], 11, 0, 0);
@@ -86,8 +86,8 @@ TEST(GltfExtensions, InstancesOfAMeshAreShownBelowItsNode) {
     expect_point(first[4], 13, 2, 0);
     expect_point(first[6], 10, 0, 5);
     // The third one is mirrored.
-    EXPECT_EQ(scene.clip().topology().triangles[0], uvec3(0, 1, 2));
-    EXPECT_EQ(scene.clip().topology().triangles[2], uvec3(6, 8, 7));
+    EXPECT_EQ(scene.animation().topology().triangles[0], uvec3(0, 1, 2));
+    EXPECT_EQ(scene.animation().topology().triangles[2], uvec3(6, 8, 7));
     expect_point(scene.at(1)[4], 23, 2, 0);
 
     builder.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["SCALE"] =
@@ -118,7 +118,7 @@ Texcoords shown_with(const Json& texture_info) {
     builder.json["images"] = {{{"uri", "data:image/png;base64,AQIDBAU="}}};
     const OpenedGltf scene(builder.gltf());
     EXPECT_TRUE(scene.warnings().empty());
-    return scene.clip().textures()->texcoords.at(0);
+    return scene.animation().textures()->texcoords.at(0);
 }
 
 Json transformed(const Json& transform) {

@@ -32,20 +32,20 @@ TEST(GltfMesh, IsReadFromTextAndFromBinary) {
          {std::pair(builder.gltf(), "a.gltf"), std::pair(builder.glb(), "a.glb"),
           std::pair(builder.glb(), "a.GLB")}) {
         const OpenedGltf scene(bytes, {}, name);
-        EXPECT_EQ(scene.clip().topology().triangles, (Triangles{{0, 1, 2}}));
+        EXPECT_EQ(scene.animation().topology().triangles, (Triangles{{0, 1, 2}}));
         EXPECT_EQ(scene.at(0), (std::vector<vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
-        EXPECT_EQ(scene.clip().last_frame(), 0);
-        EXPECT_FALSE(scene.clip().fps());
+        EXPECT_EQ(scene.animation().last_frame(), 0);
+        EXPECT_FALSE(scene.animation().fps());
         EXPECT_TRUE(scene.warnings().empty());
     }
 }
 
 TEST(GltfMesh, StripsAndFansAreTrianglesInTheOrderOfTheSpecification) {
-    EXPECT_EQ(OpenedGltf(five_points(5).gltf()).clip().topology().triangles,
+    EXPECT_EQ(OpenedGltf(five_points(5).gltf()).animation().topology().triangles,
               (Triangles{{0, 1, 2}, {1, 3, 2}, {2, 3, 4}}));
-    EXPECT_EQ(OpenedGltf(five_points(6).gltf()).clip().topology().triangles,
+    EXPECT_EQ(OpenedGltf(five_points(6).gltf()).animation().topology().triangles,
               (Triangles{{1, 2, 0}, {2, 3, 0}, {3, 4, 0}}));
-    EXPECT_EQ(OpenedGltf(five_points(5, {4, 3, 2, 0}).gltf()).clip().topology().triangles,
+    EXPECT_EQ(OpenedGltf(five_points(5, {4, 3, 2, 0}).gltf()).animation().topology().triangles,
               (Triangles{{4, 3, 2}, {3, 0, 2}}));
 }
 
@@ -55,7 +55,7 @@ TEST(GltfMesh, PointsAndLinesAreLeftOutWithAWarning) {
     line["mode"] = 1;
     builder.json["meshes"][0]["primitives"].push_back(line);
     const OpenedGltf scene(builder.gltf());
-    EXPECT_EQ(scene.clip().topology().triangles.size(), 1u);
+    EXPECT_EQ(scene.animation().topology().triangles.size(), 1u);
     ASSERT_EQ(scene.warnings().size(), 1u);
     EXPECT_NE(scene.warnings()[0].find("meshes[0].primitives[1]: points or lines"),
               std::string::npos)
@@ -101,7 +101,7 @@ TEST(GltfNodes, MirroredMeshesKeepTheirOutside) {
     builder.add("nodes",
                 {{"mesh", mesh}, {"matrix", {0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}});
     const OpenedGltf scene(builder.gltf());
-    const std::vector<uvec3>& triangles = scene.clip().topology().triangles;
+    const std::vector<uvec3>& triangles = scene.animation().topology().triangles;
     ASSERT_EQ(triangles.size(), 4u);
     EXPECT_EQ(triangles[0], uvec3(0, 2, 1));
     EXPECT_EQ(triangles[1], uvec3(3, 4, 5));
@@ -123,7 +123,7 @@ TEST(GltfNodes, InstancesAreBakedDepthFirst) {
     EXPECT_EQ(p[3], vec3(2, 0, 0));
     EXPECT_EQ(p[6], vec3(2, 3, 0));
     EXPECT_EQ(p[9], vec3(1, 0, 0));
-    EXPECT_EQ(scene.clip().topology().triangles[3], uvec3(9, 10, 11));
+    EXPECT_EQ(scene.animation().topology().triangles[3], uvec3(9, 10, 11));
 }
 
 TEST(GltfNodes, TheDefaultSceneIsShown) {
@@ -189,7 +189,7 @@ TEST(GltfNodes, AChainOfFiftyThousandIsNoRecursion) {
     for (int i = 0; i < kLength; ++i) listed.push_back(kLength - 1 - i);
     builder.json["scenes"] = {{{"nodes", listed}}};
     const OpenedGltf scene(builder.gltf());
-    EXPECT_EQ(scene.clip().topology().vertex_count, 3u);
+    EXPECT_EQ(scene.animation().topology().vertex_count, 3u);
     EXPECT_EQ(scene.at(0)[0], vec3(kLength - 1, 0, 0));
 }
 
@@ -244,10 +244,10 @@ TEST(GltfAccessors, QuantizedPositions) {
 
 TEST(GltfMaterials, BaseColourIsTheAlbedo) {
     GltfBuilder builder = triangle_file();
-    EXPECT_EQ(OpenedGltf(builder.gltf()).clip().topology().albedo[0], 0xFFFFFFu);
+    EXPECT_EQ(OpenedGltf(builder.gltf()).animation().topology().albedo[0], 0xFFFFFFu);
     builder.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorFactor", {1, 0.5, 0, 1}}}}}};
     builder.json["meshes"][0]["primitives"][0]["material"] = 0;
-    EXPECT_EQ(OpenedGltf(builder.gltf()).clip().topology().albedo[0], 0x0080FFu);
+    EXPECT_EQ(OpenedGltf(builder.gltf()).animation().topology().albedo[0], 0x0080FFu);
 }
 
 /// The triangle with texture coordinates and a clamped texture of images[0], which is not there.
@@ -271,7 +271,7 @@ TEST(GltfMaterials, TexturesAreFilesOrPartsOfTheBuffer) {
     builder.json["images"] = {{{"bufferView", view}, {"mimeType", "image/png"}}};
     const std::string glb = builder.glb();
     const OpenedGltf scene(glb, {}, "scene.glb");
-    const SceneTextures* textures = scene.clip().textures();
+    const SceneTextures* textures = scene.animation().textures();
     ASSERT_NE(textures, nullptr);
     ASSERT_EQ(textures->files.size(), 1u);
     EXPECT_TRUE(textures->files[0].clamp);
@@ -285,7 +285,7 @@ TEST(GltfMaterials, TexturesAreFilesOrPartsOfTheBuffer) {
 
     builder.json["images"] = {{{"uri", "../colours.png"}}};
     const OpenedGltf outside(builder.glb(), {}, "scene.glb");
-    EXPECT_EQ(outside.clip().textures(), nullptr);
+    EXPECT_EQ(outside.animation().textures(), nullptr);
     ASSERT_EQ(outside.warnings().size(), 1u);
     EXPECT_NE(outside.warnings()[0].find("outside of the scene's folder"), std::string::npos);
 }
@@ -299,8 +299,8 @@ TEST(GltfMaterials, TexturesInDataUris) {
         {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 1}}}}}});
     const OpenedGltf scene(builder.gltf());
     EXPECT_TRUE(scene.warnings().empty());
-    ASSERT_NE(scene.clip().textures(), nullptr);
-    const std::vector<TextureFile>& files = scene.clip().textures()->files;
+    ASSERT_NE(scene.animation().textures(), nullptr);
+    const std::vector<TextureFile>& files = scene.animation().textures()->files;
     ASSERT_EQ(files.size(), 2u);
     ASSERT_NE(files[0].content, nullptr);
     EXPECT_EQ(*files[0].content, std::string("\1\2\3\4\5"));
@@ -321,7 +321,7 @@ TEST(GltfMaterials, TexturesInDataUrisThatCannotBeReadAreLeftOut) {
           {"data:image/png;base64,", "has no bytes"}}) {
         builder.json["images"] = {{{"uri", uri}}};
         const OpenedGltf scene(builder.gltf());
-        EXPECT_EQ(scene.clip().textures(), nullptr);
+        EXPECT_EQ(scene.animation().textures(), nullptr);
         ASSERT_EQ(scene.warnings().size(), 1u) << uri;
         EXPECT_NE(scene.warnings()[0].find(std::string("scene.gltf: warning: images[0].uri: ") +
                                            warning + "; its triangles have their colour alone"),
@@ -337,7 +337,7 @@ TEST(GltfMaterials, MasksAreWhereAlphaTimesTheFactorIsBelowTheCutoff) {
     const auto cutoff = [&] {
         const OpenedGltf scene(builder.gltf());
         EXPECT_TRUE(scene.warnings().empty());
-        return scene.clip().textures()->files.at(0).alpha_cutoff;
+        return scene.animation().textures()->files.at(0).alpha_cutoff;
     };
     EXPECT_EQ(cutoff(), 0);
     material["alphaCutoff"] = 0.25;
@@ -362,10 +362,10 @@ TEST(GltfMaterials, MasksAreWhereAlphaTimesTheFactorIsBelowTheCutoff) {
         Json(builder.json["meshes"][0]["primitives"][0]));
     builder.json["meshes"][0]["primitives"][1]["material"] = 1;
     const OpenedGltf both(builder.gltf());
-    ASSERT_EQ(both.clip().textures()->files.size(), 2u);
-    EXPECT_EQ(both.clip().textures()->files[0].alpha_cutoff, 0.5f);
-    EXPECT_EQ(both.clip().textures()->files[1].alpha_cutoff, 0);
-    EXPECT_EQ(both.clip().textures()->texture_ids, (std::vector<std::uint32_t>{0, 1}));
+    ASSERT_EQ(both.animation().textures()->files.size(), 2u);
+    EXPECT_EQ(both.animation().textures()->files[0].alpha_cutoff, 0.5f);
+    EXPECT_EQ(both.animation().textures()->files[1].alpha_cutoff, 0);
+    EXPECT_EQ(both.animation().textures()->texture_ids, (std::vector<std::uint32_t>{0, 1}));
 }
 
 TEST(GltfNormals, CornersThatShareThemAreSmooth) {
@@ -377,11 +377,11 @@ TEST(GltfNormals, CornersThatShareThemAreSmooth) {
                 {{"mesh", builder.add_mesh({{"POSITION", builder.add_accessor(positions, "VEC3")},
                                             {"NORMAL", builder.add_accessor(normals, "VEC3")}})}});
     const OpenedGltf scene(builder.gltf());
-    const auto smooth = scene.clip().smooth_corners();
+    const auto smooth = scene.animation().smooth_corners();
     ASSERT_EQ(smooth.size(), 2u);
     EXPECT_EQ(smooth[0], uvec3(0, 1, 2));
     EXPECT_EQ(smooth[1], uvec3(1, 4, 5));
-    EXPECT_TRUE(OpenedGltf(triangle_file().gltf()).clip().smooth_corners().empty());
+    EXPECT_TRUE(OpenedGltf(triangle_file().gltf()).animation().smooth_corners().empty());
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "scenes/gltf/gltf_clip.h"
+#include "scenes/gltf/gltf_animation.h"
 #include "tests/scenes/gltf/gltf_builder.h"
 #include "tests/scenes/gltf/motion_reference.h"
 #include "tests/scenes/gltf/opened_gltf.h"
@@ -37,8 +37,8 @@ float x_at(const OpenedGltf& scene, double seconds) { return scene.at(seconds * 
 TEST(GltfAnimation, StepHoldsAndLinearInterpolates) {
     const std::vector<float> values = {0, 0, 0, 1, 0, 0, 5, 0, 0};
     const OpenedGltf step(moved_triangle("translation", values, "VEC3", "STEP").gltf());
-    EXPECT_EQ(step.clip().last_frame(), 48);
-    EXPECT_EQ(step.clip().fps(), 24);
+    EXPECT_EQ(step.animation().last_frame(), 48);
+    EXPECT_EQ(step.animation().fps(), 24);
     EXPECT_EQ(x_at(step, 0), 0);
     EXPECT_EQ(x_at(step, 0.99), 0);
     EXPECT_EQ(x_at(step, 1), 1);
@@ -119,7 +119,7 @@ TEST(GltfAnimation, IsChosenByNameOrIndex) {
     builder.json["animations"][1]["name"] = "run";
     builder.json["animations"][2]["name"] = "1";
     const auto seconds = [&](const std::string& animation) {
-        return OpenedGltf(builder.gltf(), {.animation = animation}).clip().last_frame() / 24;
+        return OpenedGltf(builder.gltf(), {.animation = animation}).animation().last_frame() / 24;
     };
     EXPECT_EQ(seconds(""), 1);
     EXPECT_EQ(seconds("run"), 2);
@@ -131,7 +131,7 @@ TEST(GltfAnimation, IsChosenByNameOrIndex) {
         "animation 'jump': scene.gltf has no such one; choose one of 0 'walk', 1 'run', 2 '1'");
     EXPECT_EQ(gltf_error(triangle_file().gltf(), {.animation = "jump"}),
               "animation 'jump': scene.gltf has no animations");
-    EXPECT_EQ(OpenedGltf(builder.gltf(), {.fps = 30}).clip().last_frame(), 30);
+    EXPECT_EQ(OpenedGltf(builder.gltf(), {.fps = 30}).animation().last_frame(), 30);
 }
 
 /// Two morph targets, the second of them sparse, with weights that move.
@@ -313,7 +313,7 @@ TEST(GltfSkins, TheBindPoseIsTheMeshBitForBit) {
         EXPECT_EQ(p[i], vec3(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]));
 }
 
-TEST(GltfClip, BitsDoNotDependOnThreads) {
+TEST(GltfAnimation, BitsDoNotDependOnThreads) {
     const OpenedGltf scene(SkinnedRow(2).gltf());
     const std::vector<vec3> expected = scene.at(7.25);
     for (const std::size_t threads : {1u, 2u, 5u}) {
@@ -322,17 +322,17 @@ TEST(GltfClip, BitsDoNotDependOnThreads) {
     }
 }
 
-TEST(GltfClip, BoundsAreThoseOfTheFirstFrame) {
+TEST(GltfAnimation, BoundsAreThoseOfTheFirstFrame) {
     const std::vector<float> jump = {2, 0, 0, 100, 0, 0, 5, -7, 0};
     const OpenedGltf scene(moved_triangle("translation", jump, "VEC3", "STEP").gltf());
     const WorldBounds first = bounds_of(scene.at(0));
     for (int axis = 0; axis < 3; ++axis) {
-        EXPECT_EQ(scene.clip().bounds().lower[axis], first.lower[axis]);
-        EXPECT_EQ(scene.clip().bounds().upper[axis], first.upper[axis]);
+        EXPECT_EQ(scene.animation().bounds().lower[axis], first.lower[axis]);
+        EXPECT_EQ(scene.animation().bounds().upper[axis], first.upper[axis]);
     }
 }
 
-TEST(GltfClip, SpeaksOfTheFrameWhoseVerticesAreTooFar) {
+TEST(GltfAnimation, SpeaksOfTheFrameWhoseVerticesAreTooFar) {
     const std::vector<float> values = {0, 0, 0, 0, 0, 0, 2e30f, 0, 0};
     const std::string file = moved_triangle("translation", values, "VEC3", "LINEAR").gltf();
     const OpenedGltf strict(file);

@@ -1,4 +1,4 @@
-// glTF files of tests, opened as clips.
+// glTF files of tests, opened as animations.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -7,39 +7,39 @@
 #include <string>
 #include <vector>
 
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
 namespace mray::test {
 
-/// A clip, its warnings and the folder with its file.
+/// An animation, its warnings and the folder with its file.
 class OpenedGltf {
 public:
-    explicit OpenedGltf(const std::string& bytes, ClipOptions options = {},
+    explicit OpenedGltf(const std::string& bytes, AnimationOptions options = {},
                         const char* name = "scene.gltf") {
         const std::string path = folder_.write(name, bytes);
         options.warn = [this](const Warning& warning) { warnings_.push_back(warning.line()); };
-        clip_ = open_scene(path, options);
+        animation_ = open_scene(path, options);
     }
 
-    const Clip& clip() const { return *clip_; }
+    const Animation& animation() const { return *animation_; }
     const std::vector<std::string>& warnings() const { return warnings_; }
 
     std::vector<vec3> at(double frame) const {
-        std::vector<vec3> positions(clip_->topology().vertex_count);
-        clip_->positions(frame, positions);
+        std::vector<vec3> positions(animation_->topology().vertex_count);
+        animation_->positions(frame, positions);
         return positions;
     }
 
 private:
     TemporaryFolder folder_;
     std::vector<std::string> warnings_;
-    std::unique_ptr<Clip> clip_;
+    std::unique_ptr<Animation> animation_;
 };
 
 /// The message of the error for a file without its folder; empty if it opens.
-inline std::string gltf_error(const std::string& bytes, const ClipOptions& options = {},
+inline std::string gltf_error(const std::string& bytes, const AnimationOptions& options = {},
                               const char* name = "scene.gltf") {
     const TemporaryFolder folder;
     const std::string path = folder.write(name, bytes);

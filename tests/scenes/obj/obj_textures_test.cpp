@@ -3,7 +3,7 @@
 
 #include <set>
 
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 #include "scenes/mesh/mesh_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
@@ -151,17 +151,17 @@ TEST(ObjTextures, OfASequenceAreThoseOfItsFirstFile) {
     };
     folder.write("f_1.obj", "mtllib a.mtl\nusemtl m\n" + positions(0) + texcoords + face);
     folder.write("f_2.obj", positions(1) + "f 1 2 3 4 5\n");
-    const auto clip = open_scene(folder.file("f_%d.obj"));
-    ASSERT_NE(clip->textures(), nullptr);
-    const SceneTextures& textures = *clip->textures();
+    const auto animation = open_scene(folder.file("f_%d.obj"));
+    ASSERT_NE(animation->textures(), nullptr);
+    const SceneTextures& textures = *animation->textures();
     EXPECT_EQ(textures.files.size(), 1u);
     EXPECT_EQ(textures.texture_ids, (std::vector<std::uint32_t>{0, 0, 0}));
     ASSERT_EQ(textures.texcoords.size(), 3u);
     std::vector<vec3> points(5);
-    clip->positions(1, points);
+    animation->positions(1, points);
     for (std::size_t i = 0; i < 3; ++i) {
         for (int k = 0; k < 3; ++k) {
-            const vec3 p = points[clip->topology().triangles[i][k]];
+            const vec3 p = points[animation->topology().triangles[i][k]];
             EXPECT_EQ(textures.texcoords[i][static_cast<std::size_t>(k)], (Texcoord{p.x, p.y}));
         }
     }

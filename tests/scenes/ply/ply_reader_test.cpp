@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 #include "tests/scenes/ply/ply_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
@@ -35,7 +35,7 @@ Reading read(const std::string& bytes, MeshFileOptions options = {}) {
     return reading;
 }
 
-std::unique_ptr<Clip> open(const std::string& bytes, const char* name = "a.ply") {
+std::unique_ptr<Animation> open(const std::string& bytes, const char* name = "a.ply") {
     const TemporaryFolder folder;
     return open_scene(folder.write(name, bytes).native());
 }
@@ -178,8 +178,9 @@ TEST(PlyReader, VerticesOfEqualPositionAndNormalAreSmoothTogether) {
                                {0, 1, 0, 1, 0, 0},
                                {9, 9, 9, 1, 0, 0}}};
     for (const PlyEncoding encoding : kPlyEncodings) {
-        const auto clip = open(ply(encoding, {vertices, ply_faces({{3, 0, 1, 2}, {3, 4, 3, 5}})}));
-        const std::span<const uvec3> smooth = clip->smooth_corners();
+        const auto animation =
+            open(ply(encoding, {vertices, ply_faces({{3, 0, 1, 2}, {3, 4, 3, 5}})}));
+        const std::span<const uvec3> smooth = animation->smooth_corners();
         ASSERT_EQ(smooth.size(), 2u);
         EXPECT_EQ(smooth[1].x, smooth[0].y);
         EXPECT_NE(smooth[1].z, smooth[0].z);
@@ -209,7 +210,7 @@ TEST(PlyReader, LenientReadingAcceptsWhatItAcceptsInObjFiles) {
     }
 }
 
-TEST(PlySequence, ClipsAndCachesAreThoseOfObjFiles) {
+TEST(PlySequence, AnimationsAndCachesAreThoseOfObjFiles) {
     const TemporaryFolder folder;
     for (int i = 0; i < 3; ++i) {
         auto corners = kCorners;
@@ -218,10 +219,10 @@ TEST(PlySequence, ClipsAndCachesAreThoseOfObjFiles) {
                      ply(kPlyEncodings[i], {ply_vertices(corners), kTwoFaces}));
     }
     for (const char* name : {"c", "c/f_%04d.ply", "c/f_*.ply"}) {
-        const auto clip = open_scene(folder.file(name));
-        EXPECT_EQ(clip->last_frame() - clip->first_frame(), 2);
+        const auto animation = open_scene(folder.file(name));
+        EXPECT_EQ(animation->last_frame() - animation->first_frame(), 2);
         std::vector<vec3> positions(4);
-        clip->positions(clip->first_frame() + 1.5, positions);
+        animation->positions(animation->first_frame() + 1.5, positions);
         EXPECT_EQ(positions[0], vec3(0, 0, 1.5f));
     }
     folder.write("c/f_0008.obj", "v 0 0 0\n");
@@ -239,9 +240,9 @@ TEST(PlySequence, ClipsAndCachesAreThoseOfObjFiles) {
     std::string cache("POINTCACHE2\0\1\0\0\0\4\0\0\0\0\0\0\0\0\0\x80\x3f\1\0\0\0", 32);
     cache += ply_body(PlyEncoding::kLittleEndian,
                       {ply_vertices({{5, 6, 7}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}})});
-    const auto clip =
+    const auto animation =
         open_scene(folder.file("c/f_0005.ply"), {.cache = folder.write("a.pc2", cache).native()});
-    clip->positions(0, positions);
+    animation->positions(0, positions);
     EXPECT_EQ(positions[0], vec3(5, 6, 7));
 }
 

@@ -29,8 +29,8 @@ std::vector<std::string> names() {
     return all;
 }
 
-std::uint64_t hash_at(const Clip& clip, double frame) {
-    const std::vector<vec3> positions = positions_of(clip, frame);
+std::uint64_t hash_at(const Animation& animation, double frame) {
+    const std::vector<vec3> positions = positions_of(animation, frame);
     return Hasher().add(std::span(positions)).digest();
 }
 
@@ -54,8 +54,8 @@ TEST_P(EveryScene, HasAboutAsManyTrianglesAsAskedFor) {
 
 TEST_P(EveryScene, HasValidIndicesAndOneAlbedoATriangleAndNoStrayVertex) {
     for (const std::uint64_t request : {1, 50, 777, 4000}) {
-        const auto clip = make_procedural(GetParam(), request);
-        const Topology& topology = clip->topology();
+        const auto animation = make_procedural(GetParam(), request);
+        const Topology& topology = animation->topology();
         EXPECT_EQ(topology.albedo.size(), topology.triangles.size());
         std::vector<bool> used(topology.vertex_count, false);
         for (const uvec3& t : topology.triangles) {
@@ -81,13 +81,13 @@ TEST_P(EveryScene, HasThePositionsThatItHasOnEveryMachine) {
 }
 
 TEST_P(EveryScene, HasTheBoundsOfItsFirstFrame) {
-    const auto clip = make_procedural(GetParam(), 3000);
-    ASSERT_EQ(clip->first_frame(), 0);
-    ASSERT_EQ(clip->last_frame(), 24);
-    const WorldBounds bounds = bounds_of(positions_of(*clip, 0));
+    const auto animation = make_procedural(GetParam(), 3000);
+    ASSERT_EQ(animation->first_frame(), 0);
+    ASSERT_EQ(animation->last_frame(), 24);
+    const WorldBounds bounds = bounds_of(positions_of(*animation, 0));
     for (int axis = 0; axis < 3; ++axis) {
-        EXPECT_EQ(clip->bounds().lower[axis], bounds.lower[axis]);
-        EXPECT_EQ(clip->bounds().upper[axis], bounds.upper[axis]);
+        EXPECT_EQ(animation->bounds().lower[axis], bounds.lower[axis]);
+        EXPECT_EQ(animation->bounds().upper[axis], bounds.upper[axis]);
     }
 }
 

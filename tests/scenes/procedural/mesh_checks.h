@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 
 namespace mray {
 
-inline std::vector<vec3> positions_of(const Clip& clip, double frame) {
-    std::vector<vec3> positions(clip.topology().vertex_count);
-    clip.positions(frame, positions);
+inline std::vector<vec3> positions_of(const Animation& animation, double frame) {
+    std::vector<vec3> positions(animation.topology().vertex_count);
+    animation.positions(frame, positions);
     return positions;
 }
 

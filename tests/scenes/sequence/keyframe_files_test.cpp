@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "scenes/sequence/streamed_clip.h"
+#include "scenes/sequence/streamed_animation.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
@@ -74,9 +74,9 @@ TEST(KeyframeFilesOfFolder, MissingFrameIsRefusedByNameUnlessAskedFor) {
     const std::string message = message_of([&] { files_of_folder(folder.path(), {}); });
     EXPECT_NE(message.find("f_07.obj: frame is missing; "), std::string::npos) << message;
     std::vector<std::string> warnings;
-    const ClipOptions options = {.skip_missing = true, .warn = [&](const Warning& warning) {
-                                     warnings.push_back(warning.line());
-                                 }};
+    const AnimationOptions options = {.skip_missing = true, .warn = [&](const Warning& warning) {
+                                          warnings.push_back(warning.line());
+                                      }};
     const Listed files = listed(files_of_folder(folder.path(), options));
     EXPECT_EQ(files.size(), 11u);
     EXPECT_EQ(files[6], (std::pair<double, std::string>{7, "f_08.obj"}));

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "scenes/clip.h"
-#include "scenes/sequence/streamed_clip.h"
-#include "tests/support/clip_positions.h"
+#include "scenes/animation.h"
+#include "scenes/sequence/streamed_animation.h"
+#include "tests/support/animation_positions.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
@@ -60,7 +60,7 @@ public:
         write(cache);
     }
 
-    std::unique_ptr<Clip> open(ClipOptions options = {}) {
+    std::unique_ptr<Animation> open(AnimationOptions options = {}) {
         options.cache = (folder_.path() / "cloth.pc2").native();
         options.warn = [this](const Warning& warning) { warnings_.push_back(warning.line()); };
         return open_scene((folder_.path() / "mesh.obj").native(), options);
@@ -81,40 +81,41 @@ private:
     std::vector<std::string> warnings_;
 };
 
-float x_at(const Clip& clip, double frame) { return positions_at(clip, frame)[0].x; }
+float x_at(const Animation& animation, double frame) { return positions_at(animation, frame)[0].x; }
 
-TEST(CachedClip, GivesSamplesBitForBitAndInterpolatesBetween) {
+TEST(CachedAnimation, GivesSamplesBitForBitAndInterpolatesBetween) {
     const std::vector<float> xs = {0.1f, 1e-42f, 4.0f};
     CachedScene scene(pc2({}, xs));
-    const std::unique_ptr<Clip> clip = scene.open();
-    EXPECT_EQ(clip->topology().triangles.size(), 1u);
-    EXPECT_EQ(clip->first_frame(), 0);
-    EXPECT_EQ(clip->last_frame(), 2);
+    const std::unique_ptr<Animation> animation = scene.open();
+    EXPECT_EQ(animation->topology().triangles.size(), 1u);
+    EXPECT_EQ(animation->first_frame(), 0);
+    EXPECT_EQ(animation->last_frame(), 2);
     for (std::size_t i = 0; i < xs.size(); ++i)
-        EXPECT_EQ(x_at(*clip, static_cast<double>(i)), xs[i]);
-    EXPECT_EQ(x_at(*clip, 0.7), interpolate(xs[0], xs[1], 0.7f));
-    EXPECT_EQ(x_at(*clip, 1.25), interpolate(xs[1], xs[2], 0.25f));
-    EXPECT_EQ(x_at(*clip, std::nextafter(2.0, 0.0)), 4.0f);
-    EXPECT_EQ(x_at(*clip, -5), xs[0]);
-    EXPECT_EQ(x_at(*clip, 9), xs[2]);
-    EXPECT_EQ(x_at(*clip, std::nan("")), xs[0]);
-    EXPECT_EQ(positions_at(*clip, 1)[2], vec3(0, 1, 0));
-    EXPECT_EQ(clip->bounds().lower[0], 0);
-    EXPECT_EQ(clip->bounds().upper[0], 1);
+        EXPECT_EQ(x_at(*animation, static_cast<double>(i)), xs[i]);
+    EXPECT_EQ(x_at(*animation, 0.7), interpolate(xs[0], xs[1], 0.7f));
+    EXPECT_EQ(x_at(*animation, 1.25), interpolate(xs[1], xs[2], 0.25f));
+    EXPECT_EQ(x_at(*animation, std::nextafter(2.0, 0.0)), 4.0f);
+    EXPECT_EQ(x_at(*animation, -5), xs[0]);
+    EXPECT_EQ(x_at(*animation, 9), xs[2]);
+    EXPECT_EQ(x_at(*animation, std::nan("")), xs[0]);
+    EXPECT_EQ(positions_at(*animation, 1)[2], vec3(0, 1, 0));
+    EXPECT_EQ(animation->bounds().lower[0], 0);
+    EXPECT_EQ(animation->bounds().upper[0], 1);
     EXPECT_TRUE(scene.warnings().empty());
 }
 
-TEST(CachedClip, TellsWhichSampleIsNotFinite) {
+TEST(CachedAnimation, TellsWhichSampleIsNotFinite) {
     for (const float bad : {std::nanf(""), kInfinity, -2e30f}) {
         CachedScene scene(pc2({.samples = 4}, {1, 2, bad, 3}));
-        const std::unique_ptr<Clip> clip = scene.open();
-        EXPECT_EQ(x_at(*clip, 1), 2.0f);
-        EXPECT_EQ(x_at(*clip, 3), 3.0f);
+        const std::unique_ptr<Animation> animation = scene.open();
+        EXPECT_EQ(x_at(*animation, 1), 2.0f);
+        EXPECT_EQ(x_at(*animation, 3), 3.0f);
         const std::string what =
             "cloth.pc2: frame 2: vertex 0 has a coordinate that is not finite or beyond 1e30";
         for (const double frame : {1.5, 2.0})
-            EXPECT_TRUE(message_of([&] { x_at(*clip, frame); }).ends_with(what + "; repair it"));
-        const std::unique_ptr<Clip> lenient = scene.open({.lenient = true});
+            EXPECT_TRUE(
+                message_of([&] { x_at(*animation, frame); }).ends_with(what + "; repair it"));
+        const std::unique_ptr<Animation> lenient = scene.open({.lenient = true});
         EXPECT_EQ(std::bit_cast<std::uint32_t>(x_at(*lenient, 2)),
                   std::bit_cast<std::uint32_t>(bad));
         ASSERT_EQ(scene.warnings().size(), 1u);
@@ -127,7 +128,7 @@ TEST(CachedClip, TellsWhichSampleIsNotFinite) {
               "repair it");
 }
 
-TEST(CachedClip, RefusesWhatIsNoCacheOfTheMesh) {
+TEST(CachedAnimation, RefusesWhatIsNoCacheOfTheMesh) {
     EXPECT_EQ(CachedScene("").error(), "cloth.pc2: not a point cache; give a .pc2 file");
     EXPECT_EQ(CachedScene("v 0 0 0\nf 1 1 1\n").error(),
               "cloth.pc2: not a point cache; give a .pc2 file");
@@ -157,7 +158,7 @@ TEST(CachedClip, RefusesWhatIsNoCacheOfTheMesh) {
         "and frames within 1000000000");
 }
 
-TEST(CachedClip, RefusesAnySizeButThatOfTheHead) {
+TEST(CachedAnimation, RefusesAnySizeButThatOfTheHead) {
     const std::string whole = pc2({}, {1, 2, 3});
     CachedScene scene(whole);
     EXPECT_EQ(scene.error(), "");
@@ -182,30 +183,30 @@ TEST(CachedClip, RefusesAnySizeButThatOfTheHead) {
     }
 }
 
-TEST(CachedClip, NeedsOneMeshFile) {
+TEST(CachedAnimation, NeedsOneMeshFile) {
     const TemporaryFolder folder;
     folder.write("a.pc2", pc2({}, {1, 2, 3}));
     folder.write("mesh.obj", kMesh);
-    const ClipOptions options{.cache = (folder.path() / "a.pc2").native()};
+    const AnimationOptions options{.cache = (folder.path() / "a.pc2").native()};
     for (const std::string& scene :
          {std::string("builtin:cloth"), folder.path().native(), std::string("f_%d.pc2")}) {
         EXPECT_EQ(kind_of([&] { open_scene(scene, options); }), ErrorKind::kBadArgument) << scene;
     }
-    const ClipOptions missing{.cache = (folder.path() / "b.pc2").native()};
+    const AnimationOptions missing{.cache = (folder.path() / "b.pc2").native()};
     const std::string mesh = (folder.path() / "mesh.obj").native();
     EXPECT_TRUE(
         message_of([&] { open_scene(mesh, missing); }).ends_with("no such file; check the path"));
-    const ClipOptions is_folder{.cache = folder.path().native()};
+    const AnimationOptions is_folder{.cache = folder.path().native()};
     EXPECT_EQ(kind_of([&] { open_scene(mesh, is_folder); }), ErrorKind::kBadInput);
 }
 
-TEST(CachedClip, TellsOfAFileThatChangesWhileItIsOpen) {
+TEST(CachedAnimation, TellsOfAFileThatChangesWhileItIsOpen) {
     CachedScene scene(pc2({}, {1, 2, 3}));
-    const std::unique_ptr<Clip> clip = scene.open();
-    EXPECT_EQ(x_at(*clip, 0), 1.0f);
+    const std::unique_ptr<Animation> animation = scene.open();
+    EXPECT_EQ(x_at(*animation, 0), 1.0f);
     scene.write(pc2({}, {1}));
     EXPECT_TRUE(message_of([&] {
-                    x_at(*clip, 2);
+                    x_at(*animation, 2);
                 }).ends_with("changed while it was read; wait until it is complete"));
 }
 

@@ -1,4 +1,4 @@
-#include "scenes/gltf/gltf_clip.h"
+#include "scenes/gltf/gltf_animation.h"
 
 #include <fmt/format.h>
 
@@ -21,9 +21,10 @@ namespace {
 // Times are floats: the frame of 49 / 24 s may come out as 48.999999.
 constexpr double kFrameRounding = 0x1p-22;
 
-class GltfClip : public Clip {
+class GltfAnimation : public Animation {
 public:
-    GltfClip(const std::filesystem::path& path, const std::string& name, const ClipOptions& options)
+    GltfAnimation(const std::filesystem::path& path, const std::string& name,
+                  const AnimationOptions& options)
         : name_(name),
           file_(escape(path)),
           is_lenient_(options.lenient),
@@ -47,7 +48,7 @@ public:
     std::optional<double> fps() const override {
         return last_frame_ > 0 ? std::optional(fps_) : std::nullopt;
     }
-    std::span<const ClipAnimation> animations() const override { return scene_.animations; }
+    std::span<const NamedAnimation> animations() const override { return scene_.animations; }
     std::span<const uvec3> smooth_corners() const override { return scene_.smooth; }
     const SceneTextures* textures() const override {
         return scene_.textures.files.empty() ? nullptr : &scene_.textures;
@@ -95,9 +96,9 @@ bool has_gltf_name(const std::filesystem::path& path) {
     return extension == ".gltf" || extension == ".glb";
 }
 
-std::unique_ptr<Clip> open_gltf(const std::filesystem::path& path, const std::string& name,
-                                const ClipOptions& options) {
-    return std::make_unique<GltfClip>(path, name, options);
+std::unique_ptr<Animation> open_gltf(const std::filesystem::path& path, const std::string& name,
+                                     const AnimationOptions& options) {
+    return std::make_unique<GltfAnimation>(path, name, options);
 }
 
 }  // namespace mray

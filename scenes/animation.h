@@ -18,7 +18,7 @@
 
 namespace mray {
 
-struct ClipOptions {
+struct AnimationOptions {
     /// Accept vertices that are not finite and leave out faces that cannot be read, with a warning
     /// each, instead of refusing the scene.
     bool lenient = false;
@@ -36,8 +36,8 @@ struct ClipOptions {
     WarnFunction warn = {};
 };
 
-/// An animation in a file of several, of which a clip shows one.
-struct ClipAnimation {
+/// An animation of a file that may have several.
+struct NamedAnimation {
     /// Empty: it has none.
     std::string name = {};
     bool is_shown = false;
@@ -53,19 +53,19 @@ struct InsideView {
 /// Frames are numbers in [first_frame(), last_frame()]; between whole numbers positions are
 /// interpolated (files) or evaluated (procedural scenes). Implementations are immutable after
 /// construction and may be used by several threads at once.
-class Clip {
+class Animation {
 public:
-    virtual ~Clip() = default;
+    virtual ~Animation() = default;
 
     virtual const Topology& topology() const = 0;
     virtual double first_frame() const = 0;
     virtual double last_frame() const = 0;
-    /// How many frames are shown a second, so that frame f is at f / fps() seconds; nothing for a
-    /// clip that knows no time.
+    /// How many frames are shown a second, so that frame f is at f / fps() seconds; nothing for an
+    /// animation that knows no time.
     virtual std::optional<double> fps() const { return std::nullopt; }
 
     /// All animations of the file, in its order.
-    virtual std::span<const ClipAnimation> animations() const { return {}; }
+    virtual std::span<const NamedAnimation> animations() const { return {}; }
 
     /// For each triangle three numbers, below that of all corners: corners with the same number
     /// look smooth together. Empty: all triangles are flat.
@@ -76,7 +76,7 @@ public:
 
     /// Writes the vertex positions of a frame, in world space; out has topology().vertex_count
     /// entries. A frame outside the range is clamped to it. Throws Error(kBadInput) with the frame
-    /// when this frame cannot be read or is not finite although the clip was opened strictly.
+    /// when this frame cannot be read or is not finite although the animation was opened strictly.
     virtual void positions(double frame, std::span<vec3> out) const = 0;
 
     /// Bounds of the finite vertices of the first frame, on which scene space and the default view
@@ -101,6 +101,7 @@ protected:
 /// as `frame_%04d.obj`, or a .gltf or .glb file. Throws Error: kBadArgument (unknown builtin, bad
 /// pattern, a cache for anything but one mesh file, an animation for anything but a glTF file that
 /// has it), kBadInput, kLimit.
-std::unique_ptr<Clip> open_scene(const std::string& spec, const ClipOptions& options = {});
+std::unique_ptr<Animation> open_scene(const std::string& spec,
+                                      const AnimationOptions& options = {});
 
 }  // namespace mray

@@ -15,7 +15,7 @@
 namespace mray::app {
 
 /// Opens the scene; warnings go to `messages`. Throws Error.
-std::unique_ptr<Clip> open_clip(const SourceOptions& source, const Messages& messages);
+std::unique_ptr<Animation> open_animation(const SourceOptions& source, const Messages& messages);
 
 inline constexpr std::size_t kMaxFrames = 1'000'000;
 
@@ -30,24 +30,24 @@ enum class DefaultFrames { kAll, kFew };
 
 /// The frames of --frames, every whole one for "all"; without it every whole frame, or up to four
 /// frames from the first to the last. Never empty. Throws Error(kBadArgument), also for --build-at
-/// outside of the clip.
+/// outside of the animation.
 std::vector<double> select_frames(const std::string& frames, const std::optional<double>& build_at,
-                                  const Clip& clip, DefaultFrames otherwise);
+                                  const Animation& animation, DefaultFrames otherwise);
 
 /// The frame of --frame; without it the first. Throws Error(kBadArgument) for one, or --build-at,
-/// outside of the clip.
+/// outside of the animation.
 double select_frame(const std::optional<double>& frame, const std::optional<double>& build_at,
-                    const Clip& clip);
+                    const Animation& animation);
 
 /// How many digits the numbers of frames have in the names of files.
 struct FrameDigits {
     std::size_t whole = 4;
     std::size_t fraction = 0;
 };
-/// As many as the last frame of the clip and the fractions of these frames need.
-FrameDigits digits_of(std::span<const double> frames, const Clip& clip);
-/// "0007", or "0007.00" and "0007.25" where some frames lie between whole ones: names of one clip
-/// sort in the order of the frames.
+/// As many as the last frame of the animation and the fractions of these frames need.
+FrameDigits digits_of(std::span<const double> frames, const Animation& animation);
+/// "0007", or "0007.00" and "0007.25" where some frames lie between whole ones: names of one
+/// animation sort in the order of the frames.
 std::string frame_label(double frame, const FrameDigits& digits);
 
 }  // namespace mray::app

@@ -1,4 +1,4 @@
-// A clip as a scene of the library.
+// An animation as a scene of the library.
 #pragma once
 
 #include <atomic>
@@ -15,21 +15,21 @@
 #include "app/terminal/messages.h"
 #include "common/frame_times.h"
 #include "morphray/scene.hpp"
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 
 namespace mray::app {
 
-/// Keeps the library's scene at one frame of a clip, with the tree that the options ask for.
+/// Keeps the library's scene at one frame of an animation, with the tree that the options ask for.
 /// Members throw Error.
-class ClipScene {
+class AnimationScene {
 public:
     /// Reads the textures, if the options ask for lit images, and builds the tree at
-    /// options.tree.build_at, or else at first_frame. The clip must outlive it, and so must
+    /// options.tree.build_at, or else at first_frame. The animation must outlive it, and so must
     /// `cancel`, which ends the building of trees: they throw Error(kCancelled). Trees say how far
     /// they are to step_done() (app/terminal/progress.h), and so do images.
-    ClipScene(const ImageOptions& options, const Clip& clip, double first_frame,
-              const Messages& messages, const std::atomic<bool>& cancel = interrupt_flag());
-    ClipScene(const ClipScene&) = delete;
+    AnimationScene(const ImageOptions& options, const Animation& animation, double first_frame,
+                   const Messages& messages, const std::atomic<bool>& cancel = interrupt_flag());
+    AnimationScene(const AnimationScene&) = delete;
 
     /// Begins to read the positions of the frame of the next advance() in a thread of its own.
     /// Until then positions() are undefined; render() goes on with the frame of the last advance().
@@ -63,7 +63,7 @@ private:
     /// Makes the positions of a frame. Returns the milliseconds that this took.
     double place(double frame);
 
-    const Clip& clip_;
+    const Animation& animation_;
     std::vector<vec3> positions_;
     std::vector<vec3> ground_;
     std::optional<morphray::Scene> scene_;
@@ -79,18 +79,18 @@ private:
     std::future<double> reading_;
 };
 
-/// The corners of a square below the bounds of a clip, seen along `up`, four times as large; empty
-/// for empty bounds.
+/// The corners of a square below the bounds of an animation, seen along `up`, four times as large;
+/// empty for empty bounds.
 std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up);
 
-/// A clip at one frame, for the rays or points of a file.
-struct PosedClip {
-    std::unique_ptr<Clip> clip;
-    std::unique_ptr<ClipScene> scene;
+/// An animation at one frame, for the rays or points of a file.
+struct PosedAnimation {
+    std::unique_ptr<Animation> animation;
+    std::unique_ptr<AnimationScene> scene;
 };
 
 /// Opens the scene at this frame, or at its first. Warns of triangles that are not finite.
-PosedClip pose_clip(const SourceOptions& source, const BackendOptions& backend,
-                    const std::optional<double>& frame, const Messages& messages);
+PosedAnimation pose_animation(const SourceOptions& source, const BackendOptions& backend,
+                              const std::optional<double>& frame, const Messages& messages);
 
 }  // namespace mray::app

@@ -6,9 +6,9 @@
 #include <limits>
 #include <random>
 
-#include "scenes/clip.h"
-#include "scenes/sequence/streamed_clip.h"
-#include "tests/support/clip_positions.h"
+#include "scenes/animation.h"
+#include "scenes/sequence/streamed_animation.h"
+#include "tests/support/animation_positions.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
@@ -25,26 +25,28 @@ std::string triangle_at(const std::string& x) {
 struct Opened {
     /// The files are read when frames need them.
     std::unique_ptr<TemporaryFolder> folder = std::make_unique<TemporaryFolder>();
-    std::unique_ptr<Clip> clip;
+    std::unique_ptr<Animation> animation;
     std::vector<std::string> warnings;
 };
 
-Opened open_frames(const std::vector<std::string>& texts, ClipOptions options = {}) {
+Opened open_frames(const std::vector<std::string>& texts, AnimationOptions options = {}) {
     Opened opened;
     for (std::size_t i = 0; i < texts.size(); ++i) {
         if (!texts[i].empty()) opened.folder->write(fmt::format("f_{}.obj", i), texts[i]);
     }
     options.warn = [&](const Warning& warning) { opened.warnings.push_back(warning.line()); };
-    opened.clip = open_scene((opened.folder->path() / "f_%d.obj").native(), options);
+    opened.animation = open_scene((opened.folder->path() / "f_%d.obj").native(), options);
     return opened;
 }
 
-float x_at(const Opened& opened, double frame) { return positions_at(*opened.clip, frame)[0].x; }
+float x_at(const Opened& opened, double frame) {
+    return positions_at(*opened.animation, frame)[0].x;
+}
 
-TEST(KeyframeClip, GivesKeyframesBitForBitAndInterpolatesBetween) {
+TEST(KeyframeAnimation, GivesKeyframesBitForBitAndInterpolatesBetween) {
     const Opened opened = open_frames({triangle_at("0.1"), triangle_at("1e-42"), triangle_at("4")});
-    EXPECT_EQ(opened.clip->first_frame(), 0);
-    EXPECT_EQ(opened.clip->last_frame(), 2);
+    EXPECT_EQ(opened.animation->first_frame(), 0);
+    EXPECT_EQ(opened.animation->last_frame(), 2);
     EXPECT_EQ(x_at(opened, 0), 0.1f);
     EXPECT_EQ(std::bit_cast<unsigned>(x_at(opened, 1)), 714u);
     EXPECT_EQ(x_at(opened, 1.25), 1e-42f + (4.0f - 1e-42f) * 0.25f);
@@ -56,16 +58,17 @@ TEST(KeyframeClip, GivesKeyframesBitForBitAndInterpolatesBetween) {
     EXPECT_EQ(x_at(shrinking, std::nextafter(1.0, 0.0)), 1e-9f);
 }
 
-TEST(KeyframeClip, IsSmoothOverVerticesOrAsTheFirstFileSays) {
+TEST(KeyframeAnimation, IsSmoothOverVerticesOrAsTheFirstFileSays) {
     const Opened without = open_frames({triangle_at("0"), triangle_at("1")});
-    EXPECT_EQ(without.clip->smooth_corners().data(), without.clip->topology().triangles.data());
+    EXPECT_EQ(without.animation->smooth_corners().data(),
+              without.animation->topology().triangles.data());
     // A square and a triangle at its edge 2 3, with a crease there at vertex 3 only.
     const std::string both =
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 1\nvn 0 0 1\nvn 1 0 0\n"
         "f 1//1 2//1 3//1 4//1\nf 2//1 5//2 3//2\n";
     const Opened given = open_frames({both, both});
-    const Topology& topology = given.clip->topology();
-    const std::span<const uvec3> smooth = given.clip->smooth_corners();
+    const Topology& topology = given.animation->topology();
+    const std::span<const uvec3> smooth = given.animation->smooth_corners();
     ASSERT_EQ(smooth.size(), 3u);
     const auto number = [&](std::size_t prim, std::uint32_t vertex) {
         for (int k = 0; k < 3; ++k)
@@ -87,7 +90,7 @@ TEST(KeyframeClip, IsSmoothOverVerticesOrAsTheFirstFileSays) {
     EXPECT_NE(number(2, 2), in_square(2));
 }
 
-TEST(KeyframeClip, TakesAFrameFromTheKeyframesAroundIt) {
+TEST(KeyframeAnimation, TakesAFrameFromTheKeyframesAroundIt) {
     const Opened opened = open_frames({triangle_at("1"), triangle_at("3"), triangle_at("nan")});
     EXPECT_EQ(x_at(opened, 0), 1.0f);
     EXPECT_EQ(x_at(opened, 0.25), 1.5f);
@@ -97,8 +100,9 @@ TEST(KeyframeClip, TakesAFrameFromTheKeyframesAroundIt) {
     EXPECT_EQ(kind_of([&] { x_at(opened, 1.25); }), ErrorKind::kBadInput);
 }
 
-TEST(KeyframeClip, BoundsAreThoseOfTheFirstFrame) {
-    const WorldBounds bounds = open_frames({triangle_at("-7"), triangle_at("9")}).clip->bounds();
+TEST(KeyframeAnimation, BoundsAreThoseOfTheFirstFrame) {
+    const WorldBounds bounds =
+        open_frames({triangle_at("-7"), triangle_at("9")}).animation->bounds();
     EXPECT_EQ(bounds.lower[0], -7);
     EXPECT_EQ(bounds.upper[0], 1);
     EXPECT_EQ(bounds.lower[1], 0);
@@ -123,7 +127,7 @@ TEST(Interpolate, NeverLeavesTheInterval) {
     }
 }
 
-TEST(KeyframeClip, ColoursAndTrianglesAreThoseOfTheFirstFrame) {
+TEST(KeyframeAnimation, ColoursAndTrianglesAreThoseOfTheFirstFrame) {
     const TemporaryFolder folder;
     folder.write("a.mtl", "newmtl a\nKd 1 0 0\n");
     const std::string quad = "v 0 0 0\nv 4 0 0\nv 1 1 0\nv 0 4 0\nusemtl a\nf 1 2 3 4\nf 1 2 3\n";
@@ -131,13 +135,13 @@ TEST(KeyframeClip, ColoursAndTrianglesAreThoseOfTheFirstFrame) {
     const std::string moved = "v 0 0 0\nv 1 1 0\nv 4 4 0\nv 0 4 0\nf 1 2 3 4\nf 1 2 3\n";
     folder.write("f_0.obj", "mtllib a.mtl\n" + quad);
     folder.write("f_1.obj", moved);
-    const auto clip = open_scene(folder.path().native());
-    EXPECT_EQ(clip->topology().albedo, (std::vector<Albedo>{0xFF, 0xFF, 0xFF}));
-    EXPECT_EQ(clip->topology().triangles.size(), 3u);
-    EXPECT_EQ(clip->topology().triangles[2], uvec3(0, 1, 2));
+    const auto animation = open_scene(folder.path().native());
+    EXPECT_EQ(animation->topology().albedo, (std::vector<Albedo>{0xFF, 0xFF, 0xFF}));
+    EXPECT_EQ(animation->topology().triangles.size(), 3u);
+    EXPECT_EQ(animation->topology().triangles[2], uvec3(0, 1, 2));
 }
 
-TEST(KeyframeClip, FrameOfOtherVertexCountIsRefusedByName) {
+TEST(KeyframeAnimation, FrameOfOtherVertexCountIsRefusedByName) {
     const auto error = error_of([] {
         x_at(open_frames({triangle_at("0"), triangle_at("1"), "v 0 0 0\n" + triangle_at("2")}), 2);
     });
@@ -150,7 +154,7 @@ TEST(KeyframeClip, FrameOfOtherVertexCountIsRefusedByName) {
     EXPECT_NE(std::string(error->what()).find("separate runs"), std::string::npos);
 }
 
-TEST(KeyframeClip, FrameOfTheSameCountsButOtherFacesIsRefusedByName) {
+TEST(KeyframeAnimation, FrameOfTheSameCountsButOtherFacesIsRefusedByName) {
     const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
     const std::string message = message_of([&] {
         x_at(open_frames({vertices + "f 1 2 3\nf 2 4 3\n", vertices + "f 1 2 3\nf 3 2 4\n"}), 1);
@@ -170,7 +174,7 @@ TEST(KeyframeClip, FrameOfTheSameCountsButOtherFacesIsRefusedByName) {
               std::string::npos);
 }
 
-TEST(KeyframeClip, FrameThatExplodesFailsWhenItIsAskedFor) {
+TEST(KeyframeAnimation, FrameThatExplodesFailsWhenItIsAskedFor) {
     for (const char* x : {"nan", "inf", "1e31", "-3e38", "x"}) {
         const Opened opened = open_frames({triangle_at("0"), triangle_at("1"), triangle_at(x),
                                            triangle_at("3"), triangle_at("4")});
@@ -190,14 +194,14 @@ TEST(KeyframeClip, FrameThatExplodesFailsWhenItIsAskedFor) {
     }
 }
 
-TEST(KeyframeClip, MissingFrameIsRefusedOrInterpolated) {
+TEST(KeyframeAnimation, MissingFrameIsRefusedOrInterpolated) {
     const std::vector<std::string> texts = {triangle_at("0"), "", "", triangle_at("6"),
                                             triangle_at("7")};
     EXPECT_EQ(kind_of([&] { open_frames(texts); }), ErrorKind::kBadInput);
-    ClipOptions options;
+    AnimationOptions options;
     options.skip_missing = true;
     const Opened skipped = open_frames(texts, options);
-    EXPECT_EQ(skipped.clip->last_frame(), 4);
+    EXPECT_EQ(skipped.animation->last_frame(), 4);
     EXPECT_EQ(x_at(skipped, 1.5), 3.0f);
     EXPECT_EQ(x_at(skipped, 3.5), 6.5f);
 }

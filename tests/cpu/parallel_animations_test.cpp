@@ -1,4 +1,4 @@
-// Clips large enough that each step of a frame is divided among threads: builds, refits,
+// Animations large enough that each step of a frame is divided among threads: builds, refits,
 // restructuring, builds in the background, images and rays. The bytes do not depend on the number
 // of threads; with ThreadSanitizer (preset tsan) these tests look for races.
 #include <gtest/gtest.h>
@@ -54,10 +54,10 @@ private:
     std::size_t next_ = 0;
 };
 
-/// The steps of a clip, and the hashes of its trees and images.
+/// The steps of an animation, and the hashes of its trees and images.
 std::vector<FrameHashes> take_every_step(const char* scene, std::uint64_t triangles, int threads) {
     SceneFrames frames(make_procedural(scene, triangles));
-    const Topology& topology = frames.clip().topology();
+    const Topology& topology = frames.animation().topology();
     const auto tracer = cpu::make_cpu_backend({.threads = threads});
     TreeUpdater updater(topology, frames.positions(0), *tracer, nullptr,
                         std::make_unique<EveryStep>(), {.threads = threads},

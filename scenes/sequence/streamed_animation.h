@@ -1,5 +1,5 @@
-// Clips whose keyframes are read when frames need them: of several files, and of a mesh file with a
-// point cache.
+// Animations whose keyframes are read when frames need them: of several files, and of a mesh file
+// with a point cache.
 #pragma once
 
 #include <cstddef>
@@ -10,15 +10,15 @@
 #include <string>
 #include <vector>
 
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 #include "scenes/polygons/triangulate.h"
 
 namespace mray {
 
-/// The parts of a clip besides its keyframes.
+/// The parts of an animation besides its keyframes.
 struct FirstMesh {
     Topology topology;
-    /// As Clip::smooth_corners(), but empty if the file has no normals.
+    /// As Animation::smooth_corners(), but empty if the file has no normals.
     std::vector<uvec3> smooth;
     SceneTextures textures;
     /// The faces that the triangles were made of.
@@ -28,7 +28,7 @@ struct FirstMesh {
 };
 
 /// Reads a mesh file. Throws Error(kBadInput).
-FirstMesh read_first_mesh(const std::filesystem::path& path, const ClipOptions& options);
+FirstMesh read_first_mesh(const std::filesystem::path& path, const AnimationOptions& options);
 
 /// One file for each keyframe, or one file for all. Threads may share one.
 class KeyframeSource {
@@ -58,13 +58,13 @@ inline float interpolate(float a, float b, float f) { return f == 0.0f ? a : a +
 
 /// Positions between keyframes are interpolated component by component
 /// (interpolate()); at a keyframe they equal the file's bit for bit. Memory holds the
-/// keyframes of a clip of up to 128 MiB, otherwise two.
+/// keyframes of an animation of up to 128 MiB, otherwise two.
 ///
 /// Opening reads the first keyframe. Any other one is read when a frame needs it, and one that
 /// cannot be used, or has another topology, makes positions() of that frame throw Error(kBadInput).
-std::unique_ptr<Clip> stream_keyframes(const std::string& name, FirstMesh first,
-                                       std::unique_ptr<KeyframeSource> source,
-                                       const WarnFunction& warn);
+std::unique_ptr<Animation> stream_keyframes(const std::string& name, FirstMesh first,
+                                            std::unique_ptr<KeyframeSource> source,
+                                            const WarnFunction& warn);
 
 /// Frames are whole numbers and increase.
 struct KeyframeFile {
@@ -78,13 +78,14 @@ struct KeyframeFile {
 /// mesh files, for names that differ, a number twice, and, unless options.skip_missing, a missing
 /// file, which it names; otherwise warns of missing files.
 std::vector<KeyframeFile> files_of_folder(const std::filesystem::path& folder,
-                                          const ClipOptions& options);
+                                          const AnimationOptions& options);
 
 /// The files that match a path with one %d, %0Nd (N from 1 to 9) or * in its file name, each of
 /// which is a number of any width; frames are the numbers in the names. The text never reaches
 /// printf. Throws Error: kBadArgument for a bad pattern, kBadInput if no file matches, and
 /// for missing files as above.
-std::vector<KeyframeFile> files_of_pattern(const std::string& pattern, const ClipOptions& options);
+std::vector<KeyframeFile> files_of_pattern(const std::string& pattern,
+                                           const AnimationOptions& options);
 
 /// Each file (at least one) is a keyframe.
 ///
@@ -94,8 +95,8 @@ std::vector<KeyframeFile> files_of_pattern(const std::string& pattern, const Cli
 ///
 /// Throws Error(kBadInput) for a first file that cannot be read and for files with other faces,
 /// with the frame.
-std::unique_ptr<Clip> open_keyframes(const std::vector<KeyframeFile>& files,
-                                     const std::string& name, const ClipOptions& options);
+std::unique_ptr<Animation> open_keyframes(const std::vector<KeyframeFile>& files,
+                                          const std::string& name, const AnimationOptions& options);
 
 /// The triangles of a mesh file with the positions of a point cache, each sample of which is a
 /// keyframe. A sample with coordinates that are not finite or beyond 1e30 cannot be used; if
@@ -103,8 +104,8 @@ std::unique_ptr<Clip> open_keyframes(const std::vector<KeyframeFile>& files,
 ///
 /// Throws Error(kBadInput) for files that cannot be read, and for another number of points than the
 /// mesh has vertices.
-std::unique_ptr<Clip> open_cached(const std::filesystem::path& mesh,
-                                  const std::filesystem::path& cache, const std::string& name,
-                                  const ClipOptions& options);
+std::unique_ptr<Animation> open_cached(const std::filesystem::path& mesh,
+                                       const std::filesystem::path& cache, const std::string& name,
+                                       const AnimationOptions& options);
 
 }  // namespace mray

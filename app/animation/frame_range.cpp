@@ -1,4 +1,4 @@
-#include "app/clip/frames.h"
+#include "app/animation/frames.h"
 
 #include <fmt/format.h>
 

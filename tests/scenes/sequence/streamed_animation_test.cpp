@@ -1,4 +1,4 @@
-// The parts of clips that are read frame by frame.
+// The parts of animations that are read frame by frame.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "scenes/sequence/streamed_clip.h"
+#include "scenes/sequence/streamed_animation.h"
 
 namespace mray {
 namespace {
@@ -29,8 +29,8 @@ private:
     std::atomic<int>& reads_;
 };
 
-std::unique_ptr<Clip> counted_clip(std::size_t count, std::uint32_t vertices,
-                                   std::atomic<int>& reads) {
+std::unique_ptr<Animation> counted_animation(std::size_t count, std::uint32_t vertices,
+                                             std::atomic<int>& reads) {
     FirstMesh first;
     first.topology.vertex_count = vertices;
     first.topology.triangles = {{0, 1, 2}};
@@ -42,31 +42,31 @@ std::unique_ptr<Clip> counted_clip(std::size_t count, std::uint32_t vertices,
 // Four keyframes are beyond the 128 MiB that stay in memory.
 constexpr std::uint32_t kLarge = (std::uint32_t{128} << 20) / sizeof(vec3) / 3;
 
-TEST(StreamedClip, ReadsTheKeyframesOfASmallClipOnce) {
+TEST(StreamedAnimation, ReadsTheKeyframesOfASmallAnimationOnce) {
     std::atomic<int> reads = 0;
-    const std::unique_ptr<Clip> clip = counted_clip(100, 4, reads);
+    const std::unique_ptr<Animation> animation = counted_animation(100, 4, reads);
     std::vector<vec3> positions(4);
-    for (double frame = 0; frame <= 99; frame += 0.25) clip->positions(frame, positions);
+    for (double frame = 0; frame <= 99; frame += 0.25) animation->positions(frame, positions);
     EXPECT_EQ(reads, 100);
-    EXPECT_EQ(clip->bounds().upper[0], 0);
-    EXPECT_EQ(clip->bounds().upper[1], 3);
+    EXPECT_EQ(animation->bounds().upper[0], 0);
+    EXPECT_EQ(animation->bounds().upper[1], 3);
 }
 
-TEST(StreamedClip, ReadsAKeyframeOfALargeClipOnceWhenItIsPlayed) {
+TEST(StreamedAnimation, ReadsAKeyframeOfALargeAnimationOnceWhenItIsPlayed) {
     std::atomic<int> reads = 0;
-    const std::unique_ptr<Clip> clip = counted_clip(4, kLarge, reads);
+    const std::unique_ptr<Animation> animation = counted_animation(4, kLarge, reads);
     EXPECT_EQ(reads, 1);
     std::vector<vec3> positions(kLarge);
     for (const double frame : {0.25, 0.5, 1.0, 1.5, 1.75}) {
-        clip->positions(frame, positions);
+        animation->positions(frame, positions);
         EXPECT_EQ(positions[3].x, static_cast<float>(frame));
     }
     EXPECT_EQ(reads, 3);
 }
 
-TEST(StreamedClip, GivesAllThreadsTheirFrames) {
+TEST(StreamedAnimation, GivesAllThreadsTheirFrames) {
     std::atomic<int> reads = 0;
-    const std::unique_ptr<Clip> clip = counted_clip(50, 1000, reads);
+    const std::unique_ptr<Animation> animation = counted_animation(50, 1000, reads);
     std::atomic<int> wrong = 0;
     std::vector<std::thread> threads;
     for (int t = 0; t < 4; ++t) {
@@ -74,7 +74,7 @@ TEST(StreamedClip, GivesAllThreadsTheirFrames) {
             std::vector<vec3> positions(1000);
             for (int i = 0; i < 200; ++i) {
                 const double frame = (i * 37 + t * 11) % 98 / 2.0;
-                clip->positions(frame, positions);
+                animation->positions(frame, positions);
                 wrong += positions[999] != vec3(static_cast<float>(frame), 999, 0);
             }
         });

@@ -1,15 +1,15 @@
-// A clip from a glTF 2.0 file.
+// An animation from a glTF 2.0 file.
 #pragma once
 
 #include <filesystem>
 #include <memory>
 #include <string>
 
-#include "scenes/clip.h"
+#include "scenes/animation.h"
 
 namespace mray {
 
-/// Frames that are shown a second unless ClipOptions::fps says so.
+/// Frames that are shown a second unless AnimationOptions::fps says so.
 inline constexpr double kDefaultFps = 24;
 
 /// Whether the name ends with .gltf or .glb, in any case.
@@ -22,7 +22,7 @@ bool has_gltf_name(const std::filesystem::path& path);
 /// Throws Error: kBadInput with the place in the JSON for a file that cannot be read, and for
 /// vertices that are not finite or beyond 1e30 at frame 0 unless options.lenient; kBadArgument
 /// for an animation that is not there; kLimit for a mesh above 2^28 triangles.
-std::unique_ptr<Clip> open_gltf(const std::filesystem::path& path, const std::string& name,
-                                const ClipOptions& options);
+std::unique_ptr<Animation> open_gltf(const std::filesystem::path& path, const std::string& name,
+                                     const AnimationOptions& options);
 
 }  // namespace mray

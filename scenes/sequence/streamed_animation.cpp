@@ -1,4 +1,4 @@
-#include "scenes/sequence/streamed_clip.h"
+#include "scenes/sequence/streamed_animation.h"
 
 #include <algorithm>
 #include <cassert>
@@ -57,8 +57,8 @@ void set_albedo(const FileMesh& mesh, Topology& topology) {
 /// The positions of a keyframe, in world space. They stay in memory while a pointer to them exists.
 using KeyframePositions = std::shared_ptr<const std::vector<vec3>>;
 
-/// Keeps all keyframes of a clip of up to 128 MiB, otherwise the one that was added last and the
-/// one next to it: as many as a frame between keyframes needs. Threads may share one.
+/// Keeps all keyframes of an animation of up to 128 MiB, otherwise the one that was added last and
+/// the one next to it: as many as a frame between keyframes needs. Threads may share one.
 class KeyframeCache {
 public:
     KeyframeCache(std::size_t keyframe_count, std::size_t vertex_count)
@@ -102,10 +102,10 @@ struct KeyframeBlend {
     float f = 0;
 };
 
-class StreamedClip : public Clip {
+class StreamedAnimation : public Animation {
 public:
-    StreamedClip(const std::string& name, FirstMesh first, std::unique_ptr<KeyframeSource> source,
-                 const WarnFunction& warn)
+    StreamedAnimation(const std::string& name, FirstMesh first,
+                      std::unique_ptr<KeyframeSource> source, const WarnFunction& warn)
         : name_(name),
           first_(std::move(first)),
           source_(std::move(source)),
@@ -170,7 +170,7 @@ private:
         warn_(*warning);
     }
 
-    /// The last keyframe at or before a frame of the clip.
+    /// The last keyframe at or before a frame of the animation.
     std::size_t at_or_before(double frame) const {
         std::size_t first = 0;
         std::size_t count = source_->count();
@@ -211,7 +211,7 @@ private:
 
 }  // namespace
 
-FirstMesh read_first_mesh(const std::filesystem::path& path, const ClipOptions& options) {
+FirstMesh read_first_mesh(const std::filesystem::path& path, const AnimationOptions& options) {
     FileMesh mesh = read_mesh_file(
         path,
         {.lenient = options.lenient, .normals = true, .textures = true, .warn = options.warn});
@@ -229,10 +229,10 @@ FirstMesh read_first_mesh(const std::filesystem::path& path, const ClipOptions& 
     return first;
 }
 
-std::unique_ptr<Clip> stream_keyframes(const std::string& name, FirstMesh first,
-                                       std::unique_ptr<KeyframeSource> source,
-                                       const WarnFunction& warn) {
-    return std::make_unique<StreamedClip>(name, std::move(first), std::move(source), warn);
+std::unique_ptr<Animation> stream_keyframes(const std::string& name, FirstMesh first,
+                                            std::unique_ptr<KeyframeSource> source,
+                                            const WarnFunction& warn) {
+    return std::make_unique<StreamedAnimation>(name, std::move(first), std::move(source), warn);
 }
 
 }  // namespace mray

@@ -1,4 +1,4 @@
-#include "app/clip/clip_scene.h"
+#include "app/animation/animation_scene.h"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "app/animation/frames.h"
 #include "app/backends/backends.h"
-#include "app/clip/frames.h"
 #include "app/files/image_files.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/progress.h"
@@ -98,8 +98,8 @@ morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& wo
             .albedo = topology.albedo};
 }
 
-std::optional<morphray::Box> bounds_of(const Clip& clip) {
-    const WorldBounds bounds = clip.bounds();
+std::optional<morphray::Box> bounds_of(const Animation& animation) {
+    const WorldBounds bounds = animation.bounds();
     if (bounds.empty()) return std::nullopt;
     return morphray::Box{{bounds.lower[0], bounds.lower[1], bounds.lower[2]},
                          {bounds.upper[0], bounds.upper[1], bounds.upper[2]}};
@@ -133,15 +133,16 @@ std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
     return corners;
 }
 
-ClipScene::ClipScene(const ImageOptions& options, const Clip& clip, double first_frame,
-                     const Messages& messages, const std::atomic<bool>& cancel)
-    : clip_(clip),
-      positions_(clip.topology().vertex_count),
+AnimationScene::AnimationScene(const ImageOptions& options, const Animation& animation,
+                               double first_frame, const Messages& messages,
+                               const std::atomic<bool>& cancel)
+    : animation_(animation),
+      positions_(animation.topology().vertex_count),
       current_(options.tree.build_at.value_or(first_frame)) {
     const morphray::Device device = open_device(options.backend, messages);
     refitter_ = device.name() == "vulkan" ? "vulkan" : "cpu";
     call_library([&] {
-        morphray::SceneOptions scene_options = {.bounds = bounds_of(clip),
+        morphray::SceneOptions scene_options = {.bounds = bounds_of(animation),
                                                 .update = policy_of(options.tree),
                                                 .split = options.tree.split == SplitMethod::kSweep
                                                              ? morphray::Split::sweep
@@ -152,27 +153,27 @@ ClipScene::ClipScene(const ImageOptions& options, const Clip& clip, double first
         messages.note("tracing on " + device.name() + ": " + device.description());
         deform_ms_ = place(current_);
         std::vector<Image> images;
-        if (clip.textures() != nullptr && options.shading.shading == morphray::Shading::lit)
-            images = read_textures(*clip.textures(), options.source.lenient, messages);
+        if (animation.textures() != nullptr && options.shading.shading == morphray::Shading::lit)
+            images = read_textures(*animation.textures(), options.source.lenient, messages);
         std::vector<morphray::TextureView> textures;
         for (std::size_t i = 0; i < images.size(); ++i)
-            textures.push_back(texture_of(images[i], clip.textures()->files[i]));
+            textures.push_back(texture_of(images[i], animation.textures()->files[i]));
         scene_ = morphray::Scene::build(meshes(options, textures), device, scene_options);
         update_ = scene_->last_update();
     });
 }
 
-/// The clip's mesh, with these textures, and, if it is asked for, the ground.
-std::vector<morphray::MeshView> ClipScene::meshes(const ImageOptions& options,
-                                                  std::span<const morphray::TextureView> textures) {
-    std::vector<morphray::MeshView> meshes = {mesh_of(clip_.topology(), positions_)};
-    meshes.front().smooth = indices_of(clip_.smooth_corners());
+/// The animation's mesh, with these textures, and, if it is asked for, the ground.
+std::vector<morphray::MeshView> AnimationScene::meshes(
+    const ImageOptions& options, std::span<const morphray::TextureView> textures) {
+    std::vector<morphray::MeshView> meshes = {mesh_of(animation_.topology(), positions_)};
+    meshes.front().smooth = indices_of(animation_.smooth_corners());
     if (!textures.empty()) {
         meshes.front().textures = textures;
-        meshes.front().texcoords = floats_of(clip_.textures()->texcoords);
-        meshes.front().texture_ids = clip_.textures()->texture_ids;
+        meshes.front().texcoords = floats_of(animation_.textures()->texcoords);
+        meshes.front().texture_ids = animation_.textures()->texture_ids;
     }
-    if (options.shading.ground) ground_ = ground_below(clip_.bounds(), options.view.up);
+    if (options.shading.ground) ground_ = ground_below(animation_.bounds(), options.view.up);
     if (!ground_.empty()) {
         static constexpr std::uint32_t kTriangles[] = {0, 1, 2, 0, 2, 3};
         meshes.push_back({.positions = morphray::packed(ground_),
@@ -183,20 +184,20 @@ std::vector<morphray::MeshView> ClipScene::meshes(const ImageOptions& options,
     return meshes;
 }
 
-double ClipScene::place(double frame) {
+double AnimationScene::place(double frame) {
     const Stopwatch watch;
-    clip_.positions(frame, positions_);
+    animation_.positions(frame, positions_);
     return watch.ms();
 }
 
 // The library reads positions_ in its updates only.
-void ClipScene::prepare(double frame) {
+void AnimationScene::prepare(double frame) {
     if (prepared_) return;
     prepared_ = frame;
     reading_ = std::async(std::launch::async, [this, frame] { return place(frame); });
 }
 
-void ClipScene::advance(double frame) {
+void AnimationScene::advance(double frame) {
     if (std::exchange(is_fresh_, false) && frame == current_) return;
     current_ = frame;
     const std::optional<double> prepared = std::exchange(prepared_, std::nullopt);
@@ -207,24 +208,24 @@ void ClipScene::advance(double frame) {
     call_library([&] { update_ = scene_->update(); });
 }
 
-void ClipScene::render(const ViewSpec& view, const ShadingOptions& shading,
-                       morphray::Image& image) {
-    morphray::View whole = view_of(with_inside_view(view, clip_), shading);
+void AnimationScene::render(const ViewSpec& view, const ShadingOptions& shading,
+                            morphray::Image& image) {
+    morphray::View whole = view_of(with_inside_view(view, animation_), shading);
     whole.cancel = &interrupt_flag();
     whole.done = &step_done();
     render(whole, image);
 }
 
-void ClipScene::render_pixels(const ViewSpec& view, const ShadingOptions& shading,
-                              const std::atomic<bool>& cancel, morphray::Image& image) {
-    morphray::View pixels = view_of(with_inside_view(view, clip_), shading);
+void AnimationScene::render_pixels(const ViewSpec& view, const ShadingOptions& shading,
+                                   const std::atomic<bool>& cancel, morphray::Image& image) {
+    morphray::View pixels = view_of(with_inside_view(view, animation_), shading);
     pixels.hits = false;
     pixels.cancel = &cancel;
     pixels.done = &step_done();
     render(pixels, image);
 }
 
-void ClipScene::render(const morphray::View& view, morphray::Image& image) {
+void AnimationScene::render(const morphray::View& view, morphray::Image& image) {
     call_library([&] {
         scene_->render(view, image);
         trace_ms_ = image.trace_ms;
@@ -233,7 +234,7 @@ void ClipScene::render(const morphray::View& view, morphray::Image& image) {
     });
 }
 
-FrameTimes ClipScene::times() const {
+FrameTimes AnimationScene::times() const {
     return {.deform_ms = deform_ms_ + update_.read_ms,
             .update = {.upload_ms = update_.upload_ms,
                        .refit_ms = update_.refit_ms,
@@ -244,25 +245,25 @@ FrameTimes ClipScene::times() const {
             .rays = rays_};
 }
 
-std::string ClipScene::refitted_on() const {
+std::string AnimationScene::refitted_on() const {
     const bool was_built =
         update_.step == morphray::Step::build || update_.step == morphray::Step::rebuild;
     return was_built ? std::string() : refitter_;
 }
 
-PosedClip pose_clip(const SourceOptions& source, const BackendOptions& backend,
-                    const std::optional<double>& frame, const Messages& messages) {
-    PosedClip posed{open_clip(source, messages), nullptr};
-    const Clip& clip = *posed.clip;
-    const double number = select_frame(frame, std::nullopt, clip);
+PosedAnimation pose_animation(const SourceOptions& source, const BackendOptions& backend,
+                              const std::optional<double>& frame, const Messages& messages) {
+    PosedAnimation posed{open_animation(source, messages), nullptr};
+    const Animation& animation = *posed.animation;
+    const double number = select_frame(frame, std::nullopt, animation);
     const ImageOptions options{.shading = {.shading = morphray::Shading::plain},
                                .backend = backend,
                                .tree = {.update = {PolicyKind::kRefit}}};
     {
         const Progress progress("building the tree", 0, messages);
-        posed.scene = std::make_unique<ClipScene>(options, clip, number, messages);
+        posed.scene = std::make_unique<AnimationScene>(options, animation, number, messages);
     }
-    const Topology& topology = clip.topology();
+    const Topology& topology = animation.topology();
     const auto is_finite = [&](std::uint32_t vertex) {
         const vec3 p = posed.scene->positions()[vertex];
         return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
@@ -271,7 +272,7 @@ PosedClip pose_clip(const SourceOptions& source, const BackendOptions& backend,
         return !is_finite(t.x) || !is_finite(t.y) || !is_finite(t.z);
     });
     if (bad > 0) {
-        messages.warn({escape(clip.name()),
+        messages.warn({escape(animation.name()),
                        fmt::format("{} of {} triangles are not finite; they are never hit", bad,
                                    topology.triangles.size())});
     }

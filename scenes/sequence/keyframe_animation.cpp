@@ -9,7 +9,7 @@
 #include "common/base/hash.h"
 #include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_file.h"
-#include "scenes/sequence/streamed_clip.h"
+#include "scenes/sequence/streamed_animation.h"
 
 namespace mray {
 namespace {
@@ -20,7 +20,8 @@ std::uint64_t hash_of_faces(const Polygons& faces) {
 
 class FileSource : public KeyframeSource {
 public:
-    FileSource(std::vector<KeyframeFile> files, const FirstMesh& first, const ClipOptions& options)
+    FileSource(std::vector<KeyframeFile> files, const FirstMesh& first,
+               const AnimationOptions& options)
         : files_(std::move(files)),
           vertex_count_(first.positions.size()),
           face_count_(first.faces.corner_counts.size()),
@@ -54,7 +55,7 @@ public:
             throw Error(
                 ErrorKind::kBadInput,
                 fmt::format("{}: frame {} has other faces ({} of {} vertices) than {} ({} of "
-                            "{}); all frames of a clip share one topology, render "
+                            "{}); all frames of an animation share one topology, render "
                             "sequences that change it in separate runs",
                             escape(file.path), file.frame, mesh.faces.corner_counts.size(),
                             mesh.positions.size(), escape(files_.front().path), face_count_,
@@ -74,8 +75,9 @@ private:
 
 }  // namespace
 
-std::unique_ptr<Clip> open_keyframes(const std::vector<KeyframeFile>& files,
-                                     const std::string& name, const ClipOptions& options) {
+std::unique_ptr<Animation> open_keyframes(const std::vector<KeyframeFile>& files,
+                                          const std::string& name,
+                                          const AnimationOptions& options) {
     assert(!files.empty());
     FirstMesh first = read_first_mesh(files[0].path, options);
     auto source = std::make_unique<FileSource>(files, first, options);

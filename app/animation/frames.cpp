@@ -1,4 +1,4 @@
-#include "app/clip/frames.h"
+#include "app/animation/frames.h"
 
 #include <fmt/format.h>
 
@@ -11,23 +11,23 @@
 #include "common/scene/mesh.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
-#include "scenes/gltf/gltf_clip.h"
+#include "scenes/gltf/gltf_animation.h"
 #include "scenes/scene_frames.h"
 
 namespace mray::app {
 namespace {
 
-std::vector<double> whole_frames(const Clip& clip) {
+std::vector<double> whole_frames(const Animation& animation) {
     std::vector<double> frames;
-    const double first = std::ceil(clip.first_frame());
-    if (clip.last_frame() - first >= static_cast<double>(kMaxFrames)) {
+    const double first = std::ceil(animation.first_frame());
+    if (animation.last_frame() - first >= static_cast<double>(kMaxFrames)) {
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("--frames: the scene has {} to {}, more than a million; give some",
-                                clip.first_frame(), clip.last_frame()));
+                                animation.first_frame(), animation.last_frame()));
     }
-    const auto steps = static_cast<long long>(std::floor(clip.last_frame() - first));
+    const auto steps = static_cast<long long>(std::floor(animation.last_frame() - first));
     for (long long i = 0; i <= steps; ++i) frames.push_back(first + static_cast<double>(i));
-    if (frames.empty()) frames.push_back(clip.first_frame());
+    if (frames.empty()) frames.push_back(animation.first_frame());
     return frames;
 }
 
@@ -45,20 +45,20 @@ std::size_t fraction_digits(double frame) {
     return text.find_last_not_of('0') - text.find('.');
 }
 
-/// Throws Error(kBadArgument) for a frame outside the clip.
-void require_in_clip(const char* option, double frame, const Clip& clip) {
-    if (frame >= clip.first_frame() && frame <= clip.last_frame()) return;
+/// Throws Error(kBadArgument) for a frame outside the animation.
+void require_in_animation(const char* option, double frame, const Animation& animation) {
+    if (frame >= animation.first_frame() && frame <= animation.last_frame()) return;
     throw Error(ErrorKind::kBadArgument,
                 fmt::format("{}: frame {} is not in the scene, which has {} to {}", option, frame,
-                            clip.first_frame(), clip.last_frame()));
+                            animation.first_frame(), animation.last_frame()));
 }
 
 }  // namespace
 
-std::unique_ptr<Clip> open_clip(const SourceOptions& source, const Messages& messages) {
+std::unique_ptr<Animation> open_animation(const SourceOptions& source, const Messages& messages) {
     if (source.fps && !has_gltf_name(source.scene))
         throw Error(ErrorKind::kBadArgument, "--fps: only glTF files have seconds; leave it out");
-    ClipOptions options;
+    AnimationOptions options;
     options.lenient = source.lenient;
     options.skip_missing = source.skip_missing;
     options.cache = source.cache;
@@ -71,29 +71,29 @@ std::unique_ptr<Clip> open_clip(const SourceOptions& source, const Messages& mes
 }
 
 std::vector<double> select_frames(const std::string& frames, const std::optional<double>& build_at,
-                                  const Clip& clip, DefaultFrames otherwise) {
-    if (build_at) require_in_clip("--build-at", *build_at, clip);
-    if (frames == "all") return whole_frames(clip);
+                                  const Animation& animation, DefaultFrames otherwise) {
+    if (build_at) require_in_animation("--build-at", *build_at, animation);
+    if (frames == "all") return whole_frames(animation);
     if (frames.empty()) {
-        std::vector<double> all = whole_frames(clip);
+        std::vector<double> all = whole_frames(animation);
         return otherwise == DefaultFrames::kFew ? few_of(all) : all;
     }
     std::vector<double> selected = parse_frame_range(frames);
     for (const double frame : {selected.front(), selected.back()})
-        require_in_clip("--frames", frame, clip);
+        require_in_animation("--frames", frame, animation);
     return selected;
 }
 
 double select_frame(const std::optional<double>& frame, const std::optional<double>& build_at,
-                    const Clip& clip) {
-    if (build_at) require_in_clip("--build-at", *build_at, clip);
-    if (frame) require_in_clip("--frame", *frame, clip);
-    return frame.value_or(clip.first_frame());
+                    const Animation& animation) {
+    if (build_at) require_in_animation("--build-at", *build_at, animation);
+    if (frame) require_in_animation("--frame", *frame, animation);
+    return frame.value_or(animation.first_frame());
 }
 
-FrameDigits digits_of(std::span<const double> frames, const Clip& clip) {
+FrameDigits digits_of(std::span<const double> frames, const Animation& animation) {
     FrameDigits digits;
-    const std::string last = fmt::format("{:.0f}", std::floor(std::abs(clip.last_frame())));
+    const std::string last = fmt::format("{:.0f}", std::floor(std::abs(animation.last_frame())));
     digits.whole = std::max(digits.whole, last.size());
     for (const double frame : frames)
         digits.fraction = std::max(digits.fraction, fraction_digits(frame));
