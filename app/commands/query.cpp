@@ -45,7 +45,7 @@ void warn_if_open(const QueryOptions& options, const PosedAnimation& posed,
     messages.warn(
         {escape(posed.animation->name()),
          fmt::format("edges: {}; inside, winding and signs of distances need a closed mesh",
-                     describe({edges.open, edges.shared, edges.turned, edges.uneven}))});
+                     describe(EdgeCounts{edges.open, edges.shared, edges.turned, edges.uneven}))});
 }
 
 /// Answers queries about points in batches and gathers the answers as lines.
