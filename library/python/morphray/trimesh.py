@@ -81,7 +81,7 @@ class _Frame(_typing.NamedTuple):
         origin = np.where(np.abs(centre) > extent, near, 0.0)
         size = np.maximum(np.abs(lower - origin), np.abs(upper - origin)).max()
         exponent = np.frexp(size)[1] if size > 0 else 0
-        return _Frame(origin, float(2.0 ** -np.animation(exponent, -1022, 1022)))
+        return _Frame(origin, float(2.0 ** -np.clip(exponent, -1022, 1022)))
 
     def points(self, points):
         with np.errstate(over="ignore", invalid="ignore"):
@@ -169,7 +169,7 @@ class _MeshScene:
             length = _dot(edge, edge)
             s = np.divide(_dot(points - start, edge), length, out=np.zeros_like(length),
                           where=length > 0)
-            on_edge = start + np.animation(s, 0, 1)[:, None] * edge
+            on_edge = start + np.clip(s, 0, 1)[:, None] * edge
             # An end is taken as it is.
             on_edge[s >= 1] = end[s >= 1]
             distance = _dot(points - on_edge, points - on_edge)
