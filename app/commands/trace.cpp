@@ -59,15 +59,19 @@ public:
     }
 
     const std::string& text() const { return text_; }
-    /// The rays that hit nothing in any scene, by reason, with the first of each; empty: none.
+    /// What there is to say of rays that hit nothing in any scene; empty: there are none.
     std::string faults() const {
-        std::string text;
+        std::string reasons;
+        std::uint64_t total = 0;
         for (std::size_t i = 0; i < std::size(kFaults); ++i) {
             if (faults_[i].count == 0) continue;
-            text += fmt::format("{}{} {} (first: ray {})", text.empty() ? "" : ", ",
-                                faults_[i].count, kFaults[i], faults_[i].first);
+            reasons += fmt::format("{} {} {} (first: ray {})", total == 0 ? ":" : ",",
+                                   faults_[i].count, kFaults[i], faults_[i].first);
+            total += faults_[i].count;
         }
-        return text;
+        if (total == 0) return {};
+        return fmt::format("{} of {} rays, counted from 0, hit nothing{}", total, ray_count_,
+                           reasons);
     }
     /// The hits that are left out, and the rays that lack some.
     std::uint64_t left_out() const { return left_out_; }
@@ -157,10 +161,7 @@ ExitCode run_command(const TraceOptions& given, const Messages& messages) {
         }
     }
     const std::string name = escape(input_name(options.ray_file));
-    if (const std::string faults = tracer.faults(); !faults.empty()) {
-        messages.warn({name, fmt::format("of {} rays, counted from 0, some hit nothing: {}",
-                                         rays.size(), faults)});
-    }
+    if (const std::string faults = tracer.faults(); !faults.empty()) messages.warn({name, faults});
     if (tracer.cut_rays() > 0) {
         messages.warn({name, fmt::format("{} of {} rays have more hits than --max-hits {}; {} hits "
                                          "are left out",
