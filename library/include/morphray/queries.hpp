@@ -14,8 +14,10 @@ namespace morphray {
 
 /// Which triangles a ray hits that goes through an edge or a vertex.
 enum class Crossing {
-    /// One triangle for each edge and each vertex of a mesh, however many share it: the first in the
-    /// order of (t, prim_id). So the hit of intersect() is among them, on the border of an open mesh,
+    /// One triangle for each edge and each vertex of a mesh, however many share it: the first in
+    /// the
+    /// order of (t, prim_id). So the hit of intersect() is among them, on the border of an open
+    /// mesh,
     /// too. Edges and vertices of a mesh are one if they lie at one place.
     once,
     /// Each triangle there, as the closest hit of intersect() does.

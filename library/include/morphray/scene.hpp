@@ -260,9 +260,9 @@ public:
 
     /// Finds how often the meshes wind around points: windings[i] answers points[i]. 1 inside a
     /// closed mesh whose triangles are counter-clockwise as seen from outside, 0 outside; nested
-    /// and overlapping meshes add up. It counts how often a half-line from the point along +z leaves
-    /// the meshes, minus how often it enters them (Crossing::owner). It is exact for the coordinates
-    /// given: no rounding decides, however close to the surface a point lies.
+    /// and overlapping meshes add up. It counts how often a half-line from the point along +z
+    /// leaves the meshes, minus how often it enters them (Crossing::owner). It is exact for the
+    /// coordinates given: no rounding decides, however close to the surface a point lies.
     ///
     /// - A point on the surface has the winding of one of its neighbours, that of
     ///   p + (e, e^2, e^3) for e -> 0; contains() tells it apart.
