@@ -107,10 +107,10 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
     json["topology_hash"] = hash_text(topology_hash(topology));
     add_textures(json, animation.textures());
     json["animations"] = Json::array();
-    for (const NamedAnimation& animation : animation.animations())
+    for (const NamedAnimation& named : animation.animations())
         json["animations"].push_back({{"index", json["animations"].size()},
-                                      {"name", animation.name},
-                                      {"shown", animation.is_shown}});
+                                      {"name", named.name},
+                                      {"shown", named.is_shown}});
     json["trees"] = Json::array();
     if (!options.tree_facts) return json;
     for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep})

@@ -171,9 +171,10 @@ Update update_mesh(const std::unique_ptr<SceneImpl>& impl, std::uint32_t geom_id
             throw_bad_argument(
                 "meshes have been attached or detached; call update() without a mesh first");
         }
-        const auto [first, count] = prepare(scene, *mesh);
+        const std::pair<std::size_t, std::size_t> range = prepare(scene, *mesh);
         return change.run([&](SceneImpl& changed) {
-            changed.follow(std::vector<detail::PoseReader::Piece>{{mesh, first, count}});
+            changed.follow(
+                std::vector<detail::PoseReader::Piece>{{mesh, range.first, range.second}});
         });
     });
 }
