@@ -21,7 +21,7 @@ enum class Crossing : std::uint32_t {
     kOwner,  // exactly one of those that it passes through (common/interop/tie_break_rule.h)
 };
 
-/// What the number of a ray's hits has added if one of them may go through an edge or a vertex of
+/// Added to the number of a ray's hits if one of them may go through an edge or a vertex of
 /// its triangle (may_touch_border() of common/interop/tie_break_rule.h).
 inline constexpr std::uint64_t kTouchesBorder = std::uint64_t{1} << 63;
 

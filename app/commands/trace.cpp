@@ -59,7 +59,7 @@ public:
     }
 
     const std::string& text() const { return text_; }
-    /// What there is to say of rays that hit nothing in any scene; empty: there are none.
+    /// The warning about rays that hit nothing in any scene; empty: there are none.
     std::string faults() const {
         std::string reasons;
         std::uint64_t total = 0;

@@ -1,4 +1,4 @@
-// How the triangles of a scene meet at their edges.
+// Edges at which the surface of a scene is not that of a solid.
 #pragma once
 
 #include <cstdint>

@@ -139,7 +139,7 @@ struct EdgeCounts {
     /// open or turned, and some of the shared ones.
     std::uint64_t uneven = 0;
 
-    /// Whether inside, winding and the sign of distances are those of a solid.
+    /// True if inside, winding and the sign of distances are those of a solid.
     bool is_closed() const { return uneven == 0; }
     bool operator==(const EdgeCounts&) const = default;
 };
