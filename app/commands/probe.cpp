@@ -30,7 +30,7 @@ constexpr std::size_t kCandidates = 8;
 
 /// A triangle that a ray may hit.
 struct Candidate {
-    /// Whether the rule takes `hit`.
+    /// True if the hit rule counts `hit` as a hit.
     bool is_hit = false;
     Hit hit;
     /// Edge functions of the projected vertices; inside the triangle all have one sign.

@@ -17,7 +17,7 @@ struct GLFWwindow;
 
 namespace mray::app {
 
-/// Both ends of each edge of the boxes, in the animation space of the view's camera. Eye and target
+/// Both ends of each edge of the boxes, in clip space of the view's camera. Eye and target
 /// of the view are given.
 std::vector<glm::vec4> box_lines(const ViewSpec& view, std::span<const morphray::Box> boxes);
 
@@ -53,7 +53,7 @@ public:
     float pixel_scale() const;
 
     /// Takes 8-bit RGBA pixels, row by row from the top, and the ends of lines over them, which are
-    /// in the animation space of the image.
+    /// in clip space of the image.
     void set_image(std::uint32_t width, std::uint32_t height, std::span<const std::uint32_t> pixels,
                    std::vector<glm::vec4> line_ends);
 

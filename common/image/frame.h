@@ -25,7 +25,7 @@ struct Frame {
     /// Whether a backend must fill `hits` and `occlusion`; a device leaves them empty otherwise,
     /// which spares a copy. Set by the caller.
     bool with_hits = true;
-    /// Whether `hits` are those of the same camera rays already, which need not be traced again.
+    /// True if `hits` has the hits of these camera rays, so that the CPU does not trace them again.
     /// Set by the caller.
     bool has_hits = false;
 };

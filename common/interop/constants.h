@@ -9,8 +9,8 @@
 SHARED_BEGIN
 
 // Scene space: every finite vertex coordinate of the animation lies in [-2^20, 2^20] on the grid
-// 2^-40, so 60 binary digits separate the largest coordinate from the smallest step, and no product
-// of the hit rule is a denormal (docs/design/arithmetic.md, "No denormals").
+// 2^-40, so 60 binary digits separate the largest coordinate from the smallest step. No product of
+// the hit rule is a denormal (docs/design/arithmetic.md, "No denormals").
 SHARED_CONST float kSceneExtent = 1048576.0f;  // 2^20
 // A vertex that is not finite is stored as (kInvalidCoordinate, same, same): 2^40.
 SHARED_CONST float kInvalidCoordinate = 1099511627776.0f;

@@ -37,11 +37,11 @@ SHARED Bool owns_ray(Edges e, Float3 a, Float3 b, Float3 c) {
     return all_left || all_right;
 }
 
-/// Whether the ray of a hit may go through an edge or a vertex of the triangle: false only if no
-/// edge function is 0, since its weight is then 0 up to kWeightRounding.
+/// Returns false only if the ray of a hit goes through no edge and no vertex of the triangle: the
+/// weight of an edge function that is 0 is at most kWeightRounding (docs/design/arithmetic.md).
 SHARED Bool may_touch_border(TriangleHit hit) {
     PRECISE Float rest = 1.0f - (hit.u + hit.v);
-    return lesser(rest, lesser(hit.u, hit.v)) <= 2.0f * kWeightRounding;
+    return lesser(rest, lesser(hit.u, hit.v)) <= kWeightRounding;
 }
 
 #ifndef SHARED_LANES

@@ -39,7 +39,7 @@ struct DegenerateCount {
 };
 DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3> positions);
 
-/// Whether a triangle in scene space has an area, exactly; false if a vertex is not finite.
+/// Returns true if a triangle in scene space has an area, exactly, and its vertices are finite.
 bool has_area(vec3 a, vec3 b, vec3 c);
 
 }  // namespace mray

@@ -12,7 +12,7 @@
 namespace mray {
 namespace {
 
-// Of a vertex that is not finite.
+// The number of vertices that are not finite.
 constexpr std::uint32_t kNowhere = 0xFFFFFFFFu;
 
 std::tuple<float, float, float> place_of(vec3 p) { return {p.x, p.y, p.z}; }

@@ -48,9 +48,11 @@ using namespace mray::embree;
 #define MORPHRAY_REFUSED(...) MORPHRAY_REFUSED_AS(void, __VA_ARGS__)
 #define MORPHRAY_REFUSED_FOR(call, what, ...) \
     MORPHRAY_REFUSED(call, geometry, what, RTCGeometry geometry, __VA_ARGS__)
-#define MORPHRAY_REFUSED_ID(call, ...)                                                    \
-    MORPHRAY_REFUSED_AS(unsigned int, call, geometry, kSubdivision, RTCGeometry geometry, \
-                        __VA_ARGS__)
+#define MORPHRAY_REFUSED_ID(call, ...)                     \
+    unsigned int call(RTCGeometry geometry, __VA_ARGS__) { \
+        refuse(#call, geometry, kSubdivision);             \
+        return kInvalid;                                   \
+    }
 #define MORPHRAY_REFUSED_POINTS(n)                                                                \
     MORPHRAY_REFUSED_AS(bool, rtcPointQuery##n, scene, kPointPackets, const int*, RTCScene scene, \
                         RTCPointQuery##n*, RTCPointQueryContext*, RTCPointQueryFunction, void**)

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <map>
 #include <mutex>
 #include <numeric>
 #include <utility>
@@ -38,10 +37,11 @@ void keep_crossings(const SceneImpl& scene, const mray::Ray& ray, std::vector<mr
 /// All hits of each ray, by Crossing::once.
 std::vector<std::vector<mray::Hit>> list_crossings(const SceneImpl& scene,
                                                    std::span<const mray::Ray> rays) {
+    std::vector<std::vector<mray::Hit>> crossings(rays.size());
+    if (rays.empty()) return crossings;
     mray::HitLists lists;
     constexpr std::uint32_t kAll = std::numeric_limits<std::uint32_t>::max();
     scene.tracer->query(mray::ListQuery{rays, mray::Crossing::kEach, kAll, lists});
-    std::vector<std::vector<mray::Hit>> crossings(rays.size());
     auto first = lists.hits.cbegin();
     for (std::size_t i = 0; i < rays.size(); ++i) {
         crossings[i].assign(first, first + lists.listed[i]);
@@ -58,21 +58,51 @@ bool take_border_flag(std::uint64_t& count, Crossing crossing) {
     return touches && count > 1 && crossing == Crossing::once;
 }
 
-/// Calls set(i, hits) with all hits of each ray that has fewer by Crossing::once than counts[i],
-/// or may have; takes kTouchesBorder from all counts.
-template <class Set>
-void for_crossings(const SceneImpl& scene, std::span<const mray::Ray> rays, Crossing crossing,
-                   std::span<std::uint64_t> counts, Set set) {
+/// Makes numbers of each hit, with kTouchesBorder, those of `crossing`.
+void finish_counts(const SceneImpl& scene, std::span<const mray::Ray> rays, Crossing crossing,
+                   std::span<std::uint64_t> counts) {
     std::vector<std::size_t> places;
-    std::vector<mray::Ray> asked;
+    std::vector<mray::Ray> touching;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         if (!take_border_flag(counts[i], crossing)) continue;
         places.push_back(i);
-        asked.push_back(rays[i]);
+        touching.push_back(rays[i]);
     }
-    if (asked.empty()) return;
-    std::vector<std::vector<mray::Hit>> crossings = list_crossings(scene, asked);
-    for (std::size_t k = 0; k < places.size(); ++k) set(places[k], std::move(crossings[k]));
+    const std::vector<std::vector<mray::Hit>> crossings = list_crossings(scene, touching);
+    for (std::size_t k = 0; k < places.size(); ++k) counts[places[k]] = crossings[k].size();
+}
+
+/// Makes lists of each hit, with kTouchesBorder, those of options.crossing. Only rays with more
+/// hits than are listed are traced again.
+void finish_lists(const SceneImpl& scene, std::span<const mray::Ray> rays,
+                  const AllHitsOptions& options, mray::HitLists& lists) {
+    std::vector<bool> touches(rays.size());
+    std::vector<mray::Ray> cut;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        touches[i] = take_border_flag(lists.total[i], options.crossing);
+        if (touches[i] && lists.total[i] > lists.listed[i]) cut.push_back(rays[i]);
+    }
+    if (std::ranges::find(touches, true) == touches.end()) return;
+    std::vector<std::vector<mray::Hit>> crossings = list_crossings(scene, cut);
+    auto whole = crossings.begin();
+    std::vector<mray::Hit> finished;
+    std::vector<mray::Hit> hits;
+    auto next = lists.hits.cbegin();
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        hits.assign(next, next + lists.listed[i]);
+        next += lists.listed[i];
+        if (touches[i]) {
+            if (lists.total[i] > lists.listed[i])
+                hits = std::move(*whole++);
+            else
+                keep_crossings(scene, rays[i], hits);
+            lists.total[i] = hits.size();
+            hits.resize(std::min<std::size_t>(hits.size(), options.max_hits));
+            lists.listed[i] = static_cast<std::uint32_t>(hits.size());
+        }
+        finished.insert(finished.end(), hits.begin(), hits.end());
+    }
+    lists.hits = std::move(finished);
 }
 
 /// The first hit after a cursor by Crossing::once, if `found` is that by Crossing::each.
@@ -168,8 +198,7 @@ void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Cr
                     *scene.space, order.empty() ? part.subspan(begin, size) : std::span(gathered));
                 std::vector<std::uint64_t> found(size);
                 scene.tracer->query(mray::CountQuery{batch.rays, crossing_of(crossing), found});
-                for_crossings(scene, batch.rays, crossing, found,
-                              [&](std::size_t i, const auto& hits) { found[i] = hits.size(); });
+                finish_counts(scene, batch.rays, crossing, found);
                 for (std::size_t i = 0; i < size; ++i) counts[first + place(i)] = found[i];
             });
         };
@@ -201,23 +230,13 @@ AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& op
             mray::HitLists lists;
             scene.tracer->query(mray::ListQuery{batch.rays, crossing_of(options.crossing),
                                                 options.max_hits, lists});
-            std::map<std::size_t, std::vector<mray::Hit>> crossings;
-            for_crossings(scene, batch.rays, options.crossing, lists.total,
-                          [&](std::size_t i, auto hits) { crossings[i] = std::move(hits); });
+            finish_lists(scene, batch.rays, options, lists);
             Part part{begin, std::move(lists.listed), std::move(lists.total), {}};
             part.hits.reserve(lists.hits.size());
-            auto next = lists.hits.cbegin();
+            auto hit = lists.hits.begin();
             for (std::size_t i = 0; i < size; ++i) {
-                std::span<const mray::Hit> hits(next, part.listed[i]);
-                next += part.listed[i];
-                if (const auto found = crossings.find(i); found != crossings.end()) {
-                    part.total[i] = found->second.size();
-                    hits = std::span<const mray::Hit>(found->second);
-                    hits = hits.first(std::min<std::size_t>(hits.size(), options.max_hits));
-                    part.listed[i] = static_cast<std::uint32_t>(hits.size());
-                }
-                for (const mray::Hit& hit : hits)
-                    part.hits.push_back(to_world(scene.meshes, hit, batch.t_exponents[i]));
+                for (std::uint32_t k = 0; k < part.listed[i]; ++k)
+                    part.hits.push_back(to_world(scene.meshes, *hit++, batch.t_exponents[i]));
             }
             const std::scoped_lock lock(mutex);
             parts.push_back(std::move(part));

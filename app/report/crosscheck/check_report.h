@@ -11,7 +11,7 @@
 
 namespace mray::app {
 
-/// What is compared with the reference.
+/// A backend, its instruction set and its tree, whose images are compared with the reference.
 struct CheckVariant {
     std::string backend;
     /// The CPU's instruction set; empty for the CPU without SIMD and for other backends.

@@ -15,10 +15,8 @@ namespace morphray {
 /// Which triangles a ray hits that goes through an edge or a vertex.
 enum class Crossing {
     /// One triangle for each edge and each vertex of a mesh, however many share it: the first in
-    /// the
-    /// order of (t, prim_id). So the hit of intersect() is among them, on the border of an open
-    /// mesh,
-    /// too. Edges and vertices of a mesh are one if they lie at one place.
+    /// the order of (t, prim_id). So the hit of intersect() is among them, also on the border of an
+    /// open mesh. Edges and vertices of a mesh are one if they lie at one place.
     once,
     /// Each triangle there, as the closest hit of intersect() does.
     each,
@@ -57,7 +55,9 @@ struct Coherence {
 
 struct AllHitsOptions {
     Crossing crossing = Crossing::once;
-    /// The most hits that are listed for a ray: the first ones. More are counted.
+    /// The most hits that are listed for a ray: the first ones. More are counted. By
+    /// Crossing::once, all hits of a ray that goes through an edge or a vertex take memory
+    /// meanwhile.
     std::uint32_t max_hits = std::numeric_limits<std::uint32_t>::max();
     /// As for Scene::intersect().
     const std::atomic<bool>* cancel = nullptr;

@@ -181,7 +181,7 @@ coherence: what is known of the rays, for speed alone: "none"; "sort", they come
       width of the image whose rays they are, row by row
 
 Returns an array of hit_dtype, `out` if it is given. The hit is at (1 - u - v) * p0 + u * p1 + v * p2. A
-miss has the IDs INVALID_ID. At equal t the lowest (geom_id, prim_id) is the hit.
+miss has t = inf and the IDs INVALID_ID. At equal t the lowest (geom_id, prim_id) is the hit.
 
 Raises TypeError for another dtype, ValueError for another shape, `out` or coherence.)",
             arg("rays"), arg("out") = none, py::kw_only(), arg("coherence") = "none")
@@ -216,7 +216,8 @@ points: (N, 3) float32; more axes in front are kept
 out:    a C-contiguous array of the result's dtype to write to
 cancel: a morphray.Cancel, which ends the call with Error "cancelled"
 
-Returns an array of int32: how often a half-line along +z leaves the meshes, less that of entering them.
+Returns an array of int32: how often a half-line along +z leaves the meshes, minus how often it
+enters them.
 A point on the surface has the winding of one of its neighbours, one that is not finite has 0.)",
             arg("points"), arg("out") = none, py::kw_only(), arg("cancel") = none)
         .def("contains", &contains,

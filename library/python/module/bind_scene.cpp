@@ -140,7 +140,7 @@ void bind_update(py::module_& module) {
                       "Edges that are run through more often in one direction.")
         .def_property_readonly(
             "is_closed", &EdgeCounts::is_closed,
-            "Whether inside, winding and the sign of distances are those of a solid.")
+            "True if inside, winding and the sign of distances are those of a solid.")
         .def("__repr__", [](const EdgeCounts& edges) {
             return "<morphray.EdgeCounts " + std::to_string(edges.open) + " open, " +
                    std::to_string(edges.shared) + " shared, " + std::to_string(edges.turned) +

@@ -66,7 +66,9 @@ TEST(EmbreeErrors, WhatIsNotSupportedIsNamed) {
     }
     rtcNewBVH(device.handle);
     EXPECT_EQ(device.error(), RTC_ERROR_INVALID_OPERATION);
-    RTCScene scene = device.committed({device.triangle()});
+    RTCGeometry mesh = device.triangle();
+    EXPECT_EQ(rtcGetGeometryFirstHalfEdge(mesh, 0), kInvalid);
+    RTCScene scene = device.committed({mesh});
     rtcCollide(scene, scene, nullptr, nullptr);
     EXPECT_EQ(device.error(), RTC_ERROR_INVALID_OPERATION);
     rtcPointQuery4(nullptr, scene, nullptr, nullptr, nullptr, nullptr);
