@@ -20,12 +20,8 @@ struct MeshFileOptions {
     /// Accept coordinates that are not finite or beyond 1e30 and leave out faces that cannot be
     /// read, with a warning each.
     bool lenient = false;
-    /// Read colours and material libraries; otherwise every albedo is kDefaultAlbedo.
-    bool materials = true;
-    /// Read which corners share a normal.
-    bool normals = false;
-    /// Read texture coordinates and the textures of materials.
-    bool textures = false;
+    /// Leave out colours, material libraries, normals and textures.
+    bool positions_only = false;
     WarnFunction warn = {};
 };
 
@@ -41,10 +37,9 @@ struct FileMesh {
     std::vector<vec3> vertex_colours;
     /// For each corner of `faces` a number, below that of all corners: corners of one position with
     /// equal normals have the same number, those without a normal a number of their own. Empty if
-    /// the file has no normals, or they are not read.
+    /// the file has no normals.
     std::vector<std::uint32_t> smooth;
-    /// The textures that faces use. Empty if there are none, or they are not read; then the arrays
-    /// below are empty, too.
+    /// The textures that faces use. If there are none, the arrays below are empty, too.
     std::vector<TextureFile> textures;
     /// For each face an index of `textures`, or kNoTexture.
     std::vector<std::uint32_t> face_textures;
@@ -71,9 +66,9 @@ FileMesh read_obj(const std::filesystem::path& path, const MeshFileOptions& opti
 /// vertex_index. Skips all others. Faults
 /// of coordinates and faces are those of OBJ files (MeshRules).
 ///
-/// Colours of type uchar are those of images, whose squares are linear; others are linear.
-/// Normals tell which corners are smooth together: those of vertices with equal positions and
-/// normals.
+/// Colours of integer types are those of images, 0 to 255, whose squares are linear; others are
+/// linear. Normals tell which corners are smooth together: those of vertices with equal positions
+/// and normals.
 ///
 /// Checks the numbers of the header against the size of the file before it takes memory for them.
 /// Throws Error: kBadInput with the file and the line, or

@@ -19,11 +19,6 @@ namespace {
 constexpr std::string_view kBlanks = " \t\f";
 constexpr Albedo kWhite = 0x00FFFFFF;
 
-/// Options of map_Kd that are not read, with the number of their values.
-constexpr std::pair<std::string_view, int> kOtherOptions[] = {
-    {"-blendu", 1},  {"-blendv", 1}, {"-texres", 1}, {"-boost", 1}, {"-bm", 1},
-    {"-imfchan", 1}, {"-type", 1},   {"-cc", 1},     {"-mm", 2}};
-
 std::string_view take_word(std::string_view& rest) {
     const std::string_view word = rest.substr(0, rest.find_first_of(kBlanks));
     rest = trimmed(rest.substr(word.size()), kBlanks);
@@ -47,8 +42,8 @@ bool take_numbers(std::string_view& rest, std::array<float, 2>& numbers) {
 class MtlReader {
 public:
     MtlReader(std::string_view text, const std::filesystem::path& library, const std::string& name,
-              bool lenient, MaterialMap& materials)
-        : lines_(text, name), library_(library), lenient_(lenient), materials_(materials) {}
+              MaterialMap& materials)
+        : lines_(text, name), library_(library), materials_(materials) {}
 
     void read(const WarnFunction& warn) {
         while (!lines_.at_end()) read_statement(trimmed(lines_.next(), kBlanks));
@@ -57,10 +52,8 @@ public:
     }
 
 private:
-    /// `instead` is what a lenient reader does.
-    void refuse(const std::string& what, std::string_view instead) {
-        if (!lenient_) lines_.fail(what + "; repair the material");
-        odd_.add([&] { return Warning{lines_.place(), fmt::format("{}; {}", what, instead)}; });
+    void warn(const std::string& what) {
+        odd_.add([&] { return Warning{lines_.place(), what}; });
     }
 
     void read_statement(std::string_view statement) {
@@ -88,8 +81,8 @@ private:
             if (number && std::isfinite(*number)) kd.push_back(*number);
         }
         if (words.size() != 3 || kd.size() != 3) {
-            return refuse(fmt::format("Kd {} is not three finite numbers", quote(text)),
-                          "taken as grey");
+            return warn(
+                fmt::format("Kd {} is not three finite numbers; taken as grey", quote(text)));
         }
         albedo_ = albedo_of(kd[0], kd[1], kd[2]);
     }
@@ -99,19 +92,16 @@ private:
     void read_map(const std::string_view text) {
         TextureMap map;
         std::string_view rest = text;
-        std::string problem;
-        while (rest.starts_with('-') && problem.empty()) {
-            const std::string_view before = rest;
-            if (read_option(rest, map, problem)) continue;
-            // A file name may begin with a dash.
-            rest = before;
-            break;
+        while (rest.starts_with('-')) {
+            const std::string_view option = rest;
+            if (read_option(rest, map)) continue;
+            return warn(fmt::format("map_Kd has an option or value that is not read: {}; left out",
+                                    quote(option)));
         }
         if (rest.size() > 1 && rest.front() == '"' && rest.back() == '"')
             rest = rest.substr(1, rest.size() - 2);
-        if (rest.empty() && problem.empty()) problem = "names no file";
-        if (!problem.empty())
-            return refuse(fmt::format("map_Kd {} {}", quote(text), problem), "left out");
+        if (rest.empty())
+            return warn(fmt::format("map_Kd {} names no file; left out", quote(text)));
         map.file = rest;
         std::replace(map.file.begin(), map.file.end(), '\\', '/');
         map.place = lines_.place();
@@ -119,31 +109,15 @@ private:
         map_ = std::make_shared<const TextureMap>(std::move(map));
     }
 
-    /// Takes an option with its values. Returns false if there is no such option.
-    bool read_option(std::string_view& rest, TextureMap& map, std::string& problem) {
+    /// Takes an option with its values. Returns false for one that is not known, or without them.
+    static bool read_option(std::string_view& rest, TextureMap& map) {
         const std::string_view option = take_word(rest);
-        const std::string_view value = rest.substr(0, rest.find_first_of(kBlanks));
-        bool is_good = true;
-        if (option == "-clamp") {
-            map.clamp = value == "on";
-            is_good = map.clamp || value == "off";
-            take_word(rest);
-        } else if (option == "-s") {
-            is_good = take_numbers(rest, map.scale);
-        } else if (option == "-o") {
-            is_good = take_numbers(rest, map.offset);
-        } else if (option == "-t") {
-            std::array<float, 2> turbulence = {};
-            is_good = take_numbers(rest, turbulence);
-        } else {
-            const auto* const other =
-                std::find_if(std::begin(kOtherOptions), std::end(kOtherOptions),
-                             [&](const auto& known) { return known.first == option; });
-            if (other == std::end(kOtherOptions)) return false;
-            for (int i = 0; i < other->second; ++i) take_word(rest);
-        }
-        if (!is_good) problem = fmt::format("has {} {}", option, quote(value));
-        return true;
+        if (option == "-s") return take_numbers(rest, map.scale);
+        if (option == "-o") return take_numbers(rest, map.offset);
+        if (option != "-clamp") return false;
+        const std::string_view value = take_word(rest);
+        map.clamp = value == "on";
+        return map.clamp || value == "off";
     }
 
     void end_material() {
@@ -161,7 +135,6 @@ private:
 
     ObjLines lines_;
     const std::filesystem::path& library_;
-    const bool lenient_;
     MaterialMap& materials_;
     std::string material_;
     std::optional<Albedo> albedo_;
@@ -172,9 +145,8 @@ private:
 }  // namespace
 
 void read_mtl_text(std::string_view text, const std::filesystem::path& library,
-                   const std::string& name, bool lenient, const WarnFunction& warn,
-                   MaterialMap& materials) {
-    MtlReader(text, library, name, lenient, materials).read(warn);
+                   const std::string& name, const WarnFunction& warn, MaterialMap& materials) {
+    MtlReader(text, library, name, materials).read(warn);
 }
 
 }  // namespace mray

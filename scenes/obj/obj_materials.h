@@ -55,12 +55,10 @@ inline constexpr std::uint64_t kMaxMtlBytes = std::uint64_t{256} << 20;
 /// [0, 1] and rounded to 8 bits; kDefaultAlbedo without a Kd. Of the options of map_Kd, -s, -o and
 /// -clamp are read.
 ///
-/// `library` is the file, `name` the same in messages. Throws Error(kBadInput) for NUL bytes, for a
-/// Kd without three finite numbers and for options of map_Kd without their values; if lenient,
-/// warns and takes the default, or no texture, for the latter two.
+/// `library` is the file, `name` the same in messages. Throws Error(kBadInput) for NUL bytes. A Kd
+/// without three finite numbers, and a map_Kd with other options, are left out with a warning.
 void read_mtl_text(std::string_view text, const std::filesystem::path& library,
-                   const std::string& name, bool lenient, const WarnFunction& warn,
-                   MaterialMap& materials);
+                   const std::string& name, const WarnFunction& warn, MaterialMap& materials);
 
 /// Reads material libraries and gives faces their colours and textures. A texture is searched where
 /// its library names it and, if it is not there or not in the folder of the library, by its file
@@ -74,7 +72,7 @@ public:
     /// Adds the materials of a library. One that cannot be opened is a warning.
     void read_library(const std::string& file) {
         const std::string name(trimmed(file, " \t"));
-        if (!options_.materials || name.empty()) return;
+        if (options_.positions_only || name.empty()) return;
         std::filesystem::path library;
         std::string bytes;
         try {
@@ -89,13 +87,13 @@ public:
             });
             return;
         }
-        read_mtl_text(bytes, library, escape(library), options_.lenient, options_.warn, materials_);
+        read_mtl_text(bytes, library, escape(library), options_.warn, materials_);
     }
 
     /// Gives the next faces a material; the default, if the name is not known.
     void use(std::string_view text) {
         current_ = &default_;
-        if (!options_.materials) return;
+        if (options_.positions_only) return;
         const std::string name(trimmed(text, " \t"));
         const auto material = materials_.find(name);
         if (material == materials_.end()) {
@@ -108,7 +106,7 @@ public:
         }
         const auto [used, is_new] = used_.try_emplace(name, Used{material->second});
         const TextureMap* const map = material->second.map.get();
-        if (is_new && options_.textures && map != nullptr) used->second.texture = texture_of(*map);
+        if (is_new && map != nullptr) used->second.texture = texture_of(*map);
         current_ = &used->second;
     }
     /// Colours the next face of the mesh. Null stands for corners without texture coordinates.

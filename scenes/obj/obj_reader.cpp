@@ -111,9 +111,9 @@ private:
         }
         if (keyword == "v") {
             read_vertex(rest);
-        } else if (keyword == "vn" && options_.normals) {
+        } else if (keyword == "vn" && !options_.positions_only) {
             read_normal(rest);
-        } else if (keyword == "vt" && options_.textures) {
+        } else if (keyword == "vt" && !options_.positions_only) {
             read_texcoord(rest);
         } else if (keyword == "usemtl" || keyword == "mtllib") {
             if (!std::all_of(rest.begin(), rest.end(), is_blank)) passed_ = statement;
@@ -220,7 +220,7 @@ private:
         for (std::size_t i = 0; i < corners.size(); ++i) {
             const std::uint32_t texcoord = place_of(corners[i].texcoord_index, texcoords_.size());
             texcoords_of_face_.push_back(texcoord == kNone ? nullptr : &texcoords_[texcoord]);
-            if (options_.normals)
+            if (!options_.positions_only)
                 mesh_.smooth.push_back(
                     smooth_number(vertices_of_face_[i], corners[i].normal_index));
         }

@@ -40,7 +40,6 @@ public:
         if (values_.left() > 0)
             warn({name_, fmt::format("{} bytes after the last item; ignored", values_.left())});
         rules_.tell(options_.warn);
-        odd_channels_.tell(options_.warn);
         if (!normals_.empty()) number_corners();
         return std::move(mesh_);
     }
@@ -50,7 +49,7 @@ private:
     struct Column {
         std::vector<vec3>* to = nullptr;
         int axis = 0;
-        bool is_colour_of_bytes = false;
+        bool is_byte_colour = false;
     };
 
     void warn(const Warning& warning) const {
@@ -60,15 +59,10 @@ private:
     void make_columns(const PlyElement& vertices) {
         columns_.resize(vertices.properties.size());
         add_columns(vertices, kPlyPosition, mesh_.positions);
-        if (options_.normals && vertices.has(kNormal)) add_columns(vertices, kNormal, normals_);
-        if (!options_.materials || !vertices.has(kColour)) return;
-        const bool is_known = std::ranges::none_of(vertices.properties, [](const PlyProperty& p) {
-            return std::ranges::count(kColour, p.name) > 0 && is_integer(p.type) &&
-                   p.type != PlyScalar::kUint8;
-        });
-        if (is_known) return add_columns(vertices, kColour, mesh_.vertex_colours);
-        warn({fmt::format("{}:{}", name_, vertices.line),
-              "colours of this type are not read, only uchar, float and double; taken as grey"});
+        if (!options_.positions_only && vertices.has(kNormal))
+            add_columns(vertices, kNormal, normals_);
+        if (!options_.positions_only && vertices.has(kColour))
+            add_columns(vertices, kColour, mesh_.vertex_colours);
     }
     void add_columns(const PlyElement& vertices, const PlyAxes& axes, std::vector<vec3>& to) {
         to.resize(static_cast<std::size_t>(vertices.count));
@@ -77,7 +71,7 @@ private:
             const auto* const axis = std::ranges::find(axes, property.name);
             if (axis == axes.end() || property.count_type) continue;
             columns_[i] = {&to, static_cast<int>(axis - axes.begin()),
-                           &axes == &kColour && property.type == PlyScalar::kUint8};
+                           &axes == &kColour && is_integer(property.type)};
         }
     }
 
@@ -91,7 +85,6 @@ private:
             mesh_.faces.corners.reserve(3 * most);
             mesh_.faces.corner_counts.reserve(most);
         }
-        if (is_vertex && read_columns(element)) return;
         for (std::uint64_t item = 0; item < element.count; ++item) {
             if (has_triangles) item += add_triangles(element.count - item);
             if (item == element.count) return;
@@ -127,38 +120,11 @@ private:
         return count;
     }
 
-    /// Reads binary vertices without lists a property at a time, which is twice as fast. Returns
-    /// false if there is a list or the file ends.
-    bool read_columns(const PlyElement& vertices) {
-        std::size_t stride = 0;
-        for (const PlyProperty& property : vertices.properties) {
-            if (property.count_type) return false;
-            stride += size_of(property.type);
-        }
-        if (values_.is_text() || values_.left() / stride < vertices.count) return false;
-        const auto count = static_cast<std::size_t>(vertices.count);
-        std::size_t offset = 0;
-        for (std::size_t k = 0; k < columns_.size(); ++k) {
-            const PlyScalar type = vertices.properties[k].type;
-            const Column column = columns_[k];
-            for (std::size_t i = 0; column.to != nullptr && i < count; ++i)
-                component(column, i) =
-                    linear(column, values_.number_ahead(offset + i * stride, type));
-            offset += size_of(type);
-        }
-        for (std::size_t i = 0; i < count; ++i) {
-            values_.begin(vertices, i);
-            check_vertex(i);
-            values_.skip_bytes(stride);
-        }
-        return true;
-    }
-
     static float& component(const Column& column, std::uint64_t vertex) {
         return (*column.to)[static_cast<std::size_t>(vertex)][column.axis];
     }
     float linear(const Column& column, float value) const {
-        if (!column.is_colour_of_bytes) return value;
+        if (!column.is_byte_colour) return value;
         if (!(value >= 0 && value <= 255))
             values_.fail(fmt::format("colour {} is not from 0 to 255; repair it", value));
         // As those of images, whose squares are linear.
@@ -171,15 +137,8 @@ private:
             const float value = mesh_.positions[vertex][axis];
             if (!MeshRules::is_good(value))
                 rules_.take_bad_coordinate(value, fmt::format("{}", value), place_);
-            if (mesh_.vertex_colours.empty()) continue;
-            float& channel = mesh_.vertex_colours[vertex][axis];
-            if (std::isfinite(channel)) continue;
-            const std::string what = place_() + ": colour of a vertex is not finite; repair it";
-            if (!options_.lenient) throw Error(ErrorKind::kBadInput, what, Hint::kLenient);
-            odd_channels_.add([&] {
-                return Warning{place_(), "colour of a vertex is not finite; taken as 0"};
-            });
-            channel = 0;
+            if (!mesh_.vertex_colours.empty() && !std::isfinite(mesh_.vertex_colours[vertex][axis]))
+                values_.fail("colour of a vertex is not finite; repair it");
         }
     }
 
@@ -233,7 +192,6 @@ private:
     /// One for each property of the vertices.
     std::vector<Column> columns_;
     std::vector<std::int64_t> corners_;
-    WarningCount odd_channels_;
 };
 
 }  // namespace

@@ -96,12 +96,6 @@ public:
             take(size_of(type));
     }
 
-    /// The binary number that lies this many bytes ahead, which are there.
-    float number_ahead(std::size_t bytes, PlyScalar type) const {
-        return number_at(rest_.data() + bytes, type);
-    }
-    void skip_bytes(std::size_t count) { take(count); }
-
     static constexpr std::size_t kTriangleBytes = 1 + 3 * sizeof(std::uint32_t);
     /// Appends the corners of the next triangles, lists of one byte and three integers of 32 bits,
     /// up to a face that is none. Returns their number, at most `most`.

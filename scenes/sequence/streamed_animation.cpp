@@ -7,6 +7,7 @@
 #include <iterator>
 #include <map>
 #include <mutex>
+#include <ranges>
 #include <utility>
 
 #include "common/text/text_parts.h"
@@ -172,15 +173,10 @@ private:
 
     /// The last keyframe at or before a frame of the animation.
     std::size_t at_or_before(double frame) const {
-        std::size_t first = 0;
-        std::size_t count = source_->count();
-        while (count > 1) {
-            const std::size_t half = count / 2;
-            const bool is_later = source_->frame(first + half) > frame;
-            if (!is_later) first += half;
-            count = is_later ? half : count - half;
-        }
-        return first;
+        const auto later = std::views::iota(std::size_t{1}, source_->count());
+        return *std::ranges::partition_point(later, [&](std::size_t keyframe) {
+            return source_->frame(keyframe) <= frame;
+        }) - 1;
     }
 
     KeyframeBlend blend_at(double frame) const {
@@ -212,9 +208,7 @@ private:
 }  // namespace
 
 FirstMesh read_first_mesh(const std::filesystem::path& path, const AnimationOptions& options) {
-    FileMesh mesh = read_mesh_file(
-        path,
-        {.lenient = options.lenient, .normals = true, .textures = true, .warn = options.warn});
+    FileMesh mesh = read_mesh_file(path, {.lenient = options.lenient, .warn = options.warn});
     FirstMesh first;
     Topology& topology = first.topology;
     topology.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());

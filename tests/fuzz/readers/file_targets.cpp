@@ -82,10 +82,10 @@ std::string jpeg_failure(std::string_view bytes) {
 }
 
 std::string mtl_failure(std::string_view bytes) {
-    return failure_of(kName, [&](bool is_lenient) {
+    return failure_of(kName, [&](bool) {
         WarningJudge warnings;
         MaterialMap materials;
-        read_mtl_text(bytes, kName, kName, is_lenient, warnings.function(), materials);
+        read_mtl_text(bytes, kName, kName, warnings.function(), materials);
         for (const auto& [name, material] : materials) {
             std::string failure = broken_material(material);
             if (!failure.empty()) return failure;

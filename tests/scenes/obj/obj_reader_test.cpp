@@ -268,34 +268,26 @@ TEST(MeshRules, MoreTrianglesThanTheLimitAreRefused) {
     EXPECT_EQ(kMaxTriangles, std::uint64_t{1} << 28);
 }
 
-MeshFileOptions with_normals() {
-    MeshFileOptions options;
-    options.normals = true;
-    return options;
-}
-
 TEST(ObjNormals, NumberCornersThatShareOne) {
     // Two triangles over the edge 2 3: the corners at 2 share a normal that is written twice, those
     // at 3 have different ones.
     const FileMesh mesh = read(kVertices +
-                                   "v 1 1 0\nvn 0 0 1\nvn 0 0 1.0\nvn 0 -0 1\nvn 1 0 0\n"
-                                   "f 1//1 2//1 3//1\nf 2//2 4//3 3//-1\n",
-                               with_normals())
+                               "v 1 1 0\nvn 0 0 1\nvn 0 0 1.0\nvn 0 -0 1\nvn 1 0 0\n"
+                               "f 1//1 2//1 3//1\nf 2//2 4//3 3//-1\n")
                               .mesh;
     EXPECT_EQ(mesh.smooth, (std::vector<std::uint32_t>{0, 1, 2, 1, 4, 5}));
 }
 
 TEST(ObjNormals, CornersWithoutOneHaveNumbersOfTheirOwn) {
     const FileMesh mesh =
-        read(kVertices + "vn 0 0 1\nf 1//1 2 3\nf 1//1 2 3//7\nf 1//-2 2 3//1\n", with_normals())
-            .mesh;
+        read(kVertices + "vn 0 0 1\nf 1//1 2 3\nf 1//1 2 3//7\nf 1//-2 2 3//1\n").mesh;
     EXPECT_EQ(mesh.smooth, (std::vector<std::uint32_t>{0, 1, 2, 0, 4, 5, 6, 7, 8}));
 }
 
 TEST(ObjNormals, AreLeftOutUnlessAskedForAndThere) {
     const std::string text = kVertices + "vn 0 0 1\nf 1//1 2//1 3//1\n";
-    EXPECT_TRUE(read(text).mesh.smooth.empty());
-    EXPECT_TRUE(read(kVertices + "vn 0 0 1\nf 1 2 3\n", with_normals()).mesh.smooth.empty());
+    EXPECT_TRUE(read(text, {.positions_only = true}).mesh.smooth.empty());
+    EXPECT_TRUE(read(kVertices + "vn 0 0 1\nf 1 2 3\n").mesh.smooth.empty());
 }
 
 }  // namespace

@@ -227,7 +227,7 @@ std::filesystem::path written(const TemporaryFolder& folder, const std::string& 
 
 /// Whether the file is accepted. Fails for errors of other kinds.
 bool is_read(const std::filesystem::path& path) {
-    const auto error = error_of([&] { read_ply(path, {.normals = true}); });
+    const auto error = error_of([&] { read_ply(path); });
     EXPECT_TRUE(!error || error->kind() == ErrorKind::kBadInput) << error->what();
     return !error;
 }
