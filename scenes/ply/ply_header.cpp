@@ -99,12 +99,8 @@ private:
     }
 
     void read_element(const std::vector<std::string_view>& words) {
-        if (words.size() != 3) fail("element without a name and a number; is the file damaged?");
-        const auto count = parse_unsigned(words[2]);
-        if (!count) {
-            fail(fmt::format("{} is not a number of items; give a whole number from 0 on",
-                             quote(words[2])));
-        }
+        const auto count = words.size() == 3 ? parse_unsigned(words[2]) : std::nullopt;
+        if (!count) fail("element without a name and a number of items; write the file again");
         const auto is_same = [&](const PlyElement& other) { return other.name == words[1]; };
         if (words[1] == "vertex" &&
             std::any_of(header_.elements.begin(), header_.elements.end(), is_same))
@@ -114,20 +110,15 @@ private:
 
     void read_property(const std::vector<std::string_view>& words) {
         if (header_.elements.empty()) fail("property without an element; write the file again");
-        const bool is_list = words.size() > 1 && words[1] == "list";
-        if (words.size() != (is_list ? 5u : 3u)) {
+        const bool is_list = words.size() == 5 && words[1] == "list";
+        const auto type = words.size() < 3 ? std::nullopt : type_of(words[words.size() - 2]);
+        const auto count_type = is_list ? type_of(words[2]) : std::nullopt;
+        if (!type || (is_list ? !count_type || !is_integer(*count_type) : words.size() != 3)) {
             fail(
-                "property that is not known; write property TYPE NAME, or property list TYPE "
-                "TYPE NAME");
+                "property that is not known; write property TYPE NAME, or property list INTEGER "
+                "TYPE NAME, with types char, uchar, short, ushort, int, uint, float or double");
         }
-        PlyProperty property{.name = std::string(words.back()),
-                             .type = type_of(words[words.size() - 2])};
-        if (is_list) {
-            property.count_type = type_of(words[2]);
-            if (!is_integer(*property.count_type))
-                fail(fmt::format("list with numbers of entries of type {}; use an integer type",
-                                 words[2]));
-        }
+        PlyProperty property{std::string(words.back()), *type, count_type};
         PlyElement& element = header_.elements.back();
         property.has_corners =
             element.name == "face" && is_list && is_integer(property.type) &&
@@ -135,15 +126,10 @@ private:
         element.properties.push_back(std::move(property));
     }
 
-    PlyScalar type_of(std::string_view name) const {
-        const auto* const found =
-            std::find_if(std::begin(kTypes), std::end(kTypes),
-                         [&](const auto& named) { return named.first == name; });
-        if (found != std::end(kTypes)) return found->second;
-        fail(
-            fmt::format("type {} is not known; use char, uchar, short, ushort, int, uint, float "
-                        "or double",
-                        quote(name)));
+    static std::optional<PlyScalar> type_of(std::string_view name) {
+        for (const auto& [known, type] : kTypes)
+            if (known == name) return type;
+        return std::nullopt;
     }
 
     void require_meaning(const PlyElement& element) const {
