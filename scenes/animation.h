@@ -15,6 +15,7 @@
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
 #include "common/scene/textures.h"
+#include "scenes/file_origin.h"
 
 namespace mray {
 
@@ -73,6 +74,9 @@ public:
 
     /// The textures of the triangles, whose files have been found but not read. Null: none.
     virtual const SceneTextures* textures() const { return nullptr; }
+
+    /// World space is the coordinates of the file minus this, so that floats have its digits.
+    virtual FileOrigin origin() const { return {}; }
 
     /// Writes the vertex positions of a frame, in world space; out has topology().vertex_count
     /// entries. A frame outside the range is clamped to it. Throws Error(kBadInput) with the frame

@@ -14,9 +14,12 @@
 
 namespace mray {
 
-/// The view with the eye and the target of the animation's inside_view(), if it has one and neither
-/// is given, and with its light, if none is given.
-inline ViewSpec with_inside_view(ViewSpec view, const Animation& animation) {
+/// A view in the file's coordinates as one in world space. It has the eye and the target of the
+/// animation's inside_view(), if there is one and neither is given, and its light, if none is
+/// given.
+inline ViewSpec world_view(ViewSpec view, const Animation& animation) {
+    for (std::optional<Point>* const point : {&view.eye, &view.target, &view.light})
+        if (*point) *point = to_point(to_dvec3(**point) - animation.origin().at);
     const std::optional<InsideView> inside = animation.inside_view();
     if (!inside) return view;
     if (!view.eye && !view.target) {
@@ -37,9 +40,9 @@ public:
     const Animation& animation() const { return *animation_; }
     /// The space of the frame of the last call of positions().
     const SceneSpace& space() const { return space_; }
-    /// The parameters of an image of that frame: with_inside_view(), make_image_params().
+    /// The parameters of an image of that frame: world_view(), make_image_params().
     ImageParams image_params(const ViewSpec& view) const {
-        return make_image_params(with_inside_view(view, *animation_), animation_->bounds(), space_);
+        return make_image_params(world_view(view, *animation_), animation_->bounds(), space_);
     }
 
     /// Makes the positions of a frame, in the scene space of that frame. Valid until the next call.

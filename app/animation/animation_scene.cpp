@@ -210,7 +210,7 @@ void AnimationScene::advance(double frame) {
 
 void AnimationScene::render(const ViewSpec& view, const ShadingOptions& shading,
                             morphray::Image& image) {
-    morphray::View whole = view_of(with_inside_view(view, animation_), shading);
+    morphray::View whole = view_of(world_view(view, animation_), shading);
     whole.cancel = &interrupt_flag();
     whole.done = &step_done();
     render(whole, image);
@@ -218,7 +218,7 @@ void AnimationScene::render(const ViewSpec& view, const ShadingOptions& shading,
 
 void AnimationScene::render_pixels(const ViewSpec& view, const ShadingOptions& shading,
                                    const std::atomic<bool>& cancel, morphray::Image& image) {
-    morphray::View pixels = view_of(with_inside_view(view, animation_), shading);
+    morphray::View pixels = view_of(view, shading);
     pixels.hits = false;
     pixels.cancel = &cancel;
     pixels.done = &step_done();

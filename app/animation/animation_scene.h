@@ -40,7 +40,8 @@ public:
     /// Into `image`, whose memory is used again. Throws Error(kCancelled) within the image after a
     /// signal (app/terminal/failure.h).
     void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image);
-    /// The same pixels without hits. Throws Error(kCancelled) soon after `cancel` becomes true.
+    /// The same pixels without hits, of a world_view(). Throws Error(kCancelled) soon after
+    /// `cancel` becomes true.
     void render_pixels(const ViewSpec& view, const ShadingOptions& shading,
                        const std::atomic<bool>& cancel, morphray::Image& image);
 

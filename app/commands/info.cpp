@@ -93,9 +93,15 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
     json["fps"] = nullptr;
     if (animation.fps()) json["fps"] = *animation.fps();
     json["bounds"] = nullptr;
-    if (const WorldBounds bounds = animation.bounds(); !bounds.empty())
-        json["bounds"] = {{"lower", std::to_array(bounds.lower)},
-                          {"upper", std::to_array(bounds.upper)}};
+    const FileOrigin origin = animation.origin();
+    if (const WorldBounds bounds = animation.bounds(); !bounds.empty()) {
+        const auto corner = [&](const double(&p)[3]) {
+            const glm::dvec3 file = origin.to_file({p[0], p[1], p[2]});
+            return Json{file.x, file.y, file.z};
+        };
+        json["bounds"] = {{"lower", corner(bounds.lower)}, {"upper", corner(bounds.upper)}};
+    }
+    json["origin"] = {origin.at.x, origin.at.y, origin.at.z};
     json["scene_exponent"] = scene.space().exponent();
     json["not_finite"] = degenerate.not_finite;
     json["zero_area"] = degenerate.zero_area;
@@ -119,8 +125,11 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
 }
 
 /// "0, 1, 2.5" of an array of numbers.
-std::string text_of_point(const Json& point) {
-    return fmt::format("{:.6g}", fmt::join(point.get<std::vector<double>>(), ", "));
+std::string text_of_point(const Json& point, int digits) {
+    std::string text;
+    for (const Json& number : point)
+        text += fmt::format("{}{:.{}g}", text.empty() ? "" : ", ", number.get<double>(), digits);
+    return text;
 }
 
 std::string table_of_animations(const Json& animations) {
@@ -167,9 +176,13 @@ std::string text_of(const Json& json) {
             fmt::format(" ({:.6g} s, {} a second)", last / fps.get<double>(), fps.get<double>());
     add("frames", frames);
     const Json& bounds = json["bounds"];
-    add("bounds", bounds.is_null() ? "none"
-                                   : fmt::format("({}) to ({})", text_of_point(bounds["lower"]),
-                                                 text_of_point(bounds["upper"])));
+    const bool has_origin = json["origin"] != Json{0.0, 0.0, 0.0};
+    const int digits = has_origin ? 12 : 6;
+    add("bounds", bounds.is_null()
+                      ? "none"
+                      : fmt::format("({}) to ({})", text_of_point(bounds["lower"], digits),
+                                    text_of_point(bounds["upper"], digits)));
+    if (has_origin) add("origin", text_of_point(json["origin"], digits));
     add("scene space", "world space * 2^" + json["scene_exponent"].dump());
     add("topology hash", json["topology_hash"]);
     if (!json["textures"].empty())

@@ -124,14 +124,15 @@ std::string hit_text(const char* name, const Hit& hit, double world_depth) {
                        hit.prim_id, hit.t * world_depth, both(hit.t), both(hit.u), both(hit.v));
 }
 
-std::string ray_text(const Ray& ray, vec3 world_org, double world_depth) {
+/// `world_org` has the file's coordinates.
+std::string ray_text(const Ray& ray, const glm::dvec3& world_org, int digits, double world_depth) {
     std::string text = "ray in scene space\n";
     text += "  org    " + point(ray.org) + "\n  dir    " + point(ray.dir) + "\n";
     text += fmt::format("  tnear  {}\n  tfar   {}\n", both(ray.tnear), both(ray.tfar));
     return text + fmt::format(
-                      "ray in world space\n  org    ({:.9g}, {:.9g}, {:.9g})\n"
-                      "  depth of t = 1   {:.9g}\n",
-                      world_org.x, world_org.y, world_org.z, world_depth);
+                      "ray in world space\n  org    ({1:.{0}g}, {2:.{0}g}, {3:.{0}g})\n"
+                      "  depth of t = 1   {4:.9g}\n",
+                      digits, world_org.x, world_org.y, world_org.z, world_depth);
 }
 
 /// Traces the shadow ray or the ambient-occlusion rays of a hit, and describes their hits.
@@ -239,7 +240,9 @@ ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
         "tree    {}: {} nodes, {} leaves, depth {}, SAH cost {:.3f}\n        hash {}\n\n",
         name_of(updater.last().step), tree.node_count, tree.leaf_count, tree.depth, tree.sah_cost,
         hash_text(bvh_hash(updater.tree())));
-    text += ray_text(ray, space.to_world(ray.org), world_depth) + "\n";
+    const FileOrigin origin = scene.animation().origin();
+    const glm::dvec3 org = origin.to_file(glm::dvec3(space.to_world(ray.org)));
+    text += ray_text(ray, org, origin.digits(), world_depth) + "\n";
     text += hit_text("hit in the image", image, world_depth);
     text += hit_text("hit of the ray alone", alone, world_depth);
     text += fmt::format("colour                #{:02x}{:02x}{:02x}\n", colour & 0xFF,

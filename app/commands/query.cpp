@@ -19,7 +19,7 @@ namespace {
 // Points that are answered and written together.
 constexpr std::size_t kPointsOfBatch = std::size_t{1} << 16;
 
-bool is_finite(const morphray::Vec3& p) {
+bool is_finite(const glm::dvec3& p) {
     return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
@@ -28,10 +28,12 @@ const char* name_of(morphray::Feature feature) {
     return feature == morphray::Feature::edge ? "edge" : "face";
 }
 
-std::string text_of(const morphray::ClosestPoint& c) {
+std::string text_of(const morphray::ClosestPoint& c, const FileOrigin& origin) {
     if (!c) return "- - - inf - - - -";
-    return fmt::format("{:.9g} {:.9g} {:.9g} {:.9g} {} {:.9g} {:.9g} {}", c.point.x, c.point.y,
-                       c.point.z, c.distance, c.prim_id, c.u, c.v, name_of(c.feature));
+    const glm::dvec3 p = origin.to_file({c.point.x, c.point.y, c.point.z});
+    return fmt::format("{1:.{0}g} {2:.{0}g} {3:.{0}g} {4:.9g} {5} {6:.9g} {7:.9g} {8}",
+                       origin.digits(), p.x, p.y, p.z, c.distance, c.prim_id, c.u, c.v,
+                       name_of(c.feature));
 }
 
 /// Warns if queries that need a closed mesh are about one that is not.
@@ -51,12 +53,17 @@ void warn_if_open(const QueryOptions& options, const PosedAnimation& posed,
 /// Answers queries about points in batches and gathers the answers as lines.
 class PointQueries {
 public:
-    PointQueries(const QueryOptions& options, const morphray::Scene& scene)
-        : options_(options), scene_(scene) {}
+    PointQueries(const QueryOptions& options, const PosedAnimation& posed)
+        : options_(options), scene_(posed.scene->scene()), origin_(posed.animation->origin()) {}
 
-    void answer(std::span<const morphray::Vec3> points) {
+    void answer(std::span<const glm::dvec3> points) {
+        points_.clear();
+        for (const glm::dvec3& point : points) {
+            const vec3 p = origin_.to_world(point);
+            points_.push_back({p.x, p.y, p.z});
+        }
         call_library([&] {
-            for (const PointQuery query : options_.queries) answer(query, points);
+            for (const PointQuery query : options_.queries) answer(query, points_);
         });
         for (std::size_t i = 0; i < points.size(); ++i) write(i);
     }
@@ -95,13 +102,16 @@ private:
             if (query == PointQuery::kInside) fmt::format_to(out, "{}", inside_[i]);
             if (query == PointQuery::kWinding) fmt::format_to(out, "{}", windings_[i]);
             if (query == PointQuery::kDistance) fmt::format_to(out, "{:.9g}", distances_[i]);
-            if (query == PointQuery::kClosest) text_ += text_of(closest_[i]);
+            if (query == PointQuery::kClosest) text_ += text_of(closest_[i], origin_);
         }
         text_ += '\n';
     }
 
     const QueryOptions& options_;
     const morphray::Scene& scene_;
+    const FileOrigin origin_;
+    /// Those of a batch in world space.
+    std::vector<morphray::Vec3> points_;
     // The answers of a batch; those that are not asked for are empty.
     std::vector<std::uint8_t> inside_;
     std::vector<std::int32_t> windings_;
@@ -114,11 +124,11 @@ private:
 
 ExitCode run_command(const QueryOptions& options, const Messages& messages) {
     check_reports({options.out});
-    const std::vector<morphray::Vec3> points = read_points(options.point_file);
+    const std::vector<glm::dvec3> points = read_points(options.point_file);
     const PosedAnimation posed =
         pose_animation(options.source, options.backend, options.frame, messages);
     call_library([&] { warn_if_open(options, posed, messages); });
-    PointQueries queries(options, posed.scene->scene());
+    PointQueries queries(options, posed);
     {
         Progress progress("querying", points.size(), messages);
         for (std::size_t done = 0; done < points.size(); done += kPointsOfBatch) {

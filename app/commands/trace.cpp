@@ -42,12 +42,15 @@ public:
     RayTracer(const TraceOptions& options, const PosedAnimation& posed)
         : options_(options),
           scene_(posed.scene->scene()),
+          origin_(posed.animation->origin()),
           space_(space_of_frame(posed.animation->bounds(), bounds_of(posed.scene->positions()))) {}
 
     void trace(std::span<const WorldRay> rays) {
         rays_.clear();
         exponents_.clear();
-        for (const WorldRay& ray : rays) {
+        for (WorldRay ray : rays) {
+            const vec3 org = origin_.to_world({ray.org[0], ray.org[1], ray.org[2]});
+            for (int axis = 0; axis < 3; ++axis) ray.org[axis] = org[axis];
             if (!to_scene(space_, ray).valid) {
                 Fault& fault = faults_[fault_of(ray)];
                 if (fault.count++ == 0) fault.first = ray_count_;
@@ -126,6 +129,7 @@ private:
 
     const TraceOptions& options_;
     const morphray::Scene& scene_;
+    FileOrigin origin_;
     SceneSpace space_;
     std::vector<morphray::Ray> rays_;
     /// The power of two that each ray's direction was divided by.

@@ -19,6 +19,7 @@
 #include "common/base/input_file.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
+#include "scenes/file_origin.h"
 
 namespace mray::app {
 namespace {
@@ -52,7 +53,9 @@ public:
                 if (line.empty()) break;
                 const std::string_view word = line.substr(0, line.find_first_of(kBlank));
                 line.remove_prefix(word.size());
-                const std::optional<float> number = parse_float(word);
+                // The first three are coordinates.
+                const std::optional<double> number =
+                    count < 3 ? parse_coordinate(word) : std::optional<double>(parse_float(word));
                 if (!number) fail(quote(word) + " is not a number");
                 if (count == numbers.size())
                     fail(fmt::format("more than {} numbers", numbers.size()));
@@ -179,17 +182,16 @@ std::vector<WorldRay> read_rays(const std::string& file, bool is_binary) {
     }
 }
 
-std::vector<morphray::Vec3> read_points(const std::string& file) {
+std::vector<glm::dvec3> read_points(const std::string& file) {
     const std::string text = read_input(file, "points");
     NumberLines lines(input_name(file), text, "x y z");
-    std::vector<morphray::Vec3> points;
+    std::vector<glm::dvec3> points;
     for (;;) {
         std::array<double, 3> numbers;
         const std::size_t count = lines.next(numbers);
         if (count == 0) return points;
         if (count != 3) lines.fail(fmt::format("{} number{}", count, count == 1 ? "" : "s"));
-        points.push_back({static_cast<float>(numbers[0]), static_cast<float>(numbers[1]),
-                          static_cast<float>(numbers[2])});
+        points.emplace_back(numbers[0], numbers[1], numbers[2]);
     }
 }
 

@@ -4,15 +4,16 @@
 #include <string>
 #include <vector>
 
+#include <glm/vec3.hpp>
+
 #include "common/scene/scene_space.h"
-#include "morphray/geometry.hpp"
 
 namespace mray::app {
 
 // Files named "-" are stdin. In a text '#' begins a comment, and lines without numbers are skipped.
-// Numbers are rounded to float, like vertices, so that a float printed with 9 digits is read back
-// exactly; inf and nan are numbers. Each function throws Error(kBadInput) with file and line, and
-// kLimit for too large a file.
+// Coordinates are those of the scene's file (scenes/file_origin.h); other numbers are rounded to
+// float. A float printed with 9 digits is read back exactly; inf and nan are numbers. Each function
+// throws Error(kBadInput) with file and line, and kLimit for too large a file.
 
 /// The rays of a file: lines `ox oy oz dx dy dz [tnear tfar]`, where tnear defaults to 0 and tfar
 /// to inf; with `is_binary` the little-endian bytes of struct Ray each; or a .npy file of ray_dtype
@@ -20,7 +21,7 @@ namespace mray::app {
 std::vector<WorldRay> read_rays(const std::string& file, bool is_binary);
 
 /// The points of a file, lines `x y z`.
-std::vector<morphray::Vec3> read_points(const std::string& file);
+std::vector<glm::dvec3> read_points(const std::string& file);
 
 /// The file as messages name it: "<stdin>" for "-".
 std::string input_name(const std::string& file);

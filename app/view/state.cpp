@@ -88,7 +88,7 @@ void Playback::step(int frames) {
 
 ViewState initial_state(const ViewOptions& options, const Animation& animation, double frame) {
     // Refuses impossible views with the messages of render.
-    ViewSpec spec = with_inside_view(options.image.view, animation);
+    ViewSpec spec = world_view(options.image.view, animation);
     const ResolvedView view = resolve_view(spec, animation.bounds());
     spec.ao_count = std::max(spec.ao_count, 1u);
     make_image_params(spec, animation.bounds(), SceneSpace(animation.bounds()));

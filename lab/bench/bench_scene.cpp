@@ -57,7 +57,7 @@ BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view) {
                       : nudged(scene.positions);
     scene.bvh = build_bvh(animation.topology(), scene.positions);
     if (animation.inside_view()) {
-        scene.view = with_inside_view(view, animation);
+        scene.view = world_view(view, animation);
         scene.view.fov = kInsideFov;
     } else {
         scene.view = fill_view(view, animation.bounds(), scene.space, scene.bvh);

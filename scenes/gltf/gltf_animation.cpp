@@ -35,7 +35,8 @@ public:
         const double whole = std::round(frames);
         last_frame_ = std::abs(frames - whole) <= kFrameRounding * whole ? whole : frames;
         std::vector<vec3> first(scene_.topology.vertex_count);
-        const std::size_t bad = skinning_.place(gltf::pose_at(scene_, 0), first);
+        origin_ = find_origin(first);
+        const std::size_t bad = skinning_.place(gltf::pose_at(scene_, 0, origin_), first);
         bounds_ = reference_bounds(first);
         if (bad == gltf::kNoVertex) return;
         if (!is_lenient_) throw problem(bad, 0);
@@ -53,6 +54,7 @@ public:
     const SceneTextures* textures() const override {
         return scene_.textures.files.empty() ? nullptr : &scene_.textures;
     }
+    FileOrigin origin() const override { return origin_; }
     WorldBounds bounds() const override { return bounds_; }
     const std::string& name() const override { return name_; }
 
@@ -63,11 +65,24 @@ public:
         const double seconds = within == last_frame_
                                    ? scene_.animation.seconds
                                    : std::min(within / fps_, scene_.animation.seconds);
-        const std::size_t bad = skinning_.place(gltf::pose_at(scene_, seconds), out);
+        const std::size_t bad = skinning_.place(gltf::pose_at(scene_, seconds, origin_), out);
         if (bad != gltf::kNoVertex && !is_lenient_) throw problem(bad, within);
     }
 
 private:
+    /// Uses the memory of `places`.
+    FileOrigin find_origin(std::span<vec3> places) const {
+        std::vector<glm::dvec3> points(places.size());
+        FileOrigin origin;
+        // Places from about their centre have the digits that those from 0 may lack.
+        for (int i = 0; i < 2; ++i) {
+            if (i == 1) origin = centre_of(points);
+            skinning_.place(gltf::pose_at(scene_, 0, origin), places);
+            std::ranges::transform(places, points.begin(),
+                                   [&](const vec3& p) { return origin.to_file(glm::dvec3(p)); });
+        }
+        return origin_of(points);
+    }
     static std::string bad_coordinate(std::size_t vertex, double frame) {
         return fmt::format("frame {}: vertex {} has a coordinate that is not finite or beyond 1e30",
                            frame, vertex);
@@ -86,6 +101,7 @@ private:
     gltf::Skinning skinning_;
     double fps_;
     double last_frame_ = 0;
+    FileOrigin origin_;
     WorldBounds bounds_;
 };
 

@@ -101,7 +101,7 @@ std::map<std::uint32_t, std::vector<Columns>> joint_maps(const GltfScene& scene,
 
 }  // namespace
 
-Pose pose_at(const GltfScene& scene, double seconds) {
+Pose pose_at(const GltfScene& scene, double seconds, const FileOrigin& origin) {
     const std::vector<Node>& nodes = scene.tree.nodes;
     std::map<std::uint32_t, Trs> moved;
     std::map<std::uint32_t, std::vector<double>> weights;
@@ -123,6 +123,7 @@ Pose pose_at(const GltfScene& scene, double seconds) {
         const std::uint32_t parent = nodes[index].parent;
         pose.to_world[index] = parent == kNoNode ? local : product(pose.to_world[parent], local);
     }
+    for (Affine& map : pose.to_world) map.column[3] -= origin.at;
     for (const Part& part : scene.parts) {
         const auto animated = weights.find(scene.tree.nodes[part.node].file_index);
         pose.weights.push_back(animated == weights.end() ? rest_weights(scene, part)

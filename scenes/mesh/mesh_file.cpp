@@ -39,7 +39,7 @@ bool MeshRules::are_good(std::span<const vec3> positions) {
     return bad == 0;
 }
 
-void MeshRules::take_bad_coordinate(float value, std::string_view text, const Place& place) {
+void MeshRules::take_bad_coordinate(double value, std::string_view text, const Place& place) {
     const char* const what = std::isfinite(value) ? "is beyond 1e30" : "is not finite";
     if (!lenient_) {
         fail(place(), fmt::format("coordinate {} {}; repair it", quote(text), what),
@@ -75,6 +75,13 @@ void MeshRules::leave_out(const std::string& problem, const Place& place) {
 void MeshRules::tell(const WarnFunction& warn) const {
     left_out_.tell(warn);
     bad_coordinates_.tell(warn);
+}
+
+void set_positions(FileMesh& mesh, std::span<const glm::dvec3> file,
+                   const MeshFileOptions& options) {
+    mesh.origin = options.origin ? *options.origin : origin_of(file);
+    mesh.positions = mesh.origin.to_world(file);
+    mesh.is_coarse = options.origin && mesh.origin.rounds_coarsely(file);
 }
 
 std::string not_a_number(std::string_view text) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,6 +12,7 @@
 #include "common/interop/platform.h"
 #include "common/scene/mesh.h"
 #include "common/scene/textures.h"
+#include "scenes/file_origin.h"
 #include "scenes/polygons/triangulate.h"
 #include "scenes/warning_count.h"
 
@@ -22,12 +24,17 @@ struct MeshFileOptions {
     bool lenient = false;
     /// Leave out colours, material libraries, normals and textures.
     bool positions_only = false;
+    /// That of the animation; nothing: found by origin_of().
+    std::optional<FileOrigin> origin = {};
     WarnFunction warn = {};
 };
 
 /// The faces of the file that have three corners or more, in their order.
 struct FileMesh {
-    /// Each vertex of the file, in the file's units, correctly rounded to float.
+    FileOrigin origin;
+    /// Whether the origin rounds them coarsely: they are too far from it.
+    bool is_coarse = false;
+    /// Each vertex of the file, in world space (FileOrigin::to_world()).
     std::vector<vec3> positions;
     Polygons faces;
     /// One for each face; empty: kDefaultAlbedo for all.

@@ -28,12 +28,13 @@ public:
         : lenient_(lenient), max_triangles_(max_triangles) {}
 
     /// False for NaN, too.
+    static bool is_good(double coordinate) { return std::abs(coordinate) <= kMaxCoordinate; }
     static bool is_good(float coordinate) { return std::abs(coordinate) <= kMaxCoordinate; }
     static bool is_good(const vec3& p) { return is_good(p.x) && is_good(p.y) && is_good(p.z); }
     static bool are_good(std::span<const vec3> positions);
     /// Throws Error(kBadInput), or counts a warning if lenient. `text` is the number as the file
     /// has it.
-    void take_bad_coordinate(float value, std::string_view text, const Place& place);
+    void take_bad_coordinate(double value, std::string_view text, const Place& place);
 
     /// Whether a face is kept: it needs 3 corners. Faces of two corners in the middle of a file are
     /// edges that some exporters write: they are left out with a warning. Unless lenient, throws
@@ -54,6 +55,10 @@ private:
     WarningCount left_out_;
     WarningCount bad_coordinates_;
 };
+
+/// Sets the origin and the positions of a mesh from the coordinates of its file.
+void set_positions(FileMesh& mesh, std::span<const glm::dvec3> file,
+                   const MeshFileOptions& options);
 
 /// Returns the message for a text that is no number: what is wrong with it, and what to do.
 std::string not_a_number(std::string_view text);

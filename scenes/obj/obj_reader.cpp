@@ -76,11 +76,12 @@ public:
             static_cast<ObjReader*>(data)->materials_.use(material);
         };
         tinyobj::LoadObjWithCallback(stream, callbacks, this, this);
-        if (!mesh_.faces.corners.empty() && largest_vertex_ >= mesh_.positions.size()) {
+        if (!mesh_.faces.corners.empty() && largest_vertex_ >= positions_.size()) {
             throw Error(ErrorKind::kBadInput,
                         fmt::format("{}: {}", lines_.place(largest_vertex_line_),
-                                    not_there(largest_vertex_, mesh_.positions.size())));
+                                    not_there(largest_vertex_, positions_.size())));
         }
+        set_positions(mesh_, positions_, options_);
         if (!has_normals_) mesh_.smooth = {};
         rules_.tell(options_.warn);
         odd_texcoords_.tell(options_.warn);
@@ -121,10 +122,10 @@ private:
     }
 
     void read_vertex(std::string_view words) {
-        vec3 position(0.0f);
+        glm::dvec3 position(0.0);
         int count = 0;
         for (auto word = next_word(words); !word.empty(); word = next_word(words)) {
-            const std::optional<float> number = parse_float(word);
+            const std::optional<double> number = parse_coordinate(word);
             if (!number) lines_.fail(not_a_number(word));
             // Further numbers are a weight and a colour.
             if (++count > 3) continue;
@@ -135,7 +136,7 @@ private:
             lines_.fail(fmt::format(
                 "vertex of {} numbers where 3 are needed; is the file complete?", count));
         }
-        mesh_.positions.push_back(position);
+        positions_.push_back(position);
     }
 
     void read_normal(std::string_view words) {
@@ -192,13 +193,13 @@ private:
         vertices_of_face_.clear();
         for (const tinyobj::index_t& corner : corners) {
             const int index = corner.vertex_index;
-            std::uint32_t vertex = place_of(index, mesh_.positions.size());
+            std::uint32_t vertex = place_of(index, positions_.size());
             if (vertex == kNone && index <= 0) {
                 return rules_.leave_out(
                     index == 0 ? "vertex 0; indices start at 1"
                                : fmt::format("vertex {} relative to {} so far; is the file "
                                              "complete?",
-                                             index, mesh_.positions.size()),
+                                             index, positions_.size()),
                     place_);
             }
             if (vertex == kNone) {
@@ -256,6 +257,7 @@ private:
     MeshRules rules_;
     const MeshRules::Place place_;
     FileMesh mesh_;
+    std::vector<glm::dvec3> positions_;
     ObjMaterials materials_;
     /// The statement that tinyobjloader reads.
     std::string passed_;

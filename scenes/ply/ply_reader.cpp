@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <string_view>
@@ -18,8 +19,8 @@
 namespace mray {
 namespace {
 
-constexpr PlyAxes kNormal = {"nx", "ny", "nz"};
-constexpr PlyAxes kColour = {"red", "green", "blue"};
+constexpr PlyAxes kNormalAxes = {"nx", "ny", "nz"};
+constexpr PlyAxes kColours = {"red", "green", "blue"};
 
 class PlyReader {
 public:
@@ -37,41 +38,43 @@ public:
             if (element.name == "vertex") make_columns(element);
         for (const PlyElement& element : header_.elements) read_element(element);
         values_.skip_blank_lines();
-        if (values_.left() > 0)
-            warn({name_, fmt::format("{} bytes after the last item; ignored", values_.left())});
+        if (values_.left() > 0 && options_.warn) {
+            options_.warn(
+                {name_, fmt::format("{} bytes after the last item; ignored", values_.left())});
+        }
         rules_.tell(options_.warn);
-        if (!normals_.empty()) number_corners();
+        set_positions(mesh_, positions_, options_);
+        if (has_normals_) number_corners();
         return std::move(mesh_);
     }
 
 private:
-    /// Where the values of a scalar go: nowhere if `to` is null.
+    enum Part : std::uint8_t { kPosition, kNormal, kColour, kNoPart };
+    /// What a scalar of a vertex is.
     struct Column {
-        std::vector<vec3>* to = nullptr;
+        Part part = kNoPart;
         int axis = 0;
         bool is_byte_colour = false;
     };
 
-    void warn(const Warning& warning) const {
-        if (options_.warn) options_.warn(warning);
-    }
-
     void make_columns(const PlyElement& vertices) {
+        vertex_count_ = static_cast<std::size_t>(vertices.count);
+        positions_.reserve(vertex_count_);
         columns_.resize(vertices.properties.size());
-        add_columns(vertices, kPlyPosition, mesh_.positions);
-        if (!options_.positions_only && vertices.has(kNormal))
-            add_columns(vertices, kNormal, normals_);
-        if (!options_.positions_only && vertices.has(kColour))
-            add_columns(vertices, kColour, mesh_.vertex_colours);
+        add_columns(vertices, kPlyPosition, kPosition);
+        if (options_.positions_only) return;
+        has_normals_ = vertices.has(kNormalAxes);
+        has_colours_ = vertices.has(kColours);
+        if (has_normals_) add_columns(vertices, kNormalAxes, kNormal);
+        if (has_colours_) add_columns(vertices, kColours, kColour);
     }
-    void add_columns(const PlyElement& vertices, const PlyAxes& axes, std::vector<vec3>& to) {
-        to.resize(static_cast<std::size_t>(vertices.count));
+    void add_columns(const PlyElement& vertices, const PlyAxes& axes, Part part) {
         for (std::size_t i = 0; i < columns_.size(); ++i) {
             const PlyProperty& property = vertices.properties[i];
             const auto* const axis = std::ranges::find(axes, property.name);
             if (axis == axes.end() || property.count_type) continue;
-            columns_[i] = {&to, static_cast<int>(axis - axes.begin()),
-                           &axes == &kColour && is_integer(property.type)};
+            columns_[i] = {part, static_cast<int>(axis - axes.begin()),
+                           part == kColour && is_integer(property.type)};
         }
     }
 
@@ -94,14 +97,13 @@ private:
                 const PlyProperty& property = element.properties[i];
                 if (property.count_type)
                     read_list(property);
-                else if (is_vertex && columns_[i].to != nullptr)
-                    component(columns_[i], item) =
-                        linear(columns_[i], values_.number(property.type));
+                else if (is_vertex && columns_[i].part != kNoPart)
+                    read_number(columns_[i], property.type);
                 else
                     values_.skip(property.type);
             }
             values_.end();
-            if (is_vertex) check_vertex(static_cast<std::size_t>(item));
+            if (is_vertex) add_vertex();
         }
     }
 
@@ -113,33 +115,34 @@ private:
     }
     std::size_t add_triangles(std::uint64_t most) {
         Polygons& faces = mesh_.faces;
-        const std::size_t count =
-            values_.take_triangles(most, mesh_.positions.size(), faces.corners);
+        const std::size_t count = values_.take_triangles(most, vertex_count_, faces.corners);
         rules_.count_triangles(count, place_);
         faces.corner_counts.insert(faces.corner_counts.end(), count, 3);
         return count;
     }
 
-    static float& component(const Column& column, std::uint64_t vertex) {
-        return (*column.to)[static_cast<std::size_t>(vertex)][column.axis];
-    }
-    float linear(const Column& column, float value) const {
-        if (!column.is_byte_colour) return value;
-        if (!(value >= 0 && value <= 255))
-            values_.fail(fmt::format("colour {} is not from 0 to 255; repair it", value));
+    void read_number(const Column& column, PlyScalar type) {
+        double& number = vertex_[column.part][column.axis];
+        number = values_.number(type);
+        if (!column.is_byte_colour) return;
+        if (!(number >= 0 && number <= 255))
+            values_.fail(fmt::format("colour {} is not from 0 to 255; repair it", number));
         // As those of images, whose squares are linear.
-        const float channel = value / 255.0f;
-        return channel * channel;
+        const float channel = static_cast<float>(number) / 255.0f;
+        number = static_cast<double>(channel * channel);
     }
 
-    void check_vertex(std::size_t vertex) {
+    void add_vertex() {
         for (int axis = 0; axis < 3; ++axis) {
-            const float value = mesh_.positions[vertex][axis];
+            const double value = vertex_[kPosition][axis];
             if (!MeshRules::is_good(value))
                 rules_.take_bad_coordinate(value, fmt::format("{}", value), place_);
-            if (!mesh_.vertex_colours.empty() && !std::isfinite(mesh_.vertex_colours[vertex][axis]))
-                values_.fail("colour of a vertex is not finite; repair it");
+            if (has_colours_ && !(std::abs(vertex_[kColour][axis]) <= kMaxCoordinate))
+                values_.fail("colour of a vertex is not finite or beyond 1e30; repair it");
         }
+        positions_.push_back(vertex_[kPosition]);
+        if (has_normals_) normals_.push_back(FileOrigin().to_world(vertex_[kNormal]));
+        if (has_colours_) mesh_.vertex_colours.emplace_back(vertex_[kColour]);
     }
 
     void read_list(const PlyProperty& property) {
@@ -157,13 +160,12 @@ private:
     /// Adds a face of corners_ if the rules keep it.
     void add_face() {
         if (!rules_.keeps_face(corners_.size(), false, place_)) return;
-        const std::size_t vertex_count = mesh_.positions.size();
         for (const std::int64_t corner : corners_) {
-            if (corner >= 0 && static_cast<std::size_t>(corner) < vertex_count) continue;
+            if (corner >= 0 && static_cast<std::size_t>(corner) < vertex_count_) continue;
             return rules_.leave_out(
                 fmt::format("vertex {} of {}; indices start at 0 and end below the number of "
                             "vertices",
-                            corner, vertex_count),
+                            corner, vertex_count_),
                 place_);
         }
         rules_.count_triangles(corners_.size() - 2, place_);
@@ -188,6 +190,12 @@ private:
     MeshRules rules_;
     const MeshRules::Place place_;
     FileMesh mesh_;
+    std::size_t vertex_count_ = 0;
+    bool has_normals_ = false;
+    bool has_colours_ = false;
+    /// Position, normal and colour of the current vertex.
+    std::array<glm::dvec3, 3> vertex_ = {};
+    std::vector<glm::dvec3> positions_;
     std::vector<vec3> normals_;
     /// One for each property of the vertices.
     std::vector<Column> columns_;

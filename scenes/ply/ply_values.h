@@ -7,7 +7,6 @@
 #include <array>
 #include <bit>
 #include <cstring>
-#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "common/base/errors.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
+#include "scenes/file_origin.h"
 #include "scenes/mesh/mesh_rules.h"
 #include "scenes/ply/ply_header.h"
 
@@ -74,11 +74,10 @@ public:
         rest_.remove_prefix(i);
     }
 
-    /// A number in text is rounded to float whatever its type.
-    float number(PlyScalar type) {
-        if (!is_text_) return number_at(take(size_of(type)), type);
+    double number(PlyScalar type) {
+        if (!is_text_) return value_at(take(size_of(type)), type);
         const std::string_view word = next_word();
-        const auto number = parse_float(word);
+        const auto number = parse_coordinate(word);
         if (!number) fail(not_a_number(word));
         return *number;
     }
@@ -153,17 +152,6 @@ private:
         if constexpr (sizeof bits == 4) return __builtin_bswap32(bits);
         if constexpr (sizeof bits == 8) return __builtin_bswap64(bits);
         return bits;
-    }
-
-    float number_at(const char* from, PlyScalar type) const {
-        // Nearly all files have them.
-        if (type == PlyScalar::kFloat) return std::bit_cast<float>(load<std::uint32_t>(from));
-        const double number = value_at(from, type);
-        constexpr double kMost = std::numeric_limits<float>::max();
-        constexpr float kInfinity = std::numeric_limits<float>::infinity();
-        // The cast of a double beyond floats is undefined.
-        if (number > kMost) return kInfinity;
-        return number < -kMost ? -kInfinity : static_cast<float>(number);
     }
 
     /// All types are exact in a double.

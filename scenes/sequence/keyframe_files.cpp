@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cstdint>
 #include <numeric>
@@ -154,6 +155,7 @@ public:
           vertex_count_(first.positions.size()),
           face_count_(first.faces.corner_counts.size()),
           faces_hash_(hash_of_faces(first.faces)),
+          origin_(first.origin),
           is_lenient_(options.lenient) {}
 
     std::size_t count() const override { return files_.size(); }
@@ -166,8 +168,9 @@ public:
         };
         FileMesh mesh;
         try {
-            mesh = read_mesh_file(file.path,
-                                  {.lenient = is_lenient_, .positions_only = true, .warn = warn});
+            mesh = read_mesh_file(
+                file.path,
+                {.lenient = is_lenient_, .positions_only = true, .origin = origin_, .warn = warn});
         } catch (const Error& error) {
             if (error.kind() != ErrorKind::kBadInput) throw;
             const Warning at = as_warning(error, escape(file.path));
@@ -188,6 +191,12 @@ public:
                             vertex_count_));
         }
         std::copy(mesh.positions.begin(), mesh.positions.end(), out.begin());
+        if (mesh.is_coarse && !first_warning && !was_coarse_.exchange(true)) {
+            first_warning = {escape(file.path),
+                             fmt::format("frame {} lies so far from the first that rounding to "
+                                         "float moves vertices by more than 1e-6 of its size",
+                                         file.frame)};
+        }
         return first_warning;
     }
 
@@ -196,7 +205,9 @@ private:
     std::size_t vertex_count_;
     std::size_t face_count_;
     std::uint64_t faces_hash_;
+    FileOrigin origin_;
     bool is_lenient_;
+    mutable std::atomic<bool> was_coarse_ = false;
 };
 
 }  // namespace

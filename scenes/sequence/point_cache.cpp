@@ -124,6 +124,8 @@ std::unique_ptr<Animation> open_cached(const std::filesystem::path& mesh,
                                 first.topology.vertex_count));
     }
     first.positions = {};
+    // The cache has floats.
+    first.origin = {};
     return stream_keyframes(name, std::move(first), std::move(source), options.warn);
 }
 

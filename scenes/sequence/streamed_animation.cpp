@@ -7,7 +7,6 @@
 #include <iterator>
 #include <map>
 #include <mutex>
-#include <ranges>
 #include <utility>
 
 #include "common/text/text_parts.h"
@@ -128,6 +127,7 @@ public:
     }
     double first_frame() const override { return source_->frame(0); }
     double last_frame() const override { return source_->frame(source_->count() - 1); }
+    FileOrigin origin() const override { return first_.origin; }
     WorldBounds bounds() const override { return bounds_; }
     const std::string& name() const override { return name_; }
 
@@ -173,10 +173,15 @@ private:
 
     /// The last keyframe at or before a frame of the animation.
     std::size_t at_or_before(double frame) const {
-        const auto later = std::views::iota(std::size_t{1}, source_->count());
-        return *std::ranges::partition_point(later, [&](std::size_t keyframe) {
-            return source_->frame(keyframe) <= frame;
-        }) - 1;
+        std::size_t first = 0;
+        std::size_t count = source_->count();
+        while (count > 1) {
+            const std::size_t half = count / 2;
+            const bool is_later = source_->frame(first + half) > frame;
+            if (!is_later) first += half;
+            count = is_later ? half : count - half;
+        }
+        return first;
     }
 
     KeyframeBlend blend_at(double frame) const {
@@ -219,6 +224,7 @@ FirstMesh read_first_mesh(const std::filesystem::path& path, const AnimationOpti
     set_corners(mesh, corners, first.smooth, first.textures);
     set_albedo(mesh, topology);
     first.faces = std::move(mesh.faces);
+    first.origin = mesh.origin;
     first.positions = std::move(mesh.positions);
     return first;
 }

@@ -127,5 +127,54 @@ TEST(Query, FacesThatCannotBeReadAreNotLeftOutSilently) {
         << lenient.err;
 }
 
+/// A box of 5 m in coordinates of UTM.
+std::string utm_box() {
+    std::string text;
+    for (int i = 0; i < 8; ++i)
+        text += fmt::format("v {} {} {}\n", (i & 1) != 0 ? 528985.85 : 528980.85,
+                            (i & 2) != 0 ? 183531.1 : 183526.1, (i & 4) != 0 ? 15 : 10);
+    return text + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+}
+
+TEST(Query, CoordinatesFarFromZeroKeepTheirDigits) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("box.obj", utm_box());
+    const Outcome outcome = query(scene, "528980.851 183528.1 12.5\n528980.849 183528.1 12.5\n",
+                                  {"--ask", "inside,distance,closest"});
+    ASSERT_EQ(lines(outcome.out).size(), 2u) << outcome.err;
+    for (std::size_t i = 0; i < 2; ++i) {
+        std::istringstream words(lines(outcome.out)[i]);
+        int inside = 0;
+        double distance = 0;
+        double x = 0;
+        words >> inside >> distance >> x;
+        EXPECT_EQ(inside, i == 0 ? 1 : 0);
+        EXPECT_NEAR(distance, i == 0 ? -0.001 : 0.001, 1e-6) << outcome.out;
+        EXPECT_NEAR(x, 528980.85, 1e-6) << outcome.out;
+    }
+    EXPECT_EQ(outcome.err, "");
+}
+
+TEST(Query, RaysAndViewsHaveTheCoordinatesOfTheFile) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("box.obj", utm_box());
+    const Outcome hit = run({"trace", scene, "--rays", "-", "--out", "-"},
+                            {.input = "528970.85 183528.1 12.5 1 0 0\n"});
+    std::istringstream words(hit.out);
+    std::string mark;
+    double t = 0;
+    words >> mark >> t;
+    EXPECT_EQ(mark, "H") << hit.err;
+    EXPECT_NEAR(t, 10, 1e-5) << hit.out;
+    const Outcome probe =
+        run({"probe", scene, "--frame", "0", "--pixel", "8,8", "--size", "16x16", "--eye",
+             "528970.85,183528.6,12.5", "--target", "528990.85,183528.6,12.5"});
+    EXPECT_NE(probe.out.find("10 away"), std::string::npos) << probe.out << probe.err;
+    EXPECT_NE(probe.out.find("(528970.85"), std::string::npos) << probe.out;
+    const Outcome info = run({"info", scene});
+    EXPECT_NE(info.out.find("(528980.85"), std::string::npos) << info.out;
+    EXPECT_NE(info.out.find("origin"), std::string::npos) << info.out;
+}
+
 }  // namespace
 }  // namespace mray::test

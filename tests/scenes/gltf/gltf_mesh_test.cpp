@@ -40,6 +40,19 @@ TEST(GltfMesh, IsReadFromTextAndFromBinary) {
     }
 }
 
+TEST(GltfMesh, KeepsItsDigitsFarFromZero) {
+    GltfBuilder builder = triangle_file();
+    builder.json["nodes"][0]["translation"] = {528980.85, 183526.1, 10.0};
+    const OpenedGltf scene(builder.gltf());
+    const FileOrigin origin = scene.animation().origin();
+    EXPECT_NE(origin, FileOrigin());
+    const glm::dvec3 first = origin.to_file(glm::dvec3(scene.at(0)[0]));
+    EXPECT_NEAR(first.x, 528980.85, 1e-6);
+    EXPECT_NEAR(first.y, 183526.1, 1e-6);
+    EXPECT_NEAR(first.z, 10, 1e-6);
+    EXPECT_EQ(OpenedGltf(triangle_file().gltf()).animation().origin(), FileOrigin());
+}
+
 TEST(GltfMesh, StripsAndFansAreTrianglesInTheOrderOfTheSpecification) {
     EXPECT_EQ(OpenedGltf(five_points(5).gltf()).animation().topology().triangles,
               (Triangles{{0, 1, 2}, {1, 3, 2}, {2, 3, 4}}));
