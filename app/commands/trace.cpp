@@ -97,7 +97,7 @@ private:
     void trace_closest() {
         hits_.resize(rays_.size());
         scene_.intersect(std::span<const morphray::Ray>(rays_), std::span<morphray::Hit>(hits_),
-                         morphray::Coherence::sort(), &interrupt_flag());
+                         {.coherence = morphray::Coherence::sort(), .cancel = &interrupt_flag()});
         for (std::size_t i = 0; i < hits_.size(); ++i) {
             if (hits_[i])
                 write(hits_[i], exponents_[i]);
@@ -107,7 +107,7 @@ private:
     }
 
     void trace_all() {
-        const morphray::AllHits all = scene_.intersect_all(rays_, options_.hit_lists);
+        const morphray::AllHits all = scene_.intersect_all(rays_, options_.hit_lists, {.cancel = &interrupt_flag()});
         for (std::size_t i = 0; i < rays_.size(); ++i) {
             const std::span<const morphray::Hit> hits = all.of_ray(i);
             fmt::format_to(std::back_inserter(text_), "R {} {}\n", hits.size(), all.left_out[i]);
@@ -144,9 +144,7 @@ private:
 
 }  // namespace
 
-ExitCode run_command(const TraceOptions& given, const Messages& messages) {
-    TraceOptions options = given;
-    options.hit_lists.cancel = &interrupt_flag();
+ExitCode run_command(const TraceOptions& options, const Messages& messages) {
     check_reports({options.out});
     const std::vector<WorldRay> rays = read_rays(options.ray_file, options.binary_rays);
     const PosedAnimation posed =

@@ -115,8 +115,9 @@ private:
                bool coherent) {
         const std::vector<morphray::Ray> asked = to_user(rays);
         std::vector<std::uint64_t> ours(rays.size());
-        const auto known = coherent ? morphray::Coherence::image(scene_.params.width)
-                                    : morphray::Coherence::sort();
+        const morphray::QueryOptions known{coherent
+                                               ? morphray::Coherence::image(scene_.params.width)
+                                               : morphray::Coherence::sort()};
         const auto differs = [](std::uint64_t a, std::uint64_t b) { return a != b; };
         report(
             "count", which, rays.size(),

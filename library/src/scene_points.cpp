@@ -11,6 +11,7 @@
 #include "common/interop/closest_rule.h"
 #include "common/scene/exact_crossing.h"
 #include "cpu/queries/tree_queries.h"
+#include "library/src/ray_batch.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {
@@ -22,7 +23,6 @@ using detail::require_room;
 using detail::SceneImpl;
 using detail::throw_bad_argument;
 using detail::with_scene;
-using Cancel = const std::atomic<bool>*;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr std::size_t kMostPoints = std::numeric_limits<std::uint32_t>::max();
@@ -84,9 +84,9 @@ struct ScenePoints {
 /// Asks find(points, answers, index) about the points in their order, where index(i) is the number
 /// of points[i] among all, and calls visit(i, answer) for each of them that is within reach.
 template <class Answer, class Find, class Visit>
-void ask_points(SceneImpl& scene, const ScenePoints& points, Cancel cancel, Find find,
-                Visit visit) {
-    ask_in_parts(scene, points.points.size(), cancel, [&](std::size_t begin, std::size_t size) {
+void ask_points(SceneImpl& scene, const ScenePoints& points, const QueryOptions& options,
+                Find find, Visit visit) {
+    ask_in_parts(scene, points.points.size(), options, [&](std::size_t begin, std::size_t size) {
         std::vector<mray::vec3> asked(size);
         std::vector<Answer> answers(size);
         const auto index = [&](std::size_t i) {
@@ -102,8 +102,8 @@ void ask_points(SceneImpl& scene, const ScenePoints& points, Cancel cancel, Find
 /// Finds the crossings of points, exactly, and calls visit(i, winding) for each of them that is
 /// within reach.
 template <class Visit>
-void wind(SceneImpl& scene, std::span<const Vec3> world, const ScenePoints& points, Cancel cancel,
-          Visit visit) {
+void wind(SceneImpl& scene, std::span<const Vec3> world, const ScenePoints& points,
+          const QueryOptions& options, Visit visit) {
     const auto find = [&](auto asked, auto answers, auto index) {
         std::vector<mray::FloatWinding> windings(asked.size());
         std::vector<mray::UncertainCrossing> uncertain;
@@ -119,7 +119,7 @@ void wind(SceneImpl& scene, std::span<const Vec3> world, const ScenePoints& poin
                 scene.pose.world_position(t.y), scene.pose.world_position(t.z)));
         }
     };
-    ask_points<PointWinding>(scene, points, cancel, find, visit);
+    ask_points<PointWinding>(scene, points, options, find, visit);
 }
 
 /// At least the squares of all distances in scene space that distance_of() takes to max_distance or
@@ -157,21 +157,23 @@ ClosestPoint to_world(const SceneImpl& scene, mray::vec3 point, std::uint32_t pr
 }  // namespace
 
 void Scene::winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
-                    const std::atomic<bool>* cancel) const {
+                    const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
+        detail::require_point_options(options);
         require_room(points.size(), "points", windings.size());
         std::ranges::fill(windings, 0);
-        wind(scene, points, {*scene.space, points, PointOrder::columns}, cancel,
+        wind(scene, points, {*scene.space, points, PointOrder::columns}, options,
              [&](std::size_t i, const PointWinding& winding) { windings[i] = winding.winding; });
     });
 }
 
 void Scene::contains(std::span<const Vec3> points, std::span<std::uint8_t> inside, FillRule rule,
-                     const std::atomic<bool>* cancel) const {
+                     const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
+        detail::require_point_options(options);
         require_room(points.size(), "points", inside.size());
         std::ranges::fill(inside, std::uint8_t{0});
-        wind(scene, points, {*scene.space, points, PointOrder::columns}, cancel,
+        wind(scene, points, {*scene.space, points, PointOrder::columns}, options,
              [&](std::size_t i, const PointWinding& winding) {
                  inside[i] = winding.is_inside(rule) ? 1 : 0;
              });
@@ -179,8 +181,9 @@ void Scene::contains(std::span<const Vec3> points, std::span<std::uint8_t> insid
 }
 
 void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
-                           float max_distance, const std::atomic<bool>* cancel) const {
+                           float max_distance, const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
+        detail::require_point_options(options);
         require_room(points.size(), "points", closest.size());
         const float most = most_d2(scene, max_distance);
         std::ranges::fill(closest, ClosestPoint{});
@@ -195,7 +198,7 @@ void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint>
             for (std::size_t i = 0; i < run.size(); ++i) answers[i] = {found[i].prim_id, places[i]};
         };
         ask_points<PlacedTriangle>(
-            scene, asked, cancel, find, [&](std::size_t i, const PlacedTriangle& found) {
+            scene, asked, options, find, [&](std::size_t i, const PlacedTriangle& found) {
                 if (found.prim_id == mray::kNoPrim) return;
                 const ClosestPoint place =
                     to_world(scene, asked.points[i], found.prim_id, found.place, scale);
@@ -205,8 +208,9 @@ void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint>
 }
 
 void Scene::signed_distance(std::span<const Vec3> points, std::span<float> distances, FillRule rule,
-                            float max_distance, const std::atomic<bool>* cancel) const {
+                            float max_distance, const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
+        detail::require_point_options(options);
         require_room(points.size(), "points", distances.size());
         const float most = most_d2(scene, max_distance);
         const auto is_finite = [](const Vec3& p) {
@@ -218,7 +222,7 @@ void Scene::signed_distance(std::span<const Vec3> points, std::span<float> dista
         ScenePoints asked(*scene.space, points, PointOrder::places);
         const double scale = scene.pose.space().length_to_world(1);
         ask_points<mray::ClosestTriangle>(
-            scene, asked, cancel,
+            scene, asked, options,
             [&](auto run, auto answers, auto) {
                 scene.tracer->query(mray::ClosestQuery{run, most, answers});
             },
@@ -228,7 +232,7 @@ void Scene::signed_distance(std::span<const Vec3> points, std::span<float> dista
                 if (distance <= max_distance) distances[i] = distance;
             });
         asked.sort(PointOrder::columns);
-        wind(scene, points, asked, cancel, [&](std::size_t i, const PointWinding& winding) {
+        wind(scene, points, asked, options, [&](std::size_t i, const PointWinding& winding) {
             if (winding.is_on_surface) {
                 distances[i] = 0;
             } else if (winding.is_inside(rule)) {

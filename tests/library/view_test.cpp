@@ -109,8 +109,7 @@ TEST(SceneBuild, IsCancelledAndSaysWhichPartIsDone) {
         EXPECT_EQ(error_of([&] { scene.intersect(ray); }), "cancelled");
         EXPECT_EQ(error_of([&] { scene.intersect(ray, Hit{.t = 1, .prim_id = 0, .geom_id = 0}); }),
                   "cancelled");
-        EXPECT_EQ(error_of([&] { scene.intersect_visible(ray, std::vector<std::uint8_t>{1}); }),
-                  "cancelled");
+        EXPECT_EQ(error_of([&] { scene.intersect_all({&ray, 1}); }), "cancelled");
         EXPECT_EQ(error_of([&] { scene.occluded(ray); }), "cancelled");
         EXPECT_EQ(error_of([&] { scene.tree_statistics(); }), "cancelled");
         EXPECT_EQ(error_of([&] { scene.tree_boxes(0); }), "cancelled");

@@ -1,7 +1,6 @@
 // Comparison of two scenes that should give the same answers.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -11,6 +10,7 @@
 #include "morphray/error.hpp"
 #include "morphray/geometry.hpp"
 #include "morphray/image.hpp"
+#include "morphray/queries.hpp"
 
 namespace morphray {
 
@@ -33,10 +33,10 @@ struct Comparison {
     bool equal() const { return different == 0; }
 };
 
-/// Traces the rays in both scenes, in the order given. `keep` limits Comparison::differences.
-/// Throws what Scene::intersect() throws, and is cancelled as it is.
+/// Traces the rays in both scenes. `keep` limits Comparison::differences.
+/// Throws what Scene::intersect() throws.
 MORPHRAY_API Comparison compare(const Scene& first, const Scene& second, std::span<const Ray> rays,
-                                std::size_t keep = 10, const std::atomic<bool>* cancel = nullptr);
+                                std::size_t keep = 10, const QueryOptions& options = {});
 /// Compares hits, occlusion and pixels; what differs counts once for each camera ray. Throws
 /// bad_argument for images of different sizes.
 MORPHRAY_API Comparison compare(const Image& first, const Image& second, std::size_t keep = 10);

@@ -179,10 +179,12 @@ void bind_scene(py::module_& module) {
     py::class_<PyScene> scene_class(module, "Scene",
                                     R"(Deforming triangle meshes, the tree over them, and queries.
 
-points:    (V, 3) float32, in any units, any distance apart. Borrowed: each update() reads the array
-           in place, so write into it (points[:] = ...), and do not resize it. Triangles with points
-           that are NaN or infinite are never hit.
-triangles: (T, 3) uint32, int32, uint64 or int64, copied. Without triangles, points is a list of
+points:    (V, 3) float32 or float64, in any units, any distance apart: a numpy.ndarray, or what has
+           __dlpack__ on the CPU. Borrowed: each update() reads the array in place, so write into it
+           (points[:] = ...), and do not resize it; float64 is rounded to float32. A list is copied:
+           later poses are given to update(). Triangles with points that are NaN or infinite are
+           never hit.
+triangles: (T, 3) uint32, int32, uint64 or int64, or a list, copied. Without triangles, points is a list of
            meshes: morphray.Mesh, or tuples of (points, triangles[, deforms[, albedo[, textures]]]),
            with geom_ids 0, 1, ... in order.
 device:    a Device, "cpu", "vulkan" or "brute"
@@ -223,7 +225,7 @@ With geom_id it reads count points of one mesh from first on, or all from there.
              arg("geom_id") = py::none(), arg("first") = 0, arg("count") = py::none())
         .def(
             "update",
-            [](PyScene& scene, std::uint32_t geom_id, const py::array& points) {
+            [](PyScene& scene, std::uint32_t geom_id, const py::object& points) {
                 return scene.update(geom_id, points);
             },
             "Borrows other points for a mesh from now on, as many as it has, and reads them: for a "

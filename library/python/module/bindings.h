@@ -41,5 +41,6 @@ Shading shading_named(const std::string& shading);
 Crossing crossing_named(const std::string& crossing);
 FillRule rule_named(const std::string& rule);
 Wrap wrap_named(const std::string& wrap);
+Threads threads_named(const std::string& threads);
 
 }  // namespace morphray::python

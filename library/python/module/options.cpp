@@ -95,6 +95,11 @@ FillRule rule_named(const std::string& rule) {
     return choice<FillRule>("rule", rule, {{"nonzero", FillRule::nonzero}, {"odd", FillRule::odd}});
 }
 
+Threads threads_named(const std::string& threads) {
+    return choice<Threads>("threads", threads,
+                           {{"all", Threads::all}, {"calling", Threads::calling}});
+}
+
 Wrap wrap_named(const std::string& wrap) {
     return choice<Wrap>("wrap", wrap, {{"repeat", Wrap::repeat}, {"clamp", Wrap::clamp}});
 }

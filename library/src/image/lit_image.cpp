@@ -76,15 +76,6 @@ void colour_by_tree(Shading shading, mray::Backend& backend, mray::ThreadArena& 
     });
 }
 
-/// Brings the normals of the meshes to the pose.
-void update_normals(SceneImpl& scene) {
-    if (scene.has_normals) return;
-    if (!scene.normals)
-        scene.normals.emplace(scene.meshes.topology().triangles, scene.meshes.normal_ids());
-    scene.arena().execute([&] { scene.normals->update(scene.pose.positions()); });
-    scene.has_normals = true;
-}
-
 }  // namespace
 
 void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, TracedImage& traced,

@@ -68,9 +68,11 @@ void check_textures(const MeshView& mesh) {
 void check(const Positions& positions) {
     if (positions.count > 0 && positions.data == nullptr)
         throw_bad_argument("positions: no data, but a count above 0");
-    if (positions.count > 1 && positions.stride < sizeof(Vec3)) {
-        throw_bad_argument(
-            fmt::format("positions: a stride of {} bytes; three floats take 12", positions.stride));
+    const std::size_t size = positions.has_doubles ? 3 * sizeof(double) : sizeof(Vec3);
+    if (positions.count > 1 && positions.stride < size) {
+        throw_bad_argument(fmt::format("positions: a stride of {} bytes; three {} take {}",
+                                       positions.stride,
+                                       positions.has_doubles ? "doubles" : "floats", size));
     }
     if (positions.count > kMostVertices)
         throw Error(ErrorCode::limit, fmt::format("positions: {} are too many", positions.count));
