@@ -71,7 +71,7 @@ py::array contiguous(const py::array& array, std::size_t alignment = alignof(flo
 /// Rows of three numbers.
 void require_rows_of_three(const py::array& array, const std::string& name, const char* rows) {
     if (array.ndim() == 2 && array.shape(1) == 3) return;
-    const bool is_wide = array.ndim() == 2 && array.shape(1) > 3;
+    const bool is_wide = *rows == 'V' && array.ndim() == 2 && array.shape(1) > 3;
     throw_shape(array, name, std::string("(") + rows + ", 3)",
                 is_wide ? "; a slice [:, :3] is read in place" : "");
 }

@@ -10,7 +10,7 @@ namespace morphray::python {
 namespace {
 
 // Rays that are converted and traced together.
-constexpr std::size_t kBatch = std::size_t{1} << 18;
+constexpr std::size_t kBatch = std::size_t{1} << 16;
 // Queries below both limits take milliseconds at most, on any device. Setting a handler of SIGINT
 // takes as long as tens of rays.
 constexpr std::size_t kManyRays = std::size_t{1} << 14;

@@ -102,7 +102,7 @@ class RaycastingScene:
         points, triangles = (a.copy(order="C") if isinstance(a, np.ndarray) else a for a in arrays)
         mesh = _morphray.Mesh(points, triangles, deforms=False)
         # Finds what is wrong with it now.
-        _morphray.Scene([mesh], device="brute")
+        _morphray.Scene([], device="brute").attach(points, triangles)
         with self._lock:
             self._meshes.append(mesh)
             self._built = None
