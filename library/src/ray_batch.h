@@ -50,9 +50,8 @@ public:
     bool sees_all() const { return options_.visible.empty() && options_.excluded.empty(); }
     bool sees(std::size_t ray, std::uint32_t prim_id) const {
         const Hit at = meshes_.locate(0, 0, 0, prim_id);
-        const bool is_visible =
-            options_.visible.empty() ||
-            (at.geom_id < options_.visible.size() && options_.visible[at.geom_id] != 0);
+        const bool is_visible = options_.visible.empty() || (at.geom_id < options_.visible.size() &&
+                                                             options_.visible[at.geom_id] != 0);
         return is_visible && !excludes(ray, at);
     }
     bool excludes(std::size_t ray, const Hit& hit) const {

@@ -60,9 +60,8 @@ std::vector<std::vector<mray::Hit>> list_hits(const SceneImpl& scene,
         hits.assign(next, next + lists.listed[i]);
         next += lists.listed[i];
         if (!filter.sees_all()) {
-            std::erase_if(hits, [&](const mray::Hit& hit) {
-                return !filter.sees(number(i), hit.prim_id);
-            });
+            std::erase_if(
+                hits, [&](const mray::Hit& hit) { return !filter.sees(number(i), hit.prim_id); });
         }
         if (take_border_flag(lists.total[i], crossing)) keep_crossings(scene, rays[i], hits);
     }
@@ -82,9 +81,8 @@ void count_hits(const SceneImpl& scene, std::span<const mray::Ray> rays, Crossin
         listed.push_back(i);
         listed_rays.push_back(rays[i]);
     }
-    const std::vector<std::vector<mray::Hit>> lists =
-        list_hits(scene, listed_rays, crossing, filter,
-                  [&](std::size_t k) { return number(listed[k]); });
+    const std::vector<std::vector<mray::Hit>> lists = list_hits(
+        scene, listed_rays, crossing, filter, [&](std::size_t k) { return number(listed[k]); });
     for (std::size_t k = 0; k < listed.size(); ++k) counts[listed[k]] = lists[k].size();
 }
 
@@ -207,8 +205,9 @@ void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Cr
                 const SceneBatch batch(
                     *scene.space, order.empty() ? part.subspan(begin, size) : std::span(gathered));
                 std::vector<std::uint64_t> found(size);
-                count_hits(scene, batch.rays, crossing, filter,
-                           [&](std::size_t i) { return first + place(i); }, found);
+                count_hits(
+                    scene, batch.rays, crossing, filter,
+                    [&](std::size_t i) { return first + place(i); }, found);
                 for (std::size_t i = 0; i < size; ++i) counts[first + place(i)] = found[i];
             });
         };

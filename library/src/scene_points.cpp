@@ -78,7 +78,8 @@ struct ScenePoints {
     }
 };
 
-/// Calls work(points, answers) for blocks of points and the places of their answers. Throws Error for options of rays.
+/// Calls work(points, answers) for blocks of points and the places of their answers. Throws Error
+/// for options of rays.
 template <class Answer, class Work>
 void for_blocks(std::span<const Vec3> points, std::span<Answer> answers,
                 const QueryOptions& options, Work work) {
@@ -96,8 +97,8 @@ void for_blocks(std::span<const Vec3> points, std::span<Answer> answers,
 /// Asks find(points, answers, index) about the points in their order, where index(i) is the number
 /// of points[i] among all, and calls visit(i, answer) for each of them that is within reach.
 template <class Answer, class Find, class Visit>
-void ask_points(SceneImpl& scene, const ScenePoints& points, const QueryOptions& options,
-                Find find, Visit visit) {
+void ask_points(SceneImpl& scene, const ScenePoints& points, const QueryOptions& options, Find find,
+                Visit visit) {
     ask_in_parts(scene, points.points.size(), options, [&](std::size_t begin, std::size_t size) {
         std::vector<mray::vec3> asked(size);
         std::vector<Answer> answers(size);

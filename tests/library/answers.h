@@ -187,12 +187,13 @@ public:
             {"intersect_all", [&] { scene.intersect_all(rays, {}, {.cancel = flag}); }},
             {"count", [&] { scene.count(rays, counts_, Crossing::once, {.cancel = flag}); }},
             {"winding", [&] { scene.winding(points, windings_, {.cancel = flag}); }},
-            {"contains",
-             [&] { scene.contains(points, bytes_, FillRule::odd, {.cancel = flag}); }},
+            {"contains", [&] { scene.contains(points, bytes_, FillRule::odd, {.cancel = flag}); }},
             {"closest_points",
              [&] { scene.closest_points(points, closest_, kFar, {.cancel = flag}); }},
             {"signed_distance",
-             [&] { scene.signed_distance(points, distances_, FillRule::odd, kFar, {.cancel = flag}); }},
+             [&] {
+                 scene.signed_distance(points, distances_, FillRule::odd, kFar, {.cancel = flag});
+             }},
         };
     }
     CancelledCalls(const CancelledCalls&) = delete;

@@ -95,7 +95,8 @@ TEST(Queries, OfManyRaysInAnyOrderAreCancelled) {
     EXPECT_EQ(std::count(hits.begin(), hits.end(), untouched),
               static_cast<std::ptrdiff_t>(hits.size()));
     std::vector<std::uint64_t> counts(rays.size(), 99);
-    EXPECT_THROW(scene.count(rays, counts, morphray::Crossing::once, {Coherence::sort(), {}, {}, {}, &cancel}),
+    EXPECT_THROW(scene.count(rays, counts, morphray::Crossing::once,
+                             {Coherence::sort(), {}, {}, {}, &cancel}),
                  morphray::Error);
     EXPECT_EQ(std::count(counts.begin(), counts.end(), 99u),
               static_cast<std::ptrdiff_t>(counts.size()));

@@ -63,7 +63,8 @@ struct Positions {
 };
 
 /// The positions of an array of the caller's vertices. `member` is the member with the position:
-/// float[3], std::array<double, 3>, Vec3 or any other type that begins with three floats or doubles.
+/// float[3], std::array<double, 3>, Vec3 or any other type that begins with three floats or
+/// doubles.
 ///
 ///     struct Vertex { float normal[3]; float position[3]; };
 ///     std::vector<Vertex> vertices;
@@ -94,8 +95,7 @@ std::span<const std::uint32_t> indices(const Array& triangles) {
     using Element = std::remove_cvref_t<decltype(*std::data(triangles))>;
     if constexpr (std::is_integral_v<Element>) {
         static_assert(sizeof(Element) == 4, "indices are integers of 4 bytes");
-        return {reinterpret_cast<const std::uint32_t*>(std::data(triangles)),
-                std::size(triangles)};
+        return {reinterpret_cast<const std::uint32_t*>(std::data(triangles)), std::size(triangles)};
     } else {
         static_assert(std::is_integral_v<typename Element::value_type> &&
                           sizeof(typename Element::value_type) == 4 && sizeof(Element) == 12,

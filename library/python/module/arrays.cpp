@@ -328,8 +328,7 @@ QueryArray hit_array_of(const py::object& object) {
     py::array array = array_of(object, "hits");
     if (has_dtype(array, closest_dtype())) {
         py::array hits(hit_dtype(), shape_of(array));
-        for (const char* const name : {"u", "v", "prim_id", "geom_id"})
-            hits[name] = array[name];
+        for (const char* const name : {"u", "v", "prim_id", "geom_id"}) hits[name] = array[name];
         array = hits;
     } else if (!has_dtype(array, hit_dtype())) {
         throw_dtype(array, "hits", "morphray.hit_dtype or morphray.closest_dtype");

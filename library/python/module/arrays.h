@@ -67,8 +67,8 @@ struct QueryArray {
 QueryArray rays_of(const py::object& rays);
 /// An array of shape (..., 3) of numbers, read or copied as rays are.
 QueryArray query_points_of(const py::object& points);
-/// The triangles that rays leave out: of an array of hit_dtype with the shape of the rays, or of one
-/// of (..., 2) integers, geom_id and prim_id. None: no triangles.
+/// The triangles that rays leave out: of an array of hit_dtype with the shape of the rays, or of
+/// one of (..., 2) integers, geom_id and prim_id. None: no triangles.
 std::vector<Primitive> excluded_of(const py::object& excluded, const QueryArray& rays);
 /// Hits of an array of hit_dtype, or made of one of closest_dtype, read or copied as rays are.
 QueryArray hit_array_of(const py::object& hits);

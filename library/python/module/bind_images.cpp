@@ -130,7 +130,8 @@ t is the depth along the viewing direction. Several samples a pixel are a square
                 write_png(file.string(), image);
             },
             "Writes a PNG file, as a whole or not at all. Raises ValueError for a name of another "
-            "format.", arg("path"))
+            "format.",
+            arg("path"))
         .def("__repr__", [](const Image& image) {
             return "<morphray.Image " + std::to_string(image.width) + "x" +
                    std::to_string(image.height) + ">";

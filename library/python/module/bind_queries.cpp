@@ -244,8 +244,8 @@ Raises TypeError for another dtype, ValueError for another shape, `out` or coher
              "Finds whether rays hit anything: an array of bool. Arguments are those of "
              "intersect().",
              arg("rays"), arg("out") = none, py::kw_only(), arg("coherence") = "none",
-            arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
-            arg("cancel") = none)
+             arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
+             arg("cancel") = none)
         .def("intersect_all", &intersect_all,
              R"(Finds every hit of rays, as an AllHits; axes in front of the rays are flattened.
 
@@ -264,9 +264,8 @@ memory does not suffice.)",
              "Counts all hits of rays: an array of int64. Arguments are those of intersect() and "
              "intersect_all().",
              arg("rays"), arg("out") = none, py::kw_only(), arg("crossing") = "once",
-             arg("coherence") = "none",
-            arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
-            arg("cancel") = none)
+             arg("coherence") = "none", arg("visible") = none, arg("excluded") = none,
+             arg("threads") = "all", arg("cancel") = none)
         .def("normals", &normals,
              R"(Finds the unit normals of hits, or of closest points: (N, 3) float32; 0 for a miss.
 
@@ -295,8 +294,7 @@ A point on the surface has the winding of one of its neighbours, one that is not
 rule: which windings are inside, "nonzero", so that overlapping meshes are one, or "odd" numbers of
       crossings, so that where two meshes overlap is outside. Other arguments are those of winding().)",
              arg("points"), arg("out") = none, py::kw_only(), arg("rule") = "nonzero",
-             arg("threads") = "all",
-            arg("cancel") = none)
+             arg("threads") = "all", arg("cancel") = none)
         .def(
             "closest_points", &closest_points,
             R"(Finds the closest points of the meshes, not farther than max_distance: an array of closest_dtype.
@@ -305,15 +303,13 @@ point is at (1 - u - v) * p0 + u * p1 + v * p2. feature is 0 inside of the trian
 a corner. Of equally close triangles it is the lowest (geom_id, prim_id). Where there is none, distance is
 inf and the IDs are INVALID_ID. Other arguments are those of winding().)",
             arg("points"), arg("max_distance") = none, arg("out") = none, py::kw_only(),
-            arg("threads") = "all",
-            arg("cancel") = none)
+            arg("threads") = "all", arg("cancel") = none)
         .def(
             "signed_distance", &signed_distance,
             R"(Finds the distances of points to the meshes, negative inside: an array of float32. Arguments are those
 of contains() and closest_points(). NaN for a point that is not finite.)",
             arg("points"), arg("out") = none, py::kw_only(), arg("rule") = "nonzero",
-            arg("max_distance") = none, arg("threads") = "all",
-            arg("cancel") = none);
+            arg("max_distance") = none, arg("threads") = "all", arg("cancel") = none);
 }
 
 }  // namespace morphray::python
