@@ -95,7 +95,7 @@ morphray::Device open_device(const BackendOptions& options, const Messages& mess
 morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& world) {
     return {.positions = morphray::packed(world),
             .triangles = indices_of(topology.triangles),
-            .albedo = topology.albedo};
+            .appearance = {.albedo = topology.albedo}};
 }
 
 std::optional<morphray::Box> bounds_of(const Animation& animation) {
@@ -167,11 +167,11 @@ AnimationScene::AnimationScene(const ImageOptions& options, const Animation& ani
 std::vector<morphray::MeshView> AnimationScene::meshes(
     const ImageOptions& options, std::span<const morphray::TextureView> textures) {
     std::vector<morphray::MeshView> meshes = {mesh_of(animation_.topology(), positions_)};
-    meshes.front().smooth = indices_of(animation_.smooth_corners());
+    meshes.front().appearance.smooth = indices_of(animation_.smooth_corners());
     if (!textures.empty()) {
-        meshes.front().textures = textures;
-        meshes.front().texcoords = floats_of(animation_.textures()->texcoords);
-        meshes.front().texture_ids = animation_.textures()->texture_ids;
+        meshes.front().appearance.textures = textures;
+        meshes.front().appearance.texcoords = floats_of(animation_.textures()->texcoords);
+        meshes.front().appearance.texture_ids = animation_.textures()->texture_ids;
     }
     if (options.shading.ground) ground_ = ground_below(animation_.bounds(), options.view.up);
     if (!ground_.empty()) {
@@ -179,7 +179,7 @@ std::vector<morphray::MeshView> AnimationScene::meshes(
         meshes.push_back({.positions = morphray::packed(ground_),
                           .triangles = kTriangles,
                           .deforms = false,
-                          .shadow_catcher = true});
+                          .appearance = {.shadow_catcher = true}});
     }
     return meshes;
 }

@@ -12,7 +12,7 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
 #include "common/update/policy.h"
-#include "morphray/image.hpp"
+#include "morphray/images.hpp"
 #include "morphray/queries.hpp"
 #include "scenes/animation.h"
 

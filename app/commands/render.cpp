@@ -23,7 +23,7 @@
 #include "common/image/png.h"
 #include "common/report/table.h"
 #include "common/text/number_text.h"
-#include "morphray/hits.hpp"
+#include "morphray/images.hpp"
 
 namespace mray::app {
 namespace {

@@ -12,7 +12,7 @@
 #include "app/terminal/messages.h"
 #include "common/image/png.h"
 #include "common/scene/textures.h"
-#include "morphray/image.hpp"
+#include "morphray/images.hpp"
 
 namespace mray::app {
 

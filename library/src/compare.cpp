@@ -1,4 +1,4 @@
-#include "morphray/compare.hpp"
+#include "morphray/images.hpp"
 
 #include <fmt/format.h>
 

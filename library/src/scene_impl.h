@@ -28,7 +28,7 @@
 #include "library/src/scene/errors.h"
 #include "library/src/scene/mesh_list.h"
 #include "library/src/scene/pose_reader.h"
-#include "morphray/image.hpp"
+#include "morphray/images.hpp"
 #include "morphray/scene.hpp"
 
 namespace morphray::detail {

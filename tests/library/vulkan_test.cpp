@@ -106,7 +106,7 @@ TEST(LibraryOnVulkan, QuestionsAreCancelledByAFlagThatIsTrueBefore) {
 TEST(LibraryOnVulkan, LitImagesAreThoseOfTheCpu) {
     UserMesh mesh(torus(40, 24));
     morphray::MeshView smooth = mesh.view();
-    smooth.smooth = mesh.triangles;
+    smooth.appearance.smooth = mesh.triangles;
     const Scene scene = Scene::build(smooth, vulkan());
     const Scene twin = scene.on(Device::cpu());
     // Without colours of the device first, then with them, then without again.

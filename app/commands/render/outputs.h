@@ -9,7 +9,7 @@
 
 #include "app/base/options.h"
 #include "common/image/png.h"
-#include "morphray/image.hpp"
+#include "morphray/images.hpp"
 #include "scenes/animation.h"
 
 namespace mray::app {

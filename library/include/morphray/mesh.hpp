@@ -132,31 +132,23 @@ struct TextureView {
     float alpha_cutoff = 0;
 };
 
-/// A mesh of triangles in the caller's memory. `positions` are read by Scene::build(), attach() and
-/// each update(), so they must stay where they are until the mesh is detached or the scene is
-/// destroyed. All other arrays are copied once. Any mesh is accepted, also one without triangles;
-/// positions that are NaN or infinite make their triangles unhittable.
-struct MeshView {
-    Positions positions = {};
-    /// Three indices of positions for each triangle.
-    std::span<const std::uint32_t> triangles = {};
-    /// Whether update() reads the positions again. A mesh that does not deform costs nothing there.
-    bool deforms = true;
-    /// For images, the colour of each triangle: linear, 8 bits a channel, red in bits 0 to 7, green
-    /// in 8 to 15, blue in 16 to 23. Empty: light grey.
+/// What images show of a mesh. All arrays are copied once.
+struct Appearance {
+    /// The colour of each triangle: linear, 8 bits a channel, red in bits 0 to 7, green in 8 to
+    /// 15, blue in 16 to 23. Empty: light grey.
     std::span<const std::uint32_t> albedo = {};
     /// For lit images, three numbers for each triangle. Corners with the same number share a
     /// normal, the mean of their triangles at the current pose, so that these look smooth together;
-    /// at creases of more than 37 degrees they stay flat. `triangles` itself makes all of the mesh
-    /// smooth, without memory for it. Empty: every triangle is flat. Numbers are below the number
-    /// of corners. Copied once.
+    /// at creases of more than 37 degrees they stay flat. MeshView::triangles itself makes all of
+    /// the mesh smooth, without memory for it. Empty: every triangle is flat. Numbers are below the
+    /// number of corners.
     std::span<const std::uint32_t> smooth = {};
     /// In lit images the mesh shows the background, darkened by shadows and occlusion: for a plane
     /// that the scene stands on.
     bool shadow_catcher = false;
     /// For lit images, textures; each triangle shows one of them, multiplied by its albedo (white
-    /// instead of light grey without `albedo`). They are copied once, with smaller levels for
-    /// surfaces far away: a third more memory. At most 65536 of them.
+    /// instead of light grey without `albedo`). Copies have smaller levels for surfaces far away: a
+    /// third more memory. At most 65536 of them.
     std::span<const TextureView> textures = {};
     /// With `textures`, u and v of each triangle's three corners, six floats for each triangle: u
     /// from the left (0) to the right (1) of the image, v from its bottom (0) to its top (1), and
@@ -165,6 +157,19 @@ struct MeshView {
     /// With `textures`, the index of each triangle's texture, or kNoTexture. Empty: all have the
     /// first.
     std::span<const std::uint32_t> texture_ids = {};
+};
+
+/// A mesh of triangles in the caller's memory. `positions` are read by Scene::build(), attach() and
+/// each update(), so they must stay where they are until the mesh is detached or the scene is
+/// destroyed. Indices are copied. Any mesh is accepted, also one without triangles;
+/// positions that are NaN or infinite make their triangles unhittable.
+struct MeshView {
+    Positions positions = {};
+    /// Three indices of positions for each triangle.
+    std::span<const std::uint32_t> triangles = {};
+    /// Whether update() reads the positions again. A mesh that does not deform costs nothing there.
+    bool deforms = true;
+    Appearance appearance = {};
 };
 
 }  // namespace morphray

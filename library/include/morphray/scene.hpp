@@ -14,11 +14,14 @@
 #include "morphray/device.hpp"
 #include "morphray/error.hpp"
 #include "morphray/geometry.hpp"
-#include "morphray/image.hpp"
 #include "morphray/mesh.hpp"
 #include "morphray/queries.hpp"
 
 namespace morphray {
+
+// morphray/images.hpp.
+struct View;
+struct Image;
 
 namespace detail {
 class SceneImpl;
@@ -244,8 +247,8 @@ public:
     /// Finds the unit normals of hits: normals[i] answers hits[i]; 0 for a miss and a triangle
     /// without an area. The corners of a triangle are counter-clockwise as seen from where its
     /// normal points. `smooth` interpolates the normals of the corners, as lit images do, where
-    /// MeshView::smooth gives them. O(triangles) for the first smooth ones after an update. Throws
-    /// bad_argument if sizes differ or a hit is none of this scene.
+    /// Appearance::smooth gives them. O(triangles) for the first smooth ones after an update.
+    /// Throws bad_argument if sizes differ or a hit is none of this scene.
     void normals(std::span<const Hit> hits, std::span<Vec3> normals, bool smooth = false) const;
 
     /// Finds how often the meshes wind around points: windings[i] answers points[i]. 1 inside a

@@ -8,8 +8,7 @@
 #include "library/python/module/arrays.h"
 #include "library/python/module/bindings.h"
 #include "library/python/module/scene.h"
-#include "morphray/compare.hpp"
-#include "morphray/image.hpp"
+#include "morphray/images.hpp"
 
 namespace morphray::python {
 namespace {

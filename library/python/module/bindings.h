@@ -9,7 +9,7 @@
 #include <variant>
 
 #include "morphray/device.hpp"
-#include "morphray/image.hpp"
+#include "morphray/images.hpp"
 #include "morphray/scene.hpp"
 
 namespace morphray::python {
