@@ -144,9 +144,6 @@ AnimationScene::AnimationScene(const ImageOptions& options, const Animation& ani
     call_library([&] {
         morphray::SceneOptions scene_options = {.bounds = bounds_of(animation),
                                                 .update = policy_of(options.tree),
-                                                .split = options.tree.split == SplitMethod::kSweep
-                                                             ? morphray::Split::sweep
-                                                             : morphray::Split::binned,
                                                 .record_cost_ratio = options.tree.record_cost_ratio,
                                                 .cancel = &cancel,
                                                 .done = &step_done()};

@@ -88,8 +88,8 @@ std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions
                        [&](BackendChoice chosen) { return make_concrete(chosen, options); });
 }
 
-BuildConfig build_config(SplitMethod split, const BackendOptions& options) {
-    return {.split = split, .threads = options.threads, .watch = command_watch()};
+BuildConfig build_config(const BackendOptions& options) {
+    return {.threads = options.threads, .watch = command_watch()};
 }
 
 std::vector<BackendChoice> profiled_backends(const BackendOptions& options,

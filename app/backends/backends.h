@@ -61,7 +61,7 @@ auto make_chosen(BackendChoice choice, const BackendOptions& options, const Mess
 std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions& options,
                                       const Messages& messages);
 
-BuildConfig build_config(SplitMethod split, const BackendOptions& options);
+BuildConfig build_config(const BackendOptions& options);
 
 /// The chosen backend; for kAuto the CPU and, if it is available, Vulkan.
 std::vector<BackendChoice> profiled_backends(const BackendOptions& options,

@@ -63,8 +63,6 @@ inline constexpr Choice<morphray::Shading> kShadings[] = {
 inline constexpr Choice<std::uint32_t> kSampleCounts[] = {
     {"1", 1}, {"4", 4}, {"16", 16}, {"64", 64}};
 inline constexpr Choice<const char*> kExrColours[] = {{"half", "half"}, {"float", "float"}};
-inline constexpr Choice<SplitMethod> kSplits[] = {{"binned", SplitMethod::kBinned},
-                                                  {"sweep", SplitMethod::kSweep}};
 inline constexpr Choice<morphray::Crossing> kCrossings[] = {{"once", morphray::Crossing::once},
                                                             {"each", morphray::Crossing::each},
                                                             {"owner", morphray::Crossing::owner}};

@@ -61,7 +61,6 @@ struct TreeOptions {
     PolicySpec update = {};
     /// As SceneOptions::record_cost_ratio.
     bool record_cost_ratio = false;
-    SplitMethod split = SplitMethod::kBinned;
     /// The frame at whose positions the tree is built; none: the first selected frame.
     std::optional<double> build_at = {};
 };
@@ -103,7 +102,6 @@ struct CrosscheckOptions {
     /// The kind of rays that is compared; none: all three.
     std::optional<std::uint32_t> rays = {};
     BackendOptions backend = {};
-    SplitMethod split = SplitMethod::kBinned;
     Reference reference = Reference::kAuto;
     /// The number of rays and of points a frame that the backends are asked about.
     std::uint32_t query_count = 0;

@@ -32,7 +32,6 @@ auto add_image_options(CLI::App& command, ImageOptions& image, const char* size,
               [&image](const std::string& option, const std::string& value) {
                   image.tree.update = parse_update(option, value);
               });
-    add_split(command, image.tree.split);
     add_build_at(command, image.tree.build_at);
     const CLI::Option* const ao_samples = command.get_option("--ao-samples");
     return [=, &image](std::uint32_t lit_samples) {
@@ -132,7 +131,6 @@ void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments)
             add_choice<std::uint32_t>(command, "--rays", "what each pixel traces (all three)",
                                       kRays, options.rays);
             add_backend_options(command, options.backend, kCheckedBackends, "all");
-            add_split(command, options.split);
             add_choice<Reference>(command, "--reference", "reference of the comparison (auto)",
                                   kReferences, options.reference);
             add_count(command, "--queries",
@@ -177,7 +175,6 @@ void add_probe(CommandAdder& adder) {
                       [&options](const std::string& option, const std::string& value) {
                           options.tree.update = parse_update(option, value);
                       });
-            add_split(command, options.tree.split);
             add_build_at(command, options.tree.build_at);
             adder.add_verbose(command);
             return kNothing;
@@ -196,7 +193,6 @@ void add_profile(CommandAdder& adder) {
             add_rays(command, options.view, "primary");
             add_backend_options(command, options.backend, kBackends,
                                 "auto: the CPU, and Vulkan where there is a device");
-            add_split(command, options.tree.split);
             add_build_at(command, options.tree.build_at);
             add_count(command, "--repeat", "runs whose median is reported (10; of policies 5)",
                       options.repeat, 1, 10000);

@@ -133,10 +133,6 @@ void add_threads(CLI::App& command, int& target) {
               1, 1024);
 }
 
-void add_split(CLI::App& command, SplitMethod& target) {
-    add_choice<SplitMethod>(command, "--build", "how the tree is built (binned)", kSplits, target);
-}
-
 void add_build_at(CLI::App& command, std::optional<double>& target) {
     constexpr double kLeast = -1e9;
     add_value(command, "--build-at", "FRAME",

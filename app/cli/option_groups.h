@@ -77,7 +77,6 @@ void add_backend_options(CLI::App& command, BackendOptions& backend,
                          std::span<const Choice<BackendChoice>> choices, const char* otherwise);
 void add_threads(CLI::App& command, int& target);
 
-void add_split(CLI::App& command, SplitMethod& target);
 void add_build_at(CLI::App& command, std::optional<double>& target);
 
 CLI::Option* add_json(CLI::App& command, std::string& target);

@@ -54,12 +54,10 @@ std::string describe_program() {
     return text + "\nbuilt-in scenes\n" + table.text();
 }
 
-Json describe_tree(SplitMethod split, const Topology& topology, std::span<const vec3> positions) {
+Json describe_tree(const Topology& topology, std::span<const vec3> positions) {
     const Stopwatch watch;
-    const Bvh bvh = build_bvh(topology, positions, {.split = split});
-    Json tree = {{"build", name_in<SplitMethod>(kSplits, split)},
-                 {"build_ms", watch.ms()},
-                 {"bvh_hash", hash_text(bvh_hash(bvh))}};
+    const Bvh bvh = build_bvh(topology, positions);
+    Json tree = {{"build_ms", watch.ms()}, {"bvh_hash", hash_text(bvh_hash(bvh))}};
     tree.update(of(bvh_stats(bvh)));
     return tree;
 }
@@ -111,10 +109,7 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
         json["animations"].push_back({{"index", json["animations"].size()},
                                       {"name", named.name},
                                       {"shown", named.is_shown}});
-    json["trees"] = Json::array();
-    if (!options.tree_facts) return json;
-    for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep})
-        json["trees"].push_back(describe_tree(split, topology, positions));
+    if (options.tree_facts) json["tree"] = describe_tree(topology, positions);
     return json;
 }
 
@@ -133,18 +128,16 @@ std::string table_of_animations(const Json& animations) {
     return table.text();
 }
 
-std::string table_of_trees(const Json& trees) {
-    Table table({"tree", "build ms", "SAH cost", "nodes", "leaves", "depth", "children",
-                 "triangles", "vertices", "MiB", "hash"});
-    for (const Json& tree : trees) {
-        const auto fixed = [&](const char* key, int digits, double unit = 1) {
-            return fmt::format("{:.{}f}", tree[key].get<double>() / unit, digits);
-        };
-        table.add({tree["build"], fixed("build_ms", 2), fixed("sah_cost", 3), tree["nodes"].dump(),
-                   tree["leaves"].dump(), tree["depth"].dump(), fixed("children_per_node", 2),
-                   fixed("triangles_per_leaf", 2), fixed("vertices_per_leaf", 2),
-                   fixed("bytes", 2, 0x1p20), tree["bvh_hash"]});
-    }
+std::string table_of_tree(const Json& tree) {
+    Table table({"build ms", "SAH cost", "nodes", "leaves", "depth", "children", "triangles",
+                 "vertices", "MiB", "hash"});
+    const auto fixed = [&](const char* key, int digits, double unit = 1) {
+        return fmt::format("{:.{}f}", tree[key].get<double>() / unit, digits);
+    };
+    table.add({fixed("build_ms", 2), fixed("sah_cost", 3), tree["nodes"].dump(),
+               tree["leaves"].dump(), tree["depth"].dump(), fixed("children_per_node", 2),
+               fixed("triangles_per_leaf", 2), fixed("vertices_per_leaf", 2),
+               fixed("bytes", 2, 0x1p20), tree["bvh_hash"]});
     return table.text();
 }
 
@@ -178,7 +171,7 @@ std::string text_of(const Json& json) {
                         json["textured_triangles"].dump(),
                         fmt::join(json["textures"].get<std::vector<std::string>>(), ", ")));
     if (!json["animations"].empty()) text += "\n" + table_of_animations(json["animations"]);
-    if (!json["trees"].empty()) text += "\n" + table_of_trees(json["trees"]);
+    if (json.contains("tree")) text += "\n" + table_of_tree(json["tree"]);
     return text;
 }
 

@@ -34,7 +34,6 @@ struct PeerTree {
 /// Where a builder divides, and when it stops: the cost of a node in tests of a triangle, and how
 /// many triangles a leaf has at most.
 struct PeerTreeConfig {
-    SplitMethod split;
     double node_cost;
     std::uint32_t most_triangles;
 };

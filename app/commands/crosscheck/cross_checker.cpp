@@ -54,7 +54,7 @@ CrossChecker::CrossChecker(const CrosscheckOptions& options, SceneFrames& scene,
     if (options.rays) rays_ = {*options.rays};
     const Topology& topology = scene.animation().topology();
     const std::span<const vec3> positions = scene.positions(report["frames"].front());
-    const Bvh built = build_bvh(topology, positions, build_config(options.split, options.backend));
+    const Bvh built = build_bvh(topology, positions, build_config(options.backend));
     const auto set_scene = [&](BackendPair& pair) {
         pair.refits->set_scene(topology, positions, built);
         pair.given->set_scene(topology, positions, built);
@@ -193,8 +193,8 @@ void CrossChecker::check(double frame, Progress& progress) {
     const std::span<const vec3> positions = scene_.positions(frame);
     progress.begin(fmt::format("frame {}, tree", frame));
     refit(backends_.cpu, positions);
-    const Bvh rebuilt = build_bvh(scene_.animation().topology(), positions,
-                                  build_config(options_.split, options_.backend));
+    const Bvh rebuilt =
+        build_bvh(scene_.animation().topology(), positions, build_config(options_.backend));
     trace_reference(positions, rebuilt);
     query_reference(positions);
     if (backends_.vulkan) check_vulkan(positions, rebuilt);

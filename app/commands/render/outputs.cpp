@@ -43,7 +43,6 @@ std::string render_command(const ImageOptions& options, double frame) {
         add("--rays", name_of_rays(rays));
     else
         add("--shading", name_in<morphray::Shading>(kShadings, shading.shading));
-    if (options.tree.split != SplitMethod::kBinned) add("--build", "sweep");
     if (shows_tree(shading.shading)) {
         const TreeOptions& tree = options.tree;
         // A tree that is built at each frame is the same wherever the first one was built.

@@ -38,7 +38,6 @@ std::string probe_command(const CrosscheckOptions& options, const CheckedImage& 
     for (const auto& part :
          {arguments_of(options.view, image.rays, false), arguments_of(options.source)})
         line.insert(line.end(), part.begin(), part.end());
-    if (options.split != SplitMethod::kBinned) add("--build", "sweep");
     const CheckVariant& variant = image.variant;
     const std::string& backend = reference ? image.reference : variant.backend;
     add("--backend", backend);

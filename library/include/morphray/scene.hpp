@@ -55,12 +55,6 @@ using UpdatePolicy = std::variant<Auto, Refit, Rebuild, Every>;
 /// these, for any other text. Threads may call it at the same time.
 MORPHRAY_API UpdatePolicy parse_update_policy(const std::string& text);
 
-/// How trees are built: in either case by the surface area heuristic.
-enum class Split {
-    binned,  ///< Over bins of the centroids: fast.
-    sweep,   ///< Every position on all three axes: several times slower, the best tree.
-};
-
 struct SceneOptions {
     /// The part of world space that the meshes move in. It fixes scene space, and with it the last
     /// bits of all hits: with the same bounds, equal positions give equal bits on all machines and
@@ -70,14 +64,13 @@ struct SceneOptions {
     /// they are empty or not within the range of floats.
     std::optional<Box> bounds = {};
     UpdatePolicy update = Auto{};
-    Split split = Split::binned;
     /// The device that refits, if it is not the one that traces.
     std::optional<Device> refit_on = {};
     /// Find the cost ratio at each update, even if the policy does not need it.
     bool record_cost_ratio = false;
     /// If it is given, a tree that build() or update() builds is given up soon after another thread
-    /// has made it true, and they throw cancelled: within some milliseconds, with Split::sweep
-    /// after a set has been sorted. After such an update() the scene is of no use any more. It must
+    /// has made it true, and they throw cancelled: within some milliseconds. After such an
+    /// update() the scene is of no use any more. It must
     /// outlive the scene.
     const std::atomic<bool>* cancel = nullptr;
     /// If it is given, it becomes the part of such a tree that is built, from 0 to 1. It must

@@ -35,7 +35,6 @@ Coherence coherence_of(const AnyCoherence& coherence);
 UpdatePolicy policy_of(const std::string& update, double budget_ms, double budget,
                        bool deterministic);
 /// The values of the names that the documentation of Scene lists. Each throws ValueError.
-Split split_of(const std::string& split);
 Rays rays_named(const std::string& rays);
 Shading shading_named(const std::string& shading);
 Crossing crossing_named(const std::string& crossing);

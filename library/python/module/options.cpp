@@ -65,10 +65,6 @@ UpdatePolicy policy_of(const std::string& update, double budget_ms, double budge
     return policy;
 }
 
-Split split_of(const std::string& split) {
-    return choice<Split>("split", split, {{"binned", Split::binned}, {"sweep", Split::sweep}});
-}
-
 Rays rays_named(const std::string& rays) {
     return choice<Rays>("rays", rays,
                         {{"primary", Rays::primary}, {"shadow", Rays::shadow}, {"ao", Rays::ao}});
