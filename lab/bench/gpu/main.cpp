@@ -20,6 +20,7 @@
 #include "lab/bench/peer_tree.h"
 #include "lab/bench/report.h"
 #include "lab/bench/trace_work.h"
+#include "shaders/kernel_interface.h"
 
 // Generated from peer.comp; it uses std::uint32_t without including it.
 #include "lab/bench/gpu/peer_spirv.h"
@@ -127,9 +128,11 @@ PeerTracer::PeerTracer(std::shared_ptr<gpu::SharedDevice> device, const PeerTree
 double PeerTracer::trace(std::uint32_t mode) {
     PeerArguments arguments = {};
     arguments.params = params_;
-    arguments.tile_columns = (params_.width + kTileSize - 1) / kTileSize;
+    // That of kernels, not of the benchmark's works.
+    constexpr std::uint32_t kSide = mray::kTileSize;
+    arguments.tile_columns = (params_.width + kSide - 1) / kSide;
     arguments.ray_count = ray_count_;
-    std::uint32_t groups = arguments.tile_columns * ((params_.height + kTileSize - 1) / kTileSize);
+    std::uint32_t groups = arguments.tile_columns * ((params_.height + kSide - 1) / kSide);
     if (mode == kPeerRays) groups = (ray_count_ + kGroupSize - 1) / kGroupSize;
     return context_.submit("trace the peer's rays", [&](VkCommandBuffer commands) {
         pipelines_[mode].dispatch(commands, arguments, groups);
