@@ -90,7 +90,7 @@ std::uint32_t binary_height(const TestScene& scene) {
 }
 
 /// Triangles in one place near the origin, and others towards it, each smaller than the one before:
-/// splits peel these off one at a time.
+/// splits peel these off a few at a time.
 TestScene peeled_triangles(std::uint32_t peeled, std::uint32_t rest) {
     std::vector<vec3> positions;
     std::vector<uvec3> triangles;
@@ -103,15 +103,12 @@ TestScene peeled_triangles(std::uint32_t peeled, std::uint32_t rest) {
     return {positions, triangles};
 }
 
-TEST(BvhBuilder, BoundsTheDepthWhereSplitsPeelOneTriangleAtATime) {
+TEST(BvhBuilder, BoundsTheDepthWhereSplitsPeelFewTrianglesAtATime) {
     const TestScene scene = peeled_triangles(120, 100000);
     const Bvh bvh = build_bvh(scene.topology(), scene.positions());
     EXPECT_EQ(bvh.depth(), kMaxDepth);
     EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()), std::vector<std::string>{});
-    // Halving alone makes 15 levels of them.
-    const std::uint32_t height = binary_height(scene);
-    EXPECT_GT(height, 45u);
-    EXPECT_LE(height, kMaxBinaryHeight);
+    EXPECT_LE(binary_height(scene), kMaxBinaryHeight);
 }
 
 TEST(BvhBuilder, FillsNodesAndLeavesOnAnOrdinaryMesh) {

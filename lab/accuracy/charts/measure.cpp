@@ -1,4 +1,4 @@
-#include "lab/accuracy/measure.h"
+#include "lab/accuracy/charts/charts.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
