@@ -45,11 +45,10 @@ struct PeerTreeConfig {
 PeerTree build_peer_tree(const Topology& topology, std::span<const vec3> positions,
                          const PeerTreeConfig& config);
 
-/// The tree of the method of 2007: by full sweeps, where a test of a box costs as much as one of a
+/// The tree of the method of 2007: by binned SAH, where a test of a box costs as much as one of a
 /// triangle.
 inline PeerTree build_paper_tree(const Topology& topology, std::span<const vec3> positions) {
-    return build_peer_tree(topology, positions,
-                           {SplitMethod::kSweep, 2, std::numeric_limits<std::uint32_t>::max()});
+    return build_peer_tree(topology, positions, {2, std::numeric_limits<std::uint32_t>::max()});
 }
 
 /// The method of 2007 (paper_2007/packet_tracer.cpp), "paper-2007" in a group of its own, for
