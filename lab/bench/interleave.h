@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 #include "common/report/spread.h"
 
 namespace mray::bench {
