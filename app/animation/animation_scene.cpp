@@ -12,8 +12,8 @@
 #include "app/backends/backends.h"
 #include "app/files/image_files.h"
 #include "app/terminal/failure.h"
-#include "app/terminal/progress.h"
-#include "common/base/stopwatch.h"
+#include "app/terminal/messages.h"
+#include "common/frame_times.h"
 #include "common/text/text_parts.h"
 #include "scenes/scene_frames.h"
 
@@ -107,6 +107,12 @@ std::optional<morphray::Box> bounds_of(const Animation& animation) {
 
 }  // namespace
 
+void require_view(const ViewSpec& view, const Animation& animation) {
+    ViewSpec spec = with_inside_view(view, animation);
+    spec.ao_count = std::max(spec.ao_count, 1u);
+    make_image_params(spec, animation.bounds(), SceneSpace(animation.bounds()));
+}
+
 std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
     using glm::dvec3;
     if (bounds.empty()) return {};
@@ -145,8 +151,7 @@ AnimationScene::AnimationScene(const ImageOptions& options, const Animation& ani
         morphray::SceneOptions scene_options = {.bounds = bounds_of(animation),
                                                 .update = policy_of(options.tree),
                                                 .record_cost_ratio = options.tree.record_cost_ratio,
-                                                .cancel = &cancel,
-                                                .done = &step_done()};
+                                                .cancel = &cancel};
         messages.note("tracing on " + device.name() + ": " + device.description());
         deform_ms_ = place(current_);
         std::vector<Image> images;
@@ -209,7 +214,6 @@ void AnimationScene::render(const ViewSpec& view, const ShadingOptions& shading,
                             morphray::Image& image) {
     morphray::View whole = view_of(with_inside_view(view, animation_), shading);
     whole.cancel = &interrupt_flag();
-    whole.done = &step_done();
     render(whole, image);
 }
 
@@ -218,7 +222,6 @@ void AnimationScene::render_pixels(const ViewSpec& view, const ShadingOptions& s
     morphray::View pixels = view_of(with_inside_view(view, animation_), shading);
     pixels.hits = false;
     pixels.cancel = &cancel;
-    pixels.done = &step_done();
     render(pixels, image);
 }
 

@@ -8,7 +8,6 @@
 #include <variant>
 #include <vector>
 
-#include "app/base/values.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
 #include "common/update/policy.h"
@@ -17,6 +16,11 @@
 #include "scenes/animation.h"
 
 namespace mray::app {
+
+struct Pixel {
+    std::uint32_t x = 0;
+    std::uint32_t y = 0;
+};
 
 enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
 

@@ -9,10 +9,9 @@
 #include "app/base/choices.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 #include "common/report/table.h"
 #include "common/scene/mesh.h"
-#include "common/scene/mesh_edges.h"
 #include "common/simd/simd_target.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
@@ -57,9 +56,17 @@ std::string describe_program() {
 Json describe_tree(const Topology& topology, std::span<const vec3> positions) {
     const Stopwatch watch;
     const Bvh bvh = build_bvh(topology, positions);
-    Json tree = {{"build_ms", watch.ms()}, {"bvh_hash", hash_text(bvh_hash(bvh))}};
-    tree.update(of(bvh_stats(bvh)));
-    return tree;
+    const BvhStats stats = bvh_stats(bvh);
+    return {{"build_ms", watch.ms()},
+            {"bvh_hash", hash_text(bvh_hash(bvh))},
+            {"sah_cost", stats.sah_cost},
+            {"nodes", stats.node_count},
+            {"leaves", stats.leaf_count},
+            {"depth", stats.depth},
+            {"children_per_node", stats.children_per_node},
+            {"triangles_per_leaf", stats.triangles_per_leaf},
+            {"vertices_per_leaf", stats.vertices_per_leaf},
+            {"bytes", stats.bytes}};
 }
 
 /// Adds the file names, and the number of triangles that show one of them.

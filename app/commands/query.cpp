@@ -9,8 +9,8 @@
 #include "app/commands/commands.h"
 #include "app/files/ray_reader.h"
 #include "app/terminal/failure.h"
-#include "app/terminal/progress.h"
-#include "common/scene/mesh_edges.h"
+#include "app/terminal/messages.h"
+#include "common/scene/mesh.h"
 #include "common/text/text_parts.h"
 
 namespace mray::app {

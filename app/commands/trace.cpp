@@ -10,7 +10,7 @@
 #include "app/commands/commands.h"
 #include "app/files/ray_reader.h"
 #include "app/terminal/failure.h"
-#include "app/terminal/progress.h"
+#include "app/terminal/messages.h"
 #include "common/text/text_parts.h"
 
 namespace mray::app {

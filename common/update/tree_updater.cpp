@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 
 namespace mray {
 namespace {

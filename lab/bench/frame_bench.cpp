@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 #include "common/simd/simd_target.h"
 #include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"

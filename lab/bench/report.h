@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 #include "common/report/table.h"
 
 namespace mray::bench {

@@ -7,8 +7,8 @@
 #include <utility>
 #include <variant>
 
-#include "common/base/stopwatch.h"
-#include "common/scene/mesh_edges.h"
+#include "common/frame_times.h"
+#include "common/scene/mesh.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {
@@ -61,7 +61,7 @@ void SceneImpl::start(const mray::Bvh* tree, const MeshList* before) {
     mray::UpdateConfig config = config_of(options.update);
     config.record_cost_ratio = options.record_cost_ratio;
     const mray::BuildConfig build{.threads = DeviceImpl::of(device).threads(),
-                                  .watch = mray::Watch(options.cancel, options.done)};
+                                  .watch = mray::Watch(options.cancel)};
     updater = std::make_unique<mray::TreeUpdater>(meshes.topology(), pose.positions(), *tracer,
                                                   refitter.get(), spec_of(options.update), build,
                                                   config, tree);

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "common/backend.h"
-#include "common/base/stopwatch.h"
 #include "common/base/watch.h"
+#include "common/frame_times.h"
 #include "common/image/frame.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/vertex_normals.h"

@@ -22,10 +22,10 @@ std::vector<LongCommand> long_commands(const TemporaryFolder& folder) {
     return {
         {{"render", cloth, "--backend", "brute", "--size", "1024x1024", "--rays", "shadow",
           "--frames", "3..24", "--out", folder.file("images")},
-         R"(rendering .* 0/22  frame 3  .* left)"},
+         R"(rendering 0/22  frame 3)"},
         {{"render", soup, "--threads", "1", "--size", "8x8", "--frame", "0", "--out",
           folder.file("image")},
-         R"(rendering .* 0/1  tree)"},
+         R"(rendering 0/1  tree)"},
     };
 }
 

@@ -11,7 +11,7 @@
 #include "app/animation/frames.h"
 #include "app/backends/backends.h"
 #include "app/terminal/failure.h"
-#include "app/terminal/progress.h"
+#include "app/terminal/messages.h"
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
 #include "common/report/plot.h"

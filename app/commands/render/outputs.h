@@ -21,20 +21,6 @@ struct FrameTask {
     std::string file;
 };
 
-/// A folder for outputs. The destructor removes what it had to make of the path, if it is empty.
-class OutputFolder {
-public:
-    /// Throws Error(kOutput) if files cannot be written into it.
-    explicit OutputFolder(const std::filesystem::path& path);
-    ~OutputFolder();
-    OutputFolder(const OutputFolder&) = delete;
-    OutputFolder& operator=(const OutputFolder&) = delete;
-
-private:
-    /// From the innermost folder outwards.
-    std::vector<std::filesystem::path> made_;
-};
-
 /// The folder that --out means; of one image its folder.
 std::filesystem::path output_folder_of(const RenderOptions& options);
 

@@ -130,12 +130,10 @@ private:
                 [=, this] { build(left, begin, middle, depth + 1, nullptr, coincide); },
                 [=, this] { build(left + 1, middle, end, depth + 1, nullptr, coincide); });
         } else {
-            const bool is_task = block == nullptr;
-            if (is_task) block = &own_block();
+            if (block == nullptr) block = &own_block();
             left = take_pair(*block);
             build(left, begin, middle, depth + 1, block, coincide);
             build(left + 1, middle, end, depth + 1, block, coincide);
-            if (is_task) watch_.set_done(done_ += refs.size(), tree_.prim_ids.size());
         }
         node.box = tree_.nodes[left].box;
         node.box.extend(tree_.nodes[left + 1].box);
@@ -198,8 +196,6 @@ private:
     /// Guards tree_.repeated.
     std::mutex repeated_mutex_;
     std::atomic<std::uint32_t> node_count_ = 1;
-    /// Triangles of subtrees that are done.
-    std::atomic<std::size_t> done_ = 0;
 };
 
 // With this many triangles or more, the memory of their refs holds a whole LeafShape; with fewer,

@@ -1,5 +1,5 @@
 // morphray-chart --out DIR [--quick] [--lenient] [--quiet] SCENE...: draws charts of speed against
-// accuracy. `morphray chart` starts it (app/commands/start_chart.cpp).
+// accuracy. `morphray chart` starts it (app/commands/chart_and_view.cpp).
 #include <fmt/format.h>
 
 #include <cmath>

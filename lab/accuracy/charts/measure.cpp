@@ -8,7 +8,7 @@
 #include <mutex>
 
 #include "common/base/errors.h"
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 
 namespace mray::accuracy {
 namespace {

@@ -77,9 +77,6 @@ struct View {
     /// submission of some tens of milliseconds, or of compiling a kernel that it uses for the first
     /// time.
     const std::atomic<bool>* cancel = nullptr;
-    /// If it is given, it becomes the part of the image that is done, from 0 to 1, while render()
-    /// works.
-    std::atomic<float>* done = nullptr;
 };
 
 /// The data of a pixel of a lit image, besides its 8-bit colour.

@@ -73,9 +73,6 @@ struct SceneOptions {
     /// update() the scene is of no use any more. It must
     /// outlive the scene.
     const std::atomic<bool>* cancel = nullptr;
-    /// If it is given, it becomes the part of such a tree that is built, from 0 to 1. It must
-    /// outlive the scene.
-    std::atomic<float>* done = nullptr;
 };
 
 /// The change that an update made to the tree.
@@ -294,8 +291,8 @@ public:
 
     /// A scene over the same meshes with a copy of this tree on another device, at the current
     /// pose. Afterwards both go their own ways. It has the same options, but for these: it refits
-    /// where it traces, `cancel` takes the place of SceneOptions::cancel, and there is no `done`.
-    /// Throws what build() throws.
+    /// where it traces, and `cancel` takes the place of SceneOptions::cancel. Throws what build()
+    /// throws.
     Scene on(const Device& device, const std::atomic<bool>* cancel = nullptr) const;
 
     /// Reads the tree back from a device, which takes O(n).

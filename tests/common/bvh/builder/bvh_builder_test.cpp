@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "common/bvh/builder/binary_tree.h"
-#include "common/bvh/bvh_stats.h"
+#include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 #include "tests/support/test_scene.h"
 #include "tests/support/tree_check.h"

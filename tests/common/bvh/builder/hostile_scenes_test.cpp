@@ -7,7 +7,7 @@
 #include <functional>
 
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/bvh/bvh_stats.h"
+#include "common/bvh/bvh.h"
 #include "cpu/reference/tree_heat.h"
 #include "tests/support/test_scene.h"
 #include "tests/support/tree_check.h"
