@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "app/backends/device_check.h"
+#include "app/backends/backends.h"
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
 #include "app/terminal/failure.h"

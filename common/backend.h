@@ -9,14 +9,13 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "common/base/index_range.h"
 #include "common/base/watch.h"
 #include "common/bvh/bvh.h"
 #include "common/frame_times.h"
 #include "common/image/frame.h"
 #include "common/interop/ray.h"
 #include "common/scene/mesh.h"
-#include "common/scene/stored_rays.h"
+#include "common/scene/scene_space.h"
 #include "common/scene_queries.h"
 
 namespace mray {

@@ -1,6 +1,7 @@
-// Where the time of a frame goes.
+// Where the time of a frame goes, and a clock.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 
 namespace mray {
@@ -34,6 +35,18 @@ struct FrameTimes {
     std::uint64_t rays = 0;
 
     double total_ms() const { return deform_ms + update.total_ms() + trace_ms; }
+};
+
+/// Starts when it is constructed.
+class Stopwatch {
+public:
+    double ms() const {
+        const auto elapsed = std::chrono::steady_clock::now() - start_;
+        return std::chrono::duration<double, std::milli>(elapsed).count();
+    }
+
+private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace mray

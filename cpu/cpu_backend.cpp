@@ -9,8 +9,8 @@
 #include <functional>
 #include <utility>
 
-#include "common/base/stopwatch.h"
 #include "common/base/thread_arena.h"
+#include "common/frame_times.h"
 #include "common/scene_queries.h"
 #include "common/simd/simd_target.h"
 #include "common/update/refit_plan.h"
@@ -117,13 +117,11 @@ public:
         const ShadedMesh mesh{&topology_, planner_.pose().positions()};
         const ImageTiles tiles = tiles_for(params);
         std::atomic<std::uint64_t> hits = 0;
-        std::atomic<std::uint32_t> done = 0;
         arena_->execute([&] {
             tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
                 caller.throw_if_cancelled();
                 tracers_.image->trace_tile(mesh, params, tiles[i], frame, caller);
                 hits += count_hits(frame, tiles[i]);
-                caller.set_done(++done, tiles.count());
             });
         });
         times_.trace_ms = watch.ms();

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 
 namespace mray::gpu {
 namespace {
@@ -89,7 +89,6 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
     resize_watched(frame.pixels, with_pixels_ ? pixel_count : 0, watch);
     times.rays = pixel_count;
     times.trace_ms = times.secondary_ms = times.shade_ms = 0;
-    std::size_t done = 0;
     for (Regions regions(params); regions.has_next();) {
         watch.throw_if_cancelled();
         const std::uint32_t most = passes_.size().tiles;
@@ -99,8 +98,6 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
         trace_region(region, times, watch);
         tiles_pace_.took(region.tile_count, clock.ms());
         copy_region(region, frame);
-        done += std::size_t{region.width} * region.height;
-        watch.set_done(done, pixel_count);
     }
     times.trace_ms += times.secondary_ms + times.shade_ms;
 }

@@ -39,19 +39,10 @@ PhysicalDevice choose(const std::vector<PhysicalDevice>& devices, const std::str
     return devices[choose_device(infos_of(devices), wanted)];
 }
 
-std::shared_ptr<SharedDevice> adopt(const VulkanConfig& config, const Tuning& tuning) {
-    const HostDevice& host = *config.host;
-    const auto loader = reinterpret_cast<LoaderFunction>(host.get_instance_proc_addr);
-    auto instance = std::make_shared<Instance>(static_cast<VkInstance>(host.instance), loader);
-    PhysicalDevice physical = host_device(*instance, host);
-    return std::make_shared<SharedDevice>(std::move(instance), std::move(physical), config.host,
-                                          tuning.force_staging);
-}
-
 std::shared_ptr<SharedDevice> make_alone(const VulkanConfig& config, const Tuning& tuning) {
     auto instance = std::make_shared<Instance>(config.validate, tuning.loader, tuning.log);
     PhysicalDevice physical = choose(physical_devices(*instance), config.device);
-    return std::make_shared<SharedDevice>(std::move(instance), std::move(physical), nullptr,
+    return std::make_shared<SharedDevice>(std::move(instance), std::move(physical),
                                           tuning.force_staging);
 }
 
@@ -60,7 +51,6 @@ std::shared_ptr<SharedDevice> make_alone(const VulkanConfig& config, const Tunin
 std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config, const Tuning& tuning) {
     Registry& all = registry();
     const std::scoped_lock lock(all.mutex);
-    if (config.host != nullptr) return adopt(config, tuning);
     if (config.validate || tuning.loader != nullptr || tuning.log != nullptr ||
         tuning.force_staging) {
         return make_alone(config, tuning);
@@ -71,7 +61,7 @@ std::shared_ptr<SharedDevice> open_device(const VulkanConfig& config, const Tuni
         return device->device.physical().handle == physical.handle;
     });
     if (place != all.devices.end() && !(*place)->device.is_lost()) return *place;
-    auto made = std::make_shared<SharedDevice>(all.instance, std::move(physical), nullptr, false);
+    auto made = std::make_shared<SharedDevice>(all.instance, std::move(physical), false);
     if (place == all.devices.end()) {
         all.devices.push_back(made);
     } else {

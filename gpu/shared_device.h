@@ -13,9 +13,8 @@ namespace mray::gpu {
 
 /// A device, and what is made of it once for all of its backends.
 struct SharedDevice {
-    SharedDevice(std::shared_ptr<Instance> instance, PhysicalDevice physical,
-                 std::shared_ptr<const HostDevice> host, bool force_staging)
-        : device(std::move(instance), std::move(physical), std::move(host), force_staging) {}
+    SharedDevice(std::shared_ptr<Instance> instance, PhysicalDevice physical, bool force_staging)
+        : device(std::move(instance), std::move(physical), force_staging) {}
 
     Device device;
     Pipelines pipelines;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 #include "common/update/refit_plan.h"
 #include "gpu/image_tracer.h"
 #include "gpu/kernels.h"

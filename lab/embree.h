@@ -7,6 +7,11 @@
 #include <embree4/rtcore.h>
 #endif
 
+#ifdef __SSE2__
+#include <pmmintrin.h>
+#include <xmmintrin.h>
+#endif
+
 #include <cstddef>
 #include <memory>
 #include <type_traits>
@@ -32,6 +37,24 @@ struct Release {
 };
 template <class Handle>
 using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Release>;
+
+/// Treats denormals as zeros while it lives, as Embree requires for tracing.
+class FlushedDenormals {
+public:
+#ifdef __SSE2__
+    FlushedDenormals() : saved_(_mm_getcsr()) {
+        _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+        _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
+    }
+    ~FlushedDenormals() { _mm_setcsr(saved_); }
+
+private:
+    unsigned int saved_;
+#else
+    FlushedDenormals() {}
+    ~FlushedDenormals() {}
+#endif
+};
 
 /// Whether rays that are traced one after the other are alike, for which Embree has other ways.
 enum class Coherence { kCoherent, kIncoherent };

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"
 #include "scenes/animation.h"

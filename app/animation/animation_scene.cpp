@@ -12,8 +12,8 @@
 #include "app/backends/backends.h"
 #include "app/files/image_files.h"
 #include "app/terminal/failure.h"
-#include "app/terminal/progress.h"
-#include "common/base/stopwatch.h"
+#include "app/terminal/messages.h"
+#include "common/frame_times.h"
 #include "common/text/text_parts.h"
 #include "scenes/scene_frames.h"
 
@@ -95,7 +95,7 @@ morphray::Device open_device(const BackendOptions& options, const Messages& mess
 morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& world) {
     return {.positions = morphray::packed(world),
             .triangles = indices_of(topology.triangles),
-            .albedo = topology.albedo};
+            .appearance = {.albedo = topology.albedo}};
 }
 
 std::optional<morphray::Box> bounds_of(const Animation& animation) {
@@ -106,6 +106,12 @@ std::optional<morphray::Box> bounds_of(const Animation& animation) {
 }
 
 }  // namespace
+
+void require_view(const ViewSpec& view, const Animation& animation) {
+    ViewSpec spec = world_view(view, animation);
+    spec.ao_count = std::max(spec.ao_count, 1u);
+    make_image_params(spec, animation.bounds(), SceneSpace(animation.bounds()));
+}
 
 std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
     using glm::dvec3;
@@ -144,12 +150,8 @@ AnimationScene::AnimationScene(const ImageOptions& options, const Animation& ani
     call_library([&] {
         morphray::SceneOptions scene_options = {.bounds = bounds_of(animation),
                                                 .update = policy_of(options.tree),
-                                                .split = options.tree.split == SplitMethod::kSweep
-                                                             ? morphray::Split::sweep
-                                                             : morphray::Split::binned,
                                                 .record_cost_ratio = options.tree.record_cost_ratio,
-                                                .cancel = &cancel,
-                                                .done = &step_done()};
+                                                .cancel = &cancel};
         messages.note("tracing on " + device.name() + ": " + device.description());
         deform_ms_ = place(current_);
         std::vector<Image> images;
@@ -167,11 +169,11 @@ AnimationScene::AnimationScene(const ImageOptions& options, const Animation& ani
 std::vector<morphray::MeshView> AnimationScene::meshes(
     const ImageOptions& options, std::span<const morphray::TextureView> textures) {
     std::vector<morphray::MeshView> meshes = {mesh_of(animation_.topology(), positions_)};
-    meshes.front().smooth = indices_of(animation_.smooth_corners());
+    meshes.front().appearance.smooth = indices_of(animation_.smooth_corners());
     if (!textures.empty()) {
-        meshes.front().textures = textures;
-        meshes.front().texcoords = floats_of(animation_.textures()->texcoords);
-        meshes.front().texture_ids = animation_.textures()->texture_ids;
+        meshes.front().appearance.textures = textures;
+        meshes.front().appearance.texcoords = floats_of(animation_.textures()->texcoords);
+        meshes.front().appearance.texture_ids = animation_.textures()->texture_ids;
     }
     if (options.shading.ground) ground_ = ground_below(animation_.bounds(), options.view.up);
     if (!ground_.empty()) {
@@ -179,7 +181,7 @@ std::vector<morphray::MeshView> AnimationScene::meshes(
         meshes.push_back({.positions = morphray::packed(ground_),
                           .triangles = kTriangles,
                           .deforms = false,
-                          .shadow_catcher = true});
+                          .appearance = {.shadow_catcher = true}});
     }
     return meshes;
 }
@@ -212,7 +214,6 @@ void AnimationScene::render(const ViewSpec& view, const ShadingOptions& shading,
                             morphray::Image& image) {
     morphray::View whole = view_of(world_view(view, animation_), shading);
     whole.cancel = &interrupt_flag();
-    whole.done = &step_done();
     render(whole, image);
 }
 
@@ -221,7 +222,6 @@ void AnimationScene::render_pixels(const ViewSpec& view, const ShadingOptions& s
     morphray::View pixels = view_of(view, shading);
     pixels.hits = false;
     pixels.cancel = &cancel;
-    pixels.done = &step_done();
     render(pixels, image);
 }
 

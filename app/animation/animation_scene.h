@@ -25,8 +25,7 @@ class AnimationScene {
 public:
     /// Reads the textures, if the options ask for lit images, and builds the tree at
     /// options.tree.build_at, or else at first_frame. The animation must outlive it, and so must
-    /// `cancel`, which ends the building of trees: they throw Error(kCancelled). Trees say how far
-    /// they are to step_done() (app/terminal/progress.h), and so do images.
+    /// `cancel`, which ends the building of trees: they throw Error(kCancelled).
     AnimationScene(const ImageOptions& options, const Animation& animation, double first_frame,
                    const Messages& messages, const std::atomic<bool>& cancel = interrupt_flag());
     AnimationScene(const AnimationScene&) = delete;
@@ -79,6 +78,9 @@ private:
     /// Writes to positions_.
     std::future<double> reading_;
 };
+
+/// Throws Error for a view that cannot be rendered.
+void require_view(const ViewSpec& view, const Animation& animation);
 
 /// The corners of a square below the bounds of an animation, seen along `up`, four times as large;
 /// empty for empty bounds.

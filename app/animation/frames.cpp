@@ -6,7 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "app/terminal/progress.h"
+#include "app/terminal/messages.h"
 #include "common/base/errors.h"
 #include "common/scene/mesh.h"
 #include "common/text/number_text.h"

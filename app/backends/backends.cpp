@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "app/backends/device_check.h"
 #include "app/terminal/failure.h"
-#include "app/terminal/progress.h"
+#include "app/terminal/messages.h"
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
 #include "gpu/vulkan_backend.h"
@@ -27,7 +26,7 @@ std::unique_ptr<Backend> make_unwatched(BackendChoice choice, const BackendOptio
 
 std::unique_ptr<Backend> make_concrete(BackendChoice choice, const BackendOptions& options) {
     std::unique_ptr<Backend> backend = make_unwatched(choice, options);
-    backend->watch_images(command_watch());
+    backend->watch_images(Watch(&interrupt_flag()));
     return backend;
 }
 
@@ -88,8 +87,8 @@ std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions
                        [&](BackendChoice chosen) { return make_concrete(chosen, options); });
 }
 
-BuildConfig build_config(SplitMethod split, const BackendOptions& options) {
-    return {.split = split, .threads = options.threads, .watch = command_watch()};
+BuildConfig build_config(const BackendOptions& options) {
+    return {.threads = options.threads, .watch = Watch(&interrupt_flag())};
 }
 
 std::vector<BackendChoice> profiled_backends(const BackendOptions& options,

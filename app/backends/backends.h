@@ -35,6 +35,18 @@ void check_vulkan();
 /// is kept.
 void require_sound_device(const std::string& device);
 
+// The self-test of Vulkan devices, in a process of its own: a device that hangs takes that one with
+// it (app/backends/device_check.cpp).
+
+/// Lets the tests below start this program again. Without it they run in this process.
+void allow_check_in_child();
+
+/// Tests the device that BackendOptions::device names, and keeps the result.
+morphray::DeviceCheck check_device(const std::string& device);
+
+/// Whether this process is the child of a test. It then tests that device alone.
+bool is_check_child();
+
 /// Calls make(choice) for kCpu, kVulkan or kBrute: what kAuto means here. kAuto is Vulkan if there
 /// is a GPU, otherwise the CPU: with a warning if Vulkan is unavailable, with a note if its only
 /// devices run on the CPU, which is several times slower. Naming a device or asking for validation
@@ -61,7 +73,7 @@ auto make_chosen(BackendChoice choice, const BackendOptions& options, const Mess
 std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions& options,
                                       const Messages& messages);
 
-BuildConfig build_config(SplitMethod split, const BackendOptions& options);
+BuildConfig build_config(const BackendOptions& options);
 
 /// The chosen backend; for kAuto the CPU and, if it is available, Vulkan.
 std::vector<BackendChoice> profiled_backends(const BackendOptions& options,

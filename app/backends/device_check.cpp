@@ -1,4 +1,4 @@
-#include "app/backends/device_check.h"
+#include "app/backends/backends.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -1,14 +1,17 @@
 // Options that take one of a few names.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
-#include <vector>
 
 #include "app/base/options.h"
-#include "app/base/values.h"
+#include "common/base/errors.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 
@@ -34,16 +37,14 @@ std::string name_in(std::type_identity_t<std::span<const Choice<T>>> choices, T 
     return std::ranges::find(choices, value, &Choice<T>::value)->name;
 }
 
-/// The value of the name; throws Error(kBadArgument) with a similar name for any other text.
+/// The value of the name; throws Error(kBadArgument) for any other text.
 template <class T>
-T parse_choice(const std::string& option, const std::string& text,
-               std::type_identity_t<std::span<const Choice<T>>> choices) {
-    std::vector<std::string> names;
-    for (const auto& [name, value] : choices) {
-        if (text == name) return value;
-        names.emplace_back(name);
-    }
-    reject_choice(option, text, names);
+T value_in(std::type_identity_t<std::span<const Choice<T>>> choices, std::string_view text) {
+    const auto found = std::ranges::find(choices, text, &Choice<T>::name);
+    if (found == choices.end())
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("{} is not one of {}", quote(text), names_of<T>(choices)));
+    return found->value;
 }
 
 inline constexpr Choice<BackendChoice> kBackends[] = {{"auto", BackendChoice::kAuto},
@@ -63,8 +64,6 @@ inline constexpr Choice<morphray::Shading> kShadings[] = {
 inline constexpr Choice<std::uint32_t> kSampleCounts[] = {
     {"1", 1}, {"4", 4}, {"16", 16}, {"64", 64}};
 inline constexpr Choice<const char*> kExrColours[] = {{"half", "half"}, {"float", "float"}};
-inline constexpr Choice<SplitMethod> kSplits[] = {{"binned", SplitMethod::kBinned},
-                                                  {"sweep", SplitMethod::kSweep}};
 inline constexpr Choice<morphray::Crossing> kCrossings[] = {{"once", morphray::Crossing::once},
                                                             {"each", morphray::Crossing::each},
                                                             {"owner", morphray::Crossing::owner}};

@@ -8,15 +8,19 @@
 #include <variant>
 #include <vector>
 
-#include "app/base/values.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
 #include "common/update/policy.h"
-#include "morphray/image.hpp"
+#include "morphray/images.hpp"
 #include "morphray/queries.hpp"
 #include "scenes/animation.h"
 
 namespace mray::app {
+
+struct Pixel {
+    std::uint32_t x = 0;
+    std::uint32_t y = 0;
+};
 
 enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
 
@@ -61,7 +65,6 @@ struct TreeOptions {
     PolicySpec update = {};
     /// As SceneOptions::record_cost_ratio.
     bool record_cost_ratio = false;
-    SplitMethod split = SplitMethod::kBinned;
     /// The frame at whose positions the tree is built; none: the first selected frame.
     std::optional<double> build_at = {};
 };
@@ -103,7 +106,6 @@ struct CrosscheckOptions {
     /// The kind of rays that is compared; none: all three.
     std::optional<std::uint32_t> rays = {};
     BackendOptions backend = {};
-    SplitMethod split = SplitMethod::kBinned;
     Reference reference = Reference::kAuto;
     /// The number of rays and of points a frame that the backends are asked about.
     std::uint32_t query_count = 0;

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <vector>
 
-#include "app/cli/command_adder.h"
+#include "app/cli/option_groups.h"
 #include "common/base/errors.h"
 #include "common/text/text_parts.h"
 #include "common/version.h"
@@ -44,88 +44,24 @@ public:
     }
 };
 
-std::string help_hint(const CLI::App& command) {
-    return fmt::format("see `morphray {}--help`",
-                       command.get_parent() == nullptr ? "" : command.get_name() + ' ');
-}
-
-[[noreturn]] void refuse_unknown(const CLI::App& command, const std::string& given) {
-    const bool is_option = given.starts_with('-');
-    std::vector<std::string> names;
-    if (is_option) {
-        for (const CLI::Option* option : command.get_options())
-            for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-    } else if (command.get_parent() == nullptr) {
-        for (const CLI::App* sub : command.get_subcommands({})) names.push_back(sub->get_name());
-    }
-    const std::string similar = similar_name(given.substr(0, given.find('=')), names);
-    throw Error(ErrorKind::kBadArgument,
-                fmt::format("unknown {} '{}'; {}",
-                            is_option       ? "option"
-                            : names.empty() ? "argument"
-                                            : "command",
-                            given,
-                            similar.empty() ? help_hint(command)
-                                            : fmt::format("did you mean {}?", similar)));
-}
-
-[[noreturn]] void refuse_line(const CLI::App& app, const CLI::ParseError& error) {
-    const std::vector<const CLI::App*> chosen =
-        app.get_subcommands([](const CLI::App* sub) { return sub->parsed(); });
-    const CLI::App& command = chosen.empty() ? app : *chosen.front();
-    std::vector<std::string> extras = app.remaining(true);
-    if (!extras.empty()) {
-        // The value of an unknown option may have been taken for something else.
-        const auto option = std::ranges::find_if(
-            extras, [](const std::string& extra) { return extra.starts_with('-'); });
-        refuse_unknown(command, option == extras.end() ? extras.front() : *option);
-    }
-    throw Error(ErrorKind::kBadArgument, fmt::format("{}; {}", error.what(), help_hint(command)));
-}
-
-std::string version_text(bool verbose) {
-    std::string text = fmt::format("morphray {}", kVersionDetail);
-    if (verbose) text += fmt::format("\ncompiled by {}", kCompiler);
-    return text;
-}
-
-/// `help COMMAND` is `COMMAND --help`.
-std::vector<std::string> without_help_command(std::span<const std::string> arguments) {
-    if (arguments.empty() || arguments.front() != "help")
-        return {arguments.begin(), arguments.end()};
-    if (arguments.size() > 2)
-        throw Error(ErrorKind::kBadArgument,
-                    fmt::format("unexpected argument '{}'; see `morphray help`", arguments[2]));
-    std::vector<std::string> line(arguments.begin() + 1, arguments.end());
-    line.emplace_back("--help");
-    return line;
-}
-
-/// CLI11 takes a request for help before it looks at the command.
-void require_command(const CLI::App& app, const std::vector<std::string>& line) {
-    if (line.empty() || line.front().starts_with('-')) return;
-    const std::vector<const CLI::App*> commands = app.get_subcommands({});
-    if (std::ranges::find(commands, line.front(), &CLI::App::get_name) == commands.end())
-        refuse_unknown(app, line.front());
-}
-
 }  // namespace
 
 ParsedCommandLine parse_command_line(std::span<const std::string> arguments) {
-    std::vector<std::string> line = without_help_command(arguments);
+    std::vector<std::string> line(arguments.begin(), arguments.end());
+    // `help COMMAND` is `COMMAND --help`.
+    if (!line.empty() && line.front() == "help") {
+        line.erase(line.begin());
+        line.emplace_back("--help");
+    }
     ParsedCommandLine parsed;
     CLI::App app("Ray tracer for triangle scenes that deform.", "morphray");
     app.require_subcommand(1);
     app.formatter(std::make_shared<HelpFormatter>());
     app.set_help_flag("-h,--help", "print this help");
     app.footer(wrapped(kFooter, 0, kColumns));
-    const bool verbose = std::ranges::count(line, "--verbose") > 0;
-    if (verbose && std::ranges::count(line, "--version") > 0) std::erase(line, "--verbose");
-    app.set_version_flag("-v,--version", version_text(verbose),
-                         "print the version; with --verbose also compiler and packages");
+    app.set_version_flag("-v,--version", fmt::format("morphray {}", kVersionDetail),
+                         "print the version");
     add_commands(app, parsed, arguments);
-    if (line.empty()) throw Error(ErrorKind::kBadArgument, "no command; see `morphray --help`");
-    require_command(app, line);
     std::reverse(line.begin(), line.end());
     try {
         app.parse(line);
@@ -134,7 +70,12 @@ ParsedCommandLine parse_command_line(std::span<const std::string> arguments) {
         app.exit(success, out, out);
         return {std::nullopt, out.str()};
     } catch (const CLI::ParseError& error) {
-        refuse_line(app, error);
+        const std::vector<CLI::App*> chosen = app.get_subcommands();
+        // CLI11 misses a command before it says which word is none.
+        const std::vector<std::string> extras = app.remaining(true);
+        refuse(fmt::format("{}; see `morphray {}--help`",
+                           extras.empty() ? error.what() : "unknown argument " + quote(extras[0]),
+                           chosen.empty() ? "" : chosen.front()->get_name() + ' '));
     }
     return parsed;
 }

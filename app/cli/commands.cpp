@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "app/cli/command_adder.h"
+#include "app/cli/option_groups.h"
 #include "common/text/text_parts.h"
 
 namespace mray::app {
@@ -44,19 +44,18 @@ void add_trace(CommandAdder& adder) {
         [&adder](CLI::App& command, TraceOptions& options) {
             add_answers(adder, command, options);
             add_text(command, "--rays", "FILE|-",
-                     "a line `ox oy oz dx dy dz [tnear tfar]` for each ray, or an array (.npy)",
+                     "a line `ox oy oz dx dy dz [tnear tfar [prim_id]]` for each ray, or an array "
+                     "(.npy)",
                      options.ray_file)
                 ->required();
             add_text(command, "-o,--out", "FILE|-", "a line `H t prim u v` or `M` for each ray",
                      options.out)
                 ->required();
-            add_flag(command, "--binary",
-                     "rays are 8 little-endian floats each: org, tnear, dir, tfar",
-                     options.binary_rays);
-            CLI::Option* const all = add_flag(
-                command, "--all",
-                "all hits of each ray, nearest first: a line `R hits left-out`, then those",
-                options.all_hits);
+            command.add_flag("--binary", options.binary_rays,
+                             "rays are 8 little-endian floats each: org, tnear, dir, tfar");
+            CLI::Option* const all = command.add_flag(
+                "--all", options.all_hits,
+                "all hits of each ray, nearest first: a line `R hits left-out`, then those");
             add_count(command, "--max-hits", "the most hits of a ray that are written (all)",
                       options.hit_lists.max_hits, 1, std::numeric_limits<std::uint32_t>::max())
                 ->needs(all);
@@ -73,12 +72,12 @@ void add_trace(CommandAdder& adder) {
         });
 }
 
-std::vector<PointQuery> parse_point_queries(const std::string& option, const std::string& text) {
+std::vector<PointQuery> parse_point_queries(const std::string& text) {
     std::vector<PointQuery> queries;
     for (const std::string_view part : split(text, ',')) {
-        queries.push_back(parse_choice<PointQuery>(option, std::string(part), kPointQueries));
+        queries.push_back(value_in<PointQuery>(kPointQueries, part));
         if (std::ranges::count(queries, queries.back()) > 1)
-            refuse(option + ": " + std::string(part) + " is given twice");
+            refuse(std::string(part) + " is given twice");
     }
     return queries;
 }
@@ -93,25 +92,22 @@ void add_query(CommandAdder& adder) {
             add_text(command, "--points", "FILE|-", "a line `x y z` for each point",
                      options.point_file)
                 ->required();
-            add_value(command, "--ask", names_of<PointQuery>(kPointQueries) + ",...",
-                      "what is answered, in this order: 0 or 1; a whole number; a distance, "
-                      "negative inside; `x y z distance prim u v feature`",
-                      [&options](const std::string& option, const std::string& value) {
-                          options.queries = parse_point_queries(option, value);
-                      })
+            add_parsed(command, "--ask", names_of<PointQuery>(kPointQueries) + ",...",
+                       "what is answered, in this order: 0 or 1; a whole number; a distance, "
+                       "negative inside; `x y z distance prim u v feature`",
+                       options.queries, parse_point_queries)
                 ->required();
             add_choice<morphray::FillRule>(
                 command, "--rule",
                 "which points are inside: those that meshes wind around, or those with an odd "
                 "number of crossings (nonzero)",
                 kFillRules, options.rule);
-            add_value(
-                command, "--max-distance", "LENGTH", "how far the surface may be (any distance)",
-                [&options](const std::string& option, const std::string& value) {
-                    constexpr float kMost = std::numeric_limits<float>::max();
-                    options.max_distance =
-                        static_cast<float>(std::min<double>(parse_finite(option, value, 0), kMost));
-                });
+            add_parsed(command, "--max-distance", "LENGTH",
+                       "how far the surface may be (any distance)", options.max_distance,
+                       [](const std::string& text) {
+                           constexpr double kMost = std::numeric_limits<float>::max();
+                           return static_cast<float>(std::min(parse_finite(text, 0), kMost));
+                       });
             add_text(command, "-o,--out", "FILE|-", "a line of answers for each point (stdout)",
                      options.out);
             return [&options] { refuse_idle_device(options.backend); };
@@ -128,7 +124,7 @@ void add_chart(CommandAdder& adder) {
             add_text(command, "-o,--out", "DIR", "a folder that does not exist yet or is empty",
                      options.out)
                 ->required();
-            add_flag(command, "--quick", "fewer rays and runs", options.quick);
+            command.add_flag("--quick", options.quick, "fewer rays and runs");
             add_lenient(command, options.lenient);
             adder.add_quiet(command);
             return kNothing;
@@ -141,8 +137,8 @@ void add_info(CommandAdder& adder) {
         "  morphray info builtin:cloth --bvh", [](CLI::App& command, InfoOptions& options) {
             CLI::Option* const scene = add_scene(command, options.source);
             add_frame(command, options.frame)->needs(scene);
-            add_flag(command, "--bvh", "build the tree both ways and describe it",
-                     options.tree_facts)
+            command
+                .add_flag("--bvh", options.tree_facts, "build the tree both ways and describe it")
                 ->needs(scene);
             add_json(command, options.json)->needs(scene);
             return kNothing;
@@ -153,9 +149,8 @@ void add_devices(CommandAdder& adder) {
     adder.add<DevicesOptions>(
         "devices", "Lists the Vulkan devices, and tests them", "  morphray devices --check",
         [](CLI::App& command, DevicesOptions& options) {
-            add_flag(command, "--check",
-                     "compare rays, shading and refit of each device with the CPU's",
-                     options.checks);
+            command.add_flag("--check", options.checks,
+                             "compare rays, shading and refit of each device with the CPU's");
             add_json(command, options.json);
             return kNothing;
         });

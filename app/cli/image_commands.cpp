@@ -1,8 +1,10 @@
 // The commands that trace images: render, view, crosscheck, probe and profile.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
-#include "app/cli/command_adder.h"
+#include "app/cli/option_groups.h"
 #include "app/terminal/messages.h"
 #include "common/text/text_parts.h"
 
@@ -11,6 +13,9 @@ namespace {
 
 constexpr const char* kFewFrames = "the first, those at a quarter and a half, the last";
 constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a GPU, else the CPU";
+
+/// "refit|rebuild|...": the forms of all policies.
+std::string update_forms() { return fmt::format("{}", fmt::join(policy_forms(), "|")); }
 
 /// Adds the options that render and view share. Returns a function that fills in defaults, for a
 /// given number of samples of lit images.
@@ -24,15 +29,12 @@ auto add_image_options(CLI::App& command, ImageOptions& image, const char* size,
         ->excludes(rays);
     CLI::Option* const samples = add_choice<std::uint32_t>(command, "--samples", samples_help,
                                                            kSampleCounts, image.shading.samples);
-    add_flag(command, "--flat", "without smooth normals", image.shading.flat);
-    add_flag(command, "--ground", "with a plane below the scene that shows the background",
-             image.shading.ground);
+    command.add_flag("--flat", image.shading.flat, "without smooth normals");
+    command.add_flag("--ground", image.shading.ground,
+                     "with a plane below the scene that shows the background");
     add_backend_options(command, image.backend, kBackends, kVulkanOrCpu);
-    add_value(command, "--update", update_forms(), "how the tree follows the vertices (auto)",
-              [&image](const std::string& option, const std::string& value) {
-                  image.tree.update = parse_update(option, value);
-              });
-    add_split(command, image.tree.split);
+    add_parsed(command, "--update", update_forms(), "how the tree follows the vertices (auto)",
+               image.tree.update, parse_policy);
     add_build_at(command, image.tree.build_at);
     const CLI::Option* const ao_samples = command.get_option("--ao-samples");
     return [=, &image](std::uint32_t lit_samples) {
@@ -62,9 +64,9 @@ void add_render(CommandAdder& adder) {
             add_choice<const char*>(command, "--exr",
                                     "also OpenEXR files, with linear colours and layers",
                                     kExrColours, options.image.shading.exr);
-            add_flag(command, "--skip-existing",
-                     "keep images that are whole, of this scene, these options and this version",
-                     options.skip_existing);
+            command.add_flag(
+                "--skip-existing", options.skip_existing,
+                "keep images that are whole, of this scene, these options and this version");
             add_text(command, "-o,--out", "DIR|FILE.png",
                      "folder of the images, or one image (out)", options.out);
             add_text(command, "--hits", "FILE", "file of the raw hits of all frames", options.hits)
@@ -99,7 +101,7 @@ void add_view(CommandAdder& adder) {
                 command, options.image, "1280x720",
                 "camera rays a pixel of a still image (16; 4 with lit and --screenshot)");
             add_frame(command, options.frame);
-            add_flag(command, "--play", "begin to play at once", options.plays);
+            command.add_flag("--play", options.plays, "begin to play at once");
             add_text(command, "--screenshot", "FILE.png",
                      "write the first image that is complete, and end", options.screenshot);
             adder.add_quiet(command);
@@ -132,7 +134,6 @@ void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments)
             add_choice<std::uint32_t>(command, "--rays", "what each pixel traces (all three)",
                                       kRays, options.rays);
             add_backend_options(command, options.backend, kCheckedBackends, "all");
-            add_split(command, options.split);
             add_choice<Reference>(command, "--reference", "reference of the comparison (auto)",
                                   kReferences, options.reference);
             add_count(command, "--queries",
@@ -158,26 +159,17 @@ void add_probe(CommandAdder& adder) {
         "  morphray probe builtin:cloth --frame 8 --pixel 512,600",
         [&adder](CLI::App& command, ProbeOptions& options) {
             add_scene(command, options.source)->required();
-            add_value(command, "--frame,--frames", "F", "the frame",
-                      [&options](const std::string& option, const std::string& value) {
-                          constexpr double kLeast = -1e9;
-                          options.frame = parse_finite(option, value, kLeast);
-                      })
+            add_parsed(command, "--frame,--frames", "F", "the frame", options.frame, parse_frame)
                 ->required();
-            add_value(command, "--pixel", "X,Y", "the pixel, from the upper left corner",
-                      [&options](const std::string& option, const std::string& value) {
-                          options.pixel = parse_pixel(option, value);
-                      })
+            add_pair(command, "--pixel", "X,Y", "the pixel, from the upper left corner", ',', 0,
+                     options.pixel.x, options.pixel.y)
                 ->required();
             add_view_options(command, options.view, "1024x1024", 1, "16");
             add_rays(command, options.view, "primary");
             add_backend_options(command, options.backend, kBackends, kVulkanOrCpu);
-            add_value(command, "--update", "refit|rebuild",
-                      "how the tree follows the vertices (refit)",
-                      [&options](const std::string& option, const std::string& value) {
-                          options.tree.update = parse_update(option, value);
-                      });
-            add_split(command, options.tree.split);
+            add_parsed(command, "--update", "refit|rebuild",
+                       "how the tree follows the vertices (refit)", options.tree.update,
+                       parse_policy);
             add_build_at(command, options.tree.build_at);
             adder.add_verbose(command);
             return kNothing;
@@ -196,16 +188,18 @@ void add_profile(CommandAdder& adder) {
             add_rays(command, options.view, "primary");
             add_backend_options(command, options.backend, kBackends,
                                 "auto: the CPU, and Vulkan where there is a device");
-            add_split(command, options.tree.split);
             add_build_at(command, options.tree.build_at);
             add_count(command, "--repeat", "runs whose median is reported (10; of policies 5)",
                       options.repeat, 1, 10000);
             CLI::Option* const policies =
-                add_value(command, "--policies", update_forms() + ",...",
-                          "update policies to compare, over all whole frames",
-                          [&options](const std::string& option, const std::string& value) {
-                              options.policies = parse_updates(option, value);
-                          });
+                add_parsed(command, "--policies", update_forms() + ",...",
+                           "update policies to compare, over all whole frames", options.policies,
+                           [](const std::string& text) {
+                               std::vector<PolicySpec> parsed;
+                               for (const std::string_view part : split(text, ','))
+                                   parsed.push_back(parse_policy(std::string(part)));
+                               return parsed;
+                           });
             add_text(command, "--plot", "FILE.svg|.png", "charts of policies (needs gnuplot)",
                      options.plot)
                 ->needs(policies);
@@ -214,14 +208,13 @@ void add_profile(CommandAdder& adder) {
                          "an earlier --json report; exit code 1 if a stage became slower",
                          options.baseline)
                     ->excludes(policies);
-            add_value(command, "--tolerance", "PERCENT",
-                      "by how much a stage may be slower than in --baseline (5)",
-                      [&options](const std::string& option, const std::string& value) {
-                          const bool has_sign = value.ends_with('%');
-                          options.tolerance_percent = parse_finite(
-                              option, std::string_view(value).substr(0, value.size() - has_sign),
-                              0);
-                      })
+            add_parsed(command, "--tolerance", "PERCENT",
+                       "by how much a stage may be slower than in --baseline (5)",
+                       options.tolerance_percent,
+                       [](std::string text) {
+                           if (text.ends_with('%')) text.pop_back();
+                           return parse_finite(text, 0);
+                       })
                 ->needs(baseline);
             add_text(command, "--csv", "FILE|-", "the table as comma-separated values; - is stdout",
                      options.csv);

@@ -2,36 +2,68 @@
 
 #include <fmt/format.h>
 
-#include "common/base/errors.h"
+#include <array>
+#include <cmath>
+#include <limits>
+
 #include "common/simd/simd_target.h"
+#include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {
 
-/// A setter of what parse(option, value) returns.
-template <class Target, class Parse>
-auto parsed(Target& target, Parse parse) {
-    return [&target, parse](const std::string& option, const std::string& value) {
-        target = parse(option, value);
-    };
+// Numbers are read as in files, to the nearest double.
+
+/// Any number, also one that is not finite; camera_setup decides whether it is usable.
+double parse_number(std::string_view text) {
+    const std::optional<double> value = parse_double(text);
+    if (!value) refuse(quote(text) + " is not a number");
+    return *value;
 }
 
-auto at_least(double lower) {
-    return [lower](const std::string& option, const std::string& value) {
-        return parse_finite(option, value, lower);
-    };
+Point parse_point(const std::string& text) {
+    const std::vector<std::string_view> parts = split(text, ',');
+    if (parts.size() != 3) refuse(quote(text) + " is not a point x,y,z");
+    return {parse_number(parts[0]), parse_number(parts[1]), parse_number(parts[2])};
 }
 
 }  // namespace
 
-CLI::Option* add_text(CLI::App& command, const char* names, const std::string& value_name,
-                      const std::string& help, std::string& target) {
-    return add_value(command, names, value_name, help,
-                     [&target](const std::string&, const std::string& value) { target = value; });
+double parse_finite(const std::string& text, double lower) {
+    const double value = parse_number(text);
+    if (!std::isfinite(value) || value < lower)
+        refuse(fmt::format("{} is not a finite number of at least {}", quote(text), lower));
+    return value;
 }
 
-CLI::Option* add_flag(CLI::App& command, const char* names, const std::string& help, bool& target) {
-    return command.add_flag(names, target, help);
+double parse_frame(const std::string& text) {
+    constexpr double kLeast = -1e9;
+    return parse_finite(text, kLeast);
+}
+
+CLI::Option* add_text(CLI::App& command, const char* names, const std::string& value_name,
+                      const std::string& help, std::string& target) {
+    return command.add_option(names, target, help)
+        ->option_text(value_name)
+        ->check([](const std::string& text) {
+            return std::string(text.empty() ? "the value is empty" : "");
+        });
+}
+
+CLI::Option* add_pair(CLI::App& command, const char* name, const char* value_name,
+                      const std::string& help, char separator, std::int64_t lower,
+                      std::uint32_t& first, std::uint32_t& second) {
+    const auto set = [&first, &second](const std::array<std::uint32_t, 2>& pair) {
+        first = pair[0];
+        second = pair[1];
+    };
+    constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
+    return command.add_option_function<std::array<std::uint32_t, 2>>(name, set, help)
+        ->option_text(value_name)
+        ->type_name(value_name)
+        ->delimiter(separator)
+        ->check(CLI::Range(lower, kMost).description(""));
 }
 
 CLI::Option* add_scene(CLI::App& command, SourceOptions& source) {
@@ -46,22 +78,21 @@ CLI::Option* add_scene(CLI::App& command, SourceOptions& source) {
 }
 
 void add_source_options(CLI::App& command, SourceOptions& source) {
-    add_flag(command, "--skip-missing",
-             "interpolate missing frames of a sequence, which are an error otherwise",
-             source.skip_missing);
+    command.add_flag("--skip-missing", source.skip_missing,
+                     "interpolate missing frames of a sequence, which are an error otherwise");
     add_text(command, "--cache", "FILE",
              "point cache (PC2) with the positions of a mesh file's vertices", source.cache);
     add_text(command, "--animation", "NAME|INDEX", "animation of a glTF file (the first)",
              source.animation);
     constexpr double kLeastFps = 1e-3;
-    add_value(command, "--fps", "N", "frames a second of a glTF file (24)",
-              parsed(source.fps, at_least(kLeastFps)));
+    add_parsed(command, "--fps", "N", "frames a second of a glTF file (24)", source.fps,
+               [](const std::string& text) { return parse_finite(text, kLeastFps); });
     add_lenient(command, source.lenient);
 }
 
 void add_lenient(CLI::App& command, bool& target) {
-    add_flag(command, "--lenient",
-             "accept vertices that are not finite, and leave out faces that are invalid", target);
+    command.add_flag("--lenient", target,
+                     "accept vertices that are not finite, and leave out faces that are invalid");
 }
 
 void add_frames(CLI::App& command, std::string& target, const char* otherwise) {
@@ -72,34 +103,27 @@ void add_frames(CLI::App& command, std::string& target, const char* otherwise) {
 }
 
 CLI::Option* add_frame(CLI::App& command, std::optional<double>& target) {
-    constexpr double kLeast = -1e9;
-    return add_value(command, "--frame,--frames", "F",
-                     "the frame; fractions lie between whole frames (the first)",
-                     parsed(target, at_least(kLeast)));
+    return add_parsed(command, "--frame,--frames", "F",
+                      "the frame; fractions lie between whole frames (the first)", target,
+                      parse_frame);
 }
 
-void add_view_options(CLI::App& command, ViewSpec& view, const char* size, std::uint64_t least_ao,
+void add_view_options(CLI::App& command, ViewSpec& view, const char* size, std::uint32_t least_ao,
                       const char* ao) {
-    add_value(command, "--size", "WxH", fmt::format("size of the image in pixels ({})", size),
-              [&view](const std::string& option, const std::string& value) {
-                  const Size given = parse_size(option, value);
-                  view.width = given.width;
-                  view.height = given.height;
-              });
-    add_value(command, "--eye", "X,Y,Z", "position of the camera", parsed(view.eye, parse_point));
-    add_value(command, "--target", "X,Y,Z", "point that the camera looks at",
-              parsed(view.target, parse_point));
-    add_value(command, "--up", "X,Y,Z", "upwards in the image (0,1,0)",
-              parsed(view.up, parse_point));
-    add_value(command, "--fov", "DEGREES", "vertical field of view (45)",
-              parsed(view.fov, parse_number));
-    add_value(command, "--light", "X,Y,Z", "point light", parsed(view.light, parse_point));
+    add_pair(command, "--size", "WxH", fmt::format("size of the image in pixels ({})", size), 'x',
+             1, view.width, view.height);
+    add_parsed(command, "--eye", "X,Y,Z", "position of the camera", view.eye, parse_point);
+    add_parsed(command, "--target", "X,Y,Z", "point that the camera looks at", view.target,
+               parse_point);
+    add_parsed(command, "--up", "X,Y,Z", "upwards in the image (0,1,0)", view.up, parse_point);
+    add_parsed(command, "--fov", "DEGREES", "vertical field of view (45)", view.fov, parse_number);
+    add_parsed(command, "--light", "X,Y,Z", "point light", view.light, parse_point);
     add_count(command, "--ao-samples",
               fmt::format("ambient-occlusion rays a camera ray, {} to 256 ({})", least_ao, ao),
               view.ao_count, least_ao, 256);
-    add_value(command, "--ao-distance", "LENGTH",
-              "length of ambient-occlusion rays (a quarter of the scene's diagonal)",
-              parsed(view.ao_distance, at_least(0)));
+    add_parsed(command, "--ao-distance", "LENGTH",
+               "length of ambient-occlusion rays (a quarter of the scene's diagonal)",
+               view.ao_distance, [](const std::string& text) { return parse_finite(text, 0); });
 }
 
 CLI::Option* add_rays(CLI::App& command, ViewSpec& view, const char* otherwise) {
@@ -114,34 +138,20 @@ void add_backend_options(CLI::App& command, BackendOptions& backend,
     add_text(command, "--device", "DEVICE",
              "Vulkan device: its index, a part of its name, or its UUID (see `devices`)",
              backend.device);
-    add_threads(command, backend.threads);
-    add_value(command, "--simd", "NAME",
-              "CPU instruction set (the best one; see `info`), or off: the scalar reference",
-              [&backend](const std::string& option, const std::string& value) {
-                  try {
-                      check_simd(value);
-                  } catch (const Error& error) {
-                      throw Error(error.kind(), option + ": " + error.what());
-                  }
-                  backend.simd = value;
-              });
-    add_flag(command, "--validate", "run under the Vulkan validation layer", backend.validate);
-}
-
-void add_threads(CLI::App& command, int& target) {
-    add_count(command, "--threads", "CPU threads, 1 to 1024 (as many as the machine has)", target,
-              1, 1024);
-}
-
-void add_split(CLI::App& command, SplitMethod& target) {
-    add_choice<SplitMethod>(command, "--build", "how the tree is built (binned)", kSplits, target);
+    add_count(command, "--threads", "CPU threads, 1 to 1024 (as many as the machine has)",
+              backend.threads, 1, 1024);
+    add_parsed(command, "--simd", "NAME",
+               "CPU instruction set (the best one; see `info`), or off: the scalar reference",
+               backend.simd, [](const std::string& text) {
+                   check_simd(text);
+                   return text;
+               });
+    command.add_flag("--validate", backend.validate, "run under the Vulkan validation layer");
 }
 
 void add_build_at(CLI::App& command, std::optional<double>& target) {
-    constexpr double kLeast = -1e9;
-    add_value(command, "--build-at", "FRAME",
-              "frame whose positions the tree is built at (the first frame)",
-              parsed(target, at_least(kLeast)));
+    add_parsed(command, "--build-at", "FRAME",
+               "frame whose positions the tree is built at (the first frame)", target, parse_frame);
 }
 
 CLI::Option* add_json(CLI::App& command, std::string& target) {

@@ -1,63 +1,117 @@
-// Kinds of options, and groups of them that several commands have in common.
+// Commands, kinds of options, and groups of options that several commands have in common.
 #pragma once
 
 #include <CLI/App.hpp>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 
 #include "app/base/choices.h"
 #include "app/base/options.h"
+#include "app/cli/command_line.h"
+#include "common/base/errors.h"
 
 namespace mray::app {
 
-// All targets must outlive the parse.
-
-/// An option whose value goes to set(option, value), which may throw Error.
-template <class Set>
-CLI::Option* add_value(CLI::App& command, const char* names, const std::string& value_name,
-                       const std::string& help, Set set) {
-    std::string shown = names;
-    if (const std::size_t begin = shown.find("--"); begin != std::string::npos)
-        shown = shown.substr(begin, shown.find(',', begin) - begin);
-    const auto set_value = [shown, set](const std::string& value) {
-        if (value.empty()) throw Error(ErrorKind::kBadArgument, shown + ": the value is empty");
-        set(shown, value);
-    };
-    return command.add_option_function<std::string>(names, set_value, help)
-        ->option_text(value_name);
+[[noreturn]] inline void refuse(const std::string& message) {
+    throw Error(ErrorKind::kBadArgument, message);
 }
 
+/// Adds commands, each of which fills its own structure.
+class CommandAdder {
+public:
+    CommandAdder(CLI::App& app, ParsedCommandLine& parsed) : app_(app), parsed_(parsed) {}
+
+    /// Adds a command whose options `define(command, options)` adds; it may return what completes
+    /// the options after the parse.
+    template <class Options, class Define>
+    void add(const char* name, const char* help, const char* examples, Define define) {
+        CLI::App& command = *app_.add_subcommand(name, help);
+        command.footer(std::string("Examples:\n") + examples);
+        const auto options = std::make_shared<Options>();
+        const auto complete = define(command, *options);
+        command.callback([&parsed = parsed_, options, complete] {
+            complete();
+            parsed.options = *options;
+        });
+    }
+
+    /// -q of a command.
+    void add_quiet(CLI::App& command) const {
+        command.add_flag("-q,--quiet", parsed_.quiet, "neither table nor progress");
+    }
+    /// -v of a command.
+    void add_verbose(CLI::App& command) const {
+        command.add_flag("-v,--verbose", parsed_.verbose, "say what is used and decided");
+    }
+
+private:
+    CLI::App& app_;
+    ParsedCommandLine& parsed_;
+};
+
+/// Completes the options of a command that has nothing to complete.
+inline constexpr auto kNothing = [] {};
+
+/// Adds all commands. The one that is given sets `parsed.options` at the end of the parse. `app`
+/// and `parsed` must outlive it.
+void add_commands(CLI::App& app, ParsedCommandLine& parsed, std::span<const std::string> arguments);
+
+// The commands that trace images (app/cli/image_commands.cpp).
+void add_render(CommandAdder& adder);
+void add_view(CommandAdder& adder);
+void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments);
+void add_probe(CommandAdder& adder);
+void add_profile(CommandAdder& adder);
+
+// All targets must outlive the parse.
+
+/// A text that is not empty.
 CLI::Option* add_text(CLI::App& command, const char* names, const std::string& value_name,
                       const std::string& help, std::string& target);
-CLI::Option* add_flag(CLI::App& command, const char* names, const std::string& help, bool& target);
+
+/// An option whose value is parse(text), which may throw Error.
+template <class Target, class Parse>
+CLI::Option* add_parsed(CLI::App& command, const char* names, const std::string& value_name,
+                        const std::string& help, Target& target, Parse parse) {
+    const auto set = [names, parse, &target](const std::string& text) {
+        try {
+            target = parse(text);
+        } catch (const Error& error) {
+            throw CLI::ValidationError(names, error.what());
+        }
+    };
+    return command.add_option_function<std::string>(names, set, help)->option_text(value_name);
+}
 
 /// An option with one of a few values.
 template <class T, class Target>
 CLI::Option* add_choice(CLI::App& command, const char* names, const std::string& help,
                         std::span<const Choice<T>> choices, Target& target) {
-    return add_value(command, names, names_of<T>(choices), help,
-                     [choices, &target](const std::string& option, const std::string& value) {
-                         target = parse_choice<T>(option, value, choices);
-                     });
+    return add_parsed(command, names, names_of<T>(choices), help, target,
+                      [choices](const std::string& text) { return value_in<T>(choices, text); });
 }
-
-template <class T>
-T number_in(const T& target);
-template <class T>
-T number_in(const std::optional<T>& target);
 
 /// A whole number in [lower, upper].
-template <class Count>
-CLI::Option* add_count(CLI::App& command, const char* names, const std::string& help, Count& target,
-                       std::uint64_t lower, std::uint64_t upper) {
-    return add_value(command, names, "N", help,
-                     [=, &target](const std::string& option, const std::string& value) {
-                         target = static_cast<decltype(number_in(target))>(
-                             parse_count(option, value, lower, upper));
-                     });
+template <class Target>
+CLI::Option* add_count(CLI::App& command, const char* names, const std::string& help,
+                       Target& target, std::int64_t lower, std::int64_t upper) {
+    return command.add_option(names, target, help)
+        ->option_text("N")
+        ->check(CLI::Range(lower, upper));
 }
+
+/// Two whole numbers of at least `lower`, with a separator between.
+CLI::Option* add_pair(CLI::App& command, const char* name, const char* value_name,
+                      const std::string& help, char separator, std::int64_t lower,
+                      std::uint32_t& first, std::uint32_t& second);
+
+/// A finite number of at least `lower`.
+double parse_finite(const std::string& text, double lower);
+/// A frame of --frame or --build-at.
+double parse_frame(const std::string& text);
 
 CLI::Option* add_scene(CLI::App& command, SourceOptions& source);
 void add_source_options(CLI::App& command, SourceOptions& source);
@@ -67,7 +121,7 @@ void add_frames(CLI::App& command, std::string& target, const char* otherwise);
 CLI::Option* add_frame(CLI::App& command, std::optional<double>& target);
 
 /// Size, camera, light and ambient occlusion, with the defaults to show.
-void add_view_options(CLI::App& command, ViewSpec& view, const char* size, std::uint64_t least_ao,
+void add_view_options(CLI::App& command, ViewSpec& view, const char* size, std::uint32_t least_ao,
                       const char* ao);
 /// --rays, of which the first kind is the default.
 CLI::Option* add_rays(CLI::App& command, ViewSpec& view, const char* otherwise);
@@ -75,9 +129,7 @@ CLI::Option* add_rays(CLI::App& command, ViewSpec& view, const char* otherwise);
 /// --backend with these choices and the default to show, device, threads and instruction set.
 void add_backend_options(CLI::App& command, BackendOptions& backend,
                          std::span<const Choice<BackendChoice>> choices, const char* otherwise);
-void add_threads(CLI::App& command, int& target);
 
-void add_split(CLI::App& command, SplitMethod& target);
 void add_build_at(CLI::App& command, std::optional<double>& target);
 
 CLI::Option* add_json(CLI::App& command, std::string& target);

@@ -10,7 +10,7 @@
 #include "app/commands/crosscheck/cross_checker.h"
 #include "app/report/crosscheck/check_report.h"
 #include "app/terminal/failure.h"
-#include "app/terminal/progress.h"
+#include "app/terminal/messages.h"
 
 namespace mray::app {
 namespace {

@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "app/backends/backends.h"
-#include "app/backends/device_check.h"
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"

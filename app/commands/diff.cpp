@@ -8,7 +8,7 @@
 #include "common/report/compare.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
-#include "morphray/hits.hpp"
+#include "morphray/images.hpp"
 
 namespace mray::app {
 namespace {

@@ -9,10 +9,9 @@
 #include "app/base/choices.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 #include "common/report/table.h"
 #include "common/scene/mesh.h"
-#include "common/scene/mesh_edges.h"
 #include "common/simd/simd_target.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
@@ -54,14 +53,20 @@ std::string describe_program() {
     return text + "\nbuilt-in scenes\n" + table.text();
 }
 
-Json describe_tree(SplitMethod split, const Topology& topology, std::span<const vec3> positions) {
+Json describe_tree(const Topology& topology, std::span<const vec3> positions) {
     const Stopwatch watch;
-    const Bvh bvh = build_bvh(topology, positions, {.split = split});
-    Json tree = {{"build", name_in<SplitMethod>(kSplits, split)},
-                 {"build_ms", watch.ms()},
-                 {"bvh_hash", hash_text(bvh_hash(bvh))}};
-    tree.update(of(bvh_stats(bvh)));
-    return tree;
+    const Bvh bvh = build_bvh(topology, positions);
+    const BvhStats stats = bvh_stats(bvh);
+    return {{"build_ms", watch.ms()},
+            {"bvh_hash", hash_text(bvh_hash(bvh))},
+            {"sah_cost", stats.sah_cost},
+            {"nodes", stats.node_count},
+            {"leaves", stats.leaf_count},
+            {"depth", stats.depth},
+            {"children_per_node", stats.children_per_node},
+            {"triangles_per_leaf", stats.triangles_per_leaf},
+            {"vertices_per_leaf", stats.vertices_per_leaf},
+            {"bytes", stats.bytes}};
 }
 
 /// Adds the file names, and the number of triangles that show one of them.
@@ -117,10 +122,7 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
         json["animations"].push_back({{"index", json["animations"].size()},
                                       {"name", named.name},
                                       {"shown", named.is_shown}});
-    json["trees"] = Json::array();
-    if (!options.tree_facts) return json;
-    for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep})
-        json["trees"].push_back(describe_tree(split, topology, positions));
+    if (options.tree_facts) json["tree"] = describe_tree(topology, positions);
     return json;
 }
 
@@ -142,18 +144,16 @@ std::string table_of_animations(const Json& animations) {
     return table.text();
 }
 
-std::string table_of_trees(const Json& trees) {
-    Table table({"tree", "build ms", "SAH cost", "nodes", "leaves", "depth", "children",
-                 "triangles", "vertices", "MiB", "hash"});
-    for (const Json& tree : trees) {
-        const auto fixed = [&](const char* key, int digits, double unit = 1) {
-            return fmt::format("{:.{}f}", tree[key].get<double>() / unit, digits);
-        };
-        table.add({tree["build"], fixed("build_ms", 2), fixed("sah_cost", 3), tree["nodes"].dump(),
-                   tree["leaves"].dump(), tree["depth"].dump(), fixed("children_per_node", 2),
-                   fixed("triangles_per_leaf", 2), fixed("vertices_per_leaf", 2),
-                   fixed("bytes", 2, 0x1p20), tree["bvh_hash"]});
-    }
+std::string table_of_tree(const Json& tree) {
+    Table table({"build ms", "SAH cost", "nodes", "leaves", "depth", "children", "triangles",
+                 "vertices", "MiB", "hash"});
+    const auto fixed = [&](const char* key, int digits, double unit = 1) {
+        return fmt::format("{:.{}f}", tree[key].get<double>() / unit, digits);
+    };
+    table.add({fixed("build_ms", 2), fixed("sah_cost", 3), tree["nodes"].dump(),
+               tree["leaves"].dump(), tree["depth"].dump(), fixed("children_per_node", 2),
+               fixed("triangles_per_leaf", 2), fixed("vertices_per_leaf", 2),
+               fixed("bytes", 2, 0x1p20), tree["bvh_hash"]});
     return table.text();
 }
 
@@ -191,7 +191,7 @@ std::string text_of(const Json& json) {
                         json["textured_triangles"].dump(),
                         fmt::join(json["textures"].get<std::vector<std::string>>(), ", ")));
     if (!json["animations"].empty()) text += "\n" + table_of_animations(json["animations"]);
-    if (!json["trees"].empty()) text += "\n" + table_of_trees(json["trees"]);
+    if (json.contains("tree")) text += "\n" + table_of_tree(json["tree"]);
     return text;
 }
 

@@ -11,10 +11,10 @@
 #include "app/animation/frames.h"
 #include "app/backends/backends.h"
 #include "app/commands/commands.h"
-#include "app/terminal/progress.h"
+#include "app/terminal/messages.h"
 #include "common/base/errors.h"
 #include "common/bvh/box.h"
-#include "common/bvh/bvh_stats.h"
+#include "common/bvh/bvh.h"
 #include "common/interop/camera.h"
 #include "common/interop/hit_rule.h"
 #include "common/interop/surface.h"
@@ -204,7 +204,7 @@ ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
     const double build_at = options.tree.build_at.value_or(number);
     std::optional<Progress> progress(std::in_place, "building the tree", 0, messages);
     TreeUpdater updater(topology, scene.positions(build_at), *tracer, nullptr, options.tree.update,
-                        build_config(options.tree.split, options.backend), {});
+                        build_config(options.backend), {});
     if (build_at != number) updater.update(scene.positions(number));
     const ImageParams params = scene.image_params(options.view);
     progress.reset();

@@ -11,9 +11,8 @@
 #include "app/commands/commands.h"
 #include "app/commands/profile/parts.h"
 #include "app/terminal/failure.h"
-#include "app/terminal/progress.h"
-#include "common/base/stopwatch.h"
-#include "common/bvh/bvh_stats.h"
+#include "app/terminal/messages.h"
+#include "common/bvh/bvh.h"
 #include "common/frame_times.h"
 #include "common/report/shell.h"
 #include "common/report/spread.h"
@@ -108,7 +107,7 @@ public:
 private:
     Bvh build(std::span<const vec3> positions) const {
         return build_bvh(scene_.animation().topology(), positions,
-                         {.split = options_.tree.split, .threads = options_.backend.threads});
+                         {.threads = options_.backend.threads});
     }
 
     /// Returns the time of a run of a stage. A run to warm up comes before it in the first round.
@@ -143,7 +142,6 @@ std::string measured_options(const ProfileOptions& options) {
     if (options.backend.threads > 0) add("--threads", fmt::format("{}", options.backend.threads));
     add("--simd", options.backend.simd);
     add("--device", options.backend.device);
-    if (options.tree.split != SplitMethod::kBinned) add("--build", "sweep");
     if (options.tree.build_at) add("--build-at", fmt::format("{}", *options.tree.build_at));
     if (options.backend.validate) line.emplace_back("--validate");
     return shell_line(line);

@@ -9,8 +9,8 @@
 #include "app/commands/commands.h"
 #include "app/files/ray_reader.h"
 #include "app/terminal/failure.h"
-#include "app/terminal/progress.h"
-#include "common/scene/mesh_edges.h"
+#include "app/terminal/messages.h"
+#include "common/scene/mesh.h"
 #include "common/text/text_parts.h"
 
 namespace mray::app {
@@ -73,23 +73,24 @@ public:
 private:
     void answer(PointQuery query, std::span<const morphray::Vec3> points) {
         const std::size_t count = points.size();
+        const morphray::QueryOptions options{.cancel = &interrupt_flag()};
         switch (query) {
             case PointQuery::kInside:
                 inside_.resize(count);
-                scene_.contains(points, inside_, options_.rule, &interrupt_flag());
+                scene_.contains(points, inside_, options_.rule, options);
                 break;
             case PointQuery::kWinding:
                 windings_.resize(count);
-                scene_.winding(points, windings_, &interrupt_flag());
+                scene_.winding(points, windings_, options);
                 break;
             case PointQuery::kDistance:
                 distances_.resize(count);
                 scene_.signed_distance(points, distances_, options_.rule, options_.max_distance,
-                                       &interrupt_flag());
+                                       options);
                 break;
             case PointQuery::kClosest:
                 closest_.resize(count);
-                scene_.closest_points(points, closest_, options_.max_distance, &interrupt_flag());
+                scene_.closest_points(points, closest_, options_.max_distance, options);
                 break;
         }
     }

@@ -18,12 +18,12 @@
 #include "app/files/image_files.h"
 #include "app/report/json_parts.h"
 #include "app/terminal/failure.h"
-#include "app/terminal/progress.h"
+#include "app/terminal/messages.h"
 #include "common/base/output_file.h"
 #include "common/image/png.h"
 #include "common/report/table.h"
 #include "common/text/number_text.h"
-#include "morphray/hits.hpp"
+#include "morphray/images.hpp"
 
 namespace mray::app {
 namespace {
@@ -141,7 +141,7 @@ public:
         const double frame = tasks_[i].frame;
         progress.begin(fmt::format("tree of frame {}", frame));
         scene_->advance(frame);
-        progress.begin(fmt::format("frame {}", frame), true);
+        progress.begin(fmt::format("frame {}", frame));
         messages_.note(fmt::format("frame {}: {}, {}", frame, to_string(scene_->update().step),
                                    scene_->update().reason));
         // Before the positions become those of the next frame.
@@ -266,15 +266,16 @@ ExitCode render_frames(RenderOptions options, const Messages& messages) {
     if (!options.image.tree.build_at) options.image.tree.build_at = frames.front();
     const std::vector<FrameTask> tasks = frame_tasks(options, frames, *animation);
     const std::filesystem::path folder = output_folder_of(options);
-    // Before the reports, which may be in it.
-    const OutputFolder images(folder);
-    check_reports({options.json, options.hits});
+    require_view(options.image.view, *animation);
     Renderer renderer(options, *animation, tasks, folder, messages);
     const std::vector<std::size_t> left = tasks_left(options, tasks.size(), renderer);
     ExitCode code = ExitCode::kOk;
     Progress progress("rendering", left.size(), messages);
     progress.begin("tree");
     if (!left.empty()) renderer.open(tasks[left.front()].frame);
+    // Before the reports, which may be in it.
+    make_output_folder(folder);
+    check_reports({options.json, options.hits});
     for (std::size_t done = 0; done < left.size(); ++done) {
         throw_if_interrupted();
         try {

@@ -10,7 +10,7 @@
 #include "app/commands/commands.h"
 #include "app/files/ray_reader.h"
 #include "app/terminal/failure.h"
-#include "app/terminal/progress.h"
+#include "app/terminal/messages.h"
 #include "common/text/text_parts.h"
 
 namespace mray::app {
@@ -45,7 +45,9 @@ public:
           origin_(posed.animation->origin()),
           space_(space_of_frame(posed.animation->bounds(), bounds_of(posed.scene->positions()))) {}
 
-    void trace(std::span<const WorldRay> rays) {
+    /// `excluded` has the size of `rays`, or is empty.
+    void trace(std::span<const WorldRay> rays, std::span<const morphray::Primitive> excluded) {
+        query_.excluded = excluded;
         rays_.clear();
         exponents_.clear();
         for (WorldRay ray : rays) {
@@ -100,7 +102,7 @@ private:
     void trace_closest() {
         hits_.resize(rays_.size());
         scene_.intersect(std::span<const morphray::Ray>(rays_), std::span<morphray::Hit>(hits_),
-                         morphray::Coherence::sort(), &interrupt_flag());
+                         query_);
         for (std::size_t i = 0; i < hits_.size(); ++i) {
             if (hits_[i])
                 write(hits_[i], exponents_[i]);
@@ -110,7 +112,7 @@ private:
     }
 
     void trace_all() {
-        const morphray::AllHits all = scene_.intersect_all(rays_, options_.hit_lists);
+        const morphray::AllHits all = scene_.intersect_all(rays_, options_.hit_lists, query_);
         for (std::size_t i = 0; i < rays_.size(); ++i) {
             const std::span<const morphray::Hit> hits = all.of_ray(i);
             fmt::format_to(std::back_inserter(text_), "R {} {}\n", hits.size(), all.left_out[i]);
@@ -131,6 +133,8 @@ private:
     const morphray::Scene& scene_;
     FileOrigin origin_;
     SceneSpace space_;
+    morphray::QueryOptions query_{.coherence = morphray::Coherence::sort(),
+                                  .cancel = &interrupt_flag()};
     std::vector<morphray::Ray> rays_;
     /// The power of two that each ray's direction was divided by.
     std::vector<int> exponents_;
@@ -148,11 +152,9 @@ private:
 
 }  // namespace
 
-ExitCode run_command(const TraceOptions& given, const Messages& messages) {
-    TraceOptions options = given;
-    options.hit_lists.cancel = &interrupt_flag();
+ExitCode run_command(const TraceOptions& options, const Messages& messages) {
     check_reports({options.out});
-    const std::vector<WorldRay> rays = read_rays(options.ray_file, options.binary_rays);
+    const auto [rays, excluded] = read_rays(options.ray_file, options.binary_rays);
     const PosedAnimation posed =
         pose_animation(options.source, options.backend, options.frame, messages);
     RayTracer tracer(options, posed);
@@ -161,7 +163,10 @@ ExitCode run_command(const TraceOptions& given, const Messages& messages) {
         for (std::size_t done = 0; done < rays.size(); done += kRaysOfBatch) {
             throw_if_interrupted();
             progress.update(done);
-            tracer.trace(std::span(rays).subspan(done, std::min(kRaysOfBatch, rays.size() - done)));
+            const std::size_t count = std::min(kRaysOfBatch, rays.size() - done);
+            tracer.trace(std::span(rays).subspan(done, count),
+                         excluded.empty() ? std::span<const morphray::Primitive>()
+                                          : std::span(excluded).subspan(done, count));
         }
     }
     const std::string name = escape(input_name(options.ray_file));

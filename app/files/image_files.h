@@ -12,7 +12,7 @@
 #include "app/terminal/messages.h"
 #include "common/image/png.h"
 #include "common/scene/textures.h"
-#include "morphray/image.hpp"
+#include "morphray/images.hpp"
 
 namespace mray::app {
 
@@ -20,8 +20,6 @@ namespace mray::app {
 struct ImageLimits {
     std::uint32_t side = 65536;
     std::uint64_t pixels = std::uint64_t{1} << 28;
-    /// Reduce channels of 16 bits to 8 instead of refusing them.
-    bool reduce_16_bits = false;
 
     /// Throws Error(kLimit), with the file, for more pixels.
     void require(const std::filesystem::path& path, std::uint64_t width,
@@ -31,14 +29,7 @@ struct ImageLimits {
 /// Whether the bytes begin as a PNG file does.
 bool is_png(std::string_view bytes);
 
-/// The pixels of a PNG file in memory, as they are stored, without corrections of gamma or colour;
-/// grey and palettes become RGB, missing alpha becomes 255. `path` is for messages. Throws Error:
-/// kBadInput for a file that is no PNG, is damaged (any chunk with a wrong checksum, texts
-/// included) or, unless the limits say otherwise, has 16 bits a channel; kLimit above the limits.
-Image decode_png(const std::string& bytes, const std::filesystem::path& path,
-                 const ImageLimits& limits);
-
-/// An image and the texts of its file.
+/// An image and the texts that stand before its pixels.
 struct PngFile {
     Image image;
     std::vector<PngText> texts;
@@ -47,9 +38,12 @@ struct PngFile {
     std::string text(std::string_view keyword) const;
 };
 
-/// The same for a file, with the texts that stand before the pixels. Throws also what
-/// read_input_file() throws.
-PngFile read_png_file(const std::filesystem::path& path);
+/// The pixels of a PNG file in memory, as they are stored, without corrections of gamma or colour;
+/// grey and palettes become RGB, missing alpha becomes 255, 16 bits a channel 8. `path` is for
+/// messages. Throws Error: kBadInput for a file that is no PNG or is damaged (any chunk with a
+/// wrong checksum, texts included); kLimit above the limits.
+PngFile decode_png(const std::string& bytes, const std::filesystem::path& path,
+                   const ImageLimits& limits);
 
 /// Whether the bytes begin as a JPEG file does.
 bool is_jpeg(std::string_view bytes);

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "common/base/input_file.h"
 #include "common/text/text_parts.h"
 
 namespace mray::app {
@@ -49,7 +48,6 @@ public:
 
     std::uint32_t width() const { return png_get_image_width(png_, info_); }
     std::uint32_t height() const { return png_get_image_height(png_, info_); }
-    int bit_depth() const { return png_get_bit_depth(png_, info_); }
     /// The bytes of all rows, without compression.
     std::uint64_t stored_bytes() const {
         return std::uint64_t{png_get_rowbytes(png_, info_)} * height();
@@ -129,14 +127,11 @@ bool is_cut(std::string_view bytes) {
 
 bool is_png(std::string_view bytes) { return bytes.starts_with("\x89PNG"); }
 
-namespace {
-
-PngFile decode(const std::string& bytes, const std::filesystem::path& path,
-               const ImageLimits& limits) {
+PngFile decode_png(const std::string& bytes, const std::filesystem::path& path,
+                   const ImageLimits& limits) {
     if (is_png(bytes) && is_cut(bytes)) refuse(path, "it ends too early");
     PngReader reader(bytes);
     if (!reader.read_head()) refuse(path, reader.error());
-    if (reader.bit_depth() > 8 && !limits.reduce_16_bits) refuse(path, "it has 16 bits a channel");
     Image image{reader.width(), reader.height(), {}};
     // libpng takes a few rows.
     limits.require(path, image.width, image.height);
@@ -150,21 +145,10 @@ PngFile decode(const std::string& bytes, const std::filesystem::path& path,
     return {std::move(image), reader.texts()};
 }
 
-}  // namespace
-
 std::string PngFile::text(std::string_view keyword) const {
     for (const PngText& text : texts)
         if (text.keyword == keyword) return text.text;
     return {};
-}
-
-Image decode_png(const std::string& bytes, const std::filesystem::path& path,
-                 const ImageLimits& limits) {
-    return decode(bytes, path, limits).image;
-}
-
-PngFile read_png_file(const std::filesystem::path& path) {
-    return decode(read_input_file(path), path, {});
 }
 
 }  // namespace mray::app

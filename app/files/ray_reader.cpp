@@ -39,8 +39,9 @@ public:
     NumberLines(std::string name, std::string_view text, std::string_view form)
         : name_(std::move(name)), rest_(text), form_(form) {}
 
-    /// Reads the next line into `numbers`. Returns how many it has; 0 at the end.
-    std::size_t next(std::span<double> numbers) {
+    /// Reads the next line into `numbers`, and one more into `prim_id` if it is given. Returns how
+    /// many it has; 0 at the end.
+    std::size_t next(std::span<double> numbers, std::uint32_t* prim_id = nullptr) {
         while (!rest_.empty()) {
             ++line_;
             const std::size_t end = std::min(rest_.find('\n'), rest_.size());
@@ -53,12 +54,21 @@ public:
                 if (line.empty()) break;
                 const std::string_view word = line.substr(0, line.find_first_of(kBlank));
                 line.remove_prefix(word.size());
+                if (count == numbers.size() && prim_id != nullptr) {
+                    const char* const end_of_word = word.data() + word.size();
+                    const auto [end_of_id, error] =
+                        std::from_chars(word.data(), end_of_word, *prim_id);
+                    if (error != std::errc() || end_of_id != end_of_word)
+                        fail(quote(word) + " is not a prim_id");
+                    prim_id = nullptr;
+                    ++count;
+                    continue;
+                }
                 // The first three are coordinates.
                 const std::optional<double> number =
                     count < 3 ? parse_coordinate(word) : std::optional<double>(parse_float(word));
                 if (!number) fail(quote(word) + " is not a number");
-                if (count == numbers.size())
-                    fail(fmt::format("more than {} numbers", numbers.size()));
+                if (count >= numbers.size()) fail(fmt::format("more than {} numbers", count));
                 numbers[count++] = *number;
             }
             if (count > 0) return count;
@@ -167,18 +177,24 @@ std::vector<WorldRay> npy_rays(const std::string& name, std::string_view bytes) 
 
 }  // namespace
 
-std::vector<WorldRay> read_rays(const std::string& file, bool is_binary) {
+RayFile read_rays(const std::string& file, bool is_binary) {
     const std::string text = read_input(file, "rays");
-    if (text.starts_with(kNpyMagic)) return npy_rays(input_name(file), text);
-    if (is_binary) return rays_of_rows(input_name(file), text, kMostNumbers);
-    NumberLines lines(input_name(file), text, "ox oy oz dx dy dz [tnear tfar]");
-    std::vector<WorldRay> rays;
+    if (text.starts_with(kNpyMagic)) return {npy_rays(input_name(file), text)};
+    if (is_binary) return {rays_of_rows(input_name(file), text, kMostNumbers)};
+    NumberLines lines(input_name(file), text, "ox oy oz dx dy dz [tnear tfar [prim_id]]");
+    RayFile read;
     for (;;) {
         std::array<double, kMostNumbers> numbers = {0, 0, 0, 0, 0, 0, 0, kInfinity};
-        const std::size_t count = lines.next(numbers);
-        if (count == 0) return rays;
-        if (count != 6 && count != kMostNumbers) lines.fail(fmt::format("{} numbers", count));
-        rays.push_back(to_ray(numbers));
+        morphray::Primitive excluded;
+        const std::size_t count = lines.next(numbers, &excluded.prim_id);
+        if (count == 0) return read;
+        if (count != 6 && count < kMostNumbers) lines.fail(fmt::format("{} numbers", count));
+        read.rays.push_back(to_ray(numbers));
+        if (count > kMostNumbers) {
+            excluded.geom_id = 0;
+            read.excluded.resize(read.rays.size() - 1);
+        }
+        if (count > kMostNumbers || !read.excluded.empty()) read.excluded.push_back(excluded);
     }
 }
 

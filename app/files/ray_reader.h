@@ -7,6 +7,7 @@
 #include <glm/vec3.hpp>
 
 #include "common/scene/scene_space.h"
+#include "morphray/geometry.hpp"
 
 namespace mray::app {
 
@@ -15,10 +16,17 @@ namespace mray::app {
 // float. A float printed with 9 digits is read back exactly; inf and nan are numbers. Each function
 // throws Error(kBadInput) with file and line, and kLimit for too large a file.
 
-/// The rays of a file: lines `ox oy oz dx dy dz [tnear tfar]`, where tnear defaults to 0 and tfar
-/// to inf; with `is_binary` the little-endian bytes of struct Ray each; or a .npy file of ray_dtype
-/// or of float32 of shape (N, 6) or (N, 8).
-std::vector<WorldRay> read_rays(const std::string& file, bool is_binary);
+struct RayFile {
+    std::vector<WorldRay> rays = {};
+    /// For each ray the triangle that it leaves out, or none; empty if no ray names one.
+    std::vector<morphray::Primitive> excluded = {};
+};
+
+/// The rays of a file: lines `ox oy oz dx dy dz [tnear tfar [prim_id]]`, where tnear defaults to 0
+/// and tfar to inf, and prim_id is the triangle that the ray leaves out; with `is_binary` the
+/// little-endian bytes of struct Ray each; or a .npy file of ray_dtype or of float32 of shape (N,
+/// 6) or (N, 8).
+RayFile read_rays(const std::string& file, bool is_binary);
 
 /// The points of a file, lines `x y z`.
 std::vector<glm::dvec3> read_points(const std::string& file);

@@ -18,10 +18,7 @@ namespace {
 // No image within the limits is larger, but for texts that it may have.
 constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
 
-constexpr ImageLimits kLimits = {
-    .side = morphray::kMaxTextureSide,
-    .reduce_16_bits = true,
-};
+constexpr ImageLimits kLimits = {.side = morphray::kMaxTextureSide};
 
 /// The name of an image in messages: "scene.gltf: images[0]" for a part of a file.
 std::filesystem::path name_of(const TextureFile& file) {
@@ -63,7 +60,7 @@ std::string texture_bytes(const TextureFile& file) {
 Image read_texture(const TextureFile& file) {
     const std::filesystem::path name = name_of(file);
     const std::string bytes = texture_bytes(file);
-    if (is_png(bytes)) return decode_png(bytes, name, kLimits);
+    if (is_png(bytes)) return decode_png(bytes, name, kLimits).image;
     if (is_jpeg(bytes)) return decode_jpeg(bytes, name, kLimits);
     throw Error(ErrorKind::kBadInput,
                 fmt::format("{}: is neither a PNG nor a JPEG file; convert it", escape(name)));

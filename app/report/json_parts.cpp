@@ -6,11 +6,6 @@
 
 namespace mray::app {
 
-std::string plain_text(const Json& value) {
-    if (value.is_string()) return value.get<std::string>();
-    return value.is_number_float() ? fmt::format("{}", value.get<double>()) : value.dump();
-}
-
 void add_scene(Json& json, const ReportHead& head) {
     json["scene"] = head.scene;
     json["triangles"] = head.triangles;
@@ -62,17 +57,6 @@ Json of(const morphray::VulkanDeviceInfo& device) {
             {"driver", device.driver},
             {"api", fmt::format("{}.{}", device.api_major, device.api_minor)},
             {"uuid", device.uuid}};
-}
-
-Json of(const BvhStats& stats) {
-    return {{"sah_cost", stats.sah_cost},
-            {"nodes", stats.node_count},
-            {"leaves", stats.leaf_count},
-            {"depth", stats.depth},
-            {"children_per_node", stats.children_per_node},
-            {"triangles_per_leaf", stats.triangles_per_leaf},
-            {"vertices_per_leaf", stats.vertices_per_leaf},
-            {"bytes", stats.bytes}};
 }
 
 }  // namespace mray::app

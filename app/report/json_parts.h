@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "common/bvh/bvh_stats.h"
 #include "common/frame_times.h"
 #include "common/report/compare.h"
 #include "morphray/device.hpp"
@@ -24,9 +23,6 @@ using Json = nlohmann::ordered_json;
 inline std::string json_text(const Json& json, int indent = 2) {
     return json.dump(indent, ' ', false, Json::error_handler_t::replace) + "\n";
 }
-
-/// A string without quotes, a number as fmt prints it.
-std::string plain_text(const Json& value);
 
 struct ReportHead {
     std::string command;
@@ -47,7 +43,6 @@ void add_scene(Json& json, const ReportHead& head);
 /// Adds a member for each stage of a frame.
 void add_times(Json& json, const FrameTimes& times);
 
-Json of(const BvhStats& stats);
 Json of(const FrameDifference& difference);
 Json of(const morphray::VulkanDeviceInfo& device);
 

@@ -1,12 +1,14 @@
 #include "app/terminal/messages.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <mutex>
+#include <utility>
 
 #include "app/terminal/failure.h"
-#include "app/terminal/progress.h"
 #include "common/base/output_file.h"
 #include "common/text/text_parts.h"
 
@@ -16,15 +18,37 @@ namespace {
 constexpr const char* kStdout = "/dev/stdout";
 constexpr const char* kProgram = "morphray: ";
 
-void write_line(const char* prefix, std::string_view message) {
-    const ProgressPause pause;
-    const std::string line = prefix + escape(std::string(message)) + '\n';
-    std::string_view rest = line;
-    while (!rest.empty()) {
-        const ssize_t written = ::write(STDERR_FILENO, rest.data(), rest.size());
+constexpr std::string_view kClearLine = "\r\x1b[K";
+/// A line that wraps cannot be cleared.
+constexpr std::size_t kProgressColumns = 79;
+
+/// Guards the terminal, which stdout and stderr may be, and the line of progress on it.
+std::mutex terminal_mutex;
+bool has_line = false;
+
+/// Ignores failures.
+void write_stderr(std::string_view text) {
+    while (!text.empty()) {
+        const ssize_t written = ::write(STDERR_FILENO, text.data(), text.size());
         if (written <= 0) return;
-        rest.remove_prefix(static_cast<std::size_t>(written));
+        text.remove_prefix(static_cast<std::size_t>(written));
     }
+}
+
+void clear_line() {
+    if (std::exchange(has_line, false)) write_stderr(kClearLine);
+}
+
+void write_line(const char* prefix, std::string_view message) {
+    const std::scoped_lock lock(terminal_mutex);
+    clear_line();
+    write_stderr(prefix + escape(std::string(message)) + '\n');
+}
+
+bool shows_progress() {
+    const char* const terminal = std::getenv("TERM");
+    return ::isatty(STDERR_FILENO) != 0 && terminal != nullptr && terminal != std::string_view() &&
+           terminal != std::string_view("dumb");
 }
 
 }  // namespace
@@ -52,8 +76,39 @@ void Messages::note(std::string_view message) const {
 
 void Messages::print(std::string_view text) const {
     if (quiet_ || text.empty()) return;
-    const ProgressPause pause;
+    const std::scoped_lock lock(terminal_mutex);
+    clear_line();
     write_file(kStdout, text);
+}
+
+Progress::Progress(std::string label, std::uint64_t total, const Messages& messages)
+    : label_(std::move(label)), total_(total), is_shown_(!messages.quiet() && shows_progress()) {
+    draw();
+}
+
+Progress::~Progress() {
+    const std::scoped_lock lock(terminal_mutex);
+    clear_line();
+}
+
+void Progress::begin(std::string step) {
+    step_ = std::move(step);
+    draw();
+}
+
+void Progress::update(std::uint64_t done) {
+    done_ = done;
+    draw();
+}
+
+void Progress::draw() const {
+    if (!is_shown_) return;
+    std::string line = label_;
+    if (total_ > 0) line += fmt::format(" {}/{}", done_, total_);
+    if (!step_.empty()) line += "  " + step_;
+    const std::scoped_lock lock(terminal_mutex);
+    write_stderr(fmt::format("{}{}", kClearLine, line.substr(0, kProgressColumns)));
+    has_line = true;
 }
 
 void write_report(const std::string& file, std::string_view text) {

@@ -1,6 +1,8 @@
-// Output to the terminal: results to stdout, everything else to stderr.
+// Output to the terminal: results to stdout, everything else to stderr, a line of progress too.
 #pragma once
 
+#include <cstdint>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,6 +38,32 @@ private:
     bool quiet_;
     bool verbose_;
     mutable std::vector<std::string> warnings_;
+};
+
+/// A line on stderr that says how far a command is, such as "rendering 5/10  frame 12", if that is
+/// a terminal; what Messages writes takes its place. At most one exists at a time.
+class Progress {
+public:
+    /// `total` units are to be done; 0: they are not counted, the label names the only step.
+    Progress(std::string label, std::uint64_t total, const Messages& messages);
+    /// Clears the line.
+    ~Progress();
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+
+    /// A step begins.
+    void begin(std::string step);
+    /// Units that are done.
+    void update(std::uint64_t done);
+
+private:
+    void draw() const;
+
+    std::string label_;
+    std::uint64_t total_;
+    bool is_shown_;
+    std::uint64_t done_ = 0;
+    std::string step_;
 };
 
 /// Writes to the file, or to stdout for "-". Throws Error(kOutput).

@@ -5,8 +5,9 @@
 #include <numbers>
 
 #include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 
-#include "common/scene/scene_space.h"
+#include "app/animation/animation_scene.h"
 #include "scenes/scene_frames.h"
 
 namespace mray::app {
@@ -87,11 +88,9 @@ void Playback::step(int frames) {
 }
 
 ViewState initial_state(const ViewOptions& options, const Animation& animation, double frame) {
-    // Refuses impossible views with the messages of render.
-    ViewSpec spec = world_view(options.image.view, animation);
-    const ResolvedView view = resolve_view(spec, animation.bounds());
-    spec.ao_count = std::max(spec.ao_count, 1u);
-    make_image_params(spec, animation.bounds(), SceneSpace(animation.bounds()));
+    require_view(options.image.view, animation);
+    const ResolvedView view =
+        resolve_view(world_view(options.image.view, animation), animation.bounds());
     ViewState state{.playback = Playback(animation.first_frame(), animation.last_frame(), frame),
                     .camera = Camera(view, options.image.view.up, options.image.view.fov),
                     .view = options.image.view};
@@ -127,6 +126,28 @@ ImageRequest request_of(const ViewState& state, int step) {
     if (state.shows_difference) request.backends = {BackendChoice::kCpu, BackendChoice::kVulkan};
     request.box_depth = state.box_depth;
     return request;
+}
+
+std::vector<glm::vec4> box_lines(const ViewSpec& view, std::span<const morphray::Box> boxes) {
+    const glm::dvec3 eye = to_dvec3(*view.eye);
+    const glm::dvec3 target = to_dvec3(*view.target);
+    const double aspect = static_cast<double>(view.width) / view.height;
+    const glm::dmat4 camera = glm::infinitePerspective(glm::radians(view.fov), aspect,
+                                                       1e-3 * glm::distance(eye, target)) *
+                              glm::lookAt(eye, target, to_dvec3(view.up));
+    std::vector<glm::vec4> ends;
+    for (const morphray::Box& box : boxes) {
+        const auto corner = [&](unsigned i) {
+            return glm::vec4(camera * glm::dvec4((i & 1 ? box.upper : box.lower)[0],
+                                                 (i & 2 ? box.upper : box.lower)[1],
+                                                 (i & 4 ? box.upper : box.lower)[2], 1));
+        };
+        for (unsigned i = 0; i < 8; ++i) {
+            for (const unsigned axis : {1u, 2u, 4u})
+                if ((i & axis) == 0) ends.insert(ends.end(), {corner(i), corner(i | axis)});
+        }
+    }
+    return ends;
 }
 
 }  // namespace mray::app

@@ -2,10 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
+#include <glm/vec4.hpp>
 #include "app/base/options.h"
+#include "app/terminal/messages.h"
+
 #include "common/scene/camera_setup.h"
 #include "morphray/scene.hpp"
 #include "scenes/animation.h"
@@ -113,5 +117,13 @@ int last_step(const ViewState& state);
 
 /// The image to trace at a step.
 ImageRequest request_of(const ViewState& state, int step);
+
+/// Both ends of each edge of the boxes, in clip space of the view's camera. Eye and target
+/// of the view are given.
+std::vector<glm::vec4> box_lines(const ViewSpec& view, std::span<const morphray::Box> boxes);
+
+/// Opens the scene, then a window (app/view/viewer.cpp). Returns when the window is closed, or
+/// after the screenshot that the options ask for. Throws Error.
+void show_scene(const ViewOptions& options, const Messages& messages);
 
 }  // namespace mray::app

@@ -1,5 +1,3 @@
-#include "app/view/viewer.h"
-
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -10,7 +8,6 @@
 #include <utility>
 
 #include "app/animation/frames.h"
-#include "app/base/values.h"
 #include "app/terminal/failure.h"
 #include "app/view/controls.h"
 #include "common/base/output_file.h"

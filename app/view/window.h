@@ -17,10 +17,6 @@ struct GLFWwindow;
 
 namespace mray::app {
 
-/// Both ends of each edge of the boxes, in clip space of the view's camera. Eye and target
-/// of the view are given.
-std::vector<glm::vec4> box_lines(const ViewSpec& view, std::span<const morphray::Box> boxes);
-
 /// A key of GLFW that went down.
 struct KeyPress {
     int key = 0;

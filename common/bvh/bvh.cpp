@@ -5,7 +5,6 @@
 
 #include "common/base/hash.h"
 #include "common/bvh/box.h"
-#include "common/bvh/bvh_stats.h"
 
 namespace mray {
 

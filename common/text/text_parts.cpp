@@ -3,32 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <vector>
 
 namespace mray {
-
 namespace {
 
 constexpr std::size_t kQuoteLimit = 80;
-
-/// The least number of insertions, deletions, replacements and swaps of neighbouring characters
-/// that turn one text into the other.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> before_last(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
-    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        before_last.swap(last);
-        last.swap(row);
-        row[0] = i;
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            const bool same = a[i - 1] == b[j - 1];
-            row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (same ? 0u : 1u)});
-            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-                row[j] = std::min(row[j], before_last[j - 2] + 1);
-        }
-    }
-    return row[b.size()];
-}
 
 // Bytes above `last` and control characters as \xNN.
 std::string escaped(std::string_view text, unsigned last) {
@@ -45,6 +27,17 @@ std::string escaped(std::string_view text, unsigned last) {
     return result;
 }
 
+constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+constexpr std::uint8_t kNoDigit = 64;
+
+constexpr std::array<std::uint8_t, 256> make_values() {
+    std::array<std::uint8_t, 256> values = {};
+    values.fill(kNoDigit);
+    for (std::uint8_t i = 0; i < 64; ++i) values[static_cast<unsigned char>(kDigits[i])] = i;
+    return values;
+}
+constexpr std::array<std::uint8_t, 256> kValues = make_values();
+
 }  // namespace
 
 std::string quote(std::string_view text) {
@@ -54,23 +47,27 @@ std::string quote(std::string_view text) {
 
 std::string escape(const std::filesystem::path& path) { return escaped(path.native(), 0xFF); }
 
-std::string similar_name(std::string_view text, std::span<const std::string> names) {
-    // No name is as long; it bounds the work.
-    constexpr std::size_t kLongestName = 64;
-    if (text.size() > kLongestName) return {};
-    std::string nearest;
-    std::size_t least = std::max<std::size_t>(1, text.size() / 2) + 1;
-    for (const std::string& name : names) {
-        const std::size_t distance = edit_distance(text, name);
-        if (distance < least) nearest = name;
-        least = std::min(least, distance);
+std::optional<std::string> from_base64(std::string_view text) {
+    if (text.size() % 4 != 0) return std::nullopt;
+    std::size_t padding = 0;
+    while (padding < 2 && text.ends_with('=')) {
+        text.remove_suffix(1);
+        ++padding;
     }
-    return nearest;
-}
-
-std::string suggestion(std::string_view text, std::span<const std::string> names) {
-    const std::string similar = similar_name(text, names);
-    return similar.empty() ? similar : "; did you mean " + similar + "?";
+    std::string bytes;
+    bytes.reserve(text.size() / 4 * 3 + 2);
+    std::uint32_t bits = 0;
+    int count = 0;
+    for (const char c : text) {
+        const std::uint8_t value = kValues[static_cast<unsigned char>(c)];
+        if (value == kNoDigit) return std::nullopt;
+        bits = bits << 6 | value;
+        count += 6;
+        if (count < 8) continue;
+        count -= 8;
+        bytes += static_cast<char>(bits >> count & 255);
+    }
+    return bytes;
 }
 
 }  // namespace mray

@@ -1,9 +1,9 @@
-// Parts of a text, as views into it.
+// Parts of a text, and texts that are quoted or in base 64.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
-#include <span>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -44,11 +44,8 @@ std::string quote(std::string_view text);
 /// The path, with control characters as \xNN.
 std::string escape(const std::filesystem::path& path);
 
-/// The name with the least edit distance to `text`, the first of equals. Empty if about half of the
-/// characters or more would have to change, or if `text` is longer than 64 characters.
-std::string similar_name(std::string_view text, std::span<const std::string> names);
-
-/// "; did you mean NAME?" with the similar name; empty without one.
-std::string suggestion(std::string_view text, std::span<const std::string> names);
+/// The bytes of a text in base 64. Nothing for any other text: characters outside of the 64, blanks
+/// and line ends among them, a length that is no multiple of 4, padding that is not at the end.
+std::optional<std::string> from_base64(std::string_view text);
 
 }  // namespace mray

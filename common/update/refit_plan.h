@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/backend.h"
-#include "common/base/index_range.h"
 #include "common/bvh/bvh.h"
+#include "common/scene/mesh.h"
 
 namespace mray {
 

@@ -335,7 +335,7 @@ std::size_t restructure(const Topology& topology, std::span<const vec3> position
     RestructureParts parts = find_parts(topology, positions, growth, most, bvh, areas);
     const std::size_t count = parts.refs.size();
     if (count < 2) return 0;
-    BinaryTree binary = build_binary_tree(topology, std::move(parts.refs), SplitMethod::kBinned);
+    BinaryTree binary = build_binary_tree(topology, std::move(parts.refs));
     if (binary.nodes.front().is_leaf()) return 0;
     Relayout relayout(topology, positions, bvh, areas, parts, binary, growth);
     if (!relayout.arrange()) return 0;

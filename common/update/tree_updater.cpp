@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 
 namespace mray {
 namespace {
@@ -228,9 +228,7 @@ void TreeUpdater::start_background_build(std::span<const vec3> positions,
             // At a niceness of 10 it starves while other programs run.
             constexpr int kNiceness = 5;
             setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
-            return build_bvh(
-                topology_, pose,
-                {.split = build_config_.split, .threads = 1, .watch = Watch(&cancel_background_)});
+            return build_bvh(topology_, pose, {.threads = 1, .watch = Watch(&cancel_background_)});
         });
     background_triangle_area_ = sample_.area(positions);
     background_frames_left_ = build_frames;

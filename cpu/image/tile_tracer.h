@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/base/watch.h"
-#include "common/scene/stored_rays.h"
+#include "common/scene/scene_space.h"
 #include "cpu/image/pixel_shader.h"
 #include "cpu/packet/packet_tracer.h"
 #include "cpu/single_ray/single_ray_tracer.h"

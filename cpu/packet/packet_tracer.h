@@ -8,7 +8,7 @@
 #include "common/bvh/bvh.h"
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
-#include "common/scene/stored_rays.h"
+#include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/light/light_packet.h"

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "common/scene/stored_rays.h"
+#include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
 
 namespace mray::cpu {

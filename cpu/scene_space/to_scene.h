@@ -7,7 +7,6 @@
 
 #include "common/interop/ray.h"
 #include "common/scene/scene_space.h"
-#include "common/scene/stored_rays.h"
 #include "common/simd/simd_target.h"
 
 namespace mray::cpu {

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <utility>
 
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 #include "gpu/vulkan/result.h"
 
 namespace mray::gpu {

@@ -55,43 +55,31 @@ bool is_given_up(VkDevice device) {
     return std::ranges::find(all.devices, device) != all.devices.end();
 }
 
-Device::Device(std::shared_ptr<Instance> instance, PhysicalDevice physical,
-               std::shared_ptr<const HostDevice> host, bool force_staging)
+Device::Device(std::shared_ptr<Instance> instance, PhysicalDevice physical, bool force_staging)
     : instance_(std::move(instance)),
       physical_(std::move(physical)),
-      host_(std::move(host)),
-      force_staging_(force_staging) {
-    if (host_ != nullptr) {
-        handle_ = static_cast<VkDevice>(host_->device);
-        queue_ = static_cast<VkQueue>(host_->queue);
-        return;
-    }
-    handle_ = create_device(physical_);
+      force_staging_(force_staging),
+      handle_(create_device(physical_)) {
     vkGetDeviceQueue(handle_, physical_.queue_family, 0, &queue_);
 }
 
 Device::~Device() {
-    if (host_ == nullptr && !is_given_up(handle_)) vkDestroyDevice(handle_, nullptr);
-}
-
-/// Calls use(), which must not throw, while nothing else uses the queue, the application included.
-template <class Use>
-void Device::with_queue(Use use) {
-    const std::scoped_lock lock(queue_mutex_);
-    if (host_ != nullptr && host_->lock_queue) host_->lock_queue();
-    use();
-    if (host_ != nullptr && host_->unlock_queue) host_->unlock_queue();
+    if (!is_given_up(handle_)) vkDestroyDevice(handle_, nullptr);
 }
 
 void Device::submit(const VkSubmitInfo& submission, VkFence fence) {
     VkResult result = VK_SUCCESS;
-    with_queue([&] { result = vkQueueSubmit(queue_, 1, &submission, fence); });
+    {
+        const std::scoped_lock lock(queue_mutex_);
+        result = vkQueueSubmit(queue_, 1, &submission, fence);
+    }
     if (result == VK_ERROR_DEVICE_LOST) set_lost();
     check(result, "submit work");
 }
 
 void Device::finish() noexcept {
-    with_queue([&] { vkQueueWaitIdle(queue_); });
+    const std::scoped_lock lock(queue_mutex_);
+    vkQueueWaitIdle(queue_);
 }
 
 void Device::give_up() {

@@ -15,9 +15,8 @@ namespace mray::gpu {
 /// Threads may share it. Objects made of it must not outlive it.
 class Device {
 public:
-    /// Makes a device, or adopts that of `host`. Throws Error as make_vulkan_backend().
-    Device(std::shared_ptr<Instance> instance, PhysicalDevice physical,
-           std::shared_ptr<const HostDevice> host, bool force_staging);
+    /// Throws Error as make_vulkan_backend().
+    Device(std::shared_ptr<Instance> instance, PhysicalDevice physical, bool force_staging);
     ~Device();
     Device(const Device&) = delete;
     Device& operator=(const Device&) = delete;
@@ -47,12 +46,8 @@ public:
     void throw_on_validation_errors() { instance_->log().throw_if_new(); }
 
 private:
-    template <class Use>
-    void with_queue(Use use);
-
     std::shared_ptr<Instance> instance_;
     PhysicalDevice physical_;
-    std::shared_ptr<const HostDevice> host_;
     bool force_staging_;
     VkDevice handle_ = VK_NULL_HANDLE;
     VkQueue queue_ = VK_NULL_HANDLE;

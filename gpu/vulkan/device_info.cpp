@@ -245,26 +245,4 @@ std::size_t choose_device(std::span<const DeviceInfo> devices, const std::string
     return found.front();
 }
 
-PhysicalDevice host_device(const Instance& instance, const HostDevice& host) {
-    for (PhysicalDevice& device : physical_devices(instance)) {
-        if (device.handle != host.physical_device) continue;
-        if (!device.info.unusable.empty()) {
-            throw Error(ErrorKind::kUnavailable,
-                        "Vulkan: " + device.info.name + ": " + device.info.unusable);
-        }
-        const std::vector<VkQueueFamilyProperties> families = queue_families(device.handle);
-        if (host.queue_family >= families.size() ||
-            (families[host.queue_family].queueFlags & VK_QUEUE_COMPUTE_BIT) == 0) {
-            throw Error(ErrorKind::kUnavailable,
-                        fmt::format("Vulkan: {}: queue family {} has no compute", device.info.name,
-                                    host.queue_family));
-        }
-        device.queue_family = host.queue_family;
-        device.timestamp_bits = families[host.queue_family].timestampValidBits;
-        return device;
-    }
-    throw Error(ErrorKind::kUnavailable,
-                "Vulkan: the physical device is not one of the instance's");
-}
-
 }  // namespace mray::gpu

@@ -27,10 +27,6 @@ struct PhysicalDevice {
 /// All devices in the loader's order. Throws Error(kUnavailable) if there is none.
 std::vector<PhysicalDevice> physical_devices(const Instance& instance);
 
-/// The host's device, with its queue family. Throws Error(kUnavailable) if it is not one of the
-/// instance's or is not usable, or if its queue has no compute.
-PhysicalDevice host_device(const Instance& instance, const HostDevice& host);
-
 /// The index of the device that `wanted` names (VulkanConfig::device). Throws Error(kUnavailable),
 /// with the list of devices in the text, if there is no such device, more than one, or if it is not
 /// usable.

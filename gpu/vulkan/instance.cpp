@@ -198,15 +198,9 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
     throw_result(result, "create the validation messenger");
 }
 
-Instance::Instance(VkInstance host, PFN_vkGetInstanceProcAddr loader)
-    : log_(own_log_), handle_(host), is_own_(false) {
-    load_library(loader);
-    load_functions(handle_);
-}
-
 Instance::~Instance() {
     if (messenger_ != VK_NULL_HANDLE) destroy_messenger_(handle_, messenger_, nullptr);
-    if (is_own_) vkDestroyInstance(handle_, nullptr);
+    vkDestroyInstance(handle_, nullptr);
 }
 
 }  // namespace mray::gpu

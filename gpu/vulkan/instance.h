@@ -36,8 +36,6 @@ public:
     /// than 1.1, no driver, a broken driver, no validation layer although `validate` is set.
     /// Messages of validation go to `log`, if there is one; it must outlive this.
     Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog* log = nullptr);
-    /// Uses an instance that it does not own. Throws Error(kUnavailable).
-    Instance(VkInstance host, PFN_vkGetInstanceProcAddr loader);
     ~Instance();
     Instance(const Instance&) = delete;
     Instance& operator=(const Instance&) = delete;
@@ -49,7 +47,6 @@ private:
     ValidationLog own_log_;
     ValidationLog& log_;
     VkInstance handle_ = VK_NULL_HANDLE;
-    bool is_own_ = true;
     VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
     PFN_vkDestroyDebugUtilsMessengerEXT destroy_messenger_ = nullptr;
 };

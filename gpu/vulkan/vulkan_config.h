@@ -2,8 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -16,20 +14,6 @@ class ValidationLog;
 /// PFN_vkGetInstanceProcAddr, without Vulkan's header.
 using LoaderFunction = void (*(*)(VkInstance_T* instance, const char* name))();
 
-/// A device that the caller has made and may go on using. The handles are those of Vulkan.
-struct HostDevice {
-    void* instance = nullptr;
-    void* physical_device = nullptr;
-    void* device = nullptr;
-    void* queue = nullptr;
-    std::uint32_t queue_family = 0;
-    /// vkGetInstanceProcAddr of the loader that made the instance; null: libvulkan's.
-    void* get_instance_proc_addr = nullptr;
-    /// Called around each use of the queue.
-    std::function<void()> lock_queue;
-    std::function<void()> unlock_queue;
-};
-
 struct VulkanConfig {
     /// An index of list_devices(), a part of the name of one device only, or a UUID (32 hex digits,
     /// dashes ignored). Empty: the first usable device, discrete before integrated, virtual, CPU.
@@ -37,8 +21,6 @@ struct VulkanConfig {
     /// Enables the Khronos validation layer (core, synchronisation). A call that causes a message
     /// of error severity throws Error(kInternal).
     bool validate = false;
-    /// If set, the device to use instead of one of our own; `device` and `validate` do not count.
-    std::shared_ptr<const HostDevice> host = nullptr;
 };
 
 /// How kernels read buffers that others write.

@@ -36,7 +36,19 @@ struct BenchScene {
 /// The positions of a whole frame in scene space.
 std::vector<vec3> positions_at(const BenchScene& scene, double frame);
 
-/// The view fills the image (fill_view.h), or is from inside in a scene that is closed; `view`
+/// A view counts as full from this share of hits on, because a silhouette leaves out some corner.
+inline constexpr double kFullShare = 0.95;
+/// The part of the image that is shown is at least 1 / kMaxZoom of its side. In scenes that are
+/// full nowhere, such as separate triangles, a smaller one would show only a few triangles.
+inline constexpr std::uint32_t kMaxZoom = 8;
+
+/// `whole` with eye, target, fov and light set: from the default eye and by the default light, at
+/// the largest square of the image that is full, of several the one nearest to the middle. If none
+/// is full, at the fullest. `bvh` is the tree of the scene, which decides which square that is.
+ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const SceneSpace& space,
+                   const Bvh& bvh);
+
+/// The view fills the image, or is from inside in a scene that is closed; `view`
 /// gives its size. Throws what open_scene and make_image_params throw.
 BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view);
 

@@ -1,5 +1,3 @@
-#include "lab/bench/cgal_tree.h"
-
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
@@ -10,9 +8,11 @@
 
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "common/bvh/box.h"
+#include "lab/bench/query_work.h"
 
 namespace mray::bench {
 namespace {
@@ -24,9 +24,9 @@ using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 
 Kernel::Point_3 to_cgal(vec3 p) { return {p.x, p.y, p.z}; }
 
-class BuiltTree final : public CgalTree {
+class CgalTree {
 public:
-    explicit BuiltTree(const BenchScene& scene) {
+    explicit CgalTree(const BenchScene& scene) {
         const std::vector<uvec3>& triangles = scene.topology().triangles;
         for (std::size_t i = 0; i < triangles.size(); ++i) {
             const vec3 a = scene.positions[triangles[i].x];
@@ -41,9 +41,7 @@ public:
         tree_.accelerate_distance_queries();
     }
 
-    std::string name() const override { return fmt::format("CGAL {} AABB_tree", CGAL_VERSION_STR); }
-    void find_closest(std::span<const vec3> points,
-                      std::span<NearestPoint> nearest) const override {
+    void find_closest(std::span<const vec3> points, std::span<NearestPoint> nearest) const {
         using Range = tbb::blocked_range<std::size_t>;
         tbb::parallel_for(Range(0, points.size(), 1024), [&](const Range& range) {
             for (std::size_t i = range.begin(); i < range.end(); ++i) {
@@ -65,10 +63,13 @@ private:
 
 }  // namespace
 
-std::unique_ptr<CgalTree> make_cgal_tree(const BenchScene& scene) {
-    auto tree = std::make_unique<BuiltTree>(scene);
-    if (tree->empty()) return nullptr;
-    return tree;
+CgalPeer make_cgal_peer(const BenchScene& scene) {
+    const auto tree = std::make_shared<const CgalTree>(scene);
+    if (tree->empty()) return {};
+    return {fmt::format("CGAL {} AABB_tree", CGAL_VERSION_STR),
+            [tree](std::span<const vec3> points, std::span<NearestPoint> nearest) {
+                tree->find_closest(points, nearest);
+            }};
 }
 
 }  // namespace mray::bench

@@ -1,8 +1,5 @@
-#include "lab/bench/fill_view.h"
-
 #include <tbb/parallel_for.h>
 
-#include <cassert>
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
@@ -11,6 +8,7 @@
 
 #include "common/interop/camera.h"
 #include "cpu/reference/scalar_tracer.h"
+#include "lab/bench/bench_scene.h"
 
 namespace mray::bench {
 namespace {
@@ -32,12 +30,11 @@ std::vector<std::uint8_t> probe(const Camera& camera, const Bvh& bvh) {
 /// Counts of hits in rectangles (F. C. Crow. Summed-area tables for texture mapping. 1984).
 class SummedHits {
 public:
-    SummedHits(std::span<const std::uint8_t> hits, std::uint32_t side)
-        : pitch_(side + 1), sums_(std::size_t{pitch_} * pitch_) {
-        for (std::uint32_t y = 0; y < side; ++y) {
+    explicit SummedHits(std::span<const std::uint8_t> hits) : sums_(kPitch * kPitch) {
+        for (std::uint32_t y = 0; y < kProbeSide; ++y) {
             std::uint32_t row = 0;
-            for (std::uint32_t x = 0; x < side; ++x) {
-                row += hits[std::size_t{y} * side + x];
+            for (std::uint32_t x = 0; x < kProbeSide; ++x) {
+                row += hits[std::size_t{y} * kProbeSide + x];
                 sum(x + 1, y + 1) = sum(x + 1, y) + row;
             }
         }
@@ -48,23 +45,50 @@ public:
     }
 
 private:
-    std::uint32_t& sum(std::uint32_t x, std::uint32_t y) {
-        return sums_[std::size_t{y} * pitch_ + x];
-    }
-    std::uint32_t sum(std::uint32_t x, std::uint32_t y) const {
-        return sums_[std::size_t{y} * pitch_ + x];
-    }
+    static constexpr std::size_t kPitch = kProbeSide + 1;
 
-    std::size_t pitch_;
+    std::uint32_t& sum(std::uint32_t x, std::uint32_t y) { return sums_[y * kPitch + x]; }
+    std::uint32_t sum(std::uint32_t x, std::uint32_t y) const { return sums_[y * kPitch + x]; }
+
     std::vector<std::uint32_t> sums_;
 };
 
+/// A square of pixels.
+struct Window {
+    std::uint32_t x;
+    std::uint32_t y;
+    std::uint32_t side;
+    /// The share of its pixels that are hits, from 0 to 1.
+    double hit_share;
+};
+
 /// Twice the distance from the middle, along x and y together.
-std::uint32_t off_middle(const Window& window, std::uint32_t side) {
+std::uint32_t off_middle(const Window& window) {
     const auto off = [&](std::uint32_t begin) {
-        return std::abs(static_cast<std::int64_t>(2 * begin + window.side) - side);
+        return std::abs(static_cast<std::int64_t>(2 * begin + window.side) - kProbeSide);
     };
     return static_cast<std::uint32_t>(off(window.x) + off(window.y));
+}
+
+/// The largest full window, of several the one nearest to the middle; if none is full, the one with
+/// the greatest share, of several the largest. `hits` is 1 or 0 for each pixel, row by row.
+Window find_full_window(std::span<const std::uint8_t> hits) {
+    const SummedHits summed(hits);
+    std::optional<Window> fullest;
+    for (std::uint32_t size = kProbeSide; size >= kProbeSide / kMaxZoom; --size) {
+        std::optional<Window> full;
+        for (std::uint32_t y = 0; y + size <= kProbeSide; ++y) {
+            for (std::uint32_t x = 0; x + size <= kProbeSide; ++x) {
+                const double share = double(summed.count(x, y, size)) / (double(size) * size);
+                const Window window{x, y, size, share};
+                if (!fullest || share > fullest->hit_share) fullest = window;
+                if (share < kFullShare) continue;
+                if (!full || off_middle(window) < off_middle(*full)) full = window;
+            }
+        }
+        if (full) return *full;
+    }
+    return *fullest;
 }
 
 }  // namespace
@@ -74,7 +98,7 @@ ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const Scene
     ViewSpec coarse = whole;
     coarse.width = coarse.height = kProbeSide;
     const Camera camera = make_image_params(coarse, bounds, space).camera;
-    const Window window = find_full_window(probe(camera, bvh), kProbeSide);
+    const Window window = find_full_window(probe(camera, bvh));
 
     // Scene space differs from world space in scale and origin only, so directions are the same.
     const double middle_x = window.x + window.side / 2.0;
@@ -99,26 +123,6 @@ ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const Scene
     fill.target = resolved.eye;
     for (int axis = 0; axis < 3; ++axis) (*fill.target)[axis] += reach / depth * forward[axis];
     return fill;
-}
-
-Window find_full_window(std::span<const std::uint8_t> hits, std::uint32_t side) {
-    assert(side >= kMaxZoom && hits.size() == std::size_t{side} * side);
-    const SummedHits summed(hits, side);
-    std::optional<Window> fullest;
-    for (std::uint32_t size = side; size >= side / kMaxZoom; --size) {
-        std::optional<Window> full;
-        for (std::uint32_t y = 0; y + size <= side; ++y) {
-            for (std::uint32_t x = 0; x + size <= side; ++x) {
-                const double share = double(summed.count(x, y, size)) / (double(size) * size);
-                const Window window{x, y, size, share};
-                if (!fullest || share > fullest->hit_share) fullest = window;
-                if (share < kFullShare) continue;
-                if (!full || off_middle(window, side) < off_middle(*full, side)) full = window;
-            }
-        }
-        if (full) return *full;
-    }
-    return *fullest;
 }
 
 }  // namespace mray::bench

@@ -6,11 +6,11 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 #include "common/simd/simd_target.h"
 #include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
-#include "lab/bench/paper_2007/paper_2007.h"
+#include "lab/bench/peer_tree.h"
 #include "lab/bench/works.h"
 
 namespace mray::bench {
@@ -43,20 +43,29 @@ Played play(const BenchScene& scene) {
 /// A way to bring a tree to a frame and to trace its image.
 class FrameMethod {
 public:
+    explicit FrameMethod(const Played& played) : played_(played) {}
     virtual ~FrameMethod() = default;
 
     /// Returns the milliseconds that it took.
     virtual double run(std::size_t frame) = 0;
-    /// The hits of the last frame, row by row.
-    virtual std::vector<Hit> hits() const = 0;
-};
 
-std::vector<Hit> hits_of(const Frame& frame) { return {frame.hits.begin(), frame.hits.end()}; }
+    /// How many pixels of the last frame show another triangle.
+    std::uint64_t count_mismatches(const FrameMethod& other) const {
+        std::uint64_t count = 0;
+        for (std::size_t i = 0; i < frame_.hits.size(); ++i)
+            count += frame_.hits[i].prim_id != other.frame_.hits[i].prim_id;
+        return count;
+    }
+
+protected:
+    const Played& played_;
+    Frame frame_;
+};
 
 class OurFrames final : public FrameMethod {
 public:
     OurFrames(const Played& played, int threads)
-        : played_(played),
+        : FrameMethod(played),
           backend_(cpu::make_cpu_backend({.threads = threads})),
           updater_(played.topology(), played.poses.front(), *backend_, nullptr,
                    PolicySpec{.kind = PolicyKind::kAuto}, BuildConfig{.threads = threads},
@@ -69,13 +78,10 @@ public:
         updater_.frame_done({.ms = backend_->finish().trace_ms, .rays = backend_->finish().rays});
         return stopwatch.ms();
     }
-    std::vector<Hit> hits() const override { return hits_of(frame_); }
 
 private:
-    const Played& played_;
     std::unique_ptr<Backend> backend_;
     TreeUpdater updater_;
-    Frame frame_;
 };
 
 Frame empty_frame(const ImageParams& params) {
@@ -92,14 +98,15 @@ Frame empty_frame(const ImageParams& params) {
 /// Its positions are written to the mesh before the time begins. Shades by our code.
 class EmbreeFrames final : public FrameMethod {
 public:
-    EmbreeFrames(const Played& played, const EmbreeDevice& device, EmbreeTree tree,
+    EmbreeFrames(const Played& played, const EmbreeDevice& device, RTCBuildQuality quality,
                  const SimdTarget& target, ThreadArena& arena)
-        : played_(played),
+        : FrameMethod(played),
           arena_(arena),
           mesh_(played.topology(), played.poses.front()),
-          scene_(device, mesh_, tree),
-          shader_(target),
-          frame_(empty_frame(played.params)) {}
+          scene_(device, mesh_, quality),
+          shader_(target) {
+        frame_ = empty_frame(played.params);
+    }
 
     double run(std::size_t frame) override {
         mesh_.set_positions(played_.poses[frame]);
@@ -109,15 +116,12 @@ public:
             [&] { trace_frame(scene_, played_.params, played_.mesh(frame), shader_, frame_); });
         return stopwatch.ms();
     }
-    std::vector<Hit> hits() const override { return hits_of(frame_); }
 
 private:
-    const Played& played_;
     ThreadArena& arena_;
     EmbreeMesh mesh_;
     EmbreeScene scene_;
     cpu::PixelShader shader_;
-    Frame frame_;
 };
 
 /// Its packets are made before the time begins. Shadow rays are made, and pixels shaded, by our
@@ -126,19 +130,20 @@ class PaperFrames final : public FrameMethod {
 public:
     PaperFrames(const Played& played, const TraceWork& primary, const SimdTarget& target,
                 ThreadArena& arena)
-        : played_(played),
+        : FrameMethod(played),
           primary_(primary),
           arena_(arena),
-          tree_(paper_2007::build_tree(played.topology(), played.poses.front())),
-          camera_(tree_, primary),
-          shader_(target),
-          frame_(empty_frame(played.params)) {}
+          tree_(build_paper_tree(played.topology(), played.poses.front())),
+          camera_(paper_tracer(tree_, primary)),
+          shader_(target) {
+        frame_ = empty_frame(played.params);
+    }
 
     double run(std::size_t frame) override {
         const Stopwatch to_hits;
         arena_.execute([&] {
             refit(tree_, played_.topology(), played_.poses[frame]);
-            camera_.trace();
+            camera_.trace(primary_.whole());
         });
         const double to_hits_ms = to_hits.ms();
         const AlignedVector<Hit> hits = camera_.answers().hits;
@@ -150,15 +155,14 @@ public:
         }
         const cpu::ShadedMesh mesh = played_.mesh(frame);
         const TraceWork shadow = make_secondary_work(primary_, hits, mesh, WorkKind::kShadow);
-        paper_2007::WorkTracer light(tree_, shadow);
+        const Tracer light = paper_tracer(tree_, shadow);
         const Stopwatch from_hits;
         arena_.execute([&] {
-            light.trace();
+            light.trace(shadow.whole());
             shade(mesh);
         });
         return to_hits_ms + from_hits.ms();
     }
-    std::vector<Hit> hits() const override { return hits_of(frame_); }
 
 private:
     /// Does the work that others do between rays.
@@ -174,21 +178,12 @@ private:
         });
     }
 
-    const Played& played_;
     const TraceWork& primary_;
     ThreadArena& arena_;
     PeerTree tree_;
-    paper_2007::WorkTracer camera_;
+    Tracer camera_;
     cpu::PixelShader shader_;
-    Frame frame_;
 };
-
-/// How many pixels show another triangle.
-std::uint64_t count_mismatches(const std::vector<Hit>& ours, const std::vector<Hit>& theirs) {
-    std::uint64_t count = 0;
-    for (std::size_t i = 0; i < ours.size(); ++i) count += ours[i].prim_id != theirs[i].prim_id;
-    return count;
-}
 
 }  // namespace
 
@@ -204,24 +199,22 @@ void bench_frame(const Rig& rig, const BenchScene& scene, const TraceWork& prima
         methods.push_back({std::move(name),
                            {},
                            [method](std::size_t frame) { return method->run(frame); },
-                           std::move(group)});
+                           std::move(group),
+                           [method, &frames] { return method->count_mismatches(*frames[0]); }});
     };
     const SimdTarget best = best_simd_target();
     add(std::make_unique<OurFrames>(played, rig.threads), "auto", "");
-    for (const auto& [tree, name] : {std::pair(EmbreeTree::kRefitted, "REFIT"),
-                                     {EmbreeTree::kLow, "LOW"},
-                                     {EmbreeTree::kMedium, "MEDIUM"}}) {
+    for (const auto& [quality, name] : {std::pair(RTC_BUILD_QUALITY_REFIT, "REFIT"),
+                                        {RTC_BUILD_QUALITY_LOW, "LOW"},
+                                        {RTC_BUILD_QUALITY_MEDIUM, "MEDIUM"}}) {
         for (const EmbreeDevice& device : rig.devices) {
-            add(std::make_unique<EmbreeFrames>(played, device, tree, best, arena),
+            add(std::make_unique<EmbreeFrames>(played, device, quality, best, arena),
                 fmt::format("{}, Intersect16, {}", name, device.isa()), name);
         }
     }
     add(std::make_unique<PaperFrames>(played, primary, best, arena), "paper-2007, refit",
         "paper-2007");
-    compare_with_peers(rig, "frame", methods, played.poses.size(), Unit::kMs, 0,
-                       [&](std::size_t peer) {
-                           return count_mismatches(frames[0]->hits(), frames[peer]->hits());
-                       });
+    rig.report.compare({"frame", Unit::kMs}, methods, played.poses.size(), rig.repeat);
 }
 
 }  // namespace mray::bench

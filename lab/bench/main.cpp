@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <vector>
 
 #include "common/version.h"
@@ -24,8 +23,9 @@ void run_works(const Rig& rig, const BenchScene& scene, const SceneRays& rays,
 
 int run(const BenchOptions& options) {
     Report report(
-        fmt::format("# {}, {}; morphray {}, Embree {}\n# ./lab/bench/run {}\n", machine_name(),
-                    machine_isa(), kVersionDetail, EmbreeDevice::version(), options.line),
+        fmt::format("# {}, {}; morphray {}, Embree {}{}\n# ./lab/bench/run {}\n", machine_name(),
+                    best_simd_target().name, kVersionDetail, RTC_VERSION_STRING,
+                    embree::kHasStreams ? "" : ", which has no streams", options.line),
         options.csv);
     for (const std::string& spec : options.scenes) {
         const BenchScene scene = open_bench_scene(spec, options.view);
@@ -48,5 +48,5 @@ int run(const BenchOptions& options) {
 
 int main(int argc, char** argv) {
     using namespace mray::bench;
-    return bench_main("morphray_bench", BenchProgram::kRun, argc, argv, run);
+    return bench_main(BenchProgram::kRun, argc, argv, run);
 }

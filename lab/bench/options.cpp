@@ -5,15 +5,12 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
-#include "common/base/errors.h"
 #include "common/report/shell.h"
 #include "lab/bench/trace_work.h"
 
 namespace mray::bench {
 namespace {
 
-const std::vector<std::string> kScenes = {"builtin:spikes:70000", "builtin:cloth:180000",
-                                          "builtin:herd:1000000", "builtin:hall"};
 const std::vector<std::string> kTraced = {"primary", "shadow", "diffuse", "ao", "one-ray"};
 const std::vector<std::string> kWorks = {"primary", "shadow", "diffuse", "ao",   "one-ray",
                                          "refit",   "build",  "queries", "frame"};
@@ -28,9 +25,10 @@ bool BenchOptions::wants(const std::string& work) const {
     return std::find(works.begin(), works.end(), work) != works.end();
 }
 
-BenchOptions parse_options(std::span<const std::string> arguments, BenchProgram program) {
+int bench_main(BenchProgram program, int argc, const char* const* argv,
+               int (*run)(const BenchOptions& options)) {
     BenchOptions o;
-    o.line = shell_line(arguments);
+    o.line = shell_line(std::vector<std::string>(argv + 1, argv + argc));
     std::uint32_t size = o.view.width;
     const bool is_run = program == BenchProgram::kRun;
     CLI::App app(is_run
@@ -62,28 +60,13 @@ BenchOptions parse_options(std::span<const std::string> arguments, BenchProgram 
     list(app.add_option("--work", o.works, "what is measured"))
         ->check(CLI::IsMember(is_run ? kWorks : kTraced));
     try {
-        app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
-    } catch (const CLI::CallForHelp&) {
-        o.help = app.help();
-        return o;
+        app.parse(argc, argv);
+        o.view.width = o.view.height = size;
+        return run(o);
     } catch (const CLI::ParseError& error) {
-        throw Error(ErrorKind::kBadArgument, fmt::format("{}; see --help", error.what()));
-    }
-    if (o.scenes.empty()) o.scenes = kScenes;
-    o.view.width = o.view.height = size;
-    return o;
-}
-
-int bench_main(const char* name, BenchProgram program, int argc, char** argv,
-               int (*run)(const BenchOptions& options)) {
-    try {
-        const BenchOptions options =
-            parse_options(std::vector<std::string>(argv + 1, argv + argc), program);
-        if (options.help.empty()) return run(options);
-        fmt::print("{}", options.help);
-        return 0;
+        return app.exit(error) == 0 ? 0 : 2;
     } catch (const std::exception& error) {
-        fmt::print(stderr, "{}: {}\n", name, error.what());
+        fmt::print(stderr, "{}: {}\n", app.get_name(), error.what());
         return 2;
     }
 }

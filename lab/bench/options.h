@@ -1,7 +1,6 @@
 // The command lines of the benchmark and of the comparison of two builds.
 #pragma once
 
-#include <span>
 #include <string>
 #include <vector>
 
@@ -11,7 +10,8 @@
 namespace mray::bench {
 
 struct BenchOptions {
-    std::vector<std::string> scenes;
+    std::vector<std::string> scenes = {"builtin:spikes:70000", "builtin:cloth:180000",
+                                       "builtin:herd:1000000", "builtin:hall"};
     std::vector<std::string> works = {"primary", "shadow", "diffuse", "ao",
                                       "one-ray", "refit",  "build"};
     std::vector<int> threads = {1, 2};
@@ -22,8 +22,6 @@ struct BenchOptions {
     /// The shared objects of two builds, and instruction sets.
     std::string this_build, other_build;
     std::vector<std::string> simd = {best_simd_target().name};
-    /// The text that --help asks for, else empty.
-    std::string help;
     /// The arguments as they were given.
     std::string line;
 
@@ -32,13 +30,10 @@ struct BenchOptions {
 
 /// What the command line of a program can say.
 enum class BenchProgram { kRun, kBuilds };
-/// Throws Error(kBadArgument).
-BenchOptions parse_options(std::span<const std::string> arguments,
-                           BenchProgram program = BenchProgram::kRun);
 
-/// The main function of a program: parses its options, and returns what `run` returns. After an
-/// error, whose line begins with `name`, it returns 2.
-int bench_main(const char* name, BenchProgram program, int argc, char** argv,
+/// The main function of a program: parses its options, and returns what `run` returns; 0 after
+/// --help, and 2 after an error.
+int bench_main(BenchProgram program, int argc, const char* const* argv,
                int (*run)(const BenchOptions& options));
 
 }  // namespace mray::bench

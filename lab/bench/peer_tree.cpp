@@ -28,7 +28,7 @@ public:
                 refs.emplace_back(box, id);
         }
         // Without triangles in the topology each ref is a part, which is a leaf of its own.
-        from_ = build_binary_tree(Topology{}, std::move(refs), config.split);
+        from_ = build_binary_tree(Topology{}, std::move(refs));
     }
 
     PeerTree build() {

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/mesh.h"
+#include "lab/bench/trace_work.h"
 
 namespace mray::bench {
 
@@ -34,7 +36,6 @@ struct PeerTree {
 /// Where a builder divides, and when it stops: the cost of a node in tests of a triangle, and how
 /// many triangles a leaf has at most.
 struct PeerTreeConfig {
-    SplitMethod split;
     double node_cost;
     std::uint32_t most_triangles;
 };
@@ -43,6 +44,17 @@ struct PeerTreeConfig {
 /// kMaxBinaryHeight levels (common/bvh/builder/binary_tree.h) are below the root.
 PeerTree build_peer_tree(const Topology& topology, std::span<const vec3> positions,
                          const PeerTreeConfig& config);
+
+/// The tree of the method of 2007: by binned SAH, where a test of a box costs as much as one of a
+/// triangle.
+inline PeerTree build_paper_tree(const Topology& topology, std::span<const vec3> positions) {
+    return build_peer_tree(topology, positions, {2, std::numeric_limits<std::uint32_t>::max()});
+}
+
+/// The method of 2007 (paper_2007/packet_tracer.cpp), "paper-2007" in a group of its own, for
+/// primary or shadow rays. Keeps its packets made, as Embree's are; the tree and the work outlive
+/// it.
+Tracer paper_tracer(const PeerTree& tree, const TraceWork& work);
 
 /// Moves the triangles of a tree and fits its boxes, the leaves in the calling thread's arena and
 /// then the inner nodes one after the other. Finite positions of the tree's topology.

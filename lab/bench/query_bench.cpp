@@ -1,13 +1,11 @@
-#include <algorithm>
+#include <cmath>
 #include <deque>
-#include <functional>
-#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/interop/constants.h"
 #include "common/scene/camera_setup.h"
-#include "lab/bench/cgal_tree.h"
 #include "lab/bench/query_work.h"
 #include "lab/bench/works.h"
 #include "morphray/morphray.hpp"
@@ -36,14 +34,6 @@ std::vector<morphray::Ray> to_user(const std::vector<Ray>& rays) {
     return result;
 }
 
-struct QueryPeer {
-    std::string name;
-    std::string group;
-    std::function<void()> run;
-    /// How many answers of its last run differ from ours.
-    std::function<std::uint64_t()> differences;
-};
-
 /// The same scene behind the public interface and as the peers have it.
 class Queries {
 public:
@@ -53,7 +43,7 @@ public:
           points_(to_user(scene.positions)),
           mesh_(scene.topology(), scene.positions),
           arena_(rig.threads),
-          cgal_(make_cgal_tree(scene)) {
+          cgal_(make_cgal_peer(scene)) {
         for (const bool robust : {true, false}) {
             for (const EmbreeDevice& device : rig.devices)
                 embree_.emplace_back(device, mesh_, robust, query_count());
@@ -88,88 +78,80 @@ private:
         const std::vector<morphray::Vec3> asked = to_user(points);
         std::vector<morphray::ClosestPoint> ours(points.size());
         std::vector<NearestPoint> theirs(points.size());
-        const auto differences = [&] {
-            std::uint64_t count = 0;
-            for (std::size_t i = 0; i < points.size(); ++i) {
-                const double a = ours[i].distance;
-                const double b = theirs[i].distance;
-                const double difference = a == b ? 0 : std::abs(a - b) / (2 * kExtent);
-                count += difference > kMostDifference;
-            }
-            return count;
+        const auto differs = [](double a, double b) {
+            return a != b && std::abs(a - b) / (2 * kExtent) > kMostDifference;
         };
-        std::vector<QueryPeer> peers;
-        for (EmbreeQueries& embree : embree_) {
-            peers.push_back({"PointQuery " + embree.name(), embree.group(),
-                             [&] { embree.find_closest(points, theirs); }, differences});
+        std::vector<Method> methods = {{where, {}, [&](std::size_t) {
+                                            return timed(
+                                                [&] { scene.closest_points(asked, ours); });
+                                        }}};
+        const auto add = [&](std::string name, std::string group, const FindClosest& find) {
+            const auto run = [&, find](std::size_t) {
+                return timed_in(arena_, [&] { find(points, theirs); });
+            };
+            const auto differences = [&, run] {
+                run(0);
+                std::uint64_t count = 0;
+                for (std::size_t i = 0; i < points.size(); ++i)
+                    count += differs(ours[i].distance, theirs[i].distance);
+                return count;
+            };
+            methods.push_back({std::move(name), {}, run, std::move(group), differences});
+        };
+        for (const EmbreeQueries& embree : embree_) {
+            add("PointQuery " + embree.name(), embree.group(),
+                [&](auto some, auto nearest) { embree.find_closest(some, nearest); });
         }
-        if (cgal_) {
-            peers.push_back(
-                {cgal_->name(), "cgal", [&] { cgal_->find_closest(points, theirs); }, differences});
-        }
-        report(
-            "closest", where, points.size(), [&] { scene.closest_points(asked, ours); }, peers);
+        if (cgal_.find_closest) add(cgal_.name, "cgal", cgal_.find_closest);
+        rig_.report.compare({"closest", Unit::kNs, points.size()}, methods, 1, rig_.repeat);
     }
 
     void count(const morphray::Scene& scene, const char* which, const std::vector<Ray>& rays,
                bool coherent) {
         const std::vector<morphray::Ray> asked = to_user(rays);
         std::vector<std::uint64_t> ours(rays.size());
-        const auto known = coherent ? morphray::Coherence::image(scene_.params.width)
-                                    : morphray::Coherence::sort();
-        const auto differs = [](std::uint64_t a, std::uint64_t b) { return a != b; };
-        report(
-            "count", which, rays.size(),
+        const morphray::QueryOptions known{coherent
+                                               ? morphray::Coherence::image(scene_.params.width)
+                                               : morphray::Coherence::sort()};
+        compare_counts(
+            "count", which, rays, coherent,
             [&] { scene.count(asked, ours, morphray::Crossing::each, known); },
-            counting_peers(rays, coherent, ours, differs));
+            [&](std::size_t i, std::uint64_t hits) { return ours[i] != hits; });
     }
 
     /// By the rule that Embree's hits of a half-line can follow, too.
     void find_inside(const morphray::Scene& scene, const char* where,
                      const std::vector<vec3>& points) {
         const std::vector<morphray::Vec3> asked = to_user(points);
-        const std::vector<Ray> rays = rays_up(points);
         std::vector<std::uint8_t> ours(points.size());
-        const auto differs = [](std::uint8_t inside, std::uint64_t hits) {
-            return inside != hits % 2;
-        };
-        report(
-            "contains", where, points.size(),
+        compare_counts(
+            "contains", where, rays_up(points), false,
             [&] { scene.contains(asked, ours, morphray::FillRule::odd); },
-            counting_peers(rays, false, ours, differs));
+            [&](std::size_t i, std::uint64_t hits) { return ours[i] != hits % 2; });
     }
 
-    template <class Answer, class Differs>
-    std::vector<QueryPeer> counting_peers(const std::vector<Ray>& rays, bool coherent,
-                                          const std::vector<Answer>& ours, Differs differs) {
-        std::vector<QueryPeer> peers;
-        for (EmbreeQueries& embree : embree_) {
-            peers.push_back({"filter, " + embree.name(), embree.group(),
-                             [&, coherent] { embree.count(rays, coherent); },
-                             [&, differs] {
-                                 std::uint64_t count = 0;
-                                 for (std::size_t i = 0; i < ours.size(); ++i)
-                                     count += differs(ours[i], embree.counts()[i]);
-                                 return count;
-                             }});
-        }
-        return peers;
-    }
-
-    template <class Run>
-    void report(const char* work, const char* where, std::size_t count, const Run& run,
-                const std::vector<QueryPeer>& peers) {
+    /// `run` asks our library; differs(i, hits) says whether its answer i is not that of so many
+    /// hits of a ray.
+    template <class Run, class Differs>
+    void compare_counts(const char* work, const char* where, const std::vector<Ray>& rays,
+                        bool coherent, const Run& run, const Differs& differs) {
         std::vector<Method> methods = {{where, {}, [&](std::size_t) { return timed(run); }}};
-        for (const QueryPeer& peer : peers) {
-            methods.push_back({peer.name,
+        for (EmbreeQueries& embree : embree_) {
+            const auto differences = [&] {
+                std::uint64_t count = 0;
+                for (std::size_t i = 0; i < rays.size(); ++i)
+                    count += differs(i, embree.counts()[i]);
+                return count;
+            };
+            methods.push_back({"filter, " + embree.name(),
                                {},
-                               [&](std::size_t) { return timed_in(arena_, peer.run); },
-                               peer.group});
+                               [&](std::size_t) {
+                                   return timed_in(arena_, [&] { embree.count(rays, coherent); });
+                               },
+                               embree.group(),
+                               differences});
         }
-        compare_with_peers(rig_, work, methods, 1, Unit::kNs, count, [&](std::size_t peer) {
-            methods[peer].run(0);
-            return peers[peer - 1].differences();
-        });
+        rig_.report.compare({work, Unit::kNs, rays.size()}, methods, 1, rig_.repeat);
     }
 
     const Rig& rig_;
@@ -178,7 +160,7 @@ private:
     EmbreeMesh mesh_;
     ThreadArena arena_;
     std::deque<EmbreeQueries> embree_;
-    std::unique_ptr<CgalTree> cgal_;
+    CgalPeer cgal_;
 };
 
 }  // namespace

@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <glm/geometric.hpp>
@@ -20,6 +22,24 @@ struct NearestPoint {
     float distance;
     std::uint32_t prim_id;
 };
+
+/// Finds the closest point to each, in the calling thread's arena.
+using FindClosest = std::function<void(std::span<const vec3>, std::span<NearestPoint>)>;
+
+/// CGAL's AABB_tree of triangles in Simple_cartesian<double>, without exact arithmetic, with the
+/// tree of vertices that gives it first guesses.
+struct CgalPeer {
+    /// "CGAL 5.5.1 AABB_tree"
+    std::string name;
+    /// By closest_point_and_primitive(). Empty if CGAL's headers were not found when the benchmark
+    /// was built, and for a scene without triangles.
+    FindClosest find_closest;
+};
+#ifdef MORPHRAY_CGAL
+CgalPeer make_cgal_peer(const BenchScene& scene);
+#else
+inline CgalPeer make_cgal_peer(const BenchScene&) { return {}; }
+#endif
 
 /// Points in any order in the box of all finite vertices. The same on each call.
 std::vector<vec3> points_in_box(const BenchScene& scene, std::size_t count);

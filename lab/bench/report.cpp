@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <fstream>
@@ -9,9 +10,22 @@
 #include <utility>
 
 #include "common/base/output_file.h"
+#include "common/report/spread.h"
 
 namespace mray::bench {
 namespace {
+
+/// Milliseconds of a part, by round.
+using Samples = std::vector<double>;
+
+Times times_of(std::span<const Samples> parts) {
+    Times times;
+    for (const Samples& part : parts) {
+        times.median_ms += median(part);
+        times.least_ms += *std::min_element(part.begin(), part.end());
+    }
+    return times;
+}
 
 /// What /proc/cpuinfo says under a key about the first processor; empty if nothing.
 std::string cpu_info(const std::string& key) {
@@ -48,25 +62,49 @@ std::vector<std::string> header_of_file() {
 
 }  // namespace
 
+std::vector<Times> time_in_turn(std::span<const Method> methods, std::size_t parts, int repeat) {
+    // By method, then by part.
+    std::vector<std::vector<Samples>> samples(methods.size(), std::vector<Samples>(parts));
+    // The first round warms up.
+    for (int round = -1; round < repeat; ++round) {
+        for (std::size_t i = 0; i < methods.size(); ++i) {
+            const std::size_t turn = (i + static_cast<std::size_t>(round + 1)) % methods.size();
+            const Method& method = methods[turn];
+            if (method.prepare) method.prepare();
+            for (std::size_t part = 0; part < parts; ++part) {
+                const double ms = method.run(part);
+                if (round >= 0) samples[turn][part].push_back(ms);
+            }
+        }
+    }
+    std::vector<Times> times;
+    for (const std::vector<Samples>& of_method : samples) times.push_back(times_of(of_method));
+    return times;
+}
+
+std::vector<std::size_t> fastest_of_groups(std::span<const Method> methods,
+                                           std::span<const Times> times, std::size_t count) {
+    std::vector<std::size_t> fastest;
+    for (std::size_t i = 0; i < methods.size(); ++i) {
+        std::vector<std::size_t> group;
+        for (std::size_t k = 0; k < methods.size(); ++k) {
+            if (methods[k].group == methods[i].group) group.push_back(k);
+        }
+        // Each group is handled at its first method.
+        if (group.front() != i) continue;
+        std::stable_sort(group.begin(), group.end(), [&](std::size_t a, std::size_t b) {
+            return times[a].least_ms < times[b].least_ms;
+        });
+        group.resize(std::min(count, group.size()));
+        fastest.insert(fastest.end(), group.begin(), group.end());
+    }
+    return fastest;
+}
+
 std::string machine_name() {
     return fmt::format("{}, family {}, model {}, {} cores", cpu_info("model name"),
                        cpu_info("cpu family"), cpu_info("model"),
                        std::thread::hardware_concurrency());
-}
-
-std::string machine_isa() {
-    const std::string flags = cpu_info("flags") + ' ';
-    if (flags.find(" avx512f ") != std::string::npos) return "AVX-512";
-    if (flags.find(" avx2 ") != std::string::npos) return "AVX2";
-    return flags.find(" sse4_1 ") != std::string::npos ? "SSE4.1" : "";
-}
-
-void set_times(Row& row, const Times& ours, const Times& theirs, Unit unit, std::uint64_t count) {
-    row.unit = unit;
-    row.ours = in_unit(ours.median_ms, unit, count);
-    row.theirs = in_unit(theirs.median_ms, unit, count);
-    row.ratio = theirs.median_ms / ours.median_ms;
-    row.at_best = theirs.least_ms / ours.least_ms;
 }
 
 Report::Report(std::string head, std::string file)
@@ -82,21 +120,45 @@ void Report::begin(const std::string& scene, int threads) {
 }
 
 void Report::add(const Row& row) {
-    const auto number = [](double value) { return fmt::format("{:.4g}", value); };
+    const auto figure = [&row](const Times& times) {
+        return fmt::format("{:.4g}", in_unit(times.median_ms, row.unit, row.count));
+    };
+    // Above 1 if morphray is faster, in any unit.
+    const auto ratio = [&row](double Times::*ms) {
+        return fmt::format("{:.2f}", row.theirs.*ms / row.ours.*ms);
+    };
     std::vector<std::string> cells = {row.work,
                                       row.tracer,
                                       row.peer,
                                       name_of(row.unit),
-                                      number(row.ours),
-                                      number(row.theirs),
-                                      fmt::format("{:.2f}", row.ratio),
-                                      fmt::format("{:.2f}", row.at_best),
+                                      figure(row.ours),
+                                      figure(row.theirs),
+                                      ratio(&Times::median_ms),
+                                      ratio(&Times::least_ms),
                                       std::to_string(row.differences)};
     fmt::print("{}", row_text(kColumns, cells));
     std::fflush(stdout);
     cells.insert(cells.begin(), {scene_, std::to_string(threads_)});
     table_.add(cells);
     if (!file_.empty()) write_file(file_, head_ + table_.csv());
+}
+
+std::uint64_t Report::compare(Row row, std::span<const Method> methods, std::size_t parts,
+                              int repeat) {
+    const std::vector<Times> times = time_in_turn(methods, parts, repeat);
+    row.tracer = methods[0].name;
+    row.ours = times[0];
+    std::uint64_t differences = 0;
+    for (const std::size_t peer :
+         fastest_of_groups(methods.subspan(1), std::span(times).subspan(1), 1)) {
+        const Method& method = methods[1 + peer];
+        row.peer = method.name;
+        row.theirs = times[1 + peer];
+        row.differences = method.differences ? method.differences() : 0;
+        add(row);
+        differences += row.differences;
+    }
+    return differences;
 }
 
 }  // namespace mray::bench

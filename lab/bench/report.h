@@ -1,21 +1,62 @@
-// Rows of the report, each of one method of morphray compared with one peer.
+// Times several ways to do the same work in turn, and reports each method of morphray beside a
+// peer.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "common/frame_times.h"
 #include "common/report/table.h"
-#include "lab/bench/interleave.h"
 
 namespace mray::bench {
+
+/// One way to do a work, which may be cut into parts.
+struct Method {
+    std::string name;
+    /// Called before each round and not timed; may be empty.
+    std::function<void()> prepare;
+    /// Does a part and returns the milliseconds that it took.
+    std::function<double(std::size_t part)> run;
+    /// Of the methods of a group the fastest makes a row.
+    std::string group = {};
+    /// Counts the answers of the last run that differ from those of our method; may be empty.
+    std::function<std::uint64_t()> differences = {};
+};
+
+/// Calls work(), and returns the milliseconds that it took.
+template <class Work>
+double timed(const Work& work) {
+    const Stopwatch watch;
+    work();
+    return watch.ms();
+}
+
+/// Statistics of the runs of a method, in milliseconds for all parts of the work.
+struct Times {
+    /// The sum over the parts of the median of the rounds.
+    double median_ms = 0;
+    /// The sum over the parts of the least of the rounds: what is left where nothing disturbs.
+    double least_ms = 0;
+};
+
+/// Runs each method once to warm up, then `repeat` rounds of all methods in turn, so that a
+/// disturbance that lasts longer than a run affects all. Each method does all parts one after the
+/// other, since other methods in between would leave short parts cold caches. Methods take turns
+/// in coming first.
+std::vector<Times> time_in_turn(std::span<const Method> methods, std::size_t parts, int repeat);
+
+/// Returns the indices of the `count` methods of each group with the least times; groups are in
+/// the order of their first methods.
+std::vector<std::size_t> fastest_of_groups(std::span<const Method> methods,
+                                           std::span<const Times> times, std::size_t count);
 
 /// The processor's name, family and model, and how many cores: names alone do not tell generations
 /// apart.
 std::string machine_name();
-
-/// The widest vector instructions of this machine: "AVX-512", "AVX2", "SSE4.1", or "".
-std::string machine_isa();
 
 /// The unit of a figure: kNs is the time of one triangle or query. More is better for
 /// kMrayPerSecond, less for the others.
@@ -24,22 +65,17 @@ enum class Unit { kMrayPerSecond, kNs, kMs };
 struct Row {
     /// primary, shadow, diffuse, ao, one-ray, refit, build or frame, or the name of a query.
     std::string work;
-    /// The method of morphray, and that which it is compared with.
-    std::string tracer;
-    std::string peer;
     Unit unit = Unit::kMs;
-    /// In `unit`, from the medians of the parts.
-    double ours = 0;
-    double theirs = 0;
-    /// Above 1 if morphray is faster, in any unit: from the medians, and from the least times.
-    double ratio = 0;
-    double at_best = 0;
+    /// The number of rays, triangles or queries of a run; unused for kMs.
+    std::uint64_t count = 0;
+    /// The method of morphray, and that which it is compared with.
+    std::string tracer = {};
+    std::string peer = {};
+    Times ours = {};
+    Times theirs = {};
     /// How many answers differ.
     std::uint64_t differences = 0;
 };
-
-/// Fills in the figures. `count` is the number of rays, triangles or queries of a run.
-void set_times(Row& row, const Times& ours, const Times& theirs, Unit unit, std::uint64_t count);
 
 /// Prints rows, and writes them to a file as comma-separated values (RFC 4180 with \n). The file is
 /// written with each row, so that a run that is ended leaves what it has measured.
@@ -52,6 +88,10 @@ public:
     /// The following rows are about this scene, on so many threads.
     void begin(const std::string& scene, int threads);
     void add(const Row& row);
+    /// Times methods in turn, the first of which is ours, and adds a row of it beside the fastest
+    /// of each group of the others. `row` has the work, the unit and the count. Returns how many
+    /// answers of these differ.
+    std::uint64_t compare(Row row, std::span<const Method> methods, std::size_t parts, int repeat);
 
 private:
     std::string head_;

@@ -1,8 +1,7 @@
-#include <algorithm>
-#include <memory>
+#include <utility>
 
 #include "common/simd/simd_target.h"
-#include "lab/bench/paper_2007/paper_2007.h"
+#include "lab/bench/peer_tree.h"
 #include "lab/bench/works.h"
 
 namespace mray::bench {
@@ -17,17 +16,6 @@ constexpr std::size_t kTrialStride = 4;
 constexpr int kTrialRounds = 2;
 // Peers of each group that are measured in full, because a short trial may take the wrong one.
 constexpr std::size_t kFinalists = 2;
-
-/// The paper's tracer for primary and shadow rays, in a group of its own.
-Tracer paper_peer(const BenchScene& scene, const TraceWork& work) {
-    const auto tree =
-        std::make_shared<const PeerTree>(paper_2007::build_tree(scene.topology(), scene.positions));
-    const auto tracer = std::make_shared<paper_2007::WorkTracer>(*tree, work);
-    return {.name = "paper-2007",
-            .group = "paper-2007",
-            .trace = [tree, tracer](const WorkPart& part) { tracer->trace(part); },
-            .answers = [tracer] { return tracer->answers(); }};
-}
 
 std::vector<Method> methods_of(const std::vector<Tracer>& tracers, ThreadArena& arena,
                                std::span<const WorkPart> parts) {
@@ -66,32 +54,32 @@ bool comparable(const Tracer& ours, const Tracer& peer) {
 void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& embree,
                  const TraceWork& work) {
     ThreadArena arena(rig.threads);
-    const std::vector<Tracer> ours = our_tracers(scene.bvh, best_simd_target(), work);
     const std::vector<WorkPart> parts =
         work.parts(work.tiles.size() / (kTilesOfPart * static_cast<std::size_t>(rig.threads)));
-
-    std::vector<Tracer> peers = finalists_of(embree_peers(embree, work), arena, parts);
-    if (work.kind == WorkKind::kPrimary || work.kind == WorkKind::kShadow)
-        peers.push_back(paper_peer(scene, work));
-
-    const std::vector<Method> theirs = methods_of(peers, arena, parts);
-    std::vector<Method> methods = theirs;
-    for (Method& method : methods_of(ours, arena, parts)) methods.push_back(std::move(method));
+    PeerTree paper_tree;
+    std::vector<Tracer> tracers = finalists_of(embree_peers(embree, work), arena, parts);
+    if (work.kind == WorkKind::kPrimary || work.kind == WorkKind::kShadow) {
+        paper_tree = build_paper_tree(scene.topology(), scene.positions);
+        tracers.push_back(paper_tracer(paper_tree, work));
+    }
+    const std::size_t peers = tracers.size();
+    for (Tracer& ours : our_tracers(scene.bvh, best_simd_target(), work))
+        tracers.push_back(std::move(ours));
+    const std::vector<Method> methods = methods_of(tracers, arena, parts);
     const std::vector<Times> times = time_in_turn(methods, parts.size(), rig.repeat);
 
     for (const std::size_t best :
-         fastest_of_groups(theirs, std::span(times).first(theirs.size()), 1)) {
+         fastest_of_groups(std::span(methods).first(peers), std::span(times).first(peers), 1)) {
+        const Tracer& peer = tracers[best];
         const TraceAnswers answers = arena.execute([&] {
-            peers[best].trace(work.whole());
-            return peers[best].answers();
+            peer.trace(work.whole());
+            return peer.answers();
         });
-        for (std::size_t i = 0; i < ours.size(); ++i) {
-            if (!comparable(ours[i], peers[best])) continue;
-            Row row{.work = name_of(work.kind), .tracer = ours[i].name, .peer = peers[best].name};
-            row.differences = count_mismatches(work, ours[i].answers(), answers);
-            set_times(row, times[theirs.size() + i], times[best], Unit::kMrayPerSecond,
-                      work.active_count);
-            rig.report.add(row);
+        for (std::size_t i = peers; i < tracers.size(); ++i) {
+            if (!comparable(tracers[i], peer)) continue;
+            rig.report.add({name_of(work.kind), Unit::kMrayPerSecond, work.active_count,
+                            tracers[i].name, peer.name, times[i], times[best],
+                            count_mismatches(work, tracers[i].answers(), answers)});
         }
     }
 }

@@ -13,6 +13,10 @@
 namespace mray::bench {
 namespace {
 
+/// Rays of ambient occlusion of a pixel. As many rays in all as an image has pixels: fewer pixels
+/// have any, so that each work takes about as long.
+constexpr std::uint32_t kAoSamples = 4;
+
 Ray inactive_ray(vec3 org) {
     Ray ray;
     ray.org = org;
@@ -97,17 +101,6 @@ std::uint64_t count_mismatches(const TraceWork& work, const TraceAnswers& a,
     return count;
 }
 
-void to_ray_order(const TraceWork& work, AlignedVector<Hit>& hits) {
-    AlignedVector<Hit> ordered;
-    ordered.reserve(hits.size());
-    for (const TileRays& rays : work.tiles) {
-        for_each_pixel(rays.tile, [&](std::uint32_t x, std::uint32_t y) {
-            ordered.push_back(hits[std::size_t{y} * work.params.width + x]);
-        });
-    }
-    hits = std::move(ordered);
-}
-
 TraceWork make_primary_work(const ImageParams& params) {
     assert(params.width % kTileSize == 0 && params.height % kTileSize == 0);
     TraceWork work;
@@ -171,6 +164,18 @@ TraceWork make_secondary_work(const TraceWork& primary, std::span<const Hit> hit
     for (std::size_t i = 0; i < work.rays.size(); ++i)
         work.shadows[i / kPacketSize].set(i % kPacketSize, work.rays[i]);
     return work;
+}
+
+SceneRays::SceneRays(const BenchScene& scene)
+    : scene_(scene),
+      primary_(make_primary_work(scene.params)),
+      hits_(reference_hits(scene.bvh, primary_)) {}
+
+TraceWork SceneRays::work(WorkKind kind) const {
+    if (kind == WorkKind::kPrimary) return primary_;
+    if (kind == WorkKind::kOneRay) return make_row_work(scene_.params);
+    return make_secondary_work(primary_, hits_, scene_.mesh(), kind, kAoSamples,
+                               primary_.rays.size());
 }
 
 }  // namespace mray::bench

@@ -1,4 +1,4 @@
-// Rays to trace, the same for all methods.
+// Rays to trace, the same for all methods, and the tracers of morphray that are measured.
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -14,7 +14,9 @@
 #include "common/bvh/bvh.h"
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
+#include "common/simd/simd_target.h"
 #include "cpu/image/pixel_shader.h"
+#include "lab/bench/bench_scene.h"
 
 namespace mray::bench {
 
@@ -106,14 +108,6 @@ struct Tracer {
     std::function<TraceAnswers()> answers;
 };
 
-/// The blocks of shadow rays of a tile.
-inline std::span<const cpu::SharedOriginRays> shadows_of(const TraceWork& work,
-                                                         const TileRays& rays) {
-    static_assert(kPacketSize == cpu::kBlockRays);
-    return std::span(work.shadows)
-        .subspan(rays.begin / kPacketSize, (rays.end - rays.begin) / kPacketSize);
-}
-
 /// Both tracers compute in float, where the error of t is some ulp of the distance of the ray's
 /// origin; larger differences indicate an error.
 inline constexpr float kMaxRelativeT = 1e-4f;
@@ -170,9 +164,6 @@ void for_each_tile(const TraceWork& work, const WorkPart& part, Visit visit) {
     tbb::parallel_for(part.begin, part.end, [&](std::size_t i) { visit(work.tiles[i]); });
 }
 
-/// Reorders hits from the rows of an image to the rays of a primary work.
-void to_ray_order(const TraceWork& work, AlignedVector<Hit>& hits);
-
 /// params.width and height must be multiples of kTileSize.
 TraceWork make_primary_work(const ImageParams& params);
 
@@ -186,5 +177,26 @@ TraceWork make_row_work(const ImageParams& params);
 TraceWork make_secondary_work(const TraceWork& primary, std::span<const Hit> hits,
                               const cpu::ShadedMesh& mesh, WorkKind kind, std::uint32_t samples = 1,
                               std::size_t most_rays = std::numeric_limits<std::size_t>::max());
+
+/// Makes the rays of all works of a scene, which outlives it.
+class SceneRays {
+public:
+    explicit SceneRays(const BenchScene& scene);
+
+    const TraceWork& primary() const { return primary_; }
+    TraceWork work(WorkKind kind) const;
+
+private:
+    const BenchScene& scene_;
+    TraceWork primary_;
+    AlignedVector<Hit> hits_;
+};
+
+/// Those that can trace the work: "packet"; "stream", the rays of a tile by one call of the
+/// single-ray tracer; "single", a call for each ray. The tree must outlive them.
+std::vector<Tracer> our_tracers(const Bvh& bvh, const SimdTarget& target, const TraceWork& work);
+
+/// The closest hits of a work by the scalar reference, in the calling thread's arena.
+AlignedVector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work);
 
 }  // namespace mray::bench

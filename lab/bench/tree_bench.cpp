@@ -85,10 +85,10 @@ public:
     EmbreeMovingTree(const EmbreeDevice& device, const BenchScene& scene, int repeat)
         : frames_(scene, repeat),
           mesh_(scene.topology(), scene.positions),
-          tree_(device, mesh_, EmbreeTree::kRefitted),
+          tree_(device, mesh_, RTC_BUILD_QUALITY_REFIT),
           small_topology_(first_triangles(scene.topology(), 20000)),
           small_mesh_(small_topology_, scene.positions),
-          small_tree_(device, small_mesh_, EmbreeTree::kRefitted) {}
+          small_tree_(device, small_mesh_, RTC_BUILD_QUALITY_REFIT) {}
 
     const EmbreeScene& tree() const { return tree_; }
 
@@ -132,16 +132,14 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     for (const EmbreeDevice& device : rig.devices) {
         EmbreeMovingTree& tree = theirs.emplace_back(device, scene, rig.repeat);
         methods.push_back({fmt::format("REFIT, {}", device.isa()), [&] { tree.prepare(); },
-                           [&](std::size_t) { return timed([&] { tree.run(); }); }, "Embree"});
+                           [&](std::size_t) { return timed([&] { tree.run(); }); }, "Embree",
+                           [&] { return compare_trees(arena, primary, bvh, tree.tree()); }});
     }
     methods.push_back({"memcpy", [&] { wake_up(arena); },
                        [&](std::size_t) { return timed_in(arena, [&] { copy.run(); }); },
                        "memcpy"});
-    compare_with_peers(rig, "refit", methods, 1, Unit::kNs, scene.topology().triangles.size(),
-                       [&](std::size_t peer) -> std::uint64_t {
-                           if (peer > theirs.size()) return 0;
-                           return compare_trees(arena, primary, bvh, theirs[peer - 1].tree());
-                       });
+    rig.report.compare({"refit", Unit::kNs, scene.topology().triangles.size()}, methods, 1,
+                       rig.repeat);
 }
 
 void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& primary) {
@@ -150,10 +148,10 @@ void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     const EmbreeMesh mesh(scene.topology(), scene.positions);
     const struct {
         const char* name;
-        EmbreeTree tree;
-    } kinds[] = {{"MEDIUM, binned", EmbreeTree::kMedium},
-                 {"HIGH, spatial splits", EmbreeTree::kHigh},
-                 {"LOW, Morton", EmbreeTree::kLow}};
+        RTCBuildQuality quality;
+    } kinds[] = {{"MEDIUM, binned", RTC_BUILD_QUALITY_MEDIUM},
+                 {"HIGH, spatial splits", RTC_BUILD_QUALITY_HIGH},
+                 {"LOW, Morton", RTC_BUILD_QUALITY_LOW}};
     std::deque<std::optional<EmbreeScene>> theirs;
 
     std::vector<Method> methods = {{"binned", [&] { mine = {}; },
@@ -168,13 +166,13 @@ void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& prima
             std::optional<EmbreeScene>& tree = theirs.emplace_back();
             methods.push_back(
                 {fmt::format("{}, {}", kind.name, device.isa()), [&] { tree.reset(); },
-                 [&](std::size_t) { return timed([&] { tree.emplace(device, mesh, kind.tree); }); },
-                 kind.name});
+                 [&](std::size_t) {
+                     return timed([&] { tree.emplace(device, mesh, kind.quality); });
+                 },
+                 kind.name, [&] { return compare_trees(arena, primary, mine, *tree); }});
         }
     }
-    compare_with_peers(rig, "build", methods, 1, Unit::kMs, 0, [&](std::size_t peer) {
-        return compare_trees(arena, primary, mine, *theirs[peer - 1]);
-    });
+    rig.report.compare({"build", Unit::kMs}, methods, 1, rig.repeat);
 }
 
 }  // namespace mray::bench

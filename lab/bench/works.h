@@ -2,13 +2,10 @@
 #pragma once
 
 #include <span>
-#include <string>
-#include <vector>
 
 #include "common/base/thread_arena.h"
 #include "lab/bench/bench_scene.h"
 #include "lab/bench/embree/embree_peer.h"
-#include "lab/bench/ours.h"
 #include "lab/bench/report.h"
 #include "lab/bench/trace_work.h"
 
@@ -27,22 +24,6 @@ struct Rig {
 template <class Work>
 double timed_in(ThreadArena& arena, const Work& work) {
     return timed([&] { arena.execute(work); });
-}
-
-/// Times methods in turn, the first of which is ours, and reports it beside the fastest of each
-/// group of the others. `differences(i)` is how many answers of method i differ from ours.
-template <class Differences>
-void compare_with_peers(const Rig& rig, const std::string& work, std::span<const Method> methods,
-                        std::size_t parts, Unit unit, std::uint64_t count,
-                        const Differences& differences) {
-    const std::vector<Times> times = time_in_turn(methods, parts, rig.repeat);
-    for (const std::size_t peer : fastest_of_groups(methods, times, 1)) {
-        if (peer == 0) continue;
-        Row row{.work = work, .tracer = methods[0].name, .peer = methods[peer].name};
-        set_times(row, times[0], times[peer], unit, count);
-        row.differences = differences(peer);
-        rig.report.add(row);
-    }
 }
 
 /// Traces a work with every suitable tracer, against each group of Embree's ways. The peer is the

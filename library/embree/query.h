@@ -79,14 +79,14 @@ public:
     morphray::Hit intersect(const morphray::Ray& traced, unsigned int ray_mask) const {
         return committed_.all_seen(ray_mask)
                    ? scene().intersect(traced)
-                   : scene().intersect_visible(traced, committed_.visible(ray_mask));
+                   : scene().intersect(traced, {.visible = committed_.visible(ray_mask)});
     }
     /// As intersect(), if `found` is the closest hit of all meshes.
     morphray::Hit seen_hit(const morphray::Hit& found, const morphray::Ray& traced,
                            unsigned int ray_mask) const {
         return committed_.parts[found.geom_id].sees(ray_mask)
                    ? found
-                   : scene().intersect_visible(traced, committed_.visible(ray_mask));
+                   : scene().intersect(traced, {.visible = committed_.visible(ray_mask)});
     }
     /// Sets the members of a hit, one by one: a copy of a record that was just written would wait
     /// for the parts to reach the cache.

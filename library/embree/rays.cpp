@@ -22,6 +22,7 @@ constexpr float kOccluded = -std::numeric_limits<float>::infinity();
 constexpr std::size_t kFewRays = 4;
 // Rays of a stream that are traced together: an image of 256 x 256.
 constexpr std::size_t kBatch = std::size_t{1} << 16;
+constexpr morphray::QueryOptions kCallingThread = {.threads = morphray::Threads::calling};
 
 /// The members of a ray, of 4 bytes each, and the number of one of them.
 constexpr std::size_t kRayMembers = 12;
@@ -153,12 +154,12 @@ void trace_batch(const Query& query, const Layout& rays, Batch& batch, std::size
     }
     if (kind == kOcclusion && takes_any_hit) {
         const auto occluded = std::span(mine.occluded).first(count);
-        query.scene().occluded(traced, occluded, morphray::Threads::calling);
+        query.scene().occluded(traced, occluded, kCallingThread);
         for (std::size_t k = 0; k < count; ++k)
             if (occluded[k] != 0) rays[mine.active[k]].store_tfar(kOccluded);
     } else {
         const auto found = std::span(mine.hits).first(count);
-        query.scene().intersect(traced, found, morphray::Threads::calling);
+        query.scene().intersect(traced, found, kCallingThread);
         for (std::size_t k = 0; k < count; ++k) {
             if (!found[k]) continue;
             const auto lane = rays[mine.active[k]];

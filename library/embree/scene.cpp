@@ -62,7 +62,6 @@ std::optional<morphray::Scene> build_tree(const std::vector<Part>& parts, const 
     if (triangle_count(parts) == 0) return std::nullopt;
     morphray::SceneOptions options;
     if (way.is_refitted) options.update = morphray::Refit{};
-    if (way.quality == RTC_BUILD_QUALITY_HIGH) options.split = morphray::Split::sweep;
     return morphray::Scene::build(std::span<const morphray::MeshView>(views), tracer, options);
 }
 

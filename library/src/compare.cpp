@@ -1,4 +1,4 @@
-#include "morphray/compare.hpp"
+#include "morphray/images.hpp"
 
 #include <fmt/format.h>
 
@@ -36,12 +36,12 @@ std::string text_of(const Hit& hit) {
 }  // namespace
 
 Comparison compare(const Scene& first, const Scene& second, std::span<const Ray> rays,
-                   std::size_t keep, const std::atomic<bool>* cancel) {
+                   std::size_t keep, const QueryOptions& options) {
     return detail::with_public_errors([&] {
         std::vector<Hit> a(rays.size());
         std::vector<Hit> b(rays.size());
-        first.intersect(rays, std::span<Hit>(a), Coherence::none(), cancel);
-        second.intersect(rays, std::span<Hit>(b), Coherence::none(), cancel);
+        first.intersect(rays, std::span<Hit>(a), options);
+        second.intersect(rays, std::span<Hit>(b), options);
         return compare_all(a, b, keep, [](std::size_t) { return true; });
     });
 }

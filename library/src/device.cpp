@@ -15,16 +15,14 @@
 namespace morphray {
 namespace detail {
 
-DeviceImpl::DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan,
-                       const VulkanHost& host)
+DeviceImpl::DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan)
     : kind_(kind),
       cpu_(cpu),
       vulkan_(vulkan),
-      host_(host),
       arena_(cpu.threads),
       simd_target_(mray::find_simd_target(cpu.simd == mray::kSimdOff ? "scalar" : cpu.simd)) {
 #ifdef MORPHRAY_HAS_VULKAN
-    if (kind_ == Kind::vulkan && host_.device == nullptr) {
+    if (kind_ == Kind::vulkan) {
         const std::optional<DeviceCheck> kept = kept_device_check(vulkan_.device);
         const DeviceCheck check = kept ? *kept : check_vulkan_device(vulkan_.device);
         if (!check.passed) throw Error(check.code, check.problem);
@@ -38,17 +36,9 @@ DeviceImpl::DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vu
 #ifdef MORPHRAY_HAS_VULKAN
 std::shared_ptr<mray::gpu::SharedDevice> DeviceImpl::open_vulkan_device() {
     const std::scoped_lock lock(mutex_);
-    // A host's device stays what it is.
-    const bool is_current =
-        shared_ != nullptr && (host_.device != nullptr || !mray::gpu::is_lost(*shared_));
-    if (is_current) return shared_;
-    mray::gpu::VulkanConfig config{.device = vulkan_.device, .validate = vulkan_.validate};
-    if (host_.device != nullptr) {
-        config.host = std::make_shared<mray::gpu::HostDevice>(mray::gpu::HostDevice{
-            host_.instance, host_.physical_device, host_.device, host_.queue, host_.queue_family,
-            host_.get_instance_proc_addr, host_.lock_queue, host_.unlock_queue});
+    if (shared_ == nullptr || mray::gpu::is_lost(*shared_)) {
+        shared_ = mray::gpu::open_device({.device = vulkan_.device, .validate = vulkan_.validate});
     }
-    shared_ = mray::gpu::open_device(config);
     return shared_;
 }
 #endif
@@ -64,11 +54,10 @@ std::unique_ptr<mray::Backend> DeviceImpl::make_backend() {
 #endif
 }
 
-Device DeviceImpl::make(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan,
-                        const VulkanHost& host) {
+Device DeviceImpl::make(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan) {
     return with_public_errors([&] {
         if (cpu.threads < 0) throw_bad_argument("threads: must not be negative");
-        return Device(std::make_shared<DeviceImpl>(kind, cpu, vulkan, host));
+        return Device(std::make_shared<DeviceImpl>(kind, cpu, vulkan));
     });
 }
 
@@ -86,16 +75,6 @@ Device Device::cpu(const CpuOptions& options) {
 
 Device Device::vulkan(const VulkanOptions& options) {
     return DeviceImpl::make(DeviceImpl::Kind::vulkan, {}, options);
-}
-
-Device Device::adopt(const VulkanHost& host) {
-    return detail::with_public_errors([&] {
-        if (host.instance == nullptr || host.physical_device == nullptr || host.device == nullptr ||
-            host.queue == nullptr) {
-            detail::throw_bad_argument("VulkanHost: a handle is null");
-        }
-        return DeviceImpl::make(DeviceImpl::Kind::vulkan, {}, {}, host);
-    });
 }
 
 Device Device::brute_force(const CpuOptions& options) {

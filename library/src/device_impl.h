@@ -23,11 +23,9 @@ class DeviceImpl {
 public:
     enum class Kind { cpu, vulkan, brute };
 
-    DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan,
-               const VulkanHost& host);
+    DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan);
 
-    static Device make(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan,
-                       const VulkanHost& host = {});
+    static Device make(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan);
     static DeviceImpl& of(const Device& device) { return *device.impl_; }
 
     const std::string& name() const { return name_; }
@@ -47,8 +45,6 @@ private:
     Kind kind_;
     CpuOptions cpu_;
     VulkanOptions vulkan_;
-    /// The device is null, or the caller's.
-    VulkanHost host_;
     mray::ThreadArena arena_;
     mray::SimdTarget simd_target_;
     std::string name_;

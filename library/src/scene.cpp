@@ -7,8 +7,8 @@
 #include <utility>
 #include <variant>
 
-#include "common/base/stopwatch.h"
-#include "common/scene/mesh_edges.h"
+#include "common/frame_times.h"
+#include "common/scene/mesh.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {
@@ -60,11 +60,8 @@ void SceneImpl::start(const mray::Bvh* tree, const MeshList* before) {
     has_normals = false;
     mray::UpdateConfig config = config_of(options.update);
     config.record_cost_ratio = options.record_cost_ratio;
-    const mray::BuildConfig build{.split = options.split == Split::sweep
-                                               ? mray::SplitMethod::kSweep
-                                               : mray::SplitMethod::kBinned,
-                                  .threads = DeviceImpl::of(device).threads(),
-                                  .watch = mray::Watch(options.cancel, options.done)};
+    const mray::BuildConfig build{.threads = DeviceImpl::of(device).threads(),
+                                  .watch = mray::Watch(options.cancel)};
     updater = std::make_unique<mray::TreeUpdater>(meshes.topology(), pose.positions(), *tracer,
                                                   refitter.get(), spec_of(options.update), build,
                                                   config, tree);
@@ -250,7 +247,6 @@ Scene Scene::on(const Device& device, const std::atomic<bool>* cancel) const {
     return with_scene(impl_, [&](SceneImpl& scene) {
         const SceneOptions options = {.bounds = scene.options.bounds,
                                       .update = scene.options.update,
-                                      .split = scene.options.split,
                                       .record_cost_ratio = scene.options.record_cost_ratio,
                                       .cancel = cancel};
         auto other = std::make_unique<SceneImpl>(device, options, scene.pose);

@@ -13,13 +13,16 @@
 #include "common/interop/hit_rule.h"
 #include "common/interop/tie_break_rule.h"
 #include "common/scene/border_crossings.h"
+#include "library/src/ray_batch.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {
 namespace {
 
 using detail::ask_in_parts;
+using detail::RayFilter;
 using detail::require_room;
+using detail::SceneBatch;
 using detail::SceneImpl;
 using detail::throw_bad_argument;
 using detail::with_scene;
@@ -34,23 +37,6 @@ void keep_crossings(const SceneImpl& scene, const mray::Ray& ray, std::vector<mr
                                     scene.meshes.first_prims(), ray, hits);
 }
 
-/// All hits of each ray, by Crossing::once.
-std::vector<std::vector<mray::Hit>> list_crossings(const SceneImpl& scene,
-                                                   std::span<const mray::Ray> rays) {
-    std::vector<std::vector<mray::Hit>> crossings(rays.size());
-    if (rays.empty()) return crossings;
-    mray::HitLists lists;
-    constexpr std::uint32_t kAll = std::numeric_limits<std::uint32_t>::max();
-    scene.tracer->query(mray::ListQuery{rays, mray::Crossing::kEach, kAll, lists});
-    auto first = lists.hits.cbegin();
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        crossings[i].assign(first, first + lists.listed[i]);
-        keep_crossings(scene, rays[i], crossings[i]);
-        first += lists.listed[i];
-    }
-    return crossings;
-}
-
 /// Takes kTouchesBorder from a number of hits; returns whether Crossing::once may count fewer.
 bool take_border_flag(std::uint64_t& count, Crossing crossing) {
     const bool touches = (count & mray::kTouchesBorder) != 0;
@@ -58,59 +44,111 @@ bool take_border_flag(std::uint64_t& count, Crossing crossing) {
     return touches && count > 1 && crossing == Crossing::once;
 }
 
-/// Makes numbers of each hit, with kTouchesBorder, those of `crossing`.
-void finish_counts(const SceneImpl& scene, std::span<const mray::Ray> rays, Crossing crossing,
-                   std::span<std::uint64_t> counts) {
-    std::vector<std::size_t> places;
-    std::vector<mray::Ray> touching;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        if (!take_border_flag(counts[i], crossing)) continue;
-        places.push_back(i);
-        touching.push_back(rays[i]);
-    }
-    const std::vector<std::vector<mray::Hit>> crossings = list_crossings(scene, touching);
-    for (std::size_t k = 0; k < places.size(); ++k) counts[places[k]] = crossings[k].size();
-}
-
-/// Makes lists of each hit, with kTouchesBorder, those of options.crossing. Only rays with more
-/// hits than are listed are traced again.
-void finish_lists(const SceneImpl& scene, std::span<const mray::Ray> rays,
-                  const AllHitsOptions& options, mray::HitLists& lists) {
-    std::vector<bool> touches(rays.size());
-    std::vector<mray::Ray> cut;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        touches[i] = take_border_flag(lists.total[i], options.crossing);
-        if (touches[i] && lists.total[i] > lists.listed[i]) cut.push_back(rays[i]);
-    }
-    if (std::ranges::find(touches, true) == touches.end()) return;
-    std::vector<std::vector<mray::Hit>> crossings = list_crossings(scene, cut);
-    auto whole = crossings.begin();
-    std::vector<mray::Hit> finished;
-    std::vector<mray::Hit> hits;
+/// All hits of each ray with triangles that it sees. rays[i] is ray number(i) of the filter.
+template <class Number>
+std::vector<std::vector<mray::Hit>> list_hits(const SceneImpl& scene,
+                                              std::span<const mray::Ray> rays, Crossing crossing,
+                                              const RayFilter& filter, Number number) {
+    std::vector<std::vector<mray::Hit>> all(rays.size());
+    if (rays.empty()) return all;
+    mray::HitLists lists;
+    constexpr std::uint32_t kAll = std::numeric_limits<std::uint32_t>::max();
+    scene.tracer->query(mray::ListQuery{rays, crossing_of(crossing), kAll, lists});
     auto next = lists.hits.cbegin();
     for (std::size_t i = 0; i < rays.size(); ++i) {
+        std::vector<mray::Hit>& hits = all[i];
         hits.assign(next, next + lists.listed[i]);
         next += lists.listed[i];
-        if (touches[i]) {
-            if (lists.total[i] > lists.listed[i])
-                hits = std::move(*whole++);
-            else
-                keep_crossings(scene, rays[i], hits);
-            lists.total[i] = hits.size();
-            hits.resize(std::min<std::size_t>(hits.size(), options.max_hits));
-            lists.listed[i] = static_cast<std::uint32_t>(hits.size());
+        if (!filter.sees_all()) {
+            std::erase_if(
+                hits, [&](const mray::Hit& hit) { return !filter.sees(number(i), hit.prim_id); });
         }
-        finished.insert(finished.end(), hits.begin(), hits.end());
+        if (take_border_flag(lists.total[i], crossing)) keep_crossings(scene, rays[i], hits);
     }
-    lists.hits = std::move(finished);
+    return all;
 }
 
-/// The first hit after a cursor by Crossing::once, if `found` is that by Crossing::each.
-mray::Hit next_crossing(const SceneImpl& scene, const mray::Ray& ray, const mray::HitCursor& after,
-                        const mray::Hit& found) {
-    if (found.prim_id == mray::kNoPrim || !mray::may_touch_border({found.t, found.u, found.v}))
+/// Counts hits of rays; rays[i] is ray number(i) of the filter.
+template <class Number>
+void count_hits(const SceneImpl& scene, std::span<const mray::Ray> rays, Crossing crossing,
+                const RayFilter& filter, Number number, std::span<std::uint64_t> counts) {
+    std::vector<std::size_t> listed;
+    std::vector<mray::Ray> listed_rays;
+    if (filter.sees_all())
+        scene.tracer->query(mray::CountQuery{rays, crossing_of(crossing), counts});
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        if (filter.sees_all() && !take_border_flag(counts[i], crossing)) continue;
+        listed.push_back(i);
+        listed_rays.push_back(rays[i]);
+    }
+    const std::vector<std::vector<mray::Hit>> lists = list_hits(
+        scene, listed_rays, crossing, filter, [&](std::size_t k) { return number(listed[k]); });
+    for (std::size_t k = 0; k < listed.size(); ++k) counts[listed[k]] = lists[k].size();
+}
+
+/// Lists the first hits of rays, which are those of the filter from `first` on. Only rays of
+/// Crossing::once with more hits than are listed are traced twice.
+mray::HitLists list_first_hits(const SceneImpl& scene, std::span<const mray::Ray> rays,
+                               const AllHitsOptions& options, const RayFilter& filter,
+                               std::size_t first) {
+    mray::HitLists lists;
+    std::vector<bool> finished(rays.size(), false);
+    if (filter.sees_all()) {
+        scene.tracer->query(
+            mray::ListQuery{rays, crossing_of(options.crossing), options.max_hits, lists});
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            finished[i] = !take_border_flag(lists.total[i], options.crossing);
+        if (std::ranges::find(finished, false) == finished.end()) return lists;
+    }
+    std::vector<std::size_t> whole;
+    std::vector<mray::Ray> whole_rays;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        if (finished[i] || (filter.sees_all() && lists.total[i] == lists.listed[i])) continue;
+        whole.push_back(i);
+        whole_rays.push_back(rays[i]);
+    }
+    std::vector<std::vector<mray::Hit>> wholes =
+        list_hits(scene, whole_rays, options.crossing, filter,
+                  [&](std::size_t k) { return first + whole[k]; });
+    mray::HitLists all;
+    std::vector<mray::Hit> hits;
+    auto next = lists.hits.cbegin();
+    for (std::size_t i = 0, k = 0; i < rays.size(); ++i) {
+        std::uint64_t total = 0;
+        if (filter.sees_all()) {
+            hits.assign(next, next + lists.listed[i]);
+            next += lists.listed[i];
+            total = lists.total[i];
+        }
+        if (!finished[i]) {
+            if (k < whole.size() && whole[k] == i)
+                hits = std::move(wholes[k++]);
+            else
+                keep_crossings(scene, rays[i], hits);
+            total = hits.size();
+            hits.resize(std::min<std::size_t>(hits.size(), options.max_hits));
+        }
+        all.hits.insert(all.hits.end(), hits.begin(), hits.end());
+        all.listed.push_back(static_cast<std::uint32_t>(hits.size()));
+        all.total.push_back(total);
+    }
+    return all;
+}
+
+/// The first hit of a ray after a cursor.
+mray::Hit find_next(const SceneImpl& scene, const mray::Ray& ray, const mray::HitCursor& after,
+                    Crossing crossing, const RayFilter& filter) {
+    mray::Hit found;
+    for (mray::HitCursor at = after;; at = {found.t, found.prim_id}) {
+        scene.tracer->query(
+            mray::NextQuery{{&ray, 1}, {&at, 1}, crossing_of(crossing), {&found, 1}});
+        if (found.prim_id == mray::kNoPrim) return found;
+        if (filter.sees_all() || filter.sees(0, found.prim_id)) break;
+    }
+    if (crossing != Crossing::once || !mray::may_touch_border({found.t, found.u, found.v}))
         return found;
-    const std::vector<std::vector<mray::Hit>> lists = list_crossings(scene, {&ray, 1});
+    const auto lists =
+        list_hits(scene, {&ray, 1}, crossing, filter, [](std::size_t) { return std::size_t{0}; });
     for (const mray::Hit& hit : lists[0])
         if (mray::is_closer(after.t, after.prim_id, hit.t, hit.prim_id)) return hit;
     return mray::no_hit();
@@ -131,24 +169,6 @@ std::vector<std::uint32_t> tiled_places(std::size_t width, std::size_t total) {
     return places;
 }
 
-/// Rays in scene space, and what their t is multiplied by.
-struct SceneBatch {
-    std::vector<mray::Ray> rays;
-    std::vector<int> t_exponents;
-
-    SceneBatch(const detail::RaySpace& space, std::span<const Ray> world) {
-        rays.reserve(world.size());
-        t_exponents.reserve(world.size());
-        detail::for_runs_of(0, world.size(), nullptr, [&](std::size_t first, std::size_t count) {
-            mray::cpu::SceneRays run;
-            space.to_scene(world.subspan(first, count), run);
-            rays.insert(rays.end(), run.rays, run.rays + count);
-            for (std::size_t i = 0; i < count; ++i)
-                t_exponents.push_back(run.t_exponents[2 * i + 1]);
-        });
-    }
-};
-
 /// t in scene space of a hit of the last one of `passed` triangles. A power of two gives it
 /// exactly, unless t is rounded in world space: where it is a denormal, or too large for a float.
 /// Then the triangle is asked again.
@@ -167,28 +187,16 @@ float scene_t(const SceneImpl& scene, const mray::Ray& ray, int t_exponent, floa
     return is_hit && detail::to_world_t(hit.t, t_exponent) == world_t ? hit.t : t;
 }
 
-/// Answers one ray by find(ray, t_exponent), in scene space.
-template <class Find>
-Hit ask_one(SceneImpl& scene, const Ray& ray, Find find) {
-    Hit hit;
-    ask_in_parts(scene, 1, nullptr, [&](std::size_t, std::size_t) {
-        mray::Ray asked;
-        const std::optional<int> t_exponent = scene.space->to_scene(ray, asked);
-        if (!t_exponent) return;
-        hit = to_world(scene.meshes, find(asked, *t_exponent), *t_exponent);
-    });
-    return hit;
-}
-
 }  // namespace
 
 void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Crossing crossing,
-                  Coherence coherence, const std::atomic<bool>* cancel) const {
+                  const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
         require_room(rays.size(), "rays", counts.size());
+        const RayFilter filter(scene.meshes, rays.size(), options);
         const auto count_part = [&](std::size_t first, std::span<const Ray> part,
                                     std::span<const std::uint32_t> order) {
-            ask_in_parts(scene, part.size(), cancel, [&](std::size_t begin, std::size_t size) {
+            ask_in_parts(scene, part.size(), options, [&](std::size_t begin, std::size_t size) {
                 const auto place = [&](std::size_t i) {
                     return order.empty() ? begin + i : order[begin + i];
                 };
@@ -197,24 +205,26 @@ void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Cr
                 const SceneBatch batch(
                     *scene.space, order.empty() ? part.subspan(begin, size) : std::span(gathered));
                 std::vector<std::uint64_t> found(size);
-                scene.tracer->query(mray::CountQuery{batch.rays, crossing_of(crossing), found});
-                finish_counts(scene, batch.rays, crossing, found);
+                count_hits(
+                    scene, batch.rays, crossing, filter,
+                    [&](std::size_t i) { return first + place(i); }, found);
                 for (std::size_t i = 0; i < size; ++i) counts[first + place(i)] = found[i];
             });
         };
-        const bool sorts = coherence.kind == Coherence::Kind::sort;
+        const bool sorts = options.coherence.kind == Coherence::Kind::sort;
         constexpr std::uint32_t kMostTiled = std::numeric_limits<std::uint32_t>::max();
-        if (coherence.kind == Coherence::Kind::image && rays.size() <= kMostTiled) {
-            count_part(0, rays, tiled_places(coherence.width, rays.size()));
+        if (options.coherence.kind == Coherence::Kind::image && rays.size() <= kMostTiled) {
+            count_part(0, rays, tiled_places(options.coherence.width, rays.size()));
         } else {
             detail::for_ordered_parts(scene, rays, sorts, detail::RaySorter::kMost, &scene.arena(),
-                                      cancel, count_part);
+                                      options.cancel, count_part);
         }
-        detail::throw_if_cancelled(cancel);
+        detail::throw_if_cancelled(options.cancel);
     });
 }
 
-AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& options) const {
+AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& all_options,
+                             const QueryOptions& options) const {
     /// The answers of rays from `first` on.
     struct Part {
         std::size_t first;
@@ -223,14 +233,12 @@ AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& op
         std::vector<Hit> hits;
     };
     return with_scene(impl_, [&](SceneImpl& scene) {
+        const RayFilter filter(scene.meshes, rays.size(), options);
         std::mutex mutex;
         std::vector<Part> parts;
-        ask_in_parts(scene, rays.size(), options.cancel, [&](std::size_t begin, std::size_t size) {
+        ask_in_parts(scene, rays.size(), options, [&](std::size_t begin, std::size_t size) {
             const SceneBatch batch(*scene.space, rays.subspan(begin, size));
-            mray::HitLists lists;
-            scene.tracer->query(mray::ListQuery{batch.rays, crossing_of(options.crossing),
-                                                options.max_hits, lists});
-            finish_lists(scene, batch.rays, options, lists);
+            mray::HitLists lists = list_first_hits(scene, batch.rays, all_options, filter, begin);
             Part part{begin, std::move(lists.listed), std::move(lists.total), {}};
             part.hits.reserve(lists.hits.size());
             auto hit = lists.hits.begin();
@@ -260,36 +268,30 @@ AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& op
     });
 }
 
-Hit Scene::intersect(const Ray& ray, const Hit& after, Crossing crossing) const {
+Hit Scene::intersect(const Ray& ray, const Hit& after, Crossing crossing,
+                     const QueryOptions& options) const {
     return with_scene(impl_, [&](SceneImpl& scene) -> Hit {
         if (std::isnan(after.t)) throw_bad_argument("after: its t is NaN");
-        if (!after) return {};
-        return ask_one(scene, ray, [&](const mray::Ray& asked, int t_exponent) {
+        const RayFilter filter(scene.meshes, 1, options);
+        Hit hit;
+        if (!after) return hit;
+        ask_in_parts(scene, 1, options, [&](std::size_t, std::size_t) {
+            mray::Ray asked;
+            const std::optional<int> t_exponent = scene.space->to_scene(ray, asked);
+            if (!t_exponent) return;
             mray::HitCursor cursor;
             const std::uint32_t passed = scene.meshes.count_up_to(after.geom_id, after.prim_id);
-            cursor.t = scene_t(scene, asked, t_exponent, after.t, passed);
+            cursor.t = scene_t(scene, asked, *t_exponent, after.t, passed);
             if (passed != 0) {
                 cursor.prim_id = passed - 1;
             } else {  // All hits at this t come after it.
                 cursor.t = std::nextafter(cursor.t, -std::numeric_limits<float>::infinity());
                 cursor.prim_id = mray::kNoPrim;
             }
-            mray::Hit found;
-            scene.tracer->query(
-                mray::NextQuery{{&asked, 1}, {&cursor, 1}, crossing_of(crossing), {&found, 1}});
-            return crossing == Crossing::once ? next_crossing(scene, asked, cursor, found) : found;
+            hit = to_world(scene.meshes, find_next(scene, asked, cursor, crossing, filter),
+                           *t_exponent);
         });
-    });
-}
-
-Hit Scene::intersect_visible(const Ray& ray, std::span<const std::uint8_t> is_visible) const {
-    return with_scene(impl_, [&](SceneImpl& scene) {
-        return ask_one(scene, ray, [&](const mray::Ray& asked, int) {
-            mray::Hit found;
-            scene.tracer->query(
-                mray::VisibleQuery{{&asked, 1}, scene.meshes.visible(is_visible), {&found, 1}});
-            return found;
-        });
+        return hit;
     });
 }
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "common/bvh/box.h"
-#include "common/bvh/bvh_stats.h"
+#include "common/bvh/bvh.h"
 #include "common/image/depth.h"
 #include "library/src/scene_impl.h"
 
@@ -127,7 +127,7 @@ Image Scene::render(const View& view) const {
 void Scene::render(const View& view, Image& image) const {
     with_scene(impl_, [&](SceneImpl& scene) {
         TracedImage traced;
-        const mray::Watch watch(view.cancel, view.done);
+        const mray::Watch watch(view.cancel);
         {
             const std::scoped_lock lock(scene.mutex);
             scene.tracer->watch_images(watch);

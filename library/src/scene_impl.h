@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "common/backend.h"
-#include "common/base/stopwatch.h"
 #include "common/base/watch.h"
+#include "common/frame_times.h"
 #include "common/image/frame.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/vertex_normals.h"
@@ -28,7 +28,7 @@
 #include "library/src/scene/errors.h"
 #include "library/src/scene/mesh_list.h"
 #include "library/src/scene/pose_reader.h"
-#include "morphray/image.hpp"
+#include "morphray/images.hpp"
 #include "morphray/scene.hpp"
 
 namespace morphray::detail {
@@ -214,26 +214,31 @@ void for_ordered_parts(SceneImpl& scene, std::span<const Ray> rays, bool sorts, 
 /// Calls ask(first, count) for parts of [0, total): on the threads of the host, or for one part
 /// after the other of a device. Throws Error(kCancelled).
 template <class Ask>
-void ask_in_parts(SceneImpl& scene, std::size_t total, const std::atomic<bool>* cancel, Ask ask) {
+void ask_in_parts(SceneImpl& scene, std::size_t total, const QueryOptions& options, Ask ask) {
     // Enough for streams of each octant of directions.
     constexpr std::size_t kHostBatch = 2048;
     constexpr std::size_t kDeviceBatch = std::size_t{1} << 16;
     if (scene.tracer->info().answers_threads) {
+        mray::ThreadArena* const arena =
+            options.threads == Threads::calling ? nullptr : &scene.arena();
         scene.cost.measure(total,
-                           [&] { for_each_run(&scene.arena(), total, cancel, ask, kHostBatch); });
+                           [&] { for_each_run(arena, total, options.cancel, ask, kHostBatch); });
     } else {
         const mray::Stopwatch watch;
         const auto ask_alone = [&](std::size_t first, std::size_t count) {
             const std::scoped_lock lock(scene.mutex);
             ask(first, count);
         };
-        for_runs_of(0, total, cancel, ask_alone, kDeviceBatch);
+        for_runs_of(0, total, options.cancel, ask_alone, kDeviceBatch);
         scene.cost.add(watch.ms(), total);
     }
-    throw_if_cancelled(cancel);
+    throw_if_cancelled(options.cancel);
 }
 
 // Images (library/src/image/).
+
+/// Brings the normals of vertices to the pose; the scene's mutex is locked.
+void update_normals(SceneImpl& scene);
 
 mray::ViewSpec to_spec(const View& view);
 

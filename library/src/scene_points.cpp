@@ -11,6 +11,7 @@
 #include "common/interop/closest_rule.h"
 #include "common/scene/exact_crossing.h"
 #include "cpu/queries/tree_queries.h"
+#include "library/src/ray_batch.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {
@@ -22,10 +23,10 @@ using detail::require_room;
 using detail::SceneImpl;
 using detail::throw_bad_argument;
 using detail::with_scene;
-using Cancel = const std::atomic<bool>*;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr std::size_t kMostPoints = std::numeric_limits<std::uint32_t>::max();
+// Points that are converted and ordered together, which cannot be cancelled.
+constexpr std::size_t kMostPoints = std::size_t{1} << 20;
 // Points up to this number are asked about in the order given.
 constexpr std::size_t kFewPoints = 64;
 
@@ -66,10 +67,6 @@ struct ScenePoints {
     std::vector<std::uint32_t> order;
 
     ScenePoints(const detail::RaySpace& space, std::span<const Vec3> world, PointOrder by) {
-        if (world.size() > kMostPoints) {
-            throw mray::Error(mray::ErrorKind::kLimit,
-                              "more than 4294967295 points; ask about fewer at a time");
-        }
         points.resize(world.size(), mray::vec3(0, 0, 0));
         is_within.resize(world.size());
         for (std::size_t i = 0; i < world.size(); ++i)
@@ -81,12 +78,28 @@ struct ScenePoints {
     }
 };
 
+/// Calls work(points, answers) for blocks of points and the places of their answers. Throws Error
+/// for options of rays.
+template <class Answer, class Work>
+void for_blocks(std::span<const Vec3> points, std::span<Answer> answers,
+                const QueryOptions& options, Work work) {
+    detail::require_point_options(options);
+    require_room(points.size(), "points", answers.size());
+    detail::for_runs_of(
+        0, points.size(), options.cancel,
+        [&](std::size_t first, std::size_t count) {
+            work(points.subspan(first, count), answers.subspan(first, count));
+        },
+        kMostPoints);
+    detail::throw_if_cancelled(options.cancel);
+}
+
 /// Asks find(points, answers, index) about the points in their order, where index(i) is the number
 /// of points[i] among all, and calls visit(i, answer) for each of them that is within reach.
 template <class Answer, class Find, class Visit>
-void ask_points(SceneImpl& scene, const ScenePoints& points, Cancel cancel, Find find,
+void ask_points(SceneImpl& scene, const ScenePoints& points, const QueryOptions& options, Find find,
                 Visit visit) {
-    ask_in_parts(scene, points.points.size(), cancel, [&](std::size_t begin, std::size_t size) {
+    ask_in_parts(scene, points.points.size(), options, [&](std::size_t begin, std::size_t size) {
         std::vector<mray::vec3> asked(size);
         std::vector<Answer> answers(size);
         const auto index = [&](std::size_t i) {
@@ -102,8 +115,8 @@ void ask_points(SceneImpl& scene, const ScenePoints& points, Cancel cancel, Find
 /// Finds the crossings of points, exactly, and calls visit(i, winding) for each of them that is
 /// within reach.
 template <class Visit>
-void wind(SceneImpl& scene, std::span<const Vec3> world, const ScenePoints& points, Cancel cancel,
-          Visit visit) {
+void wind(SceneImpl& scene, std::span<const Vec3> world, const ScenePoints& points,
+          const QueryOptions& options, Visit visit) {
     const auto find = [&](auto asked, auto answers, auto index) {
         std::vector<mray::FloatWinding> windings(asked.size());
         std::vector<mray::UncertainCrossing> uncertain;
@@ -119,7 +132,7 @@ void wind(SceneImpl& scene, std::span<const Vec3> world, const ScenePoints& poin
                 scene.pose.world_position(t.y), scene.pose.world_position(t.z)));
         }
     };
-    ask_points<PointWinding>(scene, points, cancel, find, visit);
+    ask_points<PointWinding>(scene, points, options, find, visit);
 }
 
 /// At least the squares of all distances in scene space that distance_of() takes to max_distance or
@@ -157,35 +170,34 @@ ClosestPoint to_world(const SceneImpl& scene, mray::vec3 point, std::uint32_t pr
 }  // namespace
 
 void Scene::winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
-                    const std::atomic<bool>* cancel) const {
+                    const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
-        require_room(points.size(), "points", windings.size());
-        std::ranges::fill(windings, 0);
-        wind(scene, points, {*scene.space, points, PointOrder::columns}, cancel,
-             [&](std::size_t i, const PointWinding& winding) { windings[i] = winding.winding; });
+        for_blocks(points, windings, options, [&](auto part, auto answers) {
+            std::ranges::fill(answers, 0);
+            wind(scene, part, {*scene.space, part, PointOrder::columns}, options,
+                 [&](std::size_t i, const PointWinding& winding) { answers[i] = winding.winding; });
+        });
     });
 }
 
 void Scene::contains(std::span<const Vec3> points, std::span<std::uint8_t> inside, FillRule rule,
-                     const std::atomic<bool>* cancel) const {
+                     const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
-        require_room(points.size(), "points", inside.size());
-        std::ranges::fill(inside, std::uint8_t{0});
-        wind(scene, points, {*scene.space, points, PointOrder::columns}, cancel,
-             [&](std::size_t i, const PointWinding& winding) {
-                 inside[i] = winding.is_inside(rule) ? 1 : 0;
-             });
+        for_blocks(points, inside, options, [&](auto part, auto answers) {
+            std::ranges::fill(answers, std::uint8_t{0});
+            wind(scene, part, {*scene.space, part, PointOrder::columns}, options,
+                 [&](std::size_t i, const PointWinding& winding) {
+                     answers[i] = winding.is_inside(rule) ? 1 : 0;
+                 });
+        });
     });
 }
 
 void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
-                           float max_distance, const std::atomic<bool>* cancel) const {
+                           float max_distance, const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
-        require_room(points.size(), "points", closest.size());
         const float most = most_d2(scene, max_distance);
-        std::ranges::fill(closest, ClosestPoint{});
         const double scale = scene.pose.space().length_to_world(1);
-        const ScenePoints asked(*scene.space, points, PointOrder::places);
         const auto find = [&](std::span<const mray::vec3> run, auto answers, auto) {
             std::vector<mray::ClosestTriangle> found(run.size());
             std::vector<mray::NearPoint> places(run.size());
@@ -194,46 +206,51 @@ void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint>
                                    scene.pose.positions(), places);
             for (std::size_t i = 0; i < run.size(); ++i) answers[i] = {found[i].prim_id, places[i]};
         };
-        ask_points<PlacedTriangle>(
-            scene, asked, cancel, find, [&](std::size_t i, const PlacedTriangle& found) {
-                if (found.prim_id == mray::kNoPrim) return;
-                const ClosestPoint place =
-                    to_world(scene, asked.points[i], found.prim_id, found.place, scale);
-                if (place.distance <= max_distance) closest[i] = place;
-            });
+        for_blocks(points, closest, options, [&](auto part, auto answers) {
+            std::ranges::fill(answers, ClosestPoint{});
+            const ScenePoints asked(*scene.space, part, PointOrder::places);
+            ask_points<PlacedTriangle>(
+                scene, asked, options, find, [&](std::size_t i, const PlacedTriangle& found) {
+                    if (found.prim_id == mray::kNoPrim) return;
+                    const ClosestPoint place =
+                        to_world(scene, asked.points[i], found.prim_id, found.place, scale);
+                    if (place.distance <= max_distance) answers[i] = place;
+                });
+        });
     });
 }
 
 void Scene::signed_distance(std::span<const Vec3> points, std::span<float> distances, FillRule rule,
-                            float max_distance, const std::atomic<bool>* cancel) const {
+                            float max_distance, const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
-        require_room(points.size(), "points", distances.size());
         const float most = most_d2(scene, max_distance);
         const auto is_finite = [](const Vec3& p) {
             return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
         };
-        for (std::size_t i = 0; i < points.size(); ++i)
-            distances[i] =
-                is_finite(points[i]) ? kInfinity : std::numeric_limits<float>::quiet_NaN();
-        ScenePoints asked(*scene.space, points, PointOrder::places);
         const double scale = scene.pose.space().length_to_world(1);
-        ask_points<mray::ClosestTriangle>(
-            scene, asked, cancel,
-            [&](auto run, auto answers, auto) {
-                scene.tracer->query(mray::ClosestQuery{run, most, answers});
-            },
-            [&](std::size_t i, const mray::ClosestTriangle& found) {
-                if (found.prim_id == mray::kNoPrim) return;
-                const float distance = distance_of(found.d2, scale);
-                if (distance <= max_distance) distances[i] = distance;
+        for_blocks(points, distances, options, [&](auto part, auto answers) {
+            for (std::size_t i = 0; i < part.size(); ++i)
+                answers[i] =
+                    is_finite(part[i]) ? kInfinity : std::numeric_limits<float>::quiet_NaN();
+            ScenePoints asked(*scene.space, part, PointOrder::places);
+            ask_points<mray::ClosestTriangle>(
+                scene, asked, options,
+                [&](auto run, auto found, auto) {
+                    scene.tracer->query(mray::ClosestQuery{run, most, found});
+                },
+                [&](std::size_t i, const mray::ClosestTriangle& found) {
+                    if (found.prim_id == mray::kNoPrim) return;
+                    const float distance = distance_of(found.d2, scale);
+                    if (distance <= max_distance) answers[i] = distance;
+                });
+            asked.sort(PointOrder::columns);
+            wind(scene, part, asked, options, [&](std::size_t i, const PointWinding& winding) {
+                if (winding.is_on_surface) {
+                    answers[i] = 0;
+                } else if (winding.is_inside(rule)) {
+                    answers[i] = -answers[i];
+                }
             });
-        asked.sort(PointOrder::columns);
-        wind(scene, points, asked, cancel, [&](std::size_t i, const PointWinding& winding) {
-            if (winding.is_on_surface) {
-                distances[i] = 0;
-            } else if (winding.is_inside(rule)) {
-                distances[i] = -distances[i];
-            }
         });
     });
 }

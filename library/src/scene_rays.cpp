@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "library/src/ray_batch.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {
@@ -191,10 +192,12 @@ private:
     std::vector<mray::Hit> hits_;
 };
 
+/// Answers rays that see everything.
 template <class Answer>
 void trace_all(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> answers,
-               Coherence coherence, Threads threads, Cancel cancel) {
-    detail::require_room(rays.size(), "rays", answers.size());
+               const QueryOptions& options) {
+    const Cancel cancel = options.cancel;
+    const Coherence coherence = options.coherence;
     if (!scene.tracer->info().answers_threads) {
         DeviceTrace device(scene);
         detail::for_ordered_parts(
@@ -206,8 +209,8 @@ void trace_all(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> an
         detail::throw_if_cancelled(cancel);
         return;
     }
-    mray::ThreadArena* const arena =
-        threads == Threads::calling || rays.size() <= detail::kFewRays ? nullptr : &scene.arena();
+    const bool is_alone = options.threads == Threads::calling || rays.size() <= detail::kFewRays;
+    mray::ThreadArena* const arena = is_alone ? nullptr : &scene.arena();
     scene.cost.measure(rays.size(), [&] {
         std::size_t done = 0;
         if (coherence.kind == Coherence::Kind::image && coherence.width >= kLeastWidth)
@@ -220,6 +223,51 @@ void trace_all(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> an
             });
         detail::throw_if_cancelled(cancel);
     });
+}
+
+/// Finds the closest hits of rays with visible meshes.
+void trace_visible(SceneImpl& scene, std::span<const Ray> rays, std::span<Hit> hits,
+                   const QueryOptions& options) {
+    detail::ask_in_parts(scene, rays.size(), options, [&](std::size_t first, std::size_t count) {
+        const detail::SceneBatch batch(*scene.space, rays.subspan(first, count));
+        std::vector<mray::Hit> found(count);
+        scene.tracer->query(
+            mray::VisibleQuery{batch.rays, scene.meshes.visible(options.visible), found});
+        for (std::size_t i = 0; i < count; ++i)
+            hits[first + i] = to_world(scene.meshes, found[i], batch.t_exponents[i]);
+    });
+}
+
+/// Replaces hits with excluded triangles by the next hits of their rays.
+void pass_excluded(SceneImpl& scene, const detail::RayFilter& filter, std::span<const Ray> rays,
+                   std::span<Hit> hits, const QueryOptions& options) {
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        if (filter.excludes(i, hits[i])) places.push_back(i);
+    detail::ask_in_parts(scene, places.size(), options, [&](std::size_t begin, std::size_t count) {
+        const std::span<const std::size_t> part = std::span(places).subspan(begin, count);
+        std::vector<Ray> passing(count);
+        for (std::size_t i = 0; i < count; ++i) passing[i] = rays[part[i]];
+        const detail::SceneBatch batch(*scene.space, passing);
+        mray::step_through_hits(
+            batch.rays, mray::Crossing::kEach,
+            [&](const mray::NextQuery& query) { scene.tracer->query(query); },
+            [&](std::size_t i, const mray::Hit& hit) {
+                hits[part[i]] = to_world(scene.meshes, hit, batch.t_exponents[i]);
+                return hit.prim_id != mray::kNoPrim && !filter.sees(part[i], hit.prim_id);
+            });
+    });
+}
+
+void find_closest(SceneImpl& scene, std::span<const Ray> rays, std::span<Hit> hits,
+                  const QueryOptions& options) {
+    detail::require_room(rays.size(), "rays", hits.size());
+    const detail::RayFilter filter(scene.meshes, rays.size(), options);
+    if (options.visible.empty())
+        trace_all(scene, rays, hits, options);
+    else
+        trace_visible(scene, rays, hits, options);
+    if (!options.excluded.empty()) pass_excluded(scene, filter, rays, hits, options);
 }
 
 /// A ray in the calling thread, without the memory of runs.
@@ -247,41 +295,44 @@ Answer trace_one(SceneImpl& scene, const Ray& ray) {
 
 }  // namespace
 
-void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
-                      const std::atomic<bool>* cancel) const {
-    with_scene(impl_, [&](SceneImpl& scene) {
-        trace_all(scene, rays, hits, coherence, Threads::all, cancel);
-    });
-}
-
-void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
-                      Coherence coherence) const {
-    with_scene(impl_, [&](SceneImpl& scene) {
-        trace_all(scene, rays, hits, coherence, threads, nullptr);
-    });
+void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits,
+                      const QueryOptions& options) const {
+    with_scene(impl_, [&](SceneImpl& scene) { find_closest(scene, rays, hits, options); });
 }
 
 Hit Scene::intersect(const Ray& ray) const {
     return with_scene(impl_, [&](SceneImpl& scene) { return trace_one<Hit>(scene, ray); });
 }
 
-void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
-                     Coherence coherence, const std::atomic<bool>* cancel) const {
-    with_scene(impl_, [&](SceneImpl& scene) {
-        trace_all(scene, rays, occluded, coherence, Threads::all, cancel);
-    });
+Hit Scene::intersect(const Ray& ray, const QueryOptions& options) const {
+    Hit hit;
+    intersect({&ray, 1}, {&hit, 1}, options);
+    return hit;
 }
 
-void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Threads threads,
-                     Coherence coherence) const {
+void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+                     const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
-        trace_all(scene, rays, occluded, coherence, threads, nullptr);
+        detail::require_room(rays.size(), "rays", occluded.size());
+        if (detail::RayFilter(scene.meshes, rays.size(), options).sees_all()) {
+            trace_all(scene, rays, occluded, options);
+        } else {
+            std::vector<Hit> hits(rays.size());
+            find_closest(scene, rays, hits, options);
+            for (std::size_t i = 0; i < hits.size(); ++i) occluded[i] = hits[i] ? 1 : 0;
+        }
     });
 }
 
 bool Scene::occluded(const Ray& ray) const {
     return with_scene(impl_,
                       [&](SceneImpl& scene) { return trace_one<std::uint8_t>(scene, ray) != 0; });
+}
+
+bool Scene::occluded(const Ray& ray, const QueryOptions& options) const {
+    std::uint8_t occluded = 0;
+    this->occluded({&ray, 1}, {&occluded, 1}, options);
+    return occluded != 0;
 }
 
 }  // namespace morphray

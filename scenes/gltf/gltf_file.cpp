@@ -11,7 +11,6 @@
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
-#include "common/text/base64.h"
 #include "common/text/text_parts.h"
 #include "scenes/warning_count.h"
 

@@ -67,12 +67,6 @@ constexpr std::array kScenes = {
                     make_hall},
 };
 
-std::string similar_scene(std::string_view name) {
-    std::vector<std::string> names;
-    for (const ProceduralScene& scene : kScenes) names.emplace_back(scene.name);
-    return suggestion(name, names);
-}
-
 }  // namespace
 
 std::span<const ProceduralScene> procedural_scenes() { return kScenes; }
@@ -82,8 +76,9 @@ std::unique_ptr<Animation> make_procedural(const std::string& name, std::uint64_
         std::find_if(kScenes.begin(), kScenes.end(),
                      [&](const ProceduralScene& known) { return name == known.name; });
     if (scene == kScenes.end()) {
-        throw Error(ErrorKind::kBadArgument, fmt::format("there is no built-in scene {}{}",
-                                                         quote(name), similar_scene(name)));
+        throw Error(
+            ErrorKind::kBadArgument,
+            fmt::format("there is no built-in scene {}; `morphray info` lists them", quote(name)));
     }
     if (triangles > kMaxTriangles) {
         throw Error(ErrorKind::kLimit,

@@ -7,7 +7,6 @@
 #include <memory>
 
 #include "app/animation/frames.h"
-#include "app/base/values.h"
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
 #include "app/commands/crosscheck/cross_checker.h"

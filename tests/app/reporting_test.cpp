@@ -118,10 +118,7 @@ TEST(Info, CountsTrianglesAndVertices) {
     EXPECT_EQ(json["last_frame"], 0);
     EXPECT_EQ(json["bounds"]["lower"], (Json{1, -1, 0}));
     EXPECT_EQ(json["bounds"]["upper"], (Json{9, 9, 9}));
-    ASSERT_EQ(json["trees"].size(), 2u);
-    EXPECT_EQ(json["trees"][0]["build"], "binned");
-    EXPECT_EQ(json["trees"][1]["build"], "sweep");
-    EXPECT_EQ(json["trees"][0]["nodes"], 1);
+    EXPECT_EQ(json["tree"]["nodes"], 1);
 }
 
 }  // namespace

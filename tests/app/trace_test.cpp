@@ -124,12 +124,21 @@ TEST(Trace, InvalidRaysMissWithOneWarning) {
         << outcome.err;
 }
 
+TEST(Trace, RaysLeaveOutTheTriangleThatTheyName) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", unit_triangle());
+    const std::string ray = "0.25 0.25 2 0 0 -1";
+    const Outcome outcome =
+        trace(scene, ray + "\n" + ray + " 0 inf 0\n" + ray + " 0 inf 1\n" + ray + "\n");
+    EXPECT_EQ(outcome.out, "H 2 0 0.25 0.25\nM\nH 2 0 0.25 0.25\nH 2 0 0.25 0.25\n") << outcome.err;
+}
+
 TEST(Trace, SyntaxErrorNamesFileAndLine) {
     TemporaryFolder folder;
     const std::string scene = folder.write("t.obj", unit_triangle());
     const std::string out = folder.file("answers");
     for (const char* line : {"0 0 2 0 0", "0 0 2 0 0 -1 0", "0 0 2 0 0 x", "0,5 0 2 0 0 -1",
-                             "1 2 3 4 5 6 7 8 9", "0x1 0 2 0 0 -1"}) {
+                             "1 2 3 4 5 6 7 8 9 1", "1 2 3 4 5 6 7 8 0.5", "0x1 0 2 0 0 -1"}) {
         const std::string rays = folder.write("rays", std::string("0 0 2 0 0 -1\n#\n") + line);
         const Outcome outcome = run({"trace", scene, "--rays", rays, "--out", out});
         EXPECT_EQ(outcome.code, 3) << line;

@@ -31,7 +31,7 @@ std::vector<std::string> small_render(std::vector<std::string> more) {
 }
 
 TEST(Usage, MissingArgumentsAndValuesAreNamed) {
-    expect_refused({}, 2, "no command");
+    expect_refused({}, 2, "subcommand is required");
     expect_refused({"crosscheck"}, 2, "SCENES is required");
     expect_refused({"diff"}, 2, "FILES is required");
     expect_refused({"trace", "builtin:cloth:500"}, 2, "--rays is required");
@@ -40,21 +40,20 @@ TEST(Usage, MissingArgumentsAndValuesAreNamed) {
     expect_refused({"render", "builtin:cloth", "--out", ""}, 2, "--out: the value is empty");
 }
 
-TEST(Usage, MisspeltNamesComeWithTheNearest) {
-    expect_refused({"rendr", "builtin:cloth"}, 2, "unknown command 'rendr'; did you mean render?");
-    expect_refused({"help", "rendr"}, 2, "did you mean render?");
-    expect_refused({"render", "builtin:clot"}, 2, "cloth");
-    expect_refused(small_render({"--szie=3x3"}), 2, "did you mean --size?");
-    expect_refused(small_render({"--rays", "shadows"}), 2, "did you mean shadow?");
-    expect_refused(small_render({"--wavelength", "3"}), 2, "see `morphray render --help`");
+TEST(Usage, MisspeltNamesComeWithThePlaceOfTheList) {
+    expect_refused({"rendr", "builtin:cloth"}, 2,
+                   "unknown argument 'rendr'; see `morphray --help`");
+    expect_refused({"render", "builtin:clot"}, 2, "'clot'; `morphray info` lists them");
+    expect_refused(small_render({"--szie=3x3"}), 2, "'--szie=3x3'; see `morphray render --help`");
+    expect_refused(small_render({"--rays", "shadows"}), 2,
+                   "--rays: 'shadows' is not one of primary|shadow|ao");
     // Commands that take any number of arguments name the option, too.
-    expect_refused({"crosscheck", "builtin:cloth:500", "--framse", "0"}, 2,
-                   "unknown option '--framse'; did you mean --frames?");
+    expect_refused({"crosscheck", "builtin:cloth:500", "--framse", "0"}, 2, "--framse");
 }
 
 TEST(Usage, MoreThanOneOfASingleThingIsRefused) {
     expect_refused(small_render({"--threads", "2", "--threads", "2"}), 2, "--threads");
-    expect_refused(small_render({"builtin:herd"}), 2, "unknown argument 'builtin:herd'");
+    expect_refused(small_render({"builtin:herd"}), 2, "builtin:herd");
     expect_refused({"diff", "a.hits", "b.hits", "c.hits"}, 2, "FILES");
     expect_refused({"info", "builtin:cloth:500", "--frames", "0..4"}, 2, "0..4");
     expect_refused({"crosscheck", "builtin:cloth:500", "--json", "-", "--junit", "-"}, 2,

@@ -44,10 +44,8 @@ TEST(ScalarTracer, AnswersLikeBruteForceOnEveryScene) {
         const TestScene& scene = named.scene;
         const cpu::BruteTracer brute(scene.topology(), scene.positions());
         const std::vector<Ray> rays = mixed_rays(scene, 3000, 17);
-        for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
-            const Bvh bvh = build_bvh(scene.topology(), scene.positions(), {.split = split});
-            EXPECT_EQ(count_differences(cpu::ScalarTracer(bvh), brute, rays), 0u) << named.name;
-        }
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        EXPECT_EQ(count_differences(cpu::ScalarTracer(bvh), brute, rays), 0u) << named.name;
     }
 }
 

@@ -16,7 +16,7 @@
 
 #include "app/terminal/failure.h"
 #include "common/base/errors.h"
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 #include "cpu/cpu_backend.h"
 #include "tests/fuzz/generate/generate.h"
 #include "tests/fuzz/judge/judge.h"

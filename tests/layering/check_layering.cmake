@@ -49,7 +49,7 @@ set(app_commands_sees ${app_rooms})
 # hold plain data.
 set(engine "^(cpu/|gpu/|common/(backend|scene_queries)\\.h$|common/(bvh|update)/)")
 set(engine_users "^app/(backends/|commands/(crosscheck|profile|probe|info))")
-set(engine_data "^common/(bvh/(bvh_stats|builder/bvh_builder)|update/policy)\\.h$")
+set(engine_data "^common/(bvh/builder/bvh_builder|update/policy)\\.h$")
 
 # The order of the folders of scenes/ and common/: one may include those before it.
 set(order_of_scenes polygons json mesh obj ply sequence gltf procedural)

@@ -103,7 +103,7 @@ inline void expect_visible_hits_on(const morphray::Device& device, std::size_t r
     scene.update();
     const std::vector<morphray::Ray> rays = world_rays(spikes, ray_count, 7);
     const std::vector<std::vector<std::uint8_t>> sets = {
-        {}, {1}, {0, 1, 1}, {0, 0, 0, 1}, {0, 0, 2, 0, 1}, {1, 1, 1, 1, 1, 1}};
+        {0}, {1}, {0, 1, 1}, {0, 0, 0, 1}, {0, 0, 2, 0, 1}, {1, 1, 1, 1, 1, 1}};
     std::size_t hit_count = 0;
     for (const std::vector<std::uint8_t>& visible : sets) {
         std::vector<morphray::MeshView> seen(meshes.size());
@@ -111,13 +111,58 @@ inline void expect_visible_hits_on(const morphray::Device& device, std::size_t r
             if (visible[i] != 0 && i != kDetached) seen[i] = meshes[i];
         const morphray::Scene rest =
             morphray::Scene::build(seen, morphray::Device::brute_force(), options);
+        const morphray::QueryOptions sees{.visible = visible};
         for (const morphray::Ray& ray : rays) {
             const morphray::Hit expected = rest.intersect(ray);
-            EXPECT_EQ(scene.intersect_visible(ray, visible), expected);
+            EXPECT_EQ(scene.intersect(ray, sees), expected);
             hit_count += expected ? 1 : 0;
         }
+        std::vector<std::uint8_t> occluded(rays.size());
+        scene.occluded(rays, occluded, sees);
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            EXPECT_EQ(occluded[i] != 0, rest.occluded(rays[i]));
+        expect_same(scene.intersect_all(rays, {.max_hits = 3}, sees),
+                    rest.intersect_all(rays, {.max_hits = 3}), "visible");
     }
     EXPECT_GT(hit_count, ray_count / 2);
+}
+
+/// Rays that leave out the first triangle that they hit have the answers of brute force in a scene
+/// without that triangle.
+inline void expect_excluded_on(const morphray::Device& device, std::size_t ray_count) {
+    UserMesh mesh(star(3, 4));
+    const morphray::SceneOptions options{.bounds = morphray::Box{{-4, -4, -4}, {4, 4, 4}}};
+    const morphray::Scene scene = morphray::Scene::build(mesh.view(), device, options);
+    const std::vector<morphray::Ray> rays = world_rays(mesh, ray_count, 7);
+    std::vector<morphray::Primitive> excluded;
+    for (const morphray::Ray& ray : rays) excluded.push_back(scene.intersect(ray).primitive());
+    const morphray::QueryOptions options_of_rays{.excluded = excluded};
+    std::vector<morphray::Hit> hits(rays.size());
+    std::vector<std::uint8_t> occluded(rays.size());
+    std::vector<std::uint64_t> counts(rays.size());
+    scene.intersect(rays, hits, options_of_rays);
+    scene.occluded(rays, occluded, options_of_rays);
+    scene.count(rays, counts, morphray::Crossing::once, options_of_rays);
+    const morphray::AllHits all = scene.intersect_all(rays, {.max_hits = 2}, options_of_rays);
+    std::size_t hit_count = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        UserMesh rest = mesh;
+        if (excluded[i].prim_id != morphray::kNoPrim) {
+            const std::size_t corner = std::size_t{3} * excluded[i].prim_id;
+            rest.triangles[corner + 1] = rest.triangles[corner + 2] = rest.triangles[corner];
+        }
+        const morphray::Scene brute =
+            morphray::Scene::build(rest.view(), morphray::Device::brute_force(), options);
+        const morphray::Hit expected = brute.intersect(rays[i]);
+        EXPECT_EQ(hits[i], expected);
+        EXPECT_EQ(occluded[i] != 0, static_cast<bool>(expected));
+        const morphray::AllHits expected_all = brute.intersect_all({&rays[i], 1}, {.max_hits = 2});
+        EXPECT_TRUE(std::ranges::equal(all.of_ray(i), expected_all.hits));
+        EXPECT_EQ(all.left_out[i], expected_all.left_out[0]);
+        EXPECT_EQ(counts[i], expected_all.hits.size() + expected_all.left_out[0]);
+        hit_count += expected ? 1 : 0;
+    }
+    EXPECT_GT(hit_count, ray_count / 8);
 }
 
 /// Calls of every member of a scene that can be cancelled, by `flag` as it is then. All of what the
@@ -136,16 +181,19 @@ public:
         using morphray::FillRule;
         constexpr float kFar = std::numeric_limits<float>::infinity();
         calls = {
-            {"intersect", [&] { scene.intersect(rays, hits_, {}, flag); }},
-            {"occluded", [&] { scene.occluded(rays, bytes_, {}, flag); }},
-            {"compare", [&] { compare(scene, scene, rays, 10, flag); }},
-            {"intersect_all", [&] { scene.intersect_all(rays, {.cancel = flag}); }},
-            {"count", [&] { scene.count(rays, counts_, Crossing::once, {}, flag); }},
-            {"winding", [&] { scene.winding(points, windings_, flag); }},
-            {"contains", [&] { scene.contains(points, bytes_, FillRule::odd, flag); }},
-            {"closest_points", [&] { scene.closest_points(points, closest_, kFar, flag); }},
+            {"intersect", [&] { scene.intersect(rays, hits_, {.cancel = flag}); }},
+            {"occluded", [&] { scene.occluded(rays, bytes_, {.cancel = flag}); }},
+            {"compare", [&] { compare(scene, scene, rays, 10, {.cancel = flag}); }},
+            {"intersect_all", [&] { scene.intersect_all(rays, {}, {.cancel = flag}); }},
+            {"count", [&] { scene.count(rays, counts_, Crossing::once, {.cancel = flag}); }},
+            {"winding", [&] { scene.winding(points, windings_, {.cancel = flag}); }},
+            {"contains", [&] { scene.contains(points, bytes_, FillRule::odd, {.cancel = flag}); }},
+            {"closest_points",
+             [&] { scene.closest_points(points, closest_, kFar, {.cancel = flag}); }},
             {"signed_distance",
-             [&] { scene.signed_distance(points, distances_, FillRule::odd, kFar, flag); }},
+             [&] {
+                 scene.signed_distance(points, distances_, FillRule::odd, kFar, {.cancel = flag});
+             }},
         };
     }
     CancelledCalls(const CancelledCalls&) = delete;

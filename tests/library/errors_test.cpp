@@ -45,7 +45,7 @@ TEST(LibraryErrors, RefuseMeshesWhoseArraysDoNotFit) {
     EXPECT_EQ(error_of_mesh(view), "limit");
     view = mesh.view();
     const std::uint32_t albedo[2] = {};
-    view.albedo = albedo;
+    view.appearance.albedo = albedo;
     EXPECT_EQ(error_of_mesh(view), "bad_argument");
     view = mesh.view();
     view.positions = {};

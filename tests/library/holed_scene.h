@@ -35,8 +35,8 @@ struct Leaf : UserMesh {
     morphray::MeshView view() const {
         static constexpr float kCorners[] = {0, 0, 1, 0, 1, 1, 0, 0, 1, 1, 0, 1};
         morphray::MeshView mesh = UserMesh::view();
-        mesh.textures = textures;
-        mesh.texcoords = kCorners;
+        mesh.appearance.textures = textures;
+        mesh.appearance.texcoords = kCorners;
         return mesh;
     }
 
@@ -74,9 +74,9 @@ public:
 
     std::vector<morphray::MeshView> views() const {
         morphray::MeshView leaves = leaves_.view();
-        leaves.textures = textures_;
-        leaves.texcoords = texcoords_;
-        leaves.texture_ids = ids_;
+        leaves.appearance.textures = textures_;
+        leaves.appearance.texcoords = texcoords_;
+        leaves.appearance.texture_ids = ids_;
         return {ground_.view(), torus_.view(), leaves};
     }
 

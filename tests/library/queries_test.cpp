@@ -82,7 +82,7 @@ TEST(Queries, OfImagesEqualBruteForce) {
             expect_same_hits(hits_of(scene, rays, coherence), expected, std::to_string(width));
             hit_count += count_hits(expected);
             std::vector<std::uint8_t> occluded(rays.size());
-            scene.occluded(rays, std::span<std::uint8_t>(occluded), coherence);
+            scene.occluded(rays, std::span<std::uint8_t>(occluded), {coherence});
             for (std::size_t i = 0; i < rays.size(); ++i)
                 ASSERT_EQ(occluded[i] != 0, bool{expected[i]}) << i;
         }

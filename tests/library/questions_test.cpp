@@ -179,6 +179,21 @@ TEST(VisibleHits, AreTheFirstOfAllHitsThatAreVisible) {
     expect_visible_hits_on(Device::brute_force(), 60);
 }
 
+TEST(VisibleHits, LeaveOutTheTriangleThatARayNames) {
+    expect_excluded_on(Device::cpu(), 200);
+    expect_excluded_on(Device::brute_force(), 40);
+    const UserMesh mesh(star(3, 4));
+    const Scene scene = Scene::build(mesh.view());
+    const std::vector<Ray> rays(3);
+    const std::vector<morphray::Primitive> two(2);
+    std::vector<morphray::Hit> hits(rays.size());
+    EXPECT_EQ(error_of([&] { scene.intersect(rays, hits, {.excluded = two}); }), "bad_argument");
+    const std::vector<morphray::Vec3> points(2);
+    std::vector<std::int32_t> windings(points.size());
+    EXPECT_EQ(error_of([&] { scene.winding(points, windings, {.excluded = two}); }),
+              "bad_argument");
+}
+
 TEST(Windings, AddUpWhereMeshesAreNestedOrOverlap) {
     const UserMesh outer = cube({}, false, 4);
     const UserMesh inner = cube();

@@ -69,14 +69,14 @@ TEST(Queries, OfManyRaysAreThoseOfOneRayWhateverTheCallerSaysOfThem) {
                   Coherence::image(200), Coherence::image(kHuge)}) {
                 expect_same_hits(hits_of(scene, rays, coherence), expected, simd);
                 std::vector<morphray::Hit> hits(rays.size());
-                scene.intersect(rays, hits, morphray::Threads::calling, coherence);
+                scene.intersect(rays, hits, {coherence, morphray::Threads::calling});
                 expect_same_hits(hits, expected, simd);
                 std::vector<std::uint8_t> occluded(rays.size(), 2);
-                scene.occluded(rays, occluded, coherence);
+                scene.occluded(rays, occluded, {coherence});
                 for (std::size_t i = 0; i < rays.size(); ++i)
                     ASSERT_EQ(occluded[i], expected[i] ? 1 : 0) << simd << ", ray " << i;
                 std::vector<std::uint64_t> counts(rays.size(), 99);
-                scene.count(rays, counts, morphray::Crossing::once, coherence);
+                scene.count(rays, counts, morphray::Crossing::once, {coherence});
                 EXPECT_EQ(counts, expected_counts) << simd;
             }
         }
@@ -90,12 +90,13 @@ TEST(Queries, OfManyRaysInAnyOrderAreCancelled) {
     const morphray::Hit untouched{-1, -2, -3, 77, 88};
     std::vector<morphray::Hit> hits(rays.size(), untouched);
     const std::atomic<bool> cancel = true;
-    EXPECT_THROW(scene.intersect(rays, std::span(hits), Coherence::sort(), &cancel),
+    EXPECT_THROW(scene.intersect(rays, std::span(hits), {Coherence::sort(), {}, {}, {}, &cancel}),
                  morphray::Error);
     EXPECT_EQ(std::count(hits.begin(), hits.end(), untouched),
               static_cast<std::ptrdiff_t>(hits.size()));
     std::vector<std::uint64_t> counts(rays.size(), 99);
-    EXPECT_THROW(scene.count(rays, counts, morphray::Crossing::once, Coherence::sort(), &cancel),
+    EXPECT_THROW(scene.count(rays, counts, morphray::Crossing::once,
+                             {Coherence::sort(), {}, {}, {}, &cancel}),
                  morphray::Error);
     EXPECT_EQ(std::count(counts.begin(), counts.end(), 99u),
               static_cast<std::ptrdiff_t>(counts.size()));

@@ -57,8 +57,7 @@ inline std::vector<morphray::Hit> hits_of(const morphray::Scene& scene,
                                           const std::vector<morphray::Ray>& rays,
                                           morphray::Coherence coherence = {}) {
     std::vector<morphray::Hit> hits(rays.size());
-    scene.intersect(std::span<const morphray::Ray>(rays), std::span<morphray::Hit>(hits),
-                    coherence);
+    scene.intersect(rays, hits, {coherence});
     return hits;
 }
 

@@ -24,7 +24,7 @@ constexpr Shading kShadings[] = {Shading::plain, Shading::lit,   Shading::normal
 
 morphray::MeshView smooth_view(const UserMesh& mesh) {
     morphray::MeshView view = mesh.view();
-    view.smooth = mesh.triangles;
+    view.appearance.smooth = mesh.triangles;
     return view;
 }
 
@@ -144,11 +144,11 @@ TEST(Shading, RefusesWhatItCannotDo) {
     EXPECT_EQ(render(view_of(static_cast<Shading>(17), 1)), "bad_argument");
 
     morphray::MeshView wrong = mesh.view();
-    wrong.smooth = std::span(mesh.triangles).first(3);
+    wrong.appearance.smooth = std::span(mesh.triangles).first(3);
     EXPECT_EQ(error_of([&] { Scene::build(wrong); }), "bad_argument");
     const std::vector<std::uint32_t> high(mesh.triangles.size(),
                                           static_cast<std::uint32_t>(mesh.triangles.size()));
-    wrong.smooth = high;
+    wrong.appearance.smooth = high;
     EXPECT_EQ(error_of([&] { Scene::build(wrong); }), "bad_argument");
 }
 
@@ -162,8 +162,8 @@ TEST(Textures, ImageIsUprightFromItsTopRowDown) {
     const std::vector<morphray::TextureView> textures = {
         {.texels = texels, .width = 2, .height = 2, .wrap = morphray::Wrap::clamp}};
     morphray::MeshView mesh = square.view();
-    mesh.textures = textures;
-    mesh.texcoords = texcoords;
+    mesh.appearance.textures = textures;
+    mesh.appearance.texcoords = texcoords;
     const Image image = Scene::build(mesh).render({.eye = morphray::Point{0, 0, 4},
                                                    .target = morphray::Point{0, 0, 0},
                                                    .fov = 2 * std::atan(0.25) * 180 / M_PI,

@@ -20,7 +20,7 @@ using morphray::View;
 
 MeshView view_with_normals(const UserMesh& mesh) {
     MeshView view = mesh.view();
-    view.smooth = mesh.triangles;
+    view.appearance.smooth = mesh.triangles;
     return view;
 }
 

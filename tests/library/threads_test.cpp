@@ -63,14 +63,14 @@ std::vector<std::function<void()>> calls_of(const Scene& scene,
         [&] { a.hits = hits_of(scene, rays); },
         [&] {
             a.in_calling_thread.resize(rays.size());
-            scene.intersect(rays, a.in_calling_thread, morphray::Threads::calling);
+            scene.intersect(rays, a.in_calling_thread, {.threads = morphray::Threads::calling});
         },
         [&] {
             for (std::size_t i = 0; i < rays.size(); i += 16) {
                 a.single.push_back(scene.intersect(rays[i]));
                 a.next.push_back(scene.intersect(rays[i], a.single.back()));
                 a.visible.push_back(
-                    scene.intersect_visible(rays[i], std::array<std::uint8_t, 2>{0, 1}));
+                    scene.intersect(rays[i], {.visible = std::array<std::uint8_t, 2>{0, 1}}));
                 a.single_occluded.push_back(scene.occluded(rays[i]));
             }
         },

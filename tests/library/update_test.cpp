@@ -105,6 +105,23 @@ TEST(SceneUpdate, ReadsTheCallersOwnVerticesInPlace) {
     expect_same_hits(hits_of(of_base, world_rays(mesh, 1000, 11)),
                      hits_of(scene, world_rays(mesh, 1000, 11)));
 
+    // Doubles are rounded where they are read, also at the next update; indices may be of any kind.
+    std::vector<std::array<double, 3>> doubles;
+    for (const morphray::Vec3& p : rest.points) doubles.push_back({p.x, p.y, p.z});
+    std::vector<std::array<std::int32_t, 3>> triangles;
+    for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
+        triangles.push_back({static_cast<std::int32_t>(mesh.triangles[i]),
+                             static_cast<std::int32_t>(mesh.triangles[i + 1]),
+                             static_cast<std::int32_t>(mesh.triangles[i + 2])});
+    }
+    Scene of_doubles = Scene::build({morphray::packed(doubles), morphray::indices(triangles)},
+                                    Device::cpu(), {.bounds = kBounds});
+    for (std::size_t i = 0; i < doubles.size(); ++i)
+        doubles[i] = {mesh.points[i].x * (1 + 1e-9), mesh.points[i].y, mesh.points[i].z};
+    of_doubles.update();
+    expect_same_hits(hits_of(of_doubles, world_rays(mesh, 1000, 11)),
+                     hits_of(scene, world_rays(mesh, 1000, 11)));
+
     // At an odd address, too.
     std::vector<std::byte> bytes(13 * mesh.points.size() + 1);
     for (std::size_t i = 0; i < mesh.points.size(); ++i)

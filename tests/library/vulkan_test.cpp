@@ -38,7 +38,7 @@ TEST(LibraryOnVulkan, AnswersAsTheCpu) {
         std::vector<std::uint8_t> dark(rays.size());
         std::vector<std::uint8_t> dark_on_cpu(rays.size());
         scene.occluded(rays, std::span<std::uint8_t>(dark));
-        twin.occluded(rays, std::span<std::uint8_t>(dark_on_cpu));
+        twin.occluded(rays, dark_on_cpu);
         EXPECT_EQ(dark, dark_on_cpu);
         EXPECT_EQ(scene.intersect(rays[5]), twin.intersect(rays[5]));
         EXPECT_EQ(scene.occluded(rays[5]), twin.occluded(rays[5]));
@@ -64,17 +64,17 @@ TEST(LibraryOnVulkan, ManyRaysInAnyOrderAreAnsweredAsByTheCpu) {
     for (const std::atomic<bool>* const watched :
          {static_cast<const std::atomic<bool>*>(nullptr), &cancel}) {
         std::vector<morphray::Hit> hits(rays.size());
-        scene.intersect(rays, hits, sort, watched);
+        scene.intersect(rays, hits, {.coherence = sort, .cancel = watched});
         expect_same_hits(hits, hits_of(twin, rays));
     }
     std::vector<std::uint8_t> dark(rays.size());
     std::vector<std::uint8_t> dark_on_cpu(rays.size());
-    scene.occluded(rays, std::span<std::uint8_t>(dark), sort);
-    twin.occluded(rays, std::span<std::uint8_t>(dark_on_cpu));
+    scene.occluded(rays, dark, {sort});
+    twin.occluded(rays, dark_on_cpu);
     EXPECT_EQ(dark, dark_on_cpu);
     std::vector<std::uint64_t> counts(rays.size());
     std::vector<std::uint64_t> counts_on_cpu(rays.size());
-    scene.count(rays, counts, morphray::Crossing::once, sort);
+    scene.count(rays, counts, morphray::Crossing::once, {sort});
     twin.count(rays, counts_on_cpu);
     EXPECT_EQ(counts, counts_on_cpu);
 }
@@ -97,6 +97,8 @@ TEST(LibraryOnVulkan, AnswersQuestionsAsTheCpuAfterEachUpdate) {
 
 TEST(LibraryOnVulkan, FindsVisibleHits) { expect_visible_hits_on(vulkan(), 20); }
 
+TEST(LibraryOnVulkan, LeavesOutTriangles) { expect_excluded_on(vulkan(), 20); }
+
 TEST(LibraryOnVulkan, QuestionsAreCancelledByAFlagThatIsTrueBefore) {
     expect_all_are_cancelled_on(vulkan());
 }
@@ -104,7 +106,7 @@ TEST(LibraryOnVulkan, QuestionsAreCancelledByAFlagThatIsTrueBefore) {
 TEST(LibraryOnVulkan, LitImagesAreThoseOfTheCpu) {
     UserMesh mesh(torus(40, 24));
     morphray::MeshView smooth = mesh.view();
-    smooth.smooth = mesh.triangles;
+    smooth.appearance.smooth = mesh.triangles;
     const Scene scene = Scene::build(smooth, vulkan());
     const Scene twin = scene.on(Device::cpu());
     // Without colours of the device first, then with them, then without again.

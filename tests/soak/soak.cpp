@@ -23,8 +23,8 @@
 
 #include "common/base/errors.h"
 #include "common/base/hash.h"
-#include "common/base/stopwatch.h"
-#include "common/bvh/bvh_stats.h"
+#include "common/bvh/bvh.h"
+#include "common/frame_times.h"
 #include "common/scene/camera_setup.h"
 #include "cpu/cpu_backend.h"
 #include "scenes/animation.h"

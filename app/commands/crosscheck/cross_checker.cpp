@@ -54,7 +54,7 @@ CrossChecker::CrossChecker(const CrosscheckOptions& options, SceneFrames& scene,
     if (options.rays) rays_ = {*options.rays};
     const Topology& topology = scene.animation().topology();
     const std::span<const vec3> positions = scene.positions(report["frames"].front());
-    const Bvh built = build_bvh(topology, positions, build_config(options.split, options.backend));
+    const Bvh built = build_bvh(topology, positions, build_config(options.backend));
     const auto set_scene = [&](BackendPair& pair) {
         pair.refits->set_scene(topology, positions, built);
         pair.given->set_scene(topology, positions, built);
@@ -140,9 +140,8 @@ void CrossChecker::compare(Backend& backend, const std::string& simd, const std:
         image.rays = expected.rays;
         image.reference = expected.reference;
         if (is_cpu_reference && image.reference == "cpu") continue;
-        progress_->begin(
-            fmt::format("frame {}, {}, {}", frame_, image.variant.name(), name_of_rays(image.rays)),
-            true);
+        progress_->begin(fmt::format("frame {}, {}, {}", frame_, image.variant.name(),
+                                     name_of_rays(image.rays)));
         backend.trace_image(params_for(expected.rays), actual);
         image.trace_ms = backend.finish().trace_ms;
         add_images(report_, options_, image, expected.frame, actual);
@@ -180,7 +179,7 @@ void CrossChecker::check_cpu(std::span<const vec3> positions, const Bvh& rebuilt
 void CrossChecker::check_simd(const std::string& simd, std::span<const vec3> positions,
                               const Bvh& rebuilt) {
     const auto backend = cpu::make_cpu_backend({.threads = options_.backend.threads, .simd = simd});
-    backend->watch_images(command_watch());
+    backend->watch_images(Watch(&interrupt_flag()));
     backend->set_scene(scene_.animation().topology(), positions, backends_.cpu.tree);
     compare(*backend, simd, "cpu");
     backend->set_frame(positions, rebuilt);
@@ -193,8 +192,8 @@ void CrossChecker::check(double frame, Progress& progress) {
     const std::span<const vec3> positions = scene_.positions(frame);
     progress.begin(fmt::format("frame {}, tree", frame));
     refit(backends_.cpu, positions);
-    const Bvh rebuilt = build_bvh(scene_.animation().topology(), positions,
-                                  build_config(options_.split, options_.backend));
+    const Bvh rebuilt =
+        build_bvh(scene_.animation().topology(), positions, build_config(options_.backend));
     trace_reference(positions, rebuilt);
     query_reference(positions);
     if (backends_.vulkan) check_vulkan(positions, rebuilt);

@@ -10,7 +10,6 @@
 #include "app/commands/crosscheck/query_check.h"
 #include "app/report/crosscheck/check_report.h"
 #include "app/terminal/messages.h"
-#include "app/terminal/progress.h"
 #include "common/backend.h"
 #include "scenes/scene_frames.h"
 

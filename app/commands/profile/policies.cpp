@@ -11,7 +11,7 @@
 #include "app/animation/frames.h"
 #include "app/backends/backends.h"
 #include "app/terminal/failure.h"
-#include "app/terminal/progress.h"
+#include "app/terminal/messages.h"
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
 #include "common/report/plot.h"
@@ -99,8 +99,7 @@ std::vector<Played> play(const ProfileOptions& options, const PolicySpec& policy
                          const std::function<void()>& on_frame) {
     const double build_at = options.tree.build_at.value_or(frames.front());
     TreeUpdater updater(scene.animation().topology(), scene.positions(build_at), backend, nullptr,
-                        policy, build_config(options.tree.split, options.backend),
-                        {.record_cost_ratio = true});
+                        policy, build_config(options.backend), {.record_cost_ratio = true});
     // The first trace of a scene is slower than all others.
     Frame image;
     backend.trace_image(scene.image_params(options.view), image);

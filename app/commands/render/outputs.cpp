@@ -10,7 +10,7 @@
 #include "app/terminal/messages.h"
 #include "common/base/errors.h"
 #include "common/base/hash.h"
-#include "common/base/output_file.h"
+#include "common/base/input_file.h"
 #include "common/image/frame.h"
 #include "common/report/shell.h"
 #include "common/text/number_text.h"
@@ -43,7 +43,6 @@ std::string render_command(const ImageOptions& options, double frame) {
         add("--rays", name_of_rays(rays));
     else
         add("--shading", name_in<morphray::Shading>(kShadings, shading.shading));
-    if (options.tree.split != SplitMethod::kBinned) add("--build", "sweep");
     if (shows_tree(shading.shading)) {
         const TreeOptions& tree = options.tree;
         // A tree that is built at each frame is the same wherever the first one was built.
@@ -67,7 +66,8 @@ bool is_there(const std::filesystem::path& file) {
 /// Why the image of an earlier run does not count; empty if it does.
 std::string flaw_of(const RenderOptions& options, const std::filesystem::path& folder,
                     const FrameTask& task, std::uint64_t scene_hash) {
-    const PngFile png = read_png_file(folder / task.file);
+    const std::filesystem::path file = folder / task.file;
+    const PngFile png = decode_png(read_input_file(file), file, {});
     if (png.text("Software") != software_text()) return "another version made it";
     if (png.text("Source") != render_command(options.image, task.frame))
         return "it is of another command";
@@ -111,19 +111,6 @@ void add_textures(Hasher& hasher, const SceneTextures& textures, bool lenient) {
 }
 
 }  // namespace
-
-OutputFolder::OutputFolder(const std::filesystem::path& path) {
-    std::error_code error;
-    for (std::filesystem::path part = path; !part.empty() && !std::filesystem::exists(part, error);
-         part = part.parent_path())
-        made_.push_back(part);
-    make_output_folder(path);
-}
-
-OutputFolder::~OutputFolder() {
-    std::error_code error;
-    for (const std::filesystem::path& part : made_) std::filesystem::remove(part, error);
-}
 
 std::filesystem::path output_folder_of(const RenderOptions& options) {
     if (!renders_one_image(options)) return options.out;

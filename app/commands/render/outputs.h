@@ -9,7 +9,7 @@
 
 #include "app/base/options.h"
 #include "common/image/png.h"
-#include "morphray/image.hpp"
+#include "morphray/images.hpp"
 #include "scenes/animation.h"
 
 namespace mray::app {
@@ -19,20 +19,6 @@ struct FrameTask {
     double frame = 0;
     /// The name of its PNG file in the output folder.
     std::string file;
-};
-
-/// A folder for outputs. The destructor removes what it had to make of the path, if it is empty.
-class OutputFolder {
-public:
-    /// Throws Error(kOutput) if files cannot be written into it.
-    explicit OutputFolder(const std::filesystem::path& path);
-    ~OutputFolder();
-    OutputFolder(const OutputFolder&) = delete;
-    OutputFolder& operator=(const OutputFolder&) = delete;
-
-private:
-    /// From the innermost folder outwards.
-    std::vector<std::filesystem::path> made_;
 };
 
 /// The folder that --out means; of one image its folder.

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string_view>
 
-#include "app/report/crosscheck/page.h"
 #include "common/report/compare.h"
 #include "common/report/shell.h"
 #include "common/text/number_text.h"
@@ -38,7 +36,6 @@ std::string probe_command(const CrosscheckOptions& options, const CheckedImage& 
     for (const auto& part :
          {arguments_of(options.view, image.rays, false), arguments_of(options.source)})
         line.insert(line.end(), part.begin(), part.end());
-    if (options.split != SplitMethod::kBinned) add("--build", "sweep");
     const CheckVariant& variant = image.variant;
     const std::string& backend = reference ? image.reference : variant.backend;
     add("--backend", backend);
@@ -82,7 +79,11 @@ std::string describe(const QueryDifference& difference) {
     return text;
 }
 
-void add_result(Json& scene, const char* list, Json result, const std::string& message) {
+/// Adds a result of `what` to the list, with a title.
+void add_result(Json& scene, const char* list, const char* what, Json result,
+                const std::string& message) {
+    result["title"] = fmt::format("frame {}, {}, {}", result["frame"].get<double>(),
+                                  result["variant"].get<std::string>(), what);
     if (!result["equal"]) {
         result["message"] = message;
         scene["equal"] = false;
@@ -150,21 +151,23 @@ void add_images(Json& scene, const CrosscheckOptions& options, const CheckedImag
     if (!row["equal"] && count_differing(scene["rows"]) < kDescribedRows)
         row["details"] = details_of(options, image, difference,
                                     fmt::format("{}", scene["frames"].front().get<double>()));
-    add_result(scene, "rows", std::move(row), mray::describe(difference));
+    add_result(scene, "rows", name_of_rays(image.rays), std::move(row), mray::describe(difference));
 }
 
 void add_trees(Json& scene, double frame, std::uint64_t cpu_hash, std::uint64_t vulkan_hash) {
-    add_result(scene, "trees",
-               {{"frame", frame},
+    const std::string hashes[] = {hash_text(cpu_hash), hash_text(vulkan_hash)};
+    add_result(scene, "trees", "bytes",
+               {{"variant", "trees of cpu and vulkan"},
+                {"frame", frame},
                 {"equal", cpu_hash == vulkan_hash},
-                {"cpu_bvh_hash", hash_text(cpu_hash)},
-                {"vulkan_bvh_hash", hash_text(vulkan_hash)}},
-               "the bytes of the trees differ");
+                {"cpu_bvh_hash", hashes[0]},
+                {"vulkan_bvh_hash", hashes[1]}},
+               fmt::format("{} on cpu, {} on vulkan", hashes[0], hashes[1]));
 }
 
 void add_answers(Json& scene, const CrosscheckOptions& options, const CheckedImage& image,
                  const QueryDifference& difference) {
-    add_result(scene, "queries",
+    add_result(scene, "queries", "queries",
                {{"variant", image.variant.name()},
                 {"frame", image.frame},
                 {"reference", image.reference},
@@ -180,16 +183,6 @@ void add_answers(Json& scene, const CrosscheckOptions& options, const CheckedIma
 std::size_t count_differing(const Json& results) {
     return static_cast<std::size_t>(std::count_if(
         results.begin(), results.end(), [](const Json& result) { return !result["equal"]; }));
-}
-
-std::string to_html(const Json& report) {
-    std::string json = json_text(report, -1);
-    // No "<" may end the element or begin a comment.
-    for (std::size_t at = 0; (at = json.find('<', at)) != std::string::npos;)
-        json.replace(at, 1, "\\u003c");
-    constexpr std::string_view kPlace = "{{report}}";
-    std::string page = kPage;
-    return page.replace(page.find(kPlace), kPlace.size(), json);
 }
 
 }  // namespace mray::app

@@ -44,8 +44,8 @@ struct QueryDifference {
 /// A report before the first scene. It has each scene of the options, as not complete.
 Json empty_report(const CrosscheckOptions& options);
 
-// Each function adds the result of a comparison to the report of a scene, one that differs with a
-// "message".
+// Each function adds the result of a comparison to the report of a scene: with a "title", and if it
+// differs with a "message".
 
 /// The images are those of options.source.scene. Of the first hundred that differ, "details" has
 /// the first pixels with both values, exactly, and for each the commands that trace it.
@@ -65,8 +65,8 @@ std::size_t count_differing(const Json& results);
 std::string run_text(const Json& report);
 
 /// A test suite for each scene, with the environment as properties. It has a test case for each
-/// variant, frame and kind of rays and for each pair of trees. A scene that was not finished has
-/// one with an <error>. The root is the test suite, or <testsuites> for several scenes.
+/// result. A scene that was not finished has one with an <error>. The root is the test suite, or
+/// <testsuites> for several scenes.
 std::string to_junit(const Json& report);
 
 /// HTML that needs no other file and no network, around the JSON of the report.

@@ -1,85 +1,132 @@
+// The report of a cross-check as text, as JUnit and as a page.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
 
 #include "app/report/crosscheck/check_report.h"
+#include "app/report/crosscheck/page.h"
 #include "common/report/table.h"
 
 namespace mray::app {
 namespace {
 
-// The text describes so many comparisons of a scene.
-constexpr std::size_t kShownRows = 8;
+// The text has the pixels of so many comparisons of a scene.
+constexpr std::size_t kShownDetails = 8;
 
-std::string result_of(std::size_t differing, std::size_t all) {
-    return differing == 0 ? "equal" : fmt::format("{} of {} differ", differing, all);
-}
+constexpr const char* kSuite =
+    R"(<testsuite name="morphray crosscheck" tests="{}" failures="{}" errors="{}">
+  <properties>
+    <property name="program_version" value="{}"/>
+    <property name="instruction_sets" value="{}"/>
+    <property name="device" value="{}"/>
+    <property name="command" value="{}"/>
+  </properties>
+{}</testsuite>
+)";
 
 /// A row for each variant, in the order in which they were first compared.
-std::string table_text(const Json& rows) {
-    struct Images {
+std::string table_text(const Json& scene) {
+    struct Results {
         std::string variant;
         std::size_t all = 0;
         std::size_t differing = 0;
         double trace_ms = 0;
     };
-    std::vector<Images> variants;
-    for (const Json& row : rows) {
-        const std::string variant = row["variant"];
-        auto images = std::ranges::find(variants, variant, &Images::variant);
-        if (images == variants.end()) images = variants.insert(images, {variant});
-        ++images->all;
-        images->differing += row["equal"] ? 0 : 1;
-        images->trace_ms += row["trace_ms"].get<double>();
+    std::vector<Results> variants;
+    for (const char* list : kResults) {
+        for (const Json& result : scene[list]) {
+            const std::string variant = result["variant"];
+            auto results = std::ranges::find(variants, variant, &Results::variant);
+            if (results == variants.end()) results = variants.insert(results, {variant});
+            ++results->all;
+            results->differing += result["equal"] ? 0 : 1;
+            results->trace_ms += result.value("trace_ms", 0.0);
+        }
     }
-    Table table({"variant", "images", "result", "trace ms"});
-    for (const Images& images : variants)
-        table.add({images.variant, fmt::format("{}", images.all),
-                   result_of(images.differing, images.all),
-                   fmt::format("{:.2f}", images.trace_ms)});
+    Table table({"variant", "comparisons", "result", "trace ms"});
+    for (const Results& results : variants)
+        table.add({results.variant, fmt::format("{}", results.all),
+                   results.differing == 0 ? "equal" : fmt::format("{} differ", results.differing),
+                   fmt::format("{:.2f}", results.trace_ms)});
     return table.text();
 }
 
-/// The trees and the answers that differ, each after a line about all.
-std::string compared_trees(const Json& trees) {
-    if (trees.empty()) return "";
-    std::string text =
-        fmt::format("\ntrees refitted on cpu and on vulkan, {} frame{}: {}\n", trees.size(),
-                    trees.size() == 1 ? "" : "s", result_of(count_differing(trees), trees.size()));
-    for (const Json& row : trees) {
-        if (row["equal"]) continue;
-        text += fmt::format("  frame {}: {} on cpu, {} on vulkan\n", plain_text(row["frame"]),
-                            plain_text(row["cpu_bvh_hash"]), plain_text(row["vulkan_bvh_hash"]));
-    }
-    return text;
-}
-
-std::string compared_queries(const Json& queries) {
-    if (queries.empty()) return "";
-    std::string text = fmt::format(
-        "\nall hits, windings and closest triangles of {} rays and points a frame, {}: {}\n",
-        plain_text(queries.front()["count"]), queries.size(),
-        result_of(count_differing(queries), queries.size()));
-    for (const Json& row : queries) {
-        if (row["equal"]) continue;
-        text += fmt::format("  frame {}, {}, against {}: {}\n", plain_text(row["frame"]),
-                            plain_text(row["variant"]), plain_text(row["reference"]),
-                            plain_text(row["message"]));
-    }
-    return text;
-}
-
-std::string compared_images(const Json& rows) {
-    std::string text;
+std::string scene_text(const Json& scene) {
+    std::string differences;
+    std::size_t all = 0;
+    std::size_t differing = 0;
     std::size_t shown = 0;
-    for (const Json& row : rows) {
-        if (row["equal"]) continue;
-        text += fmt::format("\nframe {}, {}, {}: {}\n", plain_text(row["frame"]),
-                            plain_text(row["variant"]), plain_text(row["rays"]),
-                            plain_text(row["message"]));
-        if (++shown <= kShownRows) text += plain_text(row["details"]);
+    for (const char* list : kResults) {
+        all += scene[list].size();
+        for (const Json& result : scene[list]) {
+            if (result["equal"]) continue;
+            ++differing;
+            differences += fmt::format("\n{}: {}\n", result["title"].get<std::string>(),
+                                       result["message"].get<std::string>());
+            if (result.contains("details") && ++shown <= kShownDetails)
+                differences += result["details"];
+        }
     }
+    if (all == 0) return "";
+    std::string text = table_text(scene) + differences;
+    text += differing == 0 ? fmt::format("\nall {} comparisons are equal bit by bit\n", all)
+                           : fmt::format("\n{} of {} comparisons differ\n", differing, all);
+    if (!scene["complete"])
+        text += fmt::format("not finished: {}\n", scene["error"].get<std::string>());
     return text;
+}
+
+/// The text with markup as entities, and '?' for all but printable ASCII: a reader rejects the
+/// whole report for one bad byte.
+std::string xml_ascii(const std::string& text) {
+    std::string result;
+    for (const char c : text) {
+        if (c == '&') {
+            result += "&amp;";
+        } else if (c == '<') {
+            result += "&lt;";
+        } else if (c == '>') {
+            result += "&gt;";
+        } else if (c == '"') {
+            result += "&quot;";
+        } else {
+            result += c < 0x20 || c >= 0x7F ? '?' : c;
+        }
+    }
+    return result;
+}
+
+/// `message` is empty for a case that passed.
+std::string case_of(const std::string& group, const std::string& name, const std::string& message,
+                    double ms, const char* element) {
+    std::string text = fmt::format("  <testcase classname=\"{}\" name=\"{}\" time=\"{:.6f}\">",
+                                   xml_ascii(group), xml_ascii(name), ms / 1e3);
+    if (!message.empty()) text += fmt::format("<{} message=\"{}\"/>", element, xml_ascii(message));
+    return text + "</testcase>\n";
+}
+
+std::string suite_of(const Json& report, const Json& scene) {
+    const std::string name = scene["scene"];
+    std::string cases;
+    std::size_t tests = 0;
+    std::size_t failures = 0;
+    for (const char* list : kResults) {
+        tests += scene[list].size();
+        failures += count_differing(scene[list]);
+        for (const Json& result : scene[list])
+            cases += case_of(name + "." + result["variant"].get<std::string>(), result["title"],
+                             result.value("message", ""), result.value("trace_ms", 0.0), "failure");
+    }
+    // A scene that was not begun has no error of its own.
+    const bool has_own = scene["complete"] || scene["error"] != "";
+    const std::string error = has_own ? scene["error"] : report["error"];
+    const std::size_t errors = error.empty() ? 0 : 1;
+    if (errors > 0) cases += case_of(name + ".run", "ends after its last frame", error, 0, "error");
+    const Json& environment = report["environment"];
+    return fmt::format(kSuite, tests + errors, failures, errors, xml_ascii(environment["version"]),
+                       fmt::join(environment["simd"].get<std::vector<std::string>>(), ", "),
+                       xml_ascii(scene["device"]), xml_ascii(environment["command"]), cases);
 }
 
 }  // namespace
@@ -87,23 +134,31 @@ std::string compared_images(const Json& rows) {
 std::string run_text(const Json& report) {
     std::string text;
     for (const Json& scene : report["scenes"]) {
-        std::size_t all = 0;
-        std::size_t differing = 0;
-        for (const char* list : kResults) {
-            all += scene[list].size();
-            differing += count_differing(scene[list]);
-        }
-        if (all == 0) continue;
+        const std::string one = scene_text(scene);
+        if (one.empty()) continue;
         if (report["scenes"].size() > 1)
-            text += fmt::format("{}{}\n\n", text.empty() ? "" : "\n", plain_text(scene["spec"]));
-        text += table_text(scene["rows"]) + compared_trees(scene["trees"]) +
-                compared_queries(scene["queries"]) + compared_images(scene["rows"]);
-        text += differing == 0 ? fmt::format("\nall {} comparisons are equal bit by bit\n", all)
-                               : fmt::format("\n{} of {} comparisons differ\n", differing, all);
-        if (!scene["complete"])
-            text += fmt::format("not finished: {}\n", plain_text(scene["error"]));
+            text +=
+                fmt::format("{}{}\n\n", text.empty() ? "" : "\n", scene["spec"].get<std::string>());
+        text += one;
     }
     return text;
+}
+
+std::string to_junit(const Json& report) {
+    std::string suites;
+    for (const Json& scene : report["scenes"]) suites += suite_of(report, scene);
+    if (report["scenes"].size() != 1) suites = "<testsuites>\n" + suites + "</testsuites>\n";
+    return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n" + suites;
+}
+
+std::string to_html(const Json& report) {
+    std::string json = json_text(report, -1);
+    // No "<" may end the element or begin a comment.
+    for (std::size_t at = 0; (at = json.find('<', at)) != std::string::npos;)
+        json.replace(at, 1, "\\u003c");
+    constexpr std::string_view kPlace = "{{report}}";
+    std::string page = kPage;
+    return page.replace(page.find(kPlace), kPlace.size(), json);
 }
 
 }  // namespace mray::app

@@ -27,7 +27,7 @@ static_assert(kMaxTriangles <= std::uint64_t{1} << (kMaxBinaryHeight - kMedianDe
 // A set of at least this size gets a task of its own.
 constexpr std::size_t kTaskSize = 2048;
 
-// Up to here every position is tried even when binning. With more a build takes longer, and the
+// Up to here every position is tried. With more a build takes longer, and the
 // tree is no cheaper (lab/notes/build_and_refit.md).
 constexpr std::size_t kSweepSize = 24;
 static_assert(kSweepSize <= kFewRefs);
@@ -64,10 +64,9 @@ std::size_t remove_repeated(const Topology& topology, std::span<PrimRef> refs,
 class Builder {
 public:
     /// Every split moves the refs from one of the two arrays to the other.
-    Builder(const Topology& topology, SplitMethod method, const SimdTarget& target,
-            const Watch& watch, BinaryTree& tree)
+    Builder(const Topology& topology, const SimdTarget& target, const Watch& watch,
+            BinaryTree& tree)
         : topology_(topology),
-          method_(method),
           target_(target),
           watch_(watch),
           tree_(tree),
@@ -131,12 +130,10 @@ private:
                 [=, this] { build(left, begin, middle, depth + 1, nullptr, coincide); },
                 [=, this] { build(left + 1, middle, end, depth + 1, nullptr, coincide); });
         } else {
-            const bool is_task = block == nullptr;
-            if (is_task) block = &own_block();
+            if (block == nullptr) block = &own_block();
             left = take_pair(*block);
             build(left, begin, middle, depth + 1, block, coincide);
             build(left + 1, middle, end, depth + 1, block, coincide);
-            if (is_task) watch_.set_done(done_ += refs.size(), tree_.prim_ids.size());
         }
         node.box = tree_.nodes[left].box;
         node.box.extend(tree_.nodes[left + 1].box);
@@ -170,7 +167,6 @@ private:
 
     /// Returns 0 if all centroids coincide.
     std::size_t split_by_cost(std::span<const PrimRef> refs, PrimRef* out) const {
-        if (method_ == SplitMethod::kSweep) return split_sweep(refs, out, target_);
         return refs.size() <= kSweepSize ? split_few(refs, out, target_)
                                          : split_binned(refs, out, target_);
     }
@@ -192,7 +188,6 @@ private:
     }
 
     const Topology& topology_;
-    SplitMethod method_;
     SimdTarget target_;
     const Watch& watch_;
     BinaryTree& tree_;
@@ -201,8 +196,6 @@ private:
     /// Guards tree_.repeated.
     std::mutex repeated_mutex_;
     std::atomic<std::uint32_t> node_count_ = 1;
-    /// Triangles of subtrees that are done.
-    std::atomic<std::size_t> done_ = 0;
 };
 
 // With this many triangles or more, the memory of their refs holds a whole LeafShape; with fewer,
@@ -241,7 +234,7 @@ void BinaryTree::set_shape(const BinaryNode& leaf, const LeafShape& shape) {
 }
 
 BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> positions,
-                             SplitMethod method, const SimdTarget& target, const Watch& watch) {
+                             const SimdTarget& target, const Watch& watch) {
     const auto count = static_cast<std::uint32_t>(topology.triangles.size());
     AlignedVector<PrimRef> refs;
     refs.resize(count);
@@ -251,15 +244,15 @@ BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> pos
         make_refs(topology, positions, range.begin(),
                   std::span(refs).subspan(range.begin(), range.size()), target);
     });
-    return build_binary_tree(topology, std::move(refs), method, target, watch);
+    return build_binary_tree(topology, std::move(refs), target, watch);
 }
 
 BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> refs,
-                             SplitMethod method, const SimdTarget& target, const Watch& watch) {
+                             const SimdTarget& target, const Watch& watch) {
     BinaryTree tree;
     if (refs.empty()) return tree;
     tree.refs = std::move(refs);
-    Builder builder(topology, method, target, watch, tree);
+    Builder builder(topology, target, watch, tree);
     builder.build();
     tree.nodes.resize(builder.node_count());
     return tree;

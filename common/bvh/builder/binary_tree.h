@@ -88,14 +88,14 @@ public:
 /// its nodes) does not depend on the threads, nor on the target. Throws Error(kCancelled) soon
 /// after the watch asks for it.
 BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> positions,
-                             SplitMethod method, const SimdTarget& target = best_simd_target(),
+                             const SimdTarget& target = best_simd_target(),
                              const Watch& watch = {});
 
 /// The same over triangles and, after them, parts of any kind that are left as they are: a ref's
 /// prim_id is that of a triangle, or of a part if it is at least topology.triangles.size(). A part
 /// is a leaf of its own. The refs ascend by prim_id.
 BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> refs,
-                             SplitMethod method, const SimdTarget& target = best_simd_target(),
+                             const SimdTarget& target = best_simd_target(),
                              const Watch& watch = {});
 
 }  // namespace mray

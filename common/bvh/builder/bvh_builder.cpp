@@ -129,13 +129,8 @@ private:
 
 Bvh build_in_arena(const Topology& topology, std::span<const vec3> positions,
                    const BuildConfig& config) {
-    // Dividing takes most of the time.
-    constexpr float kDivided = 0.85f;
-    BinaryTree tree = build_binary_tree(topology, positions, config.split, config.target,
-                                        config.watch.step(0, kDivided));
-    Bvh bvh = Layout(topology, positions, config.watch, tree).build();
-    config.watch.set_done(1, 1);
-    return bvh;
+    BinaryTree tree = build_binary_tree(topology, positions, config.target, config.watch);
+    return Layout(topology, positions, config.watch, tree).build();
 }
 
 }  // namespace

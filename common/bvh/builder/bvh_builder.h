@@ -10,13 +10,7 @@
 
 namespace mray {
 
-enum class SplitMethod {
-    kBinned,  // bins over the centroid bounds: fast
-    kSweep,   // every split position of all three axes: slow, the best tree
-};
-
 struct BuildConfig {
-    SplitMethod split = SplitMethod::kBinned;
     /// 0: one for each processor. The tree is the same for any number.
     int threads = 0;
     /// The tree is the same for any target.

@@ -228,27 +228,6 @@ std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out) {
     return best.position;
 }
 
-/// Considers every position of refs in the order of an axis. right_cost: as many, written before it
-/// is read.
-void sweep_axis(std::span<const PrimRef> refs, int axis, float* right_cost, Split& best) {
-    const auto cost = [](Float8 planes, std::size_t count) HWY_ATTR {
-        alignas(16) float d[4];
-        store(minus_extent(planes), d);
-        return (d[0] * d[1] + d[1] * d[2] + d[2] * d[0]) *
-               (static_cast<float>(static_cast<std::int32_t>(count)) + kPartCost);
-    };
-    Float8 planes = splat8(kEmptyPlane);
-    for (std::size_t i = refs.size(); --i > 0;) {
-        planes = min(planes, load8(refs[i].planes));
-        right_cost[i] = cost(planes, refs.size() - i);
-    }
-    planes = splat8(kEmptyPlane);
-    for (std::size_t i = 1; i < refs.size(); ++i) {
-        planes = min(planes, load8(refs[i - 1].planes));
-        best.consider({cost(planes, i) + right_cost[i], axis, i, i});
-    }
-}
-
 }  // namespace HWY_NAMESPACE
 }  // namespace mray
 HWY_AFTER_NAMESPACE();

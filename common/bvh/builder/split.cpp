@@ -30,7 +30,6 @@ HWY_EXPORT(bin_chunk);
 HWY_EXPORT(best_of_chunks);
 HWY_EXPORT(divide_chunk);
 HWY_EXPORT(split_few);
-HWY_EXPORT(sweep_axis);
 
 // Sets of two chunks or more are bounded, binned and divided by chunks, each a task.
 constexpr std::size_t kChunk = 8192;
@@ -117,20 +116,6 @@ Box centroid_bounds(std::span<const PrimRef> refs, const SimdTarget& target) {
 std::size_t split_binned(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {
     return refs.size() >= 2 * kChunk ? split_in_chunks(refs, out, target)
                                      : SIMD_FUNCTION(split_at_once, target)(refs, out);
-}
-
-std::size_t split_sweep(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {
-    if (refs.size() <= kFewRefs) return split_few(refs, out, target);
-    const Box bounds = centroid_bounds(refs, target);
-    std::vector<PrimRef> order(refs.begin(), refs.end());
-    std::vector<float> right_cost(refs.size());
-    Split best;
-    for (int axis = 0; axis < 3; ++axis) {
-        if (bounds.upper[axis] <= bounds.lower[axis]) continue;
-        std::sort(order.begin(), order.end(), ByCentroid{axis});
-        SIMD_FUNCTION(sweep_axis, target)(order, axis, right_cost.data(), best);
-    }
-    return best.position == 0 ? 0 : divide_by_order(refs, best.axis, best.position, out);
 }
 
 std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {

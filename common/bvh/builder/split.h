@@ -64,11 +64,7 @@ Box centroid_bounds(std::span<const PrimRef> refs, const SimdTarget& target = be
 std::size_t split_binned(std::span<const PrimRef> refs, PrimRef* out,
                          const SimdTarget& target = best_simd_target());
 
-/// Every position of every axis (Wald, Boulos, Shirley 2007, section 3).
-std::size_t split_sweep(std::span<const PrimRef> refs, PrimRef* out,
-                        const SimdTarget& target = best_simd_target());
-
-/// split_sweep for at most kFewRefs, many times as fast.
+/// Every position of every axis, for at most kFewRefs (Wald, Boulos, Shirley 2007, section 3).
 inline constexpr std::size_t kFewRefs = 64;
 std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out,
                       const SimdTarget& target = best_simd_target());

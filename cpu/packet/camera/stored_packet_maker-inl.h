@@ -16,7 +16,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
-#include "common/scene/stored_rays.h"
+#include "common/scene/scene_space.h"
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/camera/camera_packet_maker-inl.h"
 #include "cpu/packet/packet_frame-inl.h"

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 
-#include "lab/accuracy/measure.h"
-
 namespace mray::accuracy {
 namespace {
 
@@ -68,12 +66,11 @@ plot::Panel panel_of(const std::string& title, const std::string& rays, std::uin
             .logx = "10"};
 }
 
-/// The methods whose answers may differ, and the program's own tracer for its speed.
-std::vector<Method> failing_methods(const ChartScene& scene) {
-    std::vector<Method> columns{single_method(scene)};
+/// These methods, and those of other programs.
+std::vector<Method> with_peers(std::vector<Method> methods, const ChartScene& scene) {
     for (std::vector<Method> more : {rule_methods(scene), embree_methods(scene)})
-        std::move(more.begin(), more.end(), std::back_inserter(columns));
-    return columns;
+        std::move(more.begin(), more.end(), std::back_inserter(methods));
+    return methods;
 }
 
 }  // namespace
@@ -82,8 +79,8 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
                      const std::string& suffix) {
     const Effort& effort = context.effort;
     const ChartScene scene = make_chart_scene(input, effort.side, effort.aimed_rays);
-    const std::vector<Measured> points =
-        measure(scene, all_methods(scene, context.make_vulkan_backend), effort.rounds);
+    const std::vector<Measured> points = measure(
+        scene, with_peers(our_methods(scene, context.make_vulkan_backend), scene), effort.rounds);
     Table table =
         table_with({"method", "camera rays", "camera wrong", "camera wrong/M", "camera front",
                     "aimed rays", "aimed wrong", "aimed wrong/M", "aimed front"});
@@ -117,7 +114,8 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
         const ChartScene scene =
             make_chart_scene(inputs[row], std::max(kChartTileSide, context.effort.side / kLessSide),
                              context.effort.failure_rays);
-        const std::vector<Measured> cells = measure(scene, failing_methods(scene), 1);
+        const std::vector<Measured> cells =
+            measure(scene, with_peers({single_method(scene)}, scene), 1);
         for (std::size_t column = 0; column < cells.size(); ++column) {
             std::vector<std::string> text = {inputs[row].name, cells[column].method,
                                              std::to_string(row), std::to_string(column)};

@@ -1,6 +1,8 @@
-// The charts of `morphray chart`. Each function measures and returns a table and the figure of it.
+// The charts of `morphray chart`: what methods measure, as a table and the figure of it.
 #pragma once
 
+#include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -8,9 +10,39 @@
 #include "common/report/table.h"
 #include "lab/accuracy/chart_scene.h"
 #include "lab/accuracy/methods/method.h"
+#include "lab/accuracy/referee/exact_referee.h"
 #include "scenes/scene_frames.h"
 
 namespace mray::accuracy {
+
+struct VerdictCounts {
+    std::array<std::uint64_t, kVerdictCount> of{};
+    std::uint64_t rays = 0;
+    /// The largest difference of t among the close and the wrong triangles, in ulps.
+    double worst_ulps = 0;
+
+    std::uint64_t operator[](Verdict verdict) const {
+        return of[static_cast<std::size_t>(verdict)];
+    }
+    std::uint64_t wrong() const;
+    double wrong_per_million() const;
+    VerdictCounts operator+(const VerdictCounts& other) const;
+};
+
+/// A method over a scene: its answers to rays of the camera and to aimed ones, and millions of
+/// camera rays a second on all threads.
+struct Measured {
+    std::string method;
+    VerdictCounts camera;
+    VerdictCounts aimed;
+    double mrays = 0;
+};
+
+/// Traces all rays of a scene by each method, and compares the answers with exact ones. The time is
+/// the least of `rounds` of all methods in turn, because disturbances of the machine only add time.
+/// Checks about every thousandth exact answer against all triangles, and throws Error(kInternal) if
+/// they differ.
+std::vector<Measured> measure(const ChartScene& scene, std::span<const Method> methods, int rounds);
 
 struct Chart {
     /// The name of its files without an ending.

@@ -36,8 +36,9 @@ private:
 };
 
 /// A sphere of rings and sectors, closed, with two fans at its poles.
-ChartInput sphere(const std::string& name, double radius, const std::array<double, 3>& centre,
-                  std::uint32_t rings = 24, std::uint32_t sectors = 32) {
+Builder sphere(double radius, const std::array<double, 3>& centre) {
+    constexpr std::uint32_t kRings = 24;
+    constexpr std::uint32_t kSectors = 32;
     Builder build;
     const auto at = [&](double polar, double around) {
         return build.vertex(centre[0] + radius * std::sin(polar) * std::cos(around),
@@ -45,21 +46,21 @@ ChartInput sphere(const std::string& name, double radius, const std::array<doubl
                             centre[2] + radius * std::sin(polar) * std::sin(around));
     };
     const std::uint32_t top = at(0, 0);
-    for (std::uint32_t i = 1; i < rings; ++i) {
-        for (std::uint32_t j = 0; j < sectors; ++j)
-            at(std::numbers::pi * i / rings, kTurn * j / sectors);
+    for (std::uint32_t i = 1; i < kRings; ++i) {
+        for (std::uint32_t j = 0; j < kSectors; ++j)
+            at(std::numbers::pi * i / kRings, kTurn * j / kSectors);
     }
     const std::uint32_t bottom = at(std::numbers::pi, 0);
     const auto id = [&](std::uint32_t ring, std::uint32_t sector) {
-        return 1 + (ring - 1) * sectors + sector % sectors;
+        return 1 + (ring - 1) * kSectors + sector % kSectors;
     };
-    for (std::uint32_t j = 0; j < sectors; ++j) {
+    for (std::uint32_t j = 0; j < kSectors; ++j) {
         build.triangle(top, id(1, j), id(1, j + 1));
-        for (std::uint32_t i = 1; i + 1 < rings; ++i)
+        for (std::uint32_t i = 1; i + 1 < kRings; ++i)
             build.quad(id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1));
-        build.triangle(bottom, id(rings - 1, j + 1), id(rings - 1, j));
+        build.triangle(bottom, id(kRings - 1, j + 1), id(kRings - 1, j));
     }
-    return build.finish(name);
+    return build;
 }
 
 ChartInput needles() {
@@ -142,28 +143,24 @@ ChartInput sheets(const std::string& name, std::uint32_t copies, double apart) {
 
 /// A sphere of radius 1 on a ground of 1e6.
 ChartInput detail() {
-    ChartInput scene = sphere("detail 1 in 1e6", 1, {1000, 1, 1000});
-    const auto first = static_cast<std::uint32_t>(scene.positions.size());
-    for (const auto& [x, z] : {std::pair(-5e5f, -5e5f), std::pair(5e5f, -5e5f),
-                               std::pair(5e5f, 5e5f), std::pair(-5e5f, 5e5f)}) {
-        scene.positions.emplace_back(x, 0.0f, z);
-    }
-    scene.topology.triangles.push_back({first, first + 1, first + 2});
-    scene.topology.triangles.push_back({first, first + 2, first + 3});
-    scene.topology.vertex_count += 4;
-    scene.topology.albedo.resize(scene.topology.triangles.size(), kDefaultAlbedo);
-    return scene;
+    Builder build = sphere(1, {1000, 1, 1000});
+    const std::uint32_t a = build.vertex(-5e5, 0, -5e5);
+    const std::uint32_t b = build.vertex(5e5, 0, -5e5);
+    const std::uint32_t c = build.vertex(5e5, 0, 5e5);
+    const std::uint32_t d = build.vertex(-5e5, 0, 5e5);
+    build.quad(a, b, c, d);
+    return build.finish("detail 1 in 1e6");
 }
 
 }  // namespace
 
 std::vector<ChartInput> failure_scenes() {
     std::vector<ChartInput> scenes;
-    scenes.push_back(sphere("sphere", 1, {0, 0, 0}));
-    scenes.push_back(sphere("offset 1e3", 1, {1e3, 1e3, 1e3}));
-    scenes.push_back(sphere("offset 1e5", 1, {1e5, 1e5, 1e5}));
-    scenes.push_back(sphere("scale 1e-20", 1e-20, {0, 0, 0}));
-    scenes.push_back(sphere("scale 1e30", 1e30, {0, 0, 0}));
+    scenes.push_back(sphere(1, {0, 0, 0}).finish("sphere"));
+    scenes.push_back(sphere(1, {1e3, 1e3, 1e3}).finish("offset 1e3"));
+    scenes.push_back(sphere(1, {1e5, 1e5, 1e5}).finish("offset 1e5"));
+    scenes.push_back(sphere(1e-20, {0, 0, 0}).finish("scale 1e-20"));
+    scenes.push_back(sphere(1e30, {0, 0, 0}).finish("scale 1e30"));
     scenes.push_back(needles());
     scenes.push_back(slivers());
     scenes.push_back(fan());

@@ -1,5 +1,5 @@
 // morphray-chart --out DIR [--quick] [--lenient] [--quiet] SCENE...: draws charts of speed against
-// accuracy. `morphray chart` starts it (app/commands/start_chart.cpp).
+// accuracy. `morphray chart` starts it (app/commands/chart_and_view.cpp).
 #include <fmt/format.h>
 
 #include <cmath>
@@ -128,24 +128,11 @@ void draw_charts(const Options& options) {
     if (!options.quiet) fmt::print("{} charts: {}\n", charts.size(), options.out);
 }
 
-/// The exit codes of `morphray` (docs/guide/options.md).
+constexpr int kInternal = 70;
+
+/// The exit codes of `morphray` (app/terminal/failure.h), which are in the order of the kinds.
 int exit_code_of(ErrorKind kind) {
-    switch (kind) {
-        case ErrorKind::kBadArgument:
-            return 2;
-        case ErrorKind::kBadInput:
-            return 3;
-        case ErrorKind::kUnavailable:
-            return 4;
-        case ErrorKind::kOutput:
-            return 5;
-        case ErrorKind::kLimit:
-            return 6;
-        case ErrorKind::kDeviceLost:
-            return 7;
-        default:
-            return 70;
-    }
+    return kind <= ErrorKind::kDeviceLost ? 2 + static_cast<int>(kind) : kInternal;
 }
 
 }  // namespace
@@ -162,6 +149,6 @@ int main(int argc, char** argv) {
         return mray::accuracy::exit_code_of(error.kind());
     } catch (const std::exception& error) {
         fmt::print(stderr, "morphray: internal error: {}; please report it\n", error.what());
-        return 70;
+        return mray::accuracy::kInternal;
     }
 }

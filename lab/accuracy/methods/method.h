@@ -50,7 +50,4 @@ Method single_method(const ChartScene& scene);
 /// Embree, fast and robust, if the program was built with it.
 std::vector<Method> embree_methods(const ChartScene& scene);
 
-/// All methods of the functions above.
-std::vector<Method> all_methods(const ChartScene& scene, const MakeBackend& make_vulkan);
-
 }  // namespace mray::accuracy

@@ -80,11 +80,4 @@ std::vector<Method> our_methods(const ChartScene& scene, const MakeBackend& make
     return methods;
 }
 
-std::vector<Method> all_methods(const ChartScene& scene, const MakeBackend& make_vulkan) {
-    std::vector<Method> all = our_methods(scene, make_vulkan);
-    for (std::vector<Method> more : {rule_methods(scene), embree_methods(scene)})
-        std::move(more.begin(), more.end(), std::back_inserter(all));
-    return all;
-}
-
 }  // namespace mray::accuracy

@@ -115,20 +115,14 @@ Hit trace_plainly(const Bvh& bvh, const Ray& ray) {
 }
 
 template <class Rule, class Slabs>
-void trace_all_plainly(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {
-    for (std::size_t i = 0; i < rays.size(); ++i)
-        hits[i] = trace_plainly<Rule, Slabs>(bvh, rays[i]);
-}
-
-using TraceAll = void (*)(const Bvh&, std::span<const Ray>, std::span<Hit>);
-
-Method method(const char* name, const ChartScene& scene, bool in_scene_space, TraceAll trace_all) {
+Method method(const char* name, const ChartScene& scene, bool in_scene_space) {
     Method result;
     result.name = name;
     result.in_scene_space = in_scene_space;
     const Bvh& bvh = result.space(scene).bvh;
-    result.trace = [&bvh, trace_all](std::span<const Ray> rays, std::span<Hit> hits) {
-        trace_all(bvh, rays, hits);
+    result.trace = [&bvh](std::span<const Ray> rays, std::span<Hit> hits) {
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            hits[i] = trace_plainly<Rule, Slabs>(bvh, rays[i]);
     };
     return result;
 }
@@ -136,13 +130,12 @@ Method method(const char* name, const ChartScene& scene, bool in_scene_space, Tr
 }  // namespace
 
 std::vector<Method> rule_methods(const ChartScene& scene) {
-    return {method("rule: ours", scene, true, trace_all_plainly<OurRule, DilatedSlabs>),
-            method("rule: Moeller-Trumbore", scene, false,
-                   trace_all_plainly<MoellerTrumbore, PaddedSlabs>),
-            method("rule: Woop", scene, false, trace_all_plainly<WoopWatertight, PaddedSlabs>),
-            method("rule: b x c", scene, false, trace_all_plainly<EdgePlanes, PaddedSlabs>),
-            method("boxes: 2 ulp", scene, true, trace_all_plainly<OurRule, PaddedSlabs>),
-            method("boxes: plain", scene, true, trace_all_plainly<OurRule, PlainSlabs>)};
+    return {method<OurRule, DilatedSlabs>("rule: ours", scene, true),
+            method<MoellerTrumbore, PaddedSlabs>("rule: Moeller-Trumbore", scene, false),
+            method<WoopWatertight, PaddedSlabs>("rule: Woop", scene, false),
+            method<EdgePlanes, PaddedSlabs>("rule: b x c", scene, false),
+            method<OurRule, PaddedSlabs>("boxes: 2 ulp", scene, true),
+            method<OurRule, PlainSlabs>("boxes: plain", scene, true)};
 }
 
 }  // namespace mray::accuracy

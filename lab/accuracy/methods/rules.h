@@ -3,15 +3,14 @@
 
 #include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 #include "common/interop/hit_rule.h"
 
 namespace mray::accuracy {
 
-inline float dot(vec3 a, vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline vec3 cross(vec3 a, vec3 b) {
-    return vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
+using glm::cross;
+using glm::dot;
 
 /// Whether no two values have opposite signs and not all are 0.
 inline bool alike(float u, float v, float w) {

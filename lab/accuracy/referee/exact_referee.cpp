@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "common/bvh/box.h"
-#include "lab/accuracy/referee/parallel_view.h"
 
 namespace mray::accuracy {
 namespace {

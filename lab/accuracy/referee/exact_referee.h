@@ -2,15 +2,65 @@
 // docs/guide/crosscheck.md has the definitions.
 #pragma once
 
-#include <optional>
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "common/bvh/bvh.h"
+#include "common/interop/ray.h"
 #include "common/scene/mesh.h"
-#include "lab/accuracy/referee/exact_triangle.h"
 
 namespace mray::accuracy {
+
+using glm::dvec3;
+
+/// The intersection of a ray with a triangle in homogeneous form. With a, b, c the corners relative
+/// to the origin and d the direction,
+///     u = d . (b x c),   v = d . (c x a),   w = d . (a x b),   t = a . (b x c) / (u + v + w).
+/// They are computed in double with a bound of their errors (as J. R. Shewchuk. Adaptive precision
+/// floating-point arithmetic and fast robust geometric predicates. 1997, stage A), and by integers
+/// of any length (GMP) if that does not decide.
+class ExactTriangle {
+public:
+    /// Any finite floats.
+    ExactTriangle(const Ray& ray, vec3 a, vec3 b, vec3 c);
+
+    /// Whether the line meets the triangle, edges and corners included. Not if it lies in its
+    /// plane, nor if the triangle has no area.
+    bool is_met() const;
+    /// Whether t is above 0 and within [tnear, tfar]. Only for a triangle that is met.
+    bool in_range() const;
+    /// The sign of t - other.t, exactly. Only for triangles whose planes the line crosses.
+    int compare_t(const ExactTriangle& other) const;
+
+    /// Whether the line crosses the plane, so that there is a t.
+    bool has_t() const;
+    /// t of the plane, to 2^-27 of itself.
+    double t() const;
+    /// How near the line is to the nearest edge, as a part of size(); in double.
+    double edge_distance() const;
+    /// The largest distance of a corner from the line.
+    double size() const;
+
+private:
+    struct Integers;
+
+    /// The sign of value_[i].
+    int sign(std::size_t i) const;
+    int compare_t(float limit) const;
+    const Integers& integers() const;
+
+    Ray ray_;
+    std::array<vec3, 3> corners_;
+    std::array<dvec3, 3> relative_;
+    /// u, v, w, their sum, and a . (b x c); and the bounds of their errors.
+    std::array<double, 5> value_;
+    std::array<double, 5> error_;
+    mutable std::shared_ptr<const Integers> integers_;
+};
 
 /// Tests the boxes of a tree in double, enlarged by far more than the rounding errors. Shares no
 /// code with the tracers. Takes trees in any space.
@@ -40,6 +90,40 @@ struct Truth {
 
 /// The distance of |t|, as a float, to the next larger float.
 double ulp_of(double t);
+
+/// Triangles projected along a ray onto a plane across it, in double. A vertex has one projection
+/// for all its triangles, so a closed mesh stays closed.
+class ParallelView {
+public:
+    explicit ParallelView(const Ray& ray);
+
+    /// Adds a triangle. Triangles without an extent across the ray have no effect.
+    void add(std::uint32_t prim_id, vec3 a, vec3 b, vec3 c);
+
+    /// Whether, in a spot at most `radius` away from the ray, no triangle is more than `ulps` (of a
+    /// float) of t in front of prim_id, or, if that is kNoPrim, there is no triangle at all. Hits
+    /// count at t > 0 within the ray's [tnear, tfar]. Spots narrower than about 2^-16 of the radius
+    /// are ignored.
+    bool shows(std::uint32_t prim_id, double radius, double ulps) const;
+
+    /// Whether an edge of a triangle is at most `radius` away from the ray at a t in range that is
+    /// no more than `ulps` larger than most_t. This is the test for triangles without an extent
+    /// across the ray.
+    bool grazes(vec3 a, vec3 b, vec3 c, double radius, double most_t, double ulps) const;
+
+private:
+    struct Seen {
+        std::uint32_t prim_id;
+        /// x, y across the ray; z along it in units of t.
+        std::array<dvec3, 3> corner;
+    };
+
+    dvec3 seen(vec3 p) const;
+
+    Ray ray_;
+    dvec3 x_, y_, along_;
+    std::vector<Seen> triangles_;
+};
 
 enum class Verdict {
     kRight,          // the exact candidate, one with exactly its t, or a miss

@@ -1,10 +1,11 @@
-#include "lab/accuracy/referee/exact_triangle.h"
-
+// Intersects one ray with one triangle in exact arithmetic over their floats.
 #include <gmpxx.h>
 
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+
+#include "lab/accuracy/referee/exact_referee.h"
 
 namespace mray::accuracy {
 namespace {
@@ -40,6 +41,12 @@ Determinant determinant(const dvec3& p, const dvec3& q, const dvec3& r) {
 }
 
 int sign_of(double x) { return (x > 0) - (x < 0); }
+
+/// The sign of a value that is off by at most `error`; that of exact() where this does not decide.
+template <class Exact>
+int decide(double value, double error, const Exact& exact) {
+    return std::abs(value) > error ? sign_of(value) : exact();
+}
 
 /// Every float multiplied by this is an integer.
 constexpr int kIntegerExponent = 149;
@@ -100,16 +107,10 @@ const ExactTriangle::Integers& ExactTriangle::integers() const {
     return *integers_;
 }
 
-int ExactTriangle::sign_of_edge(int edge) const {
-    const auto i = static_cast<std::size_t>(edge);
+int ExactTriangle::sign(std::size_t i) const {
     // No error: every product has a factor 0, and a rounded difference of 0 is exact.
     if (error_[i] == 0) return 0;
-    return std::abs(value_[i]) > error_[i] ? sign_of(value_[i]) : sgn(integers().value[i]);
-}
-
-int ExactTriangle::sign_of_sum() const {
-    return std::abs(value_[kSum]) > error_[kSum] ? sign_of(value_[kSum])
-                                                 : sgn(integers().value[kSum]);
+    return decide(value_[i], error_[i], [&] { return sgn(integers().value[i]); });
 }
 
 bool ExactTriangle::is_met() const {
@@ -121,15 +122,14 @@ bool ExactTriangle::is_met() const {
         positive |= value_[i] > error_[i];
     }
     if (negative && positive) return false;
-    for (int edge = 0; edge < 3; ++edge) {
-        const int sign = sign_of_edge(edge);
-        negative |= sign < 0;
-        positive |= sign > 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        negative |= sign(i) < 0;
+        positive |= sign(i) > 0;
     }
     return negative != positive;
 }
 
-bool ExactTriangle::has_t() const { return sign_of_sum() != 0; }
+bool ExactTriangle::has_t() const { return sign(kSum) != 0; }
 
 double ExactTriangle::t() const {
     if (std::abs(value_[kSum]) * kPreciseT > error_[kSum] &&
@@ -150,25 +150,22 @@ int ExactTriangle::compare_t(const ExactTriangle& other) const {
              error_[kSum] * std::abs(other.value_[kVolume]) + error_[kVolume] * other.error_[kSum] +
              other.error_[kVolume] * error_[kSum]) +
         0x1p-50 * (std::abs(left) + std::abs(right));
-    const int swapped = sign_of_sum() * other.sign_of_sum();
-    if (std::abs(left - right) > bound) return sign_of(left - right) * swapped;
-    const Integers& ours = integers();
-    const Integers& theirs = other.integers();
-    return cmp(mpz_class(ours.value[kVolume] * theirs.value[kSum]),
-               mpz_class(theirs.value[kVolume] * ours.value[kSum])) *
-           swapped;
+    return sign(kSum) * other.sign(kSum) * decide(left - right, bound, [&] {
+               const Integers& ours = integers();
+               const Integers& theirs = other.integers();
+               return cmp(mpz_class(ours.value[kVolume] * theirs.value[kSum]),
+                          mpz_class(theirs.value[kVolume] * ours.value[kSum]));
+           });
 }
 
 int ExactTriangle::compare_t(float limit) const {
     const double bound = 2 * (error_[kVolume] + error_[kSum] * std::abs(limit)) +
                          0x1p-50 * std::abs(value_[kVolume]);
-    const double difference = value_[kVolume] - limit * value_[kSum];
-    if (std::abs(difference) > bound) return sign_of(difference) * sign_of_sum();
-    const Integers& exact = integers();
-    const mpz_class one = mpz_class(1) << kIntegerExponent;
-    return cmp(mpz_class(exact.value[kVolume] * one),
-               mpz_class(exact.value[kSum] * to_integer(limit))) *
-           sign_of_sum();
+    return sign(kSum) * decide(value_[kVolume] - limit * value_[kSum], bound, [&] {
+               const Integers& exact = integers();
+               return cmp(mpz_class(exact.value[kVolume] << kIntegerExponent),
+                          mpz_class(exact.value[kSum] * to_integer(limit)));
+           });
 }
 
 bool ExactTriangle::in_range() const {

@@ -1,10 +1,11 @@
-#include "lab/accuracy/referee/parallel_view.h"
-
+// The triangles that lines parallel to a ray meet, within a given distance of the ray.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <tuple>
+
+#include "lab/accuracy/referee/exact_referee.h"
 
 namespace mray::accuracy {
 namespace {

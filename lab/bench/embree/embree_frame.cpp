@@ -3,8 +3,6 @@
 
 #include <tbb/parallel_for.h>
 
-#include "lab/bench/embree/embree_records.h"
-
 namespace mray::bench {
 namespace {
 
@@ -66,7 +64,7 @@ void trace_frame(const EmbreeScene& scene, const ImageParams& params, const cpu:
     static_assert(kPacketSize == cpu::kBlockRays && kBlockSize * kBlockSize == kPacketSize);
     const cpu::ImageTiles squares(params.width, params.height, cpu::kSquareSide);
     tbb::parallel_for(std::uint32_t{0}, squares.count(), [&](std::uint32_t i) {
-        const FlushedDenormals flushed;
+        const embree::FlushedDenormals flushed;
         const cpu::Tile tile = squares[i];
         trace_camera(scene.handle(), params, tile, frame);
         trace_shadows(scene.handle(), shader, {params, mesh, tile, frame});

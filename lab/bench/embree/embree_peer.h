@@ -4,12 +4,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <deque>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "common/image/frame.h"
+#include "common/interop/camera.h"
 #include "common/scene/mesh.h"
 #include "cpu/image/pixel_shader.h"
 #include "lab/bench/bench_scene.h"
@@ -34,9 +36,6 @@ public:
     /// Throws Error(kInternal) with `action` if a call on this device has failed since the last
     /// check.
     void check(const char* action) const;
-
-    /// "3.13.5", or "4.3.0, which has no streams".
-    static std::string version();
 
 private:
     embree::Owned<RTCDevice> handle_;
@@ -63,16 +62,13 @@ private:
     std::vector<vec3> vertices_;
 };
 
-/// How a tree is made: Embree's Morton build; binned SAH; SAH with spatial splits; and a tree that
-/// update() refits. Embree refits only with scene quality LOW, the flag DYNAMIC and geometry
-/// quality REFIT; otherwise it rebuilds silently.
-enum class EmbreeTree { kLow, kMedium, kHigh, kRefitted };
-
 /// Built once constructed. The device and the mesh outlive it.
 class EmbreeScene {
 public:
-    /// `robust`: no ray slips through where triangles meet, by Embree's flag.
-    EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh, EmbreeTree tree,
+    /// `quality` LOW is Embree's Morton build, MEDIUM binned SAH, HIGH SAH with spatial splits, and
+    /// REFIT a tree that update() refits. `robust`: no ray slips through where triangles meet, by
+    /// Embree's flag.
+    EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh, RTCBuildQuality quality,
                 bool robust = false);
 
     /// Follows the mesh's positions: refits, or builds again.
@@ -114,6 +110,29 @@ std::vector<Tracer> embree_peers(const EmbreeScenes& scenes, const TraceWork& wo
 
 /// The closest hits of a work by single rays, in the calling thread's arena.
 AlignedVector<Hit> embree_hits(const EmbreeScene& scene, const TraceWork& work);
+
+/// The camera rays of a block of 4 x 4 pixels, row by row.
+inline void make_camera_rays(const Camera& camera, std::uint32_t x0, std::uint32_t y0,
+                             RTCRay16& record) {
+    for (std::uint32_t i = 0; i < kPacketSize; ++i) {
+        const vec3 dir =
+            canonical_direction(camera_direction(camera, x0 + i % kBlockSize, y0 + i / kBlockSize));
+        record.dir_x[i] = dir.x;
+        record.dir_y[i] = dir.y;
+        record.dir_z[i] = dir.z;
+        record.tnear[i] = 0;
+        record.tfar[i] = kInfiniteT;
+    }
+}
+
+/// Copies directions and ends; the origin is that of the record.
+inline void copy_shadow_rays(const cpu::SharedOriginRays& rays, RTCRay16& record) {
+    std::memcpy(record.dir_x, rays.dir[0], sizeof(rays.dir[0]));
+    std::memcpy(record.dir_y, rays.dir[1], sizeof(rays.dir[1]));
+    std::memcpy(record.dir_z, rays.dir[2], sizeof(rays.dir[2]));
+    std::memcpy(record.tfar, rays.tfar, sizeof(rays.tfar));
+    std::memset(record.tnear, 0, sizeof(record.tnear));
+}
 
 /// Traces camera rays and shadow rays by Intersect16 and Occluded16 with the flag COHERENT, 4 x 4
 /// pixels at a time, and has `shader` make shadow rays and colours: all of a square of pixels while

@@ -8,9 +8,6 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
-#include "lab/bench/embree/embree_records.h"
-#include "lab/embree.h"
-
 namespace mray::bench {
 namespace {
 
@@ -57,7 +54,7 @@ EmbreeQueries::EmbreeQueries(const EmbreeDevice& device, const EmbreeMesh& mesh,
     : name_(fmt::format("{}, MEDIUM, {}", robust ? "robust" : "fast", device.isa())),
       group_(robust ? "robust" : "fast"),
       mesh_(&mesh),
-      scene_(device, mesh, EmbreeTree::kMedium, robust),
+      scene_(device, mesh, RTC_BUILD_QUALITY_MEDIUM, robust),
       counts_(most_rays) {
     const RTCGeometry geometry = rtcGetGeometry(scene_.handle(), 0);
     rtcSetGeometryUserData(geometry, counts_.data());
@@ -71,7 +68,7 @@ void EmbreeQueries::find_closest(std::span<const vec3> points,
                                  std::span<NearestPoint> nearest) const {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     tbb::parallel_for(Range(0, points.size(), kGrain), [&](const Range& range) {
-        const FlushedDenormals flushed;
+        const embree::FlushedDenormals flushed;
         RTCPointQueryContext context;
         rtcInitPointQueryContext(&context);
         PointSearch search{mesh_->topology().triangles.data(), mesh_->vertices(), {}, {}, {}};
@@ -95,7 +92,7 @@ void EmbreeQueries::find_closest(std::span<const vec3> points,
 void EmbreeQueries::count(std::span<const Ray> rays, bool coherent) {
     std::fill_n(counts_.begin(), rays.size(), 0);
     tbb::parallel_for(Range(0, rays.size(), kGrain), [&](const Range& range) {
-        const FlushedDenormals flushed;
+        const embree::FlushedDenormals flushed;
         embree::Query query(coherent ? embree::Coherence::kCoherent
                                      : embree::Coherence::kIncoherent);
         RTCRayHit record;

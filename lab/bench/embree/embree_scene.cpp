@@ -6,26 +6,10 @@
 
 #include "common/base/errors.h"
 #include "common/bvh/box.h"
-#include "lab/bench/report.h"
+#include "common/simd/simd_target.h"
 #include "lab/embree.h"
 
 namespace mray::bench {
-namespace {
-
-RTCBuildQuality scene_quality(EmbreeTree tree) {
-    switch (tree) {
-        case EmbreeTree::kMedium:
-            return RTC_BUILD_QUALITY_MEDIUM;
-        case EmbreeTree::kHigh:
-            return RTC_BUILD_QUALITY_HIGH;
-        case EmbreeTree::kLow:
-        case EmbreeTree::kRefitted:
-            break;
-    }
-    return RTC_BUILD_QUALITY_LOW;
-}
-
-}  // namespace
 
 EmbreeDevice::EmbreeDevice(int threads, const std::string& isa) : isa_(isa.empty() ? "all" : isa) {
     const std::string settings =
@@ -38,9 +22,9 @@ EmbreeDevice::EmbreeDevice(int threads, const std::string& isa) : isa_(isa.empty
 
 std::vector<EmbreeDevice> embree_devices(int threads) {
     std::vector<EmbreeDevice> devices;
-    const std::string machine = machine_isa();
-    if (machine == "AVX-512") devices.emplace_back(threads, "avx512");
-    devices.emplace_back(threads, machine.starts_with("AVX") ? "avx2" : "");
+    const std::string best = best_simd_target().name;
+    if (best == "avx512") devices.emplace_back(threads, "avx512");
+    devices.emplace_back(threads, best.starts_with("avx") ? "avx2" : "");
     return devices;
 }
 
@@ -49,11 +33,6 @@ void EmbreeDevice::check(const char* action) const {
     if (error == RTC_ERROR_NONE) return;
     throw Error(ErrorKind::kInternal,
                 fmt::format("Embree: {}: error {}", action, static_cast<int>(error)));
-}
-
-std::string EmbreeDevice::version() {
-    return fmt::format("{}{}", RTC_VERSION_STRING,
-                       embree::kHasStreams ? "" : ", which has no streams");
 }
 
 EmbreeMesh::EmbreeMesh(const Topology& topology, std::span<const vec3> positions)
@@ -71,8 +50,8 @@ void EmbreeMesh::set_positions(std::span<const vec3> positions) {
     }
 }
 
-EmbreeScene::EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh, EmbreeTree tree,
-                         bool robust)
+EmbreeScene::EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh,
+                         RTCBuildQuality quality, bool robust)
     : device_(&device),
       geometry_(rtcNewGeometry(device.handle(), RTC_GEOMETRY_TYPE_TRIANGLE)),
       scene_(rtcNewScene(device.handle())) {
@@ -82,10 +61,11 @@ EmbreeScene::EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh, Emb
     rtcSetSharedGeometryBuffer(geometry_.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                topology.triangles.data(), 0, sizeof(uvec3),
                                topology.triangles.size());
-    const bool refits = tree == EmbreeTree::kRefitted;
-    rtcSetGeometryBuildQuality(geometry_.get(),
-                               refits ? RTC_BUILD_QUALITY_REFIT : scene_quality(tree));
-    rtcSetSceneBuildQuality(scene_.get(), scene_quality(tree));
+    // Embree refits only with scene quality LOW, the flag DYNAMIC and geometry quality REFIT;
+    // otherwise it rebuilds silently.
+    const bool refits = quality == RTC_BUILD_QUALITY_REFIT;
+    rtcSetGeometryBuildQuality(geometry_.get(), quality);
+    rtcSetSceneBuildQuality(scene_.get(), refits ? RTC_BUILD_QUALITY_LOW : quality);
     const int flags = (refits ? RTC_SCENE_FLAG_DYNAMIC : RTC_SCENE_FLAG_NONE) |
                       (robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
     rtcSetSceneFlags(scene_.get(), static_cast<RTCSceneFlags>(flags));
@@ -100,6 +80,19 @@ void EmbreeScene::update() {
     rtcCommitGeometry(geometry_.get());
     rtcCommitScene(scene_.get());
     device_->check("update a scene");
+}
+
+EmbreeScenes::EmbreeScenes(std::span<const EmbreeDevice> devices, const BenchScene& scene)
+    : mesh_(scene.topology(), scene.positions) {
+    for (const EmbreeDevice& device : devices) {
+        for (const auto quality : {RTC_BUILD_QUALITY_MEDIUM, RTC_BUILD_QUALITY_HIGH}) {
+            const char* const name = quality == RTC_BUILD_QUALITY_MEDIUM ? "MEDIUM" : "HIGH";
+            for (const bool robust : {false, true}) {
+                variants_.push_back({EmbreeScene(device, mesh_, quality, robust), robust,
+                                     fmt::format("{}, {}", name, device.isa())});
+            }
+        }
+    }
 }
 
 }  // namespace mray::bench

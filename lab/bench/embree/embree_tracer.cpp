@@ -6,7 +6,6 @@
 #include <memory>
 
 #include "lab/bench/embree/embree_peer.h"
-#include "lab/bench/embree/embree_records.h"
 
 namespace mray::bench {
 namespace {
@@ -33,18 +32,6 @@ template <class Record>
 inline constexpr std::size_t kLanesOf = sizeof(ray_of(std::declval<Record&>()).org_x) /
                                         sizeof(float);
 
-/// Sets what no trace changes and what all rays share.
-template <class RayRecord>
-void set_constants(RayRecord& record, const TraceWork& work) {
-    for (std::size_t i = 0; i < kLanesOf<RayRecord>; ++i) {
-        set_ray(record, i, {work.params.camera.org, 0, {0, 0, 1}, 0});
-        if (work.kind != WorkKind::kShadow) continue;
-        lane(record.org_x, i) = work.params.light.x;
-        lane(record.org_y, i) = work.params.light.y;
-        lane(record.org_z, i) = work.params.light.z;
-    }
-}
-
 /// Sets mask[i] to -1 where ray i is active, else to 0; returns whether any is.
 template <std::size_t N>
 bool set_mask(const std::uint8_t* active, std::array<int, N>& mask) {
@@ -66,22 +53,12 @@ struct alignas(4 * N) HitBlock {
     std::uint32_t prim_id[N];
 };
 
-/// A way to trace a work, which outlives it, as does the scene.
-class EmbreeTracer {
+/// Traces a work, which outlives it, by records of one ray or of a packet: one a call, or streams
+/// of up to kMost, which stay in the cache.
+template <class Record, std::size_t kMost>
+class RecordTracer {
 public:
-    virtual ~EmbreeTracer() = default;
-
-    /// Finds t, u, v and primID of closest hits, or what is occluded, in the calling thread's
-    /// arena.
-    virtual void trace(const EmbreeScene& scene, const WorkPart& part) = 0;
-    /// The answers of the last trace of each part.
-    virtual TraceAnswers answers() const = 0;
-};
-
-template <class Record>
-class MadeTracer final : public EmbreeTracer {
-public:
-    explicit MadeTracer(const TraceWork& work) : work_(&work) {
+    explicit RecordTracer(const TraceWork& work) : work_(work) {
         if (kAnyHit<Record>) {
             occluded_.resize(work.rays.size());
         } else {
@@ -89,37 +66,37 @@ public:
         }
     }
 
-    void trace(const EmbreeScene& scene, const WorkPart& part) override {
-        for_each_tile(*work_, part, [&](const TileRays& tile) {
+    /// Finds t, u, v and primID of closest hits, or what is occluded, in the calling thread's
+    /// arena.
+    void trace(const EmbreeScene& scene, const WorkPart& part) {
+        const bool is_shadow = work_.kind == WorkKind::kShadow;
+        const vec3 origin = is_shadow ? work_.params.light : work_.params.camera.org;
+        const bool is_incoherent = work_.kind == WorkKind::kDiffuse || work_.kind == WorkKind::kAo;
+        for_each_tile(work_, part, [&](const TileRays& tile) {
             const FlushedDenormals flushed;
-            embree::Query query(coherence_of(*work_));
-            Record record;
-            set_constants(ray_of(record), *work_);
-            for (std::size_t first = tile.begin; first < tile.end; first += kRays) {
-                alignas(4 * kRays) std::array<int, kRays> mask;
-                if (!set_mask<kRays>(&work_->active[first], mask)) continue;
-                make_rays(tile, first, ray_of(record));
-                if constexpr (!kAnyHit<Record>) {
-                    for (std::size_t i = 0; i < kRays; ++i) clear_hit(record, i);
-                }
-                query.trace(scene.handle(), record, mask.data());
-                store(first, record);
+            Query query(is_incoherent ? Coherence::kIncoherent : Coherence::kCoherent);
+            std::array<Record, kMost> records;
+            for (Record& record : records) {
+                for (std::size_t i = 0; i < kRays; ++i)
+                    set_ray(ray_of(record), i, {origin, 0, {0, 0, 1}, 0});
+            }
+            if constexpr (kMost == 1) {
+                trace_packets(scene, tile, query, records[0]);
+            } else {
+                trace_streams(scene, tile, query, records);
             }
         });
     }
 
-    TraceAnswers answers() const override {
-        TraceAnswers answers(*work_);
-        for (std::size_t ray = 0; ray < work_->rays.size(); ++ray) {
-            if constexpr (kAnyHit<Record>) {
-                answers.occluded[ray] = occluded_[ray];
-            } else {
-                const HitBlock<kRays>& block = hits_[ray / kRays];
-                const std::size_t i = ray % kRays;
-                const bool missed = block.prim_id[i] == RTC_INVALID_GEOMETRY_ID;
-                answers.hits[ray] =
-                    missed ? no_hit() : Hit{block.t[i], block.u[i], block.v[i], block.prim_id[i]};
-            }
+    TraceAnswers answers() const {
+        TraceAnswers answers(work_);
+        answers.occluded = occluded_;
+        for (std::size_t ray = 0; ray < answers.hits.size(); ++ray) {
+            const HitBlock<kRays>& block = hits_[ray / kRays];
+            const std::size_t i = ray % kRays;
+            const bool missed = block.prim_id[i] == RTC_INVALID_GEOMETRY_ID;
+            answers.hits[ray] =
+                missed ? no_hit() : Hit{block.t[i], block.u[i], block.v[i], block.prim_id[i]};
         }
         return answers;
     }
@@ -127,19 +104,49 @@ public:
 private:
     static constexpr std::size_t kRays = kLanesOf<Record>;
 
+    void trace_packets(const EmbreeScene& scene, const TileRays& tile, Query& query,
+                       Record& record) {
+        for (std::size_t first = tile.begin; first < tile.end; first += kRays) {
+            alignas(4 * kRays) std::array<int, kRays> mask;
+            if (!set_mask<kRays>(&work_.active[first], mask)) continue;
+            make(tile, first, record);
+            query.trace(scene.handle(), record, mask.data());
+            store(first, record);
+        }
+    }
+
+    void trace_streams(const EmbreeScene& scene, const TileRays& tile, Query& query,
+                       std::array<Record, kMost>& records) {
+        for_each_active_run(work_, tile, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t count = 0; begin < end; begin += count) {
+                count = std::min(kMost, end - begin);
+                for (std::size_t i = 0; i < count; ++i) make(tile, begin + i, records[i]);
+                query.stream(scene.handle(), records.data(), count);
+                for (std::size_t i = 0; i < count; ++i) store(begin + i, records[i]);
+            }
+        });
+    }
+
+    void make(const TileRays& tile, std::size_t first, Record& record) const {
+        make_rays(tile, first, ray_of(record));
+        if constexpr (!kAnyHit<Record>) {
+            for (std::size_t i = 0; i < kRays; ++i) clear_hit(record, i);
+        }
+    }
+
     template <class RayRecord>
     void make_rays(const TileRays& tile, std::size_t first, RayRecord& record) const {
         if constexpr (kRays == kPacketSize) {
-            if (work_->kind == WorkKind::kPrimary) {
+            if (work_.kind == WorkKind::kPrimary) {
                 const auto block = static_cast<std::uint32_t>((first - tile.begin) / kPacketSize);
                 const BlockOffset corner = block_offset(block);
-                return make_camera_rays(work_->params.camera, tile.tile.x0 + corner.x,
+                return make_camera_rays(work_.params.camera, tile.tile.x0 + corner.x,
                                         tile.tile.y0 + corner.y, record);
             }
-            if (work_->kind == WorkKind::kShadow)
-                return copy_shadow_rays(work_->shadows[first / kPacketSize], record);
+            if (work_.kind == WorkKind::kShadow)
+                return copy_shadow_rays(work_.shadows[first / kPacketSize], record);
         }
-        for (std::size_t i = 0; i < kRays; ++i) copy_ray(record, i, work_->rays[first + i]);
+        for (std::size_t i = 0; i < kRays; ++i) copy_ray(record, i, work_.rays[first + i]);
     }
 
     void store(std::size_t first, const Record& record) {
@@ -154,129 +161,62 @@ private:
         }
     }
 
-    const TraceWork* work_;
+    const TraceWork& work_;
     AlignedVector<HitBlock<kRays>> hits_;
     std::vector<std::uint8_t> occluded_;
 };
 
-/// Streams of up to kMost rays, whose records stay in the cache.
-template <class Record>
-class MadeStreamTracer final : public EmbreeTracer {
-public:
-    explicit MadeStreamTracer(const TraceWork& work) : work_(&work), answers_(work) {}
+struct EmbreePeers {
+    const EmbreeScenes& scenes;
+    const TraceWork& work;
+    std::vector<Tracer> all = {};
 
-    void trace(const EmbreeScene& scene, const WorkPart& part) override {
-        for_each_tile(*work_, part, [&](const TileRays& tile) {
-            const FlushedDenormals flushed;
-            embree::Query query(coherence_of(*work_));
-            std::array<Record, kMost> records;
-            for_each_active_run(*work_, tile, [&](std::size_t begin, std::size_t end) {
-                for (std::size_t count = 0; begin < end; begin += count) {
-                    count = std::min(kMost, end - begin);
-                    for (std::size_t i = 0; i < count; ++i) make(begin + i, records[i]);
-                    query.stream(scene.handle(), records.data(), count);
-                    for (std::size_t i = 0; i < count; ++i) store(begin + i, records[i]);
-                }
-            });
-        });
-    }
-
-    TraceAnswers answers() const override { return answers_; }
-
-private:
-    static constexpr std::size_t kMost = 256;
-
-    void make(std::size_t ray, Record& record) const {
-        set_ray(ray_of(record), 0, work_->rays[ray]);
-        if constexpr (!kAnyHit<Record>) clear_hit(record, 0);
-    }
-
-    void store(std::size_t ray, const Record& record) {
-        if constexpr (kAnyHit<Record>) {
-            answers_.occluded[ray] = record.tfar < 0;
+    /// By records for any hits or for the closest ones; `suffix` is that of Embree's function.
+    template <class AnyHits, class ClosestHits, std::size_t kMost = 1>
+    void add(const std::string& suffix, bool one_ray = false) {
+        if (work.any_hit()) {
+            add_by<AnyHits, kMost>("Occluded" + suffix, one_ray);
         } else {
-            answers_.hits[ray] = hit_of(record, 0);
+            add_by<ClosestHits, kMost>("Intersect" + suffix, one_ray);
         }
     }
 
-    const TraceWork* work_;
-    TraceAnswers answers_;
-};
-
-/// For any hits or for the closest ones.
-template <class AnyHits, class ClosestHits>
-std::unique_ptr<EmbreeTracer> make_tracer(const TraceWork& work) {
-    if (work.any_hit()) return std::make_unique<AnyHits>(work);
-    return std::make_unique<ClosestHits>(work);
-}
-
-constexpr auto make_single = make_tracer<MadeTracer<RTCRay>, MadeTracer<RTCRayHit>>;
-constexpr auto make_4 = make_tracer<MadeTracer<RTCRay4>, MadeTracer<RTCRayHit4>>;
-constexpr auto make_8 = make_tracer<MadeTracer<RTCRay8>, MadeTracer<RTCRayHit8>>;
-constexpr auto make_16 = make_tracer<MadeTracer<RTCRay16>, MadeTracer<RTCRayHit16>>;
-constexpr auto make_stream = make_tracer<MadeStreamTracer<RTCRay>, MadeStreamTracer<RTCRayHit>>;
-
-/// One of Embree's ways to trace a work.
-struct EmbreeWay {
-    /// "Intersect16"
-    std::string name;
-    /// One ray a call.
-    bool one_ray;
-    std::unique_ptr<EmbreeTracer> (*make)(const TraceWork&);
-};
-
-std::vector<EmbreeWay> embree_ways(WorkKind kind) {
-    const bool any = kind == WorkKind::kShadow || kind == WorkKind::kAo;
-    const std::string name = any ? "Occluded" : "Intersect";
-    std::vector<EmbreeWay> ways = {{name + "1", true, make_single}};
-    if (kind == WorkKind::kOneRay) return ways;
-    ways.push_back({name + "16", false, make_16});
-    if (kind == WorkKind::kPrimary || kind == WorkKind::kShadow) return ways;
-    ways.push_back({name + "1", false, make_single});
-    ways.push_back({name + "4", false, make_4});
-    ways.push_back({name + "8", false, make_8});
-    if (embree::kHasStreams) ways.push_back({name + "1M", false, make_stream});
-    return ways;
-}
-
-}  // namespace
-
-EmbreeScenes::EmbreeScenes(std::span<const EmbreeDevice> devices, const BenchScene& scene)
-    : mesh_(scene.topology(), scene.positions) {
-    for (const EmbreeDevice& device : devices) {
-        const auto add = [&](EmbreeTree tree, const char* name) {
-            for (const bool robust : {false, true}) {
-                variants_.push_back({EmbreeScene(device, mesh_, tree, robust), robust,
-                                     fmt::format("{}, {}", name, device.isa())});
-            }
-        };
-        add(EmbreeTree::kMedium, "MEDIUM");
-        add(EmbreeTree::kHigh, "HIGH");
-    }
-}
-
-AlignedVector<Hit> embree_hits(const EmbreeScene& scene, const TraceWork& work) {
-    const std::unique_ptr<EmbreeTracer> tracer = make_single(work);
-    tracer->trace(scene, work.whole());
-    return tracer->answers().hits;
-}
-
-std::vector<Tracer> embree_peers(const EmbreeScenes& scenes, const TraceWork& work) {
-    std::vector<Tracer> peers;
-    for (const EmbreeWay& way : embree_ways(work.kind)) {
-        const std::shared_ptr<EmbreeTracer> tracer = way.make(work);
+    /// One for each scene; they have their answers in common.
+    template <class Record, std::size_t kMost>
+    void add_by(const std::string& function, bool one_ray) {
+        const auto tracer = std::make_shared<RecordTracer<Record, kMost>>(work);
         for (const EmbreeScenes::Variant& variant : scenes.variants()) {
             const EmbreeScene& scene = variant.scene;
-            peers.push_back(
-                {.name = fmt::format("{} {}, {}", way.name, variant.robust ? "robust" : "fast",
+            all.push_back(
+                {.name = fmt::format("{} {}, {}", function, variant.robust ? "robust" : "fast",
                                      variant.name),
-                 .group = fmt::format("embree {} {}", way.one_ray, variant.robust),
-                 .at_once = way.one_ray ? RaysAtOnce::kOne : RaysAtOnce::kPacket,
+                 .group = fmt::format("embree {} {}", one_ray, variant.robust),
+                 .at_once = one_ray ? RaysAtOnce::kOne : RaysAtOnce::kPacket,
                  .trace = [tracer, &scene](const WorkPart& part) { tracer->trace(scene, part); },
                  .answers = [tracer] { return tracer->answers(); }});
         }
     }
-    return peers;
+};
+
+}  // namespace
+
+AlignedVector<Hit> embree_hits(const EmbreeScene& scene, const TraceWork& work) {
+    RecordTracer<RTCRayHit, 1> tracer(work);
+    tracer.trace(scene, work.whole());
+    return tracer.answers().hits;
+}
+
+std::vector<Tracer> embree_peers(const EmbreeScenes& scenes, const TraceWork& work) {
+    EmbreePeers peers{scenes, work};
+    peers.add<RTCRay, RTCRayHit>("1", true);
+    if (work.kind == WorkKind::kOneRay) return peers.all;
+    peers.add<RTCRay16, RTCRayHit16>("16");
+    if (work.kind == WorkKind::kPrimary || work.kind == WorkKind::kShadow) return peers.all;
+    peers.add<RTCRay, RTCRayHit>("1");
+    peers.add<RTCRay4, RTCRayHit4>("4");
+    peers.add<RTCRay8, RTCRayHit8>("8");
+    if (kHasStreams) peers.add<RTCRay, RTCRayHit, 256>("1M");
+    return peers.all;
 }
 
 }  // namespace mray::bench

@@ -1,39 +1,17 @@
 #include "lab/bench/paper_2007/packet.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
-
-#include "cpu/packet/light/light_packet.h"
 
 namespace mray::bench::paper_2007 {
 namespace {
 
-constexpr int kBlocksPerTile = kTileSize / kBlockSize;
-constexpr int kBlocksPerPacket = kPacketSide / kBlockSize;
-static_assert(kBlockSize * kBlockSize == kLanes && kTileSize % kPacketSide == 0);
-
-/// The group of a block of a tile.
-std::size_t first_ray(int block_x, int block_y) {
-    return cpu::light_packet_ray(static_cast<std::uint32_t>(block_x) * kBlockSize,
-                                 static_cast<std::uint32_t>(block_y) * kBlockSize);
-}
-
-vec3 direction(const PacketRays& packet, int group, int lane) {
-    return {packet.dir[0][group][lane], packet.dir[1][group][lane], packet.dir[2][group][lane]};
-}
-
 /// The corners of a rectangle around where the rays meet a plane across the axis that is largest in
 /// their sum; none where a ray does not come through that plane.
-void bound_by_corners(PacketRays& packet, const TraceWork& work) {
-    std::vector<vec3> dirs;
+void bound_by_corners(PacketRays& packet, std::span<const vec3> dirs) {
     vec3 sum = {0, 0, 0};
-    for (int group = 0; group < kGroups; ++group) {
-        for (int lane = 0; lane < kLanes; ++lane) {
-            if (work.active[packet.first_ray[group] + lane] == 0) continue;
-            dirs.push_back(direction(packet, group, lane));
-            sum += dirs.back();
-        }
-    }
+    for (const vec3& dir : dirs) sum += dir;
     int z = 0;
     for (int axis = 1; axis < 3; ++axis) {
         if (std::fabs(sum[axis]) > std::fabs(sum[z])) z = axis;
@@ -43,7 +21,6 @@ void bound_by_corners(PacketRays& packet, const TraceWork& work) {
     const float side = sum[z] < 0 ? -1.0f : 1.0f;
     vec3 lower(INFINITY);
     vec3 upper(-INFINITY);
-    packet.has_corners = false;
     for (const vec3& dir : dirs) {
         if (!(dir[z] * side > 0)) return;
         for (const int axis : {x, y}) {
@@ -61,31 +38,25 @@ void bound_by_corners(PacketRays& packet, const TraceWork& work) {
 
 }  // namespace
 
-std::vector<PacketRays> make_packets(const TraceWork& work, const TileRays& tile) {
-    std::vector<PacketRays> packets;
-    for (int block_y = 0; block_y < kBlocksPerTile; block_y += kBlocksPerPacket) {
-        for (int block_x = 0; block_x < kBlocksPerTile; block_x += kBlocksPerPacket) {
-            PacketRays packet;
-            bool any = false;
-            for (int group = 0; group < kGroups; ++group) {
-                packet.first_ray[group] =
-                    tile.begin + first_ray(block_x + group % kBlocksPerPacket,
-                                           block_y + group / kBlocksPerPacket);
-                for (int lane = 0; lane < kLanes; ++lane) {
-                    const std::size_t i = packet.first_ray[group] + lane;
-                    const Ray& ray = work.rays[i];
-                    for (int axis = 0; axis < 3; ++axis) {
-                        packet.dir[axis][group][lane] = ray.dir[axis];
-                    }
-                    packet.tfar[group][lane] = work.active[i] != 0 ? ray.tfar : -1.0f;
-                    if (work.active[i] != 0) packet.org = ray.org;
-                    any = any || work.active[i] != 0;
-                }
-            }
-            if (!any) continue;
-            bound_by_corners(packet, work);
-            packets.push_back(packet);
+std::vector<PacketRays> make_packets(const TraceWork& work) {
+    assert(work.rays.size() == work.tiles.size() * kTilePackets * kPacketRays);
+    std::vector<PacketRays> packets(work.rays.size() / kPacketRays);
+    std::vector<vec3> dirs;
+    for (std::size_t i = 0; i < work.rays.size(); ++i) {
+        PacketRays& packet = packets[i / kPacketRays];
+        const std::size_t group = i % kPacketRays / kLanes;
+        const std::size_t lane = i % kLanes;
+        const Ray& ray = work.rays[i];
+        for (int axis = 0; axis < 3; ++axis) packet.dir[axis][group][lane] = ray.dir[axis];
+        packet.tfar[group][lane] = work.active[i] != 0 ? ray.tfar : -1.0f;
+        if (work.active[i] != 0) {
+            packet.org = ray.org;
+            dirs.push_back(ray.dir);
         }
+        if ((i + 1) % kPacketRays != 0) continue;
+        packet.any = !dirs.empty();
+        bound_by_corners(packet, dirs);
+        dirs.clear();
     }
     return packets;
 }

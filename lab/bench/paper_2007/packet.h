@@ -37,20 +37,21 @@ inline bool any(const Ints& mask) {
 }
 #endif
 
-inline constexpr int kPacketSide = 16;
-inline constexpr int kGroups = kPacketSide * kPacketSide / kLanes;
+/// Rays that follow each other in a work: 16 x 16 pixels, in groups of 4 x 4.
+inline constexpr int kGroups = 16;
+inline constexpr std::size_t kPacketRays = std::size_t{kGroups} * kLanes;
+inline constexpr std::size_t kTilePackets = std::size_t{kTileSize} * kTileSize / kPacketRays;
 
-/// A packet as it is given: groups of 4x4 pixels.
 struct PacketRays {
+    /// Whether it has a ray.
+    bool any = false;
     vec3 org;
     Floats dir[3][kGroups];
     /// Negative where there is no ray.
     Floats tfar[kGroups];
     /// Directions between which all rays are, if there are such.
     std::array<vec3, 4> corners;
-    bool has_corners;
-    /// Where group i's rays are in the work: rays first_ray[i] to first_ray[i] + 16.
-    std::array<std::size_t, kGroups> first_ray;
+    bool has_corners = false;
 };
 
 /// A packet's answers: t, u, v and prim_id (-1: none), or for any hit t < 0 where a ray is
@@ -60,7 +61,7 @@ struct PacketAnswers {
     Ints prim_id[kGroups];
 };
 
-/// The packets of a tile of a work, of primary or shadow rays; those without a ray are left out.
-std::vector<PacketRays> make_packets(const TraceWork& work, const TileRays& tile);
+/// The packets of a work of primary or shadow rays, kTilePackets for each of its tiles.
+std::vector<PacketRays> make_packets(const TraceWork& work);
 
 }  // namespace mray::bench::paper_2007

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "lab/bench/interleave.h"
 #include "lab/bench/options.h"
 #include "lab/bench/report.h"
 #include "lab/bench/two_builds/build_functions.h"
@@ -52,26 +51,22 @@ std::uint64_t compare(const BuildFunctions& ours, const BuildFunctions& theirs,
     const BuiltWork a = ours.open(scene, work, tracer, simd);
     const BuiltWork b = theirs.open(scene, work, tracer, simd);
     if (!a.trace_part || !b.trace_part) return 0;
-    std::vector<Method> methods;
-    for (const BuiltWork* const built : {&a, &b}) {
-        methods.push_back({"", {}, [built](std::size_t part) {
-                               return timed([&] { built->trace_part(part); });
-                           }});
-    }
-    const std::vector<Times> times = time_in_turn(methods, std::min(a.parts, b.parts), repeat);
-    Row row{.work = work, .tracer = tracer, .peer = fmt::format("{} {}", theirs.version, simd)};
-    set_times(row, times[0], times[1], Unit::kMrayPerSecond, a.rays);
-    row.differences = count_differences(a, b);
-    report.add(row);
-    return row.differences;
+    const auto run = [](const BuiltWork& built) {
+        return [&built](std::size_t part) { return timed([&] { built.trace_part(part); }); };
+    };
+    const Method methods[] = {{tracer, {}, run(a)},
+                              {fmt::format("{} {}", theirs.version, simd), {}, run(b), "", [&] {
+                                   return count_differences(a, b);
+                               }}};
+    return report.compare({work, Unit::kMrayPerSecond, a.rays}, methods, std::min(a.parts, b.parts),
+                          repeat);
 }
 
 /// Returns 1 if an answer differs, else 0.
 int run(const BenchOptions& options) {
     const BuildFunctions& ours = load_build(options.this_build);
     const BuildFunctions& theirs = load_build(options.other_build);
-    Report report(
-        fmt::format("# {}, {}; ours is {}\n", machine_name(), machine_isa(), ours.version), "");
+    Report report(fmt::format("# {}; ours is {}\n", machine_name(), ours.version), "");
     std::uint64_t differences = 0;
     for (const std::string& scene : options.scenes) {
         report.begin(scene, 1);
@@ -91,5 +86,5 @@ int run(const BenchOptions& options) {
 
 int main(int argc, char** argv) {
     using namespace mray::bench;
-    return bench_main("morphray_compare_builds", BenchProgram::kBuilds, argc, argv, run);
+    return bench_main(BenchProgram::kBuilds, argc, argv, run);
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,23 +32,6 @@ struct VulkanOptions {
     bool validate = false;
 };
 
-/// A Vulkan device that the caller has made. Handles are passed as pointers, so that this header
-/// needs none of Vulkan's. The instance has API version 1.1 or later; the device has Vulkan 1.2 or
-/// the extension VK_KHR_shader_float_controls. All must outlive the Device and its scenes.
-struct VulkanHost {
-    void* instance = nullptr;         ///< VkInstance
-    void* physical_device = nullptr;  ///< VkPhysicalDevice
-    void* device = nullptr;           ///< VkDevice
-    void* queue = nullptr;            ///< VkQueue with compute, of this family:
-    std::uint32_t queue_family = 0;
-    /// PFN_vkGetInstanceProcAddr of the loader in use; null: that of libvulkan.
-    void* get_instance_proc_addr = nullptr;
-    /// Called around each submission to the queue, by any thread, if the caller submits to it while
-    /// calls of the library run.
-    std::function<void()> lock_queue = {};
-    std::function<void()> unlock_queue = {};
-};
-
 /// A handle to a device; copies share it. Devices have no state that a caller can see: threads may
 /// use one at the same time, for any number of scenes. A scene keeps its device alive.
 class MORPHRAY_API Device {
@@ -67,10 +49,6 @@ public:
     /// gives wrong results in its self-test (DeviceCheck), which is made when a device and driver
     /// are first used; device_lost: one that did not answer in it.
     static Device vulkan(const VulkanOptions& options = {});
-    /// A device of the caller's. Scenes on it use its queue and make buffers and pipelines of their
-    /// own. Throws bad_argument if a handle is null, and unavailable for a device that lacks a
-    /// feature or a queue without compute.
-    static Device adopt(const VulkanHost& host);
     /// Tests every triangle for every ray: no tree to be wrong about. For checks of small scenes.
     static Device brute_force(const CpuOptions& options = {});
 

@@ -28,9 +28,8 @@ struct Box {
 /// origin does not. `dir` has any length but 0; t is in units of it. 32 bytes, in the order of the
 /// members, so that an array of 8 floats a ray may be read as rays.
 ///
-/// A ray that starts on a triangle does not hit it there. Where rounding puts the origin beside the
-/// triangle, the ray may hit it at a t next to 0: give rays that leave a surface a tnear above the
-/// rounding of their origins.
+/// A ray that starts on a triangle does not hit it there, as far as rounding knows that it does:
+/// the ray may hit it at a t next to 0. QueryOptions::excluded leaves that triangle out.
 ///
 /// A ray hits nothing if a number in it is NaN, if org or dir is infinite, if dir is 0, if no t is
 /// left (tnear > tfar or tfar <= 0), or if org is more than a million scene sizes away. A negative
@@ -44,6 +43,13 @@ struct Ray {
 
 inline constexpr std::uint32_t kNoPrim = 0xFFFFFFFFu;
 inline constexpr std::uint32_t kNoGeometry = 0xFFFFFFFFu;
+
+/// A triangle of a mesh, or none.
+struct Primitive {
+    std::uint32_t prim_id = kNoPrim;
+    std::uint32_t geom_id = kNoGeometry;
+    bool operator==(const Primitive&) const = default;
+};
 
 /// The closest hit of a ray, or a miss: {infinity, 0, 0, kNoPrim, kNoGeometry}, so that
 /// the nearest of two hits is that of the lower t.
@@ -64,6 +70,7 @@ struct Hit {
 
     /// Whether it is a hit.
     explicit operator bool() const { return prim_id != kNoPrim; }
+    Primitive primitive() const { return {prim_id, geom_id}; }
     bool operator==(const Hit&) const = default;
 };
 

@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <iterator>
 #include <memory>
+#include <ranges>
 #include <span>
 #include <type_traits>
+#include <utility>
 
 #include "morphray/geometry.hpp"
 
@@ -14,50 +16,93 @@ namespace morphray {
 
 namespace detail {
 
-/// Whether a type can begin with three floats: arrays and vectors of other numbers cannot.
-template <class Point>
-constexpr bool begins_with_floats() {
-    bool is_of_floats = true;
-    if constexpr (std::is_array_v<Point>) {
-        is_of_floats = std::is_same_v<std::remove_cv_t<std::remove_all_extents_t<Point>>, float>;
-    } else if constexpr (requires { typename Point::value_type; }) {
-        is_of_floats = std::is_same_v<typename Point::value_type, float>;
+/// The numbers that an element of an array of positions begins with; void where that is unknown.
+template <class Element>
+auto number_of() {
+    if constexpr (std::is_array_v<Element>) {
+        return std::remove_cv_t<std::remove_all_extents_t<Element>>{};
+    } else if constexpr (requires { typename Element::value_type; }) {
+        return typename Element::value_type{};
+    } else if constexpr (requires(Element e) { e.x; }) {
+        return std::remove_cvref_t<decltype(std::declval<Element>().x)>{};
+    } else if constexpr (!requires { Element{std::declval<double>()}; }) {
+        // Not a struct that begins with a double: floats are taken for granted.
+        return float{};
     }
-    return is_of_floats && std::is_standard_layout_v<Point> && sizeof(Point) >= sizeof(Vec3);
+}
+
+template <class Element>
+using Number = decltype(number_of<Element>());
+
+/// Refuses arrays of other elements, and temporary arrays that are no views.
+template <class Array, class Element>
+constexpr void check_positions() {
+    using Scalar = Number<Element>;
+    static_assert(std::is_same_v<Scalar, float> || std::is_same_v<Scalar, double>,
+                  "positions are three floats or three doubles each: name the member of a struct "
+                  "that has them, strided(vertices, &Vertex::position)");
+    if constexpr (!std::is_void_v<Scalar>) {
+        static_assert(std::is_standard_layout_v<Element> && sizeof(Element) >= 3 * sizeof(Scalar),
+                      "an element begins with three numbers, one after the other");
+    }
+    static_assert(std::is_lvalue_reference_v<Array> ||
+                      std::ranges::borrowed_range<std::remove_cvref_t<Array>>,
+                  "positions are borrowed, not copied: give the array a name, and keep it as long "
+                  "as the mesh");
 }
 
 }  // namespace detail
 
-/// `count` positions, three floats each, `stride` bytes apart. Any alignment. The array is
-/// borrowed.
+/// `count` positions, three floats or doubles each, `stride` bytes apart. Any alignment. The array
+/// is borrowed. Doubles are rounded to floats wherever they are read.
 struct Positions {
     const void* data = nullptr;
     std::size_t count = 0;
     std::size_t stride = sizeof(Vec3);
+    bool has_doubles = false;
 };
 
 /// The positions of an array of the caller's vertices. `member` is the member with the position:
-/// float[3], std::array<float, 3>, Vec3 or any other type of at least 12 bytes that begins with
-/// three floats.
+/// float[3], std::array<double, 3>, Vec3 or any other type that begins with three floats or
+/// doubles.
 ///
 ///     struct Vertex { float normal[3]; float position[3]; };
 ///     std::vector<Vertex> vertices;
 ///     Positions positions = morphray::strided(vertices, &Vertex::position);
 template <class Array, class Vertex, class Member>
-Positions strided(const Array& vertices, Member Vertex::*member) {
-    static_assert(detail::begins_with_floats<Member>());
+Positions strided(Array&& vertices, Member Vertex::*member) {
+    detail::check_positions<Array, Member>();
+    constexpr bool kDoubles = std::is_same_v<detail::Number<Member>, double>;
     // The member may be that of a base of the elements.
     constexpr std::size_t kStride = sizeof(*std::data(vertices));
-    if (std::size(vertices) == 0) return {nullptr, 0, kStride};
-    return {std::addressof(std::data(vertices)->*member), std::size(vertices), kStride};
+    if (std::size(vertices) == 0) return {nullptr, 0, kStride, kDoubles};
+    return {std::addressof(std::data(vertices)->*member), std::size(vertices), kStride, kDoubles};
 }
 
-/// An array of vertices that are positions and nothing else: Vec3, std::array<float, 3>, ...
+/// An array of vertices that are positions and nothing else: Vec3, std::array<float, 3>,
+/// std::array<double, 3>, ...
 template <class Array>
-Positions packed(const Array& points) {
+Positions packed(Array&& points) {
     using Element = std::remove_cvref_t<decltype(*std::data(points))>;
-    static_assert(detail::begins_with_floats<Element>());
-    return {std::data(points), std::size(points), sizeof(Element)};
+    detail::check_positions<Array, Element>();
+    return {std::data(points), std::size(points), sizeof(Element),
+            std::is_same_v<detail::Number<Element>, double>};
+}
+
+/// The indices of an array of integers of 4 bytes, or of std::array of three of them, in place.
+template <class Array>
+std::span<const std::uint32_t> indices(const Array& triangles) {
+    using Element = std::remove_cvref_t<decltype(*std::data(triangles))>;
+    if constexpr (std::is_integral_v<Element>) {
+        static_assert(sizeof(Element) == 4, "indices are integers of 4 bytes");
+        return {reinterpret_cast<const std::uint32_t*>(std::data(triangles)), std::size(triangles)};
+    } else {
+        static_assert(std::is_integral_v<typename Element::value_type> &&
+                          sizeof(typename Element::value_type) == 4 && sizeof(Element) == 12,
+                      "a triangle has three indices of 4 bytes");
+        return {reinterpret_cast<const std::uint32_t*>(std::data(triangles)),
+                3 * std::size(triangles)};
+    }
 }
 
 /// Stands for the number of a texture of a triangle that has none.
@@ -87,31 +132,23 @@ struct TextureView {
     float alpha_cutoff = 0;
 };
 
-/// A mesh of triangles in the caller's memory. `positions` are read by Scene::build(), attach() and
-/// each update(), so they must stay where they are until the mesh is detached or the scene is
-/// destroyed. All other arrays are copied once. Any mesh is accepted, also one without triangles;
-/// positions that are NaN or infinite make their triangles unhittable.
-struct MeshView {
-    Positions positions = {};
-    /// Three indices of positions for each triangle.
-    std::span<const std::uint32_t> triangles = {};
-    /// Whether update() reads the positions again. A mesh that does not deform costs nothing there.
-    bool deforms = true;
-    /// For images, the colour of each triangle: linear, 8 bits a channel, red in bits 0 to 7, green
-    /// in 8 to 15, blue in 16 to 23. Empty: light grey.
+/// What images show of a mesh. All arrays are copied once.
+struct Appearance {
+    /// The colour of each triangle: linear, 8 bits a channel, red in bits 0 to 7, green in 8 to
+    /// 15, blue in 16 to 23. Empty: light grey.
     std::span<const std::uint32_t> albedo = {};
     /// For lit images, three numbers for each triangle. Corners with the same number share a
     /// normal, the mean of their triangles at the current pose, so that these look smooth together;
-    /// at creases of more than 37 degrees they stay flat. `triangles` itself makes all of the mesh
-    /// smooth, without memory for it. Empty: every triangle is flat. Numbers are below the number
-    /// of corners. Copied once.
+    /// at creases of more than 37 degrees they stay flat. MeshView::triangles itself makes all of
+    /// the mesh smooth, without memory for it. Empty: every triangle is flat. Numbers are below the
+    /// number of corners.
     std::span<const std::uint32_t> smooth = {};
     /// In lit images the mesh shows the background, darkened by shadows and occlusion: for a plane
     /// that the scene stands on.
     bool shadow_catcher = false;
     /// For lit images, textures; each triangle shows one of them, multiplied by its albedo (white
-    /// instead of light grey without `albedo`). They are copied once, with smaller levels for
-    /// surfaces far away: a third more memory. At most 65536 of them.
+    /// instead of light grey without `albedo`). Copies have smaller levels for surfaces far away: a
+    /// third more memory. At most 65536 of them.
     std::span<const TextureView> textures = {};
     /// With `textures`, u and v of each triangle's three corners, six floats for each triangle: u
     /// from the left (0) to the right (1) of the image, v from its bottom (0) to its top (1), and
@@ -120,6 +157,19 @@ struct MeshView {
     /// With `textures`, the index of each triangle's texture, or kNoTexture. Empty: all have the
     /// first.
     std::span<const std::uint32_t> texture_ids = {};
+};
+
+/// A mesh of triangles in the caller's memory. `positions` are read by Scene::build(), attach() and
+/// each update(), so they must stay where they are until the mesh is detached or the scene is
+/// destroyed. Indices are copied. Any mesh is accepted, also one without triangles;
+/// positions that are NaN or infinite make their triangles unhittable.
+struct MeshView {
+    Positions positions = {};
+    /// Three indices of positions for each triangle.
+    std::span<const std::uint32_t> triangles = {};
+    /// Whether update() reads the positions again. A mesh that does not deform costs nothing there.
+    bool deforms = true;
+    Appearance appearance = {};
 };
 
 }  // namespace morphray

@@ -14,12 +14,10 @@
 //     }
 #pragma once
 
-#include "morphray/compare.hpp"
 #include "morphray/device.hpp"
 #include "morphray/error.hpp"
 #include "morphray/geometry.hpp"
-#include "morphray/hits.hpp"
-#include "morphray/image.hpp"
+#include "morphray/images.hpp"
 #include "morphray/mesh.hpp"
 #include "morphray/queries.hpp"
 #include "morphray/scene.hpp"

@@ -53,14 +53,29 @@ struct Coherence {
     static constexpr Coherence sort() { return {Kind::sort, 0}; }
 };
 
+/// How a batch of rays or points is answered. The defaults see all meshes.
+struct QueryOptions {
+    Coherence coherence = {};
+    Threads threads = Threads::all;
+    /// The meshes that rays see: those with visible[geom_id] != 0; the others, those beyond the end
+    /// among them, are as if they were not there. Empty: all. Not for points.
+    std::span<const std::uint8_t> visible = {};
+    /// For each ray the triangle that is as if it were not there, such as that of the hit on which
+    /// the ray starts. Empty: none. Not for points.
+    std::span<const Primitive> excluded = {};
+    /// If it is given, the call throws cancelled if it is true before, also for an empty batch, and
+    /// soon after another thread has made it true: within some milliseconds on the CPU, by brute
+    /// force once each thread has traced 1024 rays, and at the latest where a device has finished
+    /// 2^18 rays. What was not found by then is left as it was.
+    const std::atomic<bool>* cancel = nullptr;
+};
+
 struct AllHitsOptions {
     Crossing crossing = Crossing::once;
-    /// The most hits that are listed for a ray: the first ones. More are counted. By
-    /// Crossing::once, all hits of a ray that goes through an edge or a vertex take memory
-    /// meanwhile.
+    /// The most hits that are listed for a ray: the first ones. More are counted. All hits of a ray
+    /// take memory meanwhile if it goes through an edge or a vertex, by Crossing::once, or does not
+    /// see everything.
     std::uint32_t max_hits = std::numeric_limits<std::uint32_t>::max();
-    /// As for Scene::intersect().
-    const std::atomic<bool>* cancel = nullptr;
 };
 
 /// The hits of some rays.

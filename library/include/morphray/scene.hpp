@@ -14,11 +14,14 @@
 #include "morphray/device.hpp"
 #include "morphray/error.hpp"
 #include "morphray/geometry.hpp"
-#include "morphray/image.hpp"
 #include "morphray/mesh.hpp"
 #include "morphray/queries.hpp"
 
 namespace morphray {
+
+// morphray/images.hpp.
+struct View;
+struct Image;
 
 namespace detail {
 class SceneImpl;
@@ -52,12 +55,6 @@ using UpdatePolicy = std::variant<Auto, Refit, Rebuild, Every>;
 /// these, for any other text. Threads may call it at the same time.
 MORPHRAY_API UpdatePolicy parse_update_policy(const std::string& text);
 
-/// How trees are built: in either case by the surface area heuristic.
-enum class Split {
-    binned,  ///< Over bins of the centroids: fast.
-    sweep,   ///< Every position on all three axes: several times slower, the best tree.
-};
-
 struct SceneOptions {
     /// The part of world space that the meshes move in. It fixes scene space, and with it the last
     /// bits of all hits: with the same bounds, equal positions give equal bits on all machines and
@@ -67,19 +64,15 @@ struct SceneOptions {
     /// they are empty or not within the range of floats.
     std::optional<Box> bounds = {};
     UpdatePolicy update = Auto{};
-    Split split = Split::binned;
     /// The device that refits, if it is not the one that traces.
     std::optional<Device> refit_on = {};
     /// Find the cost ratio at each update, even if the policy does not need it.
     bool record_cost_ratio = false;
     /// If it is given, a tree that build() or update() builds is given up soon after another thread
-    /// has made it true, and they throw cancelled: within some milliseconds, with Split::sweep
-    /// after a set has been sorted. After such an update() the scene is of no use any more. It must
+    /// has made it true, and they throw cancelled: within some milliseconds. After such an
+    /// update() the scene is of no use any more. It must
     /// outlive the scene.
     const std::atomic<bool>* cancel = nullptr;
-    /// If it is given, it becomes the part of such a tree that is built, from 0 to 1. It must
-    /// outlive the scene.
-    std::atomic<float>* done = nullptr;
 };
 
 /// The change that an update made to the tree.
@@ -204,43 +197,27 @@ public:
     /// Returns what the last build or update() did, with the times that are known by now.
     Update last_update() const;
 
-    /// Finds the closest hits: hits[i] answers rays[i]. Any number of rays; `coherence` says what
-    /// is known of them. Runs on all threads of the device if there are many rays, and in the
-    /// calling thread if there are few. Throws bad_argument if the sizes differ, device_lost,
-    /// limit.
-    ///
-    /// If `cancel` is given, throws cancelled if it is true before, also for no rays, and soon
-    /// after another thread has made it true: within some milliseconds on the CPU, by brute force
-    /// once each thread has traced 1024 rays, and at the latest where a device has finished 2^18
-    /// rays. Hits that were not found by then are left as they were.
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence = {},
-                   const std::atomic<bool>* cancel = nullptr) const;
-    /// The same on these threads. A Vulkan device traces as ever.
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits, Threads threads,
-                   Coherence coherence = {}) const;
-    /// One ray, for callers that need each hit before they make the next ray. On a Vulkan device a
-    /// call is a submission: hand over many rays there.
+    /// Finds the closest hits: hits[i] answers rays[i]. Any number of rays. Runs on all threads of
+    /// the device if there are many rays, and in the calling thread if there are few. On a Vulkan
+    /// device a call is a submission, and so is each hit that a ray passes by because it does not
+    /// see it. Throws bad_argument if sizes differ, device_lost, limit; cancelled.
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits,
+                   const QueryOptions& options = {}) const;
+    /// One ray, for callers that need each hit before they make the next ray.
     Hit intersect(const Ray& ray) const;
+    Hit intersect(const Ray& ray, const QueryOptions& options) const;
 
-    /// Finds the closest hit of a ray that sees some of the meshes: those with is_visible[geom_id]
-    /// != 0. The others, those beyond the end of `is_visible` among them, are as if they were not
-    /// there. Throws as intersect(). On a Vulkan device each hit that is passed by is a submission.
-    Hit intersect_visible(const Ray& ray, std::span<const std::uint8_t> is_visible) const;
-
-    /// Finds whether rays hit anything: occluded[i] is 1 if rays[i] does, else 0. Throws and is
-    /// cancelled as intersect().
+    /// Finds whether rays hit anything: occluded[i] is 1 if rays[i] does, else 0. As intersect().
     void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
-                  Coherence coherence = {}, const std::atomic<bool>* cancel = nullptr) const;
-    /// The same on these threads, as intersect().
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Threads threads,
-                  Coherence coherence = {}) const;
+                  const QueryOptions& options = {}) const;
     bool occluded(const Ray& ray) const;
+    bool occluded(const Ray& ray, const QueryOptions& options) const;
 
     /// Finds all hits of rays, each once: none is lost, and hits at one t are all there. Memory: 20
     /// bytes a hit and 16 bytes a ray, twice while the answer is made; at most 2 * max_hits + 16
-    /// hits a ray and thread besides. Throws and is cancelled as intersect(); limit if the memory
-    /// does not suffice.
-    AllHits intersect_all(std::span<const Ray> rays, const AllHitsOptions& options = {}) const;
+    /// hits a ray and thread besides. Throws as intersect(); limit if the memory does not suffice.
+    AllHits intersect_all(std::span<const Ray> rays, const AllHitsOptions& all = {},
+                          const QueryOptions& options = {}) const;
     /// The next hit of a ray after one of its hits: the first one that is greater in the order of
     /// (t, geom_id, prim_id). After a miss there is none. To step through the hits that
     /// intersect() and occluded() know:
@@ -251,12 +228,18 @@ public:
     ///
     /// `after` need not be a hit of the scene: any t, geom_id and prim_id do. Throws bad_argument
     /// if its t is NaN.
-    Hit intersect(const Ray& ray, const Hit& after, Crossing crossing = Crossing::each) const;
-    /// Counts all hits: counts[i] is the number of those of rays[i]. Throws and is cancelled as
-    /// intersect().
+    Hit intersect(const Ray& ray, const Hit& after, Crossing crossing = Crossing::each,
+                  const QueryOptions& options = {}) const;
+    /// Counts all hits: counts[i] is the number of those of rays[i]. Throws as intersect().
     void count(std::span<const Ray> rays, std::span<std::uint64_t> counts,
-               Crossing crossing = Crossing::once, Coherence coherence = {},
-               const std::atomic<bool>* cancel = nullptr) const;
+               Crossing crossing = Crossing::once, const QueryOptions& options = {}) const;
+
+    /// Finds the unit normals of hits: normals[i] answers hits[i]; 0 for a miss and a triangle
+    /// without an area. The corners of a triangle are counter-clockwise as seen from where its
+    /// normal points. `smooth` interpolates the normals of the corners, as lit images do, where
+    /// Appearance::smooth gives them. O(triangles) for the first smooth ones after an update.
+    /// Throws bad_argument if sizes differ or a hit is none of this scene.
+    void normals(std::span<const Hit> hits, std::span<Vec3> normals, bool smooth = false) const;
 
     /// Finds how often the meshes wind around points: windings[i] answers points[i]. 1 inside a
     /// closed mesh whose triangles are counter-clockwise as seen from outside, 0 outside; nested
@@ -272,32 +255,30 @@ public:
     /// - Triangles with a corner that is not finite do not count; a point that is not finite is
     ///   outside. Coordinates below 2^-37 of the scene's extent are rounded to 2^-60 of it.
     ///
-    /// Throws and is cancelled as intersect().
+    /// Throws as intersect().
     void winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
-                 const std::atomic<bool>* cancel = nullptr) const;
+                 const QueryOptions& options = {}) const;
     /// Finds which points are inside: inside[i] is 1 if points[i] is inside by the rule or lies on
     /// a triangle, exactly, else 0. As winding() otherwise.
     void contains(std::span<const Vec3> points, std::span<std::uint8_t> inside,
-                  FillRule rule = FillRule::nonzero,
-                  const std::atomic<bool>* cancel = nullptr) const;
+                  FillRule rule = FillRule::nonzero, const QueryOptions& options = {}) const;
 
     /// Finds the closest points of the meshes no farther than max_distance: closest[i] answers
     /// points[i]. Distances are those of vertices that are moved by up to 2^-24 of their distance
     /// from the point, up to 2^-20 of it (docs/design/arithmetic.md, "Distances"); which triangle
     /// is closest is decided by these distances, the same everywhere. None is found for a point
     /// that is not finite or more than a million scene sizes away. Throws bad_argument for a
-    /// max_distance that is negative or NaN; otherwise throws and is cancelled as intersect().
+    /// max_distance that is negative or NaN; otherwise throws as intersect().
     void closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
                         float max_distance = std::numeric_limits<float>::infinity(),
-                        const std::atomic<bool>* cancel = nullptr) const;
+                        const QueryOptions& options = {}) const;
     /// The distances of closest_points() from points to the meshes, negative inside by the rule of
     /// contains(), 0 for a point that lies on a triangle. Infinity, negative inside, if nothing is
-    /// found within max_distance; NaN for a point that is not finite. Throws and is cancelled as
-    /// closest_points().
+    /// found within max_distance; NaN for a point that is not finite. Throws as closest_points().
     void signed_distance(std::span<const Vec3> points, std::span<float> distances,
                          FillRule rule = FillRule::nonzero,
                          float max_distance = std::numeric_limits<float>::infinity(),
-                         const std::atomic<bool>* cancel = nullptr) const;
+                         const QueryOptions& options = {}) const;
 
     /// Renders an image. Throws bad_input for an impossible view (eye and target coincide, up is
     /// parallel to the view, a number is not finite), bad_argument for a width, height or ao_count
@@ -310,8 +291,8 @@ public:
 
     /// A scene over the same meshes with a copy of this tree on another device, at the current
     /// pose. Afterwards both go their own ways. It has the same options, but for these: it refits
-    /// where it traces, `cancel` takes the place of SceneOptions::cancel, and there is no `done`.
-    /// Throws what build() throws.
+    /// where it traces, and `cancel` takes the place of SceneOptions::cancel. Throws what build()
+    /// throws.
     Scene on(const Device& device, const std::atomic<bool>* cancel = nullptr) const;
 
     /// Reads the tree back from a device, which takes O(n).

@@ -34,21 +34,23 @@ bool has_dtype(const py::array& array) {
     return has_dtype(array, py::dtype::of<Number>());
 }
 
-py::array require_array(const py::object& object, const std::string& name) {
-    if (py::isinstance<py::array>(object)) return py::reinterpret_borrow<py::array>(object);
-    throw py::type_error(name + ": a numpy.ndarray is needed, not " +
-                         text_of(py::type::handle_of(object).attr("__name__")));
-}
-
 [[noreturn]] void throw_dtype(const py::array& array, const std::string& name,
                               const std::string& wanted) {
     throw py::type_error(name + ": dtype " + wanted + " in native byte order is needed, not " +
                          text_of(array.dtype().attr("str")) + "; astype() makes a copy");
 }
 
+/// float32 numbers, copied of other numbers.
+py::array floats_of(const py::array& array, const std::string& name) {
+    if (has_dtype<float>(array)) return array;
+    const char kind = array.dtype().kind();
+    if (kind != 'f' && kind != 'i' && kind != 'u') throw_dtype(array, name, "float32");
+    return array.attr("astype")(py::dtype::of<float>());
+}
+
 template <class Number>
 py::array require(const py::object& object, const std::string& name, const char* dtype) {
-    py::array array = require_array(object, name);
+    py::array array = array_of(object, name);
     if (!has_dtype<Number>(array)) throw_dtype(array, name, dtype);
     return array;
 }
@@ -69,7 +71,7 @@ py::array contiguous(const py::array& array, std::size_t alignment = alignof(flo
 /// Rows of three numbers.
 void require_rows_of_three(const py::array& array, const std::string& name, const char* rows) {
     if (array.ndim() == 2 && array.shape(1) == 3) return;
-    const bool is_wide = array.ndim() == 2 && array.shape(1) > 3;
+    const bool is_wide = *rows == 'V' && array.ndim() == 2 && array.shape(1) > 3;
     throw_shape(array, name, std::string("(") + rows + ", 3)",
                 is_wide ? "; a slice [:, :3] is read in place" : "");
 }
@@ -180,6 +182,15 @@ void add_images(const py::object& given, const std::string& name, MeshTextures& 
 
 }  // namespace
 
+py::array array_of(const py::object& object, const std::string& name) {
+    if (py::isinstance<py::array>(object)) return py::reinterpret_borrow<py::array>(object);
+    const py::module_ numpy = py::module_::import("numpy");
+    if (py::hasattr(object, "__dlpack__")) return numpy.attr("from_dlpack")(object);
+    if (is_list(object)) return numpy.attr("asarray")(object);
+    throw py::type_error(name + ": a numpy.ndarray is needed, not " +
+                         text_of(py::type::handle_of(object).attr("__name__")));
+}
+
 const py::dtype& ray_dtype() {
     // Never freed: the interpreter may end before static objects do.
     static const auto* const dtype = new py::dtype(
@@ -200,34 +211,39 @@ const py::dtype& closest_dtype() {
     return *dtype;
 }
 
-Positions positions_of(const py::object& object, const std::string& name) {
-    const py::array points = require<float>(object, name, "float32");
+Positions positions_of(const py::array& points, const std::string& name) {
+    const bool has_doubles = has_dtype<double>(points);
+    if (!has_doubles && !has_dtype<float>(points)) throw_dtype(points, name, "float32 or float64");
     require_rows_of_three(points, name, "V");
-    Positions positions{points.data(), static_cast<std::size_t>(points.shape(0)), sizeof(Vec3)};
+    const py::ssize_t size = points.itemsize();
+    Positions positions{points.data(), static_cast<std::size_t>(points.shape(0)),
+                        static_cast<std::size_t>(3 * size), has_doubles};
     if (positions.count == 0) return positions;
-    const auto throw_strides = [&](const char* what) {
+    const auto throw_strides = [&](const std::string& what) {
         throw py::value_error(name + ": " + what + ", but strides are " +
                               text_of(points.attr("strides")) +
                               "; numpy.ascontiguousarray() makes a copy");
     };
-    if (points.strides(1) != sizeof(float))
+    if (points.strides(1) != size)
         throw_strides("the three numbers of a point must be next to each other");
     if (positions.count == 1) return positions;
-    if (points.strides(0) < static_cast<py::ssize_t>(sizeof(Vec3)))
-        throw_strides("points must follow each other, 12 bytes apart or more");
+    if (points.strides(0) < 3 * size) {
+        throw_strides("points must follow each other, " + std::to_string(3 * size) +
+                      " bytes apart or more");
+    }
     positions.stride = static_cast<std::size_t>(points.strides(0));
     return positions;
 }
 
 std::vector<std::uint32_t> indices_of(const py::object& triangles, const std::string& name) {
-    const py::array array = require_array(triangles, name);
+    const py::array array = array_of(triangles, name);
     require_rows_of_three(array, name, "T");
     return ids_of(array, name, 3, "vertex", false);
 }
 
 std::vector<std::uint32_t> albedo_of(const py::object& albedo, const std::string& name) {
     if (albedo.is_none()) return {};
-    const py::array array = require_array(albedo, name);
+    const py::array array = array_of(albedo, name);
     if (has_dtype<std::uint32_t>(array)) {
         if (array.ndim() != 1) throw_shape(array, name, "(T,)");
         return ids_of(array, name, 1, "colour", false);
@@ -254,7 +270,7 @@ MeshTextures textures_of(const py::object& textures, const std::string& name) {
     const auto* const numbers = static_cast<const float*>(packed.data());
     result.texcoords.assign(numbers, numbers + packed.size());
     if (!parts[2].is_none()) {
-        const py::array ids = require_array(parts[2], name + ": ids");
+        const py::array ids = array_of(parts[2], name + ": ids");
         if (ids.ndim() != 1) throw_shape(ids, name + ": ids", "(T,)");
         result.ids = ids_of(ids, name + ": ids", 1, "image", true);
     }
@@ -266,11 +282,11 @@ MeshTextures textures_of(const py::object& textures, const std::string& name) {
 }
 
 QueryArray rays_of(const py::object& object) {
-    const py::array array = require_array(object, "rays");
+    py::array array = array_of(object, "rays");
     QueryArray rays{.name = "rays", .shape = shape_of(array)};
     if (!has_dtype(array, ray_dtype())) {
-        if (!has_dtype<float>(array)) throw_dtype(array, "rays", "float32 or morphray.ray_dtype");
-        if (array.ndim() < 2 || (rays.shape.back() != 6 && rays.shape.back() != 8))
+        array = floats_of(array, "rays");
+        if (array.ndim() < 1 || (rays.shape.back() != 6 && rays.shape.back() != 8))
             throw_shape(array, "rays", "(N, 6) or (N, 8)");
         rays.columns = static_cast<std::size_t>(rays.shape.back());
         rays.shape.pop_back();
@@ -280,17 +296,64 @@ QueryArray rays_of(const py::object& object) {
 }
 
 QueryArray query_points_of(const py::object& object) {
-    const py::array array = require<float>(object, "points", "float32");
+    const py::array array = floats_of(array_of(object, "points"), "points");
     QueryArray points{.name = "points", .columns = 3, .shape = shape_of(array)};
-    if (array.ndim() < 2 || points.shape.back() != 3) throw_shape(array, "points", "(N, 3)");
+    if (array.ndim() < 1 || points.shape.back() != 3) throw_shape(array, "points", "(N, 3)");
     points.shape.pop_back();
     read(array, points);
     return points;
 }
 
+std::vector<Primitive> excluded_of(const py::object& object, const QueryArray& rays) {
+    std::vector<Primitive> excluded;
+    if (object.is_none()) return excluded;
+    const py::array array = array_of(object, "excluded");
+    Shape shape = rays.shape;
+    if (has_dtype(array, hit_dtype())) {
+        if (shape_of(array) != shape) throw_shape(array, "excluded", "the rays");
+        const py::array packed = contiguous(array);
+        const auto* const hits = static_cast<const Hit*>(packed.data());
+        for (std::size_t i = 0; i < rays.count; ++i) excluded.push_back(hits[i].primitive());
+        return excluded;
+    }
+    shape.push_back(2);
+    if (shape_of(array) != shape) throw_shape(array, "excluded", "the rays, and 2");
+    const std::vector<std::uint32_t> ids = ids_of(array, "excluded", 2, "an ID", true);
+    for (std::size_t i = 0; i < rays.count; ++i)
+        excluded.push_back({.prim_id = ids[2 * i + 1], .geom_id = ids[2 * i]});
+    return excluded;
+}
+
+QueryArray hit_array_of(const py::object& object) {
+    py::array array = array_of(object, "hits");
+    if (has_dtype(array, closest_dtype())) {
+        py::array hits(hit_dtype(), shape_of(array));
+        for (const char* const name : {"u", "v", "prim_id", "geom_id"}) hits[name] = array[name];
+        array = hits;
+    } else if (!has_dtype(array, hit_dtype())) {
+        throw_dtype(array, "hits", "morphray.hit_dtype or morphray.closest_dtype");
+    }
+    QueryArray hits{.name = "hits", .columns = 5, .shape = shape_of(array)};
+    read(array, hits);
+    return hits;
+}
+
+std::vector<std::uint8_t> visible_of(const py::object& object) {
+    if (object.is_none()) return {};
+    const py::array array = require<bool>(object, "visible", "bool");
+    if (array.ndim() != 1) throw_shape(array, "visible", "(G,)");
+    const py::array packed = contiguous(array, 1);
+    const auto* const flags = static_cast<const std::uint8_t*>(packed.data());
+    std::vector<std::uint8_t> visible(flags, flags + packed.size());
+    // Without flags C++ sees all meshes.
+    if (visible.empty()) visible.push_back(0);
+    return visible;
+}
+
 py::array results_for(const QueryArray& queries, const py::object& out, const py::dtype& dtype) {
     if (out.is_none()) return py::array(dtype, queries.shape);
-    py::array array = require_array(out, "out");
+    if (is_list(out)) throw py::type_error("out: a numpy.ndarray is needed, not a list");
+    py::array array = array_of(out, "out");
     if (!has_dtype(array, dtype)) {
         throw py::type_error("out: dtype " + text_of(dtype) + " is needed, not " +
                              text_of(array.dtype()));

@@ -21,9 +21,13 @@ const py::dtype& ray_dtype();
 const py::dtype& hit_dtype();
 const py::dtype& closest_dtype();
 
-/// An array of shape (V, 3) of float32 as positions; the last axis is contiguous. Throws TypeError
-/// for what is no such array and ValueError for a shape or strides that do not fit.
-Positions positions_of(const py::object& points, const std::string& name);
+/// numpy.ndarray as it is, what has __dlpack__ as a view, and a list or tuple as a new array.
+/// Throws TypeError for all else.
+py::array array_of(const py::object& object, const std::string& name);
+
+/// An array of shape (V, 3) of float32 or float64 as positions; the last axis is contiguous. Throws
+/// TypeError for another dtype and ValueError for a shape or strides that do not fit.
+Positions positions_of(const py::array& points, const std::string& name);
 
 /// The indices of an array of shape (T, 3) of uint32, int32, int64 or uint64, copied. Throws
 /// TypeError, ValueError, and Error(bad_input) for an index that is negative or above 2^32 - 1.
@@ -58,11 +62,18 @@ struct QueryArray {
     std::vector<py::ssize_t> shape;
 };
 
-/// An array of shape (..., 6) or (..., 8) of float32, or of any shape of ray_dtype(). It is read in
-/// place if it is C-contiguous and aligned, and copied otherwise.
+/// An array of shape (..., 6) or (..., 8) of numbers, or of any shape of ray_dtype(). It is read in
+/// place if it is float32, C-contiguous and aligned, and copied otherwise.
 QueryArray rays_of(const py::object& rays);
-/// An array of shape (..., 3) of float32, read or copied as rays are.
+/// An array of shape (..., 3) of numbers, read or copied as rays are.
 QueryArray query_points_of(const py::object& points);
+/// The triangles that rays leave out: of an array of hit_dtype with the shape of the rays, or of
+/// one of (..., 2) integers, geom_id and prim_id. None: no triangles.
+std::vector<Primitive> excluded_of(const py::object& excluded, const QueryArray& rays);
+/// Hits of an array of hit_dtype, or made of one of closest_dtype, read or copied as rays are.
+QueryArray hit_array_of(const py::object& hits);
+/// Flags of an array of bool, by geom_id. None: no flags.
+std::vector<std::uint8_t> visible_of(const py::object& visible);
 
 /// `out`, checked to be writable, C-contiguous and of the dtype, the shape of the queries and
 /// memory of its own; a new array if it is None.

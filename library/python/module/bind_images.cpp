@@ -8,8 +8,7 @@
 #include "library/python/module/arrays.h"
 #include "library/python/module/bindings.h"
 #include "library/python/module/scene.h"
-#include "morphray/compare.hpp"
-#include "morphray/image.hpp"
+#include "morphray/images.hpp"
 
 namespace morphray::python {
 namespace {
@@ -54,7 +53,7 @@ Comparison compare_scenes(PyScene& first, PyScene& second, const QueryArray& ray
                                 const std::atomic<bool>* cancelled) {
         // One batch: the hits of both take more memory than converted rays.
         for_each_batch(rays, rays.count, [&](std::size_t, std::span<const Ray> batch) {
-            result = compare(a, b, batch, keep, cancelled);
+            result = compare(a, b, batch, keep, {.cancel = cancelled});
         });
     };
     first.query(rays.count, nullptr, [&](const Scene& a, const std::atomic<bool>* cancelled) {
@@ -122,10 +121,16 @@ t is the depth along the viewing direction. Several samples a pixel are a square
         .def(
             "save",
             [](const Image& image, const std::filesystem::path& file) {
+                if (file.extension() != ".png" && file.extension() != ".PNG") {
+                    throw py::value_error("save: " + file.string() +
+                                          " does not end in .png, the format of the file");
+                }
                 const GilRelease release;
                 write_png(file.string(), image);
             },
-            "Writes a PNG file, as a whole or not at all.", arg("path"))
+            "Writes a PNG file, as a whole or not at all. Raises ValueError for a name of another "
+            "format.",
+            arg("path"))
         .def("__repr__", [](const Image& image) {
             return "<morphray.Image " + std::to_string(image.width) + "x" +
                    std::to_string(image.height) + ">";

@@ -20,6 +20,15 @@ using Flag = std::atomic<bool>;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
+/// The keywords of all queries; coherence, visible and excluded are those of rays.
+struct QueryKeywords {
+    AnyCoherence coherence = "none";
+    py::object visible = py::none();
+    py::object excluded = py::none();
+    std::string threads = "all";
+    Cancel* cancel = nullptr;
+};
+
 /// Results of this dtype, one a query. `work` gets them as numbers of type `Written`, which differs
 /// from the dtype by a sign at most, or in name: numpy indexes and counts with signed types.
 template <class Written, class Work>
@@ -31,37 +40,59 @@ py::array answer(const QueryArray& queries, const py::object& out, const py::dty
     return results;
 }
 
-/// Calls `work(scene, rays, results, cancelled)` for batches of rays.
-template <class Written, class Work>
-py::array ask_rays(PyScene& scene, const py::object& given, Coherence coherence,
-                   const py::object& out, const py::dtype& dtype, Cancel* cancel, Work work) {
-    const QueryArray rays = rays_of(given);
-    return answer<Written>(rays, out, dtype, [&](std::span<Written> results) {
-        scene.query(rays.count, cancel, [&](const Scene& asked, const Flag* cancelled) {
-            for_each_batch(rays, batch_size(rays, coherence),
-                           [&](std::size_t first, std::span<const Ray> batch) {
-                               work(asked, batch, results.subspan(first, batch.size()), cancelled);
-                           });
+/// Calls `work(scene, first, rays, options)` for batches of rays from `first` on.
+template <class Work>
+void ask_rays(PyScene& scene, const QueryArray& rays, const QueryKeywords& keywords,
+              bool in_one_batch, Work work) {
+    QueryOptions options{.coherence = coherence_of(keywords.coherence),
+                         .threads = threads_named(keywords.threads)};
+    const std::vector<std::uint8_t> visible = visible_of(keywords.visible);
+    const std::vector<Primitive> excluded = excluded_of(keywords.excluded, rays);
+    options.visible = visible;
+    const std::size_t size = in_one_batch ? rays.count : batch_size(rays, options.coherence);
+    scene.query(rays.count, keywords.cancel, [&](const Scene& asked, const Flag* cancelled) {
+        options.cancel = cancelled;
+        for_each_batch(rays, size, [&](std::size_t first, std::span<const Ray> batch) {
+            if (!excluded.empty())
+                options.excluded = std::span(excluded).subspan(first, batch.size());
+            work(asked, first, batch, options);
         });
     });
 }
 
-/// Calls `work(scene, points, results, cancelled)`.
+/// Calls `work(scene, rays, results, options)` for batches of rays.
 template <class Written, class Work>
-py::array ask_points(PyScene& scene, const py::object& points, const py::object& out,
-                     const py::dtype& dtype, Cancel* cancel, Work work) {
+py::array answer_rays(PyScene& scene, const py::object& given, const py::object& out,
+                      const py::dtype& dtype, const QueryKeywords& keywords, Work work) {
+    const QueryArray rays = rays_of(given);
+    return answer<Written>(rays, out, dtype, [&](std::span<Written> results) {
+        ask_rays(scene, rays, keywords, false,
+                 [&](const Scene& asked, std::size_t first, std::span<const Ray> batch,
+                     const QueryOptions& options) {
+                     work(asked, batch, results.subspan(first, batch.size()), options);
+                 });
+    });
+}
+
+/// Calls `work(scene, points, results, options)`.
+template <class Written, class Work>
+py::array answer_points(PyScene& scene, const py::object& points, const py::object& out,
+                        const py::dtype& dtype, const std::string& threads, Cancel* cancel,
+                        Work work) {
     const QueryArray array = query_points_of(points);
     const std::span where(reinterpret_cast<const Vec3*>(array.data), array.count);
+    QueryOptions options{.threads = threads_named(threads)};
     return answer<Written>(array, out, dtype, [&](std::span<Written> results) {
         scene.query(array.count, cancel, [&](const Scene& asked, const Flag* cancelled) {
-            work(asked, where, results, cancelled);
+            options.cancel = cancelled;
+            work(asked, where, results, options);
         });
     });
 }
 
 /// An array that owns a vector.
 template <class Number, class Element>
-py::array array_of(const py::dtype& dtype, std::vector<Element> elements) {
+py::array owning_array(const py::dtype& dtype, std::vector<Element> elements) {
     static_assert(sizeof(Number) == sizeof(Element));
     auto owned = std::make_unique<std::vector<Element>>(std::move(elements));
     const py::capsule owner(
@@ -71,79 +102,95 @@ py::array array_of(const py::dtype& dtype, std::vector<Element> elements) {
 }
 
 py::array intersect(PyScene& scene, const py::object& rays, const py::object& out,
-                    const AnyCoherence& coherence) {
-    const Coherence known = coherence_of(coherence);
-    return ask_rays<Hit>(
-        scene, rays, known, out, hit_dtype(), nullptr,
-        [&](const Scene& asked, auto batch, std::span<Hit> hits, const Flag* cancelled) {
-            asked.intersect(batch, hits, known, cancelled);
+                    const AnyCoherence& coherence, const py::object& visible,
+                    const py::object& excluded, const std::string& threads, Cancel* cancel) {
+    return answer_rays<Hit>(
+        scene, rays, out, hit_dtype(), {coherence, visible, excluded, threads, cancel},
+        [&](const Scene& asked, auto batch, auto hits, const QueryOptions& options) {
+            asked.intersect(batch, hits, options);
         });
 }
 
 py::array occluded(PyScene& scene, const py::object& rays, const py::object& out,
-                   const AnyCoherence& coherence) {
-    const Coherence known = coherence_of(coherence);
-    return ask_rays<std::uint8_t>(
-        scene, rays, known, out, py::dtype::of<bool>(), nullptr,
-        [&](const Scene& asked, auto batch, std::span<std::uint8_t> results,
-            const Flag* cancelled) { asked.occluded(batch, results, known, cancelled); });
+                   const AnyCoherence& coherence, const py::object& visible,
+                   const py::object& excluded, const std::string& threads, Cancel* cancel) {
+    return answer_rays<std::uint8_t>(
+        scene, rays, out, py::dtype::of<bool>(), {coherence, visible, excluded, threads, cancel},
+        [&](const Scene& asked, auto batch, auto results, const QueryOptions& options) {
+            asked.occluded(batch, results, options);
+        });
 }
 
 py::object intersect_all(PyScene& scene, const py::object& rays, const std::string& crossing,
-                         std::optional<std::uint32_t> max_hits, Cancel* cancel) {
-    AllHitsOptions options{.crossing = crossing_named(crossing)};
-    if (max_hits) options.max_hits = *max_hits;
-    const QueryArray array = rays_of(rays);
+                         std::optional<std::uint32_t> max_hits, const py::object& visible,
+                         const py::object& excluded, const std::string& threads, Cancel* cancel) {
+    AllHitsOptions all_options{.crossing = crossing_named(crossing)};
+    if (max_hits) all_options.max_hits = *max_hits;
     AllHits all;
-    scene.query(array.count, cancel, [&](const Scene& asked, const Flag* cancelled) {
-        options.cancel = cancelled;
-        // One batch: the answer takes as much memory as converted rays.
-        for_each_batch(array, array.count, [&](std::size_t, std::span<const Ray> batch) {
-            all = asked.intersect_all(batch, options);
-        });
-    });
+    // One batch: the answer takes as much memory as converted rays.
+    ask_rays(scene, rays_of(rays), {"none", visible, excluded, threads, cancel}, true,
+             [&](const Scene& asked, std::size_t, auto batch, const QueryOptions& options) {
+                 all = asked.intersect_all(batch, all_options, options);
+             });
     const py::dtype numbers = py::dtype::of<std::int64_t>();
-    py::array offsets = array_of<std::int64_t>(numbers, std::move(all.offsets));
-    py::array hits = array_of<Hit>(hit_dtype(), std::move(all.hits));
-    py::array left_out = array_of<std::int64_t>(numbers, std::move(all.left_out));
+    py::array offsets = owning_array<std::int64_t>(numbers, std::move(all.offsets));
+    py::array hits = owning_array<Hit>(hit_dtype(), std::move(all.hits));
+    py::array left_out = owning_array<std::int64_t>(numbers, std::move(all.left_out));
     return py::module_::import("morphray").attr("AllHits")(offsets, hits, left_out);
 }
 
 py::array count(PyScene& scene, const py::object& rays, const py::object& out,
-                const std::string& crossing, const AnyCoherence& coherence, Cancel* cancel) {
+                const std::string& crossing, const AnyCoherence& coherence,
+                const py::object& visible, const py::object& excluded, const std::string& threads,
+                Cancel* cancel) {
     const Crossing rule = crossing_named(crossing);
-    const Coherence known = coherence_of(coherence);
-    return ask_rays<std::uint64_t>(
-        scene, rays, known, out, py::dtype::of<std::int64_t>(), cancel,
-        [&](const Scene& asked, auto batch, std::span<std::uint64_t> counts,
-            const Flag* cancelled) { asked.count(batch, counts, rule, known, cancelled); });
+    return answer_rays<std::uint64_t>(
+        scene, rays, out, py::dtype::of<std::int64_t>(),
+        {coherence, visible, excluded, threads, cancel},
+        [&](const Scene& asked, auto batch, auto counts, const QueryOptions& options) {
+            asked.count(batch, counts, rule, options);
+        });
 }
 
-py::array winding(PyScene& scene, const py::object& points, const py::object& out, Cancel* cancel) {
-    return ask_points<std::int32_t>(
-        scene, points, out, py::dtype::of<std::int32_t>(), cancel,
-        [](const Scene& asked, auto where, auto windings, const Flag* cancelled) {
-            asked.winding(where, windings, cancelled);
+py::array normals(PyScene& scene, const py::object& hits, bool smooth) {
+    const QueryArray array = hit_array_of(hits);
+    std::vector<py::ssize_t> shape = array.shape;
+    shape.push_back(3);
+    py::array_t<float> normals(shape);
+    const std::span of(reinterpret_cast<const Hit*>(array.data), array.count);
+    const std::span results(reinterpret_cast<Vec3*>(normals.mutable_data()), array.count);
+    scene.query(array.count, nullptr,
+                [&](const Scene& asked, const Flag*) { asked.normals(of, results, smooth); });
+    return normals;
+}
+
+py::array winding(PyScene& scene, const py::object& points, const py::object& out,
+                  const std::string& threads, Cancel* cancel) {
+    return answer_points<std::int32_t>(
+        scene, points, out, py::dtype::of<std::int32_t>(), threads, cancel,
+        [](const Scene& asked, auto where, auto windings, const QueryOptions& options) {
+            asked.winding(where, windings, options);
         });
 }
 
 py::array contains(PyScene& scene, const py::object& points, const py::object& out,
-                   const std::string& rule, Cancel* cancel) {
+                   const std::string& rule, const std::string& threads, Cancel* cancel) {
     const FillRule fill = rule_named(rule);
-    return ask_points<std::uint8_t>(
-        scene, points, out, py::dtype::of<bool>(), cancel,
-        [&](const Scene& asked, auto where, auto inside, const Flag* cancelled) {
-            asked.contains(where, inside, fill, cancelled);
+    return answer_points<std::uint8_t>(
+        scene, points, out, py::dtype::of<bool>(), threads, cancel,
+        [&](const Scene& asked, auto where, auto inside, const QueryOptions& options) {
+            asked.contains(where, inside, fill, options);
         });
 }
 
 py::array closest_points(PyScene& scene, const py::object& points,
-                         std::optional<float> max_distance, const py::object& out, Cancel* cancel) {
+                         std::optional<float> max_distance, const py::object& out,
+                         const std::string& threads, Cancel* cancel) {
     const float most = max_distance.value_or(kInfinity);
-    return ask_points<ClosestPoint>(
-        scene, points, out, closest_dtype(), cancel,
-        [&](const Scene& asked, auto where, auto closest, const Flag* cancelled) {
-            asked.closest_points(where, closest, most, cancelled);
+    return answer_points<ClosestPoint>(
+        scene, points, out, closest_dtype(), threads, cancel,
+        [&](const Scene& asked, auto where, auto closest, const QueryOptions& options) {
+            asked.closest_points(where, closest, most, options);
             // ClosestPoint ends with a byte and three of padding, where closest_dtype() has a
             // number of four bytes: numpy copies no padding, and equal answers have equal bytes.
             static_assert(sizeof(ClosestPoint) == 36 && offsetof(ClosestPoint, feature) == 32);
@@ -155,13 +202,13 @@ py::array closest_points(PyScene& scene, const py::object& points,
 
 py::array signed_distance(PyScene& scene, const py::object& points, const py::object& out,
                           const std::string& rule, std::optional<float> max_distance,
-                          Cancel* cancel) {
+                          const std::string& threads, Cancel* cancel) {
     const FillRule fill = rule_named(rule);
     const float most = max_distance.value_or(kInfinity);
-    return ask_points<float>(
-        scene, points, out, py::dtype::of<float>(), cancel,
-        [&](const Scene& asked, auto where, auto distances, const Flag* cancelled) {
-            asked.signed_distance(where, distances, fill, most, cancelled);
+    return answer_points<float>(
+        scene, points, out, py::dtype::of<float>(), threads, cancel,
+        [&](const Scene& asked, auto where, auto distances, const QueryOptions& options) {
+            asked.signed_distance(where, distances, fill, most, options);
         });
 }
 
@@ -174,21 +221,31 @@ void bind_queries(py::class_<PyScene>& scene_class) {
             "intersect", &intersect,
             R"(Finds the closest hits. Hits have t > 0 and tnear <= t <= tfar; t is in units of dir.
 
-rays: (N, 8) float32, org, tnear, dir and tfar, or (N,) ray_dtype: read in place if C-contiguous;
-      (N, 6) float32, org and dir, with tnear 0 and tfar infinite. More axes in front are kept.
+rays: (N, 8) numbers, org, tnear, dir and tfar, or (N,) ray_dtype: read in place if float32 and
+      C-contiguous; (N, 6) numbers, org and dir, with tnear 0 and tfar infinite. Arrays, lists, or what
+      has __dlpack__ on the CPU. Any axes may be in front, or none for one ray.
 out:  a C-contiguous array of hit_dtype to write to, with one element a ray
 coherence: what is known of the rays, for speed alone: "none"; "sort", they come in any order; or the
       width of the image whose rays they are, row by row
+visible: (G,) bool, by geom_id: the meshes that rays see. None: all
+excluded: for each ray a triangle that is as if it were not there, such as that on which it starts: an
+      array of hit_dtype, or (N, 2) integers, geom_id and prim_id. None: none
+threads: "all" of the device, or that which is "calling"
+cancel: a morphray.Cancel, which ends the call with Error "cancelled"
 
 Returns an array of hit_dtype, `out` if it is given. The hit is at (1 - u - v) * p0 + u * p1 + v * p2. A
 miss has t = inf and the IDs INVALID_ID. At equal t the lowest (geom_id, prim_id) is the hit.
 
 Raises TypeError for another dtype, ValueError for another shape, `out` or coherence.)",
-            arg("rays"), arg("out") = none, py::kw_only(), arg("coherence") = "none")
+            arg("rays"), arg("out") = none, py::kw_only(), arg("coherence") = "none",
+            arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
+            arg("cancel") = none)
         .def("occluded", &occluded,
              "Finds whether rays hit anything: an array of bool. Arguments are those of "
              "intersect().",
-             arg("rays"), arg("out") = none, py::kw_only(), arg("coherence") = "none")
+             arg("rays"), arg("out") = none, py::kw_only(), arg("coherence") = "none",
+             arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
+             arg("cancel") = none)
         .def("intersect_all", &intersect_all,
              R"(Finds every hit of rays, as an AllHits; axes in front of the rays are flattened.
 
@@ -196,37 +253,48 @@ crossing: which triangles a ray through an edge or a vertex hits. "once": the fi
           "each": all of them. "owner": one by which it passes through the surface, so that a closed mesh
           is entered as often as it is left; none at a border or where it only touches.
 max_hits: the most hits that are listed for a ray, the first ones. None: all
-cancel:   a morphray.Cancel, which ends the call with Error "cancelled"
+visible, excluded, threads, cancel: those of intersect()
 
 Takes 20 bytes a hit and 16 bytes a ray, twice while the answer is made. Raises Error "limit" if the
 memory does not suffice.)",
              arg("rays"), py::kw_only(), arg("crossing") = "once", arg("max_hits") = none,
+             arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
              arg("cancel") = none)
         .def("count", &count,
              "Counts all hits of rays: an array of int64. Arguments are those of intersect() and "
              "intersect_all().",
              arg("rays"), arg("out") = none, py::kw_only(), arg("crossing") = "once",
-             arg("coherence") = "none", arg("cancel") = none)
+             arg("coherence") = "none", arg("visible") = none, arg("excluded") = none,
+             arg("threads") = "all", arg("cancel") = none)
+        .def("normals", &normals,
+             R"(Finds the unit normals of hits, or of closest points: (N, 3) float32; 0 for a miss.
+
+The corners of a triangle are counter-clockwise as seen from where its normal points.
+
+hits:   an array of hit_dtype or closest_dtype; more axes in front are kept
+smooth: interpolate the normals of the corners, as lit images do)",
+             arg("hits"), arg("smooth") = false)
         .def(
             "winding", &winding,
             R"(Finds how often the meshes wind around points, exactly: 1 inside a closed mesh whose triangles are
 counter-clockwise as seen from outside, 0 outside; meshes add up.
 
-points: (N, 3) float32; more axes in front are kept
+points: (N, 3) numbers, read in place if float32 and C-contiguous, as rays; or one point
 out:    a C-contiguous array of the result's dtype to write to
-cancel: a morphray.Cancel, which ends the call with Error "cancelled"
+threads, cancel: those of intersect()
 
 Returns an array of int32: how often a half-line along +z leaves the meshes, minus how often it
 enters them.
 A point on the surface has the winding of one of its neighbours, one that is not finite has 0.)",
-            arg("points"), arg("out") = none, py::kw_only(), arg("cancel") = none)
+            arg("points"), arg("out") = none, py::kw_only(), arg("threads") = "all",
+            arg("cancel") = none)
         .def("contains", &contains,
              R"(Finds which points are inside, or lie on a triangle, exactly: an array of bool.
 
 rule: which windings are inside, "nonzero", so that overlapping meshes are one, or "odd" numbers of
       crossings, so that where two meshes overlap is outside. Other arguments are those of winding().)",
              arg("points"), arg("out") = none, py::kw_only(), arg("rule") = "nonzero",
-             arg("cancel") = none)
+             arg("threads") = "all", arg("cancel") = none)
         .def(
             "closest_points", &closest_points,
             R"(Finds the closest points of the meshes, not farther than max_distance: an array of closest_dtype.
@@ -235,13 +303,13 @@ point is at (1 - u - v) * p0 + u * p1 + v * p2. feature is 0 inside of the trian
 a corner. Of equally close triangles it is the lowest (geom_id, prim_id). Where there is none, distance is
 inf and the IDs are INVALID_ID. Other arguments are those of winding().)",
             arg("points"), arg("max_distance") = none, arg("out") = none, py::kw_only(),
-            arg("cancel") = none)
+            arg("threads") = "all", arg("cancel") = none)
         .def(
             "signed_distance", &signed_distance,
             R"(Finds the distances of points to the meshes, negative inside: an array of float32. Arguments are those
 of contains() and closest_points(). NaN for a point that is not finite.)",
             arg("points"), arg("out") = none, py::kw_only(), arg("rule") = "nonzero",
-            arg("max_distance") = none, arg("cancel") = none);
+            arg("max_distance") = none, arg("threads") = "all", arg("cancel") = none);
 }
 
 }  // namespace morphray::python

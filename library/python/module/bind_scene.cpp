@@ -44,12 +44,10 @@ std::unique_ptr<PyScene> make_scene(const py::object& points, const py::object& 
                                     const AnyDevice& device,
                                     const std::optional<std::pair<Point, Point>>& bounds,
                                     const std::string& update, double budget_ms, double budget,
-                                    bool deterministic, const std::string& split, bool deforms,
-                                    const py::object& albedo,
+                                    bool deterministic, bool deforms, const py::object& albedo,
                                     const std::optional<AnyDevice>& refit_on,
                                     bool record_cost_ratio, const py::object& textures) {
     SceneOptions options{.update = policy_of(update, budget_ms, budget, deterministic),
-                         .split = split_of(split),
                          .record_cost_ratio = record_cost_ratio};
     if (bounds) options.bounds = Box{bounds->first, bounds->second};
     if (refit_on) options.refit_on = device_of(*refit_on, "refit_on");
@@ -179,10 +177,12 @@ void bind_scene(py::module_& module) {
     py::class_<PyScene> scene_class(module, "Scene",
                                     R"(Deforming triangle meshes, the tree over them, and queries.
 
-points:    (V, 3) float32, in any units, any distance apart. Borrowed: each update() reads the array
-           in place, so write into it (points[:] = ...), and do not resize it. Triangles with points
-           that are NaN or infinite are never hit.
-triangles: (T, 3) uint32, int32, uint64 or int64, copied. Without triangles, points is a list of
+points:    (V, 3) float32 or float64, in any units, any distance apart: a numpy.ndarray, or what has
+           __dlpack__ on the CPU. Borrowed: each update() reads the array in place, so write into it
+           (points[:] = ...), and do not resize it; float64 is rounded to float32. A list is copied:
+           later poses are given to update(). Triangles with points that are NaN or infinite are
+           never hit.
+triangles: (T, 3) uint32, int32, uint64 or int64, or a list, copied. Without triangles, points is a list of
            meshes: morphray.Mesh, or tuples of (points, triangles[, deforms[, albedo[, textures]]]),
            with geom_ids 0, 1, ... in order.
 device:    a Device, "cpu", "vulkan" or "brute"
@@ -194,7 +194,6 @@ update:    how the tree follows the meshes: "auto", "refit", "rebuild", or "ever
 budget_ms, budget: for "auto", the time budget of an update for repairs of the tree: milliseconds, or,
            if they are 0, a part of the time that refit and queries of a pose take
 deterministic: for "auto", decide by counts instead of times, so that all runs decide the same
-split:     how trees are built: "binned", or "sweep", which is slower and gives the best tree
 deforms:   whether update() reads the points again
 albedo:    for images, the linear colour of each triangle: (T, 3) uint8, or (T,) uint32 with red in
            the lowest byte. None: light grey. Copied.
@@ -212,9 +211,9 @@ fit, Error "bad_input" for an index that is out of range, "bad_argument", "unava
         .def(py::init(&make_scene), arg("points"), arg("triangles") = py::none(), py::kw_only(),
              arg("device") = "cpu", arg("bounds") = py::none(), arg("update") = "auto",
              arg("budget_ms") = automatic.budget_ms, arg("budget") = automatic.budget,
-             arg("deterministic") = false, arg("split") = "binned", arg("deforms") = true,
-             arg("albedo") = py::none(), arg("refit_on") = py::none(),
-             arg("record_cost_ratio") = false, arg("textures") = py::none())
+             arg("deterministic") = false, arg("deforms") = true, arg("albedo") = py::none(),
+             arg("refit_on") = py::none(), arg("record_cost_ratio") = false,
+             arg("textures") = py::none())
         .def("update", &update,
              R"(Brings the tree to the points, which it reads again. Returns an Update.
 
@@ -223,7 +222,7 @@ With geom_id it reads count points of one mesh from first on, or all from there.
              arg("geom_id") = py::none(), arg("first") = 0, arg("count") = py::none())
         .def(
             "update",
-            [](PyScene& scene, std::uint32_t geom_id, const py::array& points) {
+            [](PyScene& scene, std::uint32_t geom_id, const py::object& points) {
                 return scene.update(geom_id, points);
             },
             "Borrows other points for a mesh from now on, as many as it has, and reads them: for a "

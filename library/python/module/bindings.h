@@ -9,7 +9,7 @@
 #include <variant>
 
 #include "morphray/device.hpp"
-#include "morphray/image.hpp"
+#include "morphray/images.hpp"
 #include "morphray/scene.hpp"
 
 namespace morphray::python {
@@ -35,11 +35,11 @@ Coherence coherence_of(const AnyCoherence& coherence);
 UpdatePolicy policy_of(const std::string& update, double budget_ms, double budget,
                        bool deterministic);
 /// The values of the names that the documentation of Scene lists. Each throws ValueError.
-Split split_of(const std::string& split);
 Rays rays_named(const std::string& rays);
 Shading shading_named(const std::string& shading);
 Crossing crossing_named(const std::string& crossing);
 FillRule rule_named(const std::string& rule);
 Wrap wrap_named(const std::string& wrap);
+Threads threads_named(const std::string& threads);
 
 }  // namespace morphray::python

@@ -65,10 +65,6 @@ UpdatePolicy policy_of(const std::string& update, double budget_ms, double budge
     return policy;
 }
 
-Split split_of(const std::string& split) {
-    return choice<Split>("split", split, {{"binned", Split::binned}, {"sweep", Split::sweep}});
-}
-
 Rays rays_named(const std::string& rays) {
     return choice<Rays>("rays", rays,
                         {{"primary", Rays::primary}, {"shadow", Rays::shadow}, {"ao", Rays::ao}});
@@ -93,6 +89,11 @@ Crossing crossing_named(const std::string& crossing) {
 
 FillRule rule_named(const std::string& rule) {
     return choice<FillRule>("rule", rule, {{"nonzero", FillRule::nonzero}, {"odd", FillRule::odd}});
+}
+
+Threads threads_named(const std::string& threads) {
+    return choice<Threads>("threads", threads,
+                           {{"all", Threads::all}, {"calling", Threads::calling}});
 }
 
 Wrap wrap_named(const std::string& wrap) {

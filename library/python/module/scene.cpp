@@ -10,7 +10,7 @@ namespace morphray::python {
 namespace {
 
 // Rays that are converted and traced together.
-constexpr std::size_t kBatch = std::size_t{1} << 18;
+constexpr std::size_t kBatch = std::size_t{1} << 16;
 // Queries below both limits take milliseconds at most, on any device. Setting a handler of SIGINT
 // takes as long as tens of rays.
 constexpr std::size_t kManyRays = std::size_t{1} << 14;
@@ -109,8 +109,8 @@ BorrowedMesh borrow(const py::object& points, const py::object& triangles, bool 
                     const py::object& albedo, const py::object& textures,
                     const std::string& place) {
     BorrowedMesh mesh;
-    mesh.positions = positions_of(points, place + "points");
-    mesh.points = py::reinterpret_borrow<py::array>(points);
+    mesh.points = array_of(points, place + "points");
+    mesh.positions = positions_of(mesh.points, place + "points");
     mesh.triangles = indices_of(triangles, place + "triangles");
     mesh.albedo = albedo_of(albedo, place + "albedo");
     mesh.textures = textures_of(textures, place + "textures");
@@ -174,12 +174,12 @@ Update PyScene::update(std::uint32_t geom_id, std::size_t first, std::optional<s
 }
 
 Update PyScene::update(std::uint32_t geom_id, const py::object& points) {
-    const Positions positions = positions_of(points, "points");
+    const py::array array = array_of(points, "points");
+    const Positions positions = positions_of(array, "points");
     const std::unique_lock lock = change_lock();
     Update update;
     cancel_build_ = false;
     run_interruptibly(cancel_build_, [&] { update = scene_->update(geom_id, positions); });
-    const auto array = py::reinterpret_borrow<py::array>(points);
     points_.insert_or_assign(geom_id, array);
     next_points_.insert_or_assign(geom_id, array);
     return update;

@@ -28,11 +28,14 @@ struct BorrowedMesh {
     bool deforms = true;
 
     MeshView view() const {
-        MeshView mesh{positions, triangles, deforms, albedo, triangles};
-        mesh.textures = textures.views;
-        mesh.texcoords = textures.texcoords;
-        mesh.texture_ids = textures.ids;
-        return mesh;
+        return {positions,
+                triangles,
+                deforms,
+                {.albedo = albedo,
+                 .smooth = triangles,
+                 .textures = textures.views,
+                 .texcoords = textures.texcoords,
+                 .texture_ids = textures.ids}};
     }
 };
 

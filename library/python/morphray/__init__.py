@@ -7,7 +7,7 @@ machine, thread count, instruction set and Vulkan device.
     scene = morphray.Scene(points, triangles)   # (V, 3) float32, read in place; (T, 3) indices
     points[:, 2] += 0.1
     scene.update()
-    hits = scene.intersect(rays)                # (N, 6) float32: org and dir
+    hits = scene.intersect(rays)                # (N, 6): org and dir
     image = scene.render((640, 480))
     image.save("image.png")
 
@@ -101,14 +101,6 @@ class AllHits(_NamedTuple):
     def ray_ids(self):
         """(H,) int64: the ray of each hit, made anew by each use."""
         return _np.repeat(_np.arange(len(self.left_out)), _np.diff(self.offsets))
-
-
-def _unit_normals(corners):
-    """Of triangles, (T, 3, 3) float64; 0 without an area."""
-    with _np.errstate(invalid="ignore", over="ignore"):
-        normals = _np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        length = _np.linalg.norm(normals, axis=1, keepdims=True)
-        return _np.divide(normals, length, out=_np.zeros_like(normals), where=length > 0)
 
 
 for _name, _value in list(globals().items()):

@@ -6,7 +6,8 @@
     scene.add_triangles(mesh)
     distances = scene.compute_signed_distance(points)
 
-Arrays are numpy's; tensors of Open3D are accepted, and so are its meshes. Open3D is not imported.
+Arrays are numpy's, with a method numpy() as tensors have it; tensors of Open3D are accepted, and so
+are its meshes. Open3D is not imported.
 """
 
 import threading as _threading
@@ -42,17 +43,21 @@ def _matrix(array, name, shape):
 def _primitives(hits):
     """The members of hits that all queries return."""
     return {
-        "geometry_ids": hits["geom_id"].copy(),
-        "primitive_ids": hits["prim_id"].copy(),
-        "primitive_uvs": np.stack([hits["u"], hits["v"]], axis=-1),
+        "geometry_ids": _results(hits["geom_id"].copy()),
+        "primitive_ids": _results(hits["prim_id"].copy()),
+        "primitive_uvs": _results(np.stack([hits["u"], hits["v"]], axis=-1)),
     }
 
 
-def _normals_at(hits, normals, first):
-    """Those of the primitives that are hit: of mesh i from normals[first[i]] on."""
-    missed = hits["prim_id"] == _morphray.INVALID_ID
-    mesh = np.minimum(hits["geom_id"], len(first) - 1)
-    return normals[first[mesh] + np.where(missed, 0, hits["prim_id"])]
+class _Results(np.ndarray):
+    """An array that scripts may also call numpy() of, as of a tensor."""
+
+    def numpy(self) -> NDArray[Any]:
+        return np.asarray(self)
+
+
+def _results(array):
+    return array.view(_Results)
 
 
 class RaycastingScene:
@@ -97,56 +102,49 @@ class RaycastingScene:
         points, triangles = (a.copy(order="C") if isinstance(a, np.ndarray) else a for a in arrays)
         mesh = _morphray.Mesh(points, triangles, deforms=False)
         # Finds what is wrong with it now.
-        _morphray.Scene([mesh], device="brute")
+        _morphray.Scene([], device="brute").attach(points, triangles)
         with self._lock:
             self._meshes.append(mesh)
             self._built = None
             return len(self._meshes) - 1
 
-    def _scene_and_normals(self):
-        """The scene, and the arguments of _normals_at() beside hits."""
+    def _scene(self):
         with self._lock:
             if self._built is None:
-                scene = _morphray.Scene(self._meshes, device=self._device, update="refit")
-                normals = [_morphray._unit_normals(m.points.astype(np.float64)[m.triangles])
-                           for m in self._meshes]
-                # The last row is that of hits that are none.
-                rows = np.concatenate([*normals, np.zeros((1, 3))]).astype(np.float32)
-                first = np.cumsum([0] + [len(n) for n in normals])
-                self._built = scene, rows, first
+                self._built = _morphray.Scene(self._meshes, device=self._device, update="refit")
             return self._built
 
-    def _scene(self):
-        return self._scene_and_normals()[0]
-
-    def cast_rays(self, rays: Any, nthreads: int = 0) -> Dict[str, NDArray[Any]]:
+    def cast_rays(self, rays: Any, nthreads: int = 0, *,
+                  excluded: Any = None) -> Dict[str, NDArray[Any]]:
         """Finds the closest hits. Returns a dict of t_hit (inf for a miss), geometry_ids,
         primitive_ids (INVALID_ID for a miss), primitive_uvs, and primitive_normals of length 1.
+
+        excluded: (..., 2) geometry and primitive IDs: for each ray a triangle that it leaves out
         """
         array, coherence = _rays(rays)
-        scene, rows, first = self._scene_and_normals()
-        hits = scene.intersect(array, coherence=coherence)
+        scene = self._scene()
+        hits = scene.intersect(array, coherence=coherence, excluded=excluded)
         return {
-            "t_hit": hits["t"].copy(),
+            "t_hit": _results(hits["t"].copy()),
             **_primitives(hits),
-            "primitive_normals": _normals_at(hits, rows, first),
+            "primitive_normals": _results(scene.normals(hits)),
         }
 
     def test_occlusions(self, rays: Any, tnear: float = 0.0, tfar: float = np.inf,
-                        nthreads: int = 0) -> NDArray[np.bool_]:
-        """Finds whether rays hit anything at tnear <= t <= tfar."""
+                        nthreads: int = 0, *, excluded: Any = None) -> NDArray[np.bool_]:
+        """Finds whether rays hit anything at tnear <= t <= tfar; excluded as in cast_rays()."""
         array, coherence = _rays(rays)
         if tnear != 0 or tfar != np.inf:
             limited = np.empty(array.shape[:-1] + (8,), array.dtype)
             limited[..., :3], limited[..., 3] = array[..., :3], tnear
             limited[..., 4:7], limited[..., 7] = array[..., 3:], tfar
             array = limited
-        return self._scene().occluded(array, coherence=coherence)
+        return _results(self._scene().occluded(array, coherence=coherence, excluded=excluded))
 
     def count_intersections(self, rays: Any, nthreads: int = 0) -> NDArray[np.int32]:
         """Counts all hits of rays."""
         array, coherence = _rays(rays)
-        return self._scene().count(array, coherence=coherence).astype(np.int32)
+        return _results(self._scene().count(array, coherence=coherence).astype(np.int32))
 
     def list_intersections(self, rays: Any, nthreads: int = 0) -> Dict[str, NDArray[Any]]:
         """Finds all hits of rays, in ascending order of t for each ray. Returns a dict of
@@ -162,9 +160,9 @@ class RaycastingScene:
             raise ValueError(f"list_intersections: {len(hits)} hits are more than uint32 counts; "
                              "morphray.Scene.intersect_all() has no such limit")
         return {
-            "ray_splits": all_hits.offsets.astype(np.uint32),
-            "ray_ids": all_hits.ray_ids.astype(np.uint32),
-            "t_hit": hits["t"].copy(),
+            "ray_splits": _results(all_hits.offsets.astype(np.uint32)),
+            "ray_ids": _results(all_hits.ray_ids.astype(np.uint32)),
+            "t_hit": _results(hits["t"].copy()),
             **_primitives(hits),
         }
 
@@ -176,23 +174,23 @@ class RaycastingScene:
         Where there is none, in an empty scene or for a point that is NaN or infinite, IDs are
         INVALID_ID and all else is 0.
         """
-        scene, rows, first = self._scene_and_normals()
+        scene = self._scene()
         closest = scene.closest_points(_array(query_points))
         return {
-            "points": closest["point"].copy(),
+            "points": _results(closest["point"].copy()),
             **_primitives(closest),
-            "primitive_normals": _normals_at(closest, rows, first),
+            "primitive_normals": _results(scene.normals(closest)),
         }
 
     def compute_distance(self, query_points: Any, nthreads: int = 0) -> NDArray[np.float32]:
         """Finds the distances to the meshes. inf where there is none."""
-        return self._scene().closest_points(_array(query_points))["distance"].copy()
+        return _results(self._scene().closest_points(_array(query_points))["distance"].copy())
 
     def compute_signed_distance(self, query_points: Any, nthreads: int = 0,
                                 nsamples: int = 1) -> NDArray[np.float32]:
         """The distances to the meshes, negative inside, as compute_occupancy() says. NaN for a
         point that is NaN or infinite."""
-        return self._scene().signed_distance(_array(query_points))
+        return _results(self._scene().signed_distance(_array(query_points)))
 
     def compute_occupancy(self, query_points: Any, nthreads: int = 0,
                           nsamples: int = 1) -> NDArray[np.float32]:
@@ -201,7 +199,7 @@ class RaycastingScene:
         A point is inside if the meshes wind around it, exactly, as Scene.contains() says, or if it
         lies on a triangle. Overlapping meshes count as one. Meshes with holes have no inside.
         """
-        return self._scene().contains(_array(query_points)).astype(np.float32)
+        return _results(self._scene().contains(_array(query_points)).astype(np.float32))
 
     @staticmethod
     def create_rays_pinhole(*args: Any, **kwargs: Any) -> NDArray[np.float32]:

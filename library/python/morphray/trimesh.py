@@ -53,7 +53,26 @@ def _faces_of(mesh):
     faces = np.asarray(mesh.faces)
     if faces.size > 0 and faces.dtype.kind not in "iu":
         raise TypeError(f"faces: integers are needed, not {faces.dtype}")
-    return _rows(faces, "faces").astype(np.int64)
+    if faces.size == 0 or faces.ndim != 2 or faces.shape[1] != 3:
+        return _rows(faces, "faces").astype(np.int64)
+    return faces.astype(np.int64)
+
+
+def _lower_and_upper(points):
+    """The bounds of the finite ones of points; lower > upper if there are none."""
+    # Rows of many points are reduced several times as fast as rows of one.
+    row = 64
+    whole = len(points) // row * row
+    parts = points[:whole].reshape(-1, row * 3), points[whole:]
+    bounds = []
+    for least, start in ((np.minimum, np.inf), (np.maximum, -np.inf)):
+        rows = least.reduce(parts[0], axis=0, initial=start).reshape(row, 3)
+        both = np.concatenate([rows, parts[1]])
+        bounds.append(least.reduce(both, axis=0, initial=start))
+    if np.isfinite(bounds).all():
+        return bounds
+    finite = points[np.isfinite(points).all(axis=1)]
+    return [finite.min(axis=0, initial=np.inf), finite.max(axis=0, initial=-np.inf)]
 
 
 def _dot(a, b):
@@ -69,10 +88,9 @@ class _Frame(_typing.NamedTuple):
 
     @staticmethod
     def of(points):
-        finite = points[np.isfinite(points).all(axis=1)]
-        if len(finite) == 0:
+        lower, upper = _lower_and_upper(points)
+        if lower[0] > upper[0]:
             return _Frame(np.zeros(3), 1.0)
-        lower, upper = finite.min(axis=0), finite.max(axis=0)
         # Halves, since differences may be infinite.
         centre, extent = lower / 2 + upper / 2, (upper / 2 - lower / 2).max() * 2
         # As many bits as a float32 has: differences with float32 from there on are exact.
@@ -133,13 +151,18 @@ class _MeshScene:
             self.scene = _morphray.Scene(points, faces, device=self.device, bounds=_BOUNDS)
             self._points = points
         self.vertices, self.faces, self.frame = vertices, faces, frame
-        finite = vertices[np.unique(faces)]
-        finite = finite[np.isfinite(finite).all(axis=1)]
-        self.lower = finite.min(axis=0, initial=np.inf)
-        self.upper = finite.max(axis=0, initial=-np.inf)
+        self._bounds = None
+        if not same_faces:
+            self._fans = None
+
+    def normals(self, faces):
+        """The unit normals of these faces; 0 without an area."""
         # Scaled, so that products neither overflow nor vanish.
-        self.normals = _morphray._unit_normals(vertices[faces] * frame.scale)
-        self._fans = None
+        corners = self.vertices[self.faces[faces]] * self.frame.scale
+        with np.errstate(invalid="ignore", over="ignore"):
+            normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            length = np.linalg.norm(normals, axis=1, keepdims=True)
+            return np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
 
     @property
     def fans(self):
@@ -153,7 +176,12 @@ class _MeshScene:
 
     def contains(self, points):
         """No point outside of the bounds is inside, also of a mesh with holes."""
-        in_bounds = ((points >= self.lower) & (points <= self.upper)).all(axis=1)
+        if self._bounds is None:
+            used = np.zeros(len(self.vertices), bool)
+            used[self.faces] = True
+            self._bounds = _lower_and_upper(self.vertices[used])
+        lower, upper = self._bounds
+        in_bounds = ((points >= lower) & (points <= upper)).all(axis=1)
         inside = np.zeros(len(points), bool)
         inside[in_bounds] = self.scene.contains(self.frame.points(points[in_bounds]))
         return inside
@@ -176,7 +204,7 @@ class _MeshScene:
             closer = distance < best_distance
             best[closer], best_distance[closer] = on_edge[closer], distance[closer]
         # Inside of all edges, the projection is closer.
-        normals = self.normals[faces]
+        normals = self.normals(faces)
         projected = points - _dot(points - p0, normals)[:, None] * normals
         inside = normals.any(axis=1)
         for start, end in ((p0, p1), (p1, p2), (p2, p0)):
@@ -215,35 +243,40 @@ class RayMeshIntersector:
 
     def intersects_id(self, ray_origins: ArrayLike, ray_directions: ArrayLike,
                       multiple_hits: bool = True, max_hits: Optional[int] = None,
-                      return_locations: bool = False) -> Tuple[NDArray[Any], ...]:
+                      return_locations: bool = False, *,
+                      excluded: Optional[ArrayLike] = None) -> Tuple[NDArray[Any], ...]:
         """Finds the triangles that rays hit: all of each ray, up to max_hits, or the closest one.
+
+        excluded: (n,) integers: for each ray a triangle that it leaves out, or -1
 
         Returns (index_tri, index_ray), or (index_tri, index_ray, locations): (h,) int64 each, and
         (h, 3) float64.
         """
-        hits = self._hits(ray_origins, ray_directions, multiple_hits, max_hits)
+        hits = self._hits(ray_origins, ray_directions, multiple_hits, max_hits, excluded)
         if return_locations:
             return hits.triangles, hits.rays, hits.locations
         return hits.triangles, hits.rays
 
     def intersects_location(self, ray_origins: ArrayLike, ray_directions: ArrayLike,
-                            multiple_hits: bool = True) -> Tuple[_Floats, _Ints, _Ints]:
+                            multiple_hits: bool = True, *,
+                            excluded: Optional[ArrayLike] = None) -> Tuple[_Floats, _Ints, _Ints]:
         """Finds the places where rays hit. Returns (locations, index_ray, index_tri)."""
-        hits = self._hits(ray_origins, ray_directions, multiple_hits, None)
+        hits = self._hits(ray_origins, ray_directions, multiple_hits, None, excluded)
         return hits.locations, hits.rays, hits.triangles
 
-    def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> _Ints:
+    def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike, *,
+                         excluded: Optional[ArrayLike] = None) -> _Ints:
         """Finds the first triangle of each ray, -1 for a miss."""
         origins = _rows(ray_origins, "ray_origins")
-        hits = self._hits(origins, ray_directions, False, None)
+        hits = self._hits(origins, ray_directions, False, None, excluded)
         first = np.full(len(origins), -1, np.int64)
         first[hits.rays] = hits.triangles
         return first
 
-    def intersects_any(self, ray_origins: ArrayLike,
-                       ray_directions: ArrayLike) -> NDArray[np.bool_]:
+    def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike, *,
+                       excluded: Optional[ArrayLike] = None) -> NDArray[np.bool_]:
         """Finds whether rays hit anything."""
-        return self.intersects_first(ray_origins, ray_directions) >= 0
+        return self.intersects_first(ray_origins, ray_directions, excluded=excluded) >= 0
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Finds which points are inside: those that the mesh winds around, exactly for float32, as
@@ -252,7 +285,7 @@ class RayMeshIntersector:
         self._followed.update()
         return self._followed.contains(rows)
 
-    def _hits(self, ray_origins, ray_directions, multiple_hits, max_hits):
+    def _hits(self, ray_origins, ray_directions, multiple_hits, max_hits, excluded):
         origins = _rows(ray_origins, "ray_origins")
         directions = _rows(ray_directions, "ray_directions")
         if origins.shape != directions.shape:
@@ -260,20 +293,27 @@ class RayMeshIntersector:
                              "rows are not the same rays")
         if max_hits is not None and max_hits < 0:
             raise ValueError(f"max_hits: {max_hits} is below 0")
+        if excluded is not None:
+            excluded = np.asarray(excluded, np.int64)
+            if excluded.shape != origins.shape[:1]:
+                raise ValueError(f"excluded: a shape of ({len(origins)},) is needed, not "
+                                 f"{excluded.shape}")
+            excluded = np.stack([np.zeros_like(excluded), excluded], axis=-1)
         self._followed.update()
         rays = self._cast_from(origins, directions)
         if multiple_hits:
-            return _first_of_each(self._all(rays, origins, directions), max_hits)
+            return _first_of_each(self._all(rays, origins, directions, excluded), max_hits)
         if max_hits == 0:
             return _NO_HITS
-        found = self._followed.scene.intersect(rays, coherence="sort")
+        found = self._followed.scene.intersect(rays, coherence="sort", excluded=excluded)
         hit = np.flatnonzero(found["prim_id"] != _morphray.INVALID_ID)
         hits, ahead = self._locate(found[hit], hit, origins, directions)
         # Hits before the origin hide those behind it.
         again = hits.rays[~ahead]
         if len(again) == 0:
             return hits
-        rest = self._all(rays[again], origins[again], directions[again], "each")
+        rest = self._all(rays[again], origins[again], directions[again],
+                         None if excluded is None else excluded[again], "each")
         rest = _first_of_each(rest._replace(rays=again[rest.rays]), 1)
         merged = [np.concatenate([a[ahead], b]) for a, b in zip(hits, rest)]
         order = np.argsort(merged[1], kind="stable")
@@ -295,8 +335,8 @@ class RayMeshIntersector:
             rays[:, 3:] = step
         return rays
 
-    def _all(self, rays, origins, directions, crossing="once"):
-        found = self._followed.scene.intersect_all(rays, crossing=crossing)
+    def _all(self, rays, origins, directions, excluded, crossing="once"):
+        found = self._followed.scene.intersect_all(rays, crossing=crossing, excluded=excluded)
         hits, ahead = self._locate(found.hits, found.ray_ids, origins, directions)
         return _Hits(*(array[ahead] for array in hits))
 
@@ -304,7 +344,7 @@ class RayMeshIntersector:
         """Hits with their places, and whether each lies at the origin of its ray or ahead of it."""
         triangles = found["prim_id"].astype(np.int64)
         p0, p1, p2 = np.moveaxis(self._followed.vertices[self._followed.faces[triangles]], 1, 0)
-        normals = self._followed.normals[triangles]
+        normals = self._followed.normals(triangles)
         origin, direction = origins[rays], directions[rays]
         with np.errstate(all="ignore"):
             slope = _dot(normals, direction)
@@ -373,7 +413,7 @@ class ProximityQuery:
         apart = np.linalg.norm(point - on_face, axis=1)
         equal = apart <= distance[chosen][owner] + _MERGE
         owner, faces, on_face, apart = owner[equal], faces[equal], on_face[equal], apart[equal]
-        facing = _dot(followed.normals[faces], point[equal] - on_face) / apart
+        facing = _dot(followed.normals(faces), point[equal] - on_face) / apart
         # By owner, then by -facing, then by number.
         order = np.lexsort((faces, -facing, owner))
         best = order[np.flatnonzero(np.diff(owner[order], prepend=-1))]

@@ -1,4 +1,4 @@
-#include "morphray/hits.hpp"
+#include "morphray/images.hpp"
 
 #include <fmt/format.h>
 
@@ -14,7 +14,6 @@
 #include "common/interop/ray.h"
 #include "common/text/text_parts.h"
 #include "library/src/scene/errors.h"
-#include "morphray/image.hpp"
 
 namespace morphray {
 namespace {

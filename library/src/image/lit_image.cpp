@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 #include "common/image/depth.h"
 #include "common/image/heat_colours.h"
 #include "common/interop/camera.h"
@@ -76,15 +76,6 @@ void colour_by_tree(Shading shading, mray::Backend& backend, mray::ThreadArena& 
     });
 }
 
-/// Brings the normals of the meshes to the pose.
-void update_normals(SceneImpl& scene) {
-    if (scene.has_normals) return;
-    if (!scene.normals)
-        scene.normals.emplace(scene.meshes.topology().triangles, scene.meshes.normal_ids());
-    scene.arena().execute([&] { scene.normals->update(scene.pose.positions()); });
-    scene.has_normals = true;
-}
-
 }  // namespace
 
 void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, TracedImage& traced,
@@ -111,16 +102,10 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
     traced.samples.with_pixels = view.shading == Shading::plain;
     traced.samples.with_hits = true;
     traced.sky.with_pixels = false;
-    // Parts of the image, by their rays; shading takes as long as one ray or two.
-    const float rays = is_lit ? 2 : 1;
-    const auto sky_rays = static_cast<float>(traced.has_sky ? 1 + view.ao_count : 0);
-    const float all = rays + sky_rays + 1;
-    backend.watch_images(watch.step(0, rays / all));
     backend.trace_image(traced.params, traced.samples);
     image.ray_count = backend.finish().rays;
     image.trace_ms = backend.finish().trace_ms;
     if (traced.has_sky) {
-        backend.watch_images(watch.step(rays / all, (rays + sky_rays) / all));
         mray::ImageParams params = traced.params;
         params.rays = mray::kRaysAo;
         traced.sky.hits = std::move(traced.samples.hits);
@@ -172,8 +157,6 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
     constexpr std::uint32_t kBandRows = 32;
     const std::uint32_t band = kBandRows / side;
     const std::uint32_t bands = (view.height + band - 1) / band;
-    const mray::Watch shading = watch.step((rays + sky_rays) / all, 1);
-    std::atomic<std::uint32_t> done = 0;
     arena.execute([&] {
         tbb::parallel_for(std::uint32_t{0}, bands, [&](std::uint32_t i) {
             watch.throw_if_cancelled();
@@ -185,7 +168,6 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
                     : reinterpret_cast<mray::cpu::LitPixel*>(&image.lit_pixels[first]);
             scene.shader.shade_rows(samples, begin, std::min(begin + band, view.height),
                                     image.pixels.data() + first, details);
-            shading.set_done(++done, bands);
         });
     });
     image.shade_ms = stopwatch.ms();

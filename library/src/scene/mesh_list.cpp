@@ -16,22 +16,24 @@ namespace {
 constexpr std::uint64_t kMostVertices = 0xFFFFFFF0u;
 
 bool is_smooth_by_vertex(const MeshView& mesh) {
-    return !mesh.smooth.empty() && mesh.smooth.data() == mesh.triangles.data();
+    return !mesh.appearance.smooth.empty() &&
+           mesh.appearance.smooth.data() == mesh.triangles.data();
 }
 
 void check_textures(const MeshView& mesh) {
+    const Appearance& look = mesh.appearance;
     constexpr std::size_t kMostTextures = 65536;
-    if (mesh.textures.empty()) {
-        if (!mesh.texture_ids.empty() || !mesh.texcoords.empty())
+    if (look.textures.empty()) {
+        if (!look.texture_ids.empty() || !look.texcoords.empty())
             throw_bad_argument("texcoords, texture_ids: given without textures");
         return;
     }
-    if (mesh.textures.size() > kMostTextures) {
+    if (look.textures.size() > kMostTextures) {
         throw Error(ErrorCode::limit, fmt::format("textures: {}, but at most {} are possible",
-                                                  mesh.textures.size(), kMostTextures));
+                                                  look.textures.size(), kMostTextures));
     }
-    for (std::size_t i = 0; i < mesh.textures.size(); ++i) {
-        const TextureView& texture = mesh.textures[i];
+    for (std::size_t i = 0; i < look.textures.size(); ++i) {
+        const TextureView& texture = look.textures[i];
         if (std::max(texture.width, texture.height) > kMaxTextureSide) {
             throw Error(ErrorCode::limit,
                         fmt::format("texture {}: {}x{} texels; at most {} a side are possible", i,
@@ -49,28 +51,30 @@ void check_textures(const MeshView& mesh) {
                                            i, texture.alpha_cutoff));
         }
     }
-    if (mesh.texcoords.size() != 2 * mesh.triangles.size()) {
+    if (look.texcoords.size() != 2 * mesh.triangles.size()) {
         throw_bad_argument(fmt::format("texcoords: {} floats for {} corners of triangles",
-                                       mesh.texcoords.size(), mesh.triangles.size()));
+                                       look.texcoords.size(), mesh.triangles.size()));
     }
     const std::size_t count = mesh.triangles.size() / 3;
-    if (!mesh.texture_ids.empty() && mesh.texture_ids.size() != count) {
+    if (!look.texture_ids.empty() && look.texture_ids.size() != count) {
         throw_bad_argument(
-            fmt::format("texture_ids: {} for {} triangles", mesh.texture_ids.size(), count));
+            fmt::format("texture_ids: {} for {} triangles", look.texture_ids.size(), count));
     }
-    for (const std::uint32_t id : mesh.texture_ids) {
-        if (id < mesh.textures.size() || id == kNoTexture) continue;
+    for (const std::uint32_t id : look.texture_ids) {
+        if (id < look.textures.size() || id == kNoTexture) continue;
         throw_bad_argument(
-            fmt::format("texture_ids: {}, but there are {} textures", id, mesh.textures.size()));
+            fmt::format("texture_ids: {}, but there are {} textures", id, look.textures.size()));
     }
 }
 
 void check(const Positions& positions) {
     if (positions.count > 0 && positions.data == nullptr)
         throw_bad_argument("positions: no data, but a count above 0");
-    if (positions.count > 1 && positions.stride < sizeof(Vec3)) {
-        throw_bad_argument(
-            fmt::format("positions: a stride of {} bytes; three floats take 12", positions.stride));
+    const std::size_t size = positions.has_doubles ? 3 * sizeof(double) : sizeof(Vec3);
+    if (positions.count > 1 && positions.stride < size) {
+        throw_bad_argument(fmt::format("positions: a stride of {} bytes; three {} take {}",
+                                       positions.stride,
+                                       positions.has_doubles ? "doubles" : "floats", size));
     }
     if (positions.count > kMostVertices)
         throw Error(ErrorCode::limit, fmt::format("positions: {} are too many", positions.count));
@@ -84,18 +88,19 @@ void check(const MeshView& mesh) {
                     fmt::format("triangles: {} indices, which is not a multiple of 3",
                                 mesh.triangles.size()));
     }
+    const Appearance& look = mesh.appearance;
     const std::size_t count = mesh.triangles.size() / 3;
     if (count > mray::kMaxTriangles) {
         throw Error(ErrorCode::limit,
                     fmt::format("triangles: {}, but at most 2^28 are possible", count));
     }
-    if (!mesh.albedo.empty() && mesh.albedo.size() != count) {
+    if (!look.albedo.empty() && look.albedo.size() != count) {
         throw_bad_argument(
-            fmt::format("albedo: {} colours for {} triangles", mesh.albedo.size(), count));
+            fmt::format("albedo: {} colours for {} triangles", look.albedo.size(), count));
     }
-    if (!mesh.smooth.empty() && mesh.smooth.size() != mesh.triangles.size()) {
+    if (!look.smooth.empty() && look.smooth.size() != mesh.triangles.size()) {
         throw_bad_argument(fmt::format("smooth: {} numbers for {} corners of triangles",
-                                       mesh.smooth.size(), mesh.triangles.size()));
+                                       look.smooth.size(), mesh.triangles.size()));
     }
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         if (mesh.triangles[i] < positions.count) continue;
@@ -105,10 +110,10 @@ void check(const MeshView& mesh) {
     }
     check_textures(mesh);
     if (is_smooth_by_vertex(mesh)) return;
-    for (const std::uint32_t number : mesh.smooth) {
-        if (number < mesh.smooth.size()) continue;
+    for (const std::uint32_t number : look.smooth) {
+        if (number < look.smooth.size()) continue;
         throw_bad_argument(fmt::format("smooth: {} is not below the number of corners, {}", number,
-                                       mesh.smooth.size()));
+                                       look.smooth.size()));
     }
 }
 
@@ -121,7 +126,7 @@ std::vector<mray::uvec3> threes_of(std::span<const std::uint32_t> numbers) {
 
 std::vector<std::shared_ptr<const mray::cpu::Texture>> textures_of(const MeshView& mesh) {
     std::vector<std::shared_ptr<const mray::cpu::Texture>> textures;
-    for (const TextureView& texture : mesh.textures) {
+    for (const TextureView& texture : mesh.appearance.textures) {
         textures.push_back(std::make_shared<const mray::cpu::Texture>(
             texture.texels, texture.width, texture.height, texture.wrap == Wrap::clamp,
             texture.alpha_cutoff));
@@ -145,29 +150,30 @@ std::vector<mray::Texcoords> texcoords_of(std::span<const float> numbers) {
 
 std::uint32_t MeshList::attach(const MeshView& mesh) {
     check(mesh);
+    const Appearance& look = mesh.appearance;
     while (first_free_ < will_be_used_.size() && will_be_used_[first_free_]) ++first_free_;
     Change change = {.geom_id = first_free_, .attaches = true};
     change.place = {.used = true, .positions = mesh.positions, .deforms = mesh.deforms};
     const std::size_t count = mesh.triangles.size() / 3;
-    change.place.is_smooth = !mesh.smooth.empty();
+    change.place.is_smooth = !look.smooth.empty();
     if (change.place.is_smooth && !is_smooth_by_vertex(mesh)) {
         change.place.smooth =
-            std::make_shared<const std::vector<mray::uvec3>>(threes_of(mesh.smooth));
+            std::make_shared<const std::vector<mray::uvec3>>(threes_of(look.smooth));
     }
     change.triangles = threes_of(mesh.triangles);
-    change.albedo.assign(mesh.albedo.begin(), mesh.albedo.end());
+    change.albedo.assign(look.albedo.begin(), look.albedo.end());
     change.albedo.resize(count, mray::kDefaultAlbedo);
     constexpr mray::Albedo kColour = 0x00FFFFFF;
     for (mray::Albedo& albedo : change.albedo)
-        albedo = (albedo & kColour) | (mesh.shadow_catcher ? mray::kShadowCatcherBit : 0);
-    if (!mesh.textures.empty()) {
+        albedo = (albedo & kColour) | (look.shadow_catcher ? mray::kShadowCatcherBit : 0);
+    if (!look.textures.empty()) {
         change.place.textures = textures_of(mesh);
-        change.texcoords = texcoords_of(mesh.texcoords);
-        change.texture_ids.assign(mesh.texture_ids.begin(), mesh.texture_ids.end());
+        change.texcoords = texcoords_of(look.texcoords);
+        change.texture_ids.assign(look.texture_ids.begin(), look.texture_ids.end());
         change.texture_ids.resize(count, 0);
         for (std::size_t i = 0; i < count; ++i) {
             if (change.texture_ids[i] == mray::kNoTexture) continue;
-            if (mesh.albedo.empty()) change.albedo[i] |= kColour;
+            if (look.albedo.empty()) change.albedo[i] |= kColour;
             change.albedo[i] |= mray::kTexturedBit;
         }
     }

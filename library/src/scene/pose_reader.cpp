@@ -24,9 +24,14 @@ constexpr std::size_t kGrain = 8192;
 
 /// Vertex i, which may lie at any address.
 vec3 load(const Positions& positions, std::size_t i) {
+    const auto* const from = static_cast<const std::byte*>(positions.data) + i * positions.stride;
+    if (positions.has_doubles) {
+        double p[3];
+        std::memcpy(p, from, sizeof(p));
+        return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
+    }
     vec3 p;
-    std::memcpy(&p, static_cast<const std::byte*>(positions.data) + i * positions.stride,
-                sizeof(p));
+    std::memcpy(&p, from, sizeof(p));
     return p;
 }
 
@@ -39,7 +44,7 @@ void extend(WorldBounds& bounds, const WorldBounds& other) {
 template <class Use>
 void for_each_run(const Positions& positions, std::size_t first, std::size_t end, Use use) {
     const auto* bytes = static_cast<const std::byte*>(positions.data);
-    if (positions.stride == sizeof(vec3) &&
+    if (positions.stride == sizeof(vec3) && !positions.has_doubles &&
         reinterpret_cast<std::uintptr_t>(bytes) % alignof(vec3) == 0) {
         const auto* packed = reinterpret_cast<const vec3*>(bytes);
         if (first < end) use(first, std::span(packed + first, end - first));

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "common/base/index_range.h"
 #include "common/base/thread_arena.h"
+#include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
 #include "library/src/scene/mesh_list.h"

@@ -54,9 +54,6 @@ TEST(Crosscheck, AnswersToQueriesAreCompared) {
             EXPECT_EQ(row["reference"], reference);
         }
     }
-    TemporaryFolder folder;
-    const Outcome text = crosscheck({"--frames", "0", "--queries", "60"});
-    EXPECT_NE(text.out.find("of 60 rays and points a frame"), std::string::npos) << text.out;
 }
 
 TEST(Crosscheck, JsonNamesEveryVariant) {

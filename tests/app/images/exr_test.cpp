@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "morphray/hits.hpp"
+#include "morphray/images.hpp"
 #include "tests/app/program.h"
 #include "tests/support/temporary_folder.h"
 

@@ -139,7 +139,7 @@ kill -TERM $viewer
 ends 143
 
 # Ends while it builds a tree, which takes half a minute, before there is an image.
-start builtin:soup:4000000 --size 320x240 --backend cpu --build sweep --threads 1
+start builtin:soup:4000000 --size 320x240 --backend cpu --threads 1
 xdotool keydown ctrl key q keyup ctrl
 ends 0
 

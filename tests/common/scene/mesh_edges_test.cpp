@@ -1,4 +1,4 @@
-#include "common/scene/mesh_edges.h"
+#include "common/scene/mesh.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/text/base64.h"
+#include "common/text/text_parts.h"
 
 #include <gtest/gtest.h>
 

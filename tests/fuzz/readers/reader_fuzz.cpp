@@ -17,7 +17,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 #include "tests/fuzz/readers/targets.h"
 #include "tests/support/temporary_folder.h"
 

@@ -8,7 +8,6 @@
 #include "cpu/reference/scalar_tracer.h"
 #include "lab/accuracy/charts/charts.h"
 #include "lab/accuracy/referee/exact_referee.h"
-#include "lab/accuracy/referee/parallel_view.h"
 #include "tests/support/oracle.h"
 #include "tests/support/test_scene.h"
 

@@ -8,7 +8,6 @@
 
 #include "common/base/errors.h"
 #include "lab/accuracy/charts/charts.h"
-#include "lab/accuracy/measure.h"
 #include "scenes/procedural/procedural.h"
 #include "tests/app/program.h"
 

@@ -1,12 +1,10 @@
-#include "lab/bench/fill_view.h"
-
+// The part of a scene that the image shows.
 #include <gtest/gtest.h>
-
-#include <algorithm>
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/camera.h"
 #include "cpu/reference/scalar_tracer.h"
+#include "lab/bench/bench_scene.h"
 #include "tests/support/test_scene.h"
 
 namespace mray::bench {

@@ -4,14 +4,11 @@
 #include <vector>
 
 #include "common/bvh/box.h"
-#include "lab/bench/paper_2007/paper_2007.h"
+#include "lab/bench/peer_tree.h"
 #include "tests/lab/bench/star_works.h"
 
 namespace mray::bench {
 namespace {
-
-using paper_2007::build_tree;
-using paper_2007::WorkTracer;
 
 bool is_inside(vec3 p, const PeerNode& node) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -41,7 +38,7 @@ void visit(const PeerTree& tree, std::uint32_t index, std::vector<int>& seen) {
 TEST(BuildPeerTree, HasEveryFiniteTriangleInOneLeaf) {
     for (const test::NamedScene& named : test::adversarial_scenes()) {
         const Topology& topology = named.scene.topology();
-        const PeerTree tree = build_tree(topology, named.scene.positions());
+        const PeerTree tree = build_paper_tree(topology, named.scene.positions());
         std::vector<int> seen(topology.triangles.size());
         if (!tree.nodes.empty()) visit(tree, 0, seen);
         for (std::size_t id = 0; id < seen.size(); ++id) {
@@ -58,9 +55,9 @@ TEST(BuildPeerTree, HasEveryFiniteTriangleInOneLeaf) {
 class Paper2007 : public StarWorks {
 protected:
     TraceAnswers trace(const TraceWork& work) const {
-        const PeerTree tree = build_tree(scene_.topology(), scene_.positions());
-        WorkTracer tracer(tree, work);
-        tracer.trace();
+        const PeerTree tree = build_paper_tree(scene_.topology(), scene_.positions());
+        const Tracer tracer = paper_tracer(tree, work);
+        tracer.trace(work.whole());
         return tracer.answers();
     }
 };

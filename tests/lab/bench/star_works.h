@@ -5,7 +5,6 @@
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
-#include "lab/bench/ours.h"
 #include "lab/bench/trace_work.h"
 #include "tests/support/test_scene.h"
 

@@ -119,6 +119,8 @@ def test_images_are_saved(tmp_path):
     assert data[:8] == b"\x89PNG\r\n\x1a\n" and struct.unpack(">II", data[16:24]) == (40, 30)
     with pytest.raises(morphray.Error) as caught:
         image.save(tmp_path / "no such folder" / "a.png")
+    with pytest.raises(ValueError, match="does not end in .png"):
+        image.save(tmp_path / "a.jpg")
     assert caught.value.code == "output"
 
 

@@ -30,8 +30,8 @@ calls = {
     "intersect six": lambda: slow.intersect(six),
     "signed_distance": lambda: slow.signed_distance(where),
 }
-many_points, many_triangles = grid(1000)
-calls["build"] = lambda: morphray.Scene(many_points, many_triangles, split="sweep",
+many_points, many_triangles = grid(1500)
+calls["build"] = lambda: morphray.Scene(many_points, many_triangles,
                                         device=morphray.Device.cpu(threads=1))
 
 def interrupt_after(seconds):

@@ -92,6 +92,11 @@ def test_answers_are_those_of_the_scene():
     assert np.array_equal(cast["primitive_uvs"], np.stack([hits["u"], hits["v"]], axis=-1))
     assert not cast["primitive_normals"][~is_hit].any()
     assert np.array_equal(own.count_intersections(rays, nthreads=2), scene.count(rays))
+    assert type(cast["t_hit"].numpy()) is np.ndarray
+    own_ids = np.stack([cast["geometry_ids"], cast["primitive_ids"]], axis=-1)
+    behind = own.cast_rays(rays, excluded=own_ids)
+    assert (behind["t_hit"][is_hit] >= cast["t_hit"][is_hit]).all()
+    assert np.array_equal(own.test_occlusions(rays, excluded=own_ids), behind["t_hit"] < np.inf)
     where = rays[..., :3]
     closest = own.compute_closest_points(where)
     assert closest["points"].shape == closest["primitive_normals"].shape == (20, 30, 3)
@@ -155,11 +160,11 @@ def test_rays_of_a_pinhole_camera_pass_through_the_middles_of_pixels():
 @pytest.mark.parametrize(
     "ask, error, reason",
     [
-        (lambda s: s.cast_rays(RAYS.astype(np.float64)), TypeError, "rays: dtype float32"),
-        (lambda s: s.count_intersections(RAYS[0]), ValueError, "rays: a shape of"),
+        (lambda s: s.cast_rays(RAYS.astype(complex)), TypeError, "rays: dtype float32"),
+        (lambda s: s.count_intersections(RAYS[0, :5]), ValueError, "rays: a shape of"),
         (lambda s: s.compute_distance(RAYS), ValueError, "points: a shape of"),
         (lambda s: s.add_triangles(POINTS), TypeError, "not ndarray"),
-        (lambda s: s.add_triangles(POINTS.astype(np.float64), cube()[1]), TypeError, "float32"),
+        (lambda s: s.add_triangles(POINTS.astype(int), cube()[1]), TypeError, "float32"),
         (lambda s: s.add_triangles(POINTS, cube()[1]), morphray.Error, "has vertex"),
         (lambda s: morphray.open3d.RaycastingScene(device="SYCL:0"), ValueError, "SYCL:0"),
         (lambda s: s.create_rays_pinhole(np.eye(3), np.eye(3), 4, 4), ValueError,

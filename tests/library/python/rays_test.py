@@ -119,3 +119,66 @@ def test_results_are_written_to_out():
     scene.intersect(rays, part[1:-1])
     assert_same_bits(part[1:-1].copy(), hits)
     assert part[0] == part[-1] == np.zeros((), morphray.hit_dtype)
+
+
+class FromDlpack:
+    """An array of another library."""
+
+    def __init__(self, array):
+        self.array = array
+
+    def __dlpack__(self, **kwargs):
+        return self.array.__dlpack__(**kwargs)
+
+    def __dlpack_device__(self):
+        return self.array.__dlpack_device__()
+
+
+def test_numbers_of_all_kinds_are_taken():
+    points, triangles = triangle()
+    scene = morphray.Scene(points, triangles)
+    hits = scene.intersect(DOWN)
+    for rays in (DOWN.astype(np.float64), DOWN.tolist(), FromDlpack(DOWN)):
+        assert_same_bits(scene.intersect(rays), hits)
+    assert_same_bits(scene.intersect(DOWN[0]), hits[0])
+    assert scene.occluded(DOWN[0].tolist()).shape == ()
+    assert scene.closest_points([0.2, 0.2, 1])["distance"] == 1
+    doubles = points.astype(np.float64)
+    for mesh in (doubles, points.tolist(), FromDlpack(points)):
+        assert_same_bits(morphray.Scene(mesh, triangles.tolist()).intersect(DOWN), hits)
+    moving = morphray.Scene(doubles, triangles)
+    doubles[:, 2] += 0.5
+    points[:, 2] += 0.5
+    moving.update()
+    scene.update()
+    assert_same_bits(moving.intersect(DOWN), scene.intersect(DOWN))
+
+
+def test_rays_see_some_triangles():
+    points, triangles = triangle()
+    scene = morphray.Scene([(points, triangles), (points - np.float32([0, 0, 1]), triangles)])
+    near = scene.intersect(DOWN)
+    seen = near["prim_id"] != morphray.INVALID_ID
+    assert seen.any()
+    far = scene.intersect(DOWN, visible=np.array([False, True]))
+    assert (far["geom_id"][seen] == 1).all()
+    assert_same_bits(scene.intersect(DOWN, excluded=near), far)
+    ids = np.stack([near["geom_id"], near["prim_id"]], axis=-1)
+    assert_same_bits(scene.intersect(DOWN, excluded=ids), far)
+    assert (scene.count(DOWN, excluded=near)[seen] == 1).all()
+    assert (scene.intersect_all(DOWN, excluded=near).hits["geom_id"] == 1).all()
+    assert not scene.occluded(DOWN, visible=np.zeros(2, bool)).any()
+    assert not scene.occluded(DOWN, visible=np.zeros(0, bool)).any()
+
+
+def test_normals_of_hits():
+    points, triangles = triangle()
+    scene = morphray.Scene(points, triangles)
+    hits = scene.intersect(DOWN)
+    seen = hits["prim_id"] != morphray.INVALID_ID
+    for smooth in (False, True):
+        normals = scene.normals(hits, smooth=smooth)
+        assert np.allclose(np.abs(normals[seen]), [0, 0, 1])
+        assert not normals[~seen].any()
+    closest = scene.closest_points(points)
+    assert np.allclose(scene.normals(closest), normals[seen][0])

@@ -13,9 +13,9 @@ IMAGE = np.zeros((2, 2, 3), np.uint8)
 TEXCOORDS = np.zeros((1, 3, 2), np.float32)
 
 BAD_POINTS = [
-    (POINTS.tolist(), TypeError, "points: a numpy.ndarray is needed, not list"),
+    ("points", TypeError, "points: a numpy.ndarray is needed, not str"),
     (None, TypeError, "not NoneType"),
-    (POINTS.astype(np.float64), TypeError, "points: dtype float32 .* not <f8"),
+    (POINTS.astype(np.float16), TypeError, "points: dtype float32 or float64 .* not <f2"),
     (POINTS.astype(">f4"), TypeError, "native byte order is needed, not >f4"),
     (POINTS.astype(np.int32), TypeError, "not <i4"),
     (POINTS.ravel(), ValueError, r"points: a shape of \(V, 3\) is needed, not \(9,\)"),
@@ -46,7 +46,7 @@ def test_bad_points(points, error, reason):
 @pytest.mark.parametrize(
     "triangles, error, reason",
     [
-        ([[0, 1, 2]], TypeError, "triangles: a numpy.ndarray is needed, not list"),
+        ("012", TypeError, "triangles: a numpy.ndarray is needed, not str"),
         (TRIANGLES.astype(np.float32), TypeError, "dtype uint32, int32, uint64 or int64"),
         (TRIANGLES.ravel(), ValueError, r"a shape of \(T, 3\) is needed, not \(3,\)"),
         (np.array([[0, 1, 3]], np.uint32), morphray.Error, "triangle 0 has vertex 3"),
@@ -64,10 +64,9 @@ def test_bad_triangles(triangles, error, reason):
 @pytest.mark.parametrize(
     "rays, error, reason",
     [
-        ([0, 0, 1, 0, 0, -1], TypeError, "rays: a numpy.ndarray is needed, not list"),
-        (DOWN.astype(np.float64), TypeError, "rays: dtype float32 or morphray.ray_dtype"),
-        (DOWN.astype(">f4"), TypeError, "not >f4"),
-        (DOWN[0], ValueError, r"a shape of \(N, 6\) or \(N, 8\) is needed, not \(6,\)"),
+        ({}, TypeError, "rays: a numpy.ndarray is needed, not dict"),
+        (DOWN.astype(complex), TypeError, "rays: dtype float32"),
+        (DOWN[0, :5], ValueError, r"a shape of \(N, 6\) or \(N, 8\) is needed, not \(5,\)"),
         (np.zeros((4, 7), np.float32), ValueError, r"\(4, 7\)"),
         (np.zeros(3, [("org", "f4", 3), ("dir", "f4", 3)]), TypeError, "rays: dtype"),
     ],
@@ -84,9 +83,9 @@ def test_bad_rays(rays, error, reason):
 @pytest.mark.parametrize(
     "points, error, reason",
     [
-        ([[0, 0, 1]], TypeError, "points: a numpy.ndarray is needed, not list"),
-        (POINTS.astype(np.float64), TypeError, "points: dtype float32 .* not <f8"),
-        (POINTS[0], ValueError, r"points: a shape of \(N, 3\) is needed, not \(3,\)"),
+        (7, TypeError, "points: a numpy.ndarray is needed, not int"),
+        (POINTS.astype(bool), TypeError, "points: dtype float32 .* not |b1"),
+        (POINTS[0, :2], ValueError, r"points: a shape of \(N, 3\) is needed, not \(2,\)"),
         (np.zeros((4, 2), np.float32), ValueError, r"\(4, 2\)"),
     ],
 )
@@ -104,6 +103,10 @@ def test_bad_query_points(points, error, reason):
         (lambda s: s.intersect(DOWN, coherence="any"), ValueError, '"any" is none of "none" and'),
         (lambda s: s.count(DOWN, coherence=-1), TypeError, "coherence"),
         (lambda s: s.occluded(DOWN, coherence=None), TypeError, "coherence"),
+        (lambda s: s.intersect(DOWN, threads="two"), ValueError, '"two" is none of "all", "calling"'),
+        (lambda s: s.count(DOWN, excluded=[[0, 1, 2]]), ValueError, "excluded: a shape of the rays"),
+        (lambda s: s.occluded(DOWN, visible=[0, 1]), TypeError, "visible: dtype bool"),
+        (lambda s: s.normals(DOWN), TypeError, "hits: dtype morphray.hit_dtype or"),
         (lambda s: s.intersect_all(DOWN, max_hits=-1), TypeError, "max_hits"),
         (lambda s: s.intersect_all(DOWN, max_hits=2**32), TypeError, "max_hits"),
         (lambda s: s.intersect_all(DOWN, max_hits=0.5), TypeError, "max_hits"),
@@ -184,7 +187,7 @@ def test_bad_out():
         ({"textures": (IMAGE, TEXCOORDS[0])}, ValueError, r"texcoords: a shape of \(T, 3, 2\)"),
         ({"textures": (IMAGE, None)}, TypeError, "texcoords: a numpy.ndarray"),
         ({"textures": (IMAGE, TEXCOORDS[:0])}, morphray.Error, "texcoords: 0 floats"),
-        ({"textures": (IMAGE, TEXCOORDS, [0])}, TypeError, "ids: a numpy.ndarray"),
+        ({"textures": (IMAGE, TEXCOORDS, "0")}, TypeError, "ids: a numpy.ndarray"),
         ({"textures": (IMAGE, TEXCOORDS, np.array([[0]]))}, ValueError, r"ids: .* \(T,\)"),
         ({"textures": (IMAGE, TEXCOORDS, np.array([-2]))}, morphray.Error, "ids: triangle 0 has image -2"),
         ({"textures": (IMAGE, TEXCOORDS, np.array([1]))}, morphray.Error, "1 textures"),

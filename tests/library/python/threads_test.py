@@ -43,7 +43,7 @@ def brute():
 
 def test_build_releases_the_gil(large):
     device = morphray.Device.cpu(threads=1)
-    assert_gil_is_released(lambda: morphray.Scene(*large, device=device, split="sweep"))
+    assert_gil_is_released(lambda: morphray.Scene(*large, device=device))
 
 
 def test_queries_release_the_gil(brute):

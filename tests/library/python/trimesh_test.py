@@ -46,6 +46,11 @@ def test_rays_hit_triangles():
     assert again.tolist() == triangles[[0, 2]].tolist()
     assert rays.intersects_first(*UP).tolist() == [*triangles[[0, 2]], -1]
     assert rays.intersects_any(*UP).tolist() == [True, True, False]
+    first = rays.intersects_first(*UP)
+    assert rays.intersects_first(*UP, excluded=first).tolist() == [triangles[1], -1, -1]
+    assert rays.intersects_id(*UP, excluded=first)[0].tolist() == [triangles[1]]
+    with pytest.raises(ValueError, match="excluded: a shape of"):
+        rays.intersects_any(*UP, excluded=[1])
     for max_hits, count in [(0, 0), (1, 2), (2, 3), (100, 3)]:
         assert len(rays.intersects_id(*UP, max_hits=max_hits)[0]) == count
         assert len(rays.intersects_id(*UP, False, max_hits)[0]) == min(count, 2)

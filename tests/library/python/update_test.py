@@ -125,7 +125,7 @@ def test_pose_in_another_buffer():
         scene.update(0, buffers[0][:2])
     assert refused.value.code == "bad_argument"
     with pytest.raises(TypeError):
-        scene.update(0, buffers[0].astype(np.float64))
+        scene.update(0, buffers[0].astype(np.int64))
     assert scene.update().step == "keep"
 
 

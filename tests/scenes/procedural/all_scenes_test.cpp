@@ -105,22 +105,12 @@ TEST_P(EveryScene, MovesEachVertexAlikeInWhateverRangesItIsAsked) {
     }
 }
 
-TEST(MakeProcedural, NamesTheNearestSceneForAnUnknownOne) {
-    const struct {
-        const char* name;
-        const char* nearest;
-    } cases[] = {{"clot", "cloth"}, {"Twist", "twist"},  {"soap", "soup"},
-                 {"herds", "herd"}, {"orbit", "orbits"}, {"shufle", "shuffle"}};
-    for (const auto& [name, nearest] : cases) {
-        try {
-            make_procedural(name);
-            ADD_FAILURE() << name;
-        } catch (const Error& error) {
-            EXPECT_EQ(error.kind(), ErrorKind::kBadArgument);
-            EXPECT_TRUE(
-                std::string(error.what()).ends_with(std::string("did you mean ") + nearest + "?"))
-                << error.what();
-        }
+TEST(MakeProcedural, RefusesAnUnknownName) {
+    try {
+        make_procedural("clot");
+        ADD_FAILURE();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kBadArgument);
     }
 }
 

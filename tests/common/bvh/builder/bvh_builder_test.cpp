@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "common/bvh/builder/binary_tree.h"
-#include "common/bvh/bvh_stats.h"
+#include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 #include "tests/support/test_scene.h"
 #include "tests/support/tree_check.h"
@@ -21,13 +21,10 @@ using test::TestScene;
 
 TEST(BvhBuilder, KeepsEveryInvariantOnEveryScene) {
     for (const NamedScene& named : adversarial_scenes()) {
-        for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
-            const TestScene& scene = named.scene;
-            const Bvh bvh = build_bvh(scene.topology(), scene.positions(), {.split = split});
-            EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()),
-                      std::vector<std::string>{})
-                << named.name;
-        }
+        const TestScene& scene = named.scene;
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()), std::vector<std::string>{})
+            << named.name;
     }
 }
 
@@ -35,29 +32,24 @@ TEST(BvhBuilder, KeepsEveryInvariantOnEveryScene) {
 TEST(BvhBuilder, KeepsTheFirstOfTrianglesWithTheSameVertices) {
     for (const NamedScene& named : adversarial_scenes()) {
         if (named.name != "repeated") continue;
-        for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
-            const Bvh bvh =
-                build_bvh(named.scene.topology(), named.scene.positions(), {.split = split});
-            ASSERT_EQ(bvh.leaves.size(), 1u);
-            for (std::uint32_t i = 0; i < kLeafTriangles; ++i)
-                EXPECT_EQ(bvh.leaves[0].prim_id[i], i < 5 ? 2 * i : kNoPrim);
-            EXPECT_EQ(bvh.triangle_count, 400u);
-            EXPECT_EQ(bvh_stats(bvh).triangles_per_leaf, 5);
-        }
+        const Bvh bvh = build_bvh(named.scene.topology(), named.scene.positions());
+        ASSERT_EQ(bvh.leaves.size(), 1u);
+        for (std::uint32_t i = 0; i < kLeafTriangles; ++i)
+            EXPECT_EQ(bvh.leaves[0].prim_id[i], i < 5 ? 2 * i : kNoPrim);
+        EXPECT_EQ(bvh.triangle_count, 400u);
+        EXPECT_EQ(bvh_stats(bvh).triangles_per_leaf, 5);
     }
 }
 
 TEST(BvhBuilder, GivesTheSameBytesForEveryTarget) {
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
-        for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
-            const auto hash_on = [&](const SimdTarget& target) {
-                return bvh_hash(build_bvh(scene.topology(), scene.positions(), {split, 1, target}));
-            };
-            const std::uint64_t expected = hash_on(best_simd_target());
-            for (const SimdTarget& target : supported_simd_targets())
-                EXPECT_EQ(hash_on(target), expected) << named.name << ", " << target.name;
-        }
+        const auto hash_on = [&](const SimdTarget& target) {
+            return bvh_hash(build_bvh(scene.topology(), scene.positions(), {1, target}));
+        };
+        const std::uint64_t expected = hash_on(best_simd_target());
+        for (const SimdTarget& target : supported_simd_targets())
+            EXPECT_EQ(hash_on(target), expected) << named.name << ", " << target.name;
     }
 }
 
@@ -66,18 +58,16 @@ TEST(BvhBuilder, GivesTheSameSoundTreeForAnyNumberOfThreadsAtEverySize) {
     for (const std::uint32_t size : {1u, 5u, 6u, 16u, 17u, 24u, 25u, 64u, 65u, 2047u, 2048u, 4096u,
                                      16383u, 16384u, 16385u, 24576u, 24577u, 40000u}) {
         const TestScene scene = test::random_soup(size, 0.02, size);
-        for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
-            const Bvh expected = build_bvh(scene.topology(), scene.positions(), {split, 1});
-            EXPECT_EQ(check_bvh(expected, scene.topology(), scene.positions()),
-                      std::vector<std::string>{})
-                << size;
-            for (const int threads : {2, 3, 4}) {
-                const Bvh bvh = build_bvh(scene.topology(), scene.positions(), {split, threads});
-                EXPECT_EQ(bvh_hash(bvh), bvh_hash(expected)) << size;
-                EXPECT_EQ(bvh.leaf_vertices, expected.leaf_vertices) << size;
-                EXPECT_EQ(bvh.leaf_parents, expected.leaf_parents) << size;
-                EXPECT_EQ(bvh.node_parents, expected.node_parents) << size;
-            }
+        const Bvh expected = build_bvh(scene.topology(), scene.positions(), {1});
+        EXPECT_EQ(check_bvh(expected, scene.topology(), scene.positions()),
+                  std::vector<std::string>{})
+            << size;
+        for (const int threads : {2, 3, 4}) {
+            const Bvh bvh = build_bvh(scene.topology(), scene.positions(), {threads});
+            EXPECT_EQ(bvh_hash(bvh), bvh_hash(expected)) << size;
+            EXPECT_EQ(bvh.leaf_vertices, expected.leaf_vertices) << size;
+            EXPECT_EQ(bvh.leaf_parents, expected.leaf_parents) << size;
+            EXPECT_EQ(bvh.node_parents, expected.node_parents) << size;
         }
     }
 }
@@ -94,13 +84,13 @@ TEST(BvhBuilder, DoesNotDependOnTheOrderOfTrianglesWithoutTies) {
     EXPECT_EQ(a.leaf_count, b.leaf_count);
 }
 
-std::uint32_t binary_height(const TestScene& scene, SplitMethod split) {
-    const BinaryTree tree = build_binary_tree(scene.topology(), scene.positions(), split);
+std::uint32_t binary_height(const TestScene& scene) {
+    const BinaryTree tree = build_binary_tree(scene.topology(), scene.positions());
     return tree.nodes.empty() ? 0 : tree.nodes.front().height;
 }
 
 /// Triangles in one place near the origin, and others towards it, each smaller than the one before:
-/// splits peel these off one at a time.
+/// splits peel these off a few at a time.
 TestScene peeled_triangles(std::uint32_t peeled, std::uint32_t rest) {
     std::vector<vec3> positions;
     std::vector<uvec3> triangles;
@@ -113,17 +103,12 @@ TestScene peeled_triangles(std::uint32_t peeled, std::uint32_t rest) {
     return {positions, triangles};
 }
 
-TEST(BvhBuilder, BoundsTheDepthWhereSplitsPeelOneTriangleAtATime) {
+TEST(BvhBuilder, BoundsTheDepthWhereSplitsPeelFewTrianglesAtATime) {
     const TestScene scene = peeled_triangles(120, 100000);
-    for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
-        const Bvh bvh = build_bvh(scene.topology(), scene.positions(), {.split = split});
-        EXPECT_EQ(bvh.depth(), kMaxDepth);
-        EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()), std::vector<std::string>{});
-    }
-    // Halving alone makes 15 levels of them.
-    const std::uint32_t height = binary_height(scene, SplitMethod::kSweep);
-    EXPECT_GT(height, 45u);
-    EXPECT_LE(height, kMaxBinaryHeight);
+    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    EXPECT_EQ(bvh.depth(), kMaxDepth);
+    EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()), std::vector<std::string>{});
+    EXPECT_LE(binary_height(scene), kMaxBinaryHeight);
 }
 
 TEST(BvhBuilder, FillsNodesAndLeavesOnAnOrdinaryMesh) {

@@ -1,16 +1,9 @@
-#include "lab/bench/interleave.h"
+#include "lab/bench/report.h"
 
 #include <gtest/gtest.h>
 
 namespace mray::bench {
 namespace {
-
-TEST(TimesOf, SumsMediansAndLeastTimesOfTheParts) {
-    const Samples parts[] = {{3, 1, 2}, {10, 40, 20}};
-    const Times times = times_of(parts);
-    EXPECT_EQ(times.median_ms, 22);
-    EXPECT_EQ(times.least_ms, 11);
-}
 
 TEST(TimeInTurn, RunsEveryMethodOnceMoreThanTimedAndPreparesBeforeEachRound) {
     constexpr std::size_t kParts = 3;

@@ -1,4 +1,4 @@
-#include "lab/accuracy/measure.h"
+#include "lab/accuracy/charts/charts.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -8,7 +8,7 @@
 #include <mutex>
 
 #include "common/base/errors.h"
-#include "common/base/stopwatch.h"
+#include "common/frame_times.h"
 
 namespace mray::accuracy {
 namespace {

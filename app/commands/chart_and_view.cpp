@@ -1,4 +1,5 @@
-// morphray chart: becomes the program morphray-chart (lab/accuracy/charts/main.cpp).
+// morphray chart and view, which may not be built in: chart becomes the program morphray-chart
+// (lab/accuracy/charts/main.cpp), view opens a window.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -8,7 +9,9 @@
 #include <vector>
 
 #include "app/commands/commands.h"
+#include "app/view/state.h"
 #include "common/base/errors.h"
+#include "common/base/output_file.h"
 
 namespace mray::app {
 namespace {
@@ -60,6 +63,19 @@ ExitCode run_command([[maybe_unused]] const ChartOptions& options,
     throw Error(
         ErrorKind::kUnavailable,
         "chart: not built in, because GMP was not found; install libgmp-dev and build again");
+#endif
+}
+
+ExitCode run_command([[maybe_unused]] const ViewOptions& options,
+                     [[maybe_unused]] const Messages& messages) {
+#ifdef MORPHRAY_HAS_VIEW
+    if (!options.screenshot.empty()) check_writable(options.screenshot);
+    show_scene(options, messages);
+    return ExitCode::kOk;
+#else
+    throw Error(ErrorKind::kUnavailable,
+                "view: not built in, because GLFW, Dear ImGui or OpenGL was not found; install "
+                "libglfw3-dev, libimgui-dev and libgl-dev and build again");
 #endif
 }
 

@@ -1,7 +1,3 @@
-#include "lab/bench/ours.h"
-
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <limits>
 #include <memory>
@@ -9,6 +5,7 @@
 #include "cpu/image/tile_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/single_ray/single_ray_tracer.h"
+#include "lab/bench/trace_work.h"
 
 namespace mray::bench {
 namespace {
@@ -43,7 +40,8 @@ Tracer batch_by_batch(std::string name, RaysAtOnce at_once, Made tracer, const T
 /// Packets of 64 x 64 primary or shadow rays; shadow rays that have too little in common go to
 /// single rays.
 Tracer packet_by_packet(const Bvh& bvh, const SimdTarget& target, const TraceWork& work) {
-    static_assert(kTileSize == cpu::kCameraSide && kBlockSize == cpu::kBlockSide);
+    static_assert(kTileSize == cpu::kCameraSide && kBlockSize == cpu::kBlockSide &&
+                  kPacketSize == cpu::kBlockRays);
     // Primary hits lie row by row as in an image.
     const auto answers = std::make_shared<TraceAnswers>(work);
     const auto trace = [tiles = std::make_shared<const cpu::TileTracer>(bvh, target), answers,
@@ -55,15 +53,23 @@ Tracer packet_by_packet(const Bvh& bvh, const SimdTarget& target, const TraceWor
                 const std::size_t first = std::size_t{tile.y0} * params.width + tile.x0;
                 tiles->intersect_camera(params, tile, &answers->hits[first], params.width);
             } else {
+                const std::size_t count = rays.end - rays.begin;
                 tiles->occluded_shared_origin(
-                    params.light, shadows_of(work, rays),
-                    std::span(answers->occluded).subspan(rays.begin, rays.end - rays.begin));
+                    params.light,
+                    std::span(work.shadows).subspan(rays.begin / kPacketSize, count / kPacketSize),
+                    std::span(answers->occluded).subspan(rays.begin, count));
             }
         });
     };
     const auto in_ray_order = [answers, &work] {
         TraceAnswers ordered = *answers;
-        if (!work.any_hit()) to_ray_order(work, ordered.hits);
+        if (work.any_hit()) return ordered;
+        std::size_t ray = 0;
+        for (const TileRays& rays : work.tiles) {
+            for_each_pixel(rays.tile, [&](std::uint32_t x, std::uint32_t y) {
+                ordered.hits[ray++] = answers->hits[std::size_t{y} * work.params.width + x];
+            });
+        }
         return ordered;
     };
     return {.name = "packet", .trace = trace, .answers = in_ray_order};
@@ -88,18 +94,6 @@ AlignedVector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work) {
                                          cpu::OneByOne{cpu::ScalarTracer(bvh)}, work);
     tracer.trace(work.whole());
     return tracer.answers().hits;
-}
-
-SceneRays::SceneRays(const BenchScene& scene)
-    : scene_(scene),
-      primary_(make_primary_work(scene.params)),
-      hits_(reference_hits(scene.bvh, primary_)) {}
-
-TraceWork SceneRays::work(WorkKind kind) const {
-    if (kind == WorkKind::kPrimary) return primary_;
-    if (kind == WorkKind::kOneRay) return make_row_work(scene_.params);
-    return make_secondary_work(primary_, hits_, scene_.mesh(), kind, kAoSamples,
-                               primary_.rays.size());
 }
 
 }  // namespace mray::bench

@@ -1,15 +1,18 @@
-// Images of a scene.
+// Images of a scene, files of their hits, and comparisons.
 #pragma once
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "morphray/error.hpp"
 #include "morphray/geometry.hpp"
+#include "morphray/queries.hpp"
 
 namespace morphray {
 
@@ -74,9 +77,6 @@ struct View {
     /// submission of some tens of milliseconds, or of compiling a kernel that it uses for the first
     /// time.
     const std::atomic<bool>* cancel = nullptr;
-    /// If it is given, it becomes the part of the image that is done, from 0 to 1, while render()
-    /// works.
-    std::atomic<float>* done = nullptr;
 };
 
 /// The data of a pixel of a lit image, besides its 8-bit colour.
@@ -124,5 +124,80 @@ struct Image {
 /// Writes a PNG file: as a whole, or not at all. Throws output if it cannot be written, and
 /// bad_argument for an image whose pixels do not fit its size.
 MORPHRAY_API void write_png(const std::string& file, const Image& image);
+
+/// Collects the hits of images of one size and writes them to a file. Little-endian throughout:
+///
+///     char[8]  "MRHITS1\0"
+///     uint32   width, height, number of images
+///     then, image after image,
+///         width * height times {float32 t, u, v; uint32 prim_id}, row by row from the top: t is
+///         the
+///             depth along the viewing direction; a miss is {infinity, 0, 0, 0xFFFFFFFF}
+///         width * height times uint32: occluded secondary rays
+///
+/// One thread at a time.
+class MORPHRAY_API HitsWriter {
+public:
+    HitsWriter(std::uint32_t width, std::uint32_t height);
+
+    /// An image with several samples a pixel counts by its hits: its sides are longer by the square
+    /// root of their number. Throws bad_argument for an image of another size, and for hits of
+    /// another mesh than geom_id 0, for which the file has no place; limit. What throws has changed
+    /// nothing.
+    void add(const Image& image);
+    /// Writes the file with the images so far: as a whole, or not at all. Throws output.
+    void write(const std::string& file) const;
+
+private:
+    std::uint32_t width_;
+    std::uint32_t height_;
+    std::uint32_t image_count_ = 0;
+    /// The file.
+    std::vector<std::byte> bytes_;
+};
+
+/// A file of HitsWriter.
+struct HitsFile {
+    struct ImageHits {
+        std::vector<Hit> hits = {};
+        std::vector<std::uint32_t> occlusion = {};
+    };
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::vector<ImageHits> images = {};
+};
+
+/// Throws bad_input, with the reason, for a file that cannot be read or is not such a file.
+MORPHRAY_API HitsFile read_hits(const std::string& file);
+
+class Scene;
+
+struct HitDifference {
+    /// The number of the ray, or of the camera ray of an image, row by row.
+    std::size_t index = 0;
+    Hit first;
+    Hit second;
+};
+
+/// The hits that differ in any bit.
+struct Comparison {
+    std::uint64_t compared = 0;
+    std::uint64_t different = 0;
+    /// The first ones, in ascending order.
+    std::vector<HitDifference> differences;
+
+    bool equal() const { return different == 0; }
+};
+
+/// Traces the rays in both scenes. `keep` limits Comparison::differences.
+/// Throws what Scene::intersect() throws.
+MORPHRAY_API Comparison compare(const Scene& first, const Scene& second, std::span<const Ray> rays,
+                                std::size_t keep = 10, const QueryOptions& options = {});
+/// Compares hits, occlusion and pixels; what differs counts once for each camera ray. Throws
+/// bad_argument for images of different sizes.
+MORPHRAY_API Comparison compare(const Image& first, const Image& second, std::size_t keep = 10);
+
+/// "1000 equal", or "3 of 1000 differ" and a line for each of the first ones.
+MORPHRAY_API std::string describe(const Comparison& comparison);
 
 }  // namespace morphray

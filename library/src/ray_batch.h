@@ -1,0 +1,72 @@
+// Batches of rays in scene space, and the triangles that they see.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/interop/ray.h"
+#include "cpu/scene_space/to_scene.h"
+#include "library/src/ray_order.h"
+#include "library/src/ray_space.h"
+#include "library/src/scene/errors.h"
+#include "library/src/scene/mesh_list.h"
+#include "morphray/queries.hpp"
+
+namespace morphray::detail {
+
+/// Rays in scene space, and what their t is multiplied by.
+struct SceneBatch {
+    std::vector<mray::Ray> rays;
+    std::vector<int> t_exponents;
+
+    SceneBatch(const RaySpace& space, std::span<const Ray> world) {
+        rays.reserve(world.size());
+        t_exponents.reserve(world.size());
+        for_runs_of(0, world.size(), nullptr, [&](std::size_t first, std::size_t count) {
+            mray::cpu::SceneRays run;
+            space.to_scene(world.subspan(first, count), run);
+            rays.insert(rays.end(), run.rays, run.rays + count);
+            for (std::size_t i = 0; i < count; ++i)
+                t_exponents.push_back(run.t_exponents[2 * i + 1]);
+        });
+    }
+};
+
+/// The triangles that the rays of a batch see, by QueryOptions. The options must outlive it.
+class RayFilter {
+public:
+    /// Throws Error unless there are as many excluded triangles as rays, or none.
+    RayFilter(const MeshList& meshes, std::size_t rays, const QueryOptions& options)
+        : meshes_(meshes), options_(options) {
+        const std::size_t excluded = options.excluded.size();
+        if (excluded != 0 && excluded != rays)
+            throw_bad_argument(fmt::format("{} rays, but {} excluded triangles", rays, excluded));
+    }
+
+    bool sees_all() const { return options_.visible.empty() && options_.excluded.empty(); }
+    bool sees(std::size_t ray, std::uint32_t prim_id) const {
+        const Hit at = meshes_.locate(0, 0, 0, prim_id);
+        const bool is_visible = options_.visible.empty() || (at.geom_id < options_.visible.size() &&
+                                                             options_.visible[at.geom_id] != 0);
+        return is_visible && !excludes(ray, at);
+    }
+    bool excludes(std::size_t ray, const Hit& hit) const {
+        return !options_.excluded.empty() && hit && hit.primitive() == options_.excluded[ray];
+    }
+
+private:
+    const MeshList& meshes_;
+    const QueryOptions& options_;
+};
+
+/// Throws Error for options that only rays have.
+inline void require_point_options(const QueryOptions& options) {
+    if (!options.visible.empty() || !options.excluded.empty())
+        throw_bad_argument("visible and excluded are options of rays, not of points");
+}
+
+}  // namespace morphray::detail
