@@ -21,7 +21,7 @@ constexpr std::size_t kRaysOfBatch = std::size_t{1} << 16;
 
 // The reasons why a ray hits nothing in any scene.
 constexpr const char* kFaults[] = {"not finite", "without direction", "without interval",
-                                   "too far away"};
+                                   "leading past the scene from far away"};
 
 /// An index of kFaults for a ray that is not valid.
 std::size_t fault_of(const WorldRay& ray) {

@@ -2,12 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
+
+#include <glm/vec3.hpp>
 
 #include "common/base/errors.h"
 #include "common/interop/arithmetic.h"
 
 namespace mray {
+
+using glm::dvec3;
 
 void WorldBounds::extend(const double other_lower[3], const double other_upper[3]) {
     const bool was_empty = empty();
@@ -41,6 +46,12 @@ double exact_centre(double lower, double upper) {
     const double farther = std::max(std::abs(lower), std::abs(upper));
     if (lower * upper <= 0 || farther > 2.9 * nearer) return 0;
     return static_cast<float>((lower + upper) / 2);
+}
+
+/// A coordinate of scene space, rounded once to a float on the grid. A value below the grid must
+/// not round to a float denormal on the way to it.
+float to_grid(double scaled) {
+    return std::abs(scaled) < 0x1p-60 ? 0.0f : snap_coordinate(static_cast<float>(scaled));
 }
 
 /// Whether a corner of bounds of floats is in the range of scene space.
@@ -77,10 +88,7 @@ vec3 SceneSpace::to_scene(vec3 world) const {
     vec3 scene;
     for (int axis = 0; axis < 3; ++axis) {
         // Exact: floats and the scale of their extent are within 2^+-170.
-        const double scaled = (static_cast<double>(world[axis]) - centre_[axis]) * scale_;
-        // A value below the grid must not round to a float denormal on the way to it.
-        scene[axis] =
-            std::abs(scaled) < 0x1p-60 ? 0.0f : snap_coordinate(static_cast<float>(scaled));
+        scene[axis] = to_grid((static_cast<double>(world[axis]) - centre_[axis]) * scale_);
     }
     return scene;
 }
@@ -110,8 +118,7 @@ vec3 SceneSpace::point_to_scene(const double world[3], const char* what) const {
                                                   " is not finite or is more than a million scene "
                                                   "sizes away; move it closer");
         }
-        scene[axis] =
-            std::abs(scaled) < 0x1p-60 ? 0.0f : snap_coordinate(static_cast<float>(scaled));
+        scene[axis] = to_grid(scaled);
     }
     return scene;
 }
@@ -124,6 +131,51 @@ SceneSpace space_of_frame(const WorldBounds& reference, const WorldBounds& frame
     return SceneSpace(both);
 }
 
+namespace {
+
+/// The error of a - b as it is rounded (D. E. Knuth's two-sum).
+double difference_error(double a, double b) {
+    const double rounded = a - b;
+    const double of_b = rounded - a;
+    return (a - (rounded - of_b)) - (b + of_b);
+}
+
+double largest_of(const dvec3& v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
+/// Moves `org`, which has the rounding error `error`, along `dir` to where the ray is close to
+/// scene space, and adds t there to `t`. Returns false for a ray that leads past. The new origin is
+/// off by roundings of its own coordinates, not of those far away: a step is rounded once.
+bool approach(dvec3& org, dvec3 error, const dvec3& dir, double& t) {
+    double size = largest_of(org);
+    while (size > kFarOrigin) {
+        const double middle = -(org.x * dir.x + org.y * dir.y + org.z * dir.z) /
+                              (dir.x * dir.x + dir.y * dir.y + dir.z * dir.z);
+        // Before the scene, however the middle is rounded.
+        const double step = middle - (4 * kSceneExtent + 0x1p-48 * size);
+        if (!(step > 0 && std::isfinite(step))) return false;
+        for (int axis = 0; axis < 3; ++axis)
+            org[axis] = std::fma(dir[axis], step, org[axis]) + error[axis];
+        error = dvec3(0, 0, 0);
+        t += step;
+        // |dir| < sqrt(12), and the scene is within sqrt(3) extents of its centre.
+        const double left = largest_of(org);
+        if (!(left <= 16 * kSceneExtent + 0x1p-40 * size)) return false;
+        size = left;
+    }
+    return true;
+}
+
+/// A little less than how far a number is from those that round to another float.
+double rounding_of(double t) {
+    const auto rounded = static_cast<float>(std::min(t, 0x1p+127));
+    const float next = std::nextafter(rounded, std::numeric_limits<float>::infinity());
+    return (double{next} - double{rounded}) * (31.0 / 64);
+}
+
+}  // namespace
+
 SceneRay to_scene(const SceneSpace& space, const WorldRay& world) {
     SceneRay result;
     double largest = 0;
@@ -135,23 +187,34 @@ SceneRay to_scene(const SceneSpace& space, const WorldRay& world) {
     int dir_exponent = std::ilogb(largest);
     // A value that rounds up to 2 takes the next exponent.
     if (static_cast<float>(std::ldexp(largest, -dir_exponent)) == 2.0f) ++dir_exponent;
-    try {
-        result.ray.org = space.point_to_scene(world.org, "ray origin");
-    } catch (const Error&) {
-        return result;
-    }
+    dvec3 org;
+    dvec3 error;
+    dvec3 dir;
     for (int axis = 0; axis < 3; ++axis) {
-        const double scaled = std::ldexp(world.dir[axis], -dir_exponent);
+        org[axis] = space.length_to_scene(world.org[axis] - space.centre(axis));
+        error[axis] = space.length_to_scene(difference_error(world.org[axis], space.centre(axis)));
+        dir[axis] = std::ldexp(world.dir[axis], -dir_exponent);
         result.ray.dir[axis] = snap_direction_component(
-            std::abs(scaled) < 0x1p-60 ? 0.0f : static_cast<float>(scaled));
+            std::abs(dir[axis]) < 0x1p-60 ? 0.0f : static_cast<float>(dir[axis]));
     }
+    double start = 0;
+    if (!approach(org, error, dir, start)) return result;
+    for (int axis = 0; axis < 3; ++axis) result.ray.org[axis] = to_grid(org[axis]);
     // org + t * dir in both spaces: t_scene * 2^-dir_exponent... = t_world * 2^exponent *
     // 2^dir_exponent.
     result.t_exponent = -(space.exponent() + dir_exponent);
-    const double tnear = std::ldexp(std::max(world.tnear, 0.0), -result.t_exponent);
-    const double tfar = std::ldexp(world.tfar, -result.t_exponent);
-    result.ray.tnear = static_cast<float>(std::min(tnear, static_cast<double>(kInfiniteT)));
-    result.ray.tfar = static_cast<float>(std::min(tfar, static_cast<double>(kInfiniteT)));
+    result.t_start = std::ldexp(start, result.t_exponent);
+    // From far away t is rounded to a float that holds fewer digits, and that one is in the
+    // interval.
+    const auto rounding = [&](double t) { return start != 0 ? rounding_of(t) : 0; };
+    const double near = std::max(world.tnear, 0.0);
+    const double tnear = std::ldexp(near - rounding(near), -result.t_exponent) - start;
+    const double tfar = std::ldexp(world.tfar + rounding(world.tfar), -result.t_exponent) - start;
+    const auto in_floats = [](double t) {
+        return static_cast<float>(std::clamp(t, 0.0, static_cast<double>(kInfiniteT)));
+    };
+    result.ray.tnear = in_floats(tnear);
+    result.ray.tfar = in_floats(tfar);
     if (result.ray.tnear < 0x1p-100f) result.ray.tnear = 0;
     if (result.ray.tfar < 0x1p-100f) return result;
     result.valid = true;

@@ -71,13 +71,18 @@ struct WorldRay {
     double tfar;
 };
 
+/// Rays that start farther away on an axis of scene space are moved along themselves to the scene:
+/// 2^10 extents.
+inline constexpr float kFarOrigin = 0x1p+30f;
+
 /// A ray in scene space, with dir scaled by a power of two so that its largest component is in
-/// [1, 2); world_t = ray_t * 2^t_exponent. `valid` is false for a ray that is not finite, has no
-/// direction or an empty interval, or starts farther than 2^20 extents from the scene: it hits
-/// nothing.
+/// [1, 2); world_t = t_start + ray_t * 2^t_exponent, and t_start is 0 unless the origin is far
+/// away. `valid` is false for a ray that is not finite, has no direction or an empty interval, or
+/// leads from far away past the scene: it hits nothing.
 struct SceneRay {
     Ray ray;
     int t_exponent = 0;
+    double t_start = 0;
     bool valid = false;
 };
 SceneRay to_scene(const SceneSpace& space, const WorldRay& ray);

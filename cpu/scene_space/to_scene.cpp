@@ -65,8 +65,8 @@ HWY_INLINE std::uint32_t make_rays(const StoredRay* from, const float* centre, i
     Mask good_org = mask_of(kLaneBits);
     for (int axis = 0; axis < 3; ++axis) {
         const FloatVec scaled = (v[axis] - splat(centre[axis])) * scale;
-        // A ray whose origin rounds to kOriginExtent is hard: to_scene() decides.
-        good_org = good_org & (abs(scaled) < splat(kOriginExtent));
+        // A ray whose origin is far away is hard.
+        good_org = good_org & (abs(scaled) < splat(kFarOrigin));
         org[axis] = lanes::snap_coordinate(scaled);
     }
 

@@ -14,6 +14,11 @@ constexpr int kMostExponent = 126;
 /// A ray in scene space that hits nothing: its interval is empty.
 constexpr mray::Ray kNoRay = {.org = {0, 0, 0}, .tnear = 1, .dir = {0, 0, 1}, .tfar = 0};
 
+mray::WorldRay world_ray(const Ray& ray) {
+    return {
+        {ray.org.x, ray.org.y, ray.org.z}, {ray.dir.x, ray.dir.y, ray.dir.z}, ray.tnear, ray.tfar};
+}
+
 }  // namespace
 
 RaySpace::RaySpace(const mray::SceneSpace& space, const mray::SimdTarget& target)
@@ -32,7 +37,7 @@ std::optional<int> RaySpace::to_scene_in_floats(const Ray& world, mray::Ray& sce
     bool is_near = true;
     for (int axis = 0; axis < 3; ++axis) {
         const float scaled = (org[axis] - centre_[axis]) * scale_;
-        is_near &= std::abs(scaled) < mray::kOriginExtent;
+        is_near &= std::abs(scaled) < mray::kFarOrigin;
         scene.org[axis] = mray::snap_coordinate(scaled);
     }
     // Bits of numbers that are not negative are in their order; those of NaN are the largest.
@@ -56,12 +61,23 @@ std::optional<int> RaySpace::to_scene_in_floats(const Ray& world, mray::Ray& sce
 
 std::optional<int> RaySpace::to_scene(const Ray& world, mray::Ray& scene) const {
     if (const std::optional<int> exponent = to_scene_in_floats(world, scene)) return exponent;
-    const mray::SceneRay ray = mray::to_scene(space_, {{world.org.x, world.org.y, world.org.z},
-                                                       {world.dir.x, world.dir.y, world.dir.z},
-                                                       world.tnear,
-                                                       world.tfar});
+    const mray::SceneRay ray = mray::to_scene(space_, world_ray(world));
     scene = ray.ray;
-    return ray.valid ? std::optional(ray.t_exponent) : std::nullopt;
+    if (!ray.valid) return std::nullopt;
+    return ray.t_exponent + (ray.t_start != 0 ? kFarRay : 0);
+}
+
+float RaySpace::t_of_far_ray(const Ray& world, float t) const {
+    const mray::SceneRay ray = mray::to_scene(space_, world_ray(world));
+    constexpr double kLargest = std::numeric_limits<float>::max();
+    const double world_t = ray.t_start + std::ldexp(double{t}, ray.t_exponent);
+    return static_cast<float>(std::min(world_t, kLargest));
+}
+
+float RaySpace::to_scene_t(const Ray& world, float t, int t_exponent) const {
+    const double start = is_far(t_exponent) ? mray::to_scene(space_, world_ray(world)).t_start : 0;
+    const int exponent = is_far(t_exponent) ? t_exponent - kFarRay : t_exponent;
+    return static_cast<float>(std::ldexp(double{t} - start, -exponent));
 }
 
 void RaySpace::to_scene(std::span<const Ray> rays, mray::cpu::SceneRays& scene) const {
@@ -77,13 +93,14 @@ void RaySpace::to_scene(std::span<const Ray> rays, mray::cpu::SceneRays& scene) 
     }
 }
 
-bool RaySpace::to_scene(const Vec3& world, mray::vec3& scene) const {
-    if (!std::isfinite(world.x) || !std::isfinite(world.y) || !std::isfinite(world.z)) return false;
-    const mray::vec3 placed = space_.to_scene(mray::vec3(world.x, world.y, world.z));
-    for (int axis = 0; axis < 3; ++axis)
-        if (!(std::abs(placed[axis]) <= mray::kOriginExtent)) return false;
-    scene = placed;
-    return true;
+void RaySpace::to_scene(const Vec3& world, glm::dvec3& exact, mray::vec3& scene) const {
+    const float given[3] = {world.x, world.y, world.z};
+    for (int axis = 0; axis < 3; ++axis) {
+        exact[axis] = space_.length_to_scene(double{given[axis]} - space_.centre(axis));
+        const auto rounded = static_cast<float>(std::clamp(exact[axis], -kMostPoint, kMostPoint));
+        scene[axis] = std::abs(exact[axis]) < 0x1p-60 ? 0.0f : mray::snap_coordinate(rounded);
+        if (std::abs(rounded) < mray::kCoordinateOnGrid) exact[axis] = double{scene[axis]};
+    }
 }
 
 }  // namespace morphray::detail

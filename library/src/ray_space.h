@@ -8,6 +8,8 @@
 #include <optional>
 #include <span>
 
+#include <glm/vec3.hpp>
+
 #include "common/interop/ray.h"
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
@@ -42,8 +44,15 @@ inline float to_world_t(float t, int t_exponent) {
     return static_cast<float>(std::min(t * power, static_cast<double>(kLargest)));
 }
 
+/// Points are within twice the largest scene on each axis, or far away.
+inline constexpr double kMostPoint = 4 * double{mray::kSceneExtent};
+
+/// Added to the t_exponent of rays that were moved to the scene from far away.
+inline constexpr int kFarRay = 1 << 16;
+inline bool is_far(int t_exponent) { return t_exponent >= kFarRay / 2; }
+
 /// Gives rays the bits of mray::to_scene(). t in world space is t in scene space times
-/// 2^t_exponent. Threads may use one at the same time.
+/// 2^t_exponent, and more for far rays. Threads may use one at the same time.
 class RaySpace {
 public:
     RaySpace(const mray::SceneSpace& space, const mray::SimdTarget& target);
@@ -56,14 +65,22 @@ public:
     /// Converts at most SceneRays::kMost rays. Those that cannot hit anything become rays without
     /// an interval.
     void to_scene(std::span<const Ray> rays, mray::cpu::SceneRays& scene) const;
-    /// Converts a point. Returns whether it is finite and within the reach of origins; if not,
-    /// `scene` is not set.
-    bool to_scene(const Vec3& world, mray::vec3& scene) const;
-    /// The t_exponent of a ray with a direction that is finite and not 0.
+    /// Converts a finite point. `scene` is the same in floats if it is within kMostPoint, else one
+    /// that lies on the same sides of the scene.
+    void to_scene(const Vec3& world, glm::dvec3& exact, mray::vec3& scene) const;
+    /// t in world space of a ray that has this t_exponent, rounded to a float; what is too large
+    /// becomes the largest float.
+    float to_world_t(const Ray& world, float t, int t_exponent) const {
+        return is_far(t_exponent) ? t_of_far_ray(world, t) : detail::to_world_t(t, t_exponent);
+    }
+    /// About the t in scene space that becomes `t`.
+    float to_scene_t(const Ray& world, float t, int t_exponent) const;
+    /// The t_exponent of a ray that is not far, with a direction that is finite and not 0.
     int t_exponent(const Vec3& dir) const { return -(space_.exponent() + largest_exponent(dir)); }
 
 private:
     std::optional<int> to_scene_in_floats(const Ray& world, mray::Ray& scene) const;
+    float t_of_far_ray(const Ray& world, float t) const;
 
     mray::SceneSpace space_;
     mray::SimdTarget target_;
@@ -72,10 +89,11 @@ private:
     float scale_;
 };
 
-/// A hit in the caller's units and numbers.
-inline Hit to_world(const MeshList& meshes, const mray::Hit& hit, int t_exponent) {
+/// The hit of a ray in the caller's units and numbers.
+inline Hit to_world(const MeshList& meshes, const RaySpace& space, const Ray& ray,
+                    const mray::Hit& hit, int t_exponent) {
     if (hit.prim_id == mray::kNoPrim) return {};
-    return meshes.locate(to_world_t(hit.t, t_exponent), hit.u, hit.v, hit.prim_id);
+    return meshes.locate(space.to_world_t(ray, hit.t, t_exponent), hit.u, hit.v, hit.prim_id);
 }
 
 }  // namespace morphray::detail

@@ -58,6 +58,7 @@ void SceneImpl::start(const mray::Bvh* tree, const MeshList* before) {
     normals.reset();
     edge_counts.reset();
     has_normals = false;
+    pose_tree.reset();
     mray::UpdateConfig config = config_of(options.update);
     config.record_cost_ratio = options.record_cost_ratio;
     const mray::BuildConfig build{.threads = DeviceImpl::of(device).threads(),
@@ -74,6 +75,7 @@ void SceneImpl::follow(std::span<const PoseReader::Piece> pieces) {
     read_ms = watch.ms();
     space.emplace(pose.space(), target());
     has_normals = false;
+    pose_tree.reset();
     updater->frame_done({.ms = cost.ms(), .rays = cost.rays()});
     cost.reset();
     updater->update(pose.positions(), changed);

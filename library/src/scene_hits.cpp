@@ -169,14 +169,15 @@ std::vector<std::uint32_t> tiled_places(std::size_t width, std::size_t total) {
     return places;
 }
 
-/// t in scene space of a hit of the last one of `passed` triangles. A power of two gives it
-/// exactly, unless t is rounded in world space: where it is a denormal, or too large for a float.
-/// Then the triangle is asked again.
-float scene_t(const SceneImpl& scene, const mray::Ray& ray, int t_exponent, float world_t,
-              std::uint32_t passed) {
+/// t in scene space of a hit of the last one of `passed` triangles by `world`, which is `ray`
+/// there. A power of two gives it exactly, unless t is rounded in world space: where it is a
+/// denormal, or too large for a float, or the ray is far. Then the triangle is asked again.
+float scene_t(const SceneImpl& scene, const Ray& world, const mray::Ray& ray, int t_exponent,
+              float world_t, std::uint32_t passed) {
     using Limits = std::numeric_limits<float>;
-    const auto t = static_cast<float>(std::ldexp(static_cast<double>(world_t), -t_exponent));
-    const bool is_exact = world_t >= Limits::min() && world_t < Limits::max();
+    const float t = scene.space->to_scene_t(world, world_t, t_exponent);
+    const bool is_exact =
+        world_t >= Limits::min() && world_t < Limits::max() && !detail::is_far(t_exponent);
     if (is_exact || passed == 0) return t;
     const mray::uvec3 corners = scene.meshes.topology().triangles[passed - 1];
     const std::span<const mray::vec3> positions = scene.pose.positions();
@@ -184,7 +185,7 @@ float scene_t(const SceneImpl& scene, const mray::Ray& ray, int t_exponent, floa
     const bool is_hit = mray::intersect_triangle(mray::shear_ray(ray.org, ray.dir), ray.tnear,
                                                  ray.tfar, positions[corners.x],
                                                  positions[corners.y], positions[corners.z], hit);
-    return is_hit && detail::to_world_t(hit.t, t_exponent) == world_t ? hit.t : t;
+    return is_hit && scene.space->to_world_t(world, hit.t, t_exponent) == world_t ? hit.t : t;
 }
 
 }  // namespace
@@ -244,7 +245,8 @@ AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& al
             auto hit = lists.hits.begin();
             for (std::size_t i = 0; i < size; ++i) {
                 for (std::uint32_t k = 0; k < part.listed[i]; ++k)
-                    part.hits.push_back(to_world(scene.meshes, *hit++, batch.t_exponents[i]));
+                    part.hits.push_back(to_world(scene.meshes, *scene.space, rays[begin + i],
+                                                 *hit++, batch.t_exponents[i]));
             }
             const std::scoped_lock lock(mutex);
             parts.push_back(std::move(part));
@@ -281,15 +283,15 @@ Hit Scene::intersect(const Ray& ray, const Hit& after, Crossing crossing,
             if (!t_exponent) return;
             mray::HitCursor cursor;
             const std::uint32_t passed = scene.meshes.count_up_to(after.geom_id, after.prim_id);
-            cursor.t = scene_t(scene, asked, *t_exponent, after.t, passed);
+            cursor.t = scene_t(scene, ray, asked, *t_exponent, after.t, passed);
             if (passed != 0) {
                 cursor.prim_id = passed - 1;
             } else {  // All hits at this t come after it.
                 cursor.t = std::nextafter(cursor.t, -std::numeric_limits<float>::infinity());
                 cursor.prim_id = mray::kNoPrim;
             }
-            hit = to_world(scene.meshes, find_next(scene, asked, cursor, crossing, filter),
-                           *t_exponent);
+            hit = to_world(scene.meshes, *scene.space, ray,
+                           find_next(scene, asked, cursor, crossing, filter), *t_exponent);
         });
         return hit;
     });

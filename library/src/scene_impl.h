@@ -127,6 +127,13 @@ public:
         if (broken) throw *broken;
     }
 
+    /// The tree at the pose, for queries that the tracer does not answer. It is read once a pose.
+    const mray::Bvh& exact_tree() {
+        const std::scoped_lock lock(tree_mutex);
+        if (!pose_tree) tracer->read_tree(pose_tree.emplace());
+        return *pose_tree;
+    }
+
     const mray::SimdTarget& target() const { return DeviceImpl::of(device).simd_target(); }
     mray::ThreadArena& arena() { return DeviceImpl::of(device).arena(); }
 
@@ -157,6 +164,10 @@ public:
     std::optional<EdgeCounts> edge_counts;
     /// The memory of the image before.
     TracedImage spare;
+
+    /// Guards `pose_tree`, which is there if it was read.
+    std::mutex tree_mutex;
+    std::optional<mray::Bvh> pose_tree;
 
     /// Guards `sorter`.
     std::mutex sorter_mutex;

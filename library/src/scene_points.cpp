@@ -7,7 +7,10 @@
 #include <limits>
 #include <vector>
 
+#include <glm/geometric.hpp>
+
 #include "common/base/errors.h"
+#include "common/bvh/exact_closest.h"
 #include "common/interop/closest_rule.h"
 #include "common/scene/exact_crossing.h"
 #include "cpu/queries/tree_queries.h"
@@ -50,28 +53,49 @@ struct PointWinding {
 /// The closest triangle of a point, and the place on it.
 struct PlacedTriangle {
     std::uint32_t prim_id = mray::kNoPrim;
-    mray::NearPoint place;
+    mray::dvec3 point;
+    double distance;
+    float u;
+    float v;
+    Feature feature;
 };
 
-/// In world space, where 1 in scene space is `scale` long.
-float distance_of(float d2, double scale) {
-    return static_cast<float>(std::sqrt(static_cast<double>(d2)) * scale);
+/// By the number of corners that have no part in the place.
+Feature feature_of(int zeros) {
+    return zeros == 0 ? Feature::face : zeros == 1 ? Feature::edge : Feature::vertex;
 }
 
-/// Points in scene space; those that are not finite or too far away have is_within 0 and some
-/// place.
+/// In world space, where 1 in scene space is `scale` long; what is too large becomes the largest
+/// float.
+float to_world_distance(double distance, double scale) {
+    constexpr double kLargest = std::numeric_limits<float>::max();
+    return static_cast<float>(std::min(distance * scale, kLargest));
+}
+
+/// Points in scene space; those that are not finite have is_finite 0 and some place.
 struct ScenePoints {
     std::vector<mray::vec3> points;
-    std::vector<std::uint8_t> is_within;
+    /// Before they were rounded, or brought nearer.
+    std::vector<mray::dvec3> exact;
+    std::vector<std::uint8_t> is_finite;
     /// The order to ask in; empty for the one given.
     std::vector<std::uint32_t> order;
 
     ScenePoints(const detail::RaySpace& space, std::span<const Vec3> world, PointOrder by) {
         points.resize(world.size(), mray::vec3(0, 0, 0));
-        is_within.resize(world.size());
-        for (std::size_t i = 0; i < world.size(); ++i)
-            is_within[i] = space.to_scene(world[i], points[i]) ? 1 : 0;
+        exact.resize(world.size(), mray::dvec3(0, 0, 0));
+        is_finite.resize(world.size());
+        for (std::size_t i = 0; i < world.size(); ++i) {
+            const Vec3& p = world[i];
+            is_finite[i] = std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) ? 1 : 0;
+            if (is_finite[i] != 0) space.to_scene(p, exact[i], points[i]);
+        }
         sort(by);
+    }
+    /// Whether tracers find the closest triangle of a point.
+    bool is_within(std::size_t i) const {
+        const mray::dvec3& p = exact[i];
+        return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= detail::kMostPoint;
     }
     void sort(PointOrder by) {
         if (points.size() > kFewPoints) order = detail::order_points(points, by);
@@ -95,7 +119,7 @@ void for_blocks(std::span<const Vec3> points, std::span<Answer> answers,
 }
 
 /// Asks find(points, answers, index) about the points in their order, where index(i) is the number
-/// of points[i] among all, and calls visit(i, answer) for each of them that is within reach.
+/// of points[i] among all, and calls visit(i, answer) for each of them that is finite.
 template <class Answer, class Find, class Visit>
 void ask_points(SceneImpl& scene, const ScenePoints& points, const QueryOptions& options, Find find,
                 Visit visit) {
@@ -108,12 +132,12 @@ void ask_points(SceneImpl& scene, const ScenePoints& points, const QueryOptions&
         for (std::size_t i = 0; i < size; ++i) asked[i] = points.points[index(i)];
         find(std::span<const mray::vec3>(asked), std::span(answers), index);
         for (std::size_t i = 0; i < size; ++i)
-            if (points.is_within[index(i)] != 0) visit(index(i), answers[i]);
+            if (points.is_finite[index(i)] != 0) visit(index(i), answers[i]);
     });
 }
 
 /// Finds the crossings of points, exactly, and calls visit(i, winding) for each of them that is
-/// within reach.
+/// finite.
 template <class Visit>
 void wind(SceneImpl& scene, std::span<const Vec3> world, const ScenePoints& points,
           const QueryOptions& options, Visit visit) {
@@ -125,7 +149,7 @@ void wind(SceneImpl& scene, std::span<const Vec3> world, const ScenePoints& poin
             answers[i] = {windings[i].winding, windings[i].crossings, false};
         for (const mray::UncertainCrossing& one : uncertain) {
             const std::size_t at = index(one.point);
-            if (points.is_within[at] == 0) continue;
+            if (points.is_finite[at] == 0) continue;
             const mray::uvec3 t = scene.meshes.topology().triangles[one.prim_id];
             answers[one.point].add(mray::exact_crossing(
                 {world[at].x, world[at].y, world[at].z}, scene.pose.world_position(t.x),
@@ -135,8 +159,8 @@ void wind(SceneImpl& scene, std::span<const Vec3> world, const ScenePoints& poin
     ask_points<PointWinding>(scene, points, options, find, visit);
 }
 
-/// At least the squares of all distances in scene space that distance_of() takes to max_distance or
-/// less. Throws Error for a max_distance that is negative or NaN.
+/// At least the squares of all distances in scene space that to_world_distance() takes to
+/// max_distance or less. Throws Error for a max_distance that is negative or NaN.
 float most_d2(const SceneImpl& scene, float max_distance) {
     if (!(max_distance >= 0))
         throw_bad_argument(fmt::format("max_distance: {} is not 0 or more", max_distance));
@@ -146,25 +170,80 @@ float most_d2(const SceneImpl& scene, float max_distance) {
     return static_cast<float>(std::min(most * most * (1 + 0x1p-20), double{mray::kAnyDistance2}));
 }
 
+mray::Corners corners_of(const SceneImpl& scene, std::uint32_t prim_id) {
+    const mray::uvec3& t = scene.meshes.topology().triangles[prim_id];
+    const auto positions = scene.pose.positions();
+    return {positions[t.x], positions[t.y], positions[t.z]};
+}
+
+/// Finds the closest triangles of `run`, the points index(i), and their distances: by the rule, or
+/// exactly for those that are not within.
+template <class Index>
+void find_closest_triangles(SceneImpl& scene, const ScenePoints& asked,
+                            std::span<const mray::vec3> run, Index index, float most,
+                            std::span<PlacedTriangle> placed) {
+    std::vector<mray::ClosestTriangle> found(run.size());
+    scene.tracer->query(mray::ClosestQuery{run, most, found});
+    for (std::size_t i = 0; i < run.size(); ++i) {
+        placed[i].prim_id = found[i].prim_id;
+        placed[i].distance = std::sqrt(double{found[i].d2});
+        if (asked.is_within(index(i))) continue;
+        const mray::dvec3& p = asked.exact[index(i)];
+        placed[i].prim_id = mray::exact_closest(scene.exact_tree(), p, mray::kNoPrim, {});
+        if (placed[i].prim_id == mray::kNoPrim) continue;
+        const mray::ExactPlace place = mray::exact_place(p, corners_of(scene, placed[i].prim_id));
+        placed[i].distance = glm::distance(place.point, p);
+    }
+}
+
+/// find_closest_triangles() and the places on the triangles.
+template <class Index>
+void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mray::vec3> run,
+                 Index index, float most, std::span<PlacedTriangle> placed) {
+    find_closest_triangles(scene, asked, run, index, most, placed);
+    std::vector<mray::ClosestTriangle> near(run.size());
+    for (std::size_t i = 0; i < run.size(); ++i) near[i].prim_id = placed[i].prim_id;
+    std::vector<mray::NearPoint> places(run.size());
+    mray::cpu::find_places(scene.target(), run, near, scene.meshes.topology().triangles,
+                           scene.pose.positions(), places);
+    for (std::size_t i = 0; i < run.size(); ++i) {
+        PlacedTriangle& to = placed[i];
+        if (to.prim_id == mray::kNoPrim) continue;
+        if (to.distance * to.distance <= mray::kFarDistance2) {
+            to.u = places[i].u;
+            to.v = places[i].v;
+            to.feature = feature_of((to.u == 0) + (to.v == 0) + (1.0f - (to.u + to.v) <= 0));
+            to.point = mray::dvec3(run[i]) + mray::dvec3(places[i].offset);
+            continue;
+        }
+        const mray::dvec3& p = asked.exact[index(i)];
+        if (asked.is_within(index(i))) {
+            to.prim_id = mray::exact_closest(scene.exact_tree(), p, to.prim_id,
+                                             corners_of(scene, to.prim_id));
+        }
+        const mray::ExactPlace place = mray::exact_place(p, corners_of(scene, to.prim_id));
+        to.u = static_cast<float>(place.weights[1]);
+        to.v = static_cast<float>(place.weights[2]);
+        to.feature = feature_of(static_cast<int>(std::ranges::count(place.weights, 0.0)));
+        to.point = place.point;
+    }
+}
+
 /// `scale` is the length in world space of 1 in scene space.
-ClosestPoint to_world(const SceneImpl& scene, mray::vec3 point, std::uint32_t prim_id,
-                      const mray::NearPoint& near, double scale) {
+ClosestPoint to_world(const SceneImpl& scene, const PlacedTriangle& place, double scale) {
     float world[3];
     for (int axis = 0; axis < 3; ++axis) {
-        const double in_scene = static_cast<double>(point[axis]) + double{near.offset[axis]};
-        world[axis] = static_cast<float>(in_scene * scale + scene.pose.space().centre(axis));
+        world[axis] =
+            static_cast<float>(place.point[axis] * scale + scene.pose.space().centre(axis));
     }
-    const int zeros = (near.u == 0) + (near.v == 0) + (1.0f - (near.u + near.v) <= 0);
-    const Hit hit = scene.meshes.locate(0, near.u, near.v, prim_id);
+    const Hit hit = scene.meshes.locate(0, place.u, place.v, place.prim_id);
     return {.point = {world[0], world[1], world[2]},
-            .distance = distance_of(near.d2, scale),
-            .u = near.u,
-            .v = near.v,
+            .distance = to_world_distance(place.distance, scale),
+            .u = place.u,
+            .v = place.v,
             .prim_id = hit.prim_id,
             .geom_id = hit.geom_id,
-            .feature = zeros == 0   ? Feature::face
-                       : zeros == 1 ? Feature::edge
-                                    : Feature::vertex};
+            .feature = place.feature};
 }
 
 }  // namespace
@@ -198,24 +277,18 @@ void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint>
     with_scene(impl_, [&](SceneImpl& scene) {
         const float most = most_d2(scene, max_distance);
         const double scale = scene.pose.space().length_to_world(1);
-        const auto find = [&](std::span<const mray::vec3> run, auto answers, auto) {
-            std::vector<mray::ClosestTriangle> found(run.size());
-            std::vector<mray::NearPoint> places(run.size());
-            scene.tracer->query(mray::ClosestQuery{run, most, found});
-            mray::cpu::find_places(scene.target(), run, found, scene.meshes.topology().triangles,
-                                   scene.pose.positions(), places);
-            for (std::size_t i = 0; i < run.size(); ++i) answers[i] = {found[i].prim_id, places[i]};
-        };
         for_blocks(points, closest, options, [&](auto part, auto answers) {
             std::ranges::fill(answers, ClosestPoint{});
             const ScenePoints asked(*scene.space, part, PointOrder::places);
-            ask_points<PlacedTriangle>(
-                scene, asked, options, find, [&](std::size_t i, const PlacedTriangle& found) {
-                    if (found.prim_id == mray::kNoPrim) return;
-                    const ClosestPoint place =
-                        to_world(scene, asked.points[i], found.prim_id, found.place, scale);
-                    if (place.distance <= max_distance) answers[i] = place;
-                });
+            const auto find = [&](std::span<const mray::vec3> run, auto found, auto index) {
+                find_places(scene, asked, run, index, most, found);
+            };
+            ask_points<PlacedTriangle>(scene, asked, options, find,
+                                       [&](std::size_t i, const PlacedTriangle& found) {
+                                           if (found.prim_id == mray::kNoPrim) return;
+                                           const ClosestPoint place = to_world(scene, found, scale);
+                                           if (place.distance <= max_distance) answers[i] = place;
+                                       });
         });
     });
 }
@@ -224,23 +297,20 @@ void Scene::signed_distance(std::span<const Vec3> points, std::span<float> dista
                             float max_distance, const QueryOptions& options) const {
     with_scene(impl_, [&](SceneImpl& scene) {
         const float most = most_d2(scene, max_distance);
-        const auto is_finite = [](const Vec3& p) {
-            return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-        };
         const double scale = scene.pose.space().length_to_world(1);
         for_blocks(points, distances, options, [&](auto part, auto answers) {
-            for (std::size_t i = 0; i < part.size(); ++i)
-                answers[i] =
-                    is_finite(part[i]) ? kInfinity : std::numeric_limits<float>::quiet_NaN();
             ScenePoints asked(*scene.space, part, PointOrder::places);
-            ask_points<mray::ClosestTriangle>(
-                scene, asked, options,
-                [&](auto run, auto found, auto) {
-                    scene.tracer->query(mray::ClosestQuery{run, most, found});
-                },
-                [&](std::size_t i, const mray::ClosestTriangle& found) {
+            for (std::size_t i = 0; i < part.size(); ++i) {
+                answers[i] =
+                    asked.is_finite[i] != 0 ? kInfinity : std::numeric_limits<float>::quiet_NaN();
+            }
+            const auto find = [&](auto run, auto found, auto index) {
+                find_closest_triangles(scene, asked, run, index, most, found);
+            };
+            ask_points<PlacedTriangle>(
+                scene, asked, options, find, [&](std::size_t i, const PlacedTriangle& found) {
                     if (found.prim_id == mray::kNoPrim) return;
-                    const float distance = distance_of(found.d2, scale);
+                    const float distance = to_world_distance(found.distance, scale);
                     if (distance <= max_distance) answers[i] = distance;
                 });
             asked.sort(PointOrder::columns);

@@ -30,10 +30,11 @@ constexpr std::size_t kCancelledBatch = std::size_t{1} << 15;
 constexpr std::size_t kLeastWidth = 8;
 
 // An Answer is a Hit, or 1 for a ray that hits anything and 0 for others.
-void set_answer(const SceneImpl& scene, const mray::Hit& hit, int t_exponent, Hit& answer) {
-    answer = to_world(scene.meshes, hit, t_exponent);
+void set_answer(const SceneImpl& scene, const Ray& ray, const mray::Hit& hit, int t_exponent,
+                Hit& answer) {
+    answer = to_world(scene.meshes, *scene.space, ray, hit, t_exponent);
 }
-void set_answer(const SceneImpl&, const mray::Hit& hit, int, std::uint8_t& answer) {
+void set_answer(const SceneImpl&, const Ray&, const mray::Hit& hit, int, std::uint8_t& answer) {
     answer = hit.prim_id != mray::kNoPrim ? 1 : 0;
 }
 
@@ -45,7 +46,7 @@ void trace_run(SceneImpl& scene, std::span<const Ray> rays, std::span<Hit> hits)
     scene.tracer->trace(
         {std::span(run.rays).first(rays.size()), std::span(found).first(rays.size())});
     for (std::size_t i = 0; i < rays.size(); ++i)
-        hits[i] = to_world(scene.meshes, found[i], run.t_exponents[2 * i + 1]);
+        set_answer(scene, rays[i], found[i], run.t_exponents[2 * i + 1], hits[i]);
 }
 void trace_run(SceneImpl& scene, std::span<const Ray> rays, std::span<std::uint8_t> occluded) {
     mray::cpu::SceneRays run;
@@ -60,7 +61,8 @@ template <class Answer>
 bool trace_tile(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> answers,
                 std::size_t row, std::size_t width, std::size_t height) {
     mray::Ray first;
-    if (!scene.space->to_scene(rays.front(), first)) return false;
+    const std::optional<int> t_exponent = scene.space->to_scene(rays.front(), first);
+    if (!t_exponent || detail::is_far(*t_exponent)) return false;
     alignas(64) std::array<mray::Hit, mray::kStoredTileSide * mray::kStoredTileSide> found;
     const mray::StoredRayTile tile{reinterpret_cast<const mray::StoredRay*>(rays.data()), row,
                                    static_cast<std::uint32_t>(width),
@@ -74,7 +76,7 @@ bool trace_tile(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> a
         }
         for (std::size_t x = 0; x < width; ++x) {
             const std::size_t i = y * row + x;
-            set_answer(scene, found[y * mray::kStoredTileSide + x],
+            set_answer(scene, rays[i], found[y * mray::kStoredTileSide + x],
                        scene.space->t_exponent(rays[i].dir), answers[i]);
         }
     }
@@ -179,9 +181,10 @@ public:
             scene_.cost.add(scene_.tracer->finish().trace_ms, part.size());
         }
         for_runs([&](std::size_t first, std::size_t count) {
-            for (std::size_t i = first; i < first + count; ++i)
-                set_answer(scene_, hits_[i], t_exponents_[i],
-                           answers[order.empty() ? i : order[i]]);
+            for (std::size_t i = first; i < first + count; ++i) {
+                const std::size_t at = order.empty() ? i : order[i];
+                set_answer(scene_, part[at], hits_[i], t_exponents_[i], answers[at]);
+            }
         });
     }
 
@@ -234,7 +237,7 @@ void trace_visible(SceneImpl& scene, std::span<const Ray> rays, std::span<Hit> h
         scene.tracer->query(
             mray::VisibleQuery{batch.rays, scene.meshes.visible(options.visible), found});
         for (std::size_t i = 0; i < count; ++i)
-            hits[first + i] = to_world(scene.meshes, found[i], batch.t_exponents[i]);
+            set_answer(scene, rays[first + i], found[i], batch.t_exponents[i], hits[first + i]);
     });
 }
 
@@ -253,7 +256,7 @@ void pass_excluded(SceneImpl& scene, const detail::RayFilter& filter, std::span<
             batch.rays, mray::Crossing::kEach,
             [&](const mray::NextQuery& query) { scene.tracer->query(query); },
             [&](std::size_t i, const mray::Hit& hit) {
-                hits[part[i]] = to_world(scene.meshes, hit, batch.t_exponents[i]);
+                set_answer(scene, passing[i], hit, batch.t_exponents[i], hits[part[i]]);
                 return hit.prim_id != mray::kNoPrim && !filter.sees(part[i], hit.prim_id);
             });
     });
@@ -285,7 +288,7 @@ Answer trace_one(SceneImpl& scene, const Ray& ray) {
         if constexpr (std::is_same_v<Answer, Hit>) {
             mray::Hit found;
             scene.tracer->trace({{&in_scene, 1}, {&found, 1}});
-            answer = to_world(scene.meshes, found, *t_exponent);
+            set_answer(scene, ray, found, *t_exponent, answer);
         } else {
             scene.tracer->trace({{&in_scene, 1}, {}, {&answer, 1}});
         }

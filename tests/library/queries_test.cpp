@@ -130,7 +130,9 @@ TEST(Queries, RaysThatCannotHitAnythingHitNothing) {
         {{0, 0, 3}, kNan, {0, 0, -1}, kInfinity},
         {{0, 0, 3}, 0, {0, 0, -1}, kNan},
         {{0, 0, 3}, -2, {0, 0, -1}, -1},
-        {{0, 0, 1e30f}, 0, {0, 0, -1}, kInfinity},
+        {{0, 0, 1e30f}, 0, {0, 0, 1}, kInfinity},
+        {{0, 3, 1e30f}, 0, {0, 0, -1}, kInfinity},
+        {{0, 0, 1e30f}, 0, {0, 0, -1}, 9e29f},
         {{0, 0, 3}, -5, {0, 0, -1}, kInfinity},
     };
     const std::vector<morphray::Hit> hits = hits_of(scene, rays);

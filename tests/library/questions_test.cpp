@@ -331,13 +331,13 @@ TEST(ClosestPoints, HaveDefinedAnswersForBadPointsAndEmptyScenes) {
         const Scene scene = Scene::build(one->view());
         const PointAnswers answers(scene, points);
         for (std::size_t i = 0; i < 3; ++i) {
-            EXPECT_FALSE(answers.closest[i]);
+            EXPECT_EQ(bool{answers.closest[i]}, i == 2 && one == &mesh);
             EXPECT_EQ(answers.inside[i], 0);
             EXPECT_EQ(answers.windings[i], 0);
         }
         EXPECT_TRUE(std::isnan(answers.distances[0]));
         EXPECT_TRUE(std::isnan(answers.distances[1]));
-        EXPECT_EQ(answers.distances[2], kInfinity);
+        EXPECT_EQ(answers.distances[2], one == &none ? kInfinity : 1e30f);
         EXPECT_EQ(answers.distances[3], one == &none ? kInfinity : -1.0f);
         EXPECT_EQ(answers.inside[3], one == &none ? 0 : 1);
         EXPECT_EQ(scene.intersect_all({}).ray_count(), 0u);

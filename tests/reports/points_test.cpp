@@ -175,6 +175,44 @@ TEST_P(PointReports, Pytorch3d1612TheDistanceIsThatOfThePointFound) {
     }
 }
 
+TEST_P(PointReports, AClosestPointFromFarIsThatOfTheSurface) {
+    // A plate of 64 x 64 cells.
+    constexpr std::uint32_t kCells = 64;
+    UserMesh plate;
+    for (std::uint32_t i = 0; i < (kCells + 1) * (kCells + 1); ++i) {
+        const auto at = [](std::uint32_t k) { return static_cast<float>(k) / kCells; };
+        plate.points.push_back({at(i % (kCells + 1)), at(i / (kCells + 1)), 0});
+    }
+    for (std::uint32_t i = 0; i < kCells * kCells; ++i) {
+        const std::uint32_t a = i / kCells * (kCells + 1) + i % kCells;
+        const std::uint32_t c = a + kCells + 2;
+        plate.triangles.insert(plate.triangles.end(), {a, a + 1, c, a, c, c - 1});
+    }
+    const Scene scene = build(plate);
+    for (const float far : {0.5f, 1.0f, 1e3f, 1e7f, 1e20f}) {
+        Random random(29);
+        for (int i = 0; i < 50; ++i) {
+            const Vec3 p{static_cast<float>(random.real(0, 1)),
+                         static_cast<float>(random.real(0, 1)), far};
+            const ClosestPoint found = closest(scene, p);
+            EXPECT_EQ(found.point, (Vec3{p.x, p.y, 0})) << far;
+            EXPECT_TRUE(is_within_an_ulp(found.distance, far));
+            EXPECT_EQ(found.distance, std::abs(distance(scene, p)));
+            const auto x = static_cast<std::uint32_t>(p.x * kCells);
+            const auto y = static_cast<std::uint32_t>(p.y * kCells);
+            const bool is_upper =
+                p.y * kCells - static_cast<float>(y) > p.x * kCells - static_cast<float>(x);
+            EXPECT_EQ(found.prim_id, 2 * (y * kCells + x) + is_upper) << far;
+            EXPECT_EQ(found.feature, morphray::Feature::face);
+        }
+        // Beside the plate: an edge, a corner.
+        EXPECT_EQ(closest(scene, {0.3f, -far, far}).point, (Vec3{0.3f, 0, 0}));
+        EXPECT_EQ(closest(scene, {0.3f, -far, far}).feature, morphray::Feature::edge);
+        EXPECT_EQ(closest(scene, {-far, -far, far}).point, (Vec3{0, 0, 0}));
+        EXPECT_EQ(closest(scene, {-far, -far, far}).feature, morphray::Feature::vertex);
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(OnEachDevice, PointReports, report_devices(),
                          [](const auto& each) { return std::string(each.param); });
 

@@ -307,6 +307,46 @@ TEST_P(RayReports, PythonEmbree20ThePlaneBelowIsExactlyAsFarAsTheOriginIsHigh) {
         for (const Hit& hit : hits_of(scene, each)) EXPECT_EQ(hit.t, 1000.1f);
 }
 
+TEST_P(RayReports, ARayFromAnywhereFindsWhatItHits) {
+    UserMesh triangle;
+    triangle.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    triangle.triangles = {0, 1, 2};
+    UserMesh below = triangle;
+    for (Vec3& p : below.points) p.z = -1;
+    const Scene scene = build(std::vector{triangle, below});
+    for (const float far : {1e3f, 2e3f, 1e6f, 1e9f, 1e20f, 3e38f}) {
+        const std::vector<Ray> rays = {
+            ray({0.25f, 0.25f, far}, {0, 0, -1}), ray({0.25f, 0.25f, far}, {0, 0, -2 * far}),
+            ray({0.25f, 0.25f, far}, {0, 0, 1}), ray({0.75f, 0.75f, far}, {0, 0, -1}),
+            ray({-far, 0.25f, 0.5f}, {1, 0, 0})};
+        const std::vector<Hit> hits = hits_of(scene, rays);
+        EXPECT_EQ(hits[0].t, far);
+        EXPECT_EQ(hits[0].geom_id, 0u);
+        EXPECT_EQ(bool{hits[1]}, 2 * far < INFINITY);
+        if (hits[1]) {
+            EXPECT_EQ(hits[1].t, 0.5f);
+        }
+        for (std::size_t i : {2, 3, 4}) EXPECT_FALSE(hits[i]) << far << ' ' << i;
+        // The ray goes on after the first hit, and both t are one from far away.
+        const std::vector<Hit> all = all_hits(scene, rays[0], Crossing::each);
+        ASSERT_EQ(all.size(), 2u) << far;
+        EXPECT_EQ(all[0], hits[0]);
+        const Hit second = scene.intersect(rays[0], all[0]);
+        EXPECT_EQ(second, all[1]) << far;
+        EXPECT_EQ(second.geom_id, 1u);
+        EXPECT_FALSE(scene.intersect(rays[0], second)) << far;
+        // Both ends belong to the ray.
+        Ray up_to = rays[0];
+        up_to.tfar = far;
+        EXPECT_EQ(scene.intersect(up_to), hits[0]) << far;
+        up_to.tfar = 0.75f * far;
+        EXPECT_FALSE(scene.intersect(up_to)) << far;
+        Ray from = rays[0];
+        from.tnear = far;
+        EXPECT_EQ(scene.intersect(from).t, far);
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(OnEachDevice, RayReports, report_devices(),
                          [](const auto& each) { return std::string(each.param); });
 

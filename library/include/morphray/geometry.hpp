@@ -31,9 +31,10 @@ struct Box {
 /// A ray that starts on a triangle does not hit it there, as far as rounding knows that it does:
 /// the ray may hit it at a t next to 0. QueryOptions::excluded leaves that triangle out.
 ///
-/// A ray hits nothing if a number in it is NaN, if org or dir is infinite, if dir is 0, if no t is
-/// left (tnear > tfar or tfar <= 0), or if org is more than a million scene sizes away. A negative
-/// tnear counts as 0.
+/// A ray hits nothing if a number in it is NaN, if org or dir is infinite, if dir is 0, or if no t
+/// is left (tnear > tfar or tfar <= 0). A negative tnear counts as 0. org may be at any distance:
+/// from some 500 scene sizes on, hits are those of the ray as it is near the scene, with t rounded
+/// once.
 struct Ray {
     Vec3 org;
     float tnear = 0;

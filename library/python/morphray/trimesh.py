@@ -379,7 +379,7 @@ class ProximityQuery:
 
         Where the closest point lies on an edge or a vertex, triangle_id is the triangle there that
         faces the point most, as in trimesh; then the lowest. Where there is none, for a point that
-        is not finite or a million mesh sizes away, or in an empty mesh, they are NaN, inf and -1.
+        is not finite or in an empty mesh, they are NaN, inf and -1.
         """
         rows = _rows(points, "points")
         followed = self._followed

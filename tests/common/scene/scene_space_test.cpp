@@ -294,6 +294,40 @@ TEST(ToSceneRay, FindsRaysThatCannotHitInvalid) {
     }
 }
 
+TEST(ToSceneRay, MovesOriginsFromAfarToTheScene) {
+    Random random(4);
+    const SceneSpace space(WorldBounds{{40, 40, 40}, {42, 42, 42}});
+    for (int exponent = 11; exponent <= 44; ++exponent) {
+        for (int i = 0; i < 20; ++i) {
+            WorldRay ray{{}, {}, 0, kInfinity};
+            const auto aim = [&](double from) { return random.real(from, from + 2); };
+            const double target[3] = {aim(40), aim(40), aim(40)};
+            // As a power of two, so that org + t * dir is exact but for the sum.
+            const double t = std::ldexp(1.0, exponent);
+            for (int axis = 0; axis < 3; ++axis) {
+                ray.dir[axis] = static_cast<float>(random.real(0.5, 1));
+                ray.org[axis] = target[axis] - t * ray.dir[axis];
+            }
+            const SceneRay moved = to_scene(space, ray);
+            ASSERT_TRUE(moved.valid) << exponent;
+            EXPECT_GT(moved.t_start, 0);
+            for (int axis = 0; axis < 3; ++axis) {
+                // The target as the rounding of org has it.
+                const Real rest = (Real(ray.org[axis]) + Real(t) * Real(ray.dir[axis])) -
+                                  Real(space.centre(axis));
+                const Real at = std::ldexp(Real(t) - Real(moved.t_start), -moved.t_exponent);
+                const Real found = Real(moved.ray.org[axis]) + at * Real(moved.ray.dir[axis]);
+                const Real error = found - std::ldexp(rest, space.exponent());
+                EXPECT_LE(std::fabs(error), std::max(Real(1), 0x1p-24L * std::fabs(at)))
+                    << exponent;
+            }
+            WorldRay past = ray;
+            for (double& d : past.dir) d = -d;
+            EXPECT_FALSE(to_scene(space, past).valid);
+        }
+    }
+}
+
 TEST(ToSceneRay, KeepsRaysWithinWhatTheHitRuleTakes) {
     Random random(1);
     for (const double scale : {1e-44, 1e-20, 1.0, 1e20, 3e38}) {

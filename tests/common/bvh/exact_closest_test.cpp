@@ -1,0 +1,158 @@
+#include "common/bvh/exact_closest.h"
+
+#include <gmpxx.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "common/bvh/builder/bvh_builder.h"
+#include "tests/support/test_scene.h"
+
+namespace mray::test {
+namespace {
+
+struct Exact {
+    mpq_class x, y, z;
+
+    explicit Exact(const dvec3& v) : x(v.x), y(v.y), z(v.z) {}
+    Exact(mpq_class x_, mpq_class y_, mpq_class z_)
+        : x(std::move(x_)), y(std::move(y_)), z(std::move(z_)) {}
+};
+
+Exact operator-(const Exact& a, const Exact& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+mpq_class dot(const Exact& a, const Exact& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+/// A place a + v (b - a) + w (c - a).
+struct Place {
+    mpq_class distance2, v, w;
+};
+
+Place place_of(const Exact& p, const Exact& a, const Exact& b, const Exact& c, mpq_class v,
+               mpq_class w) {
+    const Exact ab = b - a;
+    const Exact ac = c - a;
+    const Exact q{a.x + v * ab.x + w * ac.x, a.y + v * ab.y + w * ac.y, a.z + v * ab.z + w * ac.z};
+    return {dot(p - q, p - q), std::move(v), std::move(w)};
+}
+
+/// The closest place, by the regions of C. Ericson (Real-Time Collision Detection, 2005, 5.1.5).
+Place closest_place(const dvec3& point, const Corners& corners) {
+    const Exact p(point);
+    const Exact a{dvec3(corners[0])}, b{dvec3(corners[1])}, c{dvec3(corners[2])};
+    const Exact ab = b - a, ac = c - a;
+    const mpq_class d1 = dot(ab, p - a), d2 = dot(ac, p - a);
+    if (d1 <= 0 && d2 <= 0) return place_of(p, a, b, c, 0, 0);
+    const mpq_class d3 = dot(ab, p - b), d4 = dot(ac, p - b);
+    if (d3 >= 0 && d4 <= d3) return place_of(p, a, b, c, 1, 0);
+    const mpq_class d5 = dot(ab, p - c), d6 = dot(ac, p - c);
+    if (d6 >= 0 && d5 <= d6) return place_of(p, a, b, c, 0, 1);
+    const mpq_class vc = d1 * d4 - d3 * d2;
+    if (vc <= 0 && d1 >= 0 && d3 <= 0) return place_of(p, a, b, c, d1 / (d1 - d3), 0);
+    const mpq_class vb = d5 * d2 - d1 * d6;
+    if (vb <= 0 && d2 >= 0 && d6 <= 0) return place_of(p, a, b, c, 0, d2 / (d2 - d6));
+    const mpq_class va = d3 * d6 - d5 * d4;
+    if (va <= 0 && d4 >= d3 && d5 >= d6) {
+        const mpq_class w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return place_of(p, a, b, c, 1 - w, w);
+    }
+    const mpq_class sum = va + vb + vc;
+    return place_of(p, a, b, c, vb / sum, vc / sum);
+}
+
+struct Mesh {
+    Topology topology;
+    std::vector<vec3> positions;
+
+    Corners corners(std::size_t i) const {
+        const uvec3& t = topology.triangles[i];
+        return {positions[t.x], positions[t.y], positions[t.z]};
+    }
+};
+
+/// A plate of n x n cells, flat or with waves.
+Mesh plate(std::uint32_t n, double height) {
+    Mesh mesh;
+    for (std::uint32_t y = 0; y <= n; ++y) {
+        for (std::uint32_t x = 0; x <= n; ++x) {
+            const auto part = [n](std::uint32_t k) { return static_cast<double>(k) / n; };
+            const dvec3 p(part(x), part(y), height * std::sin(9.0 * x) * std::cos(7.0 * y));
+            mesh.positions.push_back(snap_point(vec3(p * double{kSceneExtent})));
+        }
+    }
+    for (std::uint32_t y = 0; y < n; ++y) {
+        for (std::uint32_t x = 0; x < n; ++x) {
+            const std::uint32_t a = y * (n + 1) + x;
+            mesh.topology.triangles.push_back({a, a + 1, a + n + 2});
+            mesh.topology.triangles.push_back({a, a + n + 2, a + n + 1});
+        }
+    }
+    mesh.topology.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
+    return mesh;
+}
+
+/// Triangles of all shapes, needles among them.
+Mesh soup(std::uint32_t count, Random& random) {
+    Mesh mesh;
+    const auto some = [&](double size) {
+        return dvec3(random.real(-size, size), random.real(-size, size), random.real(-size, size));
+    };
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const dvec3 centre = some(0.6);
+        const double size = std::exp2(random.real(-5, -2));
+        const dvec3 a = some(size);
+        const dvec3 b = some(size);
+        const dvec3 c =
+            a + random.real(-0.2, 1.2) * (b - a) + std::exp2(random.real(-30, 0)) * some(size);
+        for (const dvec3& corner : {a, b, c})
+            mesh.positions.push_back(snap_point(vec3((centre + corner) * double{kSceneExtent})));
+        mesh.topology.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    mesh.topology.vertex_count = 3 * count;
+    return mesh;
+}
+
+TEST(ExactClosest, IsTheLowestOfTheClosestTrianglesFromAnyDistance) {
+    Random random(65);
+    for (const Mesh& mesh : {plate(5, 0), plate(5, 0.05), soup(60, random)}) {
+        const Bvh bvh = build_bvh(mesh.topology, mesh.positions);
+        const auto count = static_cast<std::uint32_t>(mesh.topology.triangles.size());
+        double largest = 0;
+        for (int i = 0; i < 150; ++i) {
+            // From a place on the surface, in some direction, 1e-7 to 1e7 sizes away.
+            const Corners from = mesh.corners(random.below(count));
+            const double u = random.real(0, 0.5);
+            const dvec3 on = dvec3(from[0]) * (1 - u) + dvec3(from[random.below(3)]) * u;
+            dvec3 dir(random.real(-1, 1), random.real(-1, 1), random.real(-1, 1));
+            if (i % 3 == 0) dir = {0, 0, 1};
+            const double far = std::pow(10, random.real(-7, 7)) * 2 * kSceneExtent;
+            const dvec3 p(vec3(on + dir * far));
+            std::vector<Place> places;
+            for (std::uint32_t k = 0; k < count; ++k)
+                places.push_back(closest_place(p, mesh.corners(k)));
+            const auto expected =
+                std::ranges::min_element(places, {}, &Place::distance2) - places.begin();
+            const std::uint32_t found = exact_closest(bvh, p, kNoPrim, {});
+            ASSERT_EQ(found, expected) << i;
+            const std::uint32_t guess = random.below(count);
+            ASSERT_EQ(exact_closest(bvh, p, guess, mesh.corners(guess)), found) << i;
+            const Place& place = places[found];
+            const ExactPlace own = exact_place(p, mesh.corners(found));
+            ASSERT_EQ(own.weights[0] == 0, place.v + place.w == 1) << i;
+            ASSERT_EQ(own.weights[1] == 0, place.v == 0) << i;
+            ASSERT_EQ(own.weights[2] == 0, place.w == 0) << i;
+            const Corners corners = mesh.corners(found);
+            for (int axis = 0; axis < 3; ++axis) {
+                const mpq_class a(double{corners[0][axis]});
+                const mpq_class exact = a + place.v * (double{corners[1][axis]} - a) +
+                                        place.w * (double{corners[2][axis]} - a);
+                largest = std::max(largest, std::abs(own.point[axis] - exact.get_d()));
+            }
+        }
+        EXPECT_LT(largest, kSceneExtent * 0x1p-26);
+    }
+}
+
+}  // namespace
+}  // namespace mray::test
