@@ -189,7 +189,7 @@ TEST_P(PointReports, AClosestPointFromFarIsThatOfTheSurface) {
         plate.triangles.insert(plate.triangles.end(), {a, a + 1, c, a, c, c - 1});
     }
     const Scene scene = build(plate);
-    for (const float far : {0.5f, 1.0f, 1e3f, 1e7f, 1e20f}) {
+    for (const float far : {0.5f, 1.0f, 1e3f, 1e7f, 1e10f}) {
         Random random(29);
         for (int i = 0; i < 50; ++i) {
             const Vec3 p{static_cast<float>(random.real(0, 1)),
