@@ -159,8 +159,9 @@ DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corn
     bool is_certain = inside.is_certain;
     for (int i = 0; i < 3; ++i) {
         if (distances[i].least() > distances[nearest].most()) continue;
-        is_certain &= edges[i].is_certain && feature_of(corners, edges[i].place.weights) ==
-                                                 feature_of(corners, edges[nearest].place.weights);
+        is_certain &= edges[i].is_certain &&
+                      (i == nearest || feature_of(corners, edges[i].place.weights) ==
+                                           feature_of(corners, edges[nearest].place.weights));
     }
     distance = distances[nearest];
     edges[nearest].is_certain = is_certain;
@@ -298,10 +299,36 @@ ExactPlace exact_place(const dvec3& p, const Corners& corners) {
 }
 
 ClosestChoice::ClosestChoice(const dvec3& p, vec3 lower, vec3 upper)
-    : p_(p), reference_(glm::clamp(p, dvec3(lower), dvec3(upper))) {}
+    : p_(p), reference_(glm::clamp(p, dvec3(lower), dvec3(upper))) {
+    set_middle(reference_);
+}
 
 double ClosestChoice::least(vec3 lower, vec3 upper) const {
     return difference(p_, reference_, glm::clamp(p_, dvec3(lower), dvec3(upper)), 0).least();
+}
+
+/// For the point m that set_middle() was given and a point x of the triangle,
+/// |p - x|^2 = |p - m|^2 + 2 (p - m).(m - x) + |m - x|^2. Without the last square this is linear in
+/// x, and least at a corner.
+double ClosestChoice::least_from_middle(const Corners& corners) const {
+    double least = std::numeric_limits<double>::infinity();
+    for (const vec3& corner : corners) {
+        double value = 0;
+        double size = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double part = 2 * to_p_[axis] * (middle_[axis] - double{corner[axis]});
+            value += part;
+            size += std::abs(part);
+        }
+        least = std::min(least, value - kRounding * (size + std::abs(least_of_middle_)));
+    }
+    return least_of_middle_ + least;
+}
+
+void ClosestChoice::set_middle(const dvec3& middle) {
+    middle_ = middle;
+    to_p_ = p_ - middle;
+    least_of_middle_ = difference(p_, reference_, middle, 0).least();
 }
 
 void ClosestChoice::add(std::uint32_t prim_id, const Corners& corners) {
@@ -309,12 +336,15 @@ void ClosestChoice::add(std::uint32_t prim_id, const Corners& corners) {
     Box box;
     for (const vec3& corner : corners) box.extend(corner);
     double bound = least(box.lower, box.upper);
-    if (!is_open(bound)) return;
+    if (!is_open(bound) || !is_open(least_from_middle(corners))) return;
     Difference distance{};
     const DoublePlace found = place_in_doubles(p_, reference_, corners, distance);
     if (found.is_certain) bound = distance.least();
     if (!is_open(bound)) return;
-    most_ = std::min(most_, distance.most());
+    if (distance.most() < most_) {
+        most_ = distance.most();
+        set_middle(found.place.point);
+    }
     candidates_.push_back({bound, prim_id, corners, found.is_certain, found.place.weights});
 }
 

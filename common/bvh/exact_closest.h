@@ -59,11 +59,19 @@ private:
         std::array<double, 3> weights;
     };
 
+    void set_middle(const dvec3& middle);
+    /// A lower bound that is tight for triangles near the middle.
+    double least_from_middle(const Corners& corners) const;
+
     dvec3 p_;
     /// Bounds are differences of squared distances from that of this place, which keeps their
     /// digits from far away.
     dvec3 reference_;
     double most_ = std::numeric_limits<double>::infinity();
+    /// The closest place so far, the way from there to p, and a lower bound for it.
+    dvec3 middle_;
+    dvec3 to_p_;
+    double least_of_middle_;
     std::vector<Candidate> candidates_;
 };
 
