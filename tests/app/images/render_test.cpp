@@ -295,14 +295,10 @@ TEST(Render, BadFrameThatIsNotSelectedIsNotRead) {
 
 TEST(Render, ErrorsBeginWithTheirFile) {
     TemporaryFolder folder;
-    folder.write("a.mtl", "newmtl a\nKd 1 nan 1\n");
     folder.write("s/f_0.obj", unit_triangle());
     folder.write("s/f_2.obj", unit_triangle());
     folder.write("t/f_2.obj", "v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n");
-    const std::string with_library =
-        folder.write("a.obj", "mtllib a.mtl\nusemtl a\n" + unit_triangle());
     const std::pair<std::string, std::string> endings[] = {
-        {with_library, "a.mtl:2: "},
         {folder.file("s/f_*.obj"), "s/f_1.obj: frame is missing"},
         {folder.file("t/f_*.obj"), "t/f_2.obj:2: "}};
     for (const auto& [scene, place] : endings) {

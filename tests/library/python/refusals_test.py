@@ -174,7 +174,6 @@ def test_bad_out():
         ({"update": "refit", "budget_ms": 2}, ValueError, "takes no budget_ms"),
         ({"update": "auto", "budget_ms": -1}, morphray.Error, "budget_ms is -1; .* not negative"),
         ({"update": "auto", "budget": np.inf}, morphray.Error, "budget is inf; .* finite"),
-        ({"split": "fast"}, ValueError, "split: "),
         ({"albedo": [1]}, TypeError, "albedo: "),
         ({"albedo": np.zeros((1, 3), np.float32)}, TypeError, "albedo: dtype"),
         ({"albedo": np.zeros((1, 3), np.uint32)}, ValueError, r"albedo: a shape of \(T,\)"),
