@@ -333,10 +333,11 @@ void ClosestChoice::set_middle(const dvec3& middle) {
 
 void ClosestChoice::add(std::uint32_t prim_id, const Corners& corners) {
     if (!finite_vertices(corners[0], corners[1], corners[2])) return;
+    if (!is_open(least_from_middle(corners))) return;
     Box box;
     for (const vec3& corner : corners) box.extend(corner);
     double bound = least(box.lower, box.upper);
-    if (!is_open(bound) || !is_open(least_from_middle(corners))) return;
+    if (!is_open(bound)) return;
     Difference distance{};
     const DoublePlace found = place_in_doubles(p_, reference_, corners, distance);
     if (found.is_certain) bound = distance.least();
