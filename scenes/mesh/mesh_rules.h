@@ -28,8 +28,9 @@ public:
         : lenient_(lenient), max_triangles_(max_triangles) {}
 
     /// False for NaN, too.
-    static bool is_good(double coordinate) { return std::abs(coordinate) <= kMaxCoordinate; }
     static bool is_good(float coordinate) { return std::abs(coordinate) <= kMaxCoordinate; }
+    /// As a float.
+    static bool is_good(double coordinate) { return is_good(static_cast<float>(coordinate)); }
     static bool is_good(const vec3& p) { return is_good(p.x) && is_good(p.y) && is_good(p.z); }
     static bool are_good(std::span<const vec3> positions);
     /// Throws Error(kBadInput), or counts a warning if lenient. `text` is the number as the file
