@@ -29,8 +29,10 @@ public:
 
     /// False for NaN, too.
     static bool is_good(float coordinate) { return std::abs(coordinate) <= kMaxCoordinate; }
-    /// As a float.
-    static bool is_good(double coordinate) { return is_good(static_cast<float>(coordinate)); }
+    /// Lets what is rounded to the limit through, too.
+    static bool is_good(double coordinate) {
+        return std::abs(coordinate) <= double{kMaxCoordinate} * (1 + 0x1p-25);
+    }
     static bool is_good(const vec3& p) { return is_good(p.x) && is_good(p.y) && is_good(p.z); }
     static bool are_good(std::span<const vec3> positions);
     /// Throws Error(kBadInput), or counts a warning if lenient. `text` is the number as the file
