@@ -151,7 +151,12 @@ VKAPI_ATTR VkResult VKAPI_CALL create_module(VkDevice device, const VkShaderModu
     if (active() == nullptr || !active()->edit_kernel)
         return CreateModule::call(device, info, allocator, module);
     std::vector<std::uint32_t> words(info->pCode, info->pCode + info->codeSize / 4);
-    active()->edit_kernel(words);
+    {
+        // A backend compiles kernels in several threads.
+        static std::mutex mutex;
+        const std::scoped_lock lock(mutex);
+        active()->edit_kernel(words);
+    }
     VkShaderModuleCreateInfo edited = *info;
     edited.pCode = words.data();
     return CreateModule::call(device, &edited, allocator, module);
