@@ -1,9 +1,13 @@
 // A device proves itself before it is used: wrong and lost ones are found, and results are kept.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
