@@ -44,7 +44,7 @@ void allow_check_in_child();
 /// Tests the device that BackendOptions::device names, and keeps the result.
 morphray::DeviceCheck check_device(const std::string& device);
 
-/// Whether this process is the child of a test. It then tests that device alone.
+/// Whether this process is the child that a self-test of a device runs in.
 bool is_check_child();
 
 /// Calls make(choice) for kCpu, kVulkan or kBrute: what kAuto means here. kAuto is Vulkan if there

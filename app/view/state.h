@@ -118,8 +118,8 @@ int last_step(const ViewState& state);
 /// The image to trace at a step.
 ImageRequest request_of(const ViewState& state, int step);
 
-/// Both ends of each edge of the boxes, in clip space of the view's camera. Eye and target
-/// of the view are given.
+/// Both ends of each edge of the boxes, in clip space of the camera of a view that gives eye and
+/// target.
 std::vector<glm::vec4> box_lines(const ViewSpec& view, std::span<const morphray::Box> boxes);
 
 /// Opens the scene, then a window (app/view/viewer.cpp). Returns when the window is closed, or

@@ -1,4 +1,4 @@
-// How the caller of long work asks it to end.
+// A flag by which the caller of long work ends it.
 #pragma once
 
 #include <algorithm>
