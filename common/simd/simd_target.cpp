@@ -12,8 +12,8 @@ namespace {
 
 // Best first.
 constexpr SimdTarget kTargets[] = {
-    {"avx512", HWY_AVX3}, {"avx2", HWY_AVX2}, {"sse4", HWY_SSE4},
-    {"ssse3", HWY_SSSE3}, {"neon", HWY_NEON}, {"scalar", HWY_SCALAR},
+    {"avx512", HWY_AVX3}, {"avx2", HWY_AVX2},     {"ssse3", HWY_SSSE3},
+    {"neon", HWY_NEON},   {"scalar", HWY_SCALAR},
 };
 
 constexpr std::int64_t named_bits() {

@@ -10,7 +10,7 @@
 namespace mray {
 
 struct SimdTarget {
-    /// "avx512", "avx2", "sse4", "ssse3", "neon" or "scalar"; a static string.
+    /// "avx512", "avx2", "ssse3", "neon" or "scalar"; a static string.
     const char* name;
     /// Highway's bit of the target.
     std::int64_t bit;
@@ -23,7 +23,7 @@ struct SimdTarget {
 /// batch.
 std::vector<SimdTarget> supported_simd_targets();
 
-/// Returns the names in a list: "avx512, avx2, sse4".
+/// Returns the names in a list: "avx512, avx2, ssse3".
 std::string names_of(const std::vector<SimdTarget>& targets);
 
 /// Returns the target of that name, or the best one for "" and "best". Throws Error: kBadArgument
