@@ -34,6 +34,8 @@ public:
     /// Empty bounds give the identity.
     explicit SceneSpace(const WorldBounds& bounds);
 
+    bool operator==(const SceneSpace&) const = default;
+
     int exponent() const { return exponent_; }
     /// In world space.
     double centre(int axis) const { return centre_[axis]; }

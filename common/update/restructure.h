@@ -3,20 +3,12 @@
 
 #include <cstddef>
 #include <span>
-#include <vector>
 
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
+#include "common/update/relayout.h"
 
 namespace mray {
-
-/// Half the area of the box of each node and leaf at the time when the builder or a restructuring
-/// placed it, divided by the growth until then.
-struct BuiltAreas {
-    std::vector<float> nodes;
-    std::vector<float> leaves;
-};
-BuiltAreas built_areas(const Bvh& bvh);
 
 /// Often only a small part of a tree degrades: bodies that move as a whole keep their subtrees
 /// sound, and only leaves with triangles of several bodies grow, with the nodes above them.

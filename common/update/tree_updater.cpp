@@ -179,7 +179,8 @@ UpdateDecision TreeUpdater::review(std::span<const vec3> positions) {
 }
 
 void TreeUpdater::measure_tree(std::span<const vec3> positions) {
-    const TreeFit fit = tree_fit(tracer_.nodes(), sample_.area(positions));
+    triangle_area_ = sample_.area(positions);
+    const TreeFit fit = tree_fit(tracer_.nodes(), triangle_area_);
     last_.cost_ratio = cost_ratio(built_fit_, fit);
     last_.overhead = overhead_visits(built_fit_, fit);
 }
@@ -256,6 +257,58 @@ void TreeUpdater::took_tree(double triangle_area) {
 void TreeUpdater::forget_background_build() {
     if (deterministic_ && background_.valid()) background_.get();
     background_is_stale_ = background_.valid();
+}
+
+void TreeUpdater::end_background_build() {
+    cancel_background_ = true;
+    if (background_.valid()) background_.wait();
+    background_ = {};
+    background_is_stale_ = false;
+    cancel_background_ = false;
+}
+
+bool TreeUpdater::change_topology(std::span<const vec3> positions, const TopologyChange& change) {
+    if (policy_->plan().step == UpdateStep::kRebuild) return false;
+    const double ratio = last_.cost_ratio;
+    const double growth = triangle_area_ > 0 && built_fit_.triangle_area > 0
+                              ? triangle_area_ / built_fit_.triangle_area
+                              : 1;
+    begin_frame();
+    const Stopwatch watch;
+    bool changed = false;
+    refitter().edit_tree([&](Bvh& bvh) {
+        if (!policy_->needs_tree_cost()) areas_ = built_areas(bvh);
+        for (std::vector<float>* areas : {&areas_.nodes, &areas_.leaves}) {
+            for (float& area : *areas) area = static_cast<float>(area * growth);
+        }
+        changed = replace_triangles(topology_, positions, change, bvh, areas_);
+        // The backend gets the tree with its topology.
+        std::swap(bvh_, bvh);
+        return false;
+    });
+    if (!changed) return false;
+    last_.times.restructure_ms = watch.ms();
+    tracer_.set_scene(topology_, positions, bvh_);
+    last_.times.upload_ms = tracer_.finish().update.upload_ms;
+    if (refitter_ != nullptr) {
+        refitter_->set_scene(topology_, positions, bvh_);
+        last_.times.upload_ms += refitter_->finish().update.upload_ms;
+    }
+    refitter().refit(positions, RefitExtent::kAll, kAllIndices);
+    has_refitted_ = true;
+    last_.times += finish_refit();
+    if (refitter_ != nullptr) last_.times.upload_ms += pass_on_refitted(positions);
+    sample_ = TriangleSample(topology_);
+    if (follows_ratio_) {
+        triangle_area_ = sample_.area(positions);
+        built_fit_ = tree_fit(tracer_.nodes(), triangle_area_);
+        // The tree is as bad as it was.
+        if (std::isfinite(ratio) && ratio > 0) built_fit_.cost /= ratio;
+        last_.cost_ratio = ratio;
+    }
+    last_.step = TreeStep::kRestructured;
+    last_.reason = "meshes have come or gone";
+    return true;
 }
 
 /// Gives bvh_ to a backend. Returns the milliseconds of the upload.

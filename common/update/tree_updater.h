@@ -11,6 +11,7 @@
 #include "common/backend.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/update/policy.h"
+#include "common/update/replace_triangles.h"
 #include "common/update/restructure.h"
 #include "common/update/tree_cost.h"
 
@@ -62,13 +63,18 @@ public:
                 Backend* refitter, const PolicySpec& policy, const BuildConfig& build,
                 const UpdateConfig& config, const Bvh* tree = nullptr);
     /// Cancels a pending build and waits for its end.
-    ~TreeUpdater() { cancel_background_ = true; }
+    ~TreeUpdater() { end_background_build(); }
 
     /// Brings the tracer's tree to this pose. Vertices outside of `changed` (ascending ranges) are
     /// those of the last pose. For another number of vertices, which means another topology, it
     /// changes nothing and throws Error(kBadInput).
     const TreeUpdate& update(std::span<const vec3> positions,
                              std::span<const IndexRange> changed = kAllIndices);
+    /// Ends a build in the background, after which the topology may be changed.
+    void end_background_build();
+    /// Brings the tree to a topology that has been changed, at this pose in the same scene space.
+    /// Returns false if a tree has to be built, by a new updater; this one is of no use then.
+    bool change_topology(std::span<const vec3> positions, const TopologyChange& change);
     /// Ends a frame that has been traced: finish(), and tells the policy the costs of the frame.
     void frame_done(const TraceCost& trace);
     /// Finishes a refit that was left to the trace, and adds its time to last().
@@ -124,6 +130,8 @@ private:
     std::future<Bvh> background_;
     bool background_is_stale_ = false;
     double background_triangle_area_ = 0;
+    /// That of the pose that measure_tree() saw last.
+    double triangle_area_ = 0;
     std::uint32_t background_frames_left_ = 0;
 };
 

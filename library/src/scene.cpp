@@ -46,19 +46,26 @@ mray::UpdateConfig config_of(const UpdatePolicy& policy) {
 
 }  // namespace
 
-void SceneImpl::start(const mray::Bvh* tree, const MeshList* before) {
+void SceneImpl::read_list(const MeshList* before) {
+    const mray::Stopwatch watch;
+    pose.read_list(meshes, before, arena());
+    read_ms = watch.ms();
+    normals.reset();
+    edge_counts.reset();
+}
+
+void SceneImpl::took_pose() {
+    space.emplace(pose.space(), target());
+    has_normals = false;
+    pose_tree.reset();
+}
+
+void SceneImpl::start(const mray::Bvh* tree) {
     updater.reset();
     if (tracer == nullptr) tracer = DeviceImpl::of(device).make_backend();
     if (options.refit_on && refitter == nullptr)
         refitter = DeviceImpl::of(*options.refit_on).make_backend();
-    const mray::Stopwatch watch;
-    if (tree == nullptr) pose.read_list(meshes, before, arena());
-    read_ms = watch.ms();
-    space.emplace(pose.space(), target());
-    normals.reset();
-    edge_counts.reset();
-    has_normals = false;
-    pose_tree.reset();
+    took_pose();
     mray::UpdateConfig config = config_of(options.update);
     config.record_cost_ratio = options.record_cost_ratio;
     const mray::BuildConfig build{.threads = DeviceImpl::of(device).threads(),
@@ -69,13 +76,26 @@ void SceneImpl::start(const mray::Bvh* tree, const MeshList* before) {
     cost.reset();
 }
 
+void SceneImpl::change_meshes() {
+    MeshList changed = meshes.changed();
+    updater->end_background_build();
+    const MeshList before = std::exchange(meshes, std::move(changed));
+    const mray::SceneSpace space_before = pose.space();
+    read_list(&before);
+    if (pose.space() != space_before ||
+        !updater->change_topology(pose.positions(), meshes.change_since(before))) {
+        start(nullptr);
+        return;
+    }
+    took_pose();
+    cost.reset();
+}
+
 void SceneImpl::follow(std::span<const PoseReader::Piece> pieces) {
     const mray::Stopwatch watch;
     const std::vector<mray::IndexRange> changed = pose.read_pieces(meshes, pieces, arena());
     read_ms = watch.ms();
-    space.emplace(pose.space(), target());
-    has_normals = false;
-    pose_tree.reset();
+    took_pose();
     updater->frame_done({.ms = cost.ms(), .rays = cost.rays()});
     cost.reset();
     updater->update(pose.positions(), changed);
@@ -184,11 +204,7 @@ Update update_all(const std::unique_ptr<SceneImpl>& impl, bool takes_bounds) {
         return Change(impl).run([&](SceneImpl& scene) {
             if (takes_bounds) scene.pose.forget_bounds();
             if (scene.meshes.has_changes()) {
-                MeshList meshes = scene.meshes.changed();
-                // The updater follows the topology that it was made for.
-                scene.updater.reset();
-                const MeshList before = std::exchange(scene.meshes, std::move(meshes));
-                scene.start(nullptr, &before);
+                scene.change_meshes();
                 return;
             }
             std::vector<detail::PoseReader::Piece> pieces;
@@ -240,7 +256,8 @@ Scene Scene::build(std::span<const MeshView> meshes, const Device& device,
             detail::PoseReader(options.bounds, detail::DeviceImpl::of(device).simd_target()));
         for (const MeshView& mesh : meshes) scene->meshes.attach(mesh);
         scene->meshes = scene->meshes.changed();
-        scene->start(nullptr, nullptr);
+        scene->read_list(nullptr);
+        scene->start(nullptr);
         return Scene(std::move(scene));
     });
 }
@@ -258,7 +275,7 @@ Scene Scene::on(const Device& device, const std::atomic<bool>* cancel) const {
             const std::scoped_lock lock(scene.mutex);
             scene.tracer->read_tree(tree);
         }
-        other->start(&tree, nullptr);
+        other->start(&tree);
         return Scene(std::move(other));
     });
 }

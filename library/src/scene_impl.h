@@ -118,9 +118,12 @@ public:
     SceneImpl(const Device& on, const SceneOptions& with, const PoseReader& at)
         : device(on), options(with), pose(at), shader(target()) {}
 
-    /// Hands the meshes to the device with a tree, which is built if there is none. `before` is the
-    /// list that they were made of, or null.
-    void start(const mray::Bvh* tree, const MeshList* before);
+    /// Reads the positions of a first list of meshes, or of one made by changes of `before`.
+    void read_list(const MeshList* before);
+    /// Hands the meshes to the device with a tree, which is built if there is none.
+    void start(const mray::Bvh* tree);
+    /// Makes the changes of the list of meshes, and brings the tree to them.
+    void change_meshes();
     /// Reads these positions and brings the tree to them.
     void follow(std::span<const PoseReader::Piece> pieces);
     void require_usable() const {

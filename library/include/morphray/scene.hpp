@@ -77,10 +77,10 @@ struct SceneOptions {
 
 /// The change that an update made to the tree.
 enum class Step {
-    build,        ///< The first tree, or one over another set of meshes.
+    build,        ///< The first tree, or one over another set of meshes that needs it.
     keep,         ///< Nothing moved.
     refit,        ///< Boxes and vertices were written again.
-    restructure,  ///< Refitted, and its degraded parts built again.
+    restructure,  ///< Refitted; degraded parts, or where meshes came or went, were built again.
     rebuild,      ///< Built at this pose.
     swap,         ///< Replaced by a tree from the background, refitted to this pose.
 };
@@ -188,7 +188,8 @@ public:
     Update update_with_new_bounds();
 
     /// Adds a mesh, from the next update() on. Returns its geom_id, the lowest free one. Throws
-    /// what build() throws.
+    /// what build() throws. That update builds what changed and refits the rest, unless more than
+    /// half of all triangles are new or the bounds are left, which takes a build.
     std::uint32_t attach(const MeshView& mesh);
     /// Removes a mesh from the next update() on; until then its positions stay borrowed. Its
     /// geom_id is free afterwards. Throws bad_argument if there is none of this geom_id.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "common/interop/lit.h"
@@ -270,6 +271,27 @@ MeshList MeshList::changed() const {
         }
     }
     return list;
+}
+
+mray::TopologyChange MeshList::change_since(const MeshList& before) const {
+    mray::TopologyChange change;
+    change.prim_ids.resize(before.topology_.triangles.size(), mray::kNoPrim);
+    change.vertices.resize(before.topology_.vertex_count);
+    for (std::uint32_t id = 0; id < places_.size(); ++id) {
+        const MeshPlace& place = places_[id];
+        if (!place.used || place.prim_count == 0) continue;
+        if (!place.vertex_before) {
+            change.added.push_back({place.first_prim, place.first_prim + place.prim_count});
+            continue;
+        }
+        const MeshPlace& old = before.places_[id];
+        const auto prims = std::span(change.prim_ids).subspan(old.first_prim, old.prim_count);
+        std::iota(prims.begin(), prims.end(), place.first_prim);
+        const auto vertices =
+            std::span(change.vertices).subspan(old.first_vertex, old.vertex_count());
+        std::iota(vertices.begin(), vertices.end(), place.first_vertex);
+    }
+    return change;
 }
 
 /// Vertices come first, then the numbers of one mesh after the other.

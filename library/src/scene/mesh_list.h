@@ -12,6 +12,7 @@
 #include "common/scene/mesh.h"
 #include "common/scene/textures.h"
 #include "common/scene_queries.h"
+#include "common/update/replace_triangles.h"
 #include "cpu/image/texture.h"
 #include "morphray/geometry.hpp"
 #include "morphray/mesh.hpp"
@@ -86,6 +87,9 @@ public:
     mray::VisibleMeshes visible(std::span<const std::uint8_t> is_visible) const {
         return {first_prims_, geometry_ids_, is_visible};
     }
+
+    /// What has changed since a list that this one was made of by changes.
+    mray::TopologyChange change_since(const MeshList& before) const;
 
     /// The number of triangles of the topology up to (geom_id, prim_id), which need not exist.
     std::uint32_t count_up_to(std::uint32_t geom_id, std::uint32_t prim_id) const;

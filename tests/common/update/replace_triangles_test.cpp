@@ -1,0 +1,137 @@
+#include "common/update/replace_triangles.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "common/bvh/builder/bvh_builder.h"
+#include "cpu/refit/refit.h"
+#include "tests/support/test_scene.h"
+#include "tests/support/tree_check.h"
+
+namespace mray {
+namespace {
+
+using namespace test;
+
+const std::vector<std::string> kSound;
+
+struct Body {
+    std::vector<uvec3> triangles;
+    std::vector<vec3> positions;
+};
+
+/// A sphere or a ring at a random place.
+Body random_body(Random& random) {
+    const TestScene shape =
+        random.below(3) == 0 ? torus(5 + random.below(9), 4 + random.below(5)) : icosphere(1);
+    const vec3 centre = random.point(0.9 * kSceneExtent);
+    const auto size = static_cast<float>(random.real(0.005, 0.1));
+    Body body{shape.topology().triangles, shape.positions()};
+    for (vec3& p : body.positions) p = snap_point(centre + size * p);
+    return body;
+}
+
+struct Joined {
+    Topology topology;
+    std::vector<vec3> positions;
+    std::vector<IndexRange> prims;
+    std::vector<IndexRange> vertices;
+};
+
+Joined join(const std::vector<Body>& bodies) {
+    Joined all;
+    for (const Body& body : bodies) {
+        const auto prim = static_cast<std::uint32_t>(all.topology.triangles.size());
+        const auto vertex = static_cast<std::uint32_t>(all.positions.size());
+        for (const uvec3& t : body.triangles) all.topology.triangles.push_back(t + vertex);
+        all.positions.insert(all.positions.end(), body.positions.begin(), body.positions.end());
+        all.prims.push_back({prim, static_cast<std::uint32_t>(all.topology.triangles.size())});
+        all.vertices.push_back({vertex, static_cast<std::uint32_t>(all.positions.size())});
+    }
+    all.topology.vertex_count = static_cast<std::uint32_t>(all.positions.size());
+    all.topology.albedo.assign(all.topology.triangles.size(), kDefaultAlbedo);
+    return all;
+}
+
+/// The change from `before` to `after`; from[i] is the old number of body i, -1 for a new one.
+TopologyChange change_of(const Joined& before, const Joined& after, const std::vector<int>& from) {
+    TopologyChange change;
+    change.prim_ids.resize(before.topology.triangles.size(), kNoPrim);
+    change.vertices.resize(before.positions.size());
+    for (std::size_t i = 0; i < from.size(); ++i) {
+        if (from[i] < 0) {
+            change.added.push_back(after.prims[i]);
+            continue;
+        }
+        const auto old = static_cast<std::size_t>(from[i]);
+        const auto set = [](std::vector<std::uint32_t>& to, IndexRange range, IndexRange value) {
+            std::iota(to.begin() + range.begin, to.begin() + range.end, value.begin);
+        };
+        set(change.prim_ids, before.prims[old], after.prims[i]);
+        set(change.vertices, before.vertices[old], after.vertices[i]);
+    }
+    return change;
+}
+
+TEST(ReplaceTriangles, KeepsEveryInvariantAndTheCost) {
+    Random random(31);
+    std::vector<Body> bodies;
+    for (int i = 0; i < 150; ++i) bodies.push_back(random_body(random));
+    // Two triangles with the same vertices, of which one is in no leaf.
+    bodies[7].triangles.push_back(bodies[7].triangles[3]);
+    bodies[70].triangles.push_back(bodies[70].triangles[3]);
+    Joined joined = join(bodies);
+    Bvh bvh = build_bvh(joined.topology, joined.positions);
+    BuiltAreas areas = built_areas(bvh);
+    for (int step = 0; step < 300; ++step) {
+        std::vector<int> from(bodies.size());
+        std::iota(from.begin(), from.end(), 0);
+        for (std::uint32_t changes = 1 + random.below(3); changes > 0; --changes) {
+            const std::ptrdiff_t place = random.below(static_cast<std::uint32_t>(bodies.size()));
+            if (const std::uint32_t what = random.below(3); what == 0 && bodies.size() > 100) {
+                bodies.erase(bodies.begin() + place);
+                from.erase(from.begin() + place);
+            } else if (what == 1 && bodies.size() < 200) {
+                bodies.insert(bodies.begin() + place, random_body(random));
+                from.insert(from.begin() + place, -1);
+            } else {
+                bodies[static_cast<std::size_t>(place)] = random_body(random);
+                from[static_cast<std::size_t>(place)] = -1;
+            }
+        }
+        Joined next = join(bodies);
+        const TopologyChange change = change_of(joined, next, from);
+        ASSERT_TRUE(replace_triangles(next.topology, next.positions, change, bvh, areas)) << step;
+        joined = std::move(next);
+        cpu::refit(bvh, joined.positions);
+        ASSERT_EQ(check_bvh(bvh, joined.topology, joined.positions), kSound) << step;
+        ASSERT_EQ(areas.leaves.size(), bvh.leaves.size());
+        ASSERT_EQ(areas.nodes.size(), bvh.nodes.size());
+        ASSERT_EQ(bvh.triangle_count, joined.topology.triangles.size());
+    }
+    const Bvh built = build_bvh(joined.topology, joined.positions);
+    EXPECT_LT(bvh_stats(bvh).sah_cost, 1.15 * bvh_stats(built).sah_cost);
+}
+
+TEST(ReplaceTriangles, RefusesWhatABuildDoesAsFast) {
+    Random random(32);
+    const std::vector<Body> few = {random_body(random), random_body(random)};
+    const std::vector<Body> others = {random_body(random), random_body(random), few[1]};
+    const Joined before = join(few);
+    const Joined after = join(others);
+    Bvh bvh = build_bvh(before.topology, before.positions);
+    BuiltAreas areas = built_areas(bvh);
+    EXPECT_FALSE(replace_triangles(after.topology, after.positions,
+                                   change_of(before, after, {-1, -1, 1}), bvh, areas));
+    Bvh none = build_bvh(Topology{}, {});
+    BuiltAreas none_areas = built_areas(none);
+    EXPECT_FALSE(replace_triangles(after.topology, after.positions,
+                                   {.prim_ids = {}, .vertices = {}, .added = after.prims}, none,
+                                   none_areas));
+}
+
+}  // namespace
+}  // namespace mray
