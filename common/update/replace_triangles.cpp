@@ -71,7 +71,7 @@ void renumber_repeated(const TopologyChange& change, std::vector<RepeatedTriangl
 Box box_of(const Topology& topology, std::span<const vec3> positions, const IndexRange& range) {
     Box box;
     for (std::uint32_t prim_id = range.begin; prim_id < range.end; ++prim_id)
-        box.extend(make_ref(topology, positions, prim_id).box);
+        box.extend(make_ref(topology, positions, prim_id).box());
     return box;
 }
 

@@ -122,6 +122,8 @@ public:
     void read_list(const MeshList* before);
     /// Hands the meshes to the device with a tree, which is built if there is none.
     void start(const mray::Bvh* tree);
+    /// The pose has been read: what was made of the one before is dropped.
+    void took_pose();
     /// Makes the changes of the list of meshes, and brings the tree to them.
     void change_meshes();
     /// Reads these positions and brings the tree to them.
