@@ -60,12 +60,11 @@ public:
           make_tracers_(std::move(make_tracers)),
           tracers_(make_tracers_(topology_, planner_.pose().positions(), bvh_)) {}
 
-    void set_scene(const Topology& topology, std::span<const vec3> positions,
-                   const Bvh& bvh) override {
+    void set_scene(const Topology& topology, std::span<const vec3> positions, Bvh bvh) override {
         const Stopwatch watch;
         topology_ = topology;
         planner_ = RefitPlanner(positions);
-        bvh_ = bvh;
+        bvh_ = std::move(bvh);
         // Until the next scene the arrays of topology, pose and tree may change, but not their
         // places.
         tracers_ = make_tracers_(topology_, planner_.pose().positions(), bvh_);

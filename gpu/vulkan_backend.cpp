@@ -54,8 +54,7 @@ public:
         context_.submit("start", [](VkCommandBuffer) {});
     }
 
-    void set_scene(const Topology& topology, std::span<const vec3> positions,
-                   const Bvh& bvh) override;
+    void set_scene(const Topology& topology, std::span<const vec3> positions, Bvh bvh) override;
     void set_frame(std::span<const vec3> positions, const Bvh& bvh) override;
     std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent,
                         std::span<const IndexRange> changed) override;
@@ -140,8 +139,7 @@ void VulkanBackend::require_scene_of(std::span<const vec3> positions) const {
                             positions.size(), scene_.vertex_count()));
 }
 
-void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> positions,
-                              const Bvh& bvh) {
+void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> positions, Bvh bvh) {
     const Stopwatch watch;
     check_scene(physical(), kind_, size_of(positions.size(), topology.triangles.size(), bvh));
     // The scene before goes first: there may not be room for both.

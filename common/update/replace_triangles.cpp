@@ -53,19 +53,40 @@ private:
 /// Gives the triangles of a leaf their new ids and vertices. Returns false, and changes nothing,
 /// if one of them is gone.
 bool renumber_leaf(const TopologyChange& change, Leaf& leaf, std::uint32_t* vertices) {
-    const auto* const end = std::find(leaf.prim_id, leaf.prim_id + kLeafTriangles, kNoPrim);
-    const auto is_gone = [&](std::uint32_t id) { return change.prim_ids[id] == kNoPrim; };
-    if (std::any_of(std::as_const(leaf.prim_id), end, is_gone)) return false;
-    for (std::uint32_t* id = leaf.prim_id; id != end; ++id) *id = change.prim_ids[*id];
-    for (std::uint32_t slot = 0; slot < kLeafVertices; ++slot)
-        vertices[slot] = change.vertices[vertices[slot]];
+    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+    const KeptTriangles* const first = change.find(leaf.prim_id[0]);
+    if (first == nullptr) return false;
+    if (leaf.prim_id[count - 1] < first->before.end) {
+        if (first->prim_shift == 0 && first->vertex_shift == 0) return true;
+        for (std::uint32_t i = 0; i < count; ++i) leaf.prim_id[i] += first->prim_shift;
+        for (std::uint32_t i = 0; i < kLeafVertices; ++i) vertices[i] += first->vertex_shift;
+        return true;
+    }
+    std::uint32_t vertex_shifts[kLeafVertices] = {};
+    std::uint32_t prim_ids[kLeafTriangles];
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const KeptTriangles* const kept = change.find(leaf.prim_id[i]);
+        if (kept == nullptr) return false;
+        prim_ids[i] = leaf.prim_id[i] + kept->prim_shift;
+        for (std::uint32_t k = 0; k < 3; ++k)
+            vertex_shifts[corner(leaf.vertex[i].corners, k)] = kept->vertex_shift;
+    }
+    std::copy_n(prim_ids, count, leaf.prim_id);
+    for (std::uint32_t i = kLeafVertices; i-- > 0;) {
+        // Unused slots repeat slot 0.
+        const bool is_unused = i > 0 && vertices[i] == vertices[0];
+        vertices[i] += vertex_shifts[is_unused ? 0 : i];
+    }
     return true;
 }
 
 void renumber_repeated(const TopologyChange& change, std::vector<RepeatedTriangle>& repeated) {
-    for (RepeatedTriangle& triangle : repeated)
-        triangle = {change.prim_ids[triangle.first], change.prim_ids[triangle.prim_id]};
-    std::erase_if(repeated, [](const auto& triangle) { return triangle.prim_id == kNoPrim; });
+    // Both triangles of a pair have the same vertices, and stay or go together.
+    std::erase_if(repeated, [&](const auto& pair) { return change.find(pair.prim_id) == nullptr; });
+    for (RepeatedTriangle& pair : repeated) {
+        const std::uint32_t shift = change.find(pair.prim_id)->prim_shift;
+        pair = {pair.first + shift, pair.prim_id + shift};
+    }
 }
 
 Box box_of(const Topology& topology, std::span<const vec3> positions, const IndexRange& range) {
@@ -76,6 +97,24 @@ Box box_of(const Topology& topology, std::span<const vec3> positions, const Inde
 }
 
 }  // namespace
+
+void TopologyChange::keep(const KeptTriangles& triangles) {
+    if (!kept.empty()) {
+        KeptTriangles& last = kept.back();
+        if (last.before.end == triangles.before.begin && last.prim_shift == triangles.prim_shift &&
+            last.vertex_shift == triangles.vertex_shift) {
+            last.before.end = triangles.before.end;
+            return;
+        }
+    }
+    kept.push_back(triangles);
+}
+
+const KeptTriangles* TopologyChange::find(std::uint32_t prim_id) const {
+    const auto after = std::partition_point(
+        kept.begin(), kept.end(), [=](const auto& some) { return some.before.end <= prim_id; });
+    return after != kept.end() && after->before.begin <= prim_id ? &*after : nullptr;
+}
 
 bool replace_triangles(const Topology& topology, std::span<const vec3> positions,
                        const TopologyChange& change, Bvh& bvh, BuiltAreas& areas) {
@@ -92,8 +131,8 @@ bool replace_triangles(const Topology& topology, std::span<const vec3> positions
             continue;
         opened.open_leaf(i);
         for (const std::uint32_t id : leaf.prim_id) {
-            if (id != kNoPrim && change.prim_ids[id] != kNoPrim)
-                loose.push_back(change.prim_ids[id]);
+            if (const KeptTriangles* const kept = id != kNoPrim ? change.find(id) : nullptr)
+                loose.push_back(id + kept->prim_shift);
         }
     }
     for (const IndexRange& range : change.added) {

@@ -11,14 +11,24 @@
 
 namespace mray {
 
+/// Triangles in a row that stay in a topology, with the vertices that they and no others have.
+struct KeptTriangles {
+    IndexRange before;
+    /// What is added to their ids and vertices, in the arithmetic of 32 bits.
+    std::uint32_t prim_shift;
+    std::uint32_t vertex_shift;
+};
+
 /// How a topology follows from the one before.
 struct TopologyChange {
-    /// The new id of each old triangle, ascending; kNoPrim for one that is gone.
-    std::vector<std::uint32_t> prim_ids;
-    /// The new number of each old vertex; any number for one that is gone.
-    std::vector<std::uint32_t> vertices;
+    /// Ascending; neighbours differ in a shift, or there is something between them.
+    std::vector<KeptTriangles> kept;
     /// The new triangles, in ranges of such as lie near each other.
     std::vector<IndexRange> added;
+
+    void keep(const KeptTriangles& triangles);
+    /// Those that a triangle is one of, or null if it is gone.
+    const KeptTriangles* find(std::uint32_t prim_id) const;
 };
 
 /// Makes a tree over the triangles before a change one over those after it: leaves with triangles

@@ -288,12 +288,12 @@ bool TreeUpdater::change_topology(std::span<const vec3> positions, const Topolog
     });
     if (!changed) return false;
     last_.times.restructure_ms = watch.ms();
-    tracer_.set_scene(topology_, positions, bvh_);
-    last_.times.upload_ms = tracer_.finish().update.upload_ms;
     if (refitter_ != nullptr) {
-        refitter_->set_scene(topology_, positions, bvh_);
-        last_.times.upload_ms += refitter_->finish().update.upload_ms;
+        tracer_.set_scene(topology_, positions, bvh_);
+        last_.times.upload_ms = tracer_.finish().update.upload_ms;
     }
+    refitter().set_scene(topology_, positions, std::move(bvh_));
+    last_.times.upload_ms += refitter().finish().update.upload_ms;
     refitter().refit(positions, RefitExtent::kAll, kAllIndices);
     has_refitted_ = true;
     last_.times += finish_refit();

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "common/interop/lit.h"
@@ -275,8 +274,6 @@ MeshList MeshList::changed() const {
 
 mray::TopologyChange MeshList::change_since(const MeshList& before) const {
     mray::TopologyChange change;
-    change.prim_ids.resize(before.topology_.triangles.size(), mray::kNoPrim);
-    change.vertices.resize(before.topology_.vertex_count);
     for (std::uint32_t id = 0; id < places_.size(); ++id) {
         const MeshPlace& place = places_[id];
         if (!place.used || place.prim_count == 0) continue;
@@ -285,11 +282,9 @@ mray::TopologyChange MeshList::change_since(const MeshList& before) const {
             continue;
         }
         const MeshPlace& old = before.places_[id];
-        const auto prims = std::span(change.prim_ids).subspan(old.first_prim, old.prim_count);
-        std::iota(prims.begin(), prims.end(), place.first_prim);
-        const auto vertices =
-            std::span(change.vertices).subspan(old.first_vertex, old.vertex_count());
-        std::iota(vertices.begin(), vertices.end(), place.first_vertex);
+        change.keep({.before = {old.first_prim, old.first_prim + old.prim_count},
+                     .prim_shift = place.first_prim - old.first_prim,
+                     .vertex_shift = place.first_vertex - old.first_vertex});
     }
     return change;
 }

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstring>
 #include <iterator>
+#include <utility>
 
 #include "cpu/scene_space/to_scene.h"
 
@@ -184,12 +185,37 @@ void PoseReader::find_space(const MeshList& meshes, std::span<const vec3> world,
     convert_all(meshes, world, extended, arena);
 }
 
+/// Reads a changed list into the space that is there. Returns false, and changes nothing, if a
+/// position is outside of its range.
+bool PoseReader::read_into_space(const MeshList& meshes, mray::ThreadArena& arena) {
+    std::vector<vec3> before(meshes.topology().vertex_count);
+    before.swap(positions_);
+    auto kept_before = std::exchange(kept_, {});
+    bool any_outside = false;
+    for (const MeshPlace& mesh : meshes.places()) {
+        if (!mesh.used || mesh.vertex_count() == 0) continue;
+        if (!mesh.vertex_before || mesh.deforms) {
+            any_outside |= read_piece({&mesh, 0, mesh.vertex_count()}, arena);
+            continue;
+        }
+        std::copy_n(&before[*mesh.vertex_before], mesh.vertex_count(),
+                    &positions_[mesh.first_vertex]);
+        if (const auto kept = kept_before.find(*mesh.vertex_before); kept != kept_before.end())
+            kept_.emplace(mesh.first_vertex, kept->second);
+    }
+    if (!any_outside) return true;
+    positions_.swap(before);
+    kept_.swap(kept_before);
+    return false;
+}
+
 void PoseReader::read_list(const MeshList& meshes, const MeshList* before,
                            mray::ThreadArena& arena) {
+    const bool has_space = before != nullptr && !bounds_.empty() && !is_extended_;
+    if (has_space && read_into_space(meshes, arena)) return;
     const std::vector<vec3> world_before =
         before != nullptr ? world_positions(*before) : std::vector<vec3>();
-    positions_.resize(meshes.topology().vertex_count);
-    std::vector<vec3> world(positions_.size());
+    std::vector<vec3> world(meshes.topology().vertex_count);
     for (const MeshPlace& mesh : meshes.places()) {
         if (!mesh.used || mesh.vertex_count() == 0) continue;
         const std::span<vec3> out =

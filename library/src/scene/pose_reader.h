@@ -55,6 +55,7 @@ public:
 
 private:
     bool read_piece(const Piece& piece, mray::ThreadArena& arena);
+    bool read_into_space(const MeshList& meshes, mray::ThreadArena& arena);
     std::vector<mray::vec3> world_positions(const MeshList& meshes) const;
     void find_space(const MeshList& meshes, std::span<const mray::vec3> world,
                     mray::ThreadArena& arena);
