@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include "common/bvh/box.h"
 #include "common/bvh/triangle_distance.h"
@@ -25,7 +26,13 @@ public:
     double least(vec3 lower, vec3 upper) const;
     /// False if nothing at this distance or farther is the closest.
     bool is_open(double least) const { return least <= most_; }
+    /// Calls use(slot) for the children of a node whose boxes plain distances leave open.
+    template <class Use>
+    void for_each_open(const Node& node, Use use) const;
+    /// Adds a triangle.
     void add(std::uint32_t prim_id, const Corners& corners);
+    /// Adds the triangles of a leaf but `guess`, which has been added.
+    void add(const Leaf& leaf, std::uint32_t guess);
     /// kNoPrim if none was added.
     std::uint32_t closest() const;
 
@@ -40,8 +47,7 @@ private:
     };
 
     void set_middle(const dvec3& middle);
-    /// A lower bound that is tight for triangles near the middle.
-    double least_from_middle(const Corners& corners) const;
+    double least_from_middle(const LeafVertex& x) const;
 
     dvec3 p_;
     /// Bounds are differences of squared distances from that of this place, which keeps their
@@ -52,22 +58,10 @@ private:
     dvec3 middle_;
     dvec3 to_p_;
     double least_of_middle_;
+    /// Above the squared distance of the middle by more than a plain one is rounded.
+    double plain_most_ = std::numeric_limits<double>::infinity();
     std::vector<Candidate> candidates_;
 };
-
-/// Adds the triangles of a leaf but `guess`, which has been added.
-void add_leaf(const Leaf& leaf, std::uint32_t guess, ClosestChoice& choice) {
-    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-    for (std::uint32_t slot = 0; slot < count; ++slot) {
-        if (leaf.prim_id[slot] == guess) continue;
-        Corners corners;
-        for (uint i = 0; i < 3; ++i) {
-            const LeafVertex& vertex = leaf.vertex[corner(leaf.vertex[slot].corners, i)];
-            corners[i] = {vertex.x, vertex.y, vertex.z};
-        }
-        choice.add(leaf.prim_id[slot], corners);
-    }
-}
 
 }  // namespace
 
@@ -94,22 +88,51 @@ double ClosestChoice::least(vec3 lower, vec3 upper) const {
     return difference(p_, reference_, glm::clamp(p_, dvec3(lower), dvec3(upper)), 0).least();
 }
 
-/// For the point m that set_middle() was given and a point x of the triangle,
-/// |p - x|^2 = |p - m|^2 + 2 (p - m).(m - x) + |m - x|^2. Without the last square this is linear in
-/// x, and least at a corner.
-double ClosestChoice::least_from_middle(const Corners& corners) const {
-    double least = std::numeric_limits<double>::infinity();
-    for (const vec3& corner : corners) {
-        double value = 0;
-        double size = 0;
-        for (int axis = 0; axis < 3; ++axis) {
-            const double part = 2 * to_p_[axis] * (middle_[axis] - double{corner[axis]});
-            value += part;
-            size += std::abs(part);
-        }
-        least = std::min(least, value - kDistanceRounding * (size + std::abs(least_of_middle_)));
+template <class Use>
+void ClosestChoice::for_each_open(const Node& node, Use use) const {
+    std::array<double, kWidth> distance2;
+    // By value: a compiler makes vectors of this.
+    const auto larger = [](double a, double b) { return a > b ? a : b; };
+    const auto beyond = [&](double lower, double upper, double p) {
+        return larger(larger(lower - p, p - upper), 0.0);
+    };
+    for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
+        const double x = beyond(node.lower_x[slot], node.upper_x[slot], p_.x);
+        const double y = beyond(node.lower_y[slot], node.upper_y[slot], p_.y);
+        const double z = beyond(node.lower_z[slot], node.upper_z[slot], p_.z);
+        distance2[slot] = x * x + y * y + z * z;
     }
-    return least_of_middle_ + least;
+    for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot)
+        if (distance2[slot] <= plain_most_) use(slot);
+}
+
+/// A lower bound of a place x, and for the least corner that of a triangle. For the point m that
+/// set_middle() was given, |p - x|^2 = |p - m|^2 + 2 (p - m).(m - x) + |m - x|^2, which is linear
+/// in x without the last square.
+double ClosestChoice::least_from_middle(const LeafVertex& x) const {
+    const dvec3 part = 2.0 * to_p_ * (middle_ - dvec3(x.x, x.y, x.z));
+    const double size = std::abs(part.x) + std::abs(part.y) + std::abs(part.z);
+    return least_of_middle_ +
+           (part.x + part.y + part.z - kDistanceRounding * (size + std::abs(least_of_middle_)));
+}
+
+void ClosestChoice::add(const Leaf& leaf, std::uint32_t guess) {
+    std::array<double, kLeafVertices> least;
+    for (std::uint32_t i = 0; i < kLeafVertices; ++i) least[i] = least_from_middle(leaf.vertex[i]);
+    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+    for (std::uint32_t slot = 0; slot < count; ++slot) {
+        const std::uint32_t packed = leaf.vertex[slot].corners;
+        if (!is_open(least[corner(packed, 0)]) && !is_open(least[corner(packed, 1)]) &&
+            !is_open(least[corner(packed, 2)]))
+            continue;
+        if (leaf.prim_id[slot] == guess) continue;
+        Corners corners;
+        for (uint i = 0; i < 3; ++i) {
+            const LeafVertex& vertex = leaf.vertex[corner(packed, i)];
+            corners[i] = {vertex.x, vertex.y, vertex.z};
+        }
+        add(leaf.prim_id[slot], corners);
+    }
 }
 
 void ClosestChoice::set_middle(const dvec3& middle) {
@@ -120,7 +143,6 @@ void ClosestChoice::set_middle(const dvec3& middle) {
 
 void ClosestChoice::add(std::uint32_t prim_id, const Corners& corners) {
     if (!finite_vertices(corners[0], corners[1], corners[2])) return;
-    if (!is_open(least_from_middle(corners))) return;
     Box box;
     for (const vec3& corner : corners) box.extend(corner);
     double bound = least(box.lower, box.upper);
@@ -132,6 +154,9 @@ void ClosestChoice::add(std::uint32_t prim_id, const Corners& corners) {
     if (distance.most() < most_) {
         most_ = distance.most();
         set_middle(found.place.point);
+        // The middle is off by less than the second term.
+        const double most = glm::length(to_p_) + 0x1p-28;
+        plain_most_ = most * most * (1 + 0x1p-40);
     }
     candidates_.push_back({bound, prim_id, corners, found.is_certain, found.place.weights});
 }
@@ -181,20 +206,20 @@ std::uint32_t exact_closest(const Bvh& bvh, const dvec3& p, std::uint32_t guess,
         const Entry entry = stack[--size];
         if (!choice.is_open(entry.least)) continue;
         if ((entry.child & kLeafBit) != 0) {
-            add_leaf(bvh.leaves[entry.child & ~kLeafBit], guess, choice);
+            choice.add(bvh.leaves[entry.child & ~kLeafBit], guess);
             continue;
         }
         const Node& node = bvh.nodes[entry.child];
         const std::size_t base = size;
-        for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
+        choice.for_each_open(node, [&](std::uint32_t slot) {
             const Box box = slot_box(node, slot);
             const Entry next{choice.least(box.lower, box.upper), node.child[slot]};
-            if (!choice.is_open(next.least)) continue;
+            if (!choice.is_open(next.least)) return;
             // The nearest last.
             std::size_t at = size++;
             for (; at > base && stack[at - 1].least < next.least; --at) stack[at] = stack[at - 1];
             stack[at] = next;
-        }
+        });
     }
     return choice.closest();
 }
