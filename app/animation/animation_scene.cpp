@@ -9,11 +9,13 @@
 #include <glm/geometric.hpp>
 
 #include "app/animation/frames.h"
+#include "app/animation/legend.h"
 #include "app/backends/backends.h"
 #include "app/files/image_files.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
 #include "common/frame_times.h"
+#include "common/image/frame.h"
 #include "common/text/text_parts.h"
 #include "scenes/scene_frames.h"
 
@@ -229,9 +231,11 @@ void AnimationScene::advance(double frame) {
 
 void AnimationScene::render(const ViewSpec& view, const ShadingOptions& shading,
                             morphray::Image& image) {
-    morphray::View whole = view_of(views_.of(view, animation_), shading);
+    const ViewSpec& world = views_.of(view, animation_);
+    morphray::View whole = view_of(world, shading);
     whole.cancel = &interrupt_flag();
-    render(whole, image);
+    render(world, whole, image);
+    image.image_hash = image_hash(image.pixels);
 }
 
 void AnimationScene::render_pixels(const ViewSpec& view, const ShadingOptions& shading,
@@ -239,16 +243,19 @@ void AnimationScene::render_pixels(const ViewSpec& view, const ShadingOptions& s
     morphray::View pixels = view_of(view, shading);
     pixels.hits = false;
     pixels.cancel = &cancel;
-    render(pixels, image);
+    render(view, pixels, image);
 }
 
-void AnimationScene::render(const morphray::View& view, morphray::Image& image) {
+void AnimationScene::render(const ViewSpec& world, const morphray::View& view,
+                            morphray::Image& image) {
     call_library([&] {
         scene_->render(view, image);
         trace_ms_ = image.trace_ms;
         rays_ = image.ray_count;
         update_ = scene_->last_update();
     });
+    const ResolvedView seen = resolve_view(world, animation_.bounds());
+    draw_legend(view.shading, depth_range(seen.eye, seen.target, animation_.bounds()), image);
 }
 
 FrameTimes AnimationScene::times() const {

@@ -36,7 +36,7 @@ public:
     /// Deforms the mesh to a frame and updates the tree. Does nothing if the first call is for the
     /// frame of the build.
     void advance(double frame);
-    /// Into `image`, whose memory is used again. Throws
+    /// Into `image`, whose memory is used again; with a legend (app/animation/legend.h). Throws
     /// Error(kCancelled) within the image after a signal (app/terminal/failure.h).
     void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image);
     /// The same pixels without hits, of a world_view(). Throws Error(kCancelled) soon after
@@ -58,7 +58,7 @@ public:
 
 private:
     std::vector<morphray::MeshView> meshes(std::span<const morphray::TextureView> textures) const;
-    void render(const morphray::View& view, morphray::Image& image);
+    void render(const ViewSpec& world, const morphray::View& view, morphray::Image& image);
     /// Makes the positions of a frame, and lowers the ground below them. Returns the milliseconds
     /// that this took.
     double place(double frame);
