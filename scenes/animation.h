@@ -90,6 +90,9 @@ public:
     /// Nothing for scenes that can be seen from outside.
     virtual std::optional<InsideView> inside_view() const { return std::nullopt; }
 
+    /// Scenes of files are shown as objects: in the middle of the image, on a ground.
+    virtual bool is_builtin() const { return false; }
+
     /// The scene's name in reports: the builtin's name, or the path as given.
     virtual const std::string& name() const = 0;
 

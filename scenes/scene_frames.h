@@ -16,19 +16,39 @@ namespace mray {
 
 /// A view in the file's coordinates as one in world space. It has the eye and the target of the
 /// animation's inside_view(), if there is one and neither is given, and its light, if none is
-/// given.
+/// given. An object gets frame_object() of its first frame unless eye or target are given. Throws
+/// Error(kBadInput) if that frame cannot be read.
 inline ViewSpec world_view(ViewSpec view, const Animation& animation) {
     for (std::optional<Point>* const point : {&view.eye, &view.target, &view.light})
         if (*point) *point = to_point(to_dvec3(**point) - animation.origin().at);
+    const bool is_free = !view.eye && !view.target;
+    if (is_free && !animation.is_builtin()) {
+        std::vector<vec3> first(animation.topology().vertex_count);
+        animation.positions(animation.first_frame(), first);
+        return frame_object(view, first);
+    }
     const std::optional<InsideView> inside = animation.inside_view();
     if (!inside) return view;
-    if (!view.eye && !view.target) {
+    if (is_free) {
         view.eye = inside->eye;
         view.target = inside->target;
     }
     if (!view.light) view.light = inside->light;
     return view;
 }
+
+/// Views of an animation, of which the last one is kept.
+class WorldViews {
+public:
+    const ViewSpec& of(const ViewSpec& view, const Animation& animation) {
+        if (!world_ || given_ != view) world_ = world_view(given_ = view, animation);
+        return *world_;
+    }
+
+private:
+    ViewSpec given_;
+    std::optional<ViewSpec> world_;
+};
 
 class SceneFrames {
 public:
@@ -41,8 +61,8 @@ public:
     /// The space of the frame of the last call of positions().
     const SceneSpace& space() const { return space_; }
     /// The parameters of an image of that frame: world_view(), make_image_params().
-    ImageParams image_params(const ViewSpec& view) const {
-        return make_image_params(world_view(view, *animation_), animation_->bounds(), space_);
+    ImageParams image_params(const ViewSpec& view) {
+        return make_image_params(views_.of(view, *animation_), animation_->bounds(), space_);
     }
 
     /// Makes the positions of a frame, in the scene space of that frame. Valid until the next call.
@@ -63,6 +83,7 @@ private:
     SceneSpace space_;
     double deform_ms_ = 0;
     std::vector<vec3> positions_;
+    WorldViews views_;
 };
 
 }  // namespace mray

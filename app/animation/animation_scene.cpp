@@ -9,11 +9,13 @@
 #include <glm/geometric.hpp>
 
 #include "app/animation/frames.h"
+#include "app/animation/legend.h"
 #include "app/backends/backends.h"
 #include "app/files/image_files.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
 #include "common/frame_times.h"
+#include "common/image/frame.h"
 #include "common/text/text_parts.h"
 #include "scenes/scene_frames.h"
 
@@ -98,7 +100,7 @@ morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& wo
             .appearance = {.albedo = topology.albedo}};
 }
 
-std::optional<morphray::Box> bounds_of(const Animation& animation) {
+std::optional<morphray::Box> box_of(const Animation& animation) {
     const WorldBounds bounds = animation.bounds();
     if (bounds.empty()) return std::nullopt;
     return morphray::Box{{bounds.lower[0], bounds.lower[1], bounds.lower[2]},
@@ -139,16 +141,28 @@ std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
     return corners;
 }
 
+bool has_ground(const ShadingOptions& shading, const ViewSpec& view, const Animation& animation) {
+    if (shading.ground) return *shading.ground;
+    if (animation.is_builtin() || shading.shading != morphray::Shading::lit) return false;
+    const std::vector<vec3> ground = ground_below(animation.bounds(), view.up);
+    if (ground.empty()) return false;
+    const glm::dvec3 eye = to_dvec3(resolve_view(view, animation.bounds()).eye);
+    return glm::dot(eye - glm::dvec3(ground.front()), to_dvec3(view.up)) > 0;
+}
+
 AnimationScene::AnimationScene(const ImageOptions& options, const Animation& animation,
                                double first_frame, const Messages& messages,
                                const std::atomic<bool>& cancel)
     : animation_(animation),
       positions_(animation.topology().vertex_count),
+      up_(options.view.up),
       current_(options.tree.build_at.value_or(first_frame)) {
     const morphray::Device device = open_device(options.backend, messages);
     refitter_ = device.name() == "vulkan" ? "vulkan" : "cpu";
+    if (has_ground(options.shading, views_.of(options.view, animation), animation))
+        ground_ = ground_below(animation.bounds(), up_);
     call_library([&] {
-        morphray::SceneOptions scene_options = {.bounds = bounds_of(animation),
+        morphray::SceneOptions scene_options = {.bounds = box_of(animation),
                                                 .update = policy_of(options.tree),
                                                 .record_cost_ratio = options.tree.record_cost_ratio,
                                                 .cancel = &cancel};
@@ -160,14 +174,14 @@ AnimationScene::AnimationScene(const ImageOptions& options, const Animation& ani
         std::vector<morphray::TextureView> textures;
         for (std::size_t i = 0; i < images.size(); ++i)
             textures.push_back(texture_of(images[i], animation.textures()->files[i]));
-        scene_ = morphray::Scene::build(meshes(options, textures), device, scene_options);
+        scene_ = morphray::Scene::build(meshes(textures), device, scene_options);
         update_ = scene_->last_update();
     });
 }
 
-/// The animation's mesh, with these textures, and, if it is asked for, the ground.
+/// The animation's mesh, with these textures, and the ground, if there is one.
 std::vector<morphray::MeshView> AnimationScene::meshes(
-    const ImageOptions& options, std::span<const morphray::TextureView> textures) {
+    std::span<const morphray::TextureView> textures) const {
     std::vector<morphray::MeshView> meshes = {mesh_of(animation_.topology(), positions_)};
     meshes.front().appearance.smooth = indices_of(animation_.smooth_corners());
     if (!textures.empty()) {
@@ -175,12 +189,11 @@ std::vector<morphray::MeshView> AnimationScene::meshes(
         meshes.front().appearance.texcoords = floats_of(animation_.textures()->texcoords);
         meshes.front().appearance.texture_ids = animation_.textures()->texture_ids;
     }
-    if (options.shading.ground) ground_ = ground_below(animation_.bounds(), options.view.up);
     if (!ground_.empty()) {
         static constexpr std::uint32_t kTriangles[] = {0, 1, 2, 0, 2, 3};
         meshes.push_back({.positions = morphray::packed(ground_),
                           .triangles = kTriangles,
-                          .deforms = false,
+                          .deforms = !animation_.is_builtin(),
                           .appearance = {.shadow_catcher = true}});
     }
     return meshes;
@@ -189,6 +202,12 @@ std::vector<morphray::MeshView> AnimationScene::meshes(
 double AnimationScene::place(double frame) {
     const Stopwatch watch;
     animation_.positions(frame, positions_);
+    if (!ground_.empty() && !animation_.is_builtin()) {
+        WorldBounds bounds = animation_.bounds();
+        const WorldBounds now = bounds_of(positions_);
+        if (!now.empty()) bounds.extend(now.lower, now.upper);
+        std::ranges::copy(ground_below(bounds, up_), ground_.begin());
+    }
     return watch.ms();
 }
 
@@ -212,9 +231,11 @@ void AnimationScene::advance(double frame) {
 
 void AnimationScene::render(const ViewSpec& view, const ShadingOptions& shading,
                             morphray::Image& image) {
-    morphray::View whole = view_of(world_view(view, animation_), shading);
+    const ViewSpec& world = views_.of(view, animation_);
+    morphray::View whole = view_of(world, shading);
     whole.cancel = &interrupt_flag();
-    render(whole, image);
+    render(world, whole, image);
+    image.image_hash = image_hash(image.pixels);
 }
 
 void AnimationScene::render_pixels(const ViewSpec& view, const ShadingOptions& shading,
@@ -222,16 +243,19 @@ void AnimationScene::render_pixels(const ViewSpec& view, const ShadingOptions& s
     morphray::View pixels = view_of(view, shading);
     pixels.hits = false;
     pixels.cancel = &cancel;
-    render(pixels, image);
+    render(view, pixels, image);
 }
 
-void AnimationScene::render(const morphray::View& view, morphray::Image& image) {
+void AnimationScene::render(const ViewSpec& world, const morphray::View& view,
+                            morphray::Image& image) {
     call_library([&] {
         scene_->render(view, image);
         trace_ms_ = image.trace_ms;
         rays_ = image.ray_count;
         update_ = scene_->last_update();
     });
+    const ResolvedView seen = resolve_view(world, animation_.bounds());
+    draw_legend(view.shading, depth_range(seen.eye, seen.target, animation_.bounds()), image);
 }
 
 FrameTimes AnimationScene::times() const {

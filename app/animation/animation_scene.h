@@ -15,7 +15,7 @@
 #include "app/terminal/messages.h"
 #include "common/frame_times.h"
 #include "morphray/scene.hpp"
-#include "scenes/animation.h"
+#include "scenes/scene_frames.h"
 
 namespace mray::app {
 
@@ -36,8 +36,8 @@ public:
     /// Deforms the mesh to a frame and updates the tree. Does nothing if the first call is for the
     /// frame of the build.
     void advance(double frame);
-    /// Into `image`, whose memory is used again. Throws Error(kCancelled) within the image after a
-    /// signal (app/terminal/failure.h).
+    /// Into `image`, whose memory is used again; with a legend (app/animation/legend.h). Throws
+    /// Error(kCancelled) within the image after a signal (app/terminal/failure.h).
     void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image);
     /// The same pixels without hits, of a world_view(). Throws Error(kCancelled) soon after
     /// `cancel` becomes true.
@@ -57,15 +57,18 @@ public:
     std::string refitted_on() const;
 
 private:
-    std::vector<morphray::MeshView> meshes(const ImageOptions& options,
-                                           std::span<const morphray::TextureView> textures);
-    void render(const morphray::View& view, morphray::Image& image);
-    /// Makes the positions of a frame. Returns the milliseconds that this took.
+    std::vector<morphray::MeshView> meshes(std::span<const morphray::TextureView> textures) const;
+    void render(const ViewSpec& world, const morphray::View& view, morphray::Image& image);
+    /// Makes the positions of a frame, and lowers the ground below them. Returns the milliseconds
+    /// that this took.
     double place(double frame);
 
     const Animation& animation_;
     std::vector<vec3> positions_;
+    /// The corners of the ground; empty without one.
     std::vector<vec3> ground_;
+    Point up_;
+    WorldViews views_;
     std::optional<morphray::Scene> scene_;
     std::string refitter_;
     double current_ = 0;
@@ -82,9 +85,13 @@ private:
 /// Throws Error for a view that cannot be rendered.
 void require_view(const ViewSpec& view, const Animation& animation);
 
-/// The corners of a square below the bounds of an animation, seen along `up`, four times as large;
-/// empty for empty bounds.
+/// The corners of a square below these bounds, seen along `up`, four times as large; empty for
+/// empty bounds.
 std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up);
+
+/// Whether an animation, seen in a world_view(), stands on a ground. Unless the options say so, it
+/// does if it is lit, is not built in, and is seen from above the ground, which hides all below.
+bool has_ground(const ShadingOptions& shading, const ViewSpec& view, const Animation& animation);
 
 /// An animation at one frame, for the rays or points of a file.
 struct PosedAnimation {

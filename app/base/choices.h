@@ -63,6 +63,7 @@ inline constexpr Choice<morphray::Shading> kShadings[] = {
     {"sah", morphray::Shading::sah}};
 inline constexpr Choice<std::uint32_t> kSampleCounts[] = {
     {"1", 1}, {"4", 4}, {"16", 16}, {"64", 64}};
+inline constexpr Choice<bool> kOnOff[] = {{"on", true}, {"off", false}};
 inline constexpr Choice<const char*> kExrColours[] = {{"half", "half"}, {"float", "float"}};
 inline constexpr Choice<morphray::Crossing> kCrossings[] = {{"once", morphray::Crossing::once},
                                                             {"each", morphray::Crossing::each},

@@ -57,8 +57,8 @@ struct ShadingOptions {
     bool flat = false;
     /// "half" or "float": write EXR files, too; empty: none.
     std::string exr = {};
-    /// Put the scene on a plane that shows the background.
-    bool ground = false;
+    /// Put the scene on a plane that shows the background; none: as has_ground() decides.
+    std::optional<bool> ground = {};
 };
 
 struct TreeOptions {

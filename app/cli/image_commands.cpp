@@ -30,8 +30,10 @@ auto add_image_options(CLI::App& command, ImageOptions& image, const char* size,
     CLI::Option* const samples = add_choice<std::uint32_t>(command, "--samples", samples_help,
                                                            kSampleCounts, image.shading.samples);
     command.add_flag("--flat", image.shading.flat, "without smooth normals");
-    command.add_flag("--ground", image.shading.ground,
-                     "with a plane below the scene that shows the background");
+    add_choice<bool>(command, "--ground",
+                     "a plane below the scene that shows shadows (on with lit for files, without "
+                     "--hits and --exr)",
+                     kOnOff, image.shading.ground);
     add_backend_options(command, image.backend, kBackends, kVulkanOrCpu);
     add_parsed(command, "--update", update_forms(), "how the tree follows the vertices (auto)",
                image.tree.update, parse_policy);
@@ -76,8 +78,10 @@ void add_render(CommandAdder& adder) {
             adder.add_verbose(command);
             return [complete, &options] {
                 complete(options.hits.empty() ? 4 : 1);
-                const ShadingOptions& shading = options.image.shading;
-                if (!options.hits.empty() && (shading.ground || shading.samples != 1))
+                ShadingOptions& shading = options.image.shading;
+                const bool has_data = !options.hits.empty() || !shading.exr.empty();
+                if (!shading.ground && has_data) shading.ground = false;
+                if (!options.hits.empty() && (*shading.ground || shading.samples != 1))
                     refuse(
                         "--hits: a file of hits has one camera ray a pixel and one mesh; leave "
                         "--samples and --ground out");

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <list>
 #include <string>
 
 namespace mray::app {
@@ -38,31 +39,35 @@ private:
     std::size_t at_ = 0;
 };
 
+constexpr Imf::PixelType type_of(float) { return Imf::FLOAT; }
+constexpr Imf::PixelType type_of(unsigned) { return Imf::UINT; }
+Imf::PixelType type_of(half) { return Imf::HALF; }
+
 /// Names and planes of the channels of a file; planes stay where they are.
 class Channels {
 public:
-    Channels(Imf::Header& header, std::size_t width) : header_(header), width_(width) {}
+    Channels(Imf::Header& header, const morphray::Image& image) : header_(header), image_(image) {}
 
-    template <class T>
-    void add(const char* name, Imf::PixelType type, const std::vector<T>& plane) {
-        header_.channels().insert(name, Imf::Channel(type));
-        char* const base = const_cast<char*>(reinterpret_cast<const char*>(plane.data()));
-        buffer_.insert(name, Imf::Slice(type, base, sizeof(T), sizeof(T) * width_));
+    /// Adds value(i) of each pixel i.
+    template <class T, class Value>
+    void add(const std::string& name, Value value) {
+        std::vector<std::byte>& plane = planes_.emplace_back(image_.pixels.size() * sizeof(T));
+        for (std::size_t i = 0; i < image_.pixels.size(); ++i) {
+            const T number = static_cast<T>(value(i));
+            std::memcpy(plane.data() + i * sizeof(T), &number, sizeof(T));
+        }
+        header_.channels().insert(name, Imf::Channel(type_of(T())));
+        char* const base = reinterpret_cast<char*>(plane.data());
+        buffer_.insert(name, Imf::Slice(type_of(T()), base, sizeof(T), sizeof(T) * image_.width));
     }
     const Imf::FrameBuffer& buffer() const { return buffer_; }
 
 private:
     Imf::Header& header_;
-    std::size_t width_;
+    const morphray::Image& image_;
     Imf::FrameBuffer buffer_;
+    std::list<std::vector<std::byte>> planes_;
 };
-
-template <class T, class Value>
-std::vector<T> plane_of(std::size_t count, Value value) {
-    std::vector<T> plane(count);
-    for (std::size_t i = 0; i < count; ++i) plane[i] = static_cast<T>(value(i));
-    return plane;
-}
 
 /// The hit of the sample in the middle of each pixel.
 std::vector<morphray::Hit> middle_hits(const morphray::Image& image) {
@@ -92,7 +97,6 @@ std::vector<std::byte> write(const Imf::Header& header, const Channels& channels
 std::vector<std::byte> encode_exr(const morphray::Image& image, ExrColours colours,
                                   std::span<const PngText> texts) {
     assert(image.lit_pixels.size() == image.pixels.size());
-    const std::size_t count = image.pixels.size();
     Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
     header.compression() = Imf::ZIP_COMPRESSION;
     for (const PngText& text : texts) {
@@ -101,44 +105,26 @@ std::vector<std::byte> encode_exr(const morphray::Image& image, ExrColours colou
         header.insert(name, Imf::StringAttribute(text.text));
     }
 
-    Channels channels(header, image.width);
-    const char* const kColours[] = {"R", "G", "B"};
-    std::vector<float> floats[3];
-    std::vector<half> halves[3];
+    Channels channels(header, image);
     for (std::size_t k = 0; k < 3; ++k) {
-        const auto value = [&](std::size_t i) { return image.lit_pixels[i].colour[k]; };
-        if (colours == ExrColours::kFloat) {
-            floats[k] = plane_of<float>(count, value);
-            channels.add(kColours[k], Imf::FLOAT, floats[k]);
-        } else {
-            halves[k] = plane_of<half>(count, value);
-            channels.add(kColours[k], Imf::HALF, halves[k]);
-        }
+        const auto colour = [&](std::size_t i) { return image.lit_pixels[i].colour[k]; };
+        const std::string colour_name(1, "RGB"[k]);
+        if (colours == ExrColours::kFloat)
+            channels.add<float>(colour_name, colour);
+        else
+            channels.add<half>(colour_name, colour);
+        channels.add<half>(std::string("normal.") + "XYZ"[k],
+                           [&](std::size_t i) { return image.lit_pixels[i].normal[k]; });
     }
-    const char* const kNormals[] = {"normal.X", "normal.Y", "normal.Z"};
-    std::vector<half> normals[3];
-    for (std::size_t k = 0; k < 3; ++k) {
-        normals[k] =
-            plane_of<half>(count, [&](std::size_t i) { return image.lit_pixels[i].normal[k]; });
-        channels.add(kNormals[k], Imf::HALF, normals[k]);
-    }
-    const std::vector<half> hidden =
-        plane_of<half>(count, [&](std::size_t i) { return 1 - image.lit_pixels[i].open; });
-    channels.add("occlusion.Y", Imf::HALF, hidden);
-
+    channels.add<half>("occlusion.Y", [&](std::size_t i) { return 1 - image.lit_pixels[i].open; });
     const std::vector<morphray::Hit> hits = middle_hits(image);
-    const auto depth = plane_of<float>(count, [&](std::size_t i) {
+    channels.add<float>("depth.Z", [&](std::size_t i) {
         return hits[i] ? hits[i].t : std::numeric_limits<float>::infinity();
     });
-    const auto u = plane_of<float>(count, [&](std::size_t i) { return hits[i].u; });
-    const auto v = plane_of<float>(count, [&](std::size_t i) { return hits[i].v; });
-    const auto prim = plane_of<unsigned>(count, [&](std::size_t i) { return hits[i].prim_id; });
-    const auto geom = plane_of<unsigned>(count, [&](std::size_t i) { return hits[i].geom_id; });
-    channels.add("depth.Z", Imf::FLOAT, depth);
-    channels.add("barycentric.U", Imf::FLOAT, u);
-    channels.add("barycentric.V", Imf::FLOAT, v);
-    channels.add("id.prim", Imf::UINT, prim);
-    channels.add("id.geom", Imf::UINT, geom);
+    channels.add<float>("barycentric.U", [&](std::size_t i) { return hits[i].u; });
+    channels.add<float>("barycentric.V", [&](std::size_t i) { return hits[i].v; });
+    channels.add<unsigned>("id.prim", [&](std::size_t i) { return hits[i].prim_id; });
+    channels.add<unsigned>("id.geom", [&](std::size_t i) { return hits[i].geom_id; });
     return write(header, channels);
 }
 

@@ -40,6 +40,7 @@ void press(int key, const Camera& first_camera, ViewState& state) {
     if (key == GLFW_KEY_M) state.shows_difference = !state.shows_difference;
     if (key == GLFW_KEY_B)
         state.box_depth = state.box_depth >= kDeepestBoxes ? -1 : state.box_depth + 1;
+    if (key == GLFW_KEY_H) state.shows_panel = !state.shows_panel;
     if (key == GLFW_KEY_R) state.camera = first_camera;
 }
 
@@ -136,8 +137,6 @@ void draw_panel(float left, float width, float height, ViewState& state, const P
     ImGui::Separator();
     choose("backend", kShownBackends, state.backend);
     ImGui::Checkbox("difference of CPU and Vulkan", &state.shows_difference);
-    if (facts.different)
-        ImGui::Text("%s", fmt::format("{} pixels differ", *facts.different).c_str());
     choose("shading", kShadings, state.shading);
     if (state.shading == morphray::Shading::plain) choose("rays", kRays, state.view.rays);
     choose("samples", kSampleCounts, state.samples);
@@ -151,7 +150,8 @@ void draw_panel(float left, float width, float height, ViewState& state, const P
     ImGui::Separator();
     ImGui::TextUnformatted(
         "drag: orbit, shift-drag: pan, wheel: zoom\nspace: play, left and right: a frame\n"
-        "1 to 7: shading, V: backend, M: difference\nB: boxes, R: first camera, ctrl-Q: end");
+        "1 to 7: shading, V: backend, M: difference\nB: boxes, R: first camera, H: this panel\n"
+        "ctrl-Q: end");
     ImGui::PopTextWrapPos();
     ImGui::PopItemWidth();
     ImGui::End();

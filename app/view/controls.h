@@ -27,8 +27,6 @@ InputActions apply_input(float height, std::span<const KeyPress> keys, const Cam
 /// What the panel says besides the state. The image may be null.
 struct PanelFacts {
     const TracedImage* image = nullptr;
-    /// Pixels that differ, of a comparison.
-    std::optional<std::uint64_t> different;
     std::string pixel;
     std::string message;
 };

@@ -117,10 +117,12 @@ void Engine::run() {
     on_result_();
 }
 
-/// Brings the backend's scene to the request's frame; a change of the policy builds a new one.
+/// Brings the backend's scene to the request's frame; a change of the policy builds a new one, and
+/// so does an eye that passes the ground.
 Engine::BackendScene& Engine::follow(const ImageRequest& request, BackendChoice backend) {
     BackendScene& traced = scenes_[backend];
-    const bool is_new = !traced.scene || traced.update != request.update;
+    const bool ground = has_ground(options_.shading, request.view, animation_);
+    const bool is_new = !traced.scene || traced.update != request.update || traced.ground != ground;
     if (is_new) {
         ImageOptions options = options_;
         options.backend.choice = backend;
@@ -128,11 +130,13 @@ Engine::BackendScene& Engine::follow(const ImageRequest& request, BackendChoice 
         options.tree.record_cost_ratio = true;
         // Whatever is shown first, the scene has its textures.
         options.shading.shading = morphray::Shading::lit;
+        options.shading.ground = ground;
         // --build-at is for the first tree; a change of settings builds where one is.
         if (traced.scene) options.tree.build_at.reset();
         traced.scene =
             std::make_unique<AnimationScene>(options, animation_, request.frame, messages_, stops_);
         traced.update = request.update;
+        traced.ground = ground;
     }
     if (is_new || traced.frame != request.frame) traced.scene->advance(request.frame);
     traced.frame = request.frame;

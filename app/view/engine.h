@@ -87,6 +87,7 @@ private:
     /// The animation on one backend, at the frame of the last request.
     struct BackendScene {
         PolicySpec update;
+        bool ground = false;
         double frame = 0;
         std::unique_ptr<AnimationScene> scene;
         /// Its memory is used by the next image.

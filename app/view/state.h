@@ -106,6 +106,7 @@ struct ViewState {
     /// Whether the difference of the CPU's image and Vulkan's is shown.
     bool shows_difference = false;
     int box_depth = -1;
+    bool shows_panel = true;
 };
 
 /// The state at the start. Throws Error for an impossible view.

@@ -43,7 +43,14 @@ public:
           window_("morphray view " + escape(animation_->name()),
                   static_cast<int>(state_.view.width) + kPanelWidth,
                   static_cast<int>(state_.view.height)),
-          engine_(options_.image, *animation_, messages, [] { Window::wake(); }) {}
+          engine_(options_.image, *animation_, messages, [] { Window::wake(); }) {
+        if (!options_.screenshot.empty()) return;
+        // The screen may be smaller than the window that was asked for.
+        take_size(options_.image.view);
+        const double frame = state_.playback.frame();
+        state_ = initial_state(options_, *animation_, frame);
+        first_camera_ = state_.camera;
+    }
 
     void run() {
         last_ = Window::seconds();
@@ -52,6 +59,9 @@ public:
 
 private:
     /// Returns whether to go on.
+    float panel_width() const { return state_.shows_panel ? kPanelWidth : 0; }
+    float image_width() const { return std::max(window_.width() - panel_width(), 1.0f); }
+
     bool step() {
         window_.wait(kIdleSeconds);
         if (window_.closes()) return false;
@@ -66,9 +76,8 @@ private:
         state_.playback.advance(now - std::exchange(last_, now));
         // A screenshot has the size of the options.
         if (options_.screenshot.empty()) {
+            take_size(state_.view);
             const float scale = window_.pixel_scale();
-            state_.view.width = pixels_of(window_.width() - kPanelWidth, scale);
-            state_.view.height = pixels_of(height, scale);
             if (actions.clicked) {
                 const auto [x, y] = *actions.clicked;
                 const Pixel pixel = {std::min(pixels_of(x, scale), state_.view.width) - 1,
@@ -92,6 +101,11 @@ private:
         }
         draw();
         return !actions.quits;
+    }
+
+    void take_size(ViewSpec& view) const {
+        view.width = pixels_of(image_width(), window_.pixel_scale());
+        view.height = pixels_of(window_.height(), window_.pixel_scale());
     }
 
     /// Asks for the first image of a state that has changed, and for a better one when it is still.
@@ -132,10 +146,19 @@ private:
         return true;
     }
 
+    /// Says over the image that it shows differences.
+    void draw_label() const {
+        const std::string text =
+            fmt::format("difference of CPU and Vulkan: {} pixels differ (white)", *different_);
+        const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+        ImDrawList& list = *ImGui::GetBackgroundDrawList();
+        list.AddRectFilled({4, 4}, {12 + size.x, 12 + size.y}, 0xFF404040u);
+        list.AddText({8, 8}, 0xFFFFFFFFu, text.c_str());
+    }
+
     void draw() {
-        const float width = window_.width() - kPanelWidth;
-        PanelFacts facts{
-            .image = image_.get(), .different = different_, .pixel = {}, .message = message_};
+        const float width = image_width();
+        PanelFacts facts{.image = image_.get(), .pixel = {}, .message = message_};
         if (!image_) {
             facts.message = fmt::format("building the tree, {} triangles",
                                         animation_->topology().triangles.size());
@@ -150,7 +173,8 @@ private:
             list.AddRect({x - 4, y - 4}, {x + 5, y + 5}, 0xFF000000u);
             list.AddRect({x - 3, y - 3}, {x + 4, y + 4}, 0xFFFFFFFFu);
         }
-        draw_panel(width, kPanelWidth, window_.height(), state_, facts);
+        if (different_) draw_label();
+        if (state_.shows_panel) draw_panel(width, panel_width(), window_.height(), state_, facts);
         window_.end_frame(width);
     }
 

@@ -6,7 +6,9 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <limits>
 #include <utility>
 
 #include "common/base/errors.h"
@@ -50,6 +52,14 @@ Window::Window(const std::string& title, int width, int height) {
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 1);
     glfwWindowHint(GLFW_DEPTH_BITS, 0);
     glfwWindowHint(GLFW_STENCIL_BITS, 0);
+    int left = 0;
+    int top = 0;
+    int room_x = width;
+    int room_y = height;
+    if (GLFWmonitor* const monitor = glfwGetPrimaryMonitor())
+        glfwGetMonitorWorkarea(monitor, &left, &top, &room_x, &room_y);
+    width = std::min(width, room_x);
+    height = std::min(height, room_y);
     window_.reset(glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr));
     if (!window_) fail("no window can be opened");
     glfwSetWindowSizeLimits(window_.get(), 640, 400, GLFW_DONT_CARE, GLFW_DONT_CARE);
@@ -112,6 +122,17 @@ void Window::set_image(std::uint32_t width, std::uint32_t height,
                  static_cast<GLsizei>(height), 0, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
     has_image_ = true;
     line_ends_ = std::move(line_ends);
+    float nearest = std::numeric_limits<float>::infinity();
+    float farthest = 0;
+    for (const glm::vec4& end : line_ends_) {
+        if (end.w > 0) nearest = std::min(nearest, end.w);
+        farthest = std::max(farthest, end.w);
+    }
+    line_colours_.clear();
+    for (const glm::vec4& end : line_ends_) {
+        const float along = std::max(end.w - nearest, 0.0f) / std::max(farthest - nearest, 1e-30f);
+        line_colours_.emplace_back(1.0f, 0.75f, 0.2f, 0.9f - 0.75f * along);
+    }
 }
 
 void Window::draw_image(float width) const {
@@ -134,13 +155,15 @@ void Window::draw_image(float width) const {
     glViewport(0, 0, static_cast<GLsizei>(width * scale), static_cast<GLsizei>(height * scale));
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-    glColor4f(1.0f, 0.75f, 0.2f, 0.6f);
     glMatrixMode(GL_PROJECTION);
     glPushMatrix();
     glLoadIdentity();
     glEnableClientState(GL_VERTEX_ARRAY);
     glVertexPointer(4, GL_FLOAT, 0, line_ends_.data());
+    glEnableClientState(GL_COLOR_ARRAY);
+    glColorPointer(4, GL_FLOAT, 0, line_colours_.data());
     glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(line_ends_.size()));
+    glDisableClientState(GL_COLOR_ARRAY);
     glDisableClientState(GL_VERTEX_ARRAY);
     glPopMatrix();
     glPopAttrib();

@@ -75,6 +75,8 @@ private:
     unsigned texture_ = 0;
     bool has_image_ = false;
     std::vector<glm::vec4> line_ends_;
+    /// They fade with the distance from the eye.
+    std::vector<glm::vec4> line_colours_;
 };
 
 }  // namespace mray::app

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <limits>
 
+#include <glm/geometric.hpp>
+
 #include "common/interop/camera.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"
@@ -28,23 +30,24 @@ struct DepthRange {
     double range = 1;
 };
 
-/// From the eye's side of the bounding sphere to the other, or from the eye if it is within. Empty
-/// bounds count as a radius of 1 around the eye.
-inline DepthRange depth_range(const Point& eye, const WorldBounds& bounds) {
-    double distance = 0;
-    double radius = 1;
-    if (!bounds.empty()) {
-        double to_centre[3];
-        double half[3];
-        for (std::size_t k = 0; k < 3; ++k) {
-            to_centre[k] = eye[k] - (bounds.lower[k] / 2 + bounds.upper[k] / 2);
-            half[k] = bounds.upper[k] / 2 - bounds.lower[k] / 2;
-        }
-        distance = std::hypot(to_centre[0], to_centre[1], to_centre[2]);
-        radius = std::hypot(half[0], half[1], half[2]);
+/// From the nearest to the farthest corner of the bounds, or from the eye if it is farther than
+/// that. Empty bounds count as a depth of 0 to 1.
+inline DepthRange depth_range(const Point& eye, const Point& target, const WorldBounds& bounds) {
+    if (bounds.empty()) return {};
+    const glm::dvec3 forward = glm::normalize(to_dvec3(target) - to_dvec3(eye));
+    double near = std::numeric_limits<double>::infinity();
+    double far = 0;
+    for (unsigned i = 0; i < 8; ++i) {
+        const glm::dvec3 corner((i & 1 ? bounds.upper : bounds.lower)[0],
+                                (i & 2 ? bounds.upper : bounds.lower)[1],
+                                (i & 4 ? bounds.upper : bounds.lower)[2]);
+        const double depth = glm::dot(corner - to_dvec3(eye), forward);
+        near = std::min(near, depth);
+        far = std::max(far, depth);
     }
-    const double near = std::max(distance - radius, 0.0);
-    return {near, std::max(distance + radius - near, 1e-30)};
+    near = std::clamp(near, 0.0, far);
+    // A flat scene that is seen at right angles has one depth.
+    return {near, std::max({far - near, 0x1p-10 * far, 1e-30})};
 }
 
 }  // namespace mray

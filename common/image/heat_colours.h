@@ -35,10 +35,10 @@ inline std::uint32_t heat_colour(std::uint32_t n, std::uint32_t first, std::uint
     return pack_rgb(channels[0], channels[1], channels[2]);
 }
 
-/// heat_colour() of a number of steps, from 1 to 256, and of a looseness, from 1 to 64.
-inline std::uint32_t steps_colour(std::uint32_t steps) { return heat_colour(steps, 0, 8); }
+/// heat_colour() of a number of steps, from 1 to 64, and of a looseness, from 1 to 16.
+inline std::uint32_t steps_colour(std::uint32_t steps) { return heat_colour(steps, 0, 6); }
 inline std::uint32_t looseness_colour(float looseness) {
-    return heat_colour(static_cast<std::uint32_t>(std::min(looseness, 1024.0f) * 16.0f), 4, 10);
+    return heat_colour(static_cast<std::uint32_t>(std::min(looseness, 1024.0f) * 16.0f), 4, 8);
 }
 
 }  // namespace mray

@@ -22,6 +22,13 @@ using glm::dvec3;
 const dvec3 kDefaultSide(0.45, 0.4, 1);
 // The image is larger than the scene in it by this factor.
 constexpr double kFramingMargin = 1.02;
+// The image is larger than an object by this factor. Its shadow has kFramingMargin.
+constexpr double kObjectMargin = 1.15;
+// The light is above the object, and by these parts of that to the left and in front: most of the
+// shadow falls behind. The distance is in radii.
+constexpr double kLightLeft = 0.4;
+constexpr double kLightFront = 0.8;
+constexpr double kLightDistance = 8;
 // The least depth of the scene before the eye, as a part of its radius: fields of view that are
 // nearly 180 degrees would put the eye into the nearest corner.
 constexpr double kLeastDepth = 0.05;
@@ -113,15 +120,17 @@ void for_corners(const SceneBox& scene, const dvec3& from, const Visit& visit) {
     }
 }
 
-// How far before the target the eye must be for all corners of the box to be in the image, and
-// before the eye.
-double framing_distance(const HalfSlopes& slopes, const Axes& axes, const SceneBox& scene,
-                        const dvec3& target) {
+// Returns how far before the target the eye must be for all points to be in the image, and at least
+// so far before the eye. for_points(visit) calls visit(p, margin) for points seen from the target;
+// the image is larger by the margin.
+template <class ForPoints>
+double framing_distance(const HalfSlopes& slopes, const Axes& axes, double least_depth,
+                        const ForPoints& for_points) {
     double distance = 0;
-    for_corners(scene, target, [&](const dvec3& p) {
+    for_points([&](const dvec3& p, double margin) {
         const double least = std::max(std::abs(glm::dot(p, axes.up)) / slopes.up,
                                       std::abs(glm::dot(p, axes.right)) / slopes.right);
-        const double depth = std::max(least, kLeastDepth * scene.radius());
+        const double depth = margin * std::max(least, least_depth);
         distance = std::max(distance, depth - glm::dot(p, axes.forward));
     });
     return distance;
@@ -176,6 +185,48 @@ dvec3 default_light(const dvec3& eye, const Axes& axes, const SceneBox& scene) {
     }
     return eye + reach * aside;
 }
+
+// Returns kDefaultSide, turned by the least angle that brings the y axis to `up`.
+dvec3 default_side(const dvec3& up) {
+    if (up.y < kParallel - 1) return {kDefaultSide.x, -kDefaultSide.y, -kDefaultSide.z};
+    const dvec3 axis = glm::cross(dvec3(0, 1, 0), up);
+    const dvec3 turned = glm::cross(axis, kDefaultSide);
+    return kDefaultSide + turned + glm::cross(axis, turned) / (1 + up.y);
+}
+
+bool is_finite(const vec3& p) {
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
+// An object that stands on a ground under a light.
+struct StandingObject {
+    std::span<const vec3> positions;
+    dvec3 up;
+    double bottom;
+    dvec3 light;
+
+    // Calls visit(p) for the positions, seen from a point.
+    template <class Visit>
+    void for_positions(const dvec3& from, const Visit& visit) const {
+        for (const vec3& position : positions)
+            if (is_finite(position)) visit(dvec3(position) - from);
+    }
+
+    dvec3 shadow_of(const dvec3& p) const {
+        const double height = glm::dot(light - p, up);
+        return light + (p - light) * ((glm::dot(light, up) - bottom) / height);
+    }
+
+    double distance(const HalfSlopes& slopes, const Axes& axes, double least_depth,
+                    const dvec3& target) const {
+        return framing_distance(slopes, axes, least_depth, [&](const auto& visit) {
+            for_positions(target, [&](const dvec3& p) {
+                visit(p, kObjectMargin / kFramingMargin);
+                visit(shadow_of(p + target) - target, 1);
+            });
+        });
+    }
+};
 
 // Throws an error with this text unless the view is as it must be.
 template <class... Values>
@@ -267,12 +318,58 @@ ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds) {
         const Axes axes = axes_of(-from, to_dvec3(view.up));
         const HalfSlopes slopes = framing_slopes(view);
         if (!view.target) target = framing_target(slopes, axes, scene);
-        eye = target + framing_distance(slopes, axes, scene, target) * from;
+        const auto for_points = [&](const auto& visit) {
+            for_corners(scene, target, [&](const dvec3& p) { visit(p, 1); });
+        };
+        eye = target +
+              framing_distance(slopes, axes, kLeastDepth * scene.radius(), for_points) * from;
     }
     const Axes axes = axes_of(direction_of(target - eye), to_dvec3(view.up));
     const dvec3 light = view.light ? to_dvec3(*view.light) : default_light(eye, axes, scene);
     const double ao_distance = view.ao_distance == 0 ? scene.radius() / 2 : view.ao_distance;
     return {to_point(eye), to_point(target), to_point(light), ao_distance};
+}
+
+ViewSpec frame_object(const ViewSpec& view, std::span<const vec3> positions) {
+    const dvec3 up = direction_of(to_dvec3(view.up));
+    const WorldBounds bounds = bounds_of(positions);
+    if (bounds.empty() || !(glm::length(up) > 0)) return view;
+    const SceneBox box = scene_box(bounds);
+    const Axes axes = axes_of(-direction_of(default_side(up)), up);
+    StandingObject object{positions, up, std::numeric_limits<double>::infinity(), {}};
+    object.for_positions({0, 0, 0}, [&](const dvec3& p) {
+        object.bottom = std::min(object.bottom, glm::dot(p, up));
+    });
+    const dvec3 front = glm::cross(axes.right, up);
+    const dvec3 to_light = direction_of(up - kLightLeft * axes.right + kLightFront * front);
+    object.light = box.centre + kLightDistance * box.radius() * to_light;
+
+    const HalfSlopes slopes = framing_slopes(view);
+    const double least = kLeastDepth * box.radius();
+    dvec3 target = box.centre;
+    double distance = object.distance(slopes, axes, least, target);
+    // The middle moves less with each step.
+    constexpr int kSteps = 6;
+    for (int step = 0; step < kSteps; ++step) {
+        constexpr double kFar = std::numeric_limits<double>::infinity();
+        double left = kFar, right = -kFar, lower = kFar, upper = -kFar;
+        object.for_positions(target, [&](const dvec3& p) {
+            const double depth = distance + glm::dot(p, axes.forward);
+            const double x = glm::dot(p, axes.right) / depth;
+            const double y = glm::dot(p, axes.up) / depth;
+            left = std::min(left, x);
+            right = std::max(right, x);
+            lower = std::min(lower, y);
+            upper = std::max(upper, y);
+        });
+        target += distance / 2 * ((left + right) * axes.right + (lower + upper) * axes.up);
+        distance = object.distance(slopes, axes, least, target);
+    }
+    ViewSpec framed = view;
+    framed.eye = to_point(target - distance * axes.forward);
+    framed.target = to_point(target);
+    if (!view.light) framed.light = to_point(object.light);
+    return framed;
 }
 
 ImageParams make_image_params(const ViewSpec& view, const WorldBounds& bounds,

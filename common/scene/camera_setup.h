@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -54,6 +55,12 @@ struct ResolvedView {
 /// around it whose corners are as far from it as 0 is. The default target is beside the centre, or
 /// for a given eye the centre of the bounds, or, for an eye at it, a point in direction -z from it.
 ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds);
+
+/// Gives a view without eye and target those that show an object, whose vertices these are, in the
+/// middle of the image: from the front, right and above as `up` says, with room for its shadow on
+/// a ground below it; and a light, unless it has one. Positions that are not finite do not count;
+/// without any other, and for an `up` without direction, returns the view as it is.
+ViewSpec frame_object(const ViewSpec& view, std::span<const vec3> positions);
 
 /// Throws Error(kBadInput) if eye and target coincide, up is parallel to the view, fov is not in
 /// (0, 180) or too wide for the image's shape, a number is not finite, ao_distance is negative,

@@ -11,6 +11,7 @@
 #include <glm/geometric.hpp>
 
 #include "common/base/errors.h"
+#include "scenes/mesh/mesh_file.h"
 #include "scenes/mesh/smooth_numbers.h"
 
 namespace mray::gltf {
@@ -141,8 +142,8 @@ private:
     /// (glTF 2.0, 3.7.4). Joints alone place one that is skinned.
     void add_primitive(const Mesh& mesh, const Primitive& primitive, std::uint32_t first_vertex,
                        bool is_mirrored, SmoothNumbers& numbers) {
-        const Material material =
-            primitive.material ? materials_.materials[*primitive.material] : Material{};
+        const Material material = primitive.material ? materials_.materials[*primitive.material]
+                                                     : Material{.albedo = kClay};
         if (material.is_cut_away) return;
         const bool is_textured = !primitive.texcoords.empty();
         has_textures_ = has_textures_ || is_textured;

@@ -29,6 +29,9 @@ struct MeshFileOptions {
     WarnFunction warn = {};
 };
 
+/// The albedo of triangles without material: clay, which no part of the background looks like.
+inline constexpr Albedo kClay = 0x0033548A;
+
 /// The faces of the file that have three corners or more, in their order.
 struct FileMesh {
     FileOrigin origin;
@@ -37,7 +40,7 @@ struct FileMesh {
     /// Each vertex of the file, in world space (FileOrigin::to_world()).
     std::vector<vec3> positions;
     Polygons faces;
-    /// One for each face; empty: kDefaultAlbedo for all.
+    /// One for each face; empty: kClay for all.
     std::vector<Albedo> albedo;
     /// Linear colours of the vertices, finite; a triangle has the mean of its three. Empty: none.
     /// If there are any, `albedo` is empty.

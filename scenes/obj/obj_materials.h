@@ -38,7 +38,7 @@ struct TextureMap {
 };
 
 struct Material {
-    Albedo albedo = kDefaultAlbedo;
+    Albedo albedo = kClay;
     /// The albedo below the texture: white where the library has no Kd, or a black one.
     Albedo textured_albedo = 0x00FFFFFF;
     /// Null without a texture.
@@ -52,7 +52,7 @@ inline constexpr std::uint64_t kMaxMtlBytes = std::uint64_t{256} << 20;
 
 /// Adds the materials of an MTL text to `materials`, by their names without the blanks around them;
 /// the first of several materials of one name stays. The albedo is Kd, taken as linear, clamped to
-/// [0, 1] and rounded to 8 bits; kDefaultAlbedo without a Kd. Of the options of map_Kd, -s, -o and
+/// [0, 1] and rounded to 8 bits; kClay without a Kd. Of the options of map_Kd, -s, -o and
 /// -clamp are read.
 ///
 /// `library` is the file, `name` the same in messages. Throws Error(kBadInput) for NUL bytes. A Kd

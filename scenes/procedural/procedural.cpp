@@ -46,6 +46,7 @@ public:
     }
     WorldBounds bounds() const override { return bounds_; }
     std::optional<InsideView> inside_view() const override { return mesh_.inside_view; }
+    bool is_builtin() const override { return true; }
     const std::string& name() const override { return name_; }
 
 private:

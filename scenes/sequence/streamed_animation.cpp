@@ -38,7 +38,7 @@ void set_corners(const FileMesh& mesh, std::span<const uvec3> corners, std::vect
 
 void set_albedo(const FileMesh& mesh, Topology& topology) {
     if (mesh.albedo.empty() && mesh.vertex_colours.empty()) {
-        topology.albedo.assign(topology.triangles.size(), kDefaultAlbedo);
+        topology.albedo.assign(topology.triangles.size(), kClay);
         return;
     }
     topology.albedo.reserve(topology.triangles.size());

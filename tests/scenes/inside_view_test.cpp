@@ -1,4 +1,4 @@
-// Closed scenes are seen from inside.
+// Closed scenes are seen from inside, files as objects.
 #include "scenes/scene_frames.h"
 
 #include <gtest/gtest.h>
@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "scenes/procedural/procedural.h"
+#include "tests/support/temporary_folder.h"
 
 namespace mray {
 namespace {
@@ -30,6 +31,17 @@ TEST(InsideView, IsThatOfClosedScenesUnlessAViewIsGiven) {
         EXPECT_TRUE(view.light);
     }
     EXPECT_EQ(world_view({}, *make_procedural("cloth", 500)), ViewSpec{});
+}
+
+TEST(WorldView, FramesTheFirstFrameOfFiles) {
+    const test::TemporaryFolder folder;
+    folder.write("a_0.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write("a_1.obj", "v 5 0 0\nv 6 0 0\nv 5 9 0\nf 1 2 3\n");
+    const std::unique_ptr<Animation> animation = open_scene(folder.path());
+    const vec3 first[] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    EXPECT_EQ(world_view({}, *animation), frame_object({}, first));
+    const ViewSpec given{.target = Point{1, 2, 3}};
+    EXPECT_EQ(world_view(given, *animation), given);
 }
 
 }  // namespace

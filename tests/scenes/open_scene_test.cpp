@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include "scenes/mesh/mesh_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
@@ -26,7 +27,7 @@ TEST(OpenScene, OpensAFile) {
     EXPECT_EQ(animation->name(), path);
     EXPECT_EQ(animation->topology().vertex_count, 3u);
     EXPECT_EQ(animation->topology().triangles, std::vector<uvec3>{uvec3(0, 1, 2)});
-    EXPECT_EQ(animation->topology().albedo, std::vector<Albedo>{kDefaultAlbedo});
+    EXPECT_EQ(animation->topology().albedo, std::vector<Albedo>{kClay});
     EXPECT_EQ(animation->first_frame(), 0);
     EXPECT_EQ(animation->last_frame(), 0);
 }

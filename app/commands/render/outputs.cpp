@@ -52,7 +52,7 @@ std::string render_command(const ImageOptions& options, double frame) {
     }
     add("--samples", fmt::format("{}", shading.samples));
     if (shading.flat) line.push_back("--flat");
-    if (shading.ground) line.push_back("--ground");
+    if (shading.ground) add("--ground", name_in<bool>(kOnOff, *shading.ground));
     return shell_line(line);
 }
 

@@ -30,8 +30,8 @@ enum class Shading {
     normal,  ///< Normals as colours.
     depth,   ///< Depths along the viewing direction as greys, the nearer the brighter.
     prim,    ///< Triangles in colours of their own.
-    steps,   ///< How many nodes and leaves of the tree a ray enters up to its hit: from 1 to 256.
-    sah,     ///< How much larger the box of a leaf is than its triangles, by area: from 1 to 64.
+    steps,   ///< How many nodes and leaves of the tree a ray enters up to its hit: from 1 to 64.
+    sah,     ///< How much larger the box of a leaf is than its triangles, by area: from 1 to 16.
 };
 
 /// The side of the square of camera rays of a pixel that has `samples` of them: 1, 2, 4 or 8.

@@ -123,8 +123,8 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
         image.ray_count += apply_alpha_test(scene, watch, traced);
     if (has_smooth) update_normals(scene);
     if (is_heat) colour_by_tree(view.shading, backend, arena, watch, traced);
-    const mray::DepthRange depths =
-        mray::depth_range(mray::resolve_view(spec, pose.bounds()).eye, pose.bounds());
+    const mray::ResolvedView seen = mray::resolve_view(spec, pose.bounds());
+    const mray::DepthRange depths = mray::depth_range(seen.eye, seen.target, pose.bounds());
     const mray::cpu::LitSamples samples{
         .params = traced.params,
         .side = side,

@@ -71,8 +71,9 @@ TEST(Render, FramesBetweenWholeFramesAreInterpolated) {
     folder.write("s/f_0.obj", square_at(0));
     folder.write("s/f_1.obj", square_at(10));
     const std::string halfway = folder.write("halfway.obj", square_at(5));
-    // The same view of all: bounds, and with them camera and light, differ between the scenes.
-    const Names view = {"--eye", "5,0,20", "--target", "5,0,0", "--light", "5,9,20"};
+    // The same view of all: bounds, and with them camera, light and ground, differ.
+    const Names view = {"--eye",   "5,0,20", "--target", "5,0,0",
+                        "--light", "5,9,20", "--ground", "off"};
     const auto with = [&](Names more) {
         more.insert(more.end(), view.begin(), view.end());
         return more;
@@ -153,7 +154,7 @@ TEST(Render, IsLitUnlessRaysAreGiven) {
 TEST(Render, LitImagesDoNotDependOnBackendTreeOrThreads) {
     TemporaryFolder folder;
     const auto hashes = [&](Names more) {
-        more.insert(more.end(), {"--frames", "0..12:6", "--ground"});
+        more.insert(more.end(), {"--frames", "0..12:6", "--ground", "on"});
         std::string all;
         const Json json = render_json("builtin:cloth:900", folder, more);
         for (const Json& frame : json["frames"])
@@ -180,16 +181,39 @@ TEST(Render, FalseColoursAreOneImageEach) {
     EXPECT_EQ(images.size(), 7u);
 }
 
-TEST(Render, TheGroundIsBelowTheScene) {
-    // Seen from above, a square that floats over the ground has a shadow on it, and the ground
-    // reaches far around it.
+TEST(Render, FilesStandOnAGroundUnlessItWouldHideThem) {
+    // A triangle that stands on the ground; in the second frame it has fallen.
     TemporaryFolder folder;
-    const std::string scene = folder.write("a.obj", square_at(1)).string();
-    const auto hits = [&](Names more) {
-        more.insert(more.end(), {"--samples", "1"});
-        return render_json(scene, folder, more)["frames"][0]["hits"].get<int>();
+    for (const int frame : {0, 1})
+        folder.write(fmt::format("s/a_{}.obj", frame),
+                     fmt::format("v 0 {0} 0\nv 1 {0} 0\nv 0 {1} 0\nf 1 2 3\n", -100 * frame,
+                                 1 - 100 * frame));
+    const std::string scene = folder.file("s");
+    const auto frame = [&](int number, const std::string& of, Names more) {
+        more.insert(more.end(), {"--samples", "1", "--frames", std::to_string(number)});
+        return render_json(of, folder, more)["frames"][0];
     };
-    EXPECT_GT(hits({"--ground"}), hits({}));
+    const auto hash = [&](int number, const std::string& of, const Names& more) {
+        return frame(number, of, more)["image_hash"].get<std::string>();
+    };
+    EXPECT_GT(frame(0, scene, {})["hits"], frame(0, scene, {"--ground", "off"})["hits"]);
+    EXPECT_EQ(hash(0, scene, {}), hash(0, scene, {"--ground", "on"}));
+    EXPECT_EQ(hash(0, "builtin:cloth:500", {}), hash(0, "builtin:cloth:500", {"--ground", "off"}));
+    // From below, with files of data, and in other colours there is none.
+    for (const Names& more : {Names{"--eye", "0.5,-9,3"}, Names{"--exr", "half"},
+                              Names{"--hits", folder.file("h")}, Names{"--shading", "normal"}}) {
+        Names off = more;
+        off.insert(off.end(), {"--ground", "off"});
+        EXPECT_EQ(hash(0, scene, more), hash(0, scene, off)) << more[0];
+    }
+    // The ground stays below a mesh that falls.
+    const auto fallen = [&](const char* ground) {
+        return frame(1, scene,
+                     {"--eye", "0.5,-99,2", "--target", "0.5,-99.5,0", "--light", "0,-90,9",
+                      "--shading", "prim", "--ground", ground});
+    };
+    EXPECT_GT(fallen("off")["hits"], 0);
+    EXPECT_GT(fallen("on")["hits"], fallen("off")["hits"]);
 }
 
 TEST(Render, OutMayNameOneImage) {

@@ -1,8 +1,11 @@
 // The parts of the viewer that need no window.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <tuple>
 
+#include "app/animation/legend.h"
 #include "app/cli/command_line.h"
 #include "app/view/engine.h"
 #include "app/view/window.h"
@@ -139,15 +142,36 @@ TEST(DifferenceImage, ShowsEachPixelThatDiffersInABit) {
               (std::vector<std::uint32_t>{0xFF000000, 0xFF000000, 0xFFFFFFFF, 0xFF000000}));
 }
 
-TEST(DepthRange, IsTheBoundingSphereBeforeTheEye) {
+TEST(DepthRange, IsThatOfTheCornersBeforeTheEye) {
     const WorldBounds bounds{{-3, -4, -12}, {3, 4, 12}};
-    const DepthRange before = depth_range({0, 0, 20}, bounds);
-    EXPECT_DOUBLE_EQ(before.near, 7);
-    EXPECT_DOUBLE_EQ(before.range, 26);
-    const DepthRange within = depth_range({0, 5, 0}, bounds);
+    const DepthRange before = depth_range({0, 0, 20}, {0, 0, 0}, bounds);
+    EXPECT_DOUBLE_EQ(before.near, 8);
+    EXPECT_DOUBLE_EQ(before.range, 24);
+    const DepthRange within = depth_range({0, 0, 7}, {0, 0, 8}, bounds);
     EXPECT_DOUBLE_EQ(within.near, 0);
-    EXPECT_DOUBLE_EQ(within.range, 18);
-    EXPECT_DOUBLE_EQ(depth_range({1, 2, 3}, {}).range, 1);
+    EXPECT_DOUBLE_EQ(within.range, 5);
+    const DepthRange flat = depth_range({0, 0, 2}, {0, 0, 0}, {{-1, -1, 0}, {1, 1, 0}});
+    EXPECT_DOUBLE_EQ(flat.near, 2);
+    EXPECT_GT(flat.range, 0);
+    EXPECT_DOUBLE_EQ(depth_range({1, 2, 3}, {0, 0, 0}, {}).range, 1);
+}
+
+TEST(Legend, IsDrawnOnNumbersWhereThereIsRoom) {
+    using morphray::Shading;
+    for (const auto& [shading, width, is_drawn] :
+         {std::tuple(Shading::depth, 480u, true), std::tuple(Shading::steps, 480u, true),
+          std::tuple(Shading::sah, 480u, true), std::tuple(Shading::lit, 480u, false),
+          std::tuple(Shading::depth, 200u, false)}) {
+        morphray::Image image;
+        image.width = width;
+        image.height = 360;
+        image.pixels.assign(std::size_t{width} * 360, 7);
+        draw_legend(shading, {2, 3}, image);
+        const auto drawn =
+            image.pixels.size() - static_cast<std::size_t>(std::ranges::count(image.pixels, 7u));
+        EXPECT_EQ(drawn > 0, is_drawn);
+        EXPECT_LT(drawn, image.pixels.size() / 8);
+    }
 }
 
 TEST(PixelText, SaysWhatEachBackendHits) {

@@ -51,7 +51,7 @@ same_as_render() {
 scene=builtin:cloth:3000
 same_as_render lit $scene --frame 8 --size 160x120 --backend cpu
 same_as_render plain $scene --frame 3.5 --size 160x120 --backend cpu --rays shadow
-same_as_render ground $scene --frame 5 --size 97x61 --backend cpu --ground --flat --samples 16 \
+same_as_render ground $scene --frame 5 --size 97x61 --backend cpu --ground on --flat --samples 16 \
     --eye 3,2,4 --light 5,5,5 --ao-samples 3
 for shading in normal depth prim steps sah; do
     same_as_render $shading $scene --frame 9 --size 64x48 --backend cpu --shading $shading

@@ -255,6 +255,65 @@ TEST(ResolveView, LightsFromAboveLeftOfTheEyeAndOutsideOfTheBounds) {
     }
 }
 
+// Vertices of an object that leans, and the lowest of them along up.
+std::vector<vec3> leaning_object(float size, const vec3& offset) {
+    std::vector<vec3> positions = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {0.5f, 3, -2}, {0.7f, 2, 0}};
+    for (vec3& p : positions) p = size * p + offset;
+    return positions;
+}
+
+TEST(FrameObject, ShowsTheVerticesInTheMiddleAndTheirShadowInTheImage) {
+    const Point ups[] = {{0, 1, 0}, {0, 0, 2}, {0, -1, 0}, {1, 1, 0}};
+    for (const auto& [size, offset] :
+         {std::pair(1.0f, vec3(0, 0, 0)), {100.0f, vec3(9, 8, 7)}, {1e-30f, vec3(0, 0, 0)}}) {
+        for (const Point& up : ups) {
+            for (const auto& [width, height] :
+                 {std::pair{512u, 512u}, {900u, 300u}, {200u, 700u}}) {
+                ViewSpec view;
+                view.up = up;
+                view.width = width;
+                view.height = height;
+                std::vector<vec3> positions = leaning_object(size, offset);
+                positions.emplace_back(float(kNan), 0.0f, 0.0f);
+                const ViewSpec framed = frame_object(view, positions);
+                positions.pop_back();
+                ASSERT_TRUE(framed.eye && framed.target && framed.light);
+                const ResolvedView resolved = resolve_view(framed, bounds_of(positions));
+                const Real up_length = norm(wide(up));
+                const auto height_of = [&](const Vec& p) { return inner(p, wide(up)) / up_length; };
+                Real bottom = kInfinity;
+                for (const vec3& p : positions)
+                    bottom = std::min(bottom, height_of({p.x, p.y, p.z}));
+                EXPECT_GT(height_of(wide(*framed.eye)), bottom);
+                Real left = kInfinity, right = kInfinity, top = kInfinity, low = kInfinity;
+                for (const vec3& p : positions) {
+                    const Vec point = {p.x, p.y, p.z};
+                    const Projection seen = project(view, resolved, point);
+                    left = std::min(left, seen.x / width);
+                    right = std::min(right, 1 - seen.x / width);
+                    top = std::min(top, seen.y / height);
+                    low = std::min(low, 1 - seen.y / height);
+                    const Vec light = wide(*framed.light);
+                    const Real part =
+                        (height_of(light) - bottom) / (height_of(light) - height_of(point));
+                    Vec shadow;
+                    for (int i = 0; i < 3; ++i) shadow[i] = light[i] + part * (point[i] - light[i]);
+                    const Projection dark = project(view, resolved, shadow);
+                    EXPECT_GT(std::min({dark.x, width - dark.x, dark.y, height - dark.y}), 0);
+                }
+                EXPECT_NEAR(double(left), double(right), 1e-3);
+                EXPECT_NEAR(double(top), double(low), 1e-3);
+                EXPECT_GT(std::min(left, top), 0.05);
+            }
+        }
+    }
+    // A light that is given stays; without a vertex so does the view.
+    ViewSpec lit;
+    lit.light = Point{1, 2, 3};
+    EXPECT_EQ(frame_object(lit, leaning_object(1, {0, 0, 0})).light, lit.light);
+    EXPECT_EQ(frame_object(lit, {}), lit);
+}
+
 TEST(ResolveView, GivesOcclusionAQuarterOfTheDiagonal) {
     const WorldBounds bounds = {{0, 0, 0}, {4, 4, 2}};
     EXPECT_DOUBLE_EQ(resolve_view({}, bounds).ao_distance, 1.5);

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "scenes/mesh/mesh_file.h"
 #include "tests/scenes/gltf/gltf_builder.h"
 #include "tests/scenes/gltf/opened_gltf.h"
 
@@ -257,7 +258,7 @@ TEST(GltfAccessors, QuantizedPositions) {
 
 TEST(GltfMaterials, BaseColourIsTheAlbedo) {
     GltfBuilder builder = triangle_file();
-    EXPECT_EQ(OpenedGltf(builder.gltf()).animation().topology().albedo[0], 0xFFFFFFu);
+    EXPECT_EQ(OpenedGltf(builder.gltf()).animation().topology().albedo[0], kClay);
     builder.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorFactor", {1, 0.5, 0, 1}}}}}};
     builder.json["meshes"][0]["primitives"][0]["material"] = 0;
     EXPECT_EQ(OpenedGltf(builder.gltf()).animation().topology().albedo[0], 0x0080FFu);

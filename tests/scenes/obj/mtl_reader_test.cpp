@@ -25,13 +25,13 @@ TEST(MtlReader, ReadsLinearColoursOfEightBits) {
 }
 TEST(MtlReader, MaterialWithoutColourIsTheDefault) {
     const Library library = read("Kd 1 0 0\nnewmtl a\nNs 5\n");
-    EXPECT_EQ(library.materials.at("a").albedo, kDefaultAlbedo);
+    EXPECT_EQ(library.materials.at("a").albedo, kClay);
 }
 TEST(MtlReader, ColoursThatAreNotFiniteNumbersAreLeftOutWithTheirLine) {
     for (const char* kd : {"nan 0 0", "0 inf 0", "0 0 1e400", "a b c", "0,5 0 0", "1 2", "1 2 3 4",
                            "", "0x1 0 0", "spectral f.rfl"}) {
         const Library library = read(fmt::format("newmtl a\nKd {}\n", kd));
-        EXPECT_EQ(library.materials.at("a").albedo, kDefaultAlbedo);
+        EXPECT_EQ(library.materials.at("a").albedo, kClay);
         ASSERT_EQ(library.warnings.size(), 1u);
         EXPECT_TRUE(library.warnings[0].starts_with("a.mtl:2: warning: Kd")) << kd;
     }
@@ -42,7 +42,7 @@ TEST(MtlReader, TexturesKeepTheirFileAndPlace) {
     ASSERT_NE(a.map, nullptr);
     EXPECT_EQ(a.map->file, "x y.png");
     EXPECT_EQ(a.map->place, "a.mtl:2");
-    EXPECT_EQ(a.albedo, kDefaultAlbedo);
+    EXPECT_EQ(a.albedo, kClay);
     EXPECT_EQ(a.textured_albedo, 0xFFFFFFu);
     EXPECT_EQ(materials.at("b").map, nullptr);
 }

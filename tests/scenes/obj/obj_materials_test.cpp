@@ -32,8 +32,7 @@ TEST(ObjMaterials, DiffuseColourBecomesTheAlbedoOfTheFacesAfterIt) {
     const Coloured result = read_coloured(
         folder, "mtllib a.mtl\n" + kTriangle +
                     "usemtl red\nf 1 2 3\nf 1 2 3\nusemtl  blue \nf 1 2 3\nusemtl red\nf 3 2 1\n");
-    EXPECT_EQ(result.albedo,
-              (std::vector<Albedo>{kDefaultAlbedo, 0x0000FF, 0x0000FF, 0x800000, 0x0000FF}));
+    EXPECT_EQ(result.albedo, (std::vector<Albedo>{kClay, 0x0000FF, 0x0000FF, 0x800000, 0x0000FF}));
     EXPECT_TRUE(result.warnings.empty());
 }
 TEST(ObjMaterials, AllLibrariesOfALineAreRead) {
@@ -49,7 +48,7 @@ TEST(ObjMaterials, MissingLibraryAndMaterialAreWarnings) {
     const TemporaryFolder folder;
     const Coloured result =
         read_coloured(folder, "mtllib none.mtl\n" + kVertices + "usemtl q\nf 1 2 3\n");
-    EXPECT_EQ(result.albedo, std::vector<Albedo>{kDefaultAlbedo});
+    EXPECT_EQ(result.albedo, std::vector<Albedo>{kClay});
     ASSERT_EQ(result.warnings.size(), 2u);
     EXPECT_NE(result.warnings[0].find("a.obj: warning: "), std::string::npos);
     EXPECT_NE(result.warnings[0].find("none.mtl: no such file"), std::string::npos);
@@ -68,7 +67,7 @@ TEST(ObjMaterials, LibraryOutsideOfTheFolderIsNotOpened) {
         const auto mesh = read_obj(folder.write("scene/a.obj", "mtllib " + name + "\n" + kVertices +
                                                                    "usemtl a\nf 1 2 3\n"),
                                    options);
-        EXPECT_EQ(mesh.albedo[0], kDefaultAlbedo);
+        EXPECT_EQ(mesh.albedo[0], kClay);
         ASSERT_FALSE(warnings.empty());
         EXPECT_NE(warnings[0].find("not followed"), std::string::npos) << warnings[0];
     }

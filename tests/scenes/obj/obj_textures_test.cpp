@@ -49,7 +49,7 @@ TEST(ObjTextures, FacesHaveTheTextureOfTheirMaterialAndTheCoordinatesOfTheirCorn
     ASSERT_EQ(mesh.textures.size(), 2u);
     EXPECT_EQ(mesh.textures[0].path, fs::canonical(folder.path() / "a.png").native());
     EXPECT_EQ(mesh.face_textures, (std::vector<std::uint32_t>{kNoTexture, 0, 1, kNoTexture, 0}));
-    EXPECT_EQ(mesh.albedo, (std::vector<Albedo>{kDefaultAlbedo, kWhite, 0xFF, 0xFF00, kWhite}));
+    EXPECT_EQ(mesh.albedo, (std::vector<Albedo>{kClay, kWhite, 0xFF, 0xFF00, kWhite}));
     ASSERT_EQ(mesh.texcoords.size(), 19u);
     EXPECT_EQ(mesh.texcoords[1], (Texcoord{0, 0}));  // has no texture
     EXPECT_EQ(mesh.texcoords[5], (Texcoord{1, 0}));
@@ -81,7 +81,7 @@ TEST(ObjTextures, MissingFileIsAWarningAndLeavesTheColour) {
     const Textured result = read_textures(
         folder, "mtllib a.mtl\n" + kSquare + "usemtl m\n" + kFace + kFace + "usemtl n\n" + kFace);
     EXPECT_TRUE(result.mesh.textures.empty());
-    EXPECT_EQ(result.mesh.albedo, (std::vector<Albedo>{0xFF0000, 0xFF0000, kDefaultAlbedo}));
+    EXPECT_EQ(result.mesh.albedo, (std::vector<Albedo>{0xFF0000, 0xFF0000, kClay}));
     ASSERT_EQ(result.warnings.size(), 1u);
     EXPECT_NE(result.warnings[0].find("a.mtl:3: warning: map_Kd: "), std::string::npos);
     EXPECT_NE(result.warnings[0].find("none.png: no such file"), std::string::npos)

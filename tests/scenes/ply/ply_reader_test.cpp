@@ -162,7 +162,7 @@ TEST(PlyReader, TrianglesHaveTheMeanOfTheColoursOfTheirVertices) {
         vertices.properties[3] = "float r";
         EXPECT_TRUE(read(ply(encoding, {vertices, faces})).warnings.empty());
         EXPECT_EQ(open(ply(encoding, {vertices, faces}))->topology().albedo,
-                  std::vector<Albedo>{kDefaultAlbedo});
+                  std::vector<Albedo>{kClay});
     }
 }
 

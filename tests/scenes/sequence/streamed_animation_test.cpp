@@ -6,6 +6,7 @@
 #include <thread>
 #include <vector>
 
+#include "scenes/mesh/mesh_file.h"
 #include "scenes/sequence/streamed_animation.h"
 
 namespace mray {
@@ -34,7 +35,7 @@ std::unique_ptr<Animation> counted_animation(std::size_t count, std::uint32_t ve
     FirstMesh first;
     first.topology.vertex_count = vertices;
     first.topology.triangles = {{0, 1, 2}};
-    first.topology.albedo = {kDefaultAlbedo};
+    first.topology.albedo = {kClay};
     return stream_keyframes("counted", std::move(first),
                             std::make_unique<CountedSource>(count, reads), {});
 }
