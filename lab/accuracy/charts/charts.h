@@ -18,8 +18,6 @@ namespace mray::accuracy {
 struct VerdictCounts {
     std::array<std::uint64_t, kVerdictCount> of{};
     std::uint64_t rays = 0;
-    /// The largest difference of t among the close and the wrong triangles, in ulps.
-    double worst_ulps = 0;
 
     std::uint64_t operator[](Verdict verdict) const {
         return of[static_cast<std::size_t>(verdict)];

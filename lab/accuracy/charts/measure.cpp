@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <mutex>
 
 #include "common/base/errors.h"
@@ -74,10 +73,6 @@ public:
             for (std::size_t i = begin; i < end; ++i) {
                 const Judgement judgement = referee_.judge(rays_[i], truths_[i], hits[i].prim_id);
                 ++batch.of[static_cast<std::size_t>(judgement.verdict)];
-                if (judgement.verdict == Verdict::kClose ||
-                    judgement.verdict == Verdict::kWrongTriangle) {
-                    batch.worst_ulps = std::max(batch.worst_ulps, std::abs(judgement.t_ulps));
-                }
             }
             const std::lock_guard lock(mutex);
             counts = counts + batch;
@@ -118,7 +113,6 @@ VerdictCounts VerdictCounts::operator+(const VerdictCounts& other) const {
     VerdictCounts sum = *this;
     for (std::size_t i = 0; i < kVerdictCount; ++i) sum.of[i] += other.of[i];
     sum.rays += other.rays;
-    sum.worst_ulps = std::max(worst_ulps, other.worst_ulps);
     return sum;
 }
 
