@@ -154,20 +154,20 @@ Json backends_of(const Json& frames) {
     Json backends = Json::array();
     for (const Json& first : frames) {
         if (!backends.empty() && backends.back()["backend"] == first["backend"]) continue;
-        Json& row = backends.emplace_back(Json{{"backend", first["backend"]}});
-        for (const char* key : {"deform_ms", "upload_ms", "refit_ms", "rebuild_ms", "trace_ms",
-                                "trace_rebuilt_ms", "rays", "sah_cost", "rebuilt_sah_cost"}) {
+        const auto median_of = [&](const std::function<double(const Json&)>& value) {
             std::vector<double> values;
             for (const Json& frame : frames)
-                if (frame["backend"] == first["backend"]) values.push_back(frame[key]);
-            row[key] = median(values);
-        }
-        std::vector<double> ratios;
-        for (const Json& frame : frames)
-            if (frame["backend"] == first["backend"])
-                ratios.push_back(frame["trace_ms"].get<double>() /
-                                 (frame["trace_rebuilt_ms"].get<double>() + 1e-9));
-        row["trace_ratio"] = median(ratios);
+                if (frame["backend"] == first["backend"]) values.push_back(value(frame));
+            return median(values);
+        };
+        Json& row = backends.emplace_back(Json{{"backend", first["backend"]}});
+        for (const char* key : {"deform_ms", "upload_ms", "refit_ms", "rebuild_ms", "trace_ms",
+                                "trace_rebuilt_ms", "rays", "sah_cost", "rebuilt_sah_cost"})
+            row[key] = median_of([&](const Json& frame) { return frame[key].get<double>(); });
+        row["trace_ratio"] = median_of([](const Json& frame) {
+            return frame["trace_ms"].get<double>() /
+                   (frame["trace_rebuilt_ms"].get<double>() + 1e-9);
+        });
     }
     return backends;
 }

@@ -38,8 +38,6 @@ struct Measured {
 
 /// Traces all rays of a scene by each method, and compares the answers with exact ones. The time is
 /// the least of `rounds` of all methods in turn, because disturbances of the machine only add time.
-/// Checks about every thousandth exact answer against all triangles, and throws Error(kInternal) if
-/// they differ.
 std::vector<Measured> measure(const ChartScene& scene, std::span<const Method> methods, int rounds);
 
 struct Chart {
@@ -74,7 +72,7 @@ struct ChartContext {
 };
 
 /// The same small scenes in every run, on which intersection rules fail: a sphere, far from 0, tiny
-/// and huge; needles and slivers; a fan of thin triangles around one vertex; duplicate and coplanar
+/// and huge; needles; a fan of thin triangles around one vertex; duplicate and coplanar
 /// triangles; details of 1 in an extent of 1e6.
 std::vector<ChartInput> failure_scenes();
 

@@ -47,15 +47,6 @@ void require_new_folder(const fs::path& path) {
                     path.string() + ": is not empty; name another folder, or empty this one");
 }
 
-std::string command_text(const Options& options) {
-    std::vector<std::string> arguments{"morphray", "chart"};
-    arguments.insert(arguments.end(), options.scenes.begin(), options.scenes.end());
-    arguments.insert(arguments.end(), {"--out", options.out});
-    if (options.quick) arguments.emplace_back("--quick");
-    if (options.lenient) arguments.emplace_back("--lenient");
-    return shell_line(arguments);
-}
-
 /// The middle frame of a scene.
 ChartInput read_input(const std::string& scene, bool lenient) {
     AnimationOptions options;
@@ -132,9 +123,11 @@ void draw_charts(const Options& options) {
     for (const std::string& scene : options.scenes)
         inputs.push_back(read_input(scene, options.lenient));
     const std::vector<Chart> charts = make_charts(
-        inputs, {.effort = options.quick ? kQuickEffort : kFullEffort,
-                 .make_vulkan_backend = open_vulkan,
-                 .footer = fmt::format("{}; {}", machine_name(), command_text(options))});
+        inputs,
+        {.effort = options.quick ? kQuickEffort : kFullEffort,
+         .make_vulkan_backend = open_vulkan,
+         .footer = fmt::format("{}; morphray chart {}{}", machine_name(),
+                               shell_line(options.scenes), options.quick ? " --quick" : "")});
     make_output_folder(options.out);
     for (const Chart& chart : charts) {
         const std::string csv = chart.table.csv();
