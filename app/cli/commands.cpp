@@ -10,7 +10,10 @@ namespace {
 
 void add_diff(CommandAdder& adder) {
     adder.add<DiffOptions>(
-        "diff", "Compares two files of hits bit by bit", "  morphray diff a.hits b.hits",
+        "diff", "Compares two files of hits bit by bit", "",
+        "  morphray render builtin:cloth --frame 8 --hits a.hits\n"
+        "  morphray render builtin:cloth --frame 8 --backend cpu --simd off --hits b.hits\n"
+        "  morphray diff a.hits b.hits",
         [&adder](CLI::App& command, DiffOptions& options) {
             command.add_option("FILES", options.files, "the expected hits, and the other")
                 ->required()
@@ -26,6 +29,7 @@ void add_answers(const CommandAdder& adder, CLI::App& command, Options& options)
     add_scene(command, options.source)->required();
     add_frame(command, options.frame);
     add_backend_options(command, options.backend, kBackends, "cpu");
+    heading(command, "Output");
     adder.add_quiet(command);
 }
 
@@ -39,6 +43,7 @@ void refuse_idle_device(const BackendOptions& backend) {
 void add_trace(CommandAdder& adder) {
     adder.add<TraceOptions>(
         "trace", "Traces the rays of a file, and writes their hits to a file",
+        "--frame --backend --rays --out --binary --all --max-hits --crossing",
         "  echo 0 9 0 0 -1 0 | morphray trace builtin:cloth --rays - --out -\n"
         "  echo 0 9 0 0 -1 0 | morphray trace builtin:cloth --rays - --out - --all",
         [&adder](CLI::App& command, TraceOptions& options) {
@@ -48,8 +53,10 @@ void add_trace(CommandAdder& adder) {
                      "(.npy)",
                      options.ray_file)
                 ->required();
-            add_text(command, "-o,--out", "FILE|-", "a line `H t prim u v` or `M` for each ray",
-                     options.out)
+            add_text(
+                command, "-o,--out", "FILE|-",
+                "a line for each ray: `H t prim u v` (prim: the triangle's number) or `M`, a miss",
+                options.out)
                 ->required();
             command.add_flag("--binary", options.binary_rays,
                              "rays are 8 little-endian floats each: org, tnear, dir, tfar");
@@ -85,6 +92,7 @@ std::vector<PointQuery> parse_point_queries(const std::string& text) {
 void add_query(CommandAdder& adder) {
     adder.add<QueryOptions>(
         "query", "Says where the points of a file are: inside, how far, closest to",
+        "--frame --backend --points --ask --rule --max-distance --out",
         "  echo 0 1 0 | morphray query builtin:spikes --points - --ask inside,distance\n"
         "  echo 0 1 0 | morphray query builtin:cloth --frame 8 --points - --ask closest",
         [&adder](CLI::App& command, QueryOptions& options) {
@@ -93,8 +101,9 @@ void add_query(CommandAdder& adder) {
                      options.point_file)
                 ->required();
             add_parsed(command, "--ask", names_of<PointQuery>(kPointQueries) + ",...",
-                       "what is answered, in this order: 0 or 1; a whole number; a distance, "
-                       "negative inside; `x y z distance prim u v feature`",
+                       "what is answered, in this order: inside: 0 or 1; winding: how often meshes "
+                       "wind around the point; distance: to the surface, negative inside; closest: "
+                       "`x y z distance prim u v feature` (prim: the triangle's number)",
                        options.queries, parse_point_queries)
                 ->required();
             add_choice<morphray::FillRule>(
@@ -116,7 +125,7 @@ void add_query(CommandAdder& adder) {
 
 void add_chart(CommandAdder& adder) {
     adder.add<ChartOptions>(
-        "chart", "Draws charts of speed against accuracy, as images and data",
+        "chart", "Draws charts of speed against accuracy, as images and data", "",
         "  morphray chart builtin:cloth --out charts --quick",
         [&](CLI::App& command, ChartOptions& options) {
             command.add_option("SCENES", options.scenes, "what to trace, at the middle frame")
@@ -133,12 +142,11 @@ void add_chart(CommandAdder& adder) {
 
 void add_info(CommandAdder& adder) {
     adder.add<InfoOptions>(
-        "info", "Describes a scene; without a scene, this program",
+        "info", "Describes a scene; without a scene, this program", "",
         "  morphray info builtin:cloth --bvh", [](CLI::App& command, InfoOptions& options) {
             CLI::Option* const scene = add_scene(command, options.source);
             add_frame(command, options.frame)->needs(scene);
-            command
-                .add_flag("--bvh", options.tree_facts, "build the tree both ways and describe it")
+            command.add_flag("--bvh", options.tree_facts, "build the tree and describe it")
                 ->needs(scene);
             add_json(command, options.json)->needs(scene);
             return kNothing;
@@ -147,7 +155,7 @@ void add_info(CommandAdder& adder) {
 
 void add_devices(CommandAdder& adder) {
     adder.add<DevicesOptions>(
-        "devices", "Lists the Vulkan devices, and tests them", "  morphray devices --check",
+        "devices", "Lists the Vulkan devices, and tests them", "", "  morphray devices --check",
         [](CLI::App& command, DevicesOptions& options) {
             command.add_flag("--check", options.checks,
                              "compare rays, shading and refit of each device with the CPU's");

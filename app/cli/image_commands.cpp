@@ -24,8 +24,11 @@ auto add_image_options(CLI::App& command, ImageOptions& image, const char* size,
     add_scene(command, image.source)->required();
     add_view_options(command, image.view, size, 0, "8 with lit, else 16");
     CLI::Option* const rays = add_rays(command, image.view, "those of --shading lit");
-    add_choice<morphray::Shading>(command, "--shading", "what colours show (lit)", kShadings,
-                                  image.shading.shading)
+    add_choice<morphray::Shading>(command, "--shading",
+                                  "what colours show (lit): light and sky, one colour, normals, "
+                                  "depths, triangles (prim), nodes and leaves that a ray enters "
+                                  "(steps), cost of the tree's leaves (sah)",
+                                  kShadings, image.shading.shading)
         ->excludes(rays);
     CLI::Option* const samples = add_choice<std::uint32_t>(command, "--samples", samples_help,
                                                            kSampleCounts, image.shading.samples);
@@ -35,9 +38,13 @@ auto add_image_options(CLI::App& command, ImageOptions& image, const char* size,
                      "--hits and --exr)",
                      kOnOff, image.shading.ground);
     add_backend_options(command, image.backend, kBackends, kVulkanOrCpu);
-    add_parsed(command, "--update", update_forms(), "how the tree follows the vertices (auto)",
-               image.tree.update, parse_policy);
     add_build_at(command, image.tree.build_at);
+    add_parsed(
+        command, "--update", update_forms(),
+        "how the tree follows the vertices (auto): boxes computed again, a new tree for each "
+        "frame or every K, or what pays",
+        image.tree.update, parse_policy);
+    heading(command, "Output");
     const CLI::Option* const ao_samples = command.get_option("--ao-samples");
     return [=, &image](std::uint32_t lit_samples) {
         using morphray::Shading;
@@ -56,6 +63,7 @@ auto add_image_options(CLI::App& command, ImageOptions& image, const char* size,
 void add_render(CommandAdder& adder) {
     adder.add<RenderOptions>(
         "render", "Writes an image of each frame",
+        "--frames --out --size --eye --target --light --shading --samples --ground --backend",
         "  morphray render builtin:cloth --frames 0..24:8 --out cloth\n"
         "  morphray render builtin:twist --frame 12 --samples 1 --out twist.png",
         [&adder](CLI::App& command, RenderOptions& options) {
@@ -98,6 +106,7 @@ void add_render(CommandAdder& adder) {
 void add_view(CommandAdder& adder) {
     adder.add<ViewOptions>(
         "view", "A window that shows the scene move, and how it is traced",
+        "--frame --play --size --eye --target --light --shading --ground --backend --screenshot",
         "  morphray view builtin:cloth --play\n"
         "  morphray view builtin:cloth --frame 8 --screenshot cloth.png",
         [&adder](CLI::App& command, ViewOptions& options) {
@@ -126,6 +135,7 @@ void add_view(CommandAdder& adder) {
 void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments) {
     adder.add<CrosscheckOptions>(
         "crosscheck", "Compares every backend and tree with a reference, bit by bit",
+        "--frames --size --eye --target --rays --backend --queries --html --junit --json",
         "  morphray crosscheck builtin:cloth:500 --html crosscheck.html\n"
         "  morphray crosscheck builtin:spikes --backend cpu --queries 100",
         [&](CLI::App& command, CrosscheckOptions& options) {
@@ -138,6 +148,7 @@ void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments)
             add_choice<std::uint32_t>(command, "--rays", "what each pixel traces (all three)",
                                       kRays, options.rays);
             add_backend_options(command, options.backend, kCheckedBackends, "all");
+            heading(command, "Output");
             add_choice<Reference>(command, "--reference", "reference of the comparison (auto)",
                                   kReferences, options.reference);
             add_count(command, "--queries",
@@ -160,6 +171,7 @@ void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments)
 void add_probe(CommandAdder& adder) {
     adder.add<ProbeOptions>(
         "probe", "Describes one pixel: its ray, its hit, the triangles that it could hit",
+        "--frame --pixel --size --eye --target --rays --backend --update --build-at",
         "  morphray probe builtin:cloth --frame 8 --pixel 512,600",
         [&adder](CLI::App& command, ProbeOptions& options) {
             add_scene(command, options.source)->required();
@@ -171,10 +183,11 @@ void add_probe(CommandAdder& adder) {
             add_view_options(command, options.view, "1024x1024", 1, "16");
             add_rays(command, options.view, "primary");
             add_backend_options(command, options.backend, kBackends, kVulkanOrCpu);
+            add_build_at(command, options.tree.build_at);
             add_parsed(command, "--update", "refit|rebuild",
                        "how the tree follows the vertices (refit)", options.tree.update,
                        parse_policy);
-            add_build_at(command, options.tree.build_at);
+            heading(command, "Output");
             adder.add_verbose(command);
             return kNothing;
         });
@@ -183,6 +196,7 @@ void add_probe(CommandAdder& adder) {
 void add_profile(CommandAdder& adder) {
     adder.add<ProfileOptions>(
         "profile", "Measures deforming, refitting, building and tracing",
+        "--frames --size --rays --backend --repeat --policies --plot --baseline --csv --json",
         "  morphray profile builtin:cloth --backend cpu --frames 0..24:12\n"
         "  morphray profile builtin:twist --policies refit,auto --csv policies.csv",
         [&adder](CLI::App& command, ProfileOptions& options) {
@@ -193,6 +207,7 @@ void add_profile(CommandAdder& adder) {
             add_backend_options(command, options.backend, kBackends,
                                 "auto: the CPU, and Vulkan where there is a device");
             add_build_at(command, options.tree.build_at);
+            heading(command, "Output");
             add_count(command, "--repeat", "runs whose median is reported (10; of policies 5)",
                       options.repeat, 1, 10000);
             CLI::Option* const policies =

@@ -78,6 +78,7 @@ CLI::Option* add_scene(CLI::App& command, SourceOptions& source) {
 }
 
 void add_source_options(CLI::App& command, SourceOptions& source) {
+    heading(command, "Scene");
     command.add_flag("--skip-missing", source.skip_missing,
                      "interpolate missing frames of a sequence, which are an error otherwise");
     add_text(command, "--cache", "FILE",
@@ -110,6 +111,7 @@ CLI::Option* add_frame(CLI::App& command, std::optional<double>& target) {
 
 void add_view_options(CLI::App& command, ViewSpec& view, const char* size, std::uint32_t least_ao,
                       const char* ao) {
+    heading(command, "Image");
     add_pair(command, "--size", "WxH", fmt::format("size of the image in pixels ({})", size), 'x',
              1, view.width, view.height);
     add_parsed(command, "--eye", "X,Y,Z", "position of the camera", view.eye, parse_point);
@@ -133,6 +135,7 @@ CLI::Option* add_rays(CLI::App& command, ViewSpec& view, const char* otherwise) 
 
 void add_backend_options(CLI::App& command, BackendOptions& backend,
                          std::span<const Choice<BackendChoice>> choices, const char* otherwise) {
+    heading(command, "Backend");
     add_choice<BackendChoice>(command, "--backend", fmt::format("what traces ({})", otherwise),
                               choices, backend.choice);
     add_text(command, "--device", "DEVICE",
@@ -150,6 +153,7 @@ void add_backend_options(CLI::App& command, BackendOptions& backend,
 }
 
 void add_build_at(CLI::App& command, std::optional<double>& target) {
+    heading(command, "Tree");
     add_parsed(command, "--build-at", "FRAME",
                "frame whose positions the tree is built at (the first frame)", target, parse_frame);
 }

@@ -7,11 +7,13 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "app/base/choices.h"
 #include "app/base/options.h"
 #include "app/cli/command_line.h"
 #include "common/base/errors.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 
@@ -19,19 +21,33 @@ namespace mray::app {
     throw Error(ErrorKind::kBadArgument, message);
 }
 
+/// The heading of the options that --help has.
+inline constexpr const char* kEveryday = "Options";
+
+/// The heading, in --help-all, of the options that are added from here on.
+inline void heading(CLI::App& command, const char* text) { command.option_defaults()->group(text); }
+
 /// Adds commands, each of which fills its own structure.
 class CommandAdder {
 public:
     CommandAdder(CLI::App& app, ParsedCommandLine& parsed) : app_(app), parsed_(parsed) {}
 
-    /// Adds a command whose options `define(command, options)` adds; it may return what completes
-    /// the options after the parse.
+    /// Adds a command whose options `define(command, options)` adds; it returns what completes the
+    /// options after the parse. `everyday` names the options of --help, with blanks between;
+    /// without any, --help has all.
     template <class Options, class Define>
-    void add(const char* name, const char* help, const char* examples, Define define) {
-        CLI::App& command = *app_.add_subcommand(name, help);
+    void add(const char* name, const char* help, std::string_view everyday, const char* examples,
+             Define define) {
+        CLI::App& command = *app_.add_subcommand(name, help)->group("Commands");
         command.footer(std::string("Examples:\n") + examples);
+        if (!everyday.empty()) command.set_help_all_flag("--help-all", "print all options");
         const auto options = std::make_shared<Options>();
         const auto complete = define(command, *options);
+        if (everyday.empty())
+            for (CLI::Option* const option : command.get_options()) option->group(kEveryday);
+        else
+            for (const std::string_view one : split(everyday, ' '))
+                command.get_option(std::string(one))->group(kEveryday);
         command.callback([&parsed = parsed_, options, complete] {
             complete();
             parsed.options = *options;

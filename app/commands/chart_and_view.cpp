@@ -34,10 +34,9 @@ void become(const std::filesystem::path& program, std::vector<std::string> argum
 }
 
 std::vector<std::string> chart_arguments(const ChartOptions& options, bool quiet) {
-    std::vector<std::string> arguments = {"--out", options.out};
-    if (options.quick) arguments.emplace_back("--quick");
-    if (options.lenient) arguments.emplace_back("--lenient");
-    if (quiet) arguments.emplace_back("--quiet");
+    const std::string flags = fmt::format("-{}{}{}", options.quick ? "q" : "",
+                                          options.lenient ? "l" : "", quiet ? "s" : "");
+    std::vector<std::string> arguments = {options.out, flags};
     arguments.insert(arguments.end(), options.scenes.begin(), options.scenes.end());
     return arguments;
 }
@@ -51,14 +50,13 @@ ExitCode run_command([[maybe_unused]] const ChartOptions& options,
     std::error_code error;
     const std::filesystem::path folder =
         std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-    // In the build folder, and where it is installed.
-    for (const char* place : {".", MORPHRAY_CHART_FOLDER})
-        become((folder / place / kName).lexically_normal(),
-               chart_arguments(options, messages.quiet()));
+    const std::filesystem::path program =
+        (folder / MORPHRAY_CHART_FOLDER / kName).lexically_normal();
+    become(program, chart_arguments(options, messages.quiet()));
     throw Error(ErrorKind::kUnavailable,
-                fmt::format("chart: {} is missing, which belongs beside {}; build the target "
-                            "morphray_programs, or install morphray again",
-                            kName, (folder / "morphray").string()));
+                fmt::format("chart: {} is missing; build the target morphray_programs, or install "
+                            "morphray again",
+                            program.string()));
 #else
     throw Error(
         ErrorKind::kUnavailable,

@@ -1,5 +1,4 @@
 // morphray crosscheck: compares the images of all backends, trees and instruction sets.
-#include <algorithm>
 #include <exception>
 #include <optional>
 #include <span>
@@ -11,6 +10,7 @@
 #include "app/report/crosscheck/check_report.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {
@@ -19,17 +19,6 @@ namespace {
 bool ends_run(ErrorKind kind) {
     return kind != ErrorKind::kBadInput && kind != ErrorKind::kBadArgument &&
            kind != ErrorKind::kLimit;
-}
-
-/// Returns the more serious code: a difference, then a scene that could not be opened, then a
-/// missing part; a if both are equally serious.
-ExitCode worse(ExitCode a, ExitCode b) {
-    const auto rank = [](ExitCode code) {
-        if (code == ExitCode::kOk) return 0;
-        if (code == ExitCode::kPartial) return 1;
-        return code == ExitCode::kCheckFailed ? 3 : 2;
-    };
-    return rank(b) > rank(a) ? b : a;
 }
 
 /// Checks the scenes in turn and writes one set of reports, also about a run that ends early.
@@ -41,17 +30,26 @@ public:
             report_["environment"]["simd"] = simd_to_check(options.backend.simd);
     }
 
-    /// Returns the exit code; throws what ends the run.
     ExitCode run() {
         ExitCode code = ExitCode::kOk;
-        for (Json& scene : report_["scenes"]) code = worse(code, check(scene));
-        report_["complete"] =
-            std::all_of(report_["scenes"].begin(), report_["scenes"].end(),
-                        [](const Json& scene) { return scene["complete"].get<bool>(); });
+        try {
+            for (Json& scene : report_["scenes"]) {
+                const ExitCode one = check(scene);
+                // A scene that could not be opened is worse than one with a missing part.
+                if (code == ExitCode::kOk || (code == ExitCode::kPartial && one != ExitCode::kOk))
+                    code = one;
+            }
+            conclude(report_, unfinished_);
+            if (!report_["equal"]) code = ExitCode::kCheckFailed;
+        } catch (...) {
+            const Failure failure = describe_failure(std::current_exception());
+            messages_.error(failure);
+            code = failure.code;
+            report_["error"] = failure.message;
+            conclude(report_, unfinished_.empty() ? failure.message : unfinished_);
+        }
         return code;
     }
-
-    void end_early(const std::string& error) { report_["error"] = error; }
 
     /// Writes all reports. Throws Error.
     void write_reports() const {
@@ -67,25 +65,24 @@ private:
         CrosscheckOptions one = options_;
         one.source.scene = scene["spec"];
         const std::size_t warned = messages_.warnings().size();
-        const auto end = [&] {
+        const auto add_warnings = [&] {
             const std::span<const std::string> all = messages_.warnings();
             for (const std::string& warning : all.subspan(warned))
                 scene["warnings"].push_back(warning);
-            if (!scene["equal"]) report_["equal"] = false;
         };
         ExitCode code = ExitCode::kOk;
         try {
             code = check_scene(one, scene);
             scene["complete"] = code == ExitCode::kOk;
         } catch (const Error& error) {
-            end();
-            scene["error"] = message_of(error);
-            if (options_.scenes.size() == 1 || ends_run(error.kind())) throw;
+            add_warnings();
+            leave(scene, error);
+            if (ends_run(error.kind())) throw;
             messages_.error(error);
-            return scene["equal"] ? exit_code_of(error.kind()) : ExitCode::kCheckFailed;
+            return exit_code_of(error.kind());
         }
-        end();
-        return scene["equal"] ? code : ExitCode::kCheckFailed;
+        add_warnings();
+        return code;
     }
 
     /// Returns kPartial, after a message, if a frame after the first one cannot be read. Throws
@@ -107,23 +104,36 @@ private:
         std::optional<Progress> building(std::in_place, "building the tree", 0, messages_);
         CrossChecker checker(options, scene, *backends_, report);
         building.reset();
-        Progress progress("comparing", frames.size() * checker.comparisons_of_frame(), messages_);
+        Progress progress("comparing", frames.size(), messages_);
+        std::uint64_t done = 0;
         for (const double frame : frames) {
             try {
                 checker.check(frame, progress);
+                progress.update(++done);
             } catch (const Error& error) {
                 if (error.kind() != ErrorKind::kBadInput || report["rows"].empty()) throw;
                 messages_.error(error);
-                report["error"] = message_of(error);
+                leave(report, error);
                 return ExitCode::kPartial;
             }
         }
         return ExitCode::kOk;
     }
 
+    /// The scene is not finished because of the error.
+    void leave(Json& scene, const Error& error) {
+        scene["error"] = message_of(error);
+        if (!unfinished_.empty()) return;
+        unfinished_ = error.kind() == ErrorKind::kBadInput
+                          ? escape(scene["spec"].get<std::string>()) + " could not be read"
+                          : message_of(error);
+    }
+
     const CrosscheckOptions& options_;
     const Messages& messages_;
     Json report_;
+    /// Why the first scene that is not finished is not; empty if all are.
+    std::string unfinished_;
     /// Made for the first scene.
     std::optional<CheckedBackends> backends_;
 };
@@ -133,20 +143,7 @@ private:
 ExitCode run_command(const CrosscheckOptions& options, const Messages& messages) {
     check_reports({options.json, options.junit, options.html});
     Crosscheck crosscheck(options, messages);
-    ExitCode code = ExitCode::kOk;
-    try {
-        code = crosscheck.run();
-    } catch (...) {
-        const std::exception_ptr failure = std::current_exception();
-        crosscheck.end_early(describe_failure(failure).message);
-        try {
-            crosscheck.write_reports();
-        } catch (...) {
-            // The failure above ends the run.
-            messages.error(describe_failure(std::current_exception()));
-        }
-        throw;
-    }
+    const ExitCode code = crosscheck.run();
     crosscheck.write_reports();
     return code;
 }

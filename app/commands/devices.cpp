@@ -7,12 +7,9 @@
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
-#include "common/report/table.h"
 
 namespace mray::app {
 namespace {
-
-constexpr std::size_t kColumns = 100;
 
 /// The result of each device that can be used.
 std::vector<std::optional<morphray::DeviceCheck>> check_all(
@@ -27,7 +24,7 @@ std::vector<std::optional<morphray::DeviceCheck>> check_all(
 /// `checks` has the result of each device that was tested.
 std::string to_json(const std::vector<morphray::VulkanDeviceInfo>& devices,
                     const std::vector<std::optional<morphray::DeviceCheck>>& checks) {
-    Json json = head_of("devices");
+    Json json = {{"command", "devices"}};
     json["devices"] = Json::array();
     for (std::size_t i = 0; i < devices.size(); ++i) {
         const morphray::VulkanDeviceInfo& device = devices[i];
@@ -52,15 +49,22 @@ ExitCode exit_code_of(const std::vector<std::optional<morphray::DeviceCheck>>& c
     return code;
 }
 
-std::string details_of(const morphray::VulkanDeviceInfo& device,
-                       const std::optional<morphray::DeviceCheck>& check) {
-    std::string text = fmt::format("\ndevice {}\n  driver  {}\n  uuid    {}\n", device.index,
-                                   device.driver, device.uuid);
-    if (!device.unusable.empty())
-        text += wrapped("  not usable: " + device.unusable, 4, kColumns) + '\n';
-    if (!check) return text;
-    if (check->passed) return text + "  check   passed: all bits are those of the CPU\n";
-    return text + wrapped("  check   failed: " + check->problem, 4, kColumns) + '\n';
+std::string text_of(const morphray::VulkanDeviceInfo& device,
+                    const std::optional<morphray::DeviceCheck>& check) {
+    std::string text = fmt::format("device {}: {}\n", device.index, device.name);
+    const auto add = [&text](const char* name, const std::string& value) {
+        text += "  " + wrapped(fmt::format("{}: {}", name, value), 4, kColumns - 2) + '\n';
+    };
+    add("type",
+        fmt::format("{}, Vulkan {}.{}, {} MiB, subgroups of {}", device.type, device.api_major,
+                    device.api_minor, device.memory_bytes >> 20, device.subgroup_size));
+    add("driver", device.driver);
+    add("uuid", device.uuid);
+    add("usable", device.unusable.empty() ? "yes" : "no: " + device.unusable);
+    if (check)
+        add("check",
+            check->passed ? "passed, all bits are those of the CPU" : "failed: " + check->problem);
+    return text;
 }
 
 }  // namespace
@@ -73,16 +77,8 @@ ExitCode run_command(const DevicesOptions& options, const Messages& messages) {
     if (options.checks) checks = check_all(devices);
     if (!options.json.empty()) write_report(options.json, to_json(devices, checks));
     if (takes_stdout({options.json})) return exit_code_of(checks);
-    Table table({"index", "name", "type", "vulkan", "MiB", "subgroup", "usable"});
-    for (const morphray::VulkanDeviceInfo& device : devices) {
-        table.add({fmt::format("{}", device.index), device.name, device.type,
-                   fmt::format("{}.{}", device.api_major, device.api_minor),
-                   fmt::format("{}", device.memory_bytes >> 20),
-                   fmt::format("{}", device.subgroup_size),
-                   device.unusable.empty() ? "yes" : "no"});
-    }
-    std::string text = table.text();
-    for (std::size_t i = 0; i < devices.size(); ++i) text += details_of(devices[i], checks[i]);
+    std::string text;
+    for (std::size_t i = 0; i < devices.size(); ++i) text += text_of(devices[i], checks[i]);
     messages.print(text);
     return exit_code_of(checks);
 }

@@ -7,6 +7,7 @@
 #include "app/animation/frames.h"
 #include "app/backends/backends.h"
 #include "app/base/choices.h"
+#include "app/cli/command_line.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
 #include "common/frame_times.h"
@@ -20,15 +21,6 @@
 
 namespace mray::app {
 namespace {
-
-std::string build_description() {
-#ifdef NDEBUG
-    constexpr const char* kAssertions = "without";
-#else
-    constexpr const char* kAssertions = "with";
-#endif
-    return fmt::format("{}, {} assertions", kCompiler, kAssertions);
-}
 
 std::string describe_vulkan() {
     try {
@@ -45,7 +37,7 @@ std::string describe_vulkan() {
 std::string describe_program() {
     std::string text = fmt::format(
         "morphray {}, {}\n\nbackends\n  cpu: {}\n  brute: every ray against every triangle\n  {}\n",
-        kVersionDetail, build_description(), names_of(supported_simd_targets()), describe_vulkan());
+        kVersionDetail, kCompiler, names_of(supported_simd_targets()), describe_vulkan());
     Table table({"  name", "triangles", "what"});
     for (const ProceduralScene& scene : procedural_scenes())
         table.add({fmt::format("  builtin:{}", scene.name),
@@ -134,34 +126,14 @@ std::string text_of_point(const Json& point, int digits) {
     return text;
 }
 
-std::string table_of_animations(const Json& animations) {
-    Table table({"animation", "name", "shown"});
-    for (const Json& animation : animations) {
-        const std::string name = animation["name"];
-        table.add({animation["index"].dump(), name.empty() ? "" : quote(name),
-                   animation["shown"] ? "yes" : ""});
-    }
-    return table.text();
-}
-
-std::string table_of_tree(const Json& tree) {
-    Table table({"build ms", "SAH cost", "nodes", "leaves", "depth", "children", "triangles",
-                 "vertices", "MiB", "hash"});
-    const auto fixed = [&](const char* key, int digits, double unit = 1) {
-        return fmt::format("{:.{}f}", tree[key].get<double>() / unit, digits);
-    };
-    table.add({fixed("build_ms", 2), fixed("sah_cost", 3), tree["nodes"].dump(),
-               tree["leaves"].dump(), tree["depth"].dump(), fixed("children_per_node", 2),
-               fixed("triangles_per_leaf", 2), fixed("vertices_per_leaf", 2),
-               fixed("bytes", 2, 0x1p20), tree["bvh_hash"]});
-    return table.text();
-}
-
 std::string text_of(const Json& json) {
     const double last = json["last_frame"];
     std::string text;
     const auto add = [&text](const char* name, const std::string& value) {
-        text += fmt::format("{:<15} {}\n", name, value);
+        constexpr std::size_t kIndent = 16;
+        const bool is_long = kIndent + value.size() > kColumns;
+        text += fmt::format("{:<15} {}\n", name,
+                            is_long ? wrapped(value, kIndent, kColumns - kIndent) : value);
     };
     add("scene", json["scene"]);
     add("triangles", fmt::format("{} ({} without area, {} not finite)", json["triangles"].dump(),
@@ -190,8 +162,23 @@ std::string text_of(const Json& json) {
             fmt::format("{} ({} triangles): {}", json["textures"].size(),
                         json["textured_triangles"].dump(),
                         fmt::join(json["textures"].get<std::vector<std::string>>(), ", ")));
-    if (!json["animations"].empty()) text += "\n" + table_of_animations(json["animations"]);
-    if (json.contains("tree")) text += "\n" + table_of_tree(json["tree"]);
+    for (const Json& animation : json["animations"]) {
+        const std::string name = animation["name"];
+        add("animation", animation["index"].dump() + (name.empty() ? "" : ' ' + quote(name)) +
+                             (animation["shown"] ? ", shown" : ""));
+    }
+    if (!json.contains("tree")) return text;
+    const Json& tree = json["tree"];
+    const auto number = [&](const char* key) { return tree[key].get<double>(); };
+    text += '\n';
+    add("tree", fmt::format("built in {:.2f} ms, {:.2f} MiB", number("build_ms"),
+                            number("bytes") / 0x1p20));
+    add("SAH cost", fmt::format("{:.3f} (estimate of what a ray costs)", number("sah_cost")));
+    add("nodes", fmt::format("{}, {:.2f} children each, depth {}", number("nodes"),
+                             number("children_per_node"), number("depth")));
+    add("leaves", fmt::format("{}, {:.2f} triangles and {:.2f} vertices each", number("leaves"),
+                              number("triangles_per_leaf"), number("vertices_per_leaf")));
+    add("tree hash", tree["bvh_hash"]);
     return text;
 }
 

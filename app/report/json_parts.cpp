@@ -16,15 +16,15 @@ void add_scene(Json& json, const ReportHead& head) {
     }
 }
 
-Json head_of(const std::string& command) {
-    return {{"schema", "morphray/1"},
-            {"command", command},
-            {"version", kVersion},
-            {"built_with", {{"compiler", kCompiler}}}};
+std::string json_text(Json report, int indent) {
+    report.update({{"schema", "morphray/1"},
+                   {"version", kVersion},
+                   {"built_with", {{"compiler", kCompiler}}}});
+    return report.dump(indent, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 Json head_of(const ReportHead& head) {
-    Json json = head_of(head.command);
+    Json json = {{"command", head.command}};
     add_scene(json, head);
     return json;
 }

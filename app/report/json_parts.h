@@ -1,6 +1,7 @@
 // Parts that several reports have as JSON.
 //
-// Every report is one object with "schema": "morphray/1", "command", "version" and "built_with".
+// Every report is one object that begins with "command" and the results, and ends with "schema",
+// "version" and "built_with".
 // Hashes are 16 hexadecimal digits, times are milliseconds, and no number is ever NaN or infinite
 // (null instead).
 #pragma once
@@ -18,11 +19,9 @@ namespace mray::app {
 /// An object keeps its members in the order in which they were added.
 using Json = nlohmann::ordered_json;
 
-/// The text with a final line end. Bytes that are not UTF-8 become U+FFFD, numbers that are not
-/// finite become null. `indent` is per level; -1 gives a single line.
-inline std::string json_text(const Json& json, int indent = 2) {
-    return json.dump(indent, ' ', false, Json::error_handler_t::replace) + "\n";
-}
+/// The text of a report with its last members. Bytes that are not UTF-8 become U+FFFD, numbers that
+/// are not finite become null. `indent` is per level; -1 gives a single line.
+std::string json_text(Json report, int indent = 2);
 
 struct ReportHead {
     std::string command;
@@ -33,9 +32,7 @@ struct ReportHead {
     std::uint32_t height = 0;
 };
 
-/// The members that every report begins with: "schema", "command", "version" and "built_with".
-Json head_of(const std::string& command);
-/// As above, then the scene, its size and, if there is one, the image's size.
+/// The command, the scene, its size and, if there is one, the image's size.
 Json head_of(const ReportHead& head);
 /// Adds the scene, its size and, if there is one, the image's size.
 void add_scene(Json& json, const ReportHead& head);

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <sstream>
 #include <utility>
 
 #include "common/base/errors.h"
@@ -16,16 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kWidth = 1248;
-/// Pixels for title and footer.
-constexpr int kEdges = 70;
-
-constexpr std::pair<const char*, std::string Panel::*> kVariables[] = {
-    {"kind", &Panel::kind},     {"title", &Panel::title},   {"x", &Panel::x},
-    {"y", &Panel::y},           {"series", &Panel::series}, {"xlabel", &Panel::xlabel},
-    {"ylabel", &Panel::ylabel}, {"where", &Panel::where},   {"is", &Panel::is},
-    {"ring", &Panel::ring},     {"least", &Panel::least},   {"logx", &Panel::logx},
-    {"across", &Panel::across}, {"shade", &Panel::shade},   {"note", &Panel::note}};
+constexpr int kWidth = 640;
+/// The characters of a line that fit in there.
+constexpr std::size_t kLineLength = 74;
 
 /// A temporary file, removed at the end.
 class ScratchFile {
@@ -49,17 +43,18 @@ private:
     std::string path_;
 };
 
-/// The script beside the program where it was built, or where it is installed.
+/// The script, where the program was built and where it is installed.
 std::string script_path() {
     std::error_code error;
     const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
-    for (const char* place : {".", MORPHRAY_DATA_FROM_BIN, MORPHRAY_DATA_FROM_LIBEXEC}) {
+    for (const char* place : {MORPHRAY_DATA_FROM_BIN, MORPHRAY_DATA_FROM_LIBEXEC}) {
         const fs::path path = (folder / place / "plot.gp").lexically_normal();
         if (fs::exists(path, error)) return path.string();
     }
-    throw Error(ErrorKind::kUnavailable,
-                fmt::format("{}: is missing, which gnuplot needs; install morphray again",
-                            (folder / "plot.gp").string()));
+    throw Error(
+        ErrorKind::kUnavailable,
+        fmt::format("{}: is missing, which gnuplot needs; install morphray again",
+                    (folder / MORPHRAY_DATA_FROM_BIN / "plot.gp").lexically_normal().string()));
 }
 
 /// Single quotes, in which gnuplot expands nothing.
@@ -71,23 +66,38 @@ std::string quote(std::string_view text) {
     return result + "'";
 }
 
+/// The words in lines that fit.
+std::vector<std::string> lines_of(const std::string& text) {
+    std::vector<std::string> lines;
+    std::istringstream words(text);
+    for (std::string word; words >> word;) {
+        if (lines.empty() || lines.back().size() + 1 + word.size() > kLineLength)
+            lines.push_back(word);
+        else
+            lines.back() += ' ' + word;
+    }
+    return lines;
+}
+
 /// The variables of the script.
 std::string settings(const Figure& figure, const std::string& csv, std::string_view format) {
-    const int panels = static_cast<int>(figure.panels.size());
-    const int rows = (panels + figure.columns - 1) / figure.columns;
-    std::string text = fmt::format("width={};height={};columns={};panels={}", kWidth,
-                                   rows * figure.panel_height + kEdges, figure.columns, panels);
+    std::string text = fmt::format("width={};panel_height={};panels={}", kWidth,
+                                   figure.panel_height, figure.panels.size());
     const auto set = [&text](const std::string& name, std::string_view value) {
         if (!value.empty()) text += fmt::format(";{}={}", name, quote(value));
     };
     set("csv", csv);
     set("format", format);
-    text += fmt::format(";title={};footer={}", quote(figure.title), quote(figure.footer));
-    for (int i = 0; i < panels; ++i) {
-        const Panel& panel = figure.panels[static_cast<std::size_t>(i)];
-        for (const auto& [name, value] : kVariables)
-            set(fmt::format("{}{}", name, i + 1), panel.*value);
+    for (const auto& [name, long_text] :
+         {std::pair{"head", figure.title}, {"foot", figure.footer}}) {
+        const std::vector<std::string> lines = lines_of(long_text);
+        text += fmt::format(";{}s={}", name, lines.size());
+        for (std::size_t i = 0; i < lines.size(); ++i)
+            set(fmt::format("{}{}", name, i + 1), lines[i]);
     }
+    for (std::size_t i = 0; i < figure.panels.size(); ++i)
+        for (const auto& [name, value] : figure.panels[i])
+            set(fmt::format("{}{}", name, i + 1), value);
     return text;
 }
 
@@ -107,8 +117,14 @@ std::string draw(const Figure& figure, std::string_view csv, std::string_view fo
     const std::string command =
         fmt::format("gnuplot -e {} {}", shell_quoted(settings(figure, data.path(), format)),
                     shell_quoted(script_path()));
-    const ShellResult finished = run_shell(command + " 2>/dev/null");
-    if (finished.status == 0) return finished.text;
+    ShellResult finished = run_shell(command + " 2>/dev/null");
+    if (finished.status == 0) {
+        constexpr std::string_view kRoot = "<svg";
+        if (const std::size_t at = finished.text.find(kRoot);
+            format == "svg" && at < finished.text.size())
+            finished.text.insert(at + kRoot.size(), " style=\"max-width:100%;height:auto\"");
+        return finished.text;
+    }
     // Again, for its message; warnings are of no interest.
     run_shell(command);
     throw Error(ErrorKind::kInternal,

@@ -1,24 +1,17 @@
-# Draws a figure from a CSV file. common/report/plot.cpp sets by `gnuplot -e` the variables csv, format,
-# title, footer, width, height, columns and panels. Those of panel N end in N and may be missing:
+# Draws panels below each other from a CSV file. common/report/plot.cpp sets by `gnuplot -e` the variables
+# csv, format, width, panel_height and panels, and heads and foots lines of text: head1, head2, ... and
+# foot1, ... Those of panel N end in N and may be missing:
 #   kind       lines, points or map
 #   title, xlabel, ylabel
 #   x, y       names of columns
 #   series     the column that tells curves apart, or names the rows of a map
 #   where, is  only rows with this text in that column
-#   ring       points with yes in that column get a ring
-#   least      the column of the lower end of a bar at each point
+#   lower, upper  columns of the ends of a light band
 #   logx       the base of a logarithmic axis
-#   across, shade, note  columns of a map: names below, colour, second line
+#   across, shade  columns of a map: names below, number and colour
 set datafile separator comma
 set datafile columnheaders
 set encoding utf8
-if (format eq 'png') {
-    # Points of 1/72 inch at 96 pixels an inch.
-    set terminal pngcairo size width,height font 'Helvetica,10.5' background '#ffffff'
-} else {
-    set terminal svg size width,height font 'Helvetica,14' background '#ffffff'
-}
-
 get(name) = exists(name.p) ? value(name.p) : ''
 largest(a, b) = a > b ? a : b
 # The colours of M. Okabe and K. Ito, Color Universal Design, 2008, without yellow, and two more.
@@ -45,7 +38,7 @@ add_y(v) = v > 0 ? (yleast = v < yleast ? v : yleast, ymost = largest(v, ymost),
 # ColorBrewer, "YlOrBr". 2003).
 array shades[7] = [0xF2F7FA, 0xFFF7BC, 0xFEE391, 0xFEC44F, 0xFE9929, 0xEC7014, 0xA63603]
 level(v) = v <= 0 ? 1 : v < 10 ? 2 : v >= 1e5 ? 7 : int(log10(v)) + 2
-map_text(v) = sprintf("%.0f\n%.2g", v, column(note))
+map_text(v) = v < 1e3 ? sprintf("%.0f", v) : sprintf("%.0fk", v / 1e3)
 
 longest = 0
 p = 1
@@ -55,34 +48,57 @@ do for [p = 1:panels] {
     names = ''; name = get('series')
     stats csv using (add_name(strcol(name))) nooutput
 }
-text = 8.0 * longest + 85
-if (is_curve) { left = 95; right = text } else { left = text; right = 30 }
-below = kind eq 'map' ? 140.0 : 100.0
-set label title at screen 0, screen 1 offset character 2, character -1.2 left noenhanced
-set label footer at screen 0, screen 0 offset character 2, character 1 left noenhanced tc rgb '#666666'
-set multiplot layout (panels + columns - 1) / columns,columns \
-    margins screen 1.0 * left / width,1 - 1.0 * right / width,below / height,1 - 70.0 / height \
-    spacing screen 105.0 / width,110.0 / height
+# Pixels: of a line of text, of what is above and below all panels, and between them.
+line = 23.0
+left = is_curve ? 105.0 : 9.0 * longest + 25
+legend_columns = is_curve ? largest(1, int((width - 30) / (9.5 * longest + 30))) : 1
+legend_rows = is_curve ? int(ceil(1.0 * words(names) / legend_columns)) : 0
+above = line * (heads + legend_rows) + 65
+below = line * foots + (is_curve ? 85 : 130)
+between = 135.0
+height = int(above + below + panels * panel_height + (panels - 1) * between)
+if (format eq 'png') {
+    # Points of 1/72 inch at 96 pixels an inch.
+    set terminal pngcairo size width,height font 'Helvetica,12' background '#ffffff'
+} else {
+    set terminal svg size width,height font 'Helvetica,16' background '#ffffff'
+}
+do for [i = 1:heads] {
+    set label value('head'.i) at screen 15.0 / width, 1 - i * line / height left noenhanced
+}
+do for [i = 1:foots] {
+    set label value('foot'.i) at screen 15.0 / width, ((foots - i) * line + 15) / height \
+        left noenhanced tc rgb '#666666'
+}
+# The legend, of all panels.
+do for [i = 1:words(names) * is_curve] {
+    set label word(names, i) \
+        at screen (20.0 + (i - 1) / legend_rows * ((width - 30) / legend_columns)) / width, \
+        1 - ((heads + 1 + (i - 1) % legend_rows) * line + 5) / height \
+        left offset character 1,-0.15 point lc rgb colour(i) pt symbol(i) ps 0.9 noenhanced
+}
+set multiplot layout panels,1 margins screen left / width,1 - 32.0 / width,below / height,1 - above / height \
+    spacing screen 0,between / height
+unset key
 set format '%g'
 set border 3 lc rgb '#888888'
 set tics nomirror out scale 0.5 tc rgb '#333333'
 set style fill solid noborder
 do for [p = 1:panels] {
     kind = get('kind'); xs = get('x'); ycol = get('y'); series = get('series')
-    where = get('where'); is = get('is'); ring = get('ring'); least = get('least')
-    unset logscale; set xtics auto norotate; set ytics auto; set autoscale; unset key
+    where = get('where'); is = get('is'); lower = get('lower'); upper = get('upper')
+    unset logscale; set xtics auto norotate; set ytics auto; set autoscale
     set grid back lt 1 lw 1 lc rgb '#e4e4e4'
     set title get('title') noenhanced
-    set xlabel get('xlabel') noenhanced
-    set ylabel get('ylabel') noenhanced
+    xlabel = get('xlabel'); ylabel = get('ylabel')
     if (kind eq 'map') {
-        across = get('across'); shade = get('shade'); note = get('note')
+        across = get('across'); shade = get('shade')
         unset grid; set yrange [*:*] reverse; set ytics noenhanced; set xtics noenhanced rotate by 30 right
         plot csv using (column(xs)):(column(ycol)):(column(xs) - 0.48):(column(xs) + 0.48): \
             (column(ycol) - 0.46):(column(ycol) + 0.46):(shades[level(column(shade))]): \
             xtic(strcol(across)):ytic(strcol(series)) with boxxyerror lc rgb variable notitle, \
             csv using (column(xs)):(column(ycol)):(map_text(column(shade))): \
-            (level(column(shade)) > 6 ? 0xFFFFFF : 0x333333) with labels offset 0,0.5 tc rgb variable notitle
+            (level(column(shade)) > 6 ? 0xFFFFFF : 0x333333) with labels tc rgb variable notitle
     }
     if (kind eq 'lines' || kind eq 'points') {
         names = ''; xleast = huge; yleast = huge; ymost = 0; xzeros = 0; yzeros = 0
@@ -91,23 +107,21 @@ do for [p = 1:panels] {
         logx = get('logx')
         xzero = logx eq '' ? 0 : zero_of(xleast, xzeros)
         yzero = ymost > 30 * yleast ? zero_of(yleast, yzeros) : 0
-        if (logx ne '') { set logscale x int(logx) }
-        if (ymost > 30 * yleast) { set logscale y } else { set yrange [0:*] }
+        if (logx ne '') { set logscale x int(logx); xlabel = xlabel.', logarithmic' }
+        if (ymost > 30 * yleast) { set logscale y; ylabel = ylabel.', logarithmic' } else { set yrange [0:*] }
+        set xlabel xlabel noenhanced
+        set ylabel ylabel noenhanced
         if (xzero > 0) { set xrange [xzero / 2:3 * xzero<*]; set xtics add ('none' xzero) }
         if (yzero > 0) { set yrange [yzero / 2:*]; set ytics add ('none' yzero) }
-        # One legend on the right of each row.
-        if (p % columns == 0 || p == panels) { set key at graph 1.02, graph 1 left top Left reverse noenhanced }
         n = words(names)
-        ranges = least eq '' ? 0 : n
+        bands = lower eq '' ? 0 : n
         lines = kind eq 'lines' ? n : 0
-        plot for [i = 1:ranges] csv using (xof(i)):(yof(i, ycol)):(yof(i, least)):(yof(i, ycol)) \
-                with yerrorbars pt -1 lw 1 lc rgb colour(i) notitle, \
+        plot for [i = 1:bands] csv using (xof(i)):(yof(i, lower)):(yof(i, upper)) \
+                with filledcurves lc rgb colour(i) fs transparent solid 0.15 noborder notitle, \
             for [i = 1:lines] csv using (xof(i)):(yof(i, ycol)) with linespoints \
-                lc rgb colour(i) lw 2 pt symbol(i) ps 0.8 title word(names, i), \
+                lc rgb colour(i) lw 2 pt symbol(i) ps 0.8 notitle, \
             for [i = lines + 1:n] csv using (xof(i)):(yof(i, ycol)) with points \
-                lc rgb colour(i) pt symbol(i) ps 1.2 title word(names, i), \
-            csv using (ring ne '' && kept(0) && strcol(ring) eq 'yes' ? place(column(xs), xzero) : NaN): \
-                (place(column(ycol), yzero)) with points pt 6 ps 1.8 lc rgb '#000000' notitle
+                lc rgb colour(i) pt symbol(i) ps 1 notitle
     }
     unset label
 }

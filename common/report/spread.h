@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cstddef>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -16,17 +15,6 @@ inline double median(std::vector<double> values) {
     std::sort(values.begin(), values.end());
     const std::size_t middle = values.size() / 2;
     return values.size() % 2 != 0 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
-}
-
-/// The value with the middle key; of an even number of values the lower one in the middle, so that
-/// the result is a value that was measured. Requires at least one value.
-template <class T, class Key = std::identity>
-T lower_median(std::vector<T> values, Key key = {}) {
-    assert(!values.empty());
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
-    std::nth_element(values.begin(), middle, values.end(),
-                     [&](const T& a, const T& b) { return key(a) < key(b); });
-    return *middle;
 }
 
 /// The value below which a part (0 to 1) of the values lies, between two of them interpolated
@@ -42,8 +30,10 @@ inline double quantile(std::span<const double> ascending, double part) {
 struct Spread {
     double least = 0;
     double median = 0;
-    /// The distance between the quartiles, in percent of the median: half of the values lie in a
-    /// range of this width. 0 for a single value, and if the median is 0.
+    /// The quartiles, between which half of the values lie.
+    double lower = 0;
+    double upper = 0;
+    /// Their distance in percent of the median; 0 if that is 0.
     double percent = 0;
 };
 
@@ -51,11 +41,11 @@ struct Spread {
 inline Spread spread_of(std::span<const double> values) {
     std::vector<double> ascending(values.begin(), values.end());
     std::ranges::sort(ascending);
-    Spread spread{.least = ascending.front(), .median = quantile(ascending, 0.5)};
-    if (spread.median > 0) {
-        spread.percent =
-            100 * (quantile(ascending, 0.75) - quantile(ascending, 0.25)) / spread.median;
-    }
+    Spread spread{.least = ascending.front(),
+                  .median = quantile(ascending, 0.5),
+                  .lower = quantile(ascending, 0.25),
+                  .upper = quantile(ascending, 0.75)};
+    if (spread.median > 0) spread.percent = 100 * (spread.upper - spread.lower) / spread.median;
     return spread;
 }
 

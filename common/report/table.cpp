@@ -82,4 +82,22 @@ std::string Table::csv() const {
     return text;
 }
 
+std::string markup_text(const std::string& text) {
+    std::string result;
+    for (const char c : text) {
+        if (c == '&') {
+            result += "&amp;";
+        } else if (c == '<') {
+            result += "&lt;";
+        } else if (c == '>') {
+            result += "&gt;";
+        } else if (c == '"') {
+            result += "&quot;";
+        } else {
+            result += c < 0x20 || c >= 0x7F ? '?' : c;
+        }
+    }
+    return result;
+}
+
 }  // namespace mray

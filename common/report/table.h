@@ -1,4 +1,5 @@
-// Rows of text in aligned columns, one by one or together, and rows as comma-separated values.
+// Rows of text in aligned columns, one by one or together, and as comma-separated values; text of
+// markup.
 #pragma once
 
 #include <cstddef>
@@ -39,5 +40,9 @@ private:
     std::vector<std::string> header_;
     std::vector<std::vector<std::string>> rows_;
 };
+
+/// The text with markup as entities, and '?' for all but printable ASCII: a reader rejects the
+/// whole report for one bad byte.
+std::string markup_text(const std::string& text);
 
 }  // namespace mray

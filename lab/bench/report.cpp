@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <fstream>
-#include <thread>
 #include <utility>
 
 #include "common/base/output_file.h"
@@ -27,17 +25,6 @@ Times times_of(std::span<const Samples> parts) {
     return times;
 }
 
-/// What /proc/cpuinfo says under a key about the first processor; empty if nothing.
-std::string cpu_info(const std::string& key) {
-    std::ifstream file("/proc/cpuinfo");
-    for (std::string line; std::getline(file, line) && !line.empty();) {
-        const std::size_t colon = line.find(": ");
-        if (colon != std::string::npos && line.starts_with(key + '\t'))
-            return line.substr(colon + 2);
-    }
-    return {};
-}
-
 const char* name_of(Unit unit) {
     constexpr std::array kNames = {"Mray/s", "ns", "ms"};
     return kNames[static_cast<std::size_t>(unit)];
@@ -49,13 +36,12 @@ double in_unit(double ms, Unit unit, std::uint64_t count) {
     return unit == Unit::kMs ? ms : ms * 1e6 / n;
 }
 
-// At most 100 characters a row.
-const Column kColumns[] = {{"work", 8, false}, {"tracer", 8, false}, {"peer", 32, false},
-                           {"unit", 6, false}, {"ours", 6},          {"theirs", 6},
-                           {"ratio", 5},       {"at best", 7},       {"differ", 6}};
+// At most 80 characters a row.
+const Column kColumns[] = {{"tracer", 6, false}, {"peer", 32, false}, {"ours", 6},  {"theirs", 6},
+                           {"ratio", 5},         {"at best", 7},      {"differ", 6}};
 
 std::vector<std::string> header_of_file() {
-    std::vector<std::string> header = {"scene", "threads"};
+    std::vector<std::string> header = {"scene", "threads", "work", "unit"};
     for (const Column& column : kColumns) header.push_back(column.name);
     return header;
 }
@@ -101,12 +87,6 @@ std::vector<std::size_t> fastest_of_groups(std::span<const Method> methods,
     return fastest;
 }
 
-std::string machine_name() {
-    return fmt::format("{}, family {}, model {}, {} cores", cpu_info("model name"),
-                       cpu_info("cpu family"), cpu_info("model"),
-                       std::thread::hardware_concurrency());
-}
-
 Report::Report(std::string head, std::string file)
     : head_(std::move(head)), file_(std::move(file)), table_(header_of_file()) {
     if (!file_.empty()) check_writable(file_);
@@ -116,6 +96,7 @@ Report::Report(std::string head, std::string file)
 void Report::begin(const std::string& scene, int threads) {
     scene_ = scene;
     threads_ = threads;
+    work_.clear();
     fmt::print("\n{}, threads: {}\n{}", scene, threads, header_text(kColumns));
 }
 
@@ -127,10 +108,11 @@ void Report::add(const Row& row) {
     const auto ratio = [&row](double Times::*ms) {
         return fmt::format("{:.2f}", row.theirs.*ms / row.ours.*ms);
     };
-    std::vector<std::string> cells = {row.work,
-                                      row.tracer,
+    const std::string work = fmt::format("{}, {}", row.work, name_of(row.unit));
+    if (work != work_) fmt::print("{}\n", work);
+    work_ = work;
+    std::vector<std::string> cells = {row.tracer,
                                       row.peer,
-                                      name_of(row.unit),
                                       figure(row.ours),
                                       figure(row.theirs),
                                       ratio(&Times::median_ms),
@@ -138,7 +120,7 @@ void Report::add(const Row& row) {
                                       std::to_string(row.differences)};
     fmt::print("{}", row_text(kColumns, cells));
     std::fflush(stdout);
-    cells.insert(cells.begin(), {scene_, std::to_string(threads_)});
+    cells.insert(cells.begin(), {scene_, std::to_string(threads_), row.work, name_of(row.unit)});
     table_.add(cells);
     if (!file_.empty()) write_file(file_, head_ + table_.csv());
 }

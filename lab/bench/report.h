@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/frame_times.h"
+#include "common/report/machine.h"
 #include "common/report/table.h"
 
 namespace mray::bench {
@@ -54,10 +55,6 @@ std::vector<Times> time_in_turn(std::span<const Method> methods, std::size_t par
 std::vector<std::size_t> fastest_of_groups(std::span<const Method> methods,
                                            std::span<const Times> times, std::size_t count);
 
-/// The processor's name, family and model, and how many cores: names alone do not tell generations
-/// apart.
-std::string machine_name();
-
 /// The unit of a figure: kNs is the time of one triangle or query. More is better for
 /// kMrayPerSecond, less for the others.
 enum class Unit { kMrayPerSecond, kNs, kMs };
@@ -97,6 +94,8 @@ private:
     std::string head_;
     std::string file_;
     std::string scene_;
+    /// That of the last row, with its unit.
+    std::string work_;
     int threads_ = 0;
     Table table_;
 };

@@ -64,8 +64,7 @@ constexpr std::array kScenes = {
     ProceduralScene{"spikes", "a closed ball with pulsing spikes", 60000, make_spikes},
     ProceduralScene{"orbits", "balls on crossing orbits", 40000, make_orbits},
     ProceduralScene{"teleport", "balls that jump elsewhere all at once", 40000, make_teleport},
-    ProceduralScene{"hall", "a hall from inside: columns, beams, cables, waving banners", 80000,
-                    make_hall},
+    ProceduralScene{"hall", "a hall from inside: columns, cables, banners", 80000, make_hall},
 };
 
 }  // namespace

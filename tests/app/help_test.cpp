@@ -1,6 +1,7 @@
 // The help of every command, and the examples in it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <regex>
 #include <sstream>
@@ -26,23 +27,12 @@ std::vector<std::string> commands() {
 
 std::string help_of(const std::string& command) { return run({"help", command}).out; }
 
-/// The lines of each example.
-std::vector<std::vector<std::string>> examples_of(const std::string& command) {
-    std::vector<std::vector<std::string>> examples;
+std::vector<std::string> examples_of(const std::string& command) {
+    std::vector<std::string> examples;
     bool listed = false;
-    bool is_first = true;
     for (const std::string& line : lines(help_of(command))) {
-        if (line == "Examples:")
-            listed = true;
-        else if (line.empty())
-            listed = false;
-        else if (listed && line.starts_with("    ")) {
-            if (is_first) examples.emplace_back();
-            is_first = false;
-            examples.back().push_back(line.substr(4));
-        } else {
-            is_first = true;
-        }
+        if (listed) examples.push_back(line.substr(2));
+        listed = listed || line == "Examples:";
     }
     return examples;
 }
@@ -101,17 +91,31 @@ void expect_works(const std::string& command, const std::string& line,
     EXPECT_EQ(outcome.code, 0) << small(line) << '\n' << outcome.err;
 }
 
+TEST(Help, HasAtMostTwelveOptionsIn80ColumnsAndTheRestOnRequest) {
+    for (const std::string& command : commands()) {
+        const auto options = [&](const std::string& flag) {
+            const std::vector<std::string> text = lines(run({command, flag}).out);
+            for (const std::string& line : text) EXPECT_LE(line.size(), 80u) << line;
+            return std::ranges::count_if(
+                text, [](const std::string& line) { return line.starts_with("  -"); });
+        };
+        EXPECT_LE(options("--help"), 12) << command;
+        if (help_of(command).find("--help-all") != std::string::npos) {
+            EXPECT_GT(options("--help-all"), options("--help")) << command;
+        }
+    }
+}
+
 TEST(Help, ExamplesWork) {
+    EXPECT_EQ(commands().size(), 11u);
     for (const std::string& command : commands()) {
         // Nothing but the files that the project ships, and what the lines before have written.
         const TemporaryFolder folder;
         std::filesystem::create_directory_symlink(SHIPPED_FILES, folder.path() / "scenes");
         // Charts take minutes: this one is refused as soon as its line is understood.
         if (command == "chart") folder.write("charts/file", "");
-        const std::vector<std::vector<std::string>> examples = examples_of(command);
-        EXPECT_FALSE(examples.empty()) << command;
-        for (const std::vector<std::string>& example : examples)
-            for (const std::string& line : example) expect_works(command, line, folder.path());
+        for (const std::string& line : examples_of(command))
+            expect_works(command, line, folder.path());
     }
 }
 

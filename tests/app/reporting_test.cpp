@@ -71,7 +71,6 @@ TEST(Profile, MeasuresEveryFrame) {
     const Json json = Json::parse(outcome.out);
     EXPECT_EQ(json["command"], "profile");
     EXPECT_EQ(json["repeat"], 2);
-    EXPECT_GT(json["peak_memory_bytes"], 1 << 20);
     ASSERT_EQ(json["frames"].size(), 4u);
     EXPECT_EQ(json["frames"][0]["frame"], 0);
     EXPECT_EQ(json["frames"][3]["frame"], 24);
@@ -85,13 +84,14 @@ TEST(Profile, MeasuresEveryFrame) {
     }
 }
 
-TEST(Profile, TableAndCsvHaveARowAFrame) {
+TEST(Profile, SaysWhatARefitIsWorthAndCsvHasARowAFrame) {
     const std::vector<std::string> line = {
         "profile", "builtin:cloth:500", "--backend", "cpu",      "--size",
         "16x16",   "--repeat",          "1",         "--frames", "0..1"};
     const Outcome text = run(line);
     ASSERT_EQ(text.code, 0) << text.err;
-    EXPECT_EQ(lines(text.out).size(), 2u + 3u) << text.out;
+    EXPECT_TRUE(text.out.starts_with("refit ")) << text.out;
+    EXPECT_TRUE(lines(text.out).back().starts_with("all    cpu ")) << text.out;
     for (const std::string& row : lines(text.out)) EXPECT_LE(row.size(), 80u) << row;
     std::vector<std::string> with_csv = line;
     with_csv.insert(with_csv.end(), {"--csv", "-"});

@@ -53,7 +53,7 @@ TEST(Usage, MisspeltNamesComeWithThePlaceOfTheList) {
 
 TEST(Usage, MoreThanOneOfASingleThingIsRefused) {
     expect_refused(small_render({"--threads", "2", "--threads", "2"}), 2, "--threads");
-    expect_refused(small_render({"builtin:herd"}), 2, "builtin:herd");
+    expect_refused(small_render({"builtin:herd"}), 2, "put a pattern of files in quotes");
     expect_refused({"diff", "a.hits", "b.hits", "c.hits"}, 2, "FILES");
     expect_refused({"info", "builtin:cloth:500", "--frames", "0..4"}, 2, "0..4");
     expect_refused({"crosscheck", "builtin:cloth:500", "--json", "-", "--junit", "-"}, 2,

@@ -46,7 +46,7 @@ for file in docs/guide/library.md cmake/morphrayConfig.cmake.in; do
     grep -q "find_package(morphray $series " "$root/$file" || fail "$file does not look for $series"
 done
 # The build has no charts without GMP.
-if [ -e "$build/bin/morphray-chart" ]; then
+if [ -e "$build/libexec/morphray/morphray-chart" ]; then
     # expect_chart CODE TEXT: how `morphray chart` into a folder that is not empty ends.
     expect_chart() {
         local code=0 text

@@ -75,18 +75,6 @@ bool CrossChecker::uses_brute(std::uint32_t rays) const {
     return brute_is_affordable(scene_.animation().topology().triangles.size(), options_.view, rays);
 }
 
-std::size_t CrossChecker::comparisons_of_frame() const {
-    std::size_t count = 0;
-    for (const std::uint32_t rays : rays_) {
-        count += backends_.vulkan ? 3 : 0;
-        if (!checks_cpu()) continue;
-        count += 2 + (backends_.vulkan ? 1 : 0) + 2 * simd_.size();
-        // The CPU over the rebuilt tree is the reference itself.
-        count -= uses_brute(rays) ? 0 : 1;
-    }
-    return count;
-}
-
 ImageParams CrossChecker::params_for(std::uint32_t rays) const {
     ImageParams params = scene_.image_params(options_.view);
     params.rays = rays;
@@ -146,7 +134,6 @@ void CrossChecker::compare(Backend& backend, const std::string& simd, const std:
         image.trace_ms = backend.finish().trace_ms;
         add_images(report_, options_, image, expected.frame, actual);
         throw_if_interrupted();
-        progress_->update(report_["rows"].size());
     }
     if (options_.query_count == 0 || (is_cpu_reference && !queries_use_brute())) return;
     image.reference = queries_use_brute() ? "brute" : "cpu";

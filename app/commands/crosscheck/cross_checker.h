@@ -56,9 +56,6 @@ public:
     /// made.
     void check(double frame, Progress& progress);
 
-    /// Comparisons of images that check() makes for a frame.
-    std::size_t comparisons_of_frame() const;
-
 private:
     struct Expected {
         std::uint32_t rays;

@@ -42,8 +42,6 @@ struct PolicyRun {
     double total_ms = 0;
     /// total_ms beyond the least of all policies on the backend, relative to it.
     double regret = 0;
-    /// The longest trace of a frame, relative to the least of all policies.
-    double slowest_trace = 0;
 
     Spread of_rounds(std::size_t frame, double (*value)(const Played&)) const {
         std::vector<double> values;
@@ -74,23 +72,16 @@ void compare(std::span<PolicyRun> runs) {
             std::vector<Played> played;
             for (const std::vector<Played>& round : run.rounds) played.push_back(round[f]);
             // The step and its reason are those of the last round.
-            const Played middle = lower_median(played, cost_of);
+            std::ranges::sort(played, {}, cost_of);
+            const Played& middle = played[(played.size() - 1) / 2];
             run.frames[f].update.times = middle.update.times;
             run.frames[f].trace_ms = middle.trace_ms;
         }
         run.total_ms = total_of(run.frames);
     }
     const double least = std::ranges::min_element(runs, {}, &PolicyRun::total_ms)->total_ms;
-    for (PolicyRun& run : runs) {
+    for (PolicyRun& run : runs)
         if (least > 0) run.regret = run.total_ms / least - 1;
-        for (std::size_t f = 0; f < run.frames.size(); ++f) {
-            double quickest = run.frames[f].trace_ms;
-            for (const PolicyRun& other : runs)
-                quickest = std::min(quickest, other.frames[f].trace_ms);
-            if (quickest > 0)
-                run.slowest_trace = std::max(run.slowest_trace, run.frames[f].trace_ms / quickest);
-        }
-    }
 }
 
 /// Plays the animation under one policy. Calls `on_frame` before each frame.
@@ -133,9 +124,8 @@ Json json_of(const PolicyRun& run) {
     return {{"policy", run.policy},
             {"backend", run.backend},
             {"total_ms", run.total_ms},
-            {"median_frame_ms", lower_median(costs)},
+            {"median_frame_ms", median(costs)},
             {"worst_frame_ms", std::ranges::max(costs)},
-            {"slowest_trace", run.slowest_trace},
             {"regret", run.regret},
             // The trees built after the first.
             {"rebuilds", std::ranges::count_if(run.frames, is_build)},
@@ -152,44 +142,55 @@ std::string fixed_ms(double value) { return fmt::format("{:.3f}", value); }
 Table frames_table(const std::vector<PolicyRun>& runs) {
     Table table({"policy", "backend", "frame", "update", "upload ms", "refit ms", "decide ms",
                  "restructure ms", "rebuild ms", "trace ms", "cost ratio", "hits hash", "reason",
-                 "least trace ms", "trace spread %", "least cost ms", "median cost ms",
-                 "cost spread %"});
+                 "median trace ms", "lower trace ms", "upper trace ms", "median cost ms",
+                 "lower cost ms", "upper cost ms"});
     for (const PolicyRun& run : runs) {
         for (std::size_t i = 0; i < run.frames.size(); ++i) {
             const Played& f = run.frames[i];
             const UpdateTimes& times = f.update.times;
             const Spread trace = run.of_rounds(i, trace_of);
             const Spread cost = run.of_rounds(i, cost_of);
-            table.add(
-                {run.policy, run.backend, fmt::format("{}", f.frame), name_of(f.update.step),
-                 fixed_ms(times.upload_ms), fixed_ms(times.refit_ms), fixed_ms(times.decide_ms),
-                 fixed_ms(times.restructure_ms), fixed_ms(times.rebuild_ms), fixed_ms(f.trace_ms),
-                 fmt::format("{:.4f}", f.update.cost_ratio), hash_text(f.hits_hash),
-                 f.update.reason, fixed_ms(trace.least), fmt::format("{:.1f}", trace.percent),
-                 fixed_ms(cost.least), fixed_ms(cost.median), fmt::format("{:.1f}", cost.percent)});
+            table.add({run.policy, run.backend, fmt::format("{}", f.frame), name_of(f.update.step),
+                       fixed_ms(times.upload_ms), fixed_ms(times.refit_ms),
+                       fixed_ms(times.decide_ms), fixed_ms(times.restructure_ms),
+                       fixed_ms(times.rebuild_ms), fixed_ms(f.trace_ms),
+                       fmt::format("{:.4f}", f.update.cost_ratio), hash_text(f.hits_hash),
+                       f.update.reason, fixed_ms(trace.median), fixed_ms(trace.lower),
+                       fixed_ms(trace.upper), fixed_ms(cost.median), fixed_ms(cost.lower),
+                       fixed_ms(cost.upper)});
         }
     }
     return table;
 }
 
+/// "quickest: auto on cpu with 9.01 ms, refit on vulkan with 290 ms".
+std::string sentence_of(const Json& policies) {
+    std::string text;
+    for (const Json& run : policies) {
+        if (run["regret"] != 0) continue;
+        text += fmt::format("{}{} on {} with {:.4g} ms", text.empty() ? "quickest: " : ", ",
+                            run["policy"].get<std::string>(), run["backend"].get<std::string>(),
+                            run["total_ms"].get<double>());
+    }
+    return text;
+}
+
 std::string summary_of(const Json& report) {
-    Table table({"policy", "backend", "total", "spread", "median", "worst", "slower", "regret",
-                 "rebuilds"});
+    Table table({"policy", "backend", "total", "spread", "median", "worst", "regret", "rebuilds"});
     for (const Json& run : report["policies"]) {
         const auto fixed = [](const Json& number, int digits, double scale = 1) {
             return fmt::format("{:.{}f}", scale * number.get<double>(), digits);
         };
         table.add({run["policy"], run["backend"], fixed(run["total_ms"], 2),
                    fixed(run["total"]["spread_percent"], 1), fixed(run["median_frame_ms"], 2),
-                   fixed(run["worst_frame_ms"], 2), fixed(run["slowest_trace"], 2),
-                   fixed(run["regret"], 1, 100), run["rebuilds"].dump()});
+                   fixed(run["worst_frame_ms"], 2), fixed(run["regret"], 1, 100),
+                   run["rebuilds"].dump()});
     }
     const int repeat = report["repeat"];
     return fmt::format(
-        "times in ms of {} round{}; total: the medians of its frames; median, worst: of a\n"
-        "frame; spread: of the totals of rounds, in %; slower: how many times as long the\n"
-        "worst trace takes as with the best policy; regret: beyond the least total, in %\n{}",
-        repeat, repeat == 1 ? "" : "s", table.text());
+        "{}\n\ntimes in ms of {} round{}; total: the medians of its frames; spread: of the totals\n"
+        "of rounds, in %; median, worst: of a frame; regret: beyond the least total, in %\n{}",
+        sentence_of(report["policies"]), repeat, repeat == 1 ? "" : "s", table.text());
 }
 
 /// Three panels for each backend, which compare the policies by frame.
@@ -198,23 +199,23 @@ std::vector<plot::Panel> panels_of(const std::vector<PolicyRun>& runs) {
     std::set<std::string> backends;
     for (const PolicyRun& run : runs) {
         if (!backends.insert(run.backend).second) continue;
-        plot::Panel panel{.kind = "lines",
-                          .x = "frame",
-                          .series = "policy",
-                          .xlabel = "frame",
-                          .where = "backend",
-                          .is = run.backend};
-        const auto add = [&](const char* title, const char* y, const char* unit,
-                             const char* least) {
-            panel.title = fmt::format("{}, {}", title, run.backend);
-            panel.y = y;
-            panel.ylabel = unit;
-            panel.least = least;
-            panels.push_back(panel);
+        const auto add = [&](const std::string& title, const char* y, const char* unit,
+                             const char* lower, const char* upper) {
+            panels.push_back({{"kind", "lines"},
+                              {"title", title + ", " + run.backend},
+                              {"x", "frame"},
+                              {"y", y},
+                              {"series", "policy"},
+                              {"xlabel", "frame"},
+                              {"ylabel", unit},
+                              {"where", "backend"},
+                              {"is", run.backend},
+                              {"lower", lower},
+                              {"upper", upper}});
         };
-        add("trace", "trace ms", "ms", "least trace ms");
-        add("quality of the tree", "cost ratio", "SAH cost / SAH cost at its build", "");
-        add("update and trace", "median cost ms", "ms", "least cost ms");
+        add("trace", "median trace ms", "ms", "lower trace ms", "upper trace ms");
+        add("quality of the tree", "cost ratio", "SAH cost / that at its build", "", "");
+        add("update and trace", "median cost ms", "ms", "lower cost ms", "upper cost ms");
     }
     return panels;
 }
@@ -223,16 +224,13 @@ void plot_policies(const Json& report, const std::vector<PolicyRun>& runs,
                    const std::string& file) {
     const auto text = [&](const char* key) { return report[key].dump(); };
     const plot::Figure figure{
-        .title = fmt::format("Update policies: {}, {} triangles",
-                             report["scene"].get<std::string>(), text("triangles")),
+        .title = sentence_of(report["policies"]),
         .footer = fmt::format(
-            "{}x{} pixels, {} rays; {}", text("width"), text("height"),
-            report["rays"].get<std::string>(),
+            "{}, {} triangles, {}x{} pixels, {} rays; {}", report["scene"].get<std::string>(),
+            text("triangles"), text("width"), text("height"), report["rays"].get<std::string>(),
             report["repeat"] == 1
                 ? "one round"
-                : fmt::format("medians of {} rounds, with bars from the least", text("repeat"))),
-        .columns = 3,
-        .panel_height = 420,
+                : fmt::format("medians of {} rounds, bands between quartiles", text("repeat"))),
         .panels = panels_of(runs)};
     write_file(
         file, plot::draw(figure, frames_table(runs).csv(), file.ends_with(".png") ? "png" : "svg"));

@@ -7,6 +7,7 @@
 #include "common/report/compare.h"
 #include "common/report/shell.h"
 #include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 #include "common/version.h"
 
 namespace mray::app {
@@ -65,18 +66,9 @@ std::string details_of(const CrosscheckOptions& options, const CheckedImage& ima
     return text;
 }
 
-/// "3 rays differ in all hits, 1 point differs in the winding".
 std::string describe(const QueryDifference& difference) {
-    std::string text;
-    const auto add = [&text](std::size_t count, const char* kind, const char* in) {
-        if (count == 0) return;
-        text += fmt::format("{}{} {}{} in {}", text.empty() ? "" : ", ", count, kind,
-                            count == 1 ? " differs" : "s differ", in);
-    };
-    add(difference.all_hits, "ray", "all hits");
-    add(difference.winding, "point", "the winding");
-    add(difference.closest, "point", "the closest triangle");
-    return text;
+    return fmt::format("other answers: {} in all hits, {} in windings, {} in closest triangles",
+                       difference.all_hits, difference.winding, difference.closest);
 }
 
 /// Adds a result of `what` to the list, with a title.
@@ -101,8 +93,11 @@ std::string CheckVariant::name() const {
 Json empty_report(const CrosscheckOptions& options) {
     std::vector<std::string> line = {"morphray"};
     line.insert(line.end(), options.arguments.begin(), options.arguments.end());
-    Json report = head_of("crosscheck");
-    report["error"] = "";
+    Json report = {{"command", "crosscheck"},
+                   {"verdict", ""},
+                   {"equal", true},
+                   {"complete", false},
+                   {"error", ""}};
     report["scenes"] = Json::array();
     // Then a report about a run that cannot begin names its scenes, too.
     for (const std::string& spec : options.scenes) {
@@ -117,8 +112,6 @@ Json empty_report(const CrosscheckOptions& options) {
                       {"frames", Json::array()}});
         for (const char* list : kResults) scene[list] = Json::array();
     }
-    report["complete"] = false;
-    report["equal"] = true;
     report["environment"] = {{"version", kVersionDetail},
                              {"command", shell_line(line)},
                              {"simd", Json::array()},
@@ -183,6 +176,34 @@ void add_answers(Json& scene, const CrosscheckOptions& options, const CheckedIma
 std::size_t count_differing(const Json& results) {
     return static_cast<std::size_t>(std::count_if(
         results.begin(), results.end(), [](const Json& result) { return !result["equal"]; }));
+}
+
+void conclude(Json& report, const std::string& unfinished) {
+    const std::size_t scenes = report["scenes"].size();
+    std::size_t all = 0;
+    std::size_t differing = 0;
+    std::string first;
+    for (const Json& scene : report["scenes"]) {
+        for (const char* list : kResults) {
+            all += scene[list].size();
+            differing += count_differing(scene[list]);
+            for (const Json& result : scene[list])
+                if (first.empty() && !result["equal"])
+                    first = fmt::format("{}, {}", escape(scene["spec"].get<std::string>()),
+                                        result["title"].get<std::string>());
+        }
+    }
+    std::string verdict;
+    if (differing > 0)
+        verdict = fmt::format("different: {} of {}, first in {}", differing, all, first);
+    if (!unfinished.empty())
+        verdict += (verdict.empty() ? "" : "; ") + ("not finished: " + unfinished);
+    if (verdict.empty())
+        verdict =
+            fmt::format("equal: {} comparisons of {} scene{}", all, scenes, scenes == 1 ? "" : "s");
+    report["verdict"] = verdict;
+    report["equal"] = differing == 0;
+    report["complete"] = unfinished.empty();
 }
 
 }  // namespace mray::app

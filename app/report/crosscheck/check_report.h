@@ -61,12 +61,17 @@ void add_answers(Json& scene, const CrosscheckOptions& options, const CheckedIma
 inline constexpr const char* kResults[] = {"rows", "trees", "queries"};
 std::size_t count_differing(const Json& results);
 
-/// Everything about the scenes, one after the other; nothing about a scene that was not begun.
+/// Sets "verdict", one line about all scenes, "equal" and "complete": "equal: 144 comparisons of 3
+/// scenes", "different: 2 of 144, first in ...", "not finished: cut.ply could not be read".
+/// `unfinished` says why a scene was not finished; empty if all were.
+void conclude(Json& report, const std::string& unfinished);
+
+/// Everything about the scenes that were begun, one after the other, and the verdict.
 std::string run_text(const Json& report);
 
-/// A test suite for each scene, with the environment as properties. It has a test case for each
-/// result. A scene that was not finished has one with an <error>. The root is the test suite, or
-/// <testsuites> for several scenes.
+/// A test suite for each scene in <testsuites>, which the verdict names, with the environment as
+/// properties. It has a test case for each result. A scene that was not finished has one with an
+/// <error>.
 std::string to_junit(const Json& report);
 
 /// HTML that needs no other file and no network, around the JSON of the report.

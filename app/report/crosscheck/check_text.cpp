@@ -7,6 +7,7 @@
 #include "app/report/crosscheck/check_report.h"
 #include "app/report/crosscheck/page.h"
 #include "common/report/table.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {
@@ -54,55 +55,26 @@ std::string table_text(const Json& scene) {
 
 std::string scene_text(const Json& scene) {
     std::string differences;
-    std::size_t all = 0;
-    std::size_t differing = 0;
     std::size_t shown = 0;
     for (const char* list : kResults) {
-        all += scene[list].size();
         for (const Json& result : scene[list]) {
             if (result["equal"]) continue;
-            ++differing;
             differences += fmt::format("\n{}: {}\n", result["title"].get<std::string>(),
                                        result["message"].get<std::string>());
             if (result.contains("details") && ++shown <= kShownDetails)
                 differences += result["details"];
         }
     }
-    if (all == 0) return "";
-    std::string text = table_text(scene) + differences;
-    text += differing == 0 ? fmt::format("\nall {} comparisons are equal bit by bit\n", all)
-                           : fmt::format("\n{} of {} comparisons differ\n", differing, all);
-    if (!scene["complete"])
-        text += fmt::format("not finished: {}\n", scene["error"].get<std::string>());
-    return text;
-}
-
-/// The text with markup as entities, and '?' for all but printable ASCII: a reader rejects the
-/// whole report for one bad byte.
-std::string xml_ascii(const std::string& text) {
-    std::string result;
-    for (const char c : text) {
-        if (c == '&') {
-            result += "&amp;";
-        } else if (c == '<') {
-            result += "&lt;";
-        } else if (c == '>') {
-            result += "&gt;";
-        } else if (c == '"') {
-            result += "&quot;";
-        } else {
-            result += c < 0x20 || c >= 0x7F ? '?' : c;
-        }
-    }
-    return result;
+    return table_text(scene) + differences;
 }
 
 /// `message` is empty for a case that passed.
 std::string case_of(const std::string& group, const std::string& name, const std::string& message,
                     double ms, const char* element) {
     std::string text = fmt::format("  <testcase classname=\"{}\" name=\"{}\" time=\"{:.6f}\">",
-                                   xml_ascii(group), xml_ascii(name), ms / 1e3);
-    if (!message.empty()) text += fmt::format("<{} message=\"{}\"/>", element, xml_ascii(message));
+                                   markup_text(group), markup_text(name), ms / 1e3);
+    if (!message.empty())
+        text += fmt::format("<{} message=\"{}\"/>", element, markup_text(message));
     return text + "</testcase>\n";
 }
 
@@ -124,9 +96,10 @@ std::string suite_of(const Json& report, const Json& scene) {
     const std::size_t errors = error.empty() ? 0 : 1;
     if (errors > 0) cases += case_of(name + ".run", "ends after its last frame", error, 0, "error");
     const Json& environment = report["environment"];
-    return fmt::format(kSuite, tests + errors, failures, errors, xml_ascii(environment["version"]),
+    return fmt::format(kSuite, tests + errors, failures, errors,
+                       markup_text(environment["version"]),
                        fmt::join(environment["simd"].get<std::vector<std::string>>(), ", "),
-                       xml_ascii(scene["device"]), xml_ascii(environment["command"]), cases);
+                       markup_text(scene["device"]), markup_text(environment["command"]), cases);
 }
 
 }  // namespace
@@ -134,21 +107,19 @@ std::string suite_of(const Json& report, const Json& scene) {
 std::string run_text(const Json& report) {
     std::string text;
     for (const Json& scene : report["scenes"]) {
-        const std::string one = scene_text(scene);
-        if (one.empty()) continue;
-        if (report["scenes"].size() > 1)
-            text +=
-                fmt::format("{}{}\n\n", text.empty() ? "" : "\n", scene["spec"].get<std::string>());
-        text += one;
+        if (scene["rows"].empty() && scene["queries"].empty()) continue;
+        if (report["scenes"].size() > 1) text += escape(scene["spec"].get<std::string>()) + "\n\n";
+        text += scene_text(scene) + '\n';
     }
-    return text;
+    return text + report["verdict"].get<std::string>() + '\n';
 }
 
 std::string to_junit(const Json& report) {
     std::string suites;
     for (const Json& scene : report["scenes"]) suites += suite_of(report, scene);
-    if (report["scenes"].size() != 1) suites = "<testsuites>\n" + suites + "</testsuites>\n";
-    return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n" + suites;
+    return fmt::format(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"{}\">\n{}</testsuites>\n",
+        markup_text(report["verdict"]), suites);
 }
 
 std::string to_html(const Json& report) {

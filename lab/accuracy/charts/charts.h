@@ -18,8 +18,6 @@ namespace mray::accuracy {
 struct VerdictCounts {
     std::array<std::uint64_t, kVerdictCount> of{};
     std::uint64_t rays = 0;
-    /// The largest difference of t among the close and the wrong triangles, in ulps.
-    double worst_ulps = 0;
 
     std::uint64_t operator[](Verdict verdict) const {
         return of[static_cast<std::size_t>(verdict)];
@@ -40,8 +38,6 @@ struct Measured {
 
 /// Traces all rays of a scene by each method, and compares the answers with exact ones. The time is
 /// the least of `rounds` of all methods in turn, because disturbances of the machine only add time.
-/// Checks about every thousandth exact answer against all triangles, and throws Error(kInternal) if
-/// they differ.
 std::vector<Measured> measure(const ChartScene& scene, std::span<const Method> methods, int rounds);
 
 struct Chart {
@@ -76,7 +72,7 @@ struct ChartContext {
 };
 
 /// The same small scenes in every run, on which intersection rules fail: a sphere, far from 0, tiny
-/// and huge; needles and slivers; a fan of thin triangles around one vertex; duplicate and coplanar
+/// and huge; needles; a fan of thin triangles around one vertex; duplicate and coplanar
 /// triangles; details of 1 in an extent of 1e6.
 std::vector<ChartInput> failure_scenes();
 

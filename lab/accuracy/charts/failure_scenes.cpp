@@ -81,23 +81,6 @@ ChartInput needles() {
     return build.finish("needles");
 }
 
-/// A sheet cut into strips that get thinner, each half as wide as the last.
-ChartInput slivers() {
-    Builder build;
-    double x = -1;
-    std::uint32_t below = build.vertex(x, -1, 0);
-    std::uint32_t above = build.vertex(x, 1, 0.3);
-    for (int i = 0; i < 22; ++i) {
-        x += std::ldexp(1.0, -i);
-        const std::uint32_t next_below = build.vertex(x, -1, 0);
-        const std::uint32_t next_above = build.vertex(x, 1, 0.3);
-        build.quad(below, next_below, next_above, above);
-        below = next_below;
-        above = next_above;
-    }
-    return build.finish("slivers");
-}
-
 /// Thin triangles around one vertex that all rays at it must hit.
 ChartInput fan() {
     constexpr std::uint32_t kBlades = 2000;
@@ -162,7 +145,6 @@ std::vector<ChartInput> failure_scenes() {
     scenes.push_back(sphere(1e-20, {0, 0, 0}).finish("scale 1e-20"));
     scenes.push_back(sphere(1e30, {0, 0, 0}).finish("scale 1e30"));
     scenes.push_back(needles());
-    scenes.push_back(slivers());
     scenes.push_back(fan());
     scenes.push_back(sheets("duplicates", 4, 0));
     scenes.push_back(sheets("nearly coplanar", 4, 1e-6));

@@ -1,15 +1,14 @@
-// morphray-chart --out DIR [--quick] [--lenient] [--quiet] SCENE...: draws charts of speed against
-// accuracy. `morphray chart` starts it (app/commands/chart_and_view.cpp).
+// morphray-chart DIR FLAGS SCENE...: draws charts of speed against accuracy; FLAGS has q for quick,
+// l for lenient, s for silent. `morphray chart` starts it (app/commands/chart_and_view.cpp).
 #include <fmt/format.h>
 
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <thread>
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
+#include "common/report/machine.h"
 #include "common/report/plot.h"
 #include "common/report/shell.h"
 #include "gpu/vulkan_backend.h"
@@ -29,17 +28,11 @@ struct Options {
     bool quiet = false;
 };
 
-Options parse(std::vector<std::string> arguments) {
-    if (arguments.size() < 3 || arguments[0] != "--out")
-        throw Error(ErrorKind::kBadArgument, "needs --out and a scene; start `morphray chart`");
-    Options options;
-    options.out = arguments[1];
-    arguments.erase(arguments.begin(), arguments.begin() + 2);
-    options.quick = std::erase(arguments, "--quick") > 0;
-    options.lenient = std::erase(arguments, "--lenient") > 0;
-    options.quiet = std::erase(arguments, "--quiet") > 0;
-    options.scenes = std::move(arguments);
-    return options;
+Options parse(const std::vector<std::string>& arguments) {
+    if (arguments.size() < 3)
+        throw Error(ErrorKind::kBadArgument, "start `morphray chart` instead");
+    const auto has = [&](char flag) { return arguments[1].find(flag) != std::string::npos; };
+    return {{arguments.begin() + 2, arguments.end()}, arguments[0], has('q'), has('l'), has('s')};
 }
 
 /// Throws Error(kOutput) unless the folder is empty or can be made.
@@ -52,26 +45,6 @@ void require_new_folder(const fs::path& path) {
     if (!fs::is_empty(path, error))
         throw Error(ErrorKind::kOutput,
                     path.string() + ": is not empty; name another folder, or empty this one");
-}
-
-std::string machine_text() {
-    std::string model = "unknown processor";
-    std::ifstream file("/proc/cpuinfo");
-    for (std::string line; std::getline(file, line);) {
-        if (!line.starts_with("model name") || line.find(": ") == std::string::npos) continue;
-        model = line.substr(line.find(": ") + 2);
-        break;
-    }
-    return fmt::format("{}, {} threads", model, std::thread::hardware_concurrency());
-}
-
-std::string command_text(const Options& options) {
-    std::vector<std::string> arguments{"morphray", "chart"};
-    arguments.insert(arguments.end(), options.scenes.begin(), options.scenes.end());
-    arguments.insert(arguments.end(), {"--out", options.out});
-    if (options.quick) arguments.emplace_back("--quick");
-    if (options.lenient) arguments.emplace_back("--lenient");
-    return shell_line(arguments);
 }
 
 /// The middle frame of a scene.
@@ -107,6 +80,41 @@ std::vector<Chart> make_charts(const std::vector<ChartInput>& inputs, const Char
     return charts;
 }
 
+/// The methods in words, below each figure.
+constexpr const char* kMethods = R"(<dl>
+<dt>scalar</dt><dd>our tracer without vectors, one ray at a time</dd>
+<dt>single, packets</dt><dd>our tracers on the CPU with its best instruction set</dd>
+<dt>Vulkan</dt><dd>our tracer on a device, its transfers included</dd>
+<dt>rule: ours</dt><dd>our hit rule in one plain traversal, one ray at a time</dd>
+<dt>rule: Moeller-Trumbore, Woop</dt><dd>other hit rules in the same traversal, of 1997 and of 2013</dd>
+<dt>Embree fast, robust</dt><dd>Intersect1 without and with the flag ROBUST</dd>
+</dl>
+)";
+
+/// A page of all figures, which begins with a sentence for each.
+std::string page_of(const std::vector<Chart>& charts) {
+    std::string contents;
+    std::string figures;
+    for (const Chart& chart : charts) {
+        const std::string title = markup_text(chart.figure.title);
+        contents += fmt::format("<li><a href=\"#{0}\">{0}</a>: {1}</li>\n", chart.name, title);
+        figures += fmt::format(
+            "<h2 id=\"{0}\">{0}</h2>\n<img src=\"{0}.svg\" alt=\"{1}\">\n"
+            "<p><a href=\"{0}.csv\">Numbers</a></p>\n{2}",
+            chart.name, title, kMethods);
+    }
+    return fmt::format(
+        "<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\">\n"
+        "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n"
+        "<title>morphray chart</title>\n"
+        "<style>:root {{ color-scheme: light dark }}\n"
+        "body {{ font: 16px/1.5 sans-serif; max-width: 40rem; margin: auto; padding: 1rem "
+        "}}\n"
+        "img {{ max-width: 100% }} dt {{ font-weight: bold }}</style>\n"
+        "<h1>morphray chart</h1>\n<ul>\n{}</ul>\n{}</html>\n",
+        contents, figures);
+}
+
 /// Writes the charts of all scenes into the folder --out, when all are made.
 void draw_charts(const Options& options) {
     plot::require_gnuplot("chart");
@@ -115,9 +123,11 @@ void draw_charts(const Options& options) {
     for (const std::string& scene : options.scenes)
         inputs.push_back(read_input(scene, options.lenient));
     const std::vector<Chart> charts = make_charts(
-        inputs, {.effort = options.quick ? kQuickEffort : kFullEffort,
-                 .make_vulkan_backend = open_vulkan,
-                 .footer = fmt::format("{}; {}", machine_text(), command_text(options))});
+        inputs,
+        {.effort = options.quick ? kQuickEffort : kFullEffort,
+         .make_vulkan_backend = open_vulkan,
+         .footer = fmt::format("{}; morphray chart {}{}", machine_name(),
+                               shell_line(options.scenes), options.quick ? " --quick" : "")});
     make_output_folder(options.out);
     for (const Chart& chart : charts) {
         const std::string csv = chart.table.csv();
@@ -125,7 +135,11 @@ void draw_charts(const Options& options) {
         write_file(file.string() + ".csv", csv);
         write_file(file.string() + ".svg", plot::draw(chart.figure, csv, "svg"));
     }
-    if (!options.quiet) fmt::print("{} charts: {}\n", charts.size(), options.out);
+    const std::string page = (fs::path(options.out) / "index.html").string();
+    write_file(page, page_of(charts));
+    if (options.quiet) return;
+    for (const Chart& chart : charts) fmt::print("{}: {}\n", chart.name, chart.figure.title);
+    fmt::print("all charts: {}\n", page);
 }
 
 constexpr int kInternal = 70;

@@ -36,12 +36,11 @@ struct Method {
 
 /// Intersection rules over one plain traversal: the program's; T. Moeller, B. Trumbore. Fast,
 /// Minimum Storage Ray/Triangle Intersection. 1997; S. Woop, C. Benthin, I. Wald. Watertight
-/// Ray/Triangle Intersection. 2013; edge planes d . (b x c). The program's rule also with other box
-/// tests: slabs padded by 2 ulp, and plain ones.
+/// Ray/Triangle Intersection. 2013.
 std::vector<Method> rule_methods(const ChartScene& scene);
 
-/// The tracers of the program: the scalar reference, single rays and packets of each SIMD target,
-/// and Vulkan if it is available.
+/// The tracers of the program: the scalar reference, single rays and packets on the best SIMD
+/// target, and Vulkan if it is available.
 std::vector<Method> our_methods(const ChartScene& scene, const MakeBackend& make_vulkan);
 
 /// The program's tracer of single rays on the best target.

@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <memory>
 
 #include "common/base/errors.h"
@@ -23,15 +21,15 @@ Method ours(std::string name, TraceBatch trace) {
 }
 
 Method single(const ChartScene& scene, const SimdTarget& target) {
-    return ours(
-        fmt::format("single {}", target.name),
-        [tracer = cpu::SingleRayTracer(scene.scene_space.bvh, target)](
-            std::span<const Ray> rays, std::span<Hit> hits) { tracer.intersect(rays, hits); });
+    return ours("single", [tracer = cpu::SingleRayTracer(scene.scene_space.bvh, target)](
+                              std::span<const Ray> rays, std::span<Hit> hits) {
+        tracer.intersect(rays, hits);
+    });
 }
 
 /// Traces the camera's pixels in packets and any other rays as single rays.
 Method packets(const ChartScene& scene, const SimdTarget& target) {
-    Method method = ours(fmt::format("packets {}", target.name), single(scene, target).trace);
+    Method method = ours("packets", single(scene, target).trace);
     method.trace_tile = [tracer = cpu::PacketTracer(scene.scene_space.bvh, target), &scene](
                             std::size_t tile, std::span<Hit> hits) {
         // Too large to construct for each tile.
@@ -72,10 +70,8 @@ std::vector<Method> our_methods(const ChartScene& scene, const MakeBackend& make
                                                                        std::span<Hit> hits) {
         for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = tracer.intersect(rays[i]);
     }));
-    for (const SimdTarget& target : supported_simd_targets()) {
-        methods.push_back(single(scene, target));
-        methods.push_back(packets(scene, target));
-    }
+    methods.push_back(single_method(scene));
+    methods.push_back(packets(scene, supported_simd_targets().front()));
     add_vulkan(scene, make_vulkan, methods);
     return methods;
 }

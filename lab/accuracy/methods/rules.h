@@ -97,34 +97,6 @@ private:
     float sx_, sy_, sz_;
 };
 
-/// Signs of d . (b x c): each edge spans a plane with the origin.
-class EdgePlanes {
-public:
-    explicit EdgePlanes(const Ray& ray) : org_(ray.org), dir_(ray.dir) {}
-
-    bool intersect(vec3 va, vec3 vb, vec3 vc, float& t, float& u, float& v) const {
-        const vec3 a = va - org_;
-        const vec3 b = vb - org_;
-        const vec3 c = vc - org_;
-        const float eu = dot(dir_, cross(b, c));
-        const float ev = dot(dir_, cross(c, a));
-        const float ew = dot(dir_, cross(a, b));
-        if (!alike(eu, ev, ew)) return false;
-        const vec3 normal = cross(b - a, c - a);
-        const float facing = dot(normal, dir_);
-        if (!(facing != 0)) return false;
-        const float inverse = 1 / (eu + ev + ew);
-        t = dot(normal, a) / facing;
-        u = ev * inverse;
-        v = ew * inverse;
-        return t > 0;
-    }
-
-private:
-    vec3 org_;
-    vec3 dir_;
-};
-
 /// The rule of the program.
 class OurRule {
 public:

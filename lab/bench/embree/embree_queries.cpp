@@ -51,7 +51,7 @@ void count_and_reject(const RTCFilterFunctionNArguments* args) {
 
 EmbreeQueries::EmbreeQueries(const EmbreeDevice& device, const EmbreeMesh& mesh, bool robust,
                              std::size_t most_rays)
-    : name_(fmt::format("{}, MEDIUM, {}", robust ? "robust" : "fast", device.isa())),
+    : name_(fmt::format("{} MEDIUM {}", robust ? "robust" : "fast", device.isa())),
       group_(robust ? "robust" : "fast"),
       mesh_(&mesh),
       scene_(device, mesh, RTC_BUILD_QUALITY_MEDIUM, robust),

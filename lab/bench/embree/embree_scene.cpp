@@ -89,7 +89,7 @@ EmbreeScenes::EmbreeScenes(std::span<const EmbreeDevice> devices, const BenchSce
             const char* const name = quality == RTC_BUILD_QUALITY_MEDIUM ? "MEDIUM" : "HIGH";
             for (const bool robust : {false, true}) {
                 variants_.push_back({EmbreeScene(device, mesh_, quality, robust), robust,
-                                     fmt::format("{}, {}", name, device.isa())});
+                                     fmt::format("{} {}", name, device.isa())});
             }
         }
     }

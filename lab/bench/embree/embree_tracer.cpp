@@ -188,7 +188,7 @@ struct EmbreePeers {
         for (const EmbreeScenes::Variant& variant : scenes.variants()) {
             const EmbreeScene& scene = variant.scene;
             all.push_back(
-                {.name = fmt::format("{} {}, {}", function, variant.robust ? "robust" : "fast",
+                {.name = fmt::format("{} {} {}", function, variant.robust ? "robust" : "fast",
                                      variant.name),
                  .group = fmt::format("embree {} {}", one_ray, variant.robust),
                  .at_once = one_ray ? RaysAtOnce::kOne : RaysAtOnce::kPacket,

@@ -64,15 +64,19 @@ TEST(CrosscheckReports, AreWrittenWhenAFrameCannotBeRead) {
     EXPECT_NE(reports.junit.find("tests=\"7\" failures=\"0\" errors=\"1\""), std::string::npos)
         << reports.junit;
     EXPECT_NE(reports.html.find("\"complete\":false"), std::string::npos);
-    EXPECT_NE(outcome.out.find("not finished: "), std::string::npos) << outcome.out;
+    EXPECT_EQ(lines(outcome.out).back(),
+              "not finished: " + folder.file("s") + " could not be read");
 }
 
 TEST(CrosscheckReports, AreWrittenWhenTheSceneCannotBeOpened) {
     const TemporaryFolder folder;
     const Outcome outcome = run(with_reports(folder, {"crosscheck", folder.file("none.obj")}));
     EXPECT_EQ(outcome.code, 3) << outcome.err;
-    EXPECT_EQ(outcome.out, "");
+    const std::string verdict = "not finished: " + folder.file("none.obj") + " could not be read";
+    EXPECT_EQ(outcome.out, verdict + "\n");
     const Reports reports = reports_in(folder);
+    EXPECT_EQ(Json::parse(reports.json)["verdict"], verdict);
+    EXPECT_NE(reports.junit.find("<testsuites name=\"" + verdict), std::string::npos);
     EXPECT_NE(reports.junit.find("tests=\"1\" failures=\"0\" errors=\"1\""), std::string::npos)
         << reports.junit;
     EXPECT_FALSE(reports.html.empty());
@@ -91,6 +95,7 @@ TEST(CrosscheckReports, OfSeveralScenesGoOnAfterOneThatCannotBeOpened) {
     const Json json = Json::parse(reports.json);
     EXPECT_EQ(json["equal"], true);
     EXPECT_EQ(json["complete"], false);
+    EXPECT_EQ(lines(outcome.out).back(), "not finished: " + none + " could not be read");
     ASSERT_EQ(json["scenes"].size(), 3u);
     EXPECT_EQ(json["scenes"][0]["rows"].size(), 6u);
     EXPECT_NE(json["scenes"][1]["error"], "");

@@ -11,8 +11,9 @@ namespace {
 constexpr const char* kCsv = "name,x,y\na,0,1\na,10,100\nb c,10,0\nb c,1000,50\n";
 
 Figure figure_of(const char* kind) {
-    return {.title = "it's 'one' \"two\" $three `four`",
-            .panels = {{.kind = kind, .x = "x", .y = "y", .series = "name", .logx = "10"}}};
+    return {
+        .title = "it's 'one' \"two\" $three `four`",
+        .panels = {{{"kind", kind}, {"x", "x"}, {"y", "y"}, {"series", "name"}, {"logx", "10"}}}};
 }
 
 TEST(Plot, DrawsTitlesNamesAndAPlaceForZero) {
@@ -28,7 +29,7 @@ TEST(Plot, DrawsTitlesNamesAndAPlaceForZero) {
 
 TEST(Plot, SaysThatGnuplotFails) {
     const auto draw_nothing = [] {
-        draw({.title = "Trees", .panels = {{.kind = "lines"}}}, "", "svg");
+        draw({.title = "Trees", .panels = {{{"kind", "lines"}}}}, "", "svg");
     };
     EXPECT_EQ(test::message_of(draw_nothing), "Trees: gnuplot failed; its message is above");
 }
