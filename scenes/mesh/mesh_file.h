@@ -54,10 +54,6 @@ struct FileMesh {
     std::vector<Texcoord> texcoords;
 };
 
-/// A longer line is not OBJ text. Faces are exempt: a polygon of 200,000 corners is one line of
-/// 1.3 MB.
-inline constexpr std::size_t kMaxObjLineBytes = std::size_t{1} << 20;
-
 /// Reads positions, faces and, from the material libraries beside the file, diffuse colours and
 /// the names of textures; normals only for FileMesh::smooth. A texture that is not there, or not in
 /// the folder of its library, is a warning, and its faces have their colour alone; so do faces

@@ -35,9 +35,8 @@ constexpr const char* kName = "case.mtl";
 
 std::string broken_material(const Material& material) {
     constexpr Albedo kLargest = 0x00FFFFFF;
-    if (material.albedo > kLargest || material.textured_albedo > kLargest)
-        return "an albedo of more than 24 bits";
-    if (material.map == nullptr) return {};
+    if (material.albedo > kLargest) return "an albedo of more than 24 bits";
+    if (!material.map) return {};
     for (int axis = 0; axis < 2; ++axis)
         if (!std::isfinite(material.map->scale[axis]) || !std::isfinite(material.map->offset[axis]))
             return "texture coordinates that are not finite";
