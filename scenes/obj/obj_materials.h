@@ -19,7 +19,7 @@ namespace mray {
 /// A `map_Kd` statement. Texture coordinates are multiplied by `scale`, then `offset` is added.
 struct TextureMap {
     /// As the library names it, with / for each backslash.
-    std::string file;
+    std::string file = {};
     bool clamp = false;
     std::array<float, 2> scale = {1, 1};
     std::array<float, 2> offset = {0, 0};
