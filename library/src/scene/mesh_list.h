@@ -11,7 +11,6 @@
 
 #include "common/scene/mesh.h"
 #include "common/scene/textures.h"
-#include "common/scene_queries.h"
 #include "cpu/image/texture.h"
 #include "morphray/geometry.hpp"
 #include "morphray/mesh.hpp"
@@ -81,11 +80,6 @@ public:
 
     /// Of meshes with triangles, ascending.
     std::span<const std::uint32_t> first_prims() const { return first_prims_; }
-
-    /// Those with is_visible[geom_id] != 0.
-    mray::VisibleMeshes visible(std::span<const std::uint8_t> is_visible) const {
-        return {first_prims_, geometry_ids_, is_visible};
-    }
 
     /// The number of triangles of the topology up to (geom_id, prim_id), which need not exist.
     std::uint32_t count_up_to(std::uint32_t geom_id, std::uint32_t prim_id) const;
