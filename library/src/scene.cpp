@@ -49,8 +49,6 @@ mray::UpdateConfig config_of(const UpdatePolicy& policy) {
 void SceneImpl::start(const mray::Bvh* tree, const MeshList* before) {
     updater.reset();
     if (tracer == nullptr) tracer = DeviceImpl::of(device).make_backend();
-    if (options.refit_on && refitter == nullptr)
-        refitter = DeviceImpl::of(*options.refit_on).make_backend();
     const mray::Stopwatch watch;
     if (tree == nullptr) pose.read_list(meshes, before, arena());
     read_ms = watch.ms();
@@ -64,8 +62,7 @@ void SceneImpl::start(const mray::Bvh* tree, const MeshList* before) {
     const mray::BuildConfig build{.threads = DeviceImpl::of(device).threads(),
                                   .watch = mray::Watch(options.cancel)};
     updater = std::make_unique<mray::TreeUpdater>(meshes.topology(), pose.positions(), *tracer,
-                                                  refitter.get(), spec_of(options.update), build,
-                                                  config, tree);
+                                                  spec_of(options.update), build, config, tree);
     cost.reset();
 }
 

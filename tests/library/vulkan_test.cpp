@@ -125,23 +125,6 @@ TEST(LibraryOnVulkan, LitImagesAreThoseOfTheCpu) {
     }
 }
 
-TEST(LibraryOnVulkan, TheCpuMayRefitForTheDeviceAndTheOtherWayRound) {
-    UserMesh mesh(torus(30, 20));
-    const auto options = [](const Device& refitter) {
-        return morphray::SceneOptions{.bounds = morphray::Box{{-4, -4, -4}, {4, 4, 4}},
-                                      .update = morphray::Refit{},
-                                      .refit_on = refitter};
-    };
-    Scene on_device = Scene::build(mesh.view(), vulkan(), options(Device::cpu()));
-    Scene on_cpu = Scene::build(mesh.view(), Device::cpu(), options(vulkan()));
-    grow(mesh, 1.2f);
-    on_device.update();
-    on_cpu.update();
-    EXPECT_EQ(on_device.tree_statistics().hash, on_cpu.tree_statistics().hash);
-    const std::vector<morphray::Ray> rays = world_rays(mesh, 1000, 31);
-    EXPECT_TRUE(morphray::compare(on_device, on_cpu, rays).equal());
-}
-
 /// A deterministic policy counts rays, so a device's scene takes the steps of a scene on the CPU.
 TEST(LibraryOnVulkan, DecidesByItsRaysAsTheCpu) {
     const UserMesh rest(random_soup(1000, 0.1, 8));

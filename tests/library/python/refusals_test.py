@@ -162,7 +162,6 @@ def test_bad_out():
     [
         ({"device": "gpu"}, ValueError, '"gpu" is none of "cpu", "vulkan" and "brute"'),
         ({"device": 3}, TypeError, "device"),
-        ({"refit_on": "none"}, ValueError, "refit_on: "),
         ({"bounds": 3}, TypeError, "bounds"),
         ({"bounds": (1, 2, 3)}, TypeError, "bounds"),
         ({"bounds": ((0, 0, 0), (1, 1))}, TypeError, "bounds"),
