@@ -12,6 +12,8 @@
 
 namespace mray {
 
+inline constexpr std::string_view kBlanks = " \t\f";
+
 /// Splits a text into statements and refuses what is no text. `name` is the file in messages.
 class ObjLines {
 public:
@@ -25,7 +27,7 @@ public:
     std::string_view next() {
         line_ = next_line_;
         std::string_view statement = take_line();
-        statement.remove_prefix(std::min(statement.find_first_not_of(" \t\f"), statement.size()));
+        statement.remove_prefix(std::min(statement.find_first_not_of(kBlanks), statement.size()));
         if (!statement.ends_with('\\') || statement.starts_with('#') || at_end()) return statement;
         joined_ = statement;
         while (joined_.ends_with('\\') && !at_end()) {

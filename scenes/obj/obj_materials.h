@@ -16,23 +16,17 @@
 
 namespace mray {
 
-/// A `map_Kd` statement. Texture coordinates are multiplied by `scale`, then `offset` is added.
-struct TextureMap {
-    /// As the library names it, with / for each backslash.
-    std::string file = {};
-    bool clamp = false;
-    std::array<float, 2> scale = {1, 1};
-    std::array<float, 2> offset = {0, 0};
-    /// "file:line" of the statement.
-    std::string place;
-    /// The library, which file names are relative to.
-    std::filesystem::path library;
-};
-
 struct Material {
     /// Kd, taken as linear, clamped to [0, 1] and rounded to 8 bits.
-    std::optional<Albedo> albedo;
-    std::optional<TextureMap> map;
+    std::optional<Albedo> albedo = {};
+    /// The file of map_Kd, as the library names it, with / for each backslash; empty: none.
+    std::string map = {};
+    bool clamp = false;
+    /// Texture coordinates are multiplied by `scale`, then `offset` is added.
+    std::array<float, 2> scale = {1, 1};
+    std::array<float, 2> offset = {0, 0};
+    /// The library, which file names are relative to.
+    std::filesystem::path library = {};
     /// An index of FileMesh::textures once a face uses the material.
     std::uint32_t texture = kNoTexture;
     bool is_used = false;
@@ -41,13 +35,10 @@ struct Material {
 using MaterialMap = std::unordered_map<std::string, Material>;
 
 /// Adds the materials of an MTL text to `materials`, by their names without the blanks around them;
-/// the first of several materials of one name stays. Of the options of map_Kd, -s, -o and -clamp
-/// are read.
-///
-/// `library` is the file, `name` the same in messages. Throws Error(kBadInput) for binary data. A
-/// Kd without three finite numbers, and a map_Kd with other options, are left out with a warning.
+/// the first of several materials of one name stays. tinyobjloader reads them: numbers that are
+/// none are 0. `library` is the file. Throws Error(kBadInput) for binary data.
 void read_mtl_text(std::string_view text, const std::filesystem::path& library,
-                   const std::string& name, const WarnFunction& warn, MaterialMap& materials);
+                   MaterialMap& materials);
 
 /// Reads material libraries and gives faces their colours and textures. A texture is searched where
 /// its library names it and, if it is not there or not in the folder of the library, by its file
@@ -67,7 +58,7 @@ public:
     void finish();
 
 private:
-    std::uint32_t texture_of(const TextureMap& map);
+    std::uint32_t texture_of(const Material& material);
 
     const std::filesystem::path& path_;
     const MeshFileOptions& options_;

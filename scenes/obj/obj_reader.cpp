@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <istream>
+#include <map>
 #include <optional>
+#include <sstream>
 #include <streambuf>
 #include <string>
 #include <string_view>
@@ -58,10 +59,14 @@ bool is_corner(std::string_view word) {
     return false;
 }
 
+/// A finite number; `otherwise` in place of another one.
+float finite_or(float number, float otherwise) {
+    return std::isfinite(number) ? number : otherwise;
+}
+
 /// Takes a number; 0 if it is not there or not finite.
 float take_finite(std::string_view& words) {
-    const float number = parse_float(next_word(words)).value_or(0.0f);
-    return std::isfinite(number) ? number : 0.0f;
+    return finite_or(parse_float(next_word(words)).value_or(0.0f), 0);
 }
 
 /// Parses vertices and passes faces and materials to tinyobjloader, a statement at a time, so that
@@ -254,6 +259,38 @@ private:
 };
 
 }  // namespace
+
+void read_mtl_text(std::string_view text, const fs::path& library, MaterialMap& materials) {
+    // Tells materials without Kd from black ones.
+    constexpr float kNoColour = -1;
+    std::string marked;
+    for (ObjLines lines(text, escape(library)); !lines.at_end();) {
+        const std::string_view statement = lines.next();
+        marked.append(statement) += '\n';
+        if (statement.starts_with("newmtl")) marked += "Kd -1\n";
+    }
+    std::istringstream stream(std::move(marked));
+    std::map<std::string, int> indices;
+    std::vector<tinyobj::material_t> read;
+    std::string ignored;
+    tinyobj::LoadMtl(&indices, &read, &stream, &ignored, &ignored);
+    for (const tinyobj::material_t& one : read) {
+        Material material{
+            .map = one.diffuse_texname, .clamp = one.diffuse_texopt.clamp, .library = library};
+        const auto& kd = one.diffuse;
+        if (kd[0] != kNoColour)
+            material.albedo =
+                albedo_of(finite_or(kd[0], 0), finite_or(kd[1], 0), finite_or(kd[2], 0));
+        for (std::size_t i = 0; i < 2; ++i) {
+            material.scale[i] = finite_or(one.diffuse_texopt.scale[i], 1);
+            material.offset[i] = finite_or(one.diffuse_texopt.origin_offset[i], 0);
+        }
+        if (material.map.size() > 1 && material.map.front() == '"' && material.map.back() == '"')
+            material.map = material.map.substr(1, material.map.size() - 2);
+        std::replace(material.map.begin(), material.map.end(), '\\', '/');
+        materials.emplace(trimmed(one.name, kBlanks), std::move(material));
+    }
+}
 
 FileMesh read_obj(const fs::path& path, const MeshFileOptions& options) {
     const std::string text = read_input_file(path);
