@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "scenes/mesh/mesh_rules.h"
+#include "scenes/mesh/mesh_file.h"
 #include "scenes/warning_count.h"
 
 namespace mray::gltf {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <map>
 
-#include "scenes/mesh/mesh_rules.h"
+#include "scenes/mesh/mesh_file.h"
 
 namespace mray::gltf {
 namespace {

@@ -20,7 +20,6 @@
 #include "common/base/input_file.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
-#include "scenes/mesh/mesh_rules.h"
 #include "scenes/mesh/smooth_numbers.h"
 #include "scenes/obj/obj_lines.h"
 #include "scenes/obj/obj_materials.h"

@@ -8,7 +8,6 @@
 #include <locale>
 #include <numeric>
 
-#include "scenes/mesh/mesh_rules.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
