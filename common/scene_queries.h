@@ -2,11 +2,9 @@
 // closest points. Answers are pure functions of query and triangles, the same bits everywhere.
 #pragma once
 
-#include <algorithm>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <variant>
 #include <vector>
@@ -76,22 +74,6 @@ struct ClosestTriangle {
     bool operator==(const ClosestTriangle&) const = default;
 };
 
-/// The meshes that a ray sees.
-struct VisibleMeshes {
-    /// The first prim_id and the number of each mesh, ascending.
-    std::span<const std::uint32_t> first_prims;
-    std::span<const std::uint32_t> numbers;
-    /// By number; meshes beyond the end are not visible.
-    std::span<const std::uint8_t> is_visible;
-
-    bool sees(std::uint32_t prim_id) const {
-        const auto after = std::upper_bound(first_prims.begin(), first_prims.end(), prim_id);
-        const std::size_t number =
-            numbers[static_cast<std::size_t>(after - first_prims.begin()) - 1];
-        return number < is_visible.size() && is_visible[number] != 0;
-    }
-};
-
 // The queries of a batch, in scene space. Spans of a query have one size. Points are finite; those
 // of ClosestQuery are within kOriginExtent.
 
@@ -118,13 +100,6 @@ struct NextQuery {
     std::span<Hit> hits;
 };
 
-/// Finds the closest hit of each ray with a mesh that is visible.
-struct VisibleQuery {
-    std::span<const Ray> rays;
-    VisibleMeshes meshes;
-    std::span<Hit> hits;
-};
-
 /// Finds the crossings that floats can decide, and appends the others to `uncertain`, in any order:
 /// exact_crossing() decides on those.
 struct WindingQuery {
@@ -140,39 +115,6 @@ struct ClosestQuery {
     std::span<ClosestTriangle> closest;
 };
 
-using QueryBatch =
-    std::variant<CountQuery, ListQuery, NextQuery, VisibleQuery, WindingQuery, ClosestQuery>;
-
-/// Finds hits of rays, one after the other, by find_next(NextQuery): as long as use(index, hit)
-/// returns true, which it must not for no hit.
-template <class FindNext, class Use>
-void step_through_hits(std::span<const Ray> all, Crossing crossing, FindNext find_next, Use use) {
-    std::vector<std::size_t> left(all.size());
-    std::iota(left.begin(), left.end(), std::size_t{0});
-    std::vector<Ray> rays(all.begin(), all.end());
-    std::vector<HitCursor> after(rays.size());
-    std::vector<Hit> found(rays.size());
-    while (!left.empty()) {
-        find_next(NextQuery{std::span(rays).first(left.size()), std::span(after).first(left.size()),
-                            crossing, std::span(found).first(left.size())});
-        std::size_t kept = 0;
-        for (std::size_t i = 0; i < left.size(); ++i) {
-            if (!use(left[i], found[i])) continue;
-            left[kept] = left[i];
-            rays[kept] = rays[i];
-            after[kept++] = {found[i].t, found[i].prim_id};
-        }
-        left.resize(kept);
-    }
-}
-
-/// Answers `query` by find_next(NextQuery).
-template <class FindNext>
-void step_to_visible(const VisibleQuery& query, FindNext find_next) {
-    step_through_hits(query.rays, Crossing::kEach, find_next, [&](std::size_t ray, const Hit& hit) {
-        query.hits[ray] = hit;
-        return hit.prim_id != kNoPrim && !query.meshes.sees(hit.prim_id);
-    });
-}
+using QueryBatch = std::variant<CountQuery, ListQuery, NextQuery, WindingQuery, ClosestQuery>;
 
 }  // namespace mray

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 #include "common/base/errors.h"
@@ -101,22 +102,30 @@ void Queries::answer(const NextQuery& query) const {
     });
 }
 
-void Queries::answer(const VisibleQuery& query) const {
-    step_to_visible(query, [this](const NextQuery& next) { answer(next); });
-}
-
 /// Finds hit after hit, and then the numbers for rays that may have more than are listed.
 void Queries::answer(const ListQuery& query) const {
     const std::span<const Ray> rays = query.rays;
     HitLists& lists = query.lists;
     std::vector<std::vector<Hit>> found(rays.size());
-    if (query.most > 0) {
-        const auto find_next = [this](const NextQuery& next) { answer(next); };
-        step_through_hits(rays, query.crossing, find_next, [&](std::size_t ray, const Hit& hit) {
-            if (hit.prim_id == kNoPrim) return false;
-            found[ray].push_back(hit);
-            return found[ray].size() < query.most;
-        });
+    std::vector<std::size_t> left(query.most > 0 ? rays.size() : 0);
+    std::iota(left.begin(), left.end(), std::size_t{0});
+    std::vector<Ray> asked(rays.begin(), rays.end());
+    std::vector<HitCursor> after(rays.size());
+    std::vector<Hit> next(rays.size());
+    while (!left.empty()) {
+        const std::size_t count = left.size();
+        answer(NextQuery{std::span(asked).first(count), std::span(after).first(count),
+                         query.crossing, std::span(next).first(count)});
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            if (next[i].prim_id == kNoPrim) continue;
+            found[left[i]].push_back(next[i]);
+            if (found[left[i]].size() == query.most) continue;
+            left[kept] = left[i];
+            asked[kept] = asked[i];
+            after[kept++] = {next[i].t, next[i].prim_id};
+        }
+        left.resize(kept);
     }
     std::vector<Ray> full;
     for (std::size_t i = 0; i < rays.size(); ++i) {

@@ -22,7 +22,6 @@ public:
     void answer(const CountQuery& query) const;
     void answer(const ListQuery& query) const;
     void answer(const NextQuery& query) const;
-    void answer(const VisibleQuery& query) const;
     void answer(const WindingQuery& query) const;
     void answer(const ClosestQuery& query) const;
 

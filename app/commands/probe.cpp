@@ -203,7 +203,7 @@ ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
     messages.note("tracing on " + info.name + ": " + info.description);
     const double build_at = options.tree.build_at.value_or(number);
     std::optional<Progress> progress(std::in_place, "building the tree", 0, messages);
-    TreeUpdater updater(topology, scene.positions(build_at), *tracer, nullptr, options.tree.update,
+    TreeUpdater updater(topology, scene.positions(build_at), *tracer, options.tree.update,
                         build_config(options.backend), {});
     if (build_at != number) updater.update(scene.positions(number));
     const ImageParams params = scene.image_params(options.view);

@@ -40,20 +40,17 @@ const char* name_of(TreeStep step) {
 }
 
 TreeUpdater::TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
-                         Backend* refitter, const PolicySpec& policy,
-                         const BuildConfig& build_config, const UpdateConfig& config,
-                         const Bvh* tree)
-    : TreeUpdater(topology, positions, tracer, refitter,
+                         const PolicySpec& policy, const BuildConfig& build_config,
+                         const UpdateConfig& config, const Bvh* tree)
+    : TreeUpdater(topology, positions, tracer,
                   make_update_policy(policy, for_tracer(config, tracer)), build_config, config,
                   tree) {}
 
 TreeUpdater::TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
-                         Backend* refitter, std::unique_ptr<UpdatePolicy> policy,
-                         const BuildConfig& build_config, const UpdateConfig& config,
-                         const Bvh* tree)
+                         std::unique_ptr<UpdatePolicy> policy, const BuildConfig& build_config,
+                         const UpdateConfig& config, const Bvh* tree)
     : topology_(topology),
       tracer_(tracer),
-      refitter_(refitter),
       policy_(std::move(policy)),
       build_config_(build_config),
       deterministic_(config.deterministic),
@@ -69,10 +66,6 @@ TreeUpdater::TreeUpdater(const Topology& topology, std::span<const vec3> positio
     }
     tracer_.set_scene(topology_, positions, bvh_);
     last_.times.upload_ms = tracer_.finish().update.upload_ms;
-    if (refitter_ != nullptr) {
-        refitter_->set_scene(topology_, positions, bvh_);
-        last_.times.upload_ms += refitter_->finish().update.upload_ms;
-    }
     // A copied tree tells nothing of the time of a build.
     const double estimate = kBuildPerTriangle * static_cast<double>(topology_.triangles.size());
     policy_->built(tree == nullptr ? cost_of_frame({}).rebuild : estimate);
@@ -137,25 +130,18 @@ void TreeUpdater::swap(std::span<const vec3> positions) {
     took_tree(background_triangle_area_);
     last_.step = TreeStep::kSwapped;
     last_.reason = "for the tree that was built in the background";
-    // A tracer that does not refit itself gets the refitted tree.
-    last_.times.upload_ms += hand_to(refitter(), positions);
-    refitter().refit(positions, RefitExtent::kAll, kAllIndices);
+    last_.times.upload_ms += hand_over(positions);
+    tracer_.refit(positions, RefitExtent::kAll, kAllIndices);
     has_refitted_ = true;
-    if (refitter_ == nullptr) return;
-    last_.times += finish_refit();
-    last_.times.upload_ms += pass_on_refitted(positions);
 }
 
 void TreeUpdater::refit(std::span<const vec3> positions, std::span<const IndexRange> changed,
                         const std::string& reason) {
-    const std::uint64_t leaves = refitter().refit(positions, RefitExtent::kMoved, changed);
+    const std::uint64_t leaves = tracer_.refit(positions, RefitExtent::kMoved, changed);
+    // A tracer may leave its refit to the trace: finish() takes the times of that.
     has_refitted_ = true;
     last_.step = leaves > 0 ? TreeStep::kRefitted : TreeStep::kKept;
     last_.reason = reason;
-    // A tracer may leave its refit to the trace: finish() takes the times of that.
-    if (refitter_ == nullptr) return;
-    last_.times += finish_refit();
-    if (leaves > 0) last_.times.upload_ms += pass_on_refitted(positions);
 }
 
 /// Asks the policy about the refitted tree.
@@ -190,7 +176,7 @@ void TreeUpdater::restructure(std::span<const vec3> positions, const UpdateDecis
     const Stopwatch watch;
     std::size_t parts = 0;
     UpdateTimes times;
-    refitter().edit_tree([&](Bvh& bvh) {
+    tracer_.edit_tree([&](Bvh& bvh) {
         const Stopwatch inner;
         parts = mray::restructure(topology_, positions, growth(positions),
                                   decision.most_restructured, bvh, areas_);
@@ -201,22 +187,20 @@ void TreeUpdater::restructure(std::span<const vec3> positions, const UpdateDecis
     if (parts > 0) {
         last_.step = TreeStep::kRestructured;
         last_.reason += fmt::format(", of {} parts", parts);
-        if (refitter_ != nullptr) pass_on_refitted(positions);
     }
     times.upload_ms = watch.ms() - times.restructure_ms;
     last_.times += times;
     restructuring_ = times;
 }
 
-/// Builds at this pose, and gives the tree to tracer and refitter.
+/// Builds at this pose, and gives the tree to the tracer.
 void TreeUpdater::rebuild(std::span<const vec3> positions, const std::string& reason) {
     forget_background_build();
     last_.step = TreeStep::kRebuilt;
     last_.reason = reason;
     last_.times.rebuild_ms += build(positions);
     last_.times += finish_refit();
-    last_.times.upload_ms += hand_to(tracer_, positions);
-    if (refitter_ != nullptr) last_.times.upload_ms += hand_to(*refitter_, positions);
+    last_.times.upload_ms += hand_over(positions);
 }
 
 /// Builds a tree while frames are traced, after T. Ize, I. Wald, S. Parker. Asynchronous BVH
@@ -276,7 +260,7 @@ bool TreeUpdater::change_topology(std::span<const vec3> positions, const Topolog
     begin_frame();
     const Stopwatch watch;
     bool changed = false;
-    refitter().edit_tree([&](Bvh& bvh) {
+    tracer_.edit_tree([&](Bvh& bvh) {
         if (!policy_->needs_tree_cost()) areas_ = built_areas(bvh);
         for (std::vector<float>* areas : {&areas_.nodes, &areas_.leaves}) {
             for (float& area : *areas) area = static_cast<float>(area * growth);
@@ -288,16 +272,11 @@ bool TreeUpdater::change_topology(std::span<const vec3> positions, const Topolog
     });
     if (!changed) return false;
     last_.times.restructure_ms = watch.ms();
-    if (refitter_ != nullptr) {
-        tracer_.set_scene(topology_, positions, bvh_);
-        last_.times.upload_ms = tracer_.finish().update.upload_ms;
-    }
-    refitter().set_scene(topology_, positions, std::move(bvh_));
-    last_.times.upload_ms += refitter().finish().update.upload_ms;
-    refitter().refit(positions, RefitExtent::kAll, kAllIndices);
+    tracer_.set_scene(topology_, positions, std::move(bvh_));
+    last_.times.upload_ms = tracer_.finish().update.upload_ms;
+    tracer_.refit(positions, RefitExtent::kAll, kAllIndices);
     has_refitted_ = true;
     last_.times += finish_refit();
-    if (refitter_ != nullptr) last_.times.upload_ms += pass_on_refitted(positions);
     sample_ = TriangleSample(topology_);
     if (follows_ratio_) {
         triangle_area_ = sample_.area(positions);
@@ -311,24 +290,16 @@ bool TreeUpdater::change_topology(std::span<const vec3> positions, const Topolog
     return true;
 }
 
-/// Gives bvh_ to a backend. Returns the milliseconds of the upload.
-double TreeUpdater::hand_to(Backend& backend, std::span<const vec3> positions) {
-    backend.set_frame(positions, bvh_);
-    return backend.finish().update.upload_ms;
-}
-
-/// Gives the refitter's tree to the tracer. Returns the milliseconds that takes.
-double TreeUpdater::pass_on_refitted(std::span<const vec3> positions) {
-    const Stopwatch watch;
-    refitter_->read_tree(bvh_);
+/// Gives bvh_ to the tracer. Returns the milliseconds of the upload.
+double TreeUpdater::hand_over(std::span<const vec3> positions) {
     tracer_.set_frame(positions, bvh_);
-    return watch.ms();
+    return tracer_.finish().update.upload_ms;
 }
 
 /// Finishes a refit that would have waited for the trace. Returns its times, once.
 UpdateTimes TreeUpdater::finish_refit() {
     if (!std::exchange(has_refitted_, false)) return {};
-    const UpdateTimes& times = refitter().finish().update;
+    const UpdateTimes& times = tracer_.finish().update;
     return {.upload_ms = times.upload_ms, .refit_ms = times.refit_ms};
 }
 

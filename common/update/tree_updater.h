@@ -47,21 +47,19 @@ struct TraceCost {
     std::uint64_t rays = 0;
 };
 
-/// Topology and backends must outlive it.
+/// Topology and tracer must outlive it.
 class TreeUpdater {
 public:
-    /// Builds a tree at these positions and hands it to the tracer. `refitter` is a backend that
-    /// refits for the tracer, which then takes its trees; null: the tracer refits. `tree`, if not
-    /// null, is a tree over these positions that is copied instead. Throws what builder and
-    /// backends throw.
+    /// Builds a tree at these positions and hands it to the tracer. `tree`, if not null, is a tree
+    /// over these positions that is copied instead. Throws what builder and tracer throw.
     TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
-                Backend* refitter, std::unique_ptr<UpdatePolicy> policy, const BuildConfig& build,
+                std::unique_ptr<UpdatePolicy> policy, const BuildConfig& build,
                 const UpdateConfig& config, const Bvh* tree = nullptr);
     /// As above, with the policy of this name. Unless config.deterministic, its first_per_visit is
     /// that of the kind of tracer; deterministic decisions are the same for all tracers.
     TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
-                Backend* refitter, const PolicySpec& policy, const BuildConfig& build,
-                const UpdateConfig& config, const Bvh* tree = nullptr);
+                const PolicySpec& policy, const BuildConfig& build, const UpdateConfig& config,
+                const Bvh* tree = nullptr);
     /// Cancels a pending build and waits for its end.
     ~TreeUpdater() { end_background_build(); }
 
@@ -101,16 +99,13 @@ private:
     void measure_tree(std::span<const vec3> positions);
     bool background_is_ready() const;
     void forget_background_build();
-    Backend& refitter() { return refitter_ != nullptr ? *refitter_ : tracer_; }
-    double hand_to(Backend& backend, std::span<const vec3> positions);
-    double pass_on_refitted(std::span<const vec3> positions);
+    double hand_over(std::span<const vec3> positions);
     UpdateTimes finish_refit();
     double growth(std::span<const vec3> positions) const;
     FrameCost cost_of_frame(const TraceCost& trace) const;
 
     const Topology& topology_;
     Backend& tracer_;
-    Backend* refitter_;
     std::unique_ptr<UpdatePolicy> policy_;
     BuildConfig build_config_;
     bool deterministic_;
@@ -121,7 +116,7 @@ private:
     /// The areas of the tree in use, if the policy may restructure it.
     BuiltAreas areas_;
     TreeUpdate last_;
-    /// Whether tracer or refitter has refitted and finish_refit() has not been called.
+    /// Whether the tracer has refitted and finish_refit() has not been called.
     bool has_refitted_ = false;
     /// The times of the restructuring that was tried in this frame.
     std::optional<UpdateTimes> restructuring_;

@@ -191,14 +191,16 @@ HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, std::uint32_t most,
     lists.total.push_back(total);
 }
 
-/// The first hit, of a ray whose main axis is kAxis, for which takes(t, prim_id) is true.
-template <int kAxis, Crossing kCrossing, class Takes>
-HWY_NOINLINE Hit first_hit_along(const Bvh& bvh, const RayStream& stream, const Takes& takes) {
+/// The first hit after the cursor of a ray whose main axis is kAxis.
+template <int kAxis, Crossing kCrossing>
+HWY_NOINLINE Hit next_hit_along(const Bvh& bvh, const RayStream& stream, const HitCursor& after) {
     Hit first = no_hit();
     first.t = stream.tfar[0];
     float depth = stream.last_depth[0];
     const auto keep = [&](std::uint32_t prim_id, const TriangleHit& hit) {
-        if (!is_closer(hit.t, prim_id, first.t, first.prim_id) || !takes(hit.t, prim_id)) return;
+        if (!is_closer(hit.t, prim_id, first.t, first.prim_id) ||
+            !is_closer(after.t, after.prim_id, hit.t, prim_id))
+            return;
         first = make_hit(hit, prim_id);
         depth = last_depth(hit.t);
     };
@@ -208,32 +210,17 @@ HWY_NOINLINE Hit first_hit_along(const Bvh& bvh, const RayStream& stream, const 
     return first.prim_id == kNoPrim ? no_hit() : first;
 }
 
-/// The first hit for which takes(t, prim_id) is true.
-template <Crossing kCrossing, class Takes>
-HWY_INLINE Hit first_hit_of(const Bvh& bvh, const Ray& ray, const Takes& takes) {
+/// The first hit after the cursor.
+template <Crossing kCrossing>
+HWY_INLINE Hit next_hit_of(const Bvh& bvh, Ray ray, const HitCursor& after) {
+    ray.tnear = std::max(ray.tnear, after.t);
+    if (!(ray.tnear <= ray.tfar)) return no_hit();
     RayStream stream;
     prepare_one(stream, ray);
     const std::uint32_t axis = stream.axis[0];
-    if (axis == 0) return first_hit_along<0, kCrossing>(bvh, stream, takes);
-    if (axis == 1) return first_hit_along<1, kCrossing>(bvh, stream, takes);
-    return first_hit_along<2, kCrossing>(bvh, stream, takes);
-}
-
-/// The first hit after the cursor.
-template <Crossing kCrossing>
-HWY_INLINE Hit next_hit_of(const Bvh& bvh, const Ray& ray, const HitCursor& after) {
-    Ray rest = ray;
-    rest.tnear = std::max(ray.tnear, after.t);
-    if (!(rest.tnear <= rest.tfar)) return no_hit();
-    return first_hit_of<kCrossing>(bvh, rest, [&after](float t, std::uint32_t prim_id) {
-        return is_closer(after.t, after.prim_id, t, prim_id);
-    });
-}
-
-/// The closest hit with a mesh that is visible.
-HWY_INLINE Hit visible_hit_of(const Bvh& bvh, const Ray& ray, const VisibleMeshes& meshes) {
-    return first_hit_of<Crossing::kEach>(
-        bvh, ray, [&meshes](float, std::uint32_t prim_id) { return meshes.sees(prim_id); });
+    if (axis == 0) return next_hit_along<0, kCrossing>(bvh, stream, after);
+    if (axis == 1) return next_hit_along<1, kCrossing>(bvh, stream, after);
+    return next_hit_along<2, kCrossing>(bvh, stream, after);
 }
 
 }  // namespace HWY_NAMESPACE

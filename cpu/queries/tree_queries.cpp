@@ -59,11 +59,6 @@ void answer(const Bvh& bvh, const NextQuery& query) {
     }
 }
 
-void answer(const Bvh& bvh, const VisibleQuery& query) {
-    for (std::size_t i = 0; i < query.rays.size(); ++i)
-        query.hits[i] = visible_hit_of(bvh, query.rays[i], query.meshes);
-}
-
 /// Whether bundles pay, by what they and single points have taken so far.
 class BundleChoice {
 public:

@@ -98,10 +98,6 @@ void BruteTracer::answer(const NextQuery& query) const {
     }
 }
 
-void BruteTracer::answer(const VisibleQuery& query) const {
-    step_to_visible(query, [this](const NextQuery& next) { answer(next); });
-}
-
 void BruteTracer::answer(const WindingQuery& query) const {
     for (std::size_t i = 0; i < query.points.size(); ++i) {
         query.windings[i] = {};

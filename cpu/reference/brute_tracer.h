@@ -27,7 +27,6 @@ private:
     void answer(const CountQuery& query) const;
     void answer(const ListQuery& query) const;
     void answer(const NextQuery& query) const;
-    void answer(const VisibleQuery& query) const;
     void answer(const WindingQuery& query) const;
     void answer(const ClosestQuery& query) const;
 

@@ -67,7 +67,7 @@ public:
     OurFrames(const Played& played, int threads)
         : FrameMethod(played),
           backend_(cpu::make_cpu_backend({.threads = threads})),
-          updater_(played.topology(), played.poses.front(), *backend_, nullptr,
+          updater_(played.topology(), played.poses.front(), *backend_,
                    PolicySpec{.kind = PolicyKind::kAuto}, BuildConfig{.threads = threads},
                    UpdateConfig{}) {}
 

@@ -1,5 +1,6 @@
 #include "library/embree/geometry.h"
 
+#include <cstddef>
 #include <new>
 
 #include "library/embree/scene.h"
@@ -9,6 +10,37 @@ namespace {
 
 constexpr std::size_t kPadding = 16;
 constexpr std::align_val_t kAlignment{64};
+
+/// The layout of a matrix in memory.
+struct MatrixLayout {
+    std::size_t row_step;
+    std::size_t column_step;
+    bool has_last_row;
+};
+
+MatrixLayout layout_of(RTCFormat format) {
+    switch (format) {
+        case RTC_FORMAT_FLOAT3X4_ROW_MAJOR:
+            return {4, 1, false};
+        case RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR:
+            return {1, 3, false};
+        case RTC_FORMAT_FLOAT4X4_ROW_MAJOR:
+            return {4, 1, true};
+        case RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR:
+            return {1, 4, true};
+        default:
+            fail_operation("the format of a transformation is neither 3x4 nor 4x4 floats");
+    }
+}
+
+morphray::Vec3 mapped(const double (&columns)[4][3], const morphray::Vec3& p, double w) {
+    double sum[3];
+    for (int row = 0; row < 3; ++row) {
+        sum[row] = columns[0][row] * double{p.x} + columns[1][row] * double{p.y} +
+                   columns[2][row] * double{p.z} + columns[3][row] * w;
+    }
+    return {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])};
+}
 
 }  // namespace
 
@@ -69,6 +101,59 @@ void Geometry::set_buffer(RTCBufferType type, unsigned int slot, BufferView view
     }
     buffers_[{type, slot}] = std::move(view);
     if (type != RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE) ++version.shape;
+}
+
+morphray::Vec3 Transform::point(const morphray::Vec3& p) const { return mapped(columns, p, 1); }
+morphray::Vec3 Transform::vector(const morphray::Vec3& v) const { return mapped(columns, v, 0); }
+
+Transform Transform::inverse() const {
+    const auto& [a, b, c, d] = columns;
+    const auto cross = [](const double(&p)[3], const double(&q)[3], double(&out)[3]) {
+        out[0] = p[1] * q[2] - p[2] * q[1];
+        out[1] = p[2] * q[0] - p[0] * q[2];
+        out[2] = p[0] * q[1] - p[1] * q[0];
+    };
+    double rows[3][3];
+    cross(b, c, rows[0]);
+    cross(c, a, rows[1]);
+    cross(a, b, rows[2]);
+    const double determinant = a[0] * rows[0][0] + a[1] * rows[0][1] + a[2] * rows[0][2];
+    Transform result;
+    for (int row = 0; row < 3; ++row) {
+        double moved = 0;
+        for (int column = 0; column < 3; ++column) {
+            result.columns[column][row] = rows[row][column] / determinant;
+            moved += result.columns[column][row] * d[column];
+        }
+        result.columns[3][row] = -moved;
+    }
+    return result;
+}
+
+Transform read_transform(RTCFormat format, const void* floats) {
+    const MatrixLayout layout = layout_of(format);
+    if (floats == nullptr) fail_argument("the transformation is null");
+    const auto* const values = static_cast<const float*>(floats);
+    Transform result;
+    for (std::size_t column = 0; column < 4; ++column) {
+        for (std::size_t row = 0; row < 3; ++row) {
+            result.columns[column][row] =
+                double{values[row * layout.row_step + column * layout.column_step]};
+        }
+    }
+    return result;
+}
+
+void write_transform(const Transform& transform, RTCFormat format, void* floats) {
+    const MatrixLayout layout = layout_of(format);
+    if (floats == nullptr) fail_argument("the transformation is null");
+    auto* const values = static_cast<float*>(floats);
+    for (std::size_t column = 0; column < 4; ++column) {
+        float* const first = values + column * layout.column_step;
+        for (std::size_t row = 0; row < 3; ++row)
+            first[row * layout.row_step] = static_cast<float>(transform.columns[column][row]);
+        if (layout.has_last_row) first[3 * layout.row_step] = column == 3 ? 1.0f : 0.0f;
+    }
 }
 
 }  // namespace mray::embree

@@ -77,16 +77,14 @@ public:
     bool has_filters() const { return has_filters_; }
     /// The closest hit with a mesh that the mask lets through.
     morphray::Hit intersect(const morphray::Ray& traced, unsigned int ray_mask) const {
-        return committed_.all_seen(ray_mask)
-                   ? scene().intersect(traced)
-                   : scene().intersect(traced, {.visible = committed_.visible(ray_mask)});
+        return seen_hit(scene().intersect(traced), traced, ray_mask);
     }
     /// As intersect(), if `found` is the closest hit of all meshes.
-    morphray::Hit seen_hit(const morphray::Hit& found, const morphray::Ray& traced,
+    morphray::Hit seen_hit(morphray::Hit found, const morphray::Ray& traced,
                            unsigned int ray_mask) const {
-        return committed_.parts[found.geom_id].sees(ray_mask)
-                   ? found
-                   : scene().intersect(traced, {.visible = committed_.visible(ray_mask)});
+        while (found && !committed_.parts[found.geom_id].sees(ray_mask))
+            found = next(traced, committed_.parts[found.geom_id], found);
+        return found;
     }
     /// Sets the members of a hit, one by one: a copy of a record that was just written would wait
     /// for the parts to reach the cache.

@@ -89,8 +89,6 @@ RTCBounds bounds_of(const Committed& committed) {
 }  // namespace
 
 void Committed::read_settings() {
-    static std::atomic<std::uint64_t> last_number = 0;
-    settings_number = ++last_number;
     uses_masks = false;
     filters_hits = false;
     filters_occlusion = false;
@@ -103,19 +101,6 @@ void Committed::read_settings() {
     if (uses_masks)
         for (const Part& part : parts) different.insert(part.masks.begin(), part.masks.end());
     masks.assign(different.begin(), different.end());
-}
-
-std::span<const std::uint8_t> Committed::visible(unsigned int ray_mask) const {
-    // Rays of a few kinds, each with a mask, come in turn.
-    constexpr std::size_t kMostAnswers = 8;
-    thread_local std::map<std::pair<std::uint64_t, unsigned int>, std::vector<std::uint8_t>>
-        answers;
-    const std::pair key(settings_number, ray_mask);
-    if (const auto found = answers.find(key); found != answers.end()) return found->second;
-    if (answers.size() == kMostAnswers) answers.clear();
-    std::vector<std::uint8_t> is_visible;
-    for (const Part& part : parts) is_visible.push_back(part.sees(ray_mask) ? 1 : 0);
-    return answers.emplace(key, std::move(is_visible)).first->second;
 }
 
 unsigned int SceneObject::attach(Geometry& geometry, unsigned int id) {

@@ -6,7 +6,6 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "library/embree/parts.h"
@@ -39,8 +38,6 @@ struct Committed {
     /// Whether a mesh has a filter for hits, or for occlusion.
     bool filters_hits = false;
     bool filters_occlusion = false;
-    /// Changes with each read_settings(); no two scenes have the same.
-    std::uint64_t settings_number = 0;
 
     void read_settings();
     /// Whether a ray with this mask passes by no mesh.
@@ -49,9 +46,6 @@ struct Committed {
             if ((mask & ray_mask) == 0) return false;
         return true;
     }
-    /// By part, 1 for those that a ray with this mask does not pass by. Valid until the thread's
-    /// next call.
-    std::span<const std::uint8_t> visible(unsigned int ray_mask) const;
     /// A tree of all primitives, made from the buffers by the first call at a pose. Threads may
     /// call it at the same time.
     const BoxTree& boxes() const;

@@ -49,13 +49,13 @@ public:
 
     bool sees_all() const { return options_.visible.empty() && options_.excluded.empty(); }
     bool sees(std::size_t ray, std::uint32_t prim_id) const {
-        const Hit at = meshes_.locate(0, 0, 0, prim_id);
-        const bool is_visible = options_.visible.empty() || (at.geom_id < options_.visible.size() &&
-                                                             options_.visible[at.geom_id] != 0);
-        return is_visible && !excludes(ray, at);
+        return sees(ray, meshes_.locate(0, 0, 0, prim_id));
     }
-    bool excludes(std::size_t ray, const Hit& hit) const {
-        return !options_.excluded.empty() && hit && hit.primitive() == options_.excluded[ray];
+    bool sees(std::size_t ray, const Hit& hit) const {
+        const std::span<const std::uint8_t> visible = options_.visible;
+        if (!visible.empty() && (hit.geom_id >= visible.size() || visible[hit.geom_id] == 0))
+            return false;
+        return options_.excluded.empty() || hit.primitive() != options_.excluded[ray];
     }
 
 private:

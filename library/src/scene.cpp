@@ -63,16 +63,13 @@ void SceneImpl::took_pose() {
 void SceneImpl::start(const mray::Bvh* tree) {
     updater.reset();
     if (tracer == nullptr) tracer = DeviceImpl::of(device).make_backend();
-    if (options.refit_on && refitter == nullptr)
-        refitter = DeviceImpl::of(*options.refit_on).make_backend();
     took_pose();
     mray::UpdateConfig config = config_of(options.update);
     config.record_cost_ratio = options.record_cost_ratio;
     const mray::BuildConfig build{.threads = DeviceImpl::of(device).threads(),
                                   .watch = mray::Watch(options.cancel)};
     updater = std::make_unique<mray::TreeUpdater>(meshes.topology(), pose.positions(), *tracer,
-                                                  refitter.get(), spec_of(options.update), build,
-                                                  config, tree);
+                                                  spec_of(options.update), build, config, tree);
     cost.reset();
 }
 

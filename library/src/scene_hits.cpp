@@ -86,53 +86,45 @@ void count_hits(const SceneImpl& scene, std::span<const mray::Ray> rays, Crossin
     for (std::size_t k = 0; k < listed.size(); ++k) counts[listed[k]] = lists[k].size();
 }
 
-/// Lists the first hits of rays, which are those of the filter from `first` on. Only rays of
-/// Crossing::once with more hits than are listed are traced twice.
+/// Lists the first hits of rays, which are those of the filter from `first` on. Rays whose hits the
+/// filter or Crossing::once may leave out are traced once more, for all hits.
 mray::HitLists list_first_hits(const SceneImpl& scene, std::span<const mray::Ray> rays,
                                const AllHitsOptions& options, const RayFilter& filter,
                                std::size_t first) {
     mray::HitLists lists;
-    std::vector<bool> finished(rays.size(), false);
     if (filter.sees_all()) {
         scene.tracer->query(
             mray::ListQuery{rays, crossing_of(options.crossing), options.max_hits, lists});
-        for (std::size_t i = 0; i < rays.size(); ++i)
-            finished[i] = !take_border_flag(lists.total[i], options.crossing);
-        if (std::ranges::find(finished, false) == finished.end()) return lists;
+    } else {
+        lists.listed.resize(rays.size());
+        lists.total.resize(rays.size());
     }
     std::vector<std::size_t> whole;
     std::vector<mray::Ray> whole_rays;
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        if (finished[i] || (filter.sees_all() && lists.total[i] == lists.listed[i])) continue;
+        if (filter.sees_all() && !take_border_flag(lists.total[i], options.crossing)) continue;
         whole.push_back(i);
         whole_rays.push_back(rays[i]);
     }
-    std::vector<std::vector<mray::Hit>> wholes =
+    if (whole.empty()) return lists;
+    const std::vector<std::vector<mray::Hit>> wholes =
         list_hits(scene, whole_rays, options.crossing, filter,
                   [&](std::size_t k) { return first + whole[k]; });
-    mray::HitLists all;
     std::vector<mray::Hit> hits;
     auto next = lists.hits.cbegin();
     for (std::size_t i = 0, k = 0; i < rays.size(); ++i) {
-        std::uint64_t total = 0;
-        if (filter.sees_all()) {
-            hits.assign(next, next + lists.listed[i]);
-            next += lists.listed[i];
-            total = lists.total[i];
+        std::span<const mray::Hit> found(next, next + lists.listed[i]);
+        next += lists.listed[i];
+        if (k < whole.size() && whole[k] == i) {
+            found = wholes[k++];
+            lists.total[i] = found.size();
+            found = found.first(std::min<std::size_t>(found.size(), options.max_hits));
+            lists.listed[i] = static_cast<std::uint32_t>(found.size());
         }
-        if (!finished[i]) {
-            if (k < whole.size() && whole[k] == i)
-                hits = std::move(wholes[k++]);
-            else
-                keep_crossings(scene, rays[i], hits);
-            total = hits.size();
-            hits.resize(std::min<std::size_t>(hits.size(), options.max_hits));
-        }
-        all.hits.insert(all.hits.end(), hits.begin(), hits.end());
-        all.listed.push_back(static_cast<std::uint32_t>(hits.size()));
-        all.total.push_back(total);
+        hits.insert(hits.end(), found.begin(), found.end());
     }
-    return all;
+    lists.hits = std::move(hits);
+    return lists;
 }
 
 /// The first hit of a ray after a cursor.

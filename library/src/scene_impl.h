@@ -149,7 +149,6 @@ public:
     /// That of the pose, once the scene has started.
     std::optional<RaySpace> space;
     std::unique_ptr<mray::Backend> tracer;
-    std::unique_ptr<mray::Backend> refitter;
     std::unique_ptr<mray::TreeUpdater> updater;
     double read_ms = 0;
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <mutex>
 #include <type_traits>
 #include <vector>
@@ -228,37 +229,31 @@ void trace_all(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> an
     });
 }
 
-/// Finds the closest hits of rays with visible meshes.
-void trace_visible(SceneImpl& scene, std::span<const Ray> rays, std::span<Hit> hits,
-                   const QueryOptions& options) {
-    detail::ask_in_parts(scene, rays.size(), options, [&](std::size_t first, std::size_t count) {
-        const detail::SceneBatch batch(*scene.space, rays.subspan(first, count));
-        std::vector<mray::Hit> found(count);
-        scene.tracer->query(
-            mray::VisibleQuery{batch.rays, scene.meshes.visible(options.visible), found});
-        for (std::size_t i = 0; i < count; ++i)
-            set_answer(scene, rays[first + i], found[i], batch.t_exponents[i], hits[first + i]);
-    });
-}
-
-/// Replaces hits with excluded triangles by the next hits of their rays.
-void pass_excluded(SceneImpl& scene, const detail::RayFilter& filter, std::span<const Ray> rays,
-                   std::span<Hit> hits, const QueryOptions& options) {
+/// Replaces hits with triangles that the filter leaves out by the next hits of their rays.
+void pass_unseen(SceneImpl& scene, const detail::RayFilter& filter, std::span<const Ray> rays,
+                 std::span<Hit> hits, const QueryOptions& options) {
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < rays.size(); ++i)
-        if (filter.excludes(i, hits[i])) places.push_back(i);
+        if (hits[i] && !filter.sees(i, hits[i])) places.push_back(i);
+    // A ray has at most one excluded triangle.
+    const std::uint32_t most =
+        options.visible.empty() ? 2 : std::numeric_limits<std::uint32_t>::max();
     detail::ask_in_parts(scene, places.size(), options, [&](std::size_t begin, std::size_t count) {
         const std::span<const std::size_t> part = std::span(places).subspan(begin, count);
         std::vector<Ray> passing(count);
         for (std::size_t i = 0; i < count; ++i) passing[i] = rays[part[i]];
         const detail::SceneBatch batch(*scene.space, passing);
-        mray::step_through_hits(
-            batch.rays, mray::Crossing::kEach,
-            [&](const mray::NextQuery& query) { scene.tracer->query(query); },
-            [&](std::size_t i, const mray::Hit& hit) {
-                set_answer(scene, passing[i], hit, batch.t_exponents[i], hits[part[i]]);
-                return hit.prim_id != mray::kNoPrim && !filter.sees(part[i], hit.prim_id);
-            });
+        mray::HitLists lists;
+        scene.tracer->query(mray::ListQuery{batch.rays, mray::Crossing::kEach, most, lists});
+        auto next = lists.hits.cbegin();
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto end = next + lists.listed[i];
+            const auto seen = std::find_if(
+                next, end, [&](const mray::Hit& hit) { return filter.sees(part[i], hit.prim_id); });
+            set_answer(scene, passing[i], seen == end ? mray::no_hit() : *seen,
+                       batch.t_exponents[i], hits[part[i]]);
+            next = end;
+        }
     });
 }
 
@@ -266,11 +261,8 @@ void find_closest(SceneImpl& scene, std::span<const Ray> rays, std::span<Hit> hi
                   const QueryOptions& options) {
     detail::require_room(rays.size(), "rays", hits.size());
     const detail::RayFilter filter(scene.meshes, rays.size(), options);
-    if (options.visible.empty())
-        trace_all(scene, rays, hits, options);
-    else
-        trace_visible(scene, rays, hits, options);
-    if (!options.excluded.empty()) pass_excluded(scene, filter, rays, hits, options);
+    trace_all(scene, rays, hits, options);
+    if (!filter.sees_all()) pass_unseen(scene, filter, rays, hits, options);
 }
 
 /// A ray in the calling thread, without the memory of runs.

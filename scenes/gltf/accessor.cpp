@@ -1,4 +1,4 @@
-#include "scenes/gltf/accessor.h"
+#include "scenes/gltf/gltf_file.h"
 
 #include <fmt/format.h>
 
@@ -134,19 +134,12 @@ PackedArray packed(const GltfFile& file, const JsonAt& owner, Component componen
                    std::size_t width, std::size_t count, bool may_have_stride) {
     const View view = file.view(owner.at("bufferView"));
     const std::uint64_t offset = owner.count_or("byteOffset", 0);
-    const std::size_t component_size = size_of(component);
-    const std::size_t element = width * component_size;
+    const std::size_t element = width * size_of(component);
     std::uint64_t stride = element;
     if (const std::optional<JsonAt> given = view.at.find("byteStride"); given && may_have_stride) {
         stride = given->count();
-        if (stride < element || stride > 252 || stride % component_size != 0)
+        if (stride < element || stride > 252)
             given->fail(fmt::format("is {}; elements have {} bytes", stride, element));
-    }
-    if ((view.offset + offset) % component_size != 0) {
-        owner.fail(
-            fmt::format("begins at byte {} of its buffer, which is no multiple of the {} "
-                        "bytes of a component",
-                        view.offset + offset, component_size));
     }
     // count < 2^32 and stride <= 252, so that nothing overflows.
     const std::uint64_t needed = stride * (count - 1) + element;
@@ -171,34 +164,24 @@ void open_sparse(const GltfFile& file, const JsonAt& sparse, Accessor& accessor)
         packed(file, sparse.at("values"), accessor.base.component, accessor.width, count, false);
 }
 
-std::vector<std::uint32_t> read_sparse_indices(const Accessor& accessor) {
-    std::vector<std::uint32_t> indices(accessor.sparse_count);
-    read(accessor.sparse_indices, 1, false, indices);
-    for (std::size_t i = 0; i < indices.size(); ++i) {
-        if (indices[i] < accessor.count && (i == 0 || indices[i] > indices[i - 1])) continue;
-        accessor.at.at("sparse").at("indices").fail(fmt::format(
-            "index {} is {}; they must increase and stay below {}", i, indices[i], accessor.count));
-    }
-    return indices;
-}
-
-template <class Number>
-std::vector<Number> read_sparse_values(const Accessor& accessor) {
-    std::vector<Number> values(accessor.sparse_count * accessor.width);
-    read(accessor.sparse_values, accessor.width, accessor.normalized, values);
-    return values;
-}
-
 template <class Number>
 std::vector<Number> read_all(const Accessor& accessor) {
     const std::size_t width = accessor.width;
     std::vector<Number> values(accessor.count * width);
     if (!accessor.base.bytes.empty()) read(accessor.base, width, accessor.normalized, values);
     if (accessor.sparse_count == 0) return values;
-    const std::vector<std::uint32_t> indices = read_sparse_indices(accessor);
-    const std::vector<Number> sparse = read_sparse_values<Number>(accessor);
-    for (std::size_t i = 0; i < indices.size(); ++i)
+    std::vector<std::uint32_t> indices(accessor.sparse_count);
+    read(accessor.sparse_indices, 1, false, indices);
+    std::vector<Number> sparse(accessor.sparse_count * width);
+    read(accessor.sparse_values, width, accessor.normalized, sparse);
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+        if (indices[i] >= accessor.count || (i > 0 && indices[i] <= indices[i - 1])) {
+            accessor.at.at("sparse").at("indices").fail(
+                fmt::format("index {} is {}; they must increase and stay below {}", i, indices[i],
+                            accessor.count));
+        }
         std::copy_n(&sparse[i * width], width, &values[indices[i] * width]);
+    }
     return values;
 }
 
@@ -250,14 +233,6 @@ Accessor open_wanted(const GltfFile& file, const JsonAt& reference, const Wanted
 
 std::vector<float> floats(const GltfFile& file, const JsonAt& reference, const Wanted& wanted) {
     return read_all<float>(open_wanted(file, reference, wanted));
-}
-
-std::optional<SparseFloats> sparse_floats(const GltfFile& file, const JsonAt& reference,
-                                          const Wanted& wanted) {
-    const Accessor accessor = open_wanted(file, reference, wanted);
-    if (!accessor.base.bytes.empty()) return std::nullopt;
-    if (accessor.sparse_count == 0) return SparseFloats{};
-    return SparseFloats{read_sparse_indices(accessor), read_sparse_values<float>(accessor)};
 }
 
 std::vector<std::uint32_t> integers(const GltfFile& file, const JsonAt& reference,

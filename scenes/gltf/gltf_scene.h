@@ -16,7 +16,7 @@
 #include "common/scene/mesh.h"
 #include "common/scene/textures.h"
 #include "scenes/animation.h"
-#include "scenes/gltf/accessor.h"
+#include "scenes/gltf/gltf_file.h"
 #include "scenes/gltf/transforms.h"
 #include "scenes/warning_count.h"
 
@@ -119,17 +119,11 @@ struct Influences {
 Influences read_influences(const GltfFile& file, const JsonAt& attributes, std::size_t vertex_count,
                            bool lenient, WarningCount& unweighted);
 
-/// The deltas that a morph target adds to positions.
-struct MorphTarget {
-    /// The vertices that it moves, in increasing order; empty: as many as there are deltas, from 0.
-    std::vector<std::uint32_t> vertices;
-    std::vector<vec3> deltas;
-};
-
 /// Vertices that primitives of a mesh have in common.
 struct VertexSet {
     std::vector<vec3> positions;
-    std::vector<MorphTarget> targets;
+    /// What each morph target adds to them; empty for one that moves nothing.
+    std::vector<std::vector<vec3>> targets;
     Influences influences;
 };
 

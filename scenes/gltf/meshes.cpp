@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "scenes/mesh/mesh_rules.h"
+#include "scenes/mesh/mesh_file.h"
 #include "scenes/warning_count.h"
 
 namespace mray::gltf {
@@ -170,23 +170,16 @@ private:
         }
     }
 
-    MorphTarget read_target(const JsonAt& at, std::size_t vertex_count) {
-        MorphTarget target;
+    std::vector<vec3> read_target(const JsonAt& at, std::size_t vertex_count) {
         const auto position = at.find("POSITION");
-        if (!position) return target;
-        if (std::optional<SparseFloats> sparse =
-                sparse_floats(file_, *position, {3, quantized(Integers::kNone), vertex_count})) {
-            target.vertices = std::move(sparse->indices);
-            target.deltas = as_vectors(sparse->values);
-        } else {
-            target.deltas = read_vectors(*position, vertex_count);
-        }
-        for (std::size_t i = 0; i < target.deltas.size(); ++i) {
-            const vec3& d = target.deltas[i];
+        if (!position) return {};
+        std::vector<vec3> deltas = read_vectors(*position, vertex_count);
+        for (std::size_t i = 0; i < deltas.size(); ++i) {
+            const vec3& d = deltas[i];
             if (!std::isfinite(d.x) || !std::isfinite(d.y) || !std::isfinite(d.z))
                 position->fail(fmt::format("element {} is not finite", i));
         }
-        return target;
+        return deltas;
     }
 
     std::vector<uvec3> read_triangles(const JsonAt& at, std::uint64_t mode,

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <map>
 
-#include "scenes/mesh/mesh_rules.h"
+#include "scenes/mesh/mesh_file.h"
 
 namespace mray::gltf {
 namespace {
@@ -47,35 +47,17 @@ Columns columns_of(const Affine& a) {
 
 using Scratch = std::array<double, 3 * kBlockSize>;
 
-/// Adds `weight` times the displacements of vertices [begin, end) to their positions.
-void add_target(const MorphTarget& target, double weight, std::size_t begin, std::size_t end,
-                Scratch& positions) {
-    if (target.vertices.empty()) {
-        if (begin >= target.deltas.size()) return;
-        const float* const deltas = &target.deltas[begin].x;
-        const std::size_t count = 3 * (std::min(end, target.deltas.size()) - begin);
-        for (std::size_t i = 0; i < count; ++i)
-            positions[i] += weight * static_cast<double>(deltas[i]);
-        return;
-    }
-    const auto add = [&](std::size_t vertex, const vec3& delta) {
-        double* const p = &positions[3 * (vertex - begin)];
-        p[0] += weight * static_cast<double>(delta.x);
-        p[1] += weight * static_cast<double>(delta.y);
-        p[2] += weight * static_cast<double>(delta.z);
-    };
-    const auto first = std::lower_bound(target.vertices.begin(), target.vertices.end(), begin);
-    for (auto vertex = first; vertex != target.vertices.end() && *vertex < end; ++vertex)
-        add(*vertex, target.deltas[static_cast<std::size_t>(vertex - target.vertices.begin())]);
-}
-
 void morph(const VertexSet& set, std::span<const double> weights, std::size_t begin,
            std::size_t end, Scratch& positions) {
     const float* const still = &set.positions[begin].x;
     for (std::size_t i = 0; i < 3 * (end - begin); ++i)
         positions[i] = static_cast<double>(still[i]);
-    for (std::size_t k = 0; k < set.targets.size(); ++k)
-        if (weights[k] != 0) add_target(set.targets[k], weights[k], begin, end, positions);
+    for (std::size_t k = 0; k < set.targets.size(); ++k) {
+        if (weights[k] == 0 || set.targets[k].empty()) continue;
+        const float* const deltas = &set.targets[k][begin].x;
+        for (std::size_t i = 0; i < 3 * (end - begin); ++i)
+            positions[i] += weights[k] * static_cast<double>(deltas[i]);
+    }
 }
 
 bool is_bad(const vec3& p) { return !MeshRules::is_good(p); }

@@ -6,7 +6,6 @@
 
 #include "common/base/errors.h"
 #include "common/text/text_parts.h"
-#include "scenes/mesh/mesh_rules.h"
 
 namespace mray {
 namespace {

@@ -12,6 +12,8 @@
 
 namespace mray {
 
+inline constexpr std::string_view kBlanks = " \t\f";
+
 /// Splits a text into statements and refuses what is no text. `name` is the file in messages.
 class ObjLines {
 public:
@@ -25,7 +27,7 @@ public:
     std::string_view next() {
         line_ = next_line_;
         std::string_view statement = take_line();
-        statement.remove_prefix(std::min(statement.find_first_not_of(" \t\f"), statement.size()));
+        statement.remove_prefix(std::min(statement.find_first_not_of(kBlanks), statement.size()));
         if (!statement.ends_with('\\') || statement.starts_with('#') || at_end()) return statement;
         joined_ = statement;
         while (joined_.ends_with('\\') && !at_end()) {
@@ -39,8 +41,7 @@ public:
     std::uint64_t line() const { return line_; }
     /// Whether the current statement ends the file without a line end.
     bool may_be_cut() const { return !has_line_end_; }
-    std::string place() const { return place(line_); }
-    std::string place(std::uint64_t line) const { return fmt::format("{}:{}", name_, line); }
+    std::string place() const { return fmt::format("{}:{}", name_, line_); }
     [[noreturn]] void fail(const std::string& what) const {
         throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place(), what));
     }
@@ -51,9 +52,11 @@ private:
         std::size_t length = 0;
         for (; length < rest_.size() && rest_[length] != '\n' && rest_[length] != '\r'; ++length) {
             const auto c = static_cast<unsigned char>(rest_[length]);
-            if (c == 0) fail("NUL byte; this is binary data or UTF-16, save it as UTF-8 text");
-            if (c < 32 && c != '\t' && c != '\f')
-                fail(fmt::format("control character 0x{:02X}; this is no text file", c));
+            if (c >= 32 || c == '\t' || c == '\f') continue;
+            fail(
+                fmt::format("control character 0x{:02X}; this is binary data or UTF-16, save it as "
+                            "UTF-8 text",
+                            c));
         }
         const std::string_view line = rest_.substr(0, length);
         has_line_end_ = length < rest_.size();
@@ -79,25 +82,6 @@ inline std::string_view next_word(std::string_view& rest) {
     const auto* const end = std::find_if(begin, rest.end(), is_blank);
     rest = std::string_view(end, static_cast<std::size_t>(rest.end() - end));
     return {begin, static_cast<std::size_t>(end - begin)};
-}
-
-/// Nine digits name more vertices than any file has, and fit an int.
-inline bool is_index(std::string_view text) {
-    if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
-    return !text.empty() && text.size() <= 9 &&
-           std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
-}
-
-/// Whether a word is v, v/vt, v//vn or v/vt/vn. Trailing numbers may be left out before a slash.
-inline bool is_corner(std::string_view word) {
-    for (int part = 0; part < 3; ++part) {
-        const std::size_t slash = std::min(word.find('/'), word.size());
-        const std::string_view number = word.substr(0, slash);
-        if (!is_index(number) && !(number.empty() && part > 0)) return false;
-        if (slash == word.size()) return true;
-        word.remove_prefix(slash + 1);
-    }
-    return false;
 }
 
 }  // namespace mray

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <istream>
-#include <limits>
+#include <map>
 #include <optional>
+#include <sstream>
 #include <streambuf>
 #include <string>
 #include <string_view>
@@ -20,7 +20,6 @@
 #include "common/base/input_file.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
-#include "scenes/mesh/mesh_rules.h"
 #include "scenes/mesh/smooth_numbers.h"
 #include "scenes/obj/obj_lines.h"
 #include "scenes/obj/obj_materials.h"
@@ -40,13 +39,33 @@ std::uint32_t place_of(int index, std::size_t size) {
     return index != 0 && at >= 0 && at < count ? static_cast<std::uint32_t>(at) : kNone;
 }
 
-std::uint64_t count_vertices(std::string_view text, const std::string& name) {
-    std::uint64_t count = 0;
-    for (ObjLines lines(text, name); !lines.at_end();) {
-        std::string_view statement = lines.next();
-        count += next_word(statement) == "v";
+/// Nine digits name more vertices than any file has, and fit an int.
+bool is_index(std::string_view text) {
+    if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
+    return !text.empty() && text.size() <= 9 &&
+           std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+/// Whether a word is v, v/vt, v//vn or v/vt/vn. Trailing numbers may be left out before a slash.
+bool is_corner(std::string_view word) {
+    for (int part = 0; part < 3; ++part) {
+        const std::size_t slash = std::min(word.find('/'), word.size());
+        const std::string_view number = word.substr(0, slash);
+        if (!is_index(number) && !(number.empty() && part > 0)) return false;
+        if (slash == word.size()) return true;
+        word.remove_prefix(slash + 1);
     }
-    return count;
+    return false;
+}
+
+/// A finite number; `otherwise` in place of another one.
+float finite_or(float number, float otherwise) {
+    return std::isfinite(number) ? number : otherwise;
+}
+
+/// Takes a number; 0 if it is not there or not finite.
+float take_finite(std::string_view& words) {
+    return finite_or(parse_float(next_word(words)).value_or(0.0f), 0);
 }
 
 /// Parses vertices and passes faces and materials to tinyobjloader, a statement at a time, so that
@@ -59,9 +78,7 @@ public:
           options_(options),
           rules_(options.lenient),
           place_([this] { return lines_.place(); }),
-          materials_(path, options, mesh_),
-          vertex_limit_(options.lenient ? count_vertices(text, name_)
-                                        : std::numeric_limits<std::uint64_t>::max()) {}
+          materials_(path, options, mesh_) {}
 
     FileMesh read() {
         std::istream stream(this);
@@ -77,14 +94,12 @@ public:
         };
         tinyobj::LoadObjWithCallback(stream, callbacks, this, this);
         if (!mesh_.faces.corners.empty() && largest_vertex_ >= positions_.size()) {
-            throw Error(ErrorKind::kBadInput,
-                        fmt::format("{}: {}", lines_.place(largest_vertex_line_),
-                                    not_there(largest_vertex_, positions_.size())));
+            throw Error(ErrorKind::kBadInput, fmt::format("{}:{}: {}", name_, largest_vertex_line_,
+                                                          not_there(largest_vertex_)));
         }
         set_positions(mesh_, positions_, options_);
         if (!has_normals_) mesh_.smooth = {};
         rules_.tell(options_.warn);
-        odd_texcoords_.tell(options_.warn);
         materials_.finish();
         return std::move(mesh_);
     }
@@ -105,17 +120,16 @@ private:
         const std::string_view statement = lines_.next();
         std::string_view rest = statement;
         const std::string_view keyword = next_word(rest);
-        if (keyword == "f") return pass_face(rest);
-        if (statement.size() > kMaxObjLineBytes) {
-            lines_.fail(fmt::format("line of {} bytes; at most {} are read, is this an OBJ file?",
-                                    statement.size(), kMaxObjLineBytes));
-        }
-        if (keyword == "v") {
+        if (keyword == "f") {
+            pass_face(rest);
+        } else if (keyword == "v") {
             read_vertex(rest);
         } else if (keyword == "vn" && !options_.positions_only) {
-            read_normal(rest);
+            for (std::uint32_t& bits : normals_.emplace_back())
+                bits = SmoothNumbers::bits(take_finite(rest));
         } else if (keyword == "vt" && !options_.positions_only) {
-            read_texcoord(rest);
+            const float u = take_finite(rest);
+            texcoords_.push_back({u, take_finite(rest)});
         } else if (keyword == "usemtl" || keyword == "mtllib") {
             if (!std::all_of(rest.begin(), rest.end(), is_blank)) passed_ = statement;
         }
@@ -137,33 +151,6 @@ private:
                 "vertex of {} numbers where 3 are needed; is the file complete?", count));
         }
         positions_.push_back(position);
-    }
-
-    void read_normal(std::string_view words) {
-        for (std::uint32_t& bits : normals_.emplace_back()) {
-            const float value = parse_float(next_word(words)).value_or(0.0f);
-            // NaN equals nothing.
-            bits = SmoothNumbers::bits(std::isnan(value) ? 0.0f : value);
-        }
-    }
-
-    void read_texcoord(std::string_view words) {
-        Texcoord& texcoord = texcoords_.emplace_back();
-        for (float* const component : {&texcoord.u, &texcoord.v}) {
-            const std::string_view word = next_word(words);
-            if (word.empty()) return;
-            const std::optional<float> number = parse_float(word);
-            if (number && std::isfinite(*number)) {
-                *component = *number;
-                continue;
-            }
-            odd_texcoords_.add([&] {
-                return Warning{lines_.place(),
-                               fmt::format("texture coordinate {} is not a finite number; "
-                                           "taken as 0",
-                                           quote(word))};
-            });
-        }
     }
 
     /// Passes on what tinyobjloader, which checks nothing, reads correctly.
@@ -205,8 +192,7 @@ private:
             if (vertex == kNone) {
                 // It may follow its faces.
                 vertex = static_cast<std::uint32_t>(index - 1);
-                if (vertex >= vertex_limit_)
-                    return rules_.leave_out(not_there(vertex, vertex_limit_), place_);
+                if (options_.lenient) return rules_.leave_out(not_there(vertex), place_);
             }
             if (vertex >= largest_vertex_) {
                 largest_vertex_ = vertex;
@@ -236,9 +222,9 @@ private:
         return false;
     }
 
-    static std::string not_there(std::uint32_t vertex, std::uint64_t count) {
+    std::string not_there(std::uint32_t vertex) const {
         return fmt::format("vertex {} of {}; indices start at 1 and end at the number of vertices",
-                           vertex + 1, count);
+                           vertex + 1, positions_.size());
     }
 
     /// The number of the first corner with this vertex and normal.
@@ -265,16 +251,45 @@ private:
     std::vector<Texcoord> texcoords_;
     std::vector<std::uint32_t> vertices_of_face_;
     std::vector<const Texcoord*> texcoords_of_face_;
-    /// Faces of vertices from here on are left out.
-    const std::uint64_t vertex_limit_;
     std::uint32_t largest_vertex_ = 0;
     std::uint64_t largest_vertex_line_ = 0;
     SmoothNumbers numbers_;
     bool has_normals_ = false;
-    WarningCount odd_texcoords_;
 };
 
 }  // namespace
+
+void read_mtl_text(std::string_view text, const fs::path& library, MaterialMap& materials) {
+    // Tells materials without Kd from black ones.
+    constexpr float kNoColour = -1;
+    std::string marked;
+    for (ObjLines lines(text, escape(library)); !lines.at_end();) {
+        const std::string_view statement = lines.next();
+        marked.append(statement) += '\n';
+        if (statement.starts_with("newmtl")) marked += "Kd -1\n";
+    }
+    std::istringstream stream(std::move(marked));
+    std::map<std::string, int> indices;
+    std::vector<tinyobj::material_t> read;
+    std::string ignored;
+    tinyobj::LoadMtl(&indices, &read, &stream, &ignored, &ignored);
+    for (const tinyobj::material_t& one : read) {
+        Material material{
+            .map = one.diffuse_texname, .clamp = one.diffuse_texopt.clamp, .library = library};
+        const auto& kd = one.diffuse;
+        if (kd[0] != kNoColour)
+            material.albedo =
+                albedo_of(finite_or(kd[0], 0), finite_or(kd[1], 0), finite_or(kd[2], 0));
+        for (std::size_t i = 0; i < 2; ++i) {
+            material.scale[i] = finite_or(one.diffuse_texopt.scale[i], 1);
+            material.offset[i] = finite_or(one.diffuse_texopt.origin_offset[i], 0);
+        }
+        if (material.map.size() > 1 && material.map.front() == '"' && material.map.back() == '"')
+            material.map = material.map.substr(1, material.map.size() - 2);
+        std::replace(material.map.begin(), material.map.end(), '\\', '/');
+        materials.emplace(trimmed(one.name, kBlanks), std::move(material));
+    }
+}
 
 FileMesh read_obj(const fs::path& path, const MeshFileOptions& options) {
     const std::string text = read_input_file(path);

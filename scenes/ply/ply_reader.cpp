@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <string>
 #include <string_view>
@@ -10,17 +11,164 @@
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
+#include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_file.h"
-#include "scenes/mesh/mesh_rules.h"
 #include "scenes/mesh/smooth_numbers.h"
-#include "scenes/ply/ply_values.h"
+#include "scenes/ply/ply_header.h"
 
 namespace mray {
 namespace {
 
 constexpr PlyAxes kNormalAxes = {"nx", "ny", "nz"};
 constexpr PlyAxes kColours = {"red", "green", "blue"};
+
+/// The values after the header, one after the other: rows of text, blank ones left out, or bytes in
+/// either order.
+class PlyValues {
+public:
+    PlyValues(std::string_view text, const PlyHeader& header, const std::string& name)
+        : rest_(text.substr(header.size)),
+          name_(name),
+          is_text_(header.encoding == PlyEncoding::kText),
+          is_swapped_(header.encoding == PlyEncoding::kBigEndian),
+          file_size_(text.size()),
+          next_line_(header.line_count + 1) {
+        static_assert(std::endian::native == std::endian::little);
+    }
+
+    bool is_text() const { return is_text_; }
+    /// The place of the current item.
+    std::string place() const {
+        return is_text_ ? fmt::format("{}:{}", name_, line_)
+                        : fmt::format("{}: byte {}", name_, file_size_ - left_at_begin_);
+    }
+    [[noreturn]] void fail(const std::string& what) const {
+        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place(), what));
+    }
+
+    void begin(const PlyElement& element, std::uint64_t item) {
+        element_ = &element;
+        item_ = item;
+        left_at_begin_ = rest_.size();
+        if (!is_text_) return;
+        skip_blank_lines();
+        line_ = next_line_;
+        if (rest_.empty()) fail_end();
+        const auto* const end =
+            std::find_if(rest_.begin(), rest_.end(), [](char c) { return c == '\n' || c == '\r'; });
+        row_ = rest_.substr(0, static_cast<std::size_t>(end - rest_.begin()));
+        rest_.remove_prefix(row_.size());
+    }
+    void end() const {
+        if (std::all_of(row_.begin(), row_.end(), is_blank)) return;
+        fail(fmt::format("more values than {} has; is the header right?", quote(element_->name)));
+    }
+    /// The bytes that have not been read.
+    std::size_t left() const { return rest_.size(); }
+    void skip_blank_lines() {
+        std::size_t i = 0;
+        for (; is_text_ && i < rest_.size(); ++i) {
+            if (rest_[i] == '\n' || (rest_[i] == '\r' && !rest_.substr(i + 1).starts_with('\n')))
+                ++next_line_;
+            else if (rest_[i] != ' ' && rest_[i] != '\t' && rest_[i] != '\r')
+                break;
+        }
+        rest_.remove_prefix(i);
+    }
+
+    double number(PlyScalar type) {
+        if (!is_text_) return value_at(take(size_of(type)), type);
+        const std::string_view word = next_word();
+        const auto number = parse_coordinate(word);
+        if (!number) fail(not_a_number(word));
+        return *number;
+    }
+    std::int64_t integer(PlyScalar type) {
+        if (!is_text_) return static_cast<std::int64_t>(value_at(take(size_of(type)), type));
+        const std::string_view word = next_word();
+        const auto number = parse_integer(word);
+        if (!number) fail(fmt::format("{} is not a whole number; a list needs one", quote(word)));
+        return *number;
+    }
+    void skip(PlyScalar type) {
+        if (is_text_)
+            next_word();
+        else
+            take(size_of(type));
+    }
+
+private:
+    static bool is_blank(char c) { return c == ' ' || c == '\t'; }
+
+    [[noreturn]] void fail_end() const {
+        fail(fmt::format("ends within {} {} of {}; is the file complete?", quote(element_->name),
+                         item_, element_->count));
+    }
+
+    std::string_view next_word() {
+        const auto* const begin = std::find_if_not(row_.begin(), row_.end(), is_blank);
+        const auto* const end = std::find_if(begin, row_.end(), is_blank);
+        if (begin == end) {
+            fail(fmt::format("fewer values than {} has; is the file complete?",
+                             quote(element_->name)));
+        }
+        row_.remove_prefix(static_cast<std::size_t>(end - row_.begin()));
+        return {begin, static_cast<std::size_t>(end - begin)};
+    }
+
+    const char* take(std::size_t size) {
+        if (rest_.size() < size) fail_end();
+        const char* const from = rest_.data();
+        rest_.remove_prefix(size);
+        return from;
+    }
+
+    template <class T>
+    double load(const char* from) const {
+        std::array<char, sizeof(T)> bytes;
+        std::copy_n(from, sizeof(T), bytes.begin());
+        if (is_swapped_) std::reverse(bytes.begin(), bytes.end());
+        return static_cast<double>(std::bit_cast<T>(bytes));
+    }
+
+    /// All types are exact in a double.
+    double value_at(const char* from, PlyScalar type) const {
+        switch (type) {
+            case PlyScalar::kInt8:
+                return load<std::int8_t>(from);
+            case PlyScalar::kUint8:
+                return load<std::uint8_t>(from);
+            case PlyScalar::kInt16:
+                return load<std::int16_t>(from);
+            case PlyScalar::kUint16:
+                return load<std::uint16_t>(from);
+            case PlyScalar::kInt32:
+                return load<std::int32_t>(from);
+            case PlyScalar::kUint32:
+                return load<std::uint32_t>(from);
+            case PlyScalar::kFloat:
+                return load<float>(from);
+            case PlyScalar::kDouble:
+                break;
+        }
+        return load<double>(from);
+    }
+
+    std::string_view rest_;
+    const std::string& name_;
+    const bool is_text_;
+    const bool is_swapped_;
+    const std::uint64_t file_size_;
+    /// The current item.
+    const PlyElement* element_ = nullptr;
+    std::uint64_t item_ = 0;
+    std::uint64_t left_at_begin_ = 0;
+    std::uint64_t next_line_;
+    std::uint64_t line_ = 0;
+    /// What is left of the row of the current item.
+    std::string_view row_;
+};
 
 class PlyReader {
 public:
@@ -49,11 +197,9 @@ public:
     }
 
 private:
-    enum Part : std::uint8_t { kPosition, kNormal, kColour, kNoPart };
-    /// What a scalar of a vertex is.
+    /// Where a scalar of a vertex goes, if it is read.
     struct Column {
-        Part part = kNoPart;
-        int axis = 0;
+        double* number = nullptr;
         bool is_byte_colour = false;
     };
 
@@ -61,43 +207,37 @@ private:
         vertex_count_ = static_cast<std::size_t>(vertices.count);
         positions_.reserve(vertex_count_);
         columns_.resize(vertices.properties.size());
-        add_columns(vertices, kPlyPosition, kPosition);
+        add_columns(vertices, kPlyPosition, position_);
         if (options_.positions_only) return;
-        has_normals_ = vertices.has(kNormalAxes);
-        has_colours_ = vertices.has(kColours);
-        if (has_normals_) add_columns(vertices, kNormalAxes, kNormal);
-        if (has_colours_) add_columns(vertices, kColours, kColour);
+        has_normals_ = add_columns(vertices, kNormalAxes, normal_);
+        has_colours_ = add_columns(vertices, kColours, colour_, true);
     }
-    void add_columns(const PlyElement& vertices, const PlyAxes& axes, Part part) {
+    /// Returns whether the vertices have all three.
+    bool add_columns(const PlyElement& vertices, const PlyAxes& axes, glm::dvec3& vector,
+                     bool are_colours = false) {
+        if (!vertices.has(axes)) return false;
         for (std::size_t i = 0; i < columns_.size(); ++i) {
             const PlyProperty& property = vertices.properties[i];
             const auto* const axis = std::ranges::find(axes, property.name);
             if (axis == axes.end() || property.count_type) continue;
-            columns_[i] = {part, static_cast<int>(axis - axes.begin()),
-                           part == kColour && is_integer(property.type)};
+            columns_[i] = {&vector[static_cast<int>(axis - axes.begin())],
+                           are_colours && is_integer(property.type)};
         }
+        return true;
     }
 
     void read_element(const PlyElement& element) {
         if (element.properties.empty()) return;
         const bool is_vertex = element.name == "vertex";
         const bool is_read = is_vertex || element.has_faces();
-        const bool has_triangles = is_list_of_triangles(element);
-        if (has_triangles) {
-            const std::size_t most = values_.left() / PlyValues::kTriangleBytes;
-            mesh_.faces.corners.reserve(3 * most);
-            mesh_.faces.corner_counts.reserve(most);
-        }
         for (std::uint64_t item = 0; item < element.count; ++item) {
-            if (has_triangles) item += add_triangles(element.count - item);
-            if (item == element.count) return;
             values_.begin(element, item);
             if (values_.is_text() && !is_read) continue;
             for (std::size_t i = 0; i < element.properties.size(); ++i) {
                 const PlyProperty& property = element.properties[i];
                 if (property.count_type)
                     read_list(property);
-                else if (is_vertex && columns_[i].part != kNoPart)
+                else if (is_vertex && columns_[i].number != nullptr)
                     read_number(columns_[i], property.type);
                 else
                     values_.skip(property.type);
@@ -107,22 +247,8 @@ private:
         }
     }
 
-    /// Nearly all binary files have them, and such lists are read several times faster.
-    bool is_list_of_triangles(const PlyElement& element) const {
-        const PlyProperty& list = element.properties[0];
-        return !values_.is_text() && element.has_faces() && element.properties.size() == 1 &&
-               size_of(*list.count_type) == 1 && size_of(list.type) == 4;
-    }
-    std::size_t add_triangles(std::uint64_t most) {
-        Polygons& faces = mesh_.faces;
-        const std::size_t count = values_.take_triangles(most, vertex_count_, faces.corners);
-        rules_.count_triangles(count, place_);
-        faces.corner_counts.insert(faces.corner_counts.end(), count, 3);
-        return count;
-    }
-
     void read_number(const Column& column, PlyScalar type) {
-        double& number = vertex_[column.part][column.axis];
+        double& number = *column.number;
         number = values_.number(type);
         if (!column.is_byte_colour) return;
         if (!(number >= 0 && number <= 255))
@@ -134,15 +260,15 @@ private:
 
     void add_vertex() {
         for (int axis = 0; axis < 3; ++axis) {
-            const double value = vertex_[kPosition][axis];
+            const double value = position_[axis];
             if (!MeshRules::is_good(value))
                 rules_.take_bad_coordinate(value, fmt::format("{}", value), place_);
-            if (has_colours_ && !(std::abs(vertex_[kColour][axis]) <= kMaxCoordinate))
+            if (has_colours_ && !(std::abs(colour_[axis]) <= kMaxCoordinate))
                 values_.fail("colour of a vertex is not finite or beyond 1e30; repair it");
         }
-        positions_.push_back(vertex_[kPosition]);
-        if (has_normals_) normals_.push_back(FileOrigin().to_world(vertex_[kNormal]));
-        if (has_colours_) mesh_.vertex_colours.emplace_back(vertex_[kColour]);
+        positions_.push_back(position_);
+        if (has_normals_) normals_.push_back(FileOrigin().to_world(normal_));
+        if (has_colours_) mesh_.vertex_colours.emplace_back(colour_);
     }
 
     void read_list(const PlyProperty& property) {
@@ -193,8 +319,10 @@ private:
     std::size_t vertex_count_ = 0;
     bool has_normals_ = false;
     bool has_colours_ = false;
-    /// Position, normal and colour of the current vertex.
-    std::array<glm::dvec3, 3> vertex_ = {};
+    /// Of the current vertex.
+    glm::dvec3 position_ = {};
+    glm::dvec3 normal_ = {};
+    glm::dvec3 colour_ = {};
     std::vector<glm::dvec3> positions_;
     std::vector<vec3> normals_;
     /// One for each property of the vertices.

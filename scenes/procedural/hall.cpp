@@ -18,15 +18,6 @@ struct SwayingVertex {
     double phase = 0;
 };
 
-/// Around, at least 3, and along, at least 1.
-struct TubeGrid {
-    std::uint32_t sides;
-    std::uint32_t segments;
-    std::uint64_t triangle_count() const {
-        return std::uint64_t{2} * sides * segments + 2 * (sides - 2);
-    }
-};
-
 constexpr double kFramesOfSwing = 12;
 
 /// A unit vector perpendicular to a unit vector.
@@ -55,47 +46,43 @@ public:
         for (const auto& f : kFaces)
             add_quad(first + f[0], first + f[1], first + f[2], first + f[3], albedo);
     }
-    /// The box [lower, upper].
-    void add_box(const glm::dvec3& lower, const glm::dvec3& upper, Albedo albedo) {
-        const glm::dvec3 half = 0.5 * (upper - lower);
-        add_box(0.5 * (lower + upper), {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z}, albedo);
-    }
-    /// The same box seen from inside: a room.
-    void add_room(const glm::dvec3& lower, const glm::dvec3& upper, Albedo albedo) {
+    /// The box [lower, upper], or a room of this size, which is seen from inside.
+    void add_box(const glm::dvec3& lower, const glm::dvec3& upper, Albedo albedo,
+                 bool is_room = false) {
         const glm::dvec3 half = 0.5 * (upper - lower);
         // Left-handed axes turn every face around.
-        add_box(0.5 * (lower + upper), {-half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z}, albedo);
+        add_box(0.5 * (lower + upper), {is_room ? -half.x : half.x, 0, 0}, {0, half.y, 0},
+                {0, 0, half.z}, albedo);
     }
 
     /// A round bar between two points, which differ, with closed ends; `radius` at both ends and
-    /// `middle_radius` between them.
+    /// `middle_radius` between them. It has at least 3 sides and 1 segment.
     void add_tube(const glm::dvec3& from, const glm::dvec3& to, double radius, double middle_radius,
-                  const TubeGrid& tube, Albedo albedo) {
+                  std::uint32_t sides, std::uint32_t segments, Albedo albedo) {
         const glm::dvec3 along = to - from;
         const glm::dvec3 axis = along / glm::length(along);
         const glm::dvec3 u = any_perpendicular(axis);
         const glm::dvec3 v = glm::cross(axis, u);
         const std::uint32_t first = mesh_.topology.vertex_count;
-        for (std::uint32_t ring = 0; ring <= tube.segments; ++ring) {
-            const double s = static_cast<double>(ring) / tube.segments;
+        for (std::uint32_t ring = 0; ring <= segments; ++ring) {
+            const double s = static_cast<double>(ring) / segments;
             const double wide = radius + 4 * s * (1 - s) * (middle_radius - radius);
-            for (std::uint32_t side = 0; side < tube.sides; ++side) {
-                const CosSin around = circle_point(static_cast<double>(side) / tube.sides);
+            for (std::uint32_t side = 0; side < sides; ++side) {
+                const CosSin around = circle_point(static_cast<double>(side) / sides);
                 add_vertex({.rest = from + s * along + wide * (around.cos * u + around.sin * v)});
             }
         }
         const auto at = [&](std::uint32_t ring, std::uint32_t side) {
-            return first + ring * tube.sides + side % tube.sides;
+            return first + ring * sides + side % sides;
         };
-        for (std::uint32_t ring = 0; ring < tube.segments; ++ring) {
-            for (std::uint32_t side = 0; side < tube.sides; ++side)
+        for (std::uint32_t ring = 0; ring < segments; ++ring) {
+            for (std::uint32_t side = 0; side < sides; ++side)
                 add_quad(at(ring, side), at(ring, side + 1), at(ring + 1, side + 1),
                          at(ring + 1, side), albedo);
         }
-        for (std::uint32_t side = 1; side + 1 < tube.sides; ++side) {
+        for (std::uint32_t side = 1; side + 1 < sides; ++side) {
             add_triangle(at(0, 0), at(0, side + 1), at(0, side), albedo);
-            add_triangle(at(tube.segments, 0), at(tube.segments, side), at(tube.segments, side + 1),
-                         albedo);
+            add_triangle(at(segments, 0), at(segments, side), at(segments, side + 1), albedo);
         }
     }
 
@@ -178,7 +165,7 @@ void add_beams(SwayingMesh& mesh, std::uint64_t count) {
             const glm::dvec3 to(
                 std::clamp(x + 24 * uniform(kSeed, i, 5) - 12, 1 - kLength, kLength - 1),
                 6.5 + 1.5 * uniform(kSeed, i, 6), kWidth - kCableEnd);
-            mesh.add_tube(from, to, 0.012, 0.012, {4, 1}, rgb(30, 30, 34));
+            mesh.add_tube(from, to, 0.012, 0.012, 4, 1, rgb(30, 30, 34));
         }
     }
 }
@@ -189,14 +176,15 @@ void add_columns(SwayingMesh& mesh, std::uint64_t triangles) {
     const std::uint32_t sides = each < 120 ? 6 : 16;
     // All but the block and the ends.
     const std::uint64_t walls = each - std::min<std::uint64_t>(each, 12 + 2 * (sides - 2));
-    const TubeGrid tube = {
-        sides, static_cast<std::uint32_t>(std::max<std::uint64_t>(1, walls / (2 * sides)))};
-    if (each < 12 + tube.triangle_count()) return;
+    const auto segments =
+        static_cast<std::uint32_t>(std::max<std::uint64_t>(1, walls / (2 * sides)));
+    if (each < 12 + 2 * (std::uint64_t{sides} * segments + sides - 2)) return;
     for (std::uint32_t i = 0; i < 2 * kBays; ++i) {
         const double x = -kLength + (i / 2 + 0.5) * (2 * kLength / kBays);
         const double z = i % 2 == 0 ? -kAisle : kAisle;
         mesh.add_box({x - 0.6, 0, z - 0.6}, {x + 0.6, 0.35, z + 0.6}, rgb(150, 144, 130));
-        mesh.add_tube({x, 0.35, z}, {x, kHeight, z}, 0.38, 0.46, tube, rgb(186, 176, 156));
+        mesh.add_tube({x, 0.35, z}, {x, kHeight, z}, 0.38, 0.46, sides, segments,
+                      rgb(186, 176, 156));
     }
 }
 
@@ -235,7 +223,7 @@ void add_blocks(SwayingMesh& mesh, std::uint64_t triangles) {
 
 DeformingMesh make_hall(std::uint64_t triangles) {
     SwayingMesh mesh;
-    mesh.add_room({-kLength, 0, -kWidth}, {kLength, kHeight, kWidth}, rgb(168, 160, 146));
+    mesh.add_box({-kLength, 0, -kWidth}, {kLength, kHeight, kWidth}, rgb(168, 160, 146), true);
     add_beams(mesh, std::min<std::uint64_t>(triangles / 400, 400));
     add_columns(mesh, triangles / 2);
     const std::uint64_t banners = triangles / 5;

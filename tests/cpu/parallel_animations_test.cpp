@@ -59,9 +59,8 @@ std::vector<FrameHashes> take_every_step(const char* scene, std::uint64_t triang
     SceneFrames frames(make_procedural(scene, triangles));
     const Topology& topology = frames.animation().topology();
     const auto tracer = cpu::make_cpu_backend({.threads = threads});
-    TreeUpdater updater(topology, frames.positions(0), *tracer, nullptr,
-                        std::make_unique<EveryStep>(), {.threads = threads},
-                        {.deterministic = true});
+    TreeUpdater updater(topology, frames.positions(0), *tracer, std::make_unique<EveryStep>(),
+                        {.threads = threads}, {.deterministic = true});
     std::vector<FrameHashes> hashes;
     for (int frame = 1; frame <= 6; ++frame) {
         const TreeUpdate& update = updater.update(frames.positions(2 * frame));

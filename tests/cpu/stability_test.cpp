@@ -36,7 +36,7 @@ TEST_P(HardMotion, LeavesTheBytesOfAFreshRefit) {
 TEST(TreeUpdater, RefusesAPoseOfAnotherTopology) {
     const Motion motion = hard_motions().front();
     const auto tracer = cpu::make_cpu_backend();
-    TreeUpdater updater(motion.topology, motion.poses[0], *tracer, nullptr,
+    TreeUpdater updater(motion.topology, motion.poses[0], *tracer,
                         make_update_policy({PolicyKind::kAuto}), {}, {});
     for (const std::size_t count : {motion.poses[0].size() - 1, motion.poses[0].size() + 1}) {
         EXPECT_THROW(updater.update(std::vector<vec3>(count)), Error);

@@ -92,8 +92,7 @@ TEST(Holes, AreTheSameOnEveryDeviceOfTheCpu) {
     }();
     for (const View& view : views()) {
         const Image image = scene.render(view);
-        for (const Scene& other : others)
-            EXPECT_TRUE(morphray::compare(image, other.render(view)).equal());
+        for (const Scene& other : others) expect_same_image(image, other.render(view));
     }
 }
 

@@ -59,8 +59,8 @@ public:
                       const UpdateConfig& config, int threads, std::unique_ptr<Backend> tracer)
         : frames_(frames),
           tracer_(std::move(tracer)),
-          updater_(frames.animation().topology(), frames.positions(first_frame), *tracer_, nullptr,
-                   policy, {.threads = threads}, config),
+          updater_(frames.animation().topology(), frames.positions(first_frame), *tracer_, policy,
+                   {.threads = threads}, config),
           current_(first_frame) {}
 
     /// Does nothing if the first call is for the frame of the build.

@@ -58,7 +58,7 @@ void expect_hits_of_brute_force(const Motion& motion, Backend& tracer, Backend& 
     for (const char* policy : {"refit", "rebuild", "every:3", "auto"}) {
         // A budget that sends some builds in the background.
         const UpdateConfig config{.deterministic = true, .budget = 0.02};
-        TreeUpdater updater(motion.topology, start, tracer, nullptr,
+        TreeUpdater updater(motion.topology, start, tracer,
                             make_update_policy(parse_policy(policy), config), {}, config);
         for (std::size_t pose = 0; pose < motion.poses.size(); ++pose) {
             const std::vector<vec3>& positions = motion.poses[pose];
@@ -77,7 +77,7 @@ void expect_hits_of_brute_force(const Motion& motion, Backend& tracer, Backend& 
 
 std::vector<std::string> counted_decisions(const Motion& motion, Backend& tracer) {
     const UpdateConfig config{.deterministic = true, .budget = 0.02};
-    TreeUpdater updater(motion.topology, motion.poses[motion.build_at], tracer, nullptr,
+    TreeUpdater updater(motion.topology, motion.poses[motion.build_at], tracer,
                         make_update_policy({PolicyKind::kAuto}, config), {}, config);
     std::vector<std::string> decisions;
     for (std::size_t pose = 0; pose < motion.poses.size(); ++pose) {

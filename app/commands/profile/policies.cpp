@@ -89,8 +89,8 @@ std::vector<Played> play(const ProfileOptions& options, const PolicySpec& policy
                          SceneFrames& scene, const std::vector<double>& frames, Backend& backend,
                          const std::function<void()>& on_frame) {
     const double build_at = options.tree.build_at.value_or(frames.front());
-    TreeUpdater updater(scene.animation().topology(), scene.positions(build_at), backend, nullptr,
-                        policy, build_config(options.backend), {.record_cost_ratio = true});
+    TreeUpdater updater(scene.animation().topology(), scene.positions(build_at), backend, policy,
+                        build_config(options.backend), {.record_cost_ratio = true});
     // The first trace of a scene is slower than all others.
     Frame image;
     backend.trace_image(scene.image_params(options.view), image);

@@ -64,8 +64,6 @@ struct SceneOptions {
     /// they are empty or not within the range of floats.
     std::optional<Box> bounds = {};
     UpdatePolicy update = Auto{};
-    /// The device that refits, if it is not the one that traces.
-    std::optional<Device> refit_on = {};
     /// Find the cost ratio at each update, even if the policy does not need it.
     bool record_cost_ratio = false;
     /// If it is given, a tree that build() or update() builds is given up soon after another thread
@@ -291,9 +289,8 @@ public:
     void render(const View& view, Image& image) const;
 
     /// A scene over the same meshes with a copy of this tree on another device, at the current
-    /// pose. Afterwards both go their own ways. It has the same options, but for these: it refits
-    /// where it traces, and `cancel` takes the place of SceneOptions::cancel. Throws what build()
-    /// throws.
+    /// pose. Afterwards both go their own ways. It has the same options, but `cancel` takes the
+    /// place of SceneOptions::cancel. Throws what build() throws.
     Scene on(const Device& device, const std::atomic<bool>* cancel = nullptr) const;
 
     /// Reads the tree back from a device, which takes O(n).

@@ -45,12 +45,10 @@ std::unique_ptr<PyScene> make_scene(const py::object& points, const py::object& 
                                     const std::optional<std::pair<Point, Point>>& bounds,
                                     const std::string& update, double budget_ms, double budget,
                                     bool deterministic, bool deforms, const py::object& albedo,
-                                    const std::optional<AnyDevice>& refit_on,
                                     bool record_cost_ratio, const py::object& textures) {
     SceneOptions options{.update = policy_of(update, budget_ms, budget, deterministic),
                          .record_cost_ratio = record_cost_ratio};
     if (bounds) options.bounds = Box{bounds->first, bounds->second};
-    if (refit_on) options.refit_on = device_of(*refit_on, "refit_on");
     return std::make_unique<PyScene>(meshes_of(points, triangles, deforms, albedo, textures),
                                      device_of(device, "device"), options);
 }
@@ -197,7 +195,6 @@ deterministic: for "auto", decide by counts instead of times, so that all runs d
 deforms:   whether update() reads the points again
 albedo:    for images, the linear colour of each triangle: (T, 3) uint8, or (T,) uint32 with red in
            the lowest byte. None: light grey. Copied.
-refit_on:  the device that refits, if it is not the one that traces
 record_cost_ratio: find Update.cost_ratio at each update
 textures:  for images by shading="lit", a morphray.Textures, copied. They are multiplied by albedo.
 
@@ -212,8 +209,7 @@ fit, Error "bad_input" for an index that is out of range, "bad_argument", "unava
              arg("device") = "cpu", arg("bounds") = py::none(), arg("update") = "auto",
              arg("budget_ms") = automatic.budget_ms, arg("budget") = automatic.budget,
              arg("deterministic") = false, arg("deforms") = true, arg("albedo") = py::none(),
-             arg("refit_on") = py::none(), arg("record_cost_ratio") = false,
-             arg("textures") = py::none())
+             arg("record_cost_ratio") = false, arg("textures") = py::none())
         .def("update", &update,
              R"(Brings the tree to the points, which it reads again. Returns an Update.
 

@@ -24,7 +24,6 @@ import numpy as _np
 from ._morphray import (
     INVALID_ID,
     Cancel,
-    Comparison,
     Device,
     Error,
     Image,
@@ -34,7 +33,6 @@ from ._morphray import (
     VulkanDeviceInfo,
     __version__,
     closest_dtype,
-    compare,
     hit_dtype,
     ray_dtype,
     simd_targets,

@@ -11,7 +11,6 @@
 
 #include "common/scene/mesh.h"
 #include "common/scene/textures.h"
-#include "common/scene_queries.h"
 #include "common/update/replace_triangles.h"
 #include "cpu/image/texture.h"
 #include "morphray/geometry.hpp"
@@ -82,11 +81,6 @@ public:
 
     /// Of meshes with triangles, ascending.
     std::span<const std::uint32_t> first_prims() const { return first_prims_; }
-
-    /// Those with is_visible[geom_id] != 0.
-    mray::VisibleMeshes visible(std::span<const std::uint8_t> is_visible) const {
-        return {first_prims_, geometry_ids_, is_visible};
-    }
 
     /// What has changed since a list that this one was made of by changes.
     mray::TopologyChange change_since(const MeshList& before) const;

@@ -47,7 +47,7 @@ std::vector<vec3> turned(const TestScene& scene, int step) {
 
 struct Rig {
     explicit Rig(std::vector<UpdateDecision> script, const UpdateConfig& config = {})
-        : updater(scene.topology(), scene.positions(), *tracer, nullptr,
+        : updater(scene.topology(), scene.positions(), *tracer,
                   std::make_unique<Scripted>(std::move(script)), {}, config) {}
 
     TreeStep update(const std::vector<vec3>& positions) {
@@ -122,7 +122,7 @@ TEST(TreeUpdater, CountsARestructuringAboveARefitAndBelowABuild) {
     const TestScene scene = random_soup(3000, 0.1, 8);
     const std::unique_ptr<Backend> tracer = cpu::make_cpu_backend();
     std::vector<FrameCost> costs;
-    TreeUpdater updater(scene.topology(), scene.positions(), *tracer, nullptr,
+    TreeUpdater updater(scene.topology(), scene.positions(), *tracer,
                         std::make_unique<KeepsCosts>(costs), {}, {.deterministic = true});
     for (int step = 1; step <= 2; ++step) {
         updater.update(turned(scene, step));
@@ -140,7 +140,7 @@ TEST(TreeUpdater, TellsThePolicyEachMillisecondOfAnUpdateOnce) {
     const TestScene scene = random_soup(3000, 0.1, 8);
     const std::unique_ptr<Backend> tracer = cpu::make_cpu_backend();
     std::vector<FrameCost> costs;
-    TreeUpdater updater(scene.topology(), scene.positions(), *tracer, nullptr,
+    TreeUpdater updater(scene.topology(), scene.positions(), *tracer,
                         std::make_unique<KeepsCosts>(costs), {}, {});
     for (int frame = 0; frame < 3; ++frame) {
         updater.update(turned(scene, 1 + frame));
@@ -176,7 +176,7 @@ private:
 TEST(TreeUpdater, BackgroundBuildThatIsOlderThanTheTreeIsDropped) {
     const TestScene scene = random_soup(3000, 0.1, 8);
     const auto tracer = cpu::make_cpu_backend();
-    TreeUpdater updater(scene.topology(), scene.positions(), *tracer, nullptr,
+    TreeUpdater updater(scene.topology(), scene.positions(), *tracer,
                         std::make_unique<RebuildsMeanwhile>(), {}, {});
     EXPECT_EQ(updater.update(turned(scene, 1)).step, TreeStep::kRefitted);
     EXPECT_EQ(updater.update(turned(scene, 2)).step, TreeStep::kRebuilt);
@@ -207,33 +207,12 @@ TEST(TreeUpdater, CostRatioOfACopiedTreeIsThatSinceItsBuild) {
     Rig rig({});
     const auto tracer = cpu::make_cpu_backend();
     const Bvh tree = rig.updater.tree();
-    TreeUpdater copied(rig.scene.topology(), rig.scene.positions(), *tracer, nullptr,
+    TreeUpdater copied(rig.scene.topology(), rig.scene.positions(), *tracer,
                        std::make_unique<Scripted>(std::vector<UpdateDecision>{}), {}, {}, &tree);
     rig.update(turned(rig.scene, 3));
     copied.update(turned(rig.scene, 3));
     EXPECT_GT(copied.last().cost_ratio, 1.2);
     EXPECT_EQ(copied.last().cost_ratio, rig.updater.last().cost_ratio);
-}
-
-TEST(TreeUpdater, ARefitterBesideTheTracerGivesItTheSameTree) {
-    const TestScene scene = random_soup(2000, 0.1, 9);
-    const auto tracer = cpu::make_cpu_backend();
-    const auto refitter = cpu::make_cpu_backend();
-    const auto alone = cpu::make_cpu_backend();
-    for (const char* policy : {"refit", "rebuild", "every:2", "auto"}) {
-        const UpdateConfig config{.deterministic = true};
-        TreeUpdater with(scene.topology(), scene.positions(), *tracer, refitter.get(),
-                         make_update_policy(parse_policy(policy), config), {}, config);
-        TreeUpdater without(scene.topology(), scene.positions(), *alone, nullptr,
-                            make_update_policy(parse_policy(policy), config), {}, config);
-        for (int step = 0; step < 4; ++step) {
-            EXPECT_EQ(with.update(turned(scene, step)).step,
-                      without.update(turned(scene, step)).step);
-            EXPECT_EQ(bvh_hash(with.tree()), bvh_hash(without.tree())) << policy << step;
-            with.frame_done(last_trace(*tracer));
-            without.frame_done(last_trace(*alone));
-        }
-    }
 }
 
 }  // namespace

@@ -99,7 +99,7 @@ void Referee::prepare(const Variant& variant) {
 std::unique_ptr<TreeUpdater> Referee::travel(Backend& backend) {
     const auto& journey = scene_->journey();
     auto updater =
-        std::make_unique<TreeUpdater>(scene_->topology(), journey.front(), backend, nullptr,
+        std::make_unique<TreeUpdater>(scene_->topology(), journey.front(), backend,
                                       make_update_policy({PolicyKind::kAuto}, auto_config()),
                                       BuildConfig{.threads = 1}, auto_config());
     for (const auto& positions : journey) {

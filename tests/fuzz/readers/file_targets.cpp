@@ -35,13 +35,11 @@ constexpr const char* kName = "case.mtl";
 
 std::string broken_material(const Material& material) {
     constexpr Albedo kLargest = 0x00FFFFFF;
-    if (material.albedo > kLargest || material.textured_albedo > kLargest)
-        return "an albedo of more than 24 bits";
-    if (material.map == nullptr) return {};
-    for (int axis = 0; axis < 2; ++axis)
-        if (!std::isfinite(material.map->scale[axis]) || !std::isfinite(material.map->offset[axis]))
+    if (material.albedo > kLargest) return "an albedo of more than 24 bits";
+    for (std::size_t axis = 0; axis < 2; ++axis)
+        if (!std::isfinite(material.scale[axis]) || !std::isfinite(material.offset[axis]))
             return "texture coordinates that are not finite";
-    return material.map->file.empty() ? "a texture without a name" : "";
+    return {};
 }
 
 }  // namespace
@@ -77,14 +75,13 @@ std::string jpeg_failure(std::string_view bytes) {
 
 std::string mtl_failure(std::string_view bytes) {
     return failure_of(kName, [&](bool) {
-        WarningJudge warnings;
         MaterialMap materials;
-        read_mtl_text(bytes, kName, kName, warnings.function(), materials);
+        read_mtl_text(bytes, kName, materials);
         for (const auto& [name, material] : materials) {
             std::string failure = broken_material(material);
             if (!failure.empty()) return failure;
         }
-        return warnings.failure();
+        return std::string();
     });
 }
 
