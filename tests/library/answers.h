@@ -183,6 +183,7 @@ public:
         calls = {
             {"intersect", [&] { scene.intersect(rays, hits_, {.cancel = flag}); }},
             {"occluded", [&] { scene.occluded(rays, bytes_, {.cancel = flag}); }},
+            {"compare", [&] { compare(scene, scene, rays, 10, {.cancel = flag}); }},
             {"intersect_all", [&] { scene.intersect_all(rays, {}, {.cancel = flag}); }},
             {"count", [&] { scene.count(rays, counts_, Crossing::once, {.cancel = flag}); }},
             {"winding", [&] { scene.winding(points, windings_, {.cancel = flag}); }},

@@ -116,6 +116,8 @@ TEST(LibraryErrors, RefuseImpossibleViews) {
     EXPECT_EQ(error_of([] { morphray::write_png("image.png", {}); }), "bad_argument");
     morphray::Image image = scene.render({.width = 2, .height = 2});
     EXPECT_EQ(error_of([&] { morphray::write_png("/no/such/folder/image.png", image); }), "output");
+    EXPECT_EQ(error_of([&] { morphray::compare(image, scene.render({.width = 4, .height = 1})); }),
+              "bad_argument");
 }
 
 TEST(LibraryErrors, RefuseScenesThatWereMovedFrom) {

@@ -217,5 +217,22 @@ TEST(Queries, TrianglesWithoutAreaAreHitOnlyIfTheirCornersDiffer) {
     }
 }
 
+TEST(Compare, NamesTheFirstHitsThatDiffer) {
+    UserMesh mesh(icosphere(2));
+    const Scene scene = Scene::build(mesh.view());
+    UserMesh other = mesh;
+    for (morphray::Vec3& p : other.points) p.z *= 0.5f;
+    const Scene changed = Scene::build(other.view());
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 500, 9);
+    EXPECT_TRUE(morphray::compare(scene, scene, rays).equal());
+    const morphray::Comparison comparison = morphray::compare(scene, changed, rays, 3);
+    EXPECT_FALSE(comparison.equal());
+    EXPECT_EQ(comparison.compared, 500u);
+    EXPECT_EQ(comparison.differences.size(), 3u);
+    EXPECT_NE(morphray::describe(comparison).find(" of 500 differ\n"), std::string::npos);
+    EXPECT_EQ(comparison.differences[0].first,
+              scene.intersect(rays[comparison.differences[0].index]));
+}
+
 }  // namespace
 }  // namespace mray::test

@@ -77,12 +77,6 @@ inline void expect_same_hits(const std::vector<morphray::Hit>& a,
     EXPECT_EQ(different, 0u) << what;
 }
 
-inline void expect_same_image(const morphray::Image& a, const morphray::Image& b) {
-    expect_same_hits(a.hits, b.hits);
-    EXPECT_EQ(a.occlusion, b.occlusion);
-    EXPECT_EQ(a.pixels, b.pixels);
-}
-
 /// The line of the error that `work` throws, or "none".
 template <class Work>
 std::string message_of(Work work) {

@@ -50,6 +50,7 @@ struct Answers {
     std::uint64_t sizes = 0;
     double lower = 0;
     morphray::Step step = {};
+    std::uint64_t compared = 0;
 
     bool operator==(const Answers&) const = default;
 };
@@ -104,6 +105,10 @@ std::vector<std::function<void()>> calls_of(const Scene& scene,
         [&] { a.sizes = scene.triangle_count() + scene.vertex_count(); },
         [&] { a.lower = scene.bounds().lower[0]; },
         [&] { a.step = scene.last_update().step; },
+        [&] {
+            const morphray::Comparison comparison = compare(scene, scene, rays);
+            a.compared = comparison.compared - comparison.different;
+        },
     };
 }
 

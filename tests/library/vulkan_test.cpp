@@ -32,9 +32,9 @@ TEST(LibraryOnVulkan, AnswersAsTheCpu) {
     Scene twin = scene.on(Device::cpu());
     const std::vector<morphray::Ray> rays = world_rays(mesh, 3000, 30);
     for (int pose = 0; pose < 3; ++pose) {
-        const std::vector<morphray::Hit> hits = hits_of(scene, rays);
-        EXPECT_EQ(hits, hits_of(twin, rays));
-        EXPECT_GT(count_hits(hits), 1000u);
+        const morphray::Comparison hits = morphray::compare(scene, twin, rays);
+        EXPECT_TRUE(hits.equal()) << morphray::describe(hits);
+        EXPECT_GT(count_hits(hits_of(scene, rays)), 1000u);
         std::vector<std::uint8_t> dark(rays.size());
         std::vector<std::uint8_t> dark_on_cpu(rays.size());
         scene.occluded(rays, std::span<std::uint8_t>(dark));
@@ -43,7 +43,8 @@ TEST(LibraryOnVulkan, AnswersAsTheCpu) {
         EXPECT_EQ(scene.intersect(rays[5]), twin.intersect(rays[5]));
         EXPECT_EQ(scene.occluded(rays[5]), twin.occluded(rays[5]));
         const morphray::View view{.width = 64, .height = 48, .rays = morphray::Rays::shadow};
-        expect_same_image(scene.render(view), twin.render(view));
+        const morphray::Comparison image = morphray::compare(scene.render(view), twin.render(view));
+        EXPECT_TRUE(image.equal()) << morphray::describe(image);
         EXPECT_EQ(scene.tree_statistics().hash, twin.tree_statistics().hash);
         grow(mesh, 1.3f);
         EXPECT_EQ(scene.update().step, morphray::Step::refit);
@@ -84,7 +85,9 @@ TEST(LibraryOnVulkan, LetsLightThroughHolesAsTheCpu) {
     const Scene twin = scene.on(Device::cpu());
     for (const std::uint32_t ao_count : {0u, 3u}) {
         const morphray::View view = view_of_leaves(4, ao_count);
-        expect_same_image(scene.render(view), twin.render(view));
+        const morphray::Comparison images =
+            morphray::compare(scene.render(view), twin.render(view));
+        EXPECT_TRUE(images.equal()) << morphray::describe(images);
     }
 }
 
@@ -115,7 +118,9 @@ TEST(LibraryOnVulkan, LitImagesAreThoseOfTheCpu) {
                                       .rays = morphray::Rays::shadow,
                                       .shading = shading,
                                       .ao_count = shading == morphray::Shading::lit ? ao_count : 3};
-            expect_same_image(scene.render(view), twin.render(view));
+            const morphray::Comparison image =
+                morphray::compare(scene.render(view), twin.render(view));
+            EXPECT_TRUE(image.equal()) << morphray::describe(image);
         }
     }
 }

@@ -1,6 +1,8 @@
-// morphray.Image.
+// morphray.Image and morphray.compare().
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <filesystem>
 
 #include "library/python/module/arrays.h"
@@ -42,6 +44,53 @@ py::array occlusion_of(const py::object& self) {
     const auto& image = self.cast<const Image&>();
     return view(py::dtype::of<std::uint32_t>(), sample_shape_of(image), image.occlusion.data(),
                 self);
+}
+
+Comparison compare_scenes(PyScene& first, PyScene& second, const QueryArray& rays,
+                          std::size_t keep) {
+    Comparison result;
+    const auto compare_in = [&](const Scene& a, const Scene& b,
+                                const std::atomic<bool>* cancelled) {
+        // One batch: the hits of both take more memory than converted rays.
+        for_each_batch(rays, rays.count, [&](std::size_t, std::span<const Ray> batch) {
+            result = compare(a, b, batch, keep, {.cancel = cancelled});
+        });
+    };
+    first.query(rays.count, nullptr, [&](const Scene& a, const std::atomic<bool>* cancelled) {
+        if (&first == &second) return compare_in(a, a, cancelled);
+        const std::shared_lock lock = second.query_lock();
+        compare_in(a, second.scene(), cancelled);
+    });
+    return result;
+}
+
+Comparison compare_any(const py::object& first, const py::object& second, const py::object& rays,
+                       std::size_t keep) {
+    if (py::isinstance<PyScene>(first) && py::isinstance<PyScene>(second)) {
+        if (rays.is_none()) throw py::type_error("compare: two scenes need rays to compare");
+        return compare_scenes(first.cast<PyScene&>(), second.cast<PyScene&>(), rays_of(rays), keep);
+    }
+    if (py::isinstance<Image>(first) && py::isinstance<Image>(second)) {
+        if (!rays.is_none()) throw py::type_error("compare: two images take no rays");
+        const auto& a = first.cast<const Image&>();
+        const auto& b = second.cast<const Image&>();
+        const GilRelease release;
+        return compare(a, b, keep);
+    }
+    throw py::type_error("compare: two scenes or two images are needed");
+}
+
+py::array differences_of(const Comparison& comparison) {
+    py::list fields;
+    fields.append(py::make_tuple("index", py::dtype::of<std::uint64_t>()));
+    fields.append(py::make_tuple("first", hit_dtype()));
+    fields.append(py::make_tuple("second", hit_dtype()));
+    const py::object dtype = py::module_::import("numpy").attr("dtype")(fields);
+    py::array array(py::reinterpret_borrow<py::dtype>(dtype),
+                    static_cast<py::ssize_t>(comparison.differences.size()));
+    static_assert(sizeof(HitDifference) == 48 && offsetof(HitDifference, second) == 28);
+    std::ranges::copy(comparison.differences, static_cast<HitDifference*>(array.mutable_data()));
+    return array;
 }
 
 }  // namespace
@@ -86,6 +135,29 @@ t is the depth along the viewing direction. Several samples a pixel are a square
             return "<morphray.Image " + std::to_string(image.width) + "x" +
                    std::to_string(image.height) + ">";
         });
+
+    py::class_<Comparison>(
+        module, "Comparison",
+        "The hits that differ in any bit. True if there are any; str() has the first ones.")
+        .def_readonly("compared", &Comparison::compared, "The number of rays or pixels.")
+        .def_readonly("different", &Comparison::different, "The number of those that differ.")
+        .def_property_readonly("equal", &Comparison::equal, "Whether none differs.")
+        .def_property_readonly(
+            "differences", &differences_of,
+            "The first ones that differ, with the fields index, first and second (hit_dtype).")
+        .def("__bool__", [](const Comparison& comparison) { return !comparison.equal(); })
+        .def("__str__", &describe)
+        .def("__repr__", [](const Comparison& comparison) {
+            return "<morphray.Comparison " + std::to_string(comparison.different) + " of " +
+                   std::to_string(comparison.compared) + " differ>";
+        });
+    module.def(
+        "compare", &compare_any,
+        R"(Compares two scenes by tracing rays in both, or two images by hits, occlusion and pixels.
+
+rays: as Scene.intersect() takes them; needed for scenes, and not taken for images
+keep: how many of those that differ Comparison.differences has at most)",
+        arg("first"), arg("second"), arg("rays") = py::none(), arg("keep") = 10);
 }
 
 }  // namespace morphray::python

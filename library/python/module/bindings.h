@@ -18,6 +18,7 @@ namespace py = pybind11;
 
 class PyScene;
 
+/// Images, and comparing them or scenes.
 void bind_images(py::module_& module);
 void bind_scene(py::module_& module);
 /// The queries of queries.hpp, as methods of Scene.

@@ -81,12 +81,13 @@ public:
     }
     std::unique_ptr<PyScene> on(const Device& device);
 
+    /// Held by queries. Throws Error(busy) during a change.
+    std::shared_lock<std::shared_mutex> query_lock();
+    const Scene& scene() const { return *scene_; }
     const Device& device() const { return scene_->device(); }
 
 private:
     PyScene() = default;
-    /// Held by queries. Throws Error(busy) during a change.
-    std::shared_lock<std::shared_mutex> query_lock();
     std::unique_lock<std::shared_mutex> change_lock();
 
     /// The arrays of points by geom_id, at the last update() and at the next one.

@@ -24,6 +24,7 @@ import numpy as _np
 from ._morphray import (
     INVALID_ID,
     Cancel,
+    Comparison,
     Device,
     Error,
     Image,
@@ -33,6 +34,7 @@ from ._morphray import (
     VulkanDeviceInfo,
     __version__,
     closest_dtype,
+    compare,
     hit_dtype,
     ray_dtype,
     simd_targets,

@@ -1,4 +1,4 @@
-"""Images."""
+"""Images and comparisons."""
 
 import struct
 
@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 import morphray
-from scenes import assert_same_bits, grid, triangle
-
-
-def assert_same_image(a, b):
-    for name in ["pixels", "hits", "occlusion"]:
-        assert_same_bits(getattr(a, name), getattr(b, name))
+from scenes import grid, random_rays, triangle
 
 
 def test_arrays_of_an_image():
@@ -33,7 +28,7 @@ def test_shading_and_samples():
     brute = scene.on("brute")
     for rays in ["shadow", "ao"]:
         view = {"size": (40, 30), "rays": rays, "ao_count": 4, "eye": (0.5, 0.4, 2)}
-        assert_same_image(scene.render(**view), brute.render(**view))
+        assert not morphray.compare(scene.render(**view), brute.render(**view))
     hashes = set()
     for shading in ["plain", "lit", "normal", "depth", "prim", "steps", "sah"]:
         view = {"size": (20, 10), "shading": shading, "samples": 4, "ao_count": 2}
@@ -41,7 +36,7 @@ def test_shading_and_samples():
         assert image.samples == 4
         assert image.pixels.shape == (10, 20, 4)
         assert image.hits.shape == (20, 40) and image.occlusion.shape == (20, 40)
-        assert_same_image(image, brute.render(**view))
+        assert not morphray.compare(image, brute.render(**view))
         hashes.add(image.image_hash)
     assert len(hashes) == 7
     smooth = scene.render((20, 10), shading="normal")
@@ -127,6 +122,24 @@ def test_images_are_saved(tmp_path):
     with pytest.raises(ValueError, match="does not end in .png"):
         image.save(tmp_path / "a.jpg")
     assert caught.value.code == "output"
+
+
+def test_comparisons_are_true_if_anything_differs():
+    points, triangles = grid(10)
+    scene = morphray.Scene(points, triangles)
+    rays = random_rays(points, 500)
+    same = morphray.compare(scene, scene, rays)
+    assert not same and same.equal and same.compared == 500 and len(same.differences) == 0
+    assert str(same) == "500 equal"
+    other = morphray.Scene(points * np.float32(0.5), triangles)
+    different = morphray.compare(scene, other, rays, keep=3)
+    assert different and not different.equal and different.different > 3
+    first = different.differences[0]
+    assert len(different.differences) == 3
+    at = first["index"]
+    assert first["first"] == scene.intersect(rays)[at]
+    assert first["second"] == other.intersect(rays)[at]
+    assert f"{different.different} of 500 differ" in str(different)
 
 
 def test_bounds_are_those_of_the_points():

@@ -44,6 +44,9 @@ def test_more_rays_than_a_batch_has():
     rays[:, 3], rays[:, 7] = 0, np.inf
     expected = scene.intersect(rays)
     assert_same_bits(scene.intersect(six(rays)), expected)
+    comparison = morphray.compare(scene, morphray.Scene(*grid(3, seed=5)), six(rays))
+    assert comparison.compared == 300_000
+    assert len(comparison.differences) == 10
 
 
 @pytest.mark.parametrize("coherence", ["none", "sort", 0, 1, 700, 2**32 - 1])

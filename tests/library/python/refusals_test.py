@@ -76,6 +76,8 @@ def test_bad_rays(rays, error, reason):
     for call in [scene.intersect, scene.occluded, scene.intersect_all, scene.count]:
         with pytest.raises(error, match=reason):
             call(rays)
+    with pytest.raises(error, match=reason):
+        morphray.compare(scene, scene, rays)
 
 
 @pytest.mark.parametrize(
@@ -251,6 +253,19 @@ def test_bad_devices():
         assert caught.value.code == code
     with pytest.raises(TypeError):
         morphray.Device()
+
+
+def test_bad_comparisons():
+    scene = morphray.Scene(POINTS, TRIANGLES)
+    image = scene.render((4, 4))
+    with pytest.raises(TypeError, match="need rays"):
+        morphray.compare(scene, scene)
+    with pytest.raises(TypeError, match="take no rays"):
+        morphray.compare(image, image, DOWN)
+    with pytest.raises(TypeError, match="two scenes or two images"):
+        morphray.compare(scene, image)
+    with pytest.raises(morphray.Error):
+        morphray.compare(image, scene.render((4, 5)))
 
 
 def test_arrays_meshes_and_errors_are_pickled():

@@ -57,6 +57,7 @@ def test_queries_release_the_gil(brute):
         (brute.signed_distance, where[:100]),
     ]:
         assert_gil_is_released(lambda: call(queries))
+    assert_gil_is_released(lambda: morphray.compare(brute, brute, rays))
     assert_gil_is_released(lambda: brute.render((64, 64)))
 
 
