@@ -19,11 +19,12 @@ expect() {
     [ "$code" = "$expected" ] || fail "exit code $code instead of $expected: $*"
 }
 
-# expect_rows DIFFERENCES: each work has a row for each tracer, with DIFFERENCES differences.
+# expect_rows DIFFERENCES: under each work is a row for each tracer, with DIFFERENCES differences.
 expect_rows() {
     local row
-    for row in 'primary +packet' 'primary +stream' 'primary +single' 'ao +stream' 'ao +single'; do
-        grep -qE "^$row .* $1$" "$scratch/out" || fail "no row of $row with $1"
+    for row in packet:1 stream:2 single:2; do
+        [ "$(grep -cE "^${row%:*} .* $1$" "$scratch/out")" = "${row#*:}" ] ||
+            fail "not ${row#*:} rows of ${row%:*} with $1"
     done
 }
 
