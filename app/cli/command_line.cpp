@@ -38,15 +38,16 @@ public:
     /// --help has the everyday options alone.
     std::string make_help(const CLI::App* app, std::string name,
                           CLI::AppFormatMode mode) const override {
-        if (mode != CLI::AppFormatMode::Normal) return Formatter::make_help(app, name, mode);
-        const auto options = app->get_options([](const CLI::Option* option) {
-            return option->nonpositional() && option->get_group() == kEveryday;
-        });
-        return make_description(app) + make_usage(app, name) + make_positionals(app) +
-               make_group(kEveryday, false, options) + make_subcommands(app, mode) + '\n' +
-               make_footer(app);
+        std::string groups;
+        for (const std::string& group : app->get_groups()) {
+            if (mode == CLI::AppFormatMode::Normal && group != kEveryday) continue;
+            groups += make_group(group, false, app->get_options([&](const CLI::Option* option) {
+                return option->nonpositional() && option->get_group() == group;
+            }));
+        }
+        return make_description(app) + make_usage(app, name) + make_positionals(app) + groups +
+               make_subcommands(app, mode) + '\n' + make_footer(app);
     }
-
     std::string make_option_opts(const CLI::Option* option) const override {
         const std::string text = option->get_option_text();
         return (text.empty() ? "" : ' ' + text) + (option->get_required() ? " REQUIRED" : "");

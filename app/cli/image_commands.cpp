@@ -149,7 +149,9 @@ void add_crosscheck(CommandAdder& adder, std::span<const std::string> arguments)
                                       kRays, options.rays);
             add_backend_options(command, options.backend, kCheckedBackends, "all");
             heading(command, "Output");
-            add_choice<Reference>(command, "--reference", "reference of the comparison (auto)",
+            add_choice<Reference>(command, "--reference",
+                                  "what the others are compared with (auto: brute force where that "
+                                  "takes seconds, else the CPU)",
                                   kReferences, options.reference);
             add_count(command, "--queries",
                       "also compare hits, windings and closest triangles of N rays and points",
