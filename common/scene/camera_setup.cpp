@@ -349,8 +349,10 @@ ViewSpec frame_object(const ViewSpec& view, std::span<const vec3> positions) {
     dvec3 target = box.centre;
     double distance = object.distance(slopes, axes, least, target);
     // The middle moves less with each step.
-    constexpr int kSteps = 6;
-    for (int step = 0; step < kSteps; ++step) {
+    constexpr int kSteps = 8;
+    constexpr double kSettled = 1e-4;
+    dvec3 shift(distance);
+    for (int step = 0; step < kSteps && glm::length(shift) > kSettled * distance; ++step) {
         constexpr double kFar = std::numeric_limits<double>::infinity();
         double left = kFar, right = -kFar, lower = kFar, upper = -kFar;
         object.for_positions(target, [&](const dvec3& p) {
@@ -362,7 +364,8 @@ ViewSpec frame_object(const ViewSpec& view, std::span<const vec3> positions) {
             lower = std::min(lower, y);
             upper = std::max(upper, y);
         });
-        target += distance / 2 * ((left + right) * axes.right + (lower + upper) * axes.up);
+        shift = distance / 2 * ((left + right) * axes.right + (lower + upper) * axes.up);
+        target += shift;
         distance = object.distance(slopes, axes, least, target);
     }
     ViewSpec framed = view;
