@@ -162,6 +162,7 @@ TEST_F(FileEngineTest, TheGroundHidesNothingFromBelowAndInOtherColours) {
     const auto pixels_of = [&](morphray::Shading shading, std::optional<bool> ground) {
         ImageRequest request = request_of(state_, 0);
         request.shading = shading;
+        request.view.ao_count = 1;
         ImageOptions options = options_;
         options.shading.ground = ground;
         Engine other(options, *animation_, messages_, signal());
