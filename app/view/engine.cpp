@@ -117,12 +117,14 @@ void Engine::run() {
     on_result_();
 }
 
-/// Brings the backend's scene to the request's frame; a change of the policy builds a new one, and
-/// so does an eye that passes the ground.
+/// Brings the backend's scene to the request's frame; a change of the policy builds a new one.
+/// There is one with the ground and one without.
 Engine::BackendScene& Engine::follow(const ImageRequest& request, BackendChoice backend) {
-    BackendScene& traced = scenes_[backend];
-    const bool ground = has_ground(options_.shading, request.view, animation_);
-    const bool is_new = !traced.scene || traced.update != request.update || traced.ground != ground;
+    ShadingOptions shading = options_.shading;
+    shading.shading = request.shading;
+    const bool ground = has_ground(shading, request.view, animation_);
+    BackendScene& traced = scenes_[{backend, ground}];
+    const bool is_new = !traced.scene || traced.update != request.update;
     if (is_new) {
         ImageOptions options = options_;
         options.backend.choice = backend;
@@ -136,7 +138,6 @@ Engine::BackendScene& Engine::follow(const ImageRequest& request, BackendChoice 
         traced.scene =
             std::make_unique<AnimationScene>(options, animation_, request.frame, messages_, stops_);
         traced.update = request.update;
-        traced.ground = ground;
     }
     if (is_new || traced.frame != request.frame) traced.scene->advance(request.frame);
     traced.frame = request.frame;
@@ -166,7 +167,7 @@ void Engine::trace(const ImageRequest& request) {
             image->panes.push_back(trace(request, backend));
         if (request.box_depth >= 0) {
             const auto depth = static_cast<std::uint32_t>(request.box_depth);
-            const AnimationScene& scene = *scenes_.at(request.backends.front()).scene;
+            const AnimationScene& scene = *follow(request, request.backends.front()).scene;
             image->boxes = call_library([&] { return scene.scene().tree_boxes(depth); });
         }
     } catch (const Error& error) {
@@ -180,7 +181,7 @@ void Engine::trace(const ImageRequest& request) {
         image->panes.clear();
         image->error = error.what();
         // A scene that failed may be of no use any more.
-        for (const BackendChoice backend : request.backends) scenes_.erase(backend);
+        scenes_.clear();
     }
     has_traced_ = true;
     image->request = request;

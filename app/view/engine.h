@@ -10,6 +10,7 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "app/animation/animation_scene.h"
 #include "app/view/state.h"
@@ -87,7 +88,6 @@ private:
     /// The animation on one backend, at the frame of the last request.
     struct BackendScene {
         PolicySpec update;
-        bool ground = false;
         double frame = 0;
         std::unique_ptr<AnimationScene> scene;
         /// Its memory is used by the next image.
@@ -107,7 +107,7 @@ private:
     std::function<void()> on_result_;
     std::atomic<bool> stops_ = false;
     /// Scenes that the engine's thread alone uses.
-    std::map<BackendChoice, BackendScene> scenes_;
+    std::map<std::pair<BackendChoice, bool>, BackendScene> scenes_;
     bool has_traced_ = false;
 
     std::mutex mutex_;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "common/base/errors.h"
@@ -198,35 +199,44 @@ bool is_finite(const vec3& p) {
     return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-// An object that stands on a ground under a light.
-struct StandingObject {
-    std::span<const vec3> positions;
-    dvec3 up;
-    double bottom;
-    dvec3 light;
+// Vertices of an object and their shadows, in radii from its middle to the right, up and forward.
+struct SeenObject {
+    std::vector<vec3> vertices;
+    std::vector<vec3> shadows;
 
-    // Calls visit(p) for the positions, seen from a point.
-    template <class Visit>
-    void for_positions(const dvec3& from, const Visit& visit) const {
-        for (const vec3& position : positions)
-            if (is_finite(position)) visit(dvec3(position) - from);
-    }
-
-    dvec3 shadow_of(const dvec3& p) const {
-        const double height = glm::dot(light - p, up);
-        return light + (p - light) * ((glm::dot(light, up) - bottom) / height);
-    }
-
-    double distance(const HalfSlopes& slopes, const Axes& axes, double least_depth,
-                    const dvec3& target) const {
-        return framing_distance(slopes, axes, least_depth, [&](const auto& visit) {
-            for_positions(target, [&](const dvec3& p) {
-                visit(p, kObjectMargin / kFramingMargin);
-                visit(shadow_of(p + target) - target, 1);
-            });
+    // Returns framing_distance() with margins for both.
+    double distance(const HalfSlopes& slopes, const dvec3& target) const {
+        const Axes axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+        return framing_distance(slopes, axes, kLeastDepth, [&](const auto& visit) {
+            for (const vec3& p : vertices) visit(dvec3(p) - target, kObjectMargin / kFramingMargin);
+            for (const vec3& p : shadows) visit(dvec3(p) - target, 1);
         });
     }
 };
+
+// `light` is in radii from the middle. The shadows are on the plane through the lowest vertex.
+SeenObject see_object(std::span<const vec3> positions, const SceneBox& box, const Axes& axes,
+                      const dvec3& up, const dvec3& light) {
+    const auto seen = [&](const dvec3& p) {
+        return vec3(
+            dvec3(glm::dot(p, axes.right), glm::dot(p, axes.up), glm::dot(p, axes.forward)));
+    };
+    SeenObject object;
+    double bottom = std::numeric_limits<double>::infinity();
+    for (const vec3& position : positions) {
+        if (!is_finite(position)) continue;
+        const dvec3 p = (dvec3(position) - box.centre) / box.radius();
+        bottom = std::min(bottom, glm::dot(p, up));
+    }
+    for (const vec3& position : positions) {
+        if (!is_finite(position)) continue;
+        const dvec3 p = (dvec3(position) - box.centre) / box.radius();
+        const double part = (glm::dot(light, up) - bottom) / glm::dot(light - p, up);
+        object.vertices.push_back(seen(p));
+        object.shadows.push_back(seen(light + part * (p - light)));
+    }
+    return object;
+}
 
 // Throws an error with this text unless the view is as it must be.
 template <class... Values>
@@ -336,39 +346,36 @@ ViewSpec frame_object(const ViewSpec& view, std::span<const vec3> positions) {
     if (bounds.empty() || !(glm::length(up) > 0)) return view;
     const SceneBox box = scene_box(bounds);
     const Axes axes = axes_of(-direction_of(default_side(up)), up);
-    StandingObject object{positions, up, std::numeric_limits<double>::infinity(), {}};
-    object.for_positions({0, 0, 0}, [&](const dvec3& p) {
-        object.bottom = std::min(object.bottom, glm::dot(p, up));
-    });
     const dvec3 front = glm::cross(axes.right, up);
-    const dvec3 to_light = direction_of(up - kLightLeft * axes.right + kLightFront * front);
-    object.light = box.centre + kLightDistance * box.radius() * to_light;
+    const dvec3 light =
+        kLightDistance * direction_of(up - kLightLeft * axes.right + kLightFront * front);
+    const SeenObject object = see_object(positions, box, axes, up, light);
 
     const HalfSlopes slopes = framing_slopes(view);
-    const double least = kLeastDepth * box.radius();
-    dvec3 target = box.centre;
-    double distance = object.distance(slopes, axes, least, target);
+    dvec3 target(0, 0, 0);
+    double distance = object.distance(slopes, target);
     // The middle moves less with each step.
-    constexpr int kSteps = 6;
-    for (int step = 0; step < kSteps; ++step) {
-        constexpr double kFar = std::numeric_limits<double>::infinity();
-        double left = kFar, right = -kFar, lower = kFar, upper = -kFar;
-        object.for_positions(target, [&](const dvec3& p) {
-            const double depth = distance + glm::dot(p, axes.forward);
-            const double x = glm::dot(p, axes.right) / depth;
-            const double y = glm::dot(p, axes.up) / depth;
-            left = std::min(left, x);
-            right = std::max(right, x);
-            lower = std::min(lower, y);
-            upper = std::max(upper, y);
-        });
-        target += distance / 2 * ((left + right) * axes.right + (lower + upper) * axes.up);
-        distance = object.distance(slopes, axes, least, target);
+    constexpr int kSteps = 8;
+    constexpr double kSettled = 1e-4;
+    dvec3 shift(distance);
+    for (int step = 0; step < kSteps && glm::length(shift) > kSettled * distance; ++step) {
+        dvec3 lower(std::numeric_limits<double>::infinity());
+        dvec3 upper = -lower;
+        for (const vec3& vertex : object.vertices) {
+            const dvec3 p = dvec3(vertex) - target;
+            const dvec3 slope = p / (distance + p.z);
+            lower = glm::min(lower, slope);
+            upper = glm::max(upper, slope);
+        }
+        shift = distance / 2 * dvec3(lower.x + upper.x, lower.y + upper.y, 0);
+        target += shift;
+        distance = object.distance(slopes, target);
     }
+    const dvec3 middle = box.centre + box.radius() * (target.x * axes.right + target.y * axes.up);
     ViewSpec framed = view;
-    framed.eye = to_point(target - distance * axes.forward);
-    framed.target = to_point(target);
-    if (!view.light) framed.light = to_point(object.light);
+    framed.eye = to_point(middle - box.radius() * distance * axes.forward);
+    framed.target = to_point(middle);
+    if (!view.light) framed.light = to_point(box.centre + box.radius() * light);
     return framed;
 }
 

@@ -27,7 +27,7 @@ struct FrameHashes {
     bool operator==(const FrameHashes&) const = default;
 };
 
-ImageParams params_of(const SceneFrames& frames) {
+ImageParams params_of(SceneFrames& frames) {
     ViewSpec view;
     view.width = 96;
     view.height = 64;

@@ -110,7 +110,7 @@ TEST(Exr, ColoursAreThoseOfThePngButLinear) {
     EXPECT_EQ(
         source->value(),
         "morphray render builtin:cloth:800 --frames 9 --size 24x24 --ao-samples 8 --shading lit "
-        "--samples 4");
+        "--samples 4 --ground off");
 }
 
 TEST(Exr, TheBytesDoNotDependOnTheBackend) {

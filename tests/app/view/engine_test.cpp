@@ -11,6 +11,8 @@
 #include "app/cli/command_line.h"
 #include "common/base/errors.h"
 #include "scenes/animation.h"
+#include "tests/app/scenes.h"
+#include "tests/support/temporary_folder.h"
 
 namespace mray::app {
 namespace {
@@ -143,6 +145,35 @@ TEST_F(EngineTest, AnErrorOfTheFirstRequestIsThrown) {
     bad.view.target = bad.view.eye;
     engine.post(bad);
     EXPECT_THROW(wait_for_image(engine), Error);
+}
+
+const test::TemporaryFolder& folder() {
+    static const test::TemporaryFolder folder;
+    return folder;
+}
+
+class FileEngineTest : public EngineTest {
+protected:
+    FileEngineTest() : EngineTest(folder().write("a.obj", test::cube())) {}
+};
+
+TEST_F(FileEngineTest, TheGroundHidesNothingFromBelowAndInOtherColours) {
+    Engine engine(options_, *animation_, messages_, signal());
+    const auto pixels_of = [&](morphray::Shading shading, std::optional<bool> ground) {
+        ImageRequest request = request_of(state_, 0);
+        request.shading = shading;
+        request.view.ao_count = 1;
+        ImageOptions options = options_;
+        options.shading.ground = ground;
+        Engine other(options, *animation_, messages_, signal());
+        (ground ? other : engine).post(request);
+        return wait_for(ground ? other : engine, request)->panes.at(0).pixels;
+    };
+    using morphray::Shading;
+    EXPECT_EQ(pixels_of(Shading::lit, {}), pixels_of(Shading::lit, true));
+    EXPECT_EQ(pixels_of(Shading::depth, {}), pixels_of(Shading::depth, false));
+    state_.camera.orbit(0, -1);
+    EXPECT_EQ(pixels_of(Shading::lit, {}), pixels_of(Shading::lit, false));
 }
 
 TEST_F(EngineTest, BoxesAreThoseOfTheTree) {
