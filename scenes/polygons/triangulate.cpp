@@ -1,12 +1,8 @@
 #include "scenes/polygons/triangulate.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include "common/base/errors.h"
 
 namespace mray {
 namespace {
@@ -32,20 +28,16 @@ bool in_triangle(PlanePoint p, PlanePoint a, PlanePoint b, PlanePoint c) {
 /// Ear clipping, which keeps its memory from one polygon to the next.
 ///
 /// Based on: G. H. Meisters. Polygons have ears. 1975; D. Eberly. Triangulation by ear clipping.
-/// 2002. Changed: ears are cut in the order of a queue, those with area before those without, and
-/// the steps are bounded.
+/// 2002. Changed: ears are cut in the order of a queue, those with area before those without.
 class EarClipper {
 public:
     /// Appends n - 2 triangles of the indices of `points`, the n corners of a polygon in
     /// counter-clockwise order, n >= 3, all finite. If no ear is left because edges cross, the rest
-    /// becomes a fan. Returns false and appends nothing if that takes more than max_steps.
-    bool animation(std::span<const PlanePoint> points, std::size_t max_steps,
-                   std::vector<uvec3>& triangles) {
+    /// becomes a fan.
+    void clip(std::span<const PlanePoint> points, std::vector<uvec3>& triangles) {
         const auto count = static_cast<std::uint32_t>(points.size());
-        const std::size_t appended_from = triangles.size();
         points_ = points;
         left_ = count;
-        steps_left_ = max_steps;
         previous_.resize(count);
         next_.resize(count);
         place_.resize(count);
@@ -62,17 +54,14 @@ public:
         // cut only if there is no other; that may expose ears with area.
         for (std::uint32_t before = count + 1; left_ > 3 && left_ < before;) {
             before = left_;
-            if (!clip_ears(true, triangles) || !clip_ears(false, triangles)) {
-                triangles.resize(appended_from);
-                return false;
-            }
+            clip_ears(true, triangles);
+            clip_ears(false, triangles);
         }
         std::uint32_t apex = 0;
         while (gone_[apex]) ++apex;
         for (std::uint32_t i = next_[apex]; next_[i] != apex; i = next_[i]) {
             triangles.emplace_back(apex, i, next_[i]);
         }
-        return true;
     }
 
 private:
@@ -83,13 +72,12 @@ private:
     }
     /// Whether a reflex corner lies in the triangle of this corner and its neighbours. Testing
     /// the reflex corners suffices: if any corner lies inside, a reflex one does.
-    bool blocked(std::uint32_t corner) {
+    bool blocked(std::uint32_t corner) const {
         const PlanePoint a = points_[previous_[corner]];
         const PlanePoint b = points_[corner];
         const PlanePoint c = points_[next_[corner]];
         const PlanePoint lower = {std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y})};
         const PlanePoint upper = {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y})};
-        steps_left_ -= std::min(steps_left_, reflex_.size());
         return std::any_of(reflex_.begin(), reflex_.end(), [&](std::uint32_t other) {
             const PlanePoint p = points_[other];
             return p.x >= lower.x && p.x <= upper.x && p.y >= lower.y && p.y <= upper.y &&
@@ -97,8 +85,8 @@ private:
         });
     }
     /// Cuts ears until no corner is left to try. Cutting one changes its neighbours only, so only
-    /// they are tried again. Returns false if the steps are used up.
-    bool clip_ears(bool with_area, std::vector<uvec3>& triangles) {
+    /// they are tried again.
+    void clip_ears(bool with_area, std::vector<uvec3>& triangles) {
         queue_.clear();
         for (std::uint32_t i = 0; i < points_.size(); ++i) {
             if (!gone_[i]) enqueue(i);
@@ -106,14 +94,11 @@ private:
         for (std::size_t head = 0; head < queue_.size() && left_ > 3; ++head) {
             const std::uint32_t corner = queue_[head];
             if (gone_[corner] || place_[corner] != head) continue;
-            if (steps_left_ == 0) return false;
-            --steps_left_;
             const double area = turn(corner);
             if (with_area ? !(area > 0) || blocked(corner) : area != 0) continue;
             triangles.emplace_back(previous_[corner], corner, next_[corner]);
             remove(corner);
         }
-        return steps_left_ > 0;
     }
     /// A corner that is queued already moves to the end: cutting neighbours one after the other
     /// would make a fan, whose long triangles meet many reflex corners.
@@ -150,7 +135,6 @@ private:
     /// By corner: its last place in queue_, which is the valid one.
     std::vector<std::size_t> place_;
     std::uint32_t left_ = 0;
-    std::size_t steps_left_ = 0;
 };
 
 using Corners = std::span<const std::uint32_t>;
@@ -202,14 +186,12 @@ bool fan_covers(std::span<const PlanePoint> points) {
 }  // namespace
 
 std::vector<uvec3> triangulate(const Polygons& faces, std::span<const vec3> positions,
-                               const std::string& name, bool lenient, const WarnFunction& warn,
                                std::vector<uvec3>* corners_of_triangles) {
     std::vector<uvec3> triangles;
     triangles.reserve(faces.corners.size() - 2 * faces.corner_counts.size());
     EarClipper clipper;
     std::vector<PlanePoint> points;
     std::vector<uvec3> ears;
-    WarningCount intricate;
     std::uint32_t first = 0;
     for (std::size_t face = 0; face < faces.corner_counts.size(); ++face) {
         const std::uint32_t count = faces.corner_counts[face];
@@ -219,25 +201,14 @@ std::vector<uvec3> triangulate(const Polygons& faces, std::span<const vec3> posi
             if (corners_of_triangles != nullptr)
                 corners_of_triangles->emplace_back(first + a, first + b, first + c);
         };
-        bool is_fan = count == 3 || !project(corners, positions, points) || fan_covers(points);
+        const bool is_fan =
+            count == 3 || !project(corners, positions, points) || fan_covers(points);
         ears.clear();
-        if (!is_fan && !clipper.animation(points, kTriangulationStepsPerCorner * count, ears)) {
-            const auto what = [&] {
-                return fmt::format("face {} of {} corners is too intricate to triangulate",
-                                   face + 1, count);
-            };
-            if (!lenient) {
-                throw Error(ErrorKind::kBadInput,
-                            fmt::format("{}: {}; write triangles instead", name, what()));
-            }
-            intricate.add([&] { return Warning{name, what()}; });
-            is_fan = true;
-        }
+        if (!is_fan) clipper.clip(points, ears);
         for (std::uint32_t i = 1; is_fan && i + 1 < count; ++i) add(0, i, i + 1);
         for (const uvec3& ear : ears) add(ear.x, ear.y, ear.z);
         first += count;
     }
-    intricate.tell(warn);
     return triangles;
 }
 

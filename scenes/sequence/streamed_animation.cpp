@@ -9,7 +9,6 @@
 #include <mutex>
 #include <utility>
 
-#include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_file.h"
 
 namespace mray {
@@ -219,8 +218,7 @@ FirstMesh read_first_mesh(const std::filesystem::path& path, const AnimationOpti
     topology.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
     const bool has_corners = !mesh.smooth.empty() || !mesh.textures.empty();
     std::vector<uvec3> corners;
-    topology.triangles = triangulate(mesh.faces, mesh.positions, escape(path), options.lenient,
-                                     options.warn, has_corners ? &corners : nullptr);
+    topology.triangles = triangulate(mesh.faces, mesh.positions, has_corners ? &corners : nullptr);
     set_corners(mesh, corners, first.smooth, first.textures);
     set_albedo(mesh, topology);
     first.faces = std::move(mesh.faces);
