@@ -1,8 +1,7 @@
 # cmake -D HEADERS=arithmetic.h,hit_rule.h -D OUTPUT=file -D FUNCTIONS=a,b -P extract.cmake: these
 # functions of interop headers as templates over their float type, so that proofs run the text of the
 # code.
-# 4097, Veltkamp's constant for 24 bits, becomes Real::splitter(). REPLACE and BY, if given, make a
-# mistake that a proof must find.
+# 4097, Veltkamp's constant for 24 bits, becomes Real::splitter().
 string(REPLACE "," ";" headers "${HEADERS}")
 set(text "")
 foreach(header IN LISTS headers)
@@ -35,11 +34,4 @@ foreach(function IN LISTS functions)
     string(APPEND result "\n${body}")
 endforeach()
 string(APPEND result "}  // namespace mray::proofs\n")
-if(REPLACE)
-    string(FIND "${result}" "${REPLACE}" at)
-    if(at EQUAL -1)
-        message(FATAL_ERROR "no ${REPLACE} in ${HEADERS}")
-    endif()
-    string(REPLACE "${REPLACE}" "${BY}" result "${result}")
-endif()
 file(WRITE ${OUTPUT} "${result}")
