@@ -69,9 +69,8 @@ void ObjMaterials::add_face(std::span<const Texcoord* const> texcoords) {
         });
     }
     // Some exporters write black for materials whose colour is the texture.
-    mesh_.albedo.push_back(is_textured && material.albedo.value_or(0) == 0
-                               ? kWhite
-                               : material.albedo.value_or(kClay));
+    mesh_.albedo.push_back(
+        is_textured && material.albedo.value_or(0) == 0 ? kWhite : material.albedo.value_or(kClay));
     if (mesh_.textures.empty()) return;
     has_textured_faces_ |= is_textured;
     mesh_.face_textures.push_back(is_textured ? material.texture : kNoTexture);
