@@ -89,8 +89,8 @@ void require_view(const ViewSpec& view, const Animation& animation);
 /// empty bounds.
 std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up);
 
-/// Whether an animation, seen in a world_view(), stands on a ground. Unless the options say so, it
-/// does if it is lit, is not built in, and is seen from above the ground, which hides all below.
+/// Returns whether an animation gets a ground: as the options say, or else if it is lit, comes from
+/// a file, and the eye of the world_view() is above the ground.
 bool has_ground(const ShadingOptions& shading, const ViewSpec& view, const Animation& animation);
 
 /// An animation at one frame, for the rays or points of a file.

@@ -1,9 +1,9 @@
 // The triangle that is exactly the closest to a point, and the place on it.
 //
 // From a distance that is not small, floats (common/interop/closest_rule.h) give a right distance,
-// but a place beside the closest one that is as far for them. This decides in doubles with bounds
-// of their errors. Where these do not suffice, integers of any length decide.
-// docs/design/arithmetic.md, "Distances".
+// but a place beside the closest one that is as far for them. Here doubles with error bounds
+// decide, and integers of any length where the bounds overlap. docs/design/arithmetic.md,
+// "Distances".
 #pragma once
 
 #include <array>

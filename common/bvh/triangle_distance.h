@@ -1,4 +1,4 @@
-// How far a triangle is from a point: in doubles with bounds of their errors, and exactly.
+// The distance of a triangle from a point, in doubles with error bounds and in exact numbers.
 #pragma once
 
 #include <gmpxx.h>
@@ -26,7 +26,7 @@ Difference difference(const dvec3& p, const dvec3& r, const dvec3& q, double blu
 /// The closest place of a triangle in doubles.
 struct DoublePlace {
     ExactPlace place;
-    /// Whether the weights that are 0 are those that exact numbers would make 0.
+    /// True if exact numbers give 0 for the same weights.
     bool is_certain = false;
 };
 /// The place, and its squared distance less that of r.

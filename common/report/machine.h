@@ -9,7 +9,7 @@
 
 namespace mray {
 
-/// What /proc/cpuinfo says under a key about the first processor; empty if nothing.
+/// The value of a key of the first processor in /proc/cpuinfo; empty if there is none.
 inline std::string cpu_info(const std::string& key) {
     std::ifstream file("/proc/cpuinfo");
     for (std::string line; std::getline(file, line) && !line.empty();) {

@@ -51,32 +51,14 @@ private:
 };
 
 /// Gives the triangles of a leaf their new ids and vertices. Returns false, and changes nothing,
-/// if one of them is gone.
+/// unless all of them stay and have one shift.
 bool renumber_leaf(const TopologyChange& change, Leaf& leaf, std::uint32_t* vertices) {
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-    const KeptTriangles* const first = change.find(leaf.prim_id[0]);
-    if (first == nullptr) return false;
-    if (leaf.prim_id[count - 1] < first->before.end) {
-        if (first->prim_shift == 0 && first->vertex_shift == 0) return true;
-        for (std::uint32_t i = 0; i < count; ++i) leaf.prim_id[i] += first->prim_shift;
-        for (std::uint32_t i = 0; i < kLeafVertices; ++i) vertices[i] += first->vertex_shift;
-        return true;
-    }
-    std::uint32_t vertex_shifts[kLeafVertices] = {};
-    std::uint32_t prim_ids[kLeafTriangles];
-    for (std::uint32_t i = 0; i < count; ++i) {
-        const KeptTriangles* const kept = change.find(leaf.prim_id[i]);
-        if (kept == nullptr) return false;
-        prim_ids[i] = leaf.prim_id[i] + kept->prim_shift;
-        for (std::uint32_t k = 0; k < 3; ++k)
-            vertex_shifts[corner(leaf.vertex[i].corners, k)] = kept->vertex_shift;
-    }
-    std::copy_n(prim_ids, count, leaf.prim_id);
-    for (std::uint32_t i = kLeafVertices; i-- > 0;) {
-        // Unused slots repeat slot 0.
-        const bool is_unused = i > 0 && vertices[i] == vertices[0];
-        vertices[i] += vertex_shifts[is_unused ? 0 : i];
-    }
+    const KeptTriangles* const kept = change.find(leaf.prim_id[0]);
+    if (kept == nullptr || leaf.prim_id[count - 1] >= kept->before.end) return false;
+    if (kept->prim_shift == 0 && kept->vertex_shift == 0) return true;
+    for (std::uint32_t i = 0; i < count; ++i) leaf.prim_id[i] += kept->prim_shift;
+    for (std::uint32_t i = 0; i < kLeafVertices; ++i) vertices[i] += kept->vertex_shift;
     return true;
 }
 

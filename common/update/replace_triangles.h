@@ -14,12 +14,12 @@ namespace mray {
 /// Triangles in a row that stay in a topology, with the vertices that they and no others have.
 struct KeptTriangles {
     IndexRange before;
-    /// What is added to their ids and vertices, in the arithmetic of 32 bits.
+    /// Added to their ids and vertex numbers, modulo 2^32.
     std::uint32_t prim_shift;
     std::uint32_t vertex_shift;
 };
 
-/// How a topology follows from the one before.
+/// The difference between two topologies: triangles that stay, and new ones.
 struct TopologyChange {
     /// Ascending; neighbours differ in a shift, or there is something between them.
     std::vector<KeptTriangles> kept;
@@ -31,11 +31,10 @@ struct TopologyChange {
     const KeptTriangles* find(std::uint32_t prim_id) const;
 };
 
-/// Makes a tree over the triangles before a change one over those after it: leaves with triangles
-/// that are gone are taken apart, and so are the nodes around the added triangles that are larger
-/// than these; new levels are built over the rest, as restructure() does. The boxes of what stays
-/// are those that the tree had: a refit of all has to follow. Writes `areas`, too. `growth` is 1 if
-/// areas are those of the positions.
+/// Brings a tree from the triangles before a change to those after it. Leaves with triangles that
+/// are gone, or of several ranges, are taken apart, and so are larger nodes around added triangles.
+/// New levels are built over the rest, as restructure() does. What stays keeps its boxes, so a
+/// refit of all has to follow. Writes `areas`, too, which are relative to those positions.
 ///
 /// Returns false if a build would not cost much more, or if the tree would become too deep; then
 /// the tree is of no use any more. Runs in the calling thread's arena. O(n) in leaves and vertices,

@@ -100,4 +100,15 @@ std::string error_of(Work work) {
     return "none";
 }
 
+/// A scene that has come here through updates answers as one that is built at its positions.
+inline void expect_as_new(const morphray::Scene& scene,
+                          const std::vector<morphray::MeshView>& meshes,
+                          const morphray::SceneOptions& options,
+                          const std::vector<morphray::Ray>& rays, const std::string& what) {
+    const morphray::Scene fresh =
+        morphray::Scene::build(meshes, morphray::Device::brute_force(), options);
+    const std::vector<morphray::Hit> expected = hits_of(fresh, rays);
+    expect_same_hits(hits_of(scene, rays), expected, what);
+}
+
 }  // namespace mray::test

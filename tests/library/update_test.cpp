@@ -31,16 +31,6 @@ void sway(UserMesh& mesh, const UserMesh& rest, int pose) {
     }
 }
 
-/// A scene that has come here through updates answers as one that is built at its positions.
-void expect_as_new(const Scene& scene, const std::vector<morphray::MeshView>& meshes,
-                   const SceneOptions& options, const std::vector<morphray::Ray>& rays,
-                   const std::string& what) {
-    const Scene fresh =
-        Scene::build(std::span<const morphray::MeshView>(meshes), Device::brute_force(), options);
-    const std::vector<morphray::Hit> expected = hits_of(fresh, rays);
-    expect_same_hits(hits_of(scene, rays), expected, what);
-}
-
 TEST(SceneUpdate, FollowsTheMeshUnderEachPolicy) {
     const UserMesh rest(torus(40, 20));
     const std::vector<morphray::UpdatePolicy> policies = {
@@ -230,50 +220,6 @@ TEST(SceneUpdate, MeshesComeAndGo) {
     scene.update();
     EXPECT_EQ(scene.triangle_count(), 0u);
     EXPECT_EQ(count_hits(hits_of(scene, rays)), 0u);
-}
-
-TEST(SceneUpdate, ABodyAmongManyIsReplaced) {
-    const std::vector<SceneOptions> ways = {
-        {.bounds = kBounds, .update = morphray::Refit{}},
-        {.bounds = kBounds, .update = morphray::Auto{.deterministic = true}},
-        {.bounds = kBounds, .update = morphray::Rebuild{}}};
-    const std::vector<UserMesh> shapes = {UserMesh(icosphere(1)), UserMesh(torus(9, 7)),
-                                          UserMesh(grid_box(3))};
-    for (const SceneOptions& options : ways) {
-        mray::test::Random random(19);
-        const auto random_body = [&] {
-            UserMesh body = shapes[random.below(3)];
-            const mray::vec3 place = random.point(0.8);
-            for (morphray::Vec3& p : body.points)
-                p = {0.1f * p.x + place.x, 0.1f * p.y + place.y, 0.1f * p.z + place.z};
-            return body;
-        };
-        std::vector<std::unique_ptr<UserMesh>> bodies;
-        std::vector<morphray::MeshView> views;
-        for (int i = 0; i < 60; ++i) {
-            bodies.push_back(std::make_unique<UserMesh>(random_body()));
-            views.push_back(bodies.back()->view());
-        }
-        Scene scene = Scene::build(views, Device::cpu(), options);
-        const bool keeps = !std::holds_alternative<morphray::Rebuild>(options.update);
-        for (int step = 0; step < 12; ++step) {
-            for (std::uint32_t count = 1 + random.below(3); count > 0; --count) {
-                const std::uint32_t id = random.below(60);
-                auto body = std::make_unique<UserMesh>(random_body());
-                scene.detach(id);
-                ASSERT_EQ(scene.attach(body->view()), id);
-                bodies[id] = std::move(body);
-                views[id] = bodies[id]->view();
-            }
-            for (morphray::Vec3& p : bodies[random.below(60)]->points) p.x += 0.05f;
-            EXPECT_EQ(scene.update().step, keeps ? Step::restructure : Step::build);
-            const std::vector<morphray::Ray> rays = world_rays(shapes[0], 300, 20);
-            expect_as_new(scene, views, options, rays, std::to_string(step));
-            for (morphray::Vec3& p : bodies[random.below(60)]->points) p.y += 0.05f;
-            scene.update();
-            expect_as_new(scene, views, options, rays, "moved");
-        }
-    }
 }
 
 TEST(SceneUpdate, TheLowestGeometryWinsAmongEqualHits) {

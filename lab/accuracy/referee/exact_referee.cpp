@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 
 #include "common/bvh/box.h"
@@ -144,12 +143,6 @@ Truth ExactReferee::closest(const Ray& ray) const {
     std::vector<std::uint32_t> candidates;
     search_.find(ray, 0, candidates);
     return closest_of(ray, candidates);
-}
-
-Truth ExactReferee::closest_of_all(const Ray& ray) const {
-    std::vector<std::uint32_t> all(topology_->triangles.size());
-    std::iota(all.begin(), all.end(), 0u);
-    return closest_of(ray, all);
 }
 
 // Shifting the line displaces all vertices equally, so a closed mesh stays closed and a leak never

@@ -161,8 +161,8 @@ public:
     ExactReferee(const Topology& topology, std::span<const vec3> positions, const Bvh& bvh);
 
     Truth closest(const Ray& ray) const;
-    /// As closest(), by testing all triangles without the tree.
-    Truth closest_of_all(const Ray& ray) const;
+    /// The closest of some triangles.
+    Truth closest_of(const Ray& ray, std::span<const std::uint32_t> candidates) const;
 
     /// `truth` is closest(ray); `prim_id` is the answer of a tracer, kNoPrim for a miss.
     Judgement judge(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;
@@ -170,7 +170,6 @@ public:
 private:
     /// The triangle as the ray meets it.
     ExactTriangle triangle(const Ray& ray, std::uint32_t prim_id) const;
-    Truth closest_of(const Ray& ray, std::span<const std::uint32_t> candidates) const;
     /// Whether a line parallel to the ray, not farther away than the rule displaces vertices, has
     /// the answer prim_id (kNoPrim: a miss) as the nearest, up to 4 ulp of t.
     bool seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;
