@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
-#include <sstream>
 #include <vector>
 
 #include "app/cli/option_groups.h"
@@ -105,28 +104,6 @@ ParsedCommandLine parse_command_line(std::span<const std::string> arguments) {
                            command));
     }
     return parsed;
-}
-
-std::string wrapped(const std::string& text, std::size_t indent, std::size_t columns) {
-    std::string result;
-    std::istringstream paragraphs(text);
-    for (std::string paragraph; std::getline(paragraphs, paragraph);) {
-        if (!result.empty()) result += '\n';
-        std::size_t width = 0;
-        std::istringstream words(paragraph);
-        for (std::string word; words >> word;) {
-            if (width > 0 && width + 1 + word.size() > columns) {
-                result += '\n' + std::string(indent, ' ');
-                width = indent;
-            } else if (width > 0) {
-                result += ' ';
-                ++width;
-            }
-            result += word;
-            width += word.size();
-        }
-    }
-    return result;
 }
 
 }  // namespace mray::app

@@ -22,12 +22,4 @@ struct ParsedCommandLine {
 /// says what is wrong and where the help is, or Error(kLimit) for a number that is too large.
 ParsedCommandLine parse_command_line(std::span<const std::string> arguments);
 
-/// The width of all output for people.
-inline constexpr std::size_t kColumns = 80;
-
-/// `text` in lines of at most `columns` characters, each line but the first after `indent` blanks.
-/// A word that is longer has a line of its own.
-std::string wrapped(const std::string& text, std::size_t indent = 0,
-                    std::size_t columns = kColumns);
-
 }  // namespace mray::app

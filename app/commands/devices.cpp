@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "app/backends/backends.h"
-#include "app/cli/command_line.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {

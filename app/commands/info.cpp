@@ -7,7 +7,6 @@
 #include "app/animation/frames.h"
 #include "app/backends/backends.h"
 #include "app/base/choices.h"
-#include "app/cli/command_line.h"
 #include "app/commands/commands.h"
 #include "app/report/json_parts.h"
 #include "common/frame_times.h"

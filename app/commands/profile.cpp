@@ -8,7 +8,6 @@
 
 #include "app/animation/frames.h"
 #include "app/backends/backends.h"
-#include "app/cli/command_line.h"
 #include "app/commands/commands.h"
 #include "app/commands/profile/parts.h"
 #include "app/terminal/failure.h"
@@ -18,6 +17,7 @@
 #include "common/report/shell.h"
 #include "common/report/spread.h"
 #include "common/report/table.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {

@@ -5,12 +5,12 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <sstream>
 #include <utility>
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
 #include "common/report/shell.h"
+#include "common/text/text_parts.h"
 
 namespace mray::plot {
 namespace {
@@ -58,7 +58,7 @@ std::string script_path() {
 }
 
 /// Single quotes, in which gnuplot expands nothing.
-std::string quote(std::string_view text) {
+std::string quoted(std::string_view text) {
     std::string result = "'";
     for (const char c : text) {
         if (c != '\n' && c != '\r') result.append(c == '\'' ? 2 : 1, c);
@@ -66,32 +66,20 @@ std::string quote(std::string_view text) {
     return result + "'";
 }
 
-/// The words in lines that fit.
-std::vector<std::string> lines_of(const std::string& text) {
-    std::vector<std::string> lines;
-    std::istringstream words(text);
-    for (std::string word; words >> word;) {
-        if (lines.empty() || lines.back().size() + 1 + word.size() > kLineLength)
-            lines.push_back(word);
-        else
-            lines.back() += ' ' + word;
-    }
-    return lines;
-}
-
 /// The variables of the script.
 std::string settings(const Figure& figure, const std::string& csv, std::string_view format) {
     std::string text = fmt::format("width={};panel_height={};panels={}", kWidth,
                                    figure.panel_height, figure.panels.size());
     const auto set = [&text](const std::string& name, std::string_view value) {
-        if (!value.empty()) text += fmt::format(";{}={}", name, quote(value));
+        if (!value.empty()) text += fmt::format(";{}={}", name, quoted(value));
     };
     set("csv", csv);
     set("format", format);
     for (const auto& [name, long_text] :
          {std::pair{"head", figure.title}, {"foot", figure.footer}}) {
-        const std::vector<std::string> lines = lines_of(long_text);
-        text += fmt::format(";{}s={}", name, lines.size());
+        const std::string short_lines = wrapped(long_text, 0, kLineLength);
+        const std::vector<std::string_view> lines = split(short_lines, '\n');
+        text += fmt::format(";{}s={}", name, short_lines.empty() ? 0 : lines.size());
         for (std::size_t i = 0; i < lines.size(); ++i)
             set(fmt::format("{}{}", name, i + 1), lines[i]);
     }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <sstream>
 #include <vector>
 
 namespace mray {
@@ -68,6 +69,28 @@ std::optional<std::string> from_base64(std::string_view text) {
         bytes += static_cast<char>(bits >> count & 255);
     }
     return bytes;
+}
+
+std::string wrapped(const std::string& text, std::size_t indent, std::size_t columns) {
+    std::string result;
+    std::istringstream paragraphs(text);
+    for (std::string paragraph; std::getline(paragraphs, paragraph);) {
+        if (!result.empty()) result += '\n';
+        std::size_t width = 0;
+        std::istringstream words(paragraph);
+        for (std::string word; words >> word;) {
+            if (width > 0 && width + 1 + word.size() > columns) {
+                result += '\n' + std::string(indent, ' ');
+                width = indent;
+            } else if (width > 0) {
+                result += ' ';
+                ++width;
+            }
+            result += word;
+            width += word.size();
+        }
+    }
+    return result;
 }
 
 }  // namespace mray

@@ -38,6 +38,14 @@ inline std::string lower_case(std::string text) {
     return text;
 }
 
+/// The width of all output for people.
+inline constexpr std::size_t kColumns = 80;
+
+/// `text` in lines of at most `columns` characters, each line but the first after `indent` blanks.
+/// A word that is longer has a line of its own.
+std::string wrapped(const std::string& text, std::size_t indent = 0,
+                    std::size_t columns = kColumns);
+
 /// The text in quotes, cut to 80 bytes; bytes that are not printable ASCII become \xNN.
 std::string quote(std::string_view text);
 

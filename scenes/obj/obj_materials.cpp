@@ -32,7 +32,7 @@ void ObjMaterials::read_library(std::string_view name) {
         bytes = read_input_file(library);
     } catch (const Error& error) {
         unread_.add([&] {
-            return Warning{name_, as_warning(error, name_).text + "; its materials are grey"};
+            return Warning{name_, as_warning(error, name_).text + "; its materials are clay"};
         });
         return;
     }
@@ -47,7 +47,7 @@ void ObjMaterials::use(std::string_view name) {
     if (found == materials_.end()) {
         return unknown_.add([&] {
             return Warning{name_, fmt::format("material {} is in no library; faces that use it are "
-                                              "grey",
+                                              "clay",
                                               quote(name))};
         });
     }
