@@ -86,16 +86,6 @@ private:
     std::uint32_t next_ = 0;
 };
 
-/// The background of the rows of a block.
-struct BackgroundColumn {
-    alignas(64) std::uint32_t colours[kBlockRays];
-
-    BackgroundColumn(const PixelPart& part, std::uint32_t y) {
-        for (std::uint32_t i = 0; i < kBlockRays; ++i)
-            colours[i] = background(y + (i & kRowMask), part.params.height);
-    }
-};
-
 /// Writes occlusion and, if the frame has pixels, colours of a part. begin(strip) comes before the
 /// blocks of a strip. shade(block, i, behind, occlusion) sets the numbers of occluded rays, 0
 /// before, of pixels i and following of a block, and returns their colours; behind: those of the
@@ -143,9 +133,9 @@ HWY_INLINE DirectionLanes shadow_rays(const lanes::Surface& s, const lanes::Floa
     return {canonical_direction(dir), lanes::power_of_two_below(largest_component(dir))};
 }
 
-std::size_t make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays,
-                                     LitPixels* lit) {
-    std::size_t ray_count = 0;
+ShadowRayCounts make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays,
+                                         LitPixels* lit) {
+    ShadowRayCounts counts;
     ShownSurfaces surfaces(part);
     const lanes::Float3 light(part.params.light);
     for_each_strip(part.tile, [&](const Tile& strip) HWY_ATTR {
@@ -160,6 +150,7 @@ std::size_t make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* ra
                 FloatVec tfar = splat(-1.0f);
                 FloatVec intensity = zero_unless(pixels.visible, splat(kUnlitIntensity));
                 if (!none(pixels.visible)) {
+                    counts.hits += count(pixels.visible);
                     const lanes::Surface s = surfaces.next(pixels, directions_of(part, pixels));
                     const Mask traced = pixels.visible & faces_light(s, light);
                     if (part.frame.with_pixels) store(surfaces.albedos(), pixels_lit.albedo + i);
@@ -172,7 +163,7 @@ std::size_t make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* ra
                             intensity = zero_unless(pixels.visible,
                                                     lanes::lit_intensity(max(facing, zero())));
                         }
-                        ray_count += count(traced);
+                        counts.rays += count(traced);
                     }
                 }
                 store(dir.x, to.dir[0] + i);
@@ -183,7 +174,7 @@ std::size_t make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* ra
             }
         });
     });
-    return ray_count;
+    return counts;
 }
 
 void shade_shadows_of_part(const PixelPart& part, const std::uint8_t* occluded,
