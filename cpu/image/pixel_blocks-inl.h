@@ -26,10 +26,11 @@ namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
 #if HWY_TARGET != HWY_SCALAR
-/// load_threes() by 16 bytes for each: one word after the last is read, too.
+/// load_threes() by 16 bytes for each: one word after the last is read, too. A call, so that
+/// compilers read the indices from memory, and do not take a vector apart.
 template <class D>
-HWY_INLINE void load_threes_at_once(D d, const hn::TFromD<D>* from, const std::uint32_t* at,
-                                    hn::Vec<D> out[3]) {
+HWY_NOINLINE void load_threes_at_once(D d, const hn::TFromD<D>* from, const std::uint32_t* at,
+                                      hn::Vec<D> out[3]) {
     const hn::CappedTag<hn::TFromD<D>, 4> four;
     const auto load = [&](std::size_t lane)
                           HWY_ATTR { return hn::LoadU(four, from + 3 * std::size_t{at[lane]}); };
