@@ -66,7 +66,7 @@ public:
     explicit ShownSurfaces(const PixelPart& part) : part_(part) {}
 
     /// Goes to the first block of a strip.
-    void begin(const Tile& strip, bool with_albedos) {
+    void begin(const Tile& strip) {
         triangles_.clear();
         next_ = 0;
         for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
@@ -77,7 +77,6 @@ public:
             }
         });
         triangles_.load(part_.mesh);
-        if (with_albedos) triangles_.load_albedos(*part_.mesh.topology);
     }
 
     /// Those of the next pixels of which at least one is visible, under camera rays dir.
@@ -129,7 +128,7 @@ void shade_camera_part(const PixelPart& part) {
     shade_part(
         part,
         [&](const Tile& strip) HWY_ATTR {
-            if (with_pixels) surfaces.begin(strip, true);
+            if (with_pixels) surfaces.begin(strip);
         },
         [&](const PixelBlock& block, std::uint32_t i, UintVec behind, std::uint32_t*) HWY_ATTR {
             if (!with_pixels) return behind;
@@ -154,7 +153,7 @@ ShadowRayCounts make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays
     ShownSurfaces surfaces(part);
     const lanes::Float3 light(part.params.light);
     for_each_strip(part.tile, [&](const Tile& strip) HWY_ATTR {
-        surfaces.begin(strip, part.frame.with_pixels);
+        surfaces.begin(strip);
         for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
             const std::uint32_t index = block.ray_index(part) / kBlockRays;
             SharedOriginRays& to = rays[index];
@@ -255,7 +254,7 @@ void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
     rays.clear();
     ShownSurfaces surfaces(part);
     for_each_strip(part.tile, [&](const Tile& strip) HWY_ATTR {
-        surfaces.begin(strip, false);
+        surfaces.begin(strip);
         for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
             for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
                 const PixelLanes pixels = load_pixels(part, block, i);
