@@ -27,17 +27,6 @@ namespace {
 // where threads would wait.
 constexpr std::size_t kRayGrain = 2048;
 
-/// The hits of a tile that was traced.
-std::uint64_t count_hits(const Frame& frame, const Tile& tile) {
-    std::uint64_t count = 0;
-    for (std::uint32_t y = tile.y0; y < tile.y1; ++y) {
-        const Hit* const row = &frame.hits[std::size_t{y} * frame.width];
-        count += static_cast<std::uint64_t>(std::count_if(
-            row + tile.x0, row + tile.x1, [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
-    }
-    return count;
-}
-
 /// A tracer of images and what answers a QueryBatch.
 struct Tracers {
     std::unique_ptr<ImageTracer> image;
@@ -115,16 +104,15 @@ public:
         const Stopwatch watch;
         const ShadedMesh mesh{&topology_, planner_.pose().positions()};
         const ImageTiles tiles = tiles_for(params);
-        std::atomic<std::uint64_t> hits = 0;
+        std::atomic<std::uint64_t> secondary = 0;
         arena_->execute([&] {
             tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
                 caller.throw_if_cancelled();
-                tracers_.image->trace_tile(mesh, params, tiles[i], frame, caller);
-                hits += count_hits(frame, tiles[i]);
+                secondary += tracers_.image->trace_tile(mesh, params, tiles[i], frame, caller);
             });
         });
         times_.trace_ms = watch.ms();
-        times_.rays = pixels + hits * rays_per_hit(params.rays, params.ao_count);
+        times_.rays = pixels + secondary;
     }
 
     void trace(const RayBatch& batch) override {

@@ -109,7 +109,17 @@ SHARED Float snap_coordinate(Float x) {
     return select(abs(x) >= kCoordinateOnGrid, x, r);
 }
 
+#ifdef SHARED_LANES
+/// Whether no component of a lane is less than `least`: most vectors have none that a grid changes.
+SHARED bool all_beyond(Float3 v, float least) {
+    return HWY_LIKELY(all(min3(abs(v.x), abs(v.y), abs(v.z)) >= splat(least)));
+}
+#endif
+
 SHARED Float3 snap_point(Float3 p) {
+#ifdef SHARED_LANES
+    if (all_beyond(p, kCoordinateOnGrid)) return p;
+#endif
     return Float3(snap_coordinate(p.x), snap_coordinate(p.y), snap_coordinate(p.z));
 }
 
@@ -144,6 +154,9 @@ SHARED Float3 canonical_direction(Float3 d) {
     Float largest = largest_component(d);
     PRECISE Float s = select(largest > 0.0f, scale_to_unit(largest), 1.0f);
     PRECISE Float3 scaled = Float3(d.x * s, d.y * s, d.z * s);
+#ifdef SHARED_LANES
+    if (all_beyond(scaled, kDirectionOnGrid)) return scaled;
+#endif
     return Float3(snap_direction_component(scaled.x), snap_direction_component(scaled.y),
                   snap_direction_component(scaled.z));
 }

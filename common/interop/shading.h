@@ -36,18 +36,18 @@ SHARED Float lit_intensity(Float facing) {
     return r;
 }
 
-/// One channel of a colour; its linear albedo is 0 to 255.
-SHARED Uint channel_of(Float intensity, Uint albedo) {
+/// One linear channel of a colour; its linear albedo is 0 to 255.
+SHARED Float channel_of(Float intensity, Uint albedo) {
     PRECISE Float k = intensity * 0.0039215688593685626983642578125f;  // 1/255
     PRECISE Float c = to_float(albedo) * k;
-    return encode_channel(c);
+    return c;
 }
 
 /// albedo is packed as by pack_rgb, linear.
 SHARED Uint colour_of(Float intensity, Uint albedo) {
-    return pack_rgb(channel_of(intensity, albedo & 0xFFu),
-                    channel_of(intensity, (albedo >> 8u) & 0xFFu),
-                    channel_of(intensity, (albedo >> 16u) & 0xFFu));
+    return pack_rgb(encode_channel(channel_of(intensity, albedo & 0xFFu)),
+                    encode_channel(channel_of(intensity, (albedo >> 8u) & 0xFFu)),
+                    encode_channel(channel_of(intensity, (albedo >> 16u) & 0xFFu)));
 }
 
 #ifndef SHARED_LANES

@@ -9,11 +9,8 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <span>
 
 #include "common/scene/mesh.h"
@@ -26,10 +23,11 @@ namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
 #if HWY_TARGET != HWY_SCALAR
-/// load_threes() by 16 bytes for each: one word after the last is read, too.
+/// load_threes() by 16 bytes for each: one word after the last is read, too. A call, so that
+/// compilers read the indices from memory, and do not take a vector apart.
 template <class D>
-HWY_INLINE void load_threes_at_once(D d, const hn::TFromD<D>* from, const std::uint32_t* at,
-                                    hn::Vec<D> out[3]) {
+HWY_NOINLINE void load_threes_at_once(D d, const hn::TFromD<D>* from, const std::uint32_t* at,
+                                      hn::Vec<D> out[3]) {
     const hn::CappedTag<hn::TFromD<D>, 4> four;
     const auto load = [&](std::size_t lane)
                           HWY_ATTR { return hn::LoadU(four, from + 3 * std::size_t{at[lane]}); };
@@ -92,31 +90,10 @@ HWY_INLINE void load_corners(const Topology& topology, std::span<const vec3> pos
 
 // The triangles that a strip of pixels shows, each loaded once for pixels that are neighbours.
 
-/// Byte i of entry m is the number of bits of m below bit i.
-inline constexpr std::array<std::uint32_t, 16> kBitsBelow = [] {
-    std::array<std::uint32_t, 16> table{};
-    for (std::uint32_t m = 0; m < 16; ++m) {
-        for (std::uint32_t i = 1; i < 4; ++i) {
-            const auto below = static_cast<std::uint32_t>(std::popcount(m & ((1u << i) - 1)));
-            table[m] |= below << 8 * i;
-        }
-    }
-    return table;
-}();
-
 /// How many lanes of the mask are below each lane.
 HWY_INLINE UintVec lanes_below(Mask m) {
-    const std::uint32_t bits = bits_of(m);
-    std::uint32_t words[4];
-    std::uint32_t below = 0;
-    for (std::uint32_t i = 0; i < kLanes; i += 4) {
-        const std::uint32_t four = bits >> i & 15;
-        words[i / 4] = kBitsBelow[four] + below * 0x01010101u;
-        below += static_cast<std::uint32_t>(std::popcount(four));
-    }
-    std::uint8_t bytes[sizeof words];
-    std::memcpy(bytes, words, sizeof words);
-    return hn::PromoteTo(kUints, hn::LoadU(hn::Rebind<std::uint8_t, UintTag>(), bytes));
+    const UintVec below = hn::Shl(splat(1u), hn::Iota(kUints, 0)) - splat(1u);
+    return hn::PopulationCount(splat(bits_of(m)) & below);
 }
 
 /// The normals of the triangles that up to kMostPixels pixels show. Pixels are added a vector at a
@@ -152,7 +129,7 @@ public:
         count_ += static_cast<std::uint32_t>(count(is_first));
     }
 
-    /// Loads the triangles that were added.
+    /// Loads the triangles that were added, and their albedos.
     void load(const ShadedMesh& mesh) {
         has_degenerate_ = false;
         if (count_ == 0) return;
@@ -167,11 +144,7 @@ public:
             store(n.y, normals_[1] + i);
             store(n.z, normals_[2] + i);
         }
-    }
-
-    /// Loads the albedos of the triangles that were added.
-    void load_albedos(const Topology& topology) {
-        for (std::uint32_t i = 0; i < count_; ++i) albedos_[i] = topology.albedo[prims_[i]];
+        for (std::uint32_t i = 0; i < count_; ++i) albedos_[i] = mesh.topology->albedo[prims_[i]];
     }
 
     /// Whether the edges of a triangle have no cross product; its normal is undefined.

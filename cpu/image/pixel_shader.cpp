@@ -31,12 +31,27 @@ HWY_INLINE UintVec load_albedo(const PixelPart& part, const PixelLanes& pixels) 
     return hn::GatherIndex(kUints, part.mesh.topology->albedo.data(), as_int(pixels.prim));
 }
 
-/// lanes::colour_of(). Most meshes without materials are grey, which takes a third of the time.
+/// encode_channel() and square roots are off by less than 2^-12 together, times 255: rsqrt by 2
+/// ulp, each product by half of one, each sum by 2^-17.
+inline constexpr float kRootMargin = 0x1p-12f;
+
+/// lanes::colour_of() for intensities that are not negative. Channels are rounded from square
+/// roots, which take a third of its time, unless one lies too near to where it rounds up.
 HWY_INLINE UintVec colours_of(FloatVec intensity, UintVec albedo) {
-    const UintVec differing = (albedo ^ shift_right<8>(albedo)) & 0xFFFFu;
-    if (!none(differing > 0u)) return lanes::colour_of(intensity, albedo);
-    const UintVec grey = lanes::channel_of(intensity, albedo & 0xFFu);
-    return lanes::pack_rgb(grey, grey, grey);
+    // Numbers up to 255 have no fraction on top of it, and 8 bits of their own.
+    constexpr float kBase = 0x1p23f;
+    UintVec channels[3];
+    FloatVec farthest = zero();
+    for (std::uint32_t i = 0; i < 3; ++i) {
+        const FloatVec linear = lanes::channel_of(intensity, (albedo >> (8 * i)) & 0xFFu);
+        const FloatVec scaled = hn::Sqrt(min(linear, splat(1.0f))) * 255.0f;
+        const FloatVec rounded = scaled + kBase;
+        farthest = max(farthest, abs(scaled - (rounded - kBase)));
+        channels[i] = as_uint(rounded);
+    }
+    if (HWY_UNLIKELY(!all(farthest < splat(0.5f - kRootMargin))))
+        return lanes::colour_of(intensity, albedo);
+    return lanes::pack_rgb(channels[0], channels[1], channels[2]);
 }
 
 /// camera_ray().dir.
@@ -51,7 +66,7 @@ public:
     explicit ShownSurfaces(const PixelPart& part) : part_(part) {}
 
     /// Goes to the first block of a strip.
-    void begin(const Tile& strip, bool with_albedos) {
+    void begin(const Tile& strip) {
         triangles_.clear();
         next_ = 0;
         for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
@@ -62,7 +77,6 @@ public:
             }
         });
         triangles_.load(part_.mesh);
-        if (with_albedos) triangles_.load_albedos(*part_.mesh.topology);
     }
 
     /// Those of the next pixels of which at least one is visible, under camera rays dir.
@@ -84,16 +98,6 @@ private:
     const PixelPart& part_;
     ShownTriangles triangles_;
     std::uint32_t next_ = 0;
-};
-
-/// The background of the rows of a block.
-struct BackgroundColumn {
-    alignas(64) std::uint32_t colours[kBlockRays];
-
-    BackgroundColumn(const PixelPart& part, std::uint32_t y) {
-        for (std::uint32_t i = 0; i < kBlockRays; ++i)
-            colours[i] = background(y + (i & kRowMask), part.params.height);
-    }
 };
 
 /// Writes occlusion and, if the frame has pixels, colours of a part. begin(strip) comes before the
@@ -124,7 +128,7 @@ void shade_camera_part(const PixelPart& part) {
     shade_part(
         part,
         [&](const Tile& strip) HWY_ATTR {
-            if (with_pixels) surfaces.begin(strip, true);
+            if (with_pixels) surfaces.begin(strip);
         },
         [&](const PixelBlock& block, std::uint32_t i, UintVec behind, std::uint32_t*) HWY_ATTR {
             if (!with_pixels) return behind;
@@ -143,13 +147,13 @@ HWY_INLINE DirectionLanes shadow_rays(const lanes::Surface& s, const lanes::Floa
     return {canonical_direction(dir), lanes::power_of_two_below(largest_component(dir))};
 }
 
-std::size_t make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays,
-                                     LitPixels* lit) {
-    std::size_t ray_count = 0;
+ShadowRayCounts make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays,
+                                         LitPixels* lit) {
+    ShadowRayCounts counts;
     ShownSurfaces surfaces(part);
     const lanes::Float3 light(part.params.light);
     for_each_strip(part.tile, [&](const Tile& strip) HWY_ATTR {
-        surfaces.begin(strip, part.frame.with_pixels);
+        surfaces.begin(strip);
         for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
             const std::uint32_t index = block.ray_index(part) / kBlockRays;
             SharedOriginRays& to = rays[index];
@@ -160,6 +164,7 @@ std::size_t make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* ra
                 FloatVec tfar = splat(-1.0f);
                 FloatVec intensity = zero_unless(pixels.visible, splat(kUnlitIntensity));
                 if (!none(pixels.visible)) {
+                    counts.hits += count(pixels.visible);
                     const lanes::Surface s = surfaces.next(pixels, directions_of(part, pixels));
                     const Mask traced = pixels.visible & faces_light(s, light);
                     if (part.frame.with_pixels) store(surfaces.albedos(), pixels_lit.albedo + i);
@@ -172,7 +177,7 @@ std::size_t make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* ra
                             intensity = zero_unless(pixels.visible,
                                                     lanes::lit_intensity(max(facing, zero())));
                         }
-                        ray_count += count(traced);
+                        counts.rays += count(traced);
                     }
                 }
                 store(dir.x, to.dir[0] + i);
@@ -183,7 +188,7 @@ std::size_t make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* ra
             }
         });
     });
-    return ray_count;
+    return counts;
 }
 
 void shade_shadows_of_part(const PixelPart& part, const std::uint8_t* occluded,
@@ -249,7 +254,7 @@ void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
     rays.clear();
     ShownSurfaces surfaces(part);
     for_each_strip(part.tile, [&](const Tile& strip) HWY_ATTR {
-        surfaces.begin(strip, false);
+        surfaces.begin(strip);
         for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
             for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
                 const PixelLanes pixels = load_pixels(part, block, i);

@@ -41,6 +41,12 @@ struct alignas(64) LitPixels {
     Albedo albedo[kBlockRays];
 };
 
+/// The pixels of a part that show a triangle, and those of them that have a shadow ray.
+struct ShadowRayCounts {
+    std::size_t hits = 0;
+    std::size_t rays = 0;
+};
+
 /// Shades pixels in blocks of 4 x 4 with the bits of surface_at(), shadow_ray(), ao_ray() and
 /// shade(). Threads may share one if their parts do not overlap.
 struct PixelShader {
@@ -55,9 +61,9 @@ struct PixelShader {
 
     /// Makes the shadow rays of a part of at most kLightPacketSide x kLightPacketSide pixels,
     /// indices as by light_packet_ray(), and what shade_shadows needs of its pixels, block by
-    /// block as the rays. Blocks without a pixel of the part are not written. Returns how many rays
-    /// there are.
-    std::size_t (*make_shadow_rays)(const PixelPart& part, SharedOriginRays* rays, LitPixels* lit);
+    /// block as the rays. Blocks without a pixel of the part are not written.
+    ShadowRayCounts (*make_shadow_rays)(const PixelPart& part, SharedOriginRays* rays,
+                                        LitPixels* lit);
 
     /// Writes occlusion and colours; occluded[i] is 0 if ray i hits nothing, else 1.
     void (*shade_shadows)(const PixelPart& part, const std::uint8_t* occluded,

@@ -66,28 +66,36 @@ void ImageTracer::occluded_shared_origin(vec3 org, std::span<const SharedOriginR
     occluded_among(org, rays, all, answers);
 }
 
-void ImageTracer::trace_shadows(const PixelPart& part, std::uint32_t camera_leaves) const {
+std::size_t ImageTracer::trace_shadows(const PixelPart& part, std::uint32_t camera_leaves) const {
     const Tile& tile = part.tile;
     const std::size_t count =
         light_packet_squares(tile.x1 - tile.x0, tile.y1 - tile.y0) * std::size_t{kSquareRays};
     ShadowRays& shadow = shadow_rays_.local();
-    shadow.rays.assign(count / kBlockRays, SharedOriginRays::none());
+    shadow.rays.resize(count / kBlockRays);
     shadow.lit.resize(count / kBlockRays);
-    shadow.occluded.assign(count, 1);
-    const std::size_t ray_count =
+    shadow.occluded.resize(count);
+    // A smaller tile does not write all blocks.
+    if (tile.x1 - tile.x0 < kCameraSide || tile.y1 - tile.y0 < kCameraSide)
+        std::fill(shadow.rays.begin(), shadow.rays.end(), SharedOriginRays::none());
+    const ShadowRayCounts counts =
         shader_.make_shadow_rays(part, shadow.rays.data(), shadow.lit.data());
-    if (ray_count != 0)
+    if (counts.rays != 0) {
         occluded_shared_origin(part.params.light, shadow.rays, shadow.occluded,
-                               {ray_count, camera_leaves});
+                               {counts.rays, camera_leaves});
+    } else {
+        std::fill(shadow.occluded.begin(), shadow.occluded.end(), std::uint8_t{1});
+    }
     shader_.shade_shadows(part, shadow.occluded.data(), shadow.lit.data());
+    return counts.hits;
 }
 
-void ImageTracer::trace_ao(const PixelPart& part, const Watch& watch) const {
+std::size_t ImageTracer::trace_ao(const PixelPart& part, const Watch& watch) const {
     const Tile& tile = part.tile;
     const std::uint32_t blocks = std::max(kMostAoRays / (kBlockRays * part.params.ao_count), 1u);
     const std::uint32_t width = blocks * kBlockSide;
     std::vector<Ray> rays;
     std::vector<std::uint8_t> answers;
+    std::size_t count = 0;
     for (std::uint32_t y = tile.y0; y < tile.y1; y += kBlockSide) {
         for (std::uint32_t x = tile.x0; x < tile.x1; x += width) {
             watch.throw_if_cancelled();
@@ -97,12 +105,14 @@ void ImageTracer::trace_ao(const PixelPart& part, const Watch& watch) const {
             answers.resize(rays.size());
             occluded(rays, answers);
             shader_.shade_ao(pixels, answers.data());
+            count += rays.size();
         }
     }
+    return count;
 }
 
-void ImageTracer::trace_tile(const ShadedMesh& mesh, const ImageParams& params, const Tile& tile,
-                             Frame& frame, const Watch& watch) const {
+std::size_t ImageTracer::trace_tile(const ShadedMesh& mesh, const ImageParams& params,
+                                    const Tile& tile, Frame& frame, const Watch& watch) const {
     std::uint32_t camera_leaves = 0;
     if (!frame.has_hits) {
         Hit* const hits = &frame.hits[std::size_t{tile.y0} * params.width + tile.x0];
@@ -110,13 +120,10 @@ void ImageTracer::trace_tile(const ShadedMesh& mesh, const ImageParams& params, 
         watch.throw_if_cancelled();
     }
     const PixelPart part{params, mesh, tile, frame};
-    if (params.rays == kRaysShadow) {
-        trace_shadows(part, camera_leaves);
-    } else if (params.rays == kRaysAo) {
-        trace_ao(part, watch);
-    } else {
-        shader_.shade_camera(part);
-    }
+    if (params.rays == kRaysShadow) return trace_shadows(part, camera_leaves);
+    if (params.rays == kRaysAo) return trace_ao(part, watch);
+    shader_.shade_camera(part);
+    return 0;
 }
 
 std::uint32_t TileTracer::intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,

@@ -58,11 +58,12 @@ public:
                                         std::span<std::uint8_t> occluded,
                                         const TileCounts& counts = {}) const;
 
-    /// Fills hits, unless the frame has them, occlusion and pixels of a tile. Throws
-    /// Error(kCancelled), leaving anything in the tile, soon after the watch asks for it: before
-    /// secondary rays, and for each few thousand of those of ambient occlusion.
-    void trace_tile(const ShadedMesh& mesh, const ImageParams& params, const Tile& tile,
-                    Frame& frame, const Watch& watch) const;
+    /// Fills hits, unless the frame has them, occlusion and pixels of a tile. Returns the number of
+    /// secondary rays: rays_per_hit() for each hit. Throws Error(kCancelled), leaving anything in
+    /// the tile, soon after the watch asks for it: before secondary rays, and for each few thousand
+    /// of those of ambient occlusion.
+    std::size_t trace_tile(const ShadedMesh& mesh, const ImageParams& params, const Tile& tile,
+                           Frame& frame, const Watch& watch) const;
 
 protected:
     /// Traces those of the rays from org that have these indices.
@@ -71,8 +72,9 @@ protected:
                         std::span<std::uint8_t> occluded) const;
 
 private:
-    void trace_shadows(const PixelPart& part, std::uint32_t camera_leaves) const;
-    void trace_ao(const PixelPart& part, const Watch& watch) const;
+    // Return the number of secondary rays.
+    std::size_t trace_shadows(const PixelPart& part, std::uint32_t camera_leaves) const;
+    std::size_t trace_ao(const PixelPart& part, const Watch& watch) const;
 
     PixelShader shader_;
     /// Memory for the shadow rays of a thread.

@@ -39,7 +39,7 @@ void trace_shadows(RTCScene scene, const cpu::PixelShader& shader, const cpu::Pi
     cpu::SharedOriginRays rays[cpu::kSquareBlocks];
     cpu::LitPixels lit[cpu::kSquareBlocks];
     std::uint8_t occluded[cpu::kSquareRays] = {};
-    if (shader.make_shadow_rays(part, rays, lit) > 0) {
+    if (shader.make_shadow_rays(part, rays, lit).rays > 0) {
         RTCRay16 record;
         set_origin(record, part.params.light);
         for (std::size_t block = 0; block < cpu::kSquareBlocks; ++block) {

@@ -62,6 +62,41 @@ TEST_P(EveryTarget, ShadesWhatNeighboursShareAndTrianglesWithoutANormal) {
     }
 }
 
+/// Colours of every albedo where a channel is about to round up, and of any intensities.
+TEST_P(EveryTarget, RoundsColoursAsTheirText) {
+    ImageParams params = {};
+    params.width = params.height = cpu::kBlockSide;
+    params.rays = kRaysShadow;
+    Frame frame;
+    frame.width = frame.height = params.width;
+    frame.pixels.resize(cpu::kBlockRays);
+    frame.occlusion.resize(cpu::kBlockRays);
+    const cpu::ShadedMesh mesh{};
+    const cpu::Tile tile{0, 0, params.width, params.height};
+    const std::uint8_t occluded[cpu::kBlockRays] = {};
+    const cpu::PixelShader shader(GetParam());
+    Random random(5);
+    for (std::uint32_t i = 0; i < 256 * 256; ++i) {
+        const double step = (i / 256 + 0.5) / 255;
+        const double channel = i % 256;
+        cpu::LitPixels lit;
+        for (std::uint32_t ray = 0; ray < cpu::kBlockRays; ++ray) {
+            const double at_step = 255 * step * step / channel * (1 + random.real(-1, 1) * 0x1p-19);
+            const bool is_near = at_step > kUnlitIntensity && at_step < 1 && ray % 4 == 0;
+            lit.intensity[ray] =
+                static_cast<float>(is_near ? at_step : random.real(kUnlitIntensity, 1));
+            lit.albedo[ray] = (static_cast<Albedo>(random.bits()) & 0xFFFF00u) | i % 256;
+        }
+        shader.shade_shadows({params, mesh, tile, frame}, occluded, &lit);
+        for (std::uint32_t ray = 0; ray < cpu::kBlockRays; ++ray) {
+            const std::uint32_t pixel =
+                ray % cpu::kBlockSide * cpu::kBlockSide + ray / cpu::kBlockSide;
+            ASSERT_EQ(frame.pixels[pixel], colour_of(lit.intensity[ray], lit.albedo[ray]))
+                << lit.intensity[ray] << ", " << lit.albedo[ray];
+        }
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Shading, EveryTarget, testing::ValuesIn(supported_simd_targets()),
                          [](const auto& target) { return std::string(target.param.name); });
 
