@@ -190,6 +190,14 @@ std::uint32_t ClosestChoice::closest() const {
     return closest->prim_id;
 }
 
+std::uint32_t exact_closest(const dvec3& p, std::span<const NumberedTriangle> triangles) {
+    Box first;
+    for (const vec3& corner : triangles.front().corners) first.extend(corner);
+    ClosestChoice choice(p, first.lower, first.upper);
+    for (const auto& [prim_id, corners] : triangles) choice.add(prim_id, corners);
+    return choice.closest();
+}
+
 std::uint32_t exact_closest(const Bvh& bvh, const dvec3& p, std::uint32_t guess,
                             const Corners& of_guess) {
     Box bounds;

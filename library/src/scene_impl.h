@@ -134,6 +134,7 @@ public:
 
     /// The tree at the pose, for queries that the tracer does not answer. It is read once a pose.
     const mray::Bvh& exact_tree() {
+        if (const mray::Bvh* const tree = tracer->host_tree()) return *tree;
         const std::scoped_lock lock(tree_mutex);
         if (!pose_tree) tracer->read_tree(pose_tree.emplace());
         return *pose_tree;

@@ -263,10 +263,10 @@ public:
                   FillRule rule = FillRule::nonzero, const QueryOptions& options = {}) const;
 
     /// Finds the closest points of the meshes no farther than max_distance: closest[i] answers
-    /// points[i]. Distances are those of vertices that are moved by up to 2^-24 of their distance
-    /// from the point, up to 2^-20 of it (docs/design/arithmetic.md, "Distances"); which triangle
-    /// is closest is decided by these distances, the same everywhere, and exactly from more than
-    /// a quarter of the scene's size away. None is found for a point that is not finite. Throws
+    /// points[i]. Triangle, feature and place are exact but for the rounding of the place.
+    /// Distances are those of vertices that are moved by up to 2^-24 of their distance from the
+    /// point, up to 2^-20 of it (docs/design/arithmetic.md, "Distances"). None is found for a point
+    /// that is not finite. The first call after an update reads the tree back from a device. Throws
     /// bad_argument for a max_distance that is negative or NaN; otherwise throws as intersect().
     void closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
                         float max_distance = std::numeric_limits<float>::infinity(),

@@ -118,6 +118,8 @@ TEST(ExactClosest, IsTheLowestOfTheClosestTrianglesFromAnyDistance) {
     for (const Mesh& mesh : {plate(5, 0), plate(5, 0.05), soup(60, random)}) {
         const Bvh bvh = build_bvh(mesh.topology, mesh.positions);
         const auto count = static_cast<std::uint32_t>(mesh.topology.triangles.size());
+        std::vector<NumberedTriangle> all;
+        for (std::uint32_t k = count; k-- > 0;) all.push_back({k, mesh.corners(k)});
         double largest = 0;
         for (int i = 0; i < 150; ++i) {
             // From a place on the surface, in some direction, 1e-7 to 1e7 sizes away.
@@ -135,6 +137,7 @@ TEST(ExactClosest, IsTheLowestOfTheClosestTrianglesFromAnyDistance) {
                 std::ranges::min_element(places, {}, &Place::distance2) - places.begin();
             const std::uint32_t found = exact_closest(bvh, p, kNoPrim, {});
             ASSERT_EQ(found, expected) << i;
+            ASSERT_EQ(exact_closest(p, all), found) << i;
             const std::uint32_t guess = random.below(count);
             ASSERT_EQ(exact_closest(bvh, p, guess, mesh.corners(guess)), found) << i;
             const Place& place = places[found];
