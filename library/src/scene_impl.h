@@ -256,7 +256,8 @@ void ask_in_parts(SceneImpl& scene, std::size_t total, const QueryOptions& optio
 /// Brings the normals of vertices to the pose; the scene's mutex is locked.
 void update_normals(SceneImpl& scene);
 
-mray::ViewSpec to_spec(const View& view);
+/// A view relative to the origin.
+mray::ViewSpec to_spec(const View& view, const Point& origin);
 
 /// Traces and shades a view at the pose; the scene's mutex is locked. Shades on the CPU what any
 /// backend has traced, so that colours do not depend on the backend. Fills pixels, lit_pixels,

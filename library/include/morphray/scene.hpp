@@ -63,6 +63,12 @@ struct SceneOptions {
     /// together, and hits are as right as ever. build() throws bad_argument if
     /// they are empty or not within the range of floats.
     std::optional<Box> bounds = {};
+    /// Where world space has its 0, in the coordinates of the caller's positions: subtracted from
+    /// them in double before they are rounded to floats, which have no digits left for coordinates
+    /// such as those of UTM. find_origin() gives one. Boxes and the points of a View, which are
+    /// doubles, are in the caller's coordinates; rays, points and closest points are relative to
+    /// it: Scene::to_world() and from_world(). build() throws bad_argument if it is not finite.
+    Point origin = {0, 0, 0};
     UpdatePolicy update = Auto{};
     /// Find the cost ratio at each update, even if the policy does not need it.
     bool record_cost_ratio = false;
@@ -302,6 +308,11 @@ public:
     std::vector<Box> tree_boxes(std::uint32_t depth) const;
 
     const Device& device() const;
+    /// SceneOptions::origin.
+    const Point& origin() const;
+    /// The caller's coordinates less the origin, rounded once, and back.
+    Vec3 to_world(const Point& point) const;
+    Point from_world(const Vec3& point) const;
     std::uint64_t triangle_count() const;
     std::uint64_t vertex_count() const;
     /// The bounds of the finite positions at the current pose; lower > upper if there are none.

@@ -88,7 +88,7 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
     const bool is_lit = kind == LitKind::kLit;
     const bool is_smooth = (is_lit || kind == LitKind::kNormal) && !view.flat;
     const std::uint32_t side = checked_side(view.samples);
-    mray::ViewSpec spec = to_spec(view);
+    mray::ViewSpec spec = to_spec(view, scene.options.origin);
     // More than this is refused.
     constexpr std::uint32_t kMostPixels = 1u << 20;
     spec.width = std::min(view.width, kMostPixels) * side;
