@@ -331,12 +331,12 @@ const Device& Scene::device() const { return require(impl_).device; }
 
 const Point& Scene::origin() const { return require(impl_).options.origin; }
 
-Vec3 Scene::to_world(const Point& point) const {
+Vec3 Scene::less_origin(const Point& point) const {
     const mray::vec3 p = require(impl_).pose.origin().to_world({point[0], point[1], point[2]});
     return {p.x, p.y, p.z};
 }
 
-Point Scene::from_world(const Vec3& point) const {
+Point Scene::plus_origin(const Vec3& point) const {
     const glm::dvec3 p = require(impl_).pose.origin().from_world({point.x, point.y, point.z});
     return {p.x, p.y, p.z};
 }

@@ -67,7 +67,7 @@ struct SceneOptions {
     /// them in double before they are rounded to floats, which have no digits left for coordinates
     /// such as those of UTM. find_origin() gives one. Boxes and the points of a View, which are
     /// doubles, are in the caller's coordinates; rays, points and closest points are relative to
-    /// it: Scene::to_world() and from_world(). build() throws bad_argument if it is not finite.
+    /// it: Scene::less_origin() and plus_origin(). build() throws bad_argument if it is not finite.
     Point origin = {0, 0, 0};
     UpdatePolicy update = Auto{};
     /// Find the cost ratio at each update, even if the policy does not need it.
@@ -311,8 +311,8 @@ public:
     /// SceneOptions::origin.
     const Point& origin() const;
     /// The caller's coordinates less the origin, rounded once, and back.
-    Vec3 to_world(const Point& point) const;
-    Point from_world(const Vec3& point) const;
+    Vec3 less_origin(const Point& point) const;
+    Point plus_origin(const Vec3& point) const;
     std::uint64_t triangle_count() const;
     std::uint64_t vertex_count() const;
     /// The bounds of the finite positions at the current pose; lower > upper if there are none.
