@@ -32,10 +32,8 @@ struct ExactPlace {
 ExactPlace exact_place(const dvec3& p, const Corners& corners);
 
 /// The closest triangle by a tree at the current positions, the lowest prim_id of equally close
-/// ones; kNoPrim without triangles. `guess`, if there is one, is a triangle
-/// to begin with.
-std::uint32_t exact_closest(const Bvh& bvh, const dvec3& p, std::uint32_t guess,
-                            const Corners& of_guess);
+/// ones; kNoPrim without triangles.
+std::uint32_t exact_closest(const Bvh& bvh, const dvec3& p);
 
 struct NumberedTriangle {
     std::uint32_t prim_id;

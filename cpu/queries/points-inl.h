@@ -230,7 +230,7 @@ HWY_INLINE void find_closest_in(const Leaf& leaf, const lanes::Float3& p,
         const FloatVec box = lanes::box_distance2(p, boxes.lower, boxes.upper);
         const Mask near = used & (box <= most);
         if (none(near)) return;
-        const FloatVec d2 = lanes::closest_on_triangle(p, a, b, c).d2;
+        const FloatVec d2 = lanes::triangle_distance2(p, a, b, c);
         const Mask nearer = near & (d2 <= most);
         if (none(nearer)) return;
         HWY_ALIGN float distances2[kLanes];
@@ -292,7 +292,7 @@ HWY_NOINLINE inline NearTriangles find_near(const Bvh& bvh, vec3 point, float mo
                                     const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
             Mask near = used & is_near(boxes_of(a, b, c));
             if (none(near)) return;
-            near = near & (lanes::closest_on_triangle(p, a, b, c).d2 <= most);
+            near = near & (lanes::triangle_distance2(p, a, b, c) <= most);
             for (std::uint32_t bits = bits_of(near); bits != 0; bits &= bits - 1)
                 found.add(
                     leaf.prim_id[slot_of(static_cast<std::uint32_t>(std::countr_zero(bits)))]);

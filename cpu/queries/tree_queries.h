@@ -46,7 +46,7 @@ private:
 };
 
 /// Finds for each point, in scene space, the triangles whose squared distance by
-/// closest_on_triangle() is at most most_d2[i].
+/// triangle_distance2() is at most most_d2[i].
 void find_near(const Bvh& bvh, SimdTarget target, std::span<const vec3> points,
                std::span<const float> most_d2, std::span<NearTriangles> near);
 

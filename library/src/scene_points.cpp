@@ -188,7 +188,7 @@ void find_closest_triangles(SceneImpl& scene, const ScenePoints& asked,
         placed[i].distance = std::sqrt(double{found[i].d2});
         if (asked.is_within(index(i))) continue;
         const mray::dvec3& p = asked.exact[index(i)];
-        placed[i].prim_id = mray::exact_closest(scene.exact_tree(), p, mray::kNoPrim, {});
+        placed[i].prim_id = mray::exact_closest(scene.exact_tree(), p);
         if (placed[i].prim_id == mray::kNoPrim) continue;
         const mray::ExactPlace place = mray::exact_place(p, corners_of(scene, placed[i].prim_id));
         placed[i].distance = glm::distance(place.point, p);
@@ -210,8 +210,7 @@ float most_d2_of_closest(const mray::dvec3& p, double distance) {
 /// may be closer, unless there are too many.
 std::uint32_t decide(SceneImpl& scene, const mray::dvec3& p, std::uint32_t guess,
                      const mray::cpu::NearTriangles& near) {
-    if (!near.fit())
-        return mray::exact_closest(scene.exact_tree(), p, guess, corners_of(scene, guess));
+    if (!near.fit()) return mray::exact_closest(scene.exact_tree(), p);
     if (near.prim_ids().size() < 2) return guess;
     std::vector<mray::NumberedTriangle> triangles;
     for (const std::uint32_t prim_id : near.prim_ids())
