@@ -156,7 +156,7 @@ void Scene::render(const View& view, Image& image) const {
 TreeStatistics Scene::tree_statistics() const {
     return with_scene(impl_, [](SceneImpl& scene) -> TreeStatistics {
         const std::scoped_lock lock(scene.mutex);
-        const mray::Bvh& tree = scene.updater->tree();
+        const mray::Bvh& tree = scene.tree();
         const mray::BvhStats stats = mray::bvh_stats(tree);
         return {stats.sah_cost, stats.node_count, stats.leaf_count,
                 stats.depth,    stats.bytes,      mray::bvh_hash(tree)};
@@ -167,7 +167,7 @@ std::vector<Box> Scene::tree_boxes(std::uint32_t depth) const {
     return with_scene(impl_, [&](SceneImpl& scene) {
         const std::scoped_lock lock(scene.mutex);
         std::vector<Box> boxes;
-        for (const mray::Box& box : boxes_at_depth(scene.updater->tree(), depth)) {
+        for (const mray::Box& box : boxes_at_depth(scene.tree(), depth)) {
             const auto corner = [&](const mray::vec3& p) {
                 const glm::dvec3 world(scene.pose.space().to_world(p));
                 const glm::dvec3 given = scene.pose.origin().from_world(world);

@@ -132,10 +132,9 @@ public:
         if (broken) throw *broken;
     }
 
-    /// The tree at the pose, for queries that the tracer does not answer. It is read once a pose.
-    const mray::Bvh& exact_tree() {
-        if (const mray::Bvh* const tree = tracer->host_tree()) return *tree;
-        const std::scoped_lock lock(tree_mutex);
+    /// The tree at the pose. It is read from a device once a pose, with the scene's mutex locked.
+    const mray::Bvh& tree() {
+        if (const mray::Bvh* const on_host = tracer->host_tree()) return *on_host;
         if (!pose_tree) tracer->read_tree(pose_tree.emplace());
         return *pose_tree;
     }
@@ -170,8 +169,7 @@ public:
     /// The memory of the image before.
     TracedImage spare;
 
-    /// Guards `pose_tree`, which is there if it was read.
-    std::mutex tree_mutex;
+    /// There if it was read.
     std::optional<mray::Bvh> pose_tree;
 
     /// Guards `sorter`.

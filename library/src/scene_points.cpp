@@ -188,7 +188,7 @@ void find_closest_triangles(SceneImpl& scene, const ScenePoints& asked,
         placed[i].distance = std::sqrt(double{found[i].d2});
         if (asked.is_within(index(i))) continue;
         const mray::dvec3& p = asked.exact[index(i)];
-        placed[i].prim_id = mray::exact_closest(scene.exact_tree(), p);
+        placed[i].prim_id = mray::exact_closest(scene.tree(), p);
         if (placed[i].prim_id == mray::kNoPrim) continue;
         const mray::ExactPlace place = mray::exact_place(p, corners_of(scene, placed[i].prim_id));
         placed[i].distance = glm::distance(place.point, p);
@@ -210,7 +210,7 @@ float most_d2_of_closest(const mray::dvec3& p, double distance) {
 /// may be closer, unless there are too many.
 std::uint32_t decide(SceneImpl& scene, const mray::dvec3& p, std::uint32_t guess,
                      const mray::cpu::NearTriangles& near) {
-    if (!near.fit()) return mray::exact_closest(scene.exact_tree(), p);
+    if (!near.fit()) return mray::exact_closest(scene.tree(), p);
     if (near.prim_ids().size() < 2) return guess;
     std::vector<mray::NumberedTriangle> triangles;
     for (const std::uint32_t prim_id : near.prim_ids())
@@ -241,7 +241,7 @@ void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mra
         if (is_open) most_d2[i] = most_d2_of_closest(asked.exact[index(i)], placed[i].distance);
     }
     std::vector<mray::cpu::NearTriangles> near(run.size());
-    mray::cpu::find_near(scene.exact_tree(), scene.target(), run, most_d2, near);
+    mray::cpu::find_near(scene.tree(), scene.target(), run, most_d2, near);
     for (std::size_t i = 0; i < run.size(); ++i) {
         PlacedTriangle& to = placed[i];
         if (to.prim_id == mray::kNoPrim) continue;
