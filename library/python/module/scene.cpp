@@ -200,7 +200,6 @@ Update PyScene::update(std::uint32_t geom_id, const py::object& points) {
     run_interruptibly(cancel_build_, [&] { update = scene_->update(geom_id, positions); });
     points_.insert_or_assign(geom_id, array);
     next_points_.insert_or_assign(geom_id, array);
-    warn_if_coarse(positions);
     return update;
 }
 
