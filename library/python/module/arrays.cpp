@@ -43,7 +43,9 @@ bool has_dtype(const py::array& array) {
 /// float32 numbers, copied of other numbers, and less an origin, which is subtracted in float64
 /// from the first three on the last axis.
 py::array floats_of(const py::array& array, const std::string& name, const Point& origin) {
-    const bool is_moved = origin != Point{};
+    // Arrays with fewer columns are refused later.
+    const bool is_moved =
+        origin != Point{} && array.ndim() > 0 && array.shape(array.ndim() - 1) >= 3;
     if (!is_moved && has_dtype<float>(array)) return array;
     const char kind = array.dtype().kind();
     if (kind != 'f' && kind != 'i' && kind != 'u') throw_dtype(array, name, "float32");
@@ -307,9 +309,9 @@ QueryArray rays_of(const py::object& object, const Point& origin) {
             array["org"] = floats_of(array["org"], "rays", origin);
         }
     } else {
+        array = floats_of(array, "rays", origin);
         if (array.ndim() < 1 || (rays.shape.back() != 6 && rays.shape.back() != 8))
             throw_shape(array, "rays", "(N, 6) or (N, 8)");
-        array = floats_of(array, "rays", origin);
         rays.columns = static_cast<std::size_t>(rays.shape.back());
         rays.shape.pop_back();
     }
@@ -318,11 +320,11 @@ QueryArray rays_of(const py::object& object, const Point& origin) {
 }
 
 QueryArray query_points_of(const py::object& object, const Point& origin) {
-    const py::array array = array_of(object, "points");
+    const py::array array = floats_of(array_of(object, "points"), "points", origin);
     QueryArray points{.name = "points", .columns = 3, .shape = shape_of(array)};
     if (array.ndim() < 1 || points.shape.back() != 3) throw_shape(array, "points", "(N, 3)");
     points.shape.pop_back();
-    read(floats_of(array, "points", origin), points);
+    read(array, points);
     return points;
 }
 

@@ -109,7 +109,7 @@ def test_one_warning_tells_of_points_that_are_moved_all_the_same():
         scene = morphray.Scene(points, triangles)
         scene.attach(points + 10, triangles)
     with pytest.warns(UserWarning, match="more than 1e-6") as told:
-        scene.attach(points * 10, triangles)
-        scene.attach(points * 10, triangles)
+        scene.attach(points * 11, triangles)
+        scene.attach(points * 11, triangles)
         morphray.Scene(points, triangles, origin=(0, 0, 0))
     assert len(told) == 2
