@@ -64,11 +64,11 @@ struct Positions {
     bool has_doubles = false;
 };
 
-/// A SceneOptions::origin for positions: 0, unless rounding doubles to floats would move one by
-/// more than 1e-6 of their size; then a place near their middle from which it does not.
-/// O(positions); those that are not finite or beyond 1e30 do not count.
+/// Finds a SceneOptions::origin. It is 0 unless rounding doubles to floats would move one by more
+/// than 1e-6 of their size; then it lies near their middle. Positions that are not finite or beyond
+/// 1e30 do not count. O(positions).
 MORPHRAY_API Point find_origin(const Positions& positions);
-/// The farthest that rounding moves a coordinate of doubles, less an origin; 0 for floats.
+/// Returns the farthest that rounding moves a coordinate of doubles less an origin; 0 for floats.
 MORPHRAY_API double rounding_error(const Positions& positions, const Point& origin);
 
 /// The positions of an array of the caller's vertices. `member` is the member with the position:

@@ -63,11 +63,11 @@ struct SceneOptions {
     /// together, and hits are as right as ever. build() throws bad_argument if
     /// they are empty or not within the range of floats.
     std::optional<Box> bounds = {};
-    /// Where world space has its 0, in the coordinates of the caller's positions: subtracted from
-    /// them in double before they are rounded to floats, which have no digits left for coordinates
-    /// such as those of UTM. find_origin() gives one. Boxes and the points of a View, which are
-    /// doubles, are in the caller's coordinates; rays, points and closest points are relative to
-    /// it: Scene::less_origin() and plus_origin(). build() throws bad_argument if it is not finite.
+    /// The place in the caller's coordinates where world space has its 0. It is subtracted from
+    /// positions in double before they are rounded to floats, so that coordinates such as those of
+    /// UTM keep their digits. find_origin() gives one. Boxes and the points of a View are doubles
+    /// in the caller's coordinates. Rays, points and closest points are relative to the origin, as
+    /// Scene::less_origin() returns them. build() throws bad_argument if it is not finite.
     Point origin = {0, 0, 0};
     UpdatePolicy update = Auto{};
     /// Find the cost ratio at each update, even if the policy does not need it.
@@ -308,9 +308,9 @@ public:
     std::vector<Box> tree_boxes(std::uint32_t depth) const;
 
     const Device& device() const;
-    /// SceneOptions::origin.
+    /// Returns SceneOptions::origin.
     const Point& origin() const;
-    /// The caller's coordinates less the origin, rounded once, and back.
+    /// Subtracts the origin from the caller's coordinates and rounds them once, or adds it again.
     Vec3 less_origin(const Point& point) const;
     Point plus_origin(const Vec3& point) const;
     std::uint64_t triangle_count() const;

@@ -40,8 +40,8 @@ bool has_dtype(const py::array& array) {
                          text_of(array.dtype().attr("str")) + "; astype() makes a copy");
 }
 
-/// float32 numbers, copied of other numbers, and less an origin, which is subtracted in float64
-/// from the first three on the last axis.
+/// Returns float32 numbers, copied of other numbers. An origin is subtracted in float64 from the
+/// first three on the last axis.
 py::array floats_of(const py::array& array, const std::string& name, const Point& origin) {
     // Arrays with fewer columns are refused later.
     const bool is_moved =
