@@ -94,6 +94,8 @@ public:
     /// The nodes of the tree at the current positions. Valid until the next call of a function
     /// that is not finish().
     virtual std::span<const Node> nodes() = 0;
+    /// The tree at the current positions, which changes with them; null if it is on a device.
+    virtual const Bvh* host_tree() const { return nullptr; }
     /// Copies the tree at the current positions.
     virtual void read_tree(Bvh& bvh) = 0;
     /// Lets `edit` change the tree at the current positions. The result must be a tree over the

@@ -66,7 +66,7 @@ struct UncertainCrossing {
 inline constexpr float kAnyDistance2 = 0x1p+90f;
 
 /// The triangle closest to a point, the lowest prim_id of equally close ones; kNoPrim if there is
-/// none within reach. closest_on_triangle() gives the place.
+/// none within reach. triangle_distance2() says how far.
 struct ClosestTriangle {
     float d2 = 0;
     std::uint32_t prim_id = kNoPrim;

@@ -13,9 +13,9 @@
 
 #include "common/base/errors.h"
 #include "common/scene/mesh.h"
+#include "common/scene/origin.h"
 #include "common/scene/scene_space.h"
 #include "common/scene/textures.h"
-#include "scenes/file_origin.h"
 
 namespace mray {
 
@@ -76,7 +76,7 @@ public:
     virtual const SceneTextures* textures() const { return nullptr; }
 
     /// World space is the coordinates of the file minus this, so that floats have its digits.
-    virtual FileOrigin origin() const { return {}; }
+    virtual Origin origin() const { return {}; }
 
     /// Writes the vertex positions of a frame, in world space; out has topology().vertex_count
     /// entries. A frame outside the range is clamped to it. Throws Error(kBadInput) with the frame

@@ -89,10 +89,10 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
     json["fps"] = nullptr;
     if (animation.fps()) json["fps"] = *animation.fps();
     json["bounds"] = nullptr;
-    const FileOrigin origin = animation.origin();
+    const Origin origin = animation.origin();
     if (const WorldBounds bounds = animation.bounds(); !bounds.empty()) {
         const auto corner = [&](const double(&p)[3]) {
-            const glm::dvec3 file = origin.to_file({p[0], p[1], p[2]});
+            const glm::dvec3 file = origin.from_world({p[0], p[1], p[2]});
             return Json{file.x, file.y, file.z};
         };
         json["bounds"] = {{"lower", corner(bounds.lower)}, {"upper", corner(bounds.upper)}};

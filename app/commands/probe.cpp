@@ -240,8 +240,8 @@ ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
         "tree    {}: {} nodes, {} leaves, depth {}, SAH cost {:.3f}\n        hash {}\n\n",
         name_of(updater.last().step), tree.node_count, tree.leaf_count, tree.depth, tree.sah_cost,
         hash_text(bvh_hash(updater.tree())));
-    const FileOrigin origin = scene.animation().origin();
-    const glm::dvec3 org = origin.to_file(glm::dvec3(space.to_world(ray.org)));
+    const Origin origin = scene.animation().origin();
+    const glm::dvec3 org = origin.from_world(glm::dvec3(space.to_world(ray.org)));
     text += ray_text(ray, org, origin.digits(), world_depth) + "\n";
     text += hit_text("hit in the image", image, world_depth);
     text += hit_text("hit of the ray alone", alone, world_depth);

@@ -28,9 +28,9 @@ const char* name_of(morphray::Feature feature) {
     return feature == morphray::Feature::edge ? "edge" : "face";
 }
 
-std::string text_of(const morphray::ClosestPoint& c, const FileOrigin& origin) {
+std::string text_of(const morphray::ClosestPoint& c, const Origin& origin) {
     if (!c) return "- - - inf - - - -";
-    const glm::dvec3 p = origin.to_file({c.point.x, c.point.y, c.point.z});
+    const glm::dvec3 p = origin.from_world({c.point.x, c.point.y, c.point.z});
     return fmt::format("{1:.{0}g} {2:.{0}g} {3:.{0}g} {4:.9g} {5} {6:.9g} {7:.9g} {8}",
                        origin.digits(), p.x, p.y, p.z, c.distance, c.prim_id, c.u, c.v,
                        name_of(c.feature));
@@ -110,7 +110,7 @@ private:
 
     const QueryOptions& options_;
     const morphray::Scene& scene_;
-    const FileOrigin origin_;
+    const Origin origin_;
     /// Those of a batch in world space.
     std::vector<morphray::Vec3> points_;
     // The answers of a batch; those that are not asked for are empty.

@@ -131,7 +131,7 @@ private:
 
     const TraceOptions& options_;
     const morphray::Scene& scene_;
-    FileOrigin origin_;
+    Origin origin_;
     SceneSpace space_;
     morphray::QueryOptions query_{.coherence = morphray::Coherence::sort(),
                                   .cancel = &interrupt_flag()};

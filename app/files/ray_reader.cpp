@@ -19,7 +19,6 @@
 #include "common/base/input_file.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
-#include "scenes/file_origin.h"
 
 namespace mray::app {
 namespace {

@@ -31,8 +31,7 @@ public:
     void for_each_open(const Node& node, Use use) const;
     /// Adds a triangle.
     void add(std::uint32_t prim_id, const Corners& corners);
-    /// Adds the triangles of a leaf but `guess`, which has been added.
-    void add(const Leaf& leaf, std::uint32_t guess);
+    void add(const Leaf& leaf);
     /// kNoPrim if none was added.
     std::uint32_t closest() const;
 
@@ -116,7 +115,7 @@ double ClosestChoice::least_from_middle(const LeafVertex& x) const {
            (part.x + part.y + part.z - kDistanceRounding * (size + std::abs(least_of_middle_)));
 }
 
-void ClosestChoice::add(const Leaf& leaf, std::uint32_t guess) {
+void ClosestChoice::add(const Leaf& leaf) {
     std::array<double, kLeafVertices> least;
     for (std::uint32_t i = 0; i < kLeafVertices; ++i) least[i] = least_from_middle(leaf.vertex[i]);
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
@@ -125,7 +124,6 @@ void ClosestChoice::add(const Leaf& leaf, std::uint32_t guess) {
         if (!is_open(least[corner(packed, 0)]) && !is_open(least[corner(packed, 1)]) &&
             !is_open(least[corner(packed, 2)]))
             continue;
-        if (leaf.prim_id[slot] == guess) continue;
         Corners corners;
         for (uint i = 0; i < 3; ++i) {
             const LeafVertex& vertex = leaf.vertex[corner(packed, i)];
@@ -190,12 +188,17 @@ std::uint32_t ClosestChoice::closest() const {
     return closest->prim_id;
 }
 
-std::uint32_t exact_closest(const Bvh& bvh, const dvec3& p, std::uint32_t guess,
-                            const Corners& of_guess) {
-    Box bounds;
-    for (std::uint32_t slot = 0; slot < kWidth; ++slot) bounds.extend(slot_box(bvh.nodes[0], slot));
+std::uint32_t exact_closest(const dvec3& p, std::span<const NumberedTriangle> triangles) {
+    Box first;
+    for (const vec3& corner : triangles.front().corners) first.extend(corner);
+    ClosestChoice choice(p, first.lower, first.upper);
+    for (const auto& [prim_id, corners] : triangles) choice.add(prim_id, corners);
+    return choice.closest();
+}
+
+std::uint32_t exact_closest(const Bvh& bvh, const dvec3& p) {
+    const Box bounds = node_box(bvh.nodes[0]);
     ClosestChoice choice(p, bounds.lower, bounds.upper);
-    if (guess != kNoPrim) choice.add(guess, of_guess);
     struct Entry {
         double least;
         std::uint32_t child;
@@ -206,7 +209,7 @@ std::uint32_t exact_closest(const Bvh& bvh, const dvec3& p, std::uint32_t guess,
         const Entry entry = stack[--size];
         if (!choice.is_open(entry.least)) continue;
         if ((entry.child & kLeafBit) != 0) {
-            choice.add(bvh.leaves[entry.child & ~kLeafBit], guess);
+            choice.add(bvh.leaves[entry.child & ~kLeafBit]);
             continue;
         }
         const Node& node = bvh.nodes[entry.child];

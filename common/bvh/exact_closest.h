@@ -1,13 +1,14 @@
 // The triangle that is exactly the closest to a point, and the place on it.
 //
-// From a distance that is not small, floats (common/interop/closest_rule.h) give a right distance,
-// but a place beside the closest one that is as far for them. Here doubles with error bounds
+// Floats (common/interop/closest_rule.h) give a right distance, but a place beside the closest one
+// that is as far for them. Here doubles with error bounds
 // decide, and integers of any length where the bounds overlap. docs/design/arithmetic.md,
 // "Distances".
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include <glm/vec3.hpp>
 
@@ -25,19 +26,20 @@ struct ExactPlace {
     dvec3 point;
 };
 
-/// Squared distances in scene space above this are far: 1/8 of the largest scene. The place that
-/// floats give may then be beside the closest one, by a thousandth of the distance.
-inline constexpr double kFarDistance2 = 0x1p+36;
-
 /// The place on a triangle that is closest to p: right to some ulps of the largest coordinate of a
 /// corner, and exactly the weights that are 0 are 0. All numbers are finite; no coordinate of p is
 /// above 2^300.
 ExactPlace exact_place(const dvec3& p, const Corners& corners);
 
 /// The closest triangle by a tree at the current positions, the lowest prim_id of equally close
-/// ones; kNoPrim without triangles. `guess`, if there is one, is a triangle
-/// to begin with.
-std::uint32_t exact_closest(const Bvh& bvh, const dvec3& p, std::uint32_t guess,
-                            const Corners& of_guess);
+/// ones; kNoPrim without triangles.
+std::uint32_t exact_closest(const Bvh& bvh, const dvec3& p);
+
+struct NumberedTriangle {
+    std::uint32_t prim_id;
+    Corners corners;
+};
+/// The closest one of some triangles, of which there is one at least, as above.
+std::uint32_t exact_closest(const dvec3& p, std::span<const NumberedTriangle> triangles);
 
 }  // namespace mray

@@ -33,7 +33,7 @@ namespace {
 double weight_error(double far, double size) { return kDistanceRounding * far / size; }
 
 /// The place inside the triangle, if p is over the inside; sets `is_certain` by whether that is
-/// known. Weights are found along the longest edge and across it, as in closest_on_triangle().
+/// known. Weights are found along the longest edge and across it, as in triangle_distance2().
 bool is_inside(const dvec3& p, const std::array<dvec3, 3>& x, DoublePlace& inside) {
     int first = 0;
     double longest2 = -1;

@@ -1,5 +1,5 @@
-// The point of a triangle that is closest to a point: a pure function of the two, which rounds in
-// the same way everywhere.
+// The distance of a triangle from a point: a pure function of the two, which rounds in the same way
+// everywhere.
 //
 // Vertices are taken relative to the point, rounded once. Floats give four candidates: the closest
 // point of each edge, and that of the triangle's inside. The nearest candidate is the answer. The
@@ -24,15 +24,6 @@
 #endif
 
 SHARED_BEGIN
-
-/// A point of a triangle, relative to the point asked about: its squared distance, and the weights
-/// u of b and v of c.
-struct NearPoint {
-    Float d2;
-    Float u;
-    Float v;
-    Float3 offset;
-};
 
 SHARED Float zero_if_tiny(Float x, Float tiny) { return select(abs(x) < tiny, 0.0f, x); }
 
@@ -63,8 +54,8 @@ SHARED Float box_distance2(Float3 p, Float3 lower, Float3 upper) {
     return dot3(d, d);
 }
 
-/// The point of the edge from a to b, with the weight of b in `u`; `v` is 0.
-SHARED NearPoint closest_on_edge(Float3 a, Float3 b) {
+/// The closest point of the edge from a to b, all relative to the point asked about.
+SHARED Float3 closest_on_edge(Float3 a, Float3 b) {
     // In one direction for all triangles.
     Bool is_swapped = b.x < a.x || (b.x == a.x && (b.y < a.y || (b.y == a.y && b.z < a.z)));
     Float3 p = select(is_swapped, b, a);
@@ -80,19 +71,13 @@ SHARED NearPoint closest_on_edge(Float3 a, Float3 b) {
     PRECISE Float3 from_p = p + scaled_by(e, s);
     PRECISE Float3 from_q = q - scaled_by(e, rest);
     Float3 mean = select(s <= 0.5f, from_p, from_q);
-    NearPoint point;
-    point.offset =
-        zero_if_tiny(lesser3(greater3(mean, lesser3(p, q)), greater3(p, q)), broadcast(kTiny));
-    point.d2 = dot3(point.offset, point.offset);
-    point.u = select(is_swapped, rest, s);
-    point.v = broadcast(0.0f);
-    return point;
+    return zero_if_tiny(lesser3(greater3(mean, lesser3(p, q)), greater3(p, q)), broadcast(kTiny));
 }
 
 /// Whether the plane's closest point is inside the triangle a, b, c, and that point. Its place is
 /// computed along the longest edge and, apart from that, along the triangle's height on that edge.
 /// This keeps errors small for thin triangles ("Distances").
-SHARED Bool closest_inside(Float3 a, Float3 b, Float3 c, OUT(NearPoint) point) {
+SHARED Bool closest_inside(Float3 a, Float3 b, Float3 c, OUT(Float3) point) {
     PRECISE Float3 ab = b - a;
     PRECISE Float3 bc = c - b;
     PRECISE Float3 ca = a - c;
@@ -123,47 +108,30 @@ SHARED Bool closest_inside(Float3 a, Float3 b, Float3 c, OUT(NearPoint) point) {
     PRECISE Float of_p = 1.0f - (of_q + of_r);
     Bool is_inside = is_any && lesser(of_r, lesser(of_q, of_p)) > 0.0f;
     // Weights that are not inside may be too large to go on with.
-    Float first = select(is_inside, select(is_ab, of_p, select(is_bc, of_r, of_q)), 1.0f);
-    point.u = select(is_inside, select(is_ab, of_q, select(is_bc, of_p, of_r)), 0.0f);
-    point.v = select(is_inside, select(is_ab, of_r, select(is_bc, of_q, of_p)), 0.0f);
-    PRECISE Float3 mean = (scaled_by(a, first) + scaled_by(b, point.u)) + scaled_by(c, point.v);
+    Float of_a = select(is_inside, select(is_ab, of_p, select(is_bc, of_r, of_q)), 1.0f);
+    Float of_b = select(is_inside, select(is_ab, of_q, select(is_bc, of_p, of_r)), 0.0f);
+    Float of_c = select(is_inside, select(is_ab, of_r, select(is_bc, of_q, of_p)), 0.0f);
+    PRECISE Float3 mean = (scaled_by(a, of_a) + scaled_by(b, of_b)) + scaled_by(c, of_c);
     Float3 lower = lesser3(a, lesser3(b, c));
     Float3 upper = greater3(a, greater3(b, c));
-    point.offset = zero_if_tiny(lesser3(greater3(mean, lower), upper), broadcast(kTiny));
-    point.d2 = dot3(point.offset, point.offset);
+    point = zero_if_tiny(lesser3(greater3(mean, lower), upper), broadcast(kTiny));
     return is_inside;
 }
 
-SHARED NearPoint nearer_of(NearPoint a, NearPoint b, Bool is_b) {
-    NearPoint point;
-    point.d2 = select(is_b, b.d2, a.d2);
-    point.u = select(is_b, b.u, a.u);
-    point.v = select(is_b, b.v, a.v);
-    point.offset = select(is_b, b.offset, a.offset);
-    return point;
-}
-
-/// The point of the triangle a, b, c (scene space, finite) that is closest to p. Its distance is
+/// The squared distance of p from the triangle a, b, c (scene space, finite). The distance is
 /// within 2^-21 of that of the farthest corner from the exact one
 /// (tests/common/interop/closest_rule_test.cpp).
-SHARED NearPoint closest_on_triangle(Float3 p, Float3 a, Float3 b, Float3 c) {
+SHARED Float triangle_distance2(Float3 p, Float3 a, Float3 b, Float3 c) {
     PRECISE Float3 ra = a - p;
     PRECISE Float3 rb = b - p;
     PRECISE Float3 rc = c - p;
-    NearPoint nearest = closest_on_edge(ra, rb);
-    NearPoint on_bc = closest_on_edge(rb, rc);
-    on_bc.v = on_bc.u;
-    PRECISE Float of_b = 1.0f - on_bc.v;
-    on_bc.u = of_b;
-    nearest = nearer_of(nearest, on_bc, on_bc.d2 < nearest.d2);
-    NearPoint on_ca = closest_on_edge(rc, ra);
-    PRECISE Float of_c = 1.0f - on_ca.u;
-    on_ca.v = of_c;
-    on_ca.u = broadcast(0.0f);
-    nearest = nearer_of(nearest, on_ca, on_ca.d2 < nearest.d2);
-    NearPoint inside;
+    Float3 on_ab = closest_on_edge(ra, rb);
+    Float3 on_bc = closest_on_edge(rb, rc);
+    Float3 on_ca = closest_on_edge(rc, ra);
+    Float d2 = lesser(lesser(dot3(on_ab, on_ab), dot3(on_bc, on_bc)), dot3(on_ca, on_ca));
+    Float3 inside;
     Bool is_inside = closest_inside(ra, rb, rc, inside);
-    return nearer_of(nearest, inside, is_inside && inside.d2 < nearest.d2);
+    return select(is_inside, lesser(d2, dot3(inside, inside)), d2);
 }
 
 SHARED_END

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -43,6 +44,22 @@ std::optional<T> parse_real(std::string_view text) {
 std::optional<float> parse_float(std::string_view text) { return parse_real<float>(text); }
 
 std::optional<double> parse_double(std::string_view text) { return parse_real<double>(text); }
+
+std::optional<double> parse_coordinate(std::string_view text) {
+    const std::optional<double> number = parse_double(text);
+    constexpr std::uint64_t kBitsBelowFloat = (std::uint64_t{1} << 29) - 1;
+    constexpr std::uint64_t kMiddle = std::uint64_t{1} << 28;
+    constexpr double kLeastNormal = std::numeric_limits<float>::min();
+    if (!number || *number == 0 ||
+        (std::abs(*number) >= kLeastNormal &&
+         (std::bit_cast<std::uint64_t>(*number) & kBitsBelowFloat) != kMiddle))
+        return number;
+    const double nearest = parse_float(text).value_or(0.0f);
+    // Rounding takes a middle to the even one of both floats, beyond floats to an infinity.
+    constexpr double kMost = std::numeric_limits<float>::max();
+    const bool is_float = std::abs(*number) <= kMost && static_cast<float>(*number) == nearest;
+    return is_float ? number : std::nextafter(*number, nearest);
+}
 
 std::optional<double> parse_finite_double(std::string_view text) {
     const auto value = parse_double(text);

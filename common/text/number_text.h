@@ -17,6 +17,10 @@ std::optional<float> parse_float(std::string_view text);
 /// As parse_float, for a double.
 std::optional<double> parse_double(std::string_view text);
 
+/// As parse_double, but a number that the nearest double moves to the middle of two floats is left
+/// on its side of it, so that rounding it to float gives parse_float.
+std::optional<double> parse_coordinate(std::string_view text);
+
 /// As parse_double, but nothing for numbers that are not finite.
 std::optional<double> parse_finite_double(std::string_view text);
 

@@ -215,7 +215,7 @@ private:
     /// The rule.
     HWY_NOINLINE static FloatVec distances2(const lanes::Float3& p, const lanes::Float3& a,
                                             const lanes::Float3& b, const lanes::Float3& c) {
-        return lanes::closest_on_triangle(p, a, b, c).d2;
+        return lanes::triangle_distance2(p, a, b, c);
     }
 
     /// Asks about the pairs that wait and are still open.

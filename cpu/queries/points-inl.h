@@ -15,6 +15,7 @@
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
 #include "common/simd/vectors-inl.h"
+#include "cpu/queries/tree_queries.h"
 #include "cpu/simd/lanes-inl.h"
 #include "cpu/single_ray/leaf_hit_rule-inl.h"
 #include "cpu/single_ray/leaf_lanes-inl.h"
@@ -229,7 +230,7 @@ HWY_INLINE void find_closest_in(const Leaf& leaf, const lanes::Float3& p,
         const FloatVec box = lanes::box_distance2(p, boxes.lower, boxes.upper);
         const Mask near = used & (box <= most);
         if (none(near)) return;
-        const FloatVec d2 = lanes::closest_on_triangle(p, a, b, c).d2;
+        const FloatVec d2 = lanes::triangle_distance2(p, a, b, c);
         const Mask nearer = near & (d2 <= most);
         if (none(nearer)) return;
         HWY_ALIGN float distances2[kLanes];
@@ -266,6 +267,30 @@ HWY_NOINLINE inline std::size_t find_closest(const Bvh& bvh, vec3 point, std::ui
         if (closest.prim_id != before) near_leaf = leaf;
     });
     return leaves;
+}
+
+/// Finds all triangles whose squared distance is not above `most_d2`, up to those that fit.
+HWY_NOINLINE inline NearTriangles find_near(const Bvh& bvh, vec3 point, float most_d2) {
+    NearTriangles found;
+    const lanes::Float3 p(point);
+    const FloatVec most = splat(most_d2);
+    const auto is_near = [&](const BoxLanes& boxes) HWY_ATTR {
+        return lanes::box_distance2(p, boxes.lower, boxes.upper) <= most;
+    };
+    const auto met = [&](const Node& node) HWY_ATTR { return slots_of(node, is_near); };
+    for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
+        for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
+                                    const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
+            Mask near = used & is_near(boxes_of(a, b, c));
+            if (none(near)) return;
+            near = near & (lanes::triangle_distance2(p, a, b, c) <= most);
+            for (std::uint32_t bits = bits_of(near); bits != 0; bits &= bits - 1)
+                found.add(
+                    leaf.prim_id[slot_of(static_cast<std::uint32_t>(std::countr_zero(bits)))]);
+        });
+        return found.fit();
+    });
+    return found;
 }
 
 }  // namespace HWY_NAMESPACE

@@ -162,38 +162,9 @@ void answer(const Bvh& bvh, const ClosestQuery& query) {
     });
 }
 
-void place_points(std::span<const vec3> points, std::span<const ClosestTriangle> closest,
-                  std::span<const uvec3> triangles, std::span<const vec3> positions,
-                  std::span<NearPoint> places) {
-    for (std::size_t first = 0; first < points.size(); first += kLanes) {
-        const std::size_t count = std::min<std::size_t>(kLanes, points.size() - first);
-        PointTriangles corners;
-        for (std::size_t i = 0; i < kLanes; ++i) {
-            // Lanes without a point have the last one.
-            const std::size_t at = first + std::min(i, count - 1);
-            corners.set(corners.kPoint, i, points[at]);
-            const std::uint32_t prim_id = closest[at].prim_id;
-            for (int k = 0; k < 3; ++k) {
-                const bool is_any = prim_id != kNoPrim;
-                corners.set(k, i, is_any ? positions[triangles[prim_id][k]] : points[at]);
-            }
-        }
-        const lanes::NearPoint near = lanes::closest_on_triangle(
-            corners.get(corners.kPoint), corners.get(0), corners.get(1), corners.get(2));
-        HWY_ALIGN float values[6][kLanes];
-        store(near.d2, values[0]);
-        store(near.u, values[1]);
-        store(near.v, values[2]);
-        store(near.offset.x, values[3]);
-        store(near.offset.y, values[4]);
-        store(near.offset.z, values[5]);
-        for (std::size_t i = 0; i < count; ++i) {
-            places[first + i] = {values[0][i],
-                                 values[1][i],
-                                 values[2][i],
-                                 {values[3][i], values[4][i], values[5][i]}};
-        }
-    }
+void find_near_triangles(const Bvh& bvh, std::span<const vec3> points,
+                         std::span<const float> most_d2, std::span<NearTriangles> near) {
+    for (std::size_t i = 0; i < points.size(); ++i) near[i] = find_near(bvh, points[i], most_d2[i]);
 }
 
 void answer_batch(const Bvh& bvh, const QueryBatch& batch) {
@@ -212,18 +183,17 @@ namespace mray::cpu {
 namespace {
 
 HWY_EXPORT(answer_batch);
-HWY_EXPORT(place_points);
+HWY_EXPORT(find_near_triangles);
 
 }  // namespace
 
 TreeQueries::TreeQueries(const Bvh& bvh, SimdTarget target)
     : bvh_(&bvh), answer_(SIMD_FUNCTION(answer_batch, target)) {}
 
-void find_places(SimdTarget target, std::span<const vec3> points,
-                 std::span<const ClosestTriangle> closest, std::span<const uvec3> triangles,
-                 std::span<const vec3> positions, std::span<NearPoint> places) {
-    assert(points.size() == closest.size() && points.size() == places.size());
-    SIMD_FUNCTION(place_points, target)(points, closest, triangles, positions, places);
+void find_near(const Bvh& bvh, SimdTarget target, std::span<const vec3> points,
+               std::span<const float> most_d2, std::span<NearTriangles> near) {
+    assert(points.size() == most_d2.size() && points.size() == near.size());
+    SIMD_FUNCTION(find_near_triangles, target)(bvh, points, most_d2, near);
 }
 
 }  // namespace mray::cpu

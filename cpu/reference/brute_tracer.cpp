@@ -129,7 +129,7 @@ void BruteTracer::answer(const ClosestQuery& query) const {
             const vec3 b = positions_[t.y];
             const vec3 c = positions_[t.z];
             if (finite_vertices(a, b, c)) {
-                const float d2 = closest_on_triangle(query.points[i], a, b, c).d2;
+                const float d2 = triangle_distance2(query.points[i], a, b, c);
                 if (is_closer(d2, prim_id, closest.d2, closest.prim_id)) closest = {d2, prim_id};
             }
             ++prim_id;

@@ -2,7 +2,7 @@
 #
 #   bounds       if distance2() is above some d2, or may_be_within() is false for it, the rule gives
 #                more than d2
-#   code         TriangleSides (cpu/queries/triangle_sides-inl.h), closest_on_triangle
+#   code         TriangleSides (cpu/queries/triangle_sides-inl.h), triangle_distance2
 #                (common/interop/closest_rule.h)
 #   constants    kSideError, kLeastSideError, kSideRounding, kSideSlant, kLongestDirection2,
 #                kNearestVertexRounding, kNearestVertexErrorSquare, kLeastNearestVertexErrorSquare

@@ -108,15 +108,18 @@ using detail::throw_bad_argument;
 using detail::with_public_errors;
 using detail::with_scene;
 
-void check_bounds(const std::optional<Box>& bounds) {
-    if (!bounds) return;
+void check_bounds(const SceneOptions& options) {
     // Positions are floats.
     constexpr double kMost = std::numeric_limits<float>::max();
-    const auto& [lower, upper] = *bounds;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (!std::isfinite(lower[axis]) || !std::isfinite(upper[axis]) || lower[axis] > upper[axis])
+        const double origin = options.origin[axis];
+        if (!std::isfinite(origin)) throw_bad_argument("origin: must be finite");
+        if (!options.bounds) continue;
+        const double lower = options.bounds->lower[axis];
+        const double upper = options.bounds->upper[axis];
+        if (!std::isfinite(lower) || !std::isfinite(upper) || lower > upper)
             throw_bad_argument("bounds: must be finite, with lower <= upper");
-        if (lower[axis] < -kMost || upper[axis] > kMost)
+        if (lower - origin < -kMost || upper - origin > kMost)
             throw_bad_argument("bounds: must be within the range of floats");
     }
 }
@@ -246,11 +249,12 @@ Scene Scene::build(const MeshView& mesh, const Device& device, const SceneOption
 Scene Scene::build(std::span<const MeshView> meshes, const Device& device,
                    const SceneOptions& options) {
     return with_public_errors([&] {
-        check_bounds(options.bounds);
+        check_bounds(options);
         detail::spec_of(options.update);
         auto scene = std::make_unique<SceneImpl>(
             device, options,
-            detail::PoseReader(options.bounds, detail::DeviceImpl::of(device).simd_target()));
+            detail::PoseReader(options.bounds, options.origin,
+                               detail::DeviceImpl::of(device).simd_target()));
         for (const MeshView& mesh : meshes) scene->meshes.attach(mesh);
         scene->meshes = scene->meshes.changed();
         scene->read_list(nullptr);
@@ -261,10 +265,8 @@ Scene Scene::build(std::span<const MeshView> meshes, const Device& device,
 
 Scene Scene::on(const Device& device, const std::atomic<bool>* cancel) const {
     return with_scene(impl_, [&](SceneImpl& scene) {
-        const SceneOptions options = {.bounds = scene.options.bounds,
-                                      .update = scene.options.update,
-                                      .record_cost_ratio = scene.options.record_cost_ratio,
-                                      .cancel = cancel};
+        SceneOptions options = scene.options;
+        options.cancel = cancel;
         auto other = std::make_unique<SceneImpl>(device, options, scene.pose);
         other->meshes = scene.meshes;
         mray::Bvh tree;
@@ -326,6 +328,18 @@ EdgeCounts Scene::edge_counts() const {
 }
 
 const Device& Scene::device() const { return require(impl_).device; }
+
+const Point& Scene::origin() const { return require(impl_).options.origin; }
+
+Vec3 Scene::less_origin(const Point& point) const {
+    const mray::vec3 p = require(impl_).pose.origin().to_world({point[0], point[1], point[2]});
+    return {p.x, p.y, p.z};
+}
+
+Point Scene::plus_origin(const Vec3& point) const {
+    const glm::dvec3 p = require(impl_).pose.origin().from_world({point.x, point.y, point.z});
+    return {p.x, p.y, p.z};
+}
 
 std::uint64_t Scene::triangle_count() const {
     return require(impl_).meshes.topology().triangles.size();

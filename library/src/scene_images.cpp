@@ -14,15 +14,19 @@
 namespace morphray {
 namespace detail {
 
-mray::ViewSpec to_spec(const View& view) {
+mray::ViewSpec to_spec(const View& view, const Point& origin) {
     static_assert(static_cast<std::uint32_t>(Rays::ao) == mray::kRaysAo);
     if (view.rays < Rays::primary || view.rays > Rays::ao)
         throw_bad_argument("View::rays: not one of primary, shadow and ao");
-    return {.eye = view.eye,
-            .target = view.target,
+    const auto less_origin = [&](std::optional<Point> point) {
+        for (std::size_t axis = 0; point && axis < 3; ++axis) (*point)[axis] -= origin[axis];
+        return point;
+    };
+    return {.eye = less_origin(view.eye),
+            .target = less_origin(view.target),
             .up = view.up,
             .fov = view.fov,
-            .light = view.light,
+            .light = less_origin(view.light),
             .width = view.width,
             .height = view.height,
             .rays = static_cast<std::uint32_t>(view.rays),
@@ -103,8 +107,8 @@ std::vector<mray::Box> boxes_at_depth(const mray::Bvh& tree, std::uint32_t depth
 
 /// An image of one sample a pixel in the colours of the backend.
 void render_plain(SceneImpl& scene, const View& view, TracedImage& traced, Image& image) {
-    traced.params =
-        mray::make_image_params(detail::to_spec(view), scene.pose.bounds(), scene.pose.space());
+    traced.params = mray::make_image_params(detail::to_spec(view, scene.options.origin),
+                                            scene.pose.bounds(), scene.pose.space());
     traced.has_sky = false;
     traced.samples.with_pixels = true;
     traced.samples.with_hits = view.hits;
@@ -152,7 +156,7 @@ void Scene::render(const View& view, Image& image) const {
 TreeStatistics Scene::tree_statistics() const {
     return with_scene(impl_, [](SceneImpl& scene) -> TreeStatistics {
         const std::scoped_lock lock(scene.mutex);
-        const mray::Bvh& tree = scene.updater->tree();
+        const mray::Bvh& tree = scene.tree();
         const mray::BvhStats stats = mray::bvh_stats(tree);
         return {stats.sah_cost, stats.node_count, stats.leaf_count,
                 stats.depth,    stats.bytes,      mray::bvh_hash(tree)};
@@ -163,10 +167,13 @@ std::vector<Box> Scene::tree_boxes(std::uint32_t depth) const {
     return with_scene(impl_, [&](SceneImpl& scene) {
         const std::scoped_lock lock(scene.mutex);
         std::vector<Box> boxes;
-        for (const mray::Box& box : boxes_at_depth(scene.updater->tree(), depth)) {
-            const mray::vec3 lower = scene.pose.space().to_world(box.lower);
-            const mray::vec3 upper = scene.pose.space().to_world(box.upper);
-            boxes.push_back({{lower.x, lower.y, lower.z}, {upper.x, upper.y, upper.z}});
+        for (const mray::Box& box : boxes_at_depth(scene.tree(), depth)) {
+            const auto corner = [&](const mray::vec3& p) {
+                const glm::dvec3 world(scene.pose.space().to_world(p));
+                const glm::dvec3 given = scene.pose.origin().from_world(world);
+                return Point{given.x, given.y, given.z};
+            };
+            boxes.push_back({corner(box.lower), corner(box.upper)});
         }
         return boxes;
     });
@@ -179,11 +186,12 @@ Box Scene::bounds() const {
         const std::span<const mray::vec3> positions = scene.pose.positions();
         for (std::uint32_t vertex = 0; vertex < positions.size(); ++vertex) {
             if (positions[vertex].x == mray::kInvalidCoordinate) continue;
-            const mray::vec3 p = scene.pose.world_position(vertex);
+            const glm::dvec3 p =
+                scene.pose.origin().from_world(glm::dvec3(scene.pose.world_position(vertex)));
             for (int axis = 0; axis < 3; ++axis) {
                 const auto k = static_cast<std::size_t>(axis);
-                box.lower[k] = std::min(box.lower[k], static_cast<double>(p[axis]));
-                box.upper[k] = std::max(box.upper[k], static_cast<double>(p[axis]));
+                box.lower[k] = std::min(box.lower[k], p[axis]);
+                box.upper[k] = std::max(box.upper[k], p[axis]);
             }
         }
         return box;

@@ -132,9 +132,9 @@ public:
         if (broken) throw *broken;
     }
 
-    /// The tree at the pose, for queries that the tracer does not answer. It is read once a pose.
-    const mray::Bvh& exact_tree() {
-        const std::scoped_lock lock(tree_mutex);
+    /// The tree at the pose. It is read from a device once a pose, with the scene's mutex locked.
+    const mray::Bvh& tree() {
+        if (const mray::Bvh* const on_host = tracer->host_tree()) return *on_host;
         if (!pose_tree) tracer->read_tree(pose_tree.emplace());
         return *pose_tree;
     }
@@ -169,8 +169,7 @@ public:
     /// The memory of the image before.
     TracedImage spare;
 
-    /// Guards `pose_tree`, which is there if it was read.
-    std::mutex tree_mutex;
+    /// There if it was read.
     std::optional<mray::Bvh> pose_tree;
 
     /// Guards `sorter`.
@@ -255,7 +254,8 @@ void ask_in_parts(SceneImpl& scene, std::size_t total, const QueryOptions& optio
 /// Brings the normals of vertices to the pose; the scene's mutex is locked.
 void update_normals(SceneImpl& scene);
 
-mray::ViewSpec to_spec(const View& view);
+/// A view relative to the origin.
+mray::ViewSpec to_spec(const View& view, const Point& origin);
 
 /// Traces and shades a view at the pose; the scene's mutex is locked. Shades on the CPU what any
 /// backend has traced, so that colours do not depend on the backend. Fills pixels, lit_pixels,

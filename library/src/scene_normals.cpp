@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include <glm/geometric.hpp>
+
 #include "common/interop/lit.h"
 #include "library/src/scene_impl.h"
 
@@ -27,22 +29,14 @@ using detail::SceneImpl;
 /// The unit normal of a triangle; 0 without an area, or with a corner that is not finite.
 mray::vec3 flat_normal(const SceneImpl& scene, std::uint32_t prim) {
     const mray::uvec3 corners = scene.meshes.topology().triangles[prim];
-    const auto edge = [&](std::uint32_t corner, int axis) {
-        const std::span<const mray::vec3> positions = scene.pose.positions();
-        return double{positions[corner][axis]} - double{positions[corners.x][axis]};
+    const auto at = [&](std::uint32_t corner) {
+        return glm::dvec3(scene.pose.positions()[corner]);
     };
-    double normal[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        const int next = (axis + 1) % 3;
-        const int last = (axis + 2) % 3;
-        normal[axis] = edge(corners.y, next) * edge(corners.z, last) -
-                       edge(corners.y, last) * edge(corners.z, next);
-    }
-    const double length =
-        std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+    const glm::dvec3 normal =
+        glm::cross(at(corners.y) - at(corners.x), at(corners.z) - at(corners.x));
+    const double length = glm::length(normal);
     if (!(length > 0) || !std::isfinite(length)) return {0, 0, 0};
-    return {static_cast<float>(normal[0] / length), static_cast<float>(normal[1] / length),
-            static_cast<float>(normal[2] / length)};
+    return mray::vec3(normal / length);
 }
 
 /// The normals of the corners of the triangle, interpolated; `flat` where they are not smooth.

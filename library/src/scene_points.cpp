@@ -11,7 +11,6 @@
 
 #include "common/base/errors.h"
 #include "common/bvh/exact_closest.h"
-#include "common/interop/closest_rule.h"
 #include "common/scene/exact_crossing.h"
 #include "cpu/queries/tree_queries.h"
 #include "library/src/ray_batch.h"
@@ -189,43 +188,66 @@ void find_closest_triangles(SceneImpl& scene, const ScenePoints& asked,
         placed[i].distance = std::sqrt(double{found[i].d2});
         if (asked.is_within(index(i))) continue;
         const mray::dvec3& p = asked.exact[index(i)];
-        placed[i].prim_id = mray::exact_closest(scene.exact_tree(), p, mray::kNoPrim, {});
+        placed[i].prim_id = mray::exact_closest(scene.tree(), p);
         if (placed[i].prim_id == mray::kNoPrim) continue;
         const mray::ExactPlace place = mray::exact_place(p, corners_of(scene, placed[i].prim_id));
         placed[i].distance = glm::distance(place.point, p);
     }
 }
 
-/// find_closest_triangles() and the places on the triangles.
+/// At least the squared distance, by the rule, of all triangles that may be the closest one if the
+/// rule has found one at `distance`: it is off by kRuleError of that of the farthest corner, which
+/// includes the rounding of p.
+float most_d2_of_closest(const mray::dvec3& p, double distance) {
+    constexpr double kRuleError = 0x1p-20;
+    const double size = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+    const double farthest = 1.75 * (size + double{mray::kSceneExtent});
+    const double most = distance + 2 * kRuleError * farthest;
+    return static_cast<float>(most * most * (1 + 0x1p-20));
+}
+
+/// The closest triangle of p, exactly, where `guess` is that of the rule and `near` has all that
+/// may be closer, unless there are too many.
+std::uint32_t decide(SceneImpl& scene, const mray::dvec3& p, std::uint32_t guess,
+                     const mray::cpu::NearTriangles& near) {
+    if (!near.fit()) return mray::exact_closest(scene.tree(), p);
+    if (near.prim_ids().size() < 2) return guess;
+    std::vector<mray::NumberedTriangle> triangles;
+    for (const std::uint32_t prim_id : near.prim_ids())
+        triangles.push_back({prim_id, corners_of(scene, prim_id)});
+    return mray::exact_closest(p, triangles);
+}
+
+/// Sets the place of a triangle that is the closest one to p.
+void set_place(const SceneImpl& scene, const mray::dvec3& p, PlacedTriangle& placed) {
+    const mray::ExactPlace place = mray::exact_place(p, corners_of(scene, placed.prim_id));
+    const auto& [first, second, third] = place.weights;
+    placed.feature = feature_of(static_cast<int>(std::ranges::count(place.weights, 0.0)));
+    placed.point = place.point;
+    placed.u = static_cast<float>(second);
+    placed.v = static_cast<float>(third);
+    // On an edge without the first corner their sum is 1 in floats, too.
+    if (first == 0) (second < third ? placed.v : placed.u) = 1.0f - std::min(placed.u, placed.v);
+}
+
+/// find_closest_triangles(), then exactly which of them is the closest, and the places.
 template <class Index>
 void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mray::vec3> run,
                  Index index, float most, std::span<PlacedTriangle> placed) {
     find_closest_triangles(scene, asked, run, index, most, placed);
-    std::vector<mray::ClosestTriangle> near(run.size());
-    for (std::size_t i = 0; i < run.size(); ++i) near[i].prim_id = placed[i].prim_id;
-    std::vector<mray::NearPoint> places(run.size());
-    mray::cpu::find_places(scene.target(), run, near, scene.meshes.topology().triangles,
-                           scene.pose.positions(), places);
+    std::vector<float> most_d2(run.size(), -1.0f);
+    for (std::size_t i = 0; i < run.size(); ++i) {
+        const bool is_open = placed[i].prim_id != mray::kNoPrim && asked.is_within(index(i));
+        if (is_open) most_d2[i] = most_d2_of_closest(asked.exact[index(i)], placed[i].distance);
+    }
+    std::vector<mray::cpu::NearTriangles> near(run.size());
+    mray::cpu::find_near(scene.tree(), scene.target(), run, most_d2, near);
     for (std::size_t i = 0; i < run.size(); ++i) {
         PlacedTriangle& to = placed[i];
         if (to.prim_id == mray::kNoPrim) continue;
-        if (to.distance * to.distance <= mray::kFarDistance2) {
-            to.u = places[i].u;
-            to.v = places[i].v;
-            to.feature = feature_of((to.u == 0) + (to.v == 0) + (1.0f - (to.u + to.v) <= 0));
-            to.point = mray::dvec3(run[i]) + mray::dvec3(places[i].offset);
-            continue;
-        }
         const mray::dvec3& p = asked.exact[index(i)];
-        if (asked.is_within(index(i))) {
-            to.prim_id = mray::exact_closest(scene.exact_tree(), p, to.prim_id,
-                                             corners_of(scene, to.prim_id));
-        }
-        const mray::ExactPlace place = mray::exact_place(p, corners_of(scene, to.prim_id));
-        to.u = static_cast<float>(place.weights[1]);
-        to.v = static_cast<float>(place.weights[2]);
-        to.feature = feature_of(static_cast<int>(std::ranges::count(place.weights, 0.0)));
-        to.point = place.point;
+        if (asked.is_within(index(i))) to.prim_id = decide(scene, p, to.prim_id, near[i]);
+        set_place(scene, p, to);
     }
 }
 

@@ -54,7 +54,7 @@ public:
     const SceneTextures* textures() const override {
         return scene_.textures.files.empty() ? nullptr : &scene_.textures;
     }
-    FileOrigin origin() const override { return origin_; }
+    Origin origin() const override { return origin_; }
     WorldBounds bounds() const override { return bounds_; }
     const std::string& name() const override { return name_; }
 
@@ -71,15 +71,15 @@ public:
 
 private:
     /// Uses the memory of `places`.
-    FileOrigin find_origin(std::span<vec3> places) const {
+    Origin find_origin(std::span<vec3> places) const {
         std::vector<glm::dvec3> points(places.size());
-        FileOrigin origin;
+        Origin origin;
         // Places from about their centre have the digits that those from 0 may lack.
         for (int i = 0; i < 2; ++i) {
             if (i == 1) origin = centre_of(points);
             skinning_.place(gltf::pose_at(scene_, 0, origin), places);
             std::ranges::transform(places, points.begin(),
-                                   [&](const vec3& p) { return origin.to_file(glm::dvec3(p)); });
+                                   [&](const vec3& p) { return origin.from_world(glm::dvec3(p)); });
         }
         return origin_of(points);
     }
@@ -101,7 +101,7 @@ private:
     gltf::Skinning skinning_;
     double fps_;
     double last_frame_ = 0;
-    FileOrigin origin_;
+    Origin origin_;
     WorldBounds bounds_;
 };
 

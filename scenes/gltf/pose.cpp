@@ -83,7 +83,7 @@ std::map<std::uint32_t, std::vector<Columns>> joint_maps(const GltfScene& scene,
 
 }  // namespace
 
-Pose pose_at(const GltfScene& scene, double seconds, const FileOrigin& origin) {
+Pose pose_at(const GltfScene& scene, double seconds, const Origin& origin) {
     const std::vector<Node>& nodes = scene.tree.nodes;
     std::map<std::uint32_t, Trs> moved;
     std::map<std::uint32_t, std::vector<double>> weights;

@@ -21,7 +21,7 @@ struct Pose {
 
 /// `seconds` before the first and after the last key are those keys. World space is that of an
 /// origin. A pure function: the bits do not depend on machine, threads or earlier calls.
-Pose pose_at(const GltfScene& scene, double seconds, const FileOrigin& origin = {});
+Pose pose_at(const GltfScene& scene, double seconds, const Origin& origin = {});
 
 /// The columns of an affine map; the fourth row is 0, 0, 0, 1.
 struct alignas(32) Columns {

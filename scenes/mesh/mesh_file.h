@@ -13,8 +13,8 @@
 
 #include "common/interop/platform.h"
 #include "common/scene/mesh.h"
+#include "common/scene/origin.h"
 #include "common/scene/textures.h"
-#include "scenes/file_origin.h"
 #include "scenes/polygons/triangulate.h"
 #include "scenes/warning_count.h"
 
@@ -27,7 +27,7 @@ struct MeshFileOptions {
     /// Leave out colours, material libraries, normals and textures.
     bool positions_only = false;
     /// That of the animation; nothing: found by origin_of().
-    std::optional<FileOrigin> origin = {};
+    std::optional<Origin> origin = {};
     WarnFunction warn = {};
 };
 
@@ -36,10 +36,10 @@ inline constexpr Albedo kClay = 0x0033548A;
 
 /// The faces of the file that have three corners or more, in their order.
 struct FileMesh {
-    FileOrigin origin;
+    Origin origin;
     /// Whether the origin rounds them coarsely: they are too far from it.
     bool is_coarse = false;
-    /// Each vertex of the file, in world space (FileOrigin::to_world()).
+    /// Each vertex of the file, in world space (Origin::to_world()).
     std::vector<vec3> positions;
     Polygons faces;
     /// One for each face; empty: kClay for all.

@@ -267,7 +267,7 @@ private:
                 values_.fail("colour of a vertex is not finite or beyond 1e30; repair it");
         }
         positions_.push_back(position_);
-        if (has_normals_) normals_.push_back(FileOrigin().to_world(normal_));
+        if (has_normals_) normals_.push_back(Origin().to_world(normal_));
         if (has_colours_) mesh_.vertex_colours.emplace_back(colour_);
     }
 

@@ -205,7 +205,7 @@ private:
     std::size_t vertex_count_;
     std::size_t face_count_;
     std::uint64_t faces_hash_;
-    FileOrigin origin_;
+    Origin origin_;
     bool is_lenient_;
     mutable std::atomic<bool> was_coarse_ = false;
 };

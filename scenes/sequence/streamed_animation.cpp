@@ -126,7 +126,7 @@ public:
     }
     double first_frame() const override { return source_->frame(0); }
     double last_frame() const override { return source_->frame(source_->count() - 1); }
-    FileOrigin origin() const override { return first_.origin; }
+    Origin origin() const override { return first_.origin; }
     WorldBounds bounds() const override { return bounds_; }
     const std::string& name() const override { return name_; }
 

@@ -23,7 +23,7 @@ struct FirstMesh {
     SceneTextures textures;
     /// The faces that the triangles were made of.
     Polygons faces;
-    FileOrigin origin;
+    Origin origin;
     /// Those of keyframe 0, or empty.
     std::vector<vec3> positions;
 };

@@ -26,7 +26,7 @@ bool is_over(uint key) { return key > answer.x; }
 
 uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
     if (!finite_vertices(a, b, c)) return 0u;
-    uint d2 = floatBitsToUint(closest_on_triangle(point, a, b, c).d2);
+    uint d2 = floatBitsToUint(triangle_distance2(point, a, b, c));
     if (d2 < answer.x || (d2 == answer.x && prim_id < answer.y)) {
         answer.x = d2;
         answer.y = prim_id;

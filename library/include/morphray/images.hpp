@@ -41,8 +41,8 @@ constexpr std::uint32_t sample_side(std::uint32_t samples) {
     return side;
 }
 
-/// A pinhole camera and a light, in world space. What is not given is chosen so that the bounds of
-/// the scene fill the image.
+/// A pinhole camera and a light, in the caller's coordinates. What is not given is chosen so that
+/// the bounds of the scene fill the image.
 struct View {
     std::optional<Point> eye = {};
     std::optional<Point> target = {};

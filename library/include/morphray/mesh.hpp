@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "morphray/error.hpp"
 #include "morphray/geometry.hpp"
 
 namespace morphray {
@@ -54,13 +55,21 @@ constexpr void check_positions() {
 }  // namespace detail
 
 /// `count` positions, three floats or doubles each, `stride` bytes apart. Any alignment. The array
-/// is borrowed. Doubles are rounded to floats wherever they are read.
+/// is borrowed. SceneOptions::origin is subtracted in double wherever they are read; then they are
+/// rounded to floats.
 struct Positions {
     const void* data = nullptr;
     std::size_t count = 0;
     std::size_t stride = sizeof(Vec3);
     bool has_doubles = false;
 };
+
+/// Finds a SceneOptions::origin. It is 0 unless rounding doubles to floats would move one by more
+/// than 1e-6 of their size; then it lies near their middle. Positions that are not finite or beyond
+/// 1e30 do not count. O(positions).
+MORPHRAY_API Point find_origin(const Positions& positions);
+/// Returns the farthest that rounding moves a coordinate of doubles less an origin; 0 for floats.
+MORPHRAY_API double rounding_error(const Positions& positions, const Point& origin);
 
 /// The positions of an array of the caller's vertices. `member` is the member with the position:
 /// float[3], std::array<double, 3>, Vec3 or any other type that begins with three floats or

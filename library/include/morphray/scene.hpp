@@ -63,6 +63,12 @@ struct SceneOptions {
     /// together, and hits are as right as ever. build() throws bad_argument if
     /// they are empty or not within the range of floats.
     std::optional<Box> bounds = {};
+    /// The place in the caller's coordinates where world space has its 0. It is subtracted from
+    /// positions in double before they are rounded to floats, so that coordinates such as those of
+    /// UTM keep their digits. find_origin() gives one. Boxes and the points of a View are doubles
+    /// in the caller's coordinates. Rays, points and closest points are relative to the origin, as
+    /// Scene::less_origin() returns them. build() throws bad_argument if it is not finite.
+    Point origin = {0, 0, 0};
     UpdatePolicy update = Auto{};
     /// Find the cost ratio at each update, even if the policy does not need it.
     bool record_cost_ratio = false;
@@ -263,10 +269,10 @@ public:
                   FillRule rule = FillRule::nonzero, const QueryOptions& options = {}) const;
 
     /// Finds the closest points of the meshes no farther than max_distance: closest[i] answers
-    /// points[i]. Distances are those of vertices that are moved by up to 2^-24 of their distance
-    /// from the point, up to 2^-20 of it (docs/design/arithmetic.md, "Distances"); which triangle
-    /// is closest is decided by these distances, the same everywhere, and exactly from more than
-    /// a quarter of the scene's size away. None is found for a point that is not finite. Throws
+    /// points[i]. Triangle, feature and place are exact but for the rounding of the place.
+    /// Distances are those of vertices that are moved by up to 2^-24 of their distance from the
+    /// point, up to 2^-20 of it (docs/design/arithmetic.md, "Distances"). None is found for a point
+    /// that is not finite. The first call after an update reads the tree back from a device. Throws
     /// bad_argument for a max_distance that is negative or NaN; otherwise throws as intersect().
     void closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
                         float max_distance = std::numeric_limits<float>::infinity(),
@@ -302,6 +308,11 @@ public:
     std::vector<Box> tree_boxes(std::uint32_t depth) const;
 
     const Device& device() const;
+    /// Returns SceneOptions::origin.
+    const Point& origin() const;
+    /// Subtracts the origin from the caller's coordinates and rounds them once, or adds it again.
+    Vec3 less_origin(const Point& point) const;
+    Point plus_origin(const Vec3& point) const;
     std::uint64_t triangle_count() const;
     std::uint64_t vertex_count() const;
     /// The bounds of the finite positions at the current pose; lower > upper if there are none.

@@ -40,12 +40,22 @@ bool has_dtype(const py::array& array) {
                          text_of(array.dtype().attr("str")) + "; astype() makes a copy");
 }
 
-/// float32 numbers, copied of other numbers.
-py::array floats_of(const py::array& array, const std::string& name) {
-    if (has_dtype<float>(array)) return array;
+/// Returns float32 numbers, copied of other numbers. An origin is subtracted in float64 from the
+/// first three on the last axis.
+py::array floats_of(const py::array& array, const std::string& name, const Point& origin) {
+    // Arrays with fewer columns are refused later.
+    const bool is_moved =
+        origin != Point{} && array.ndim() > 0 && array.shape(array.ndim() - 1) >= 3;
+    if (!is_moved && has_dtype<float>(array)) return array;
     const char kind = array.dtype().kind();
     if (kind != 'f' && kind != 'i' && kind != 'u') throw_dtype(array, name, "float32");
-    return array.attr("astype")(py::dtype::of<float>());
+    py::object numbers = array;
+    if (is_moved) {
+        numbers = array.attr("astype")(py::dtype::of<double>());
+        const py::object points = numbers[py::make_tuple(py::ellipsis(), py::slice(0, 3, 1))];
+        points.attr("__isub__")(py::array_t<double>(3, origin.data()));
+    }
+    return numbers.attr("astype")(py::dtype::of<float>());
 }
 
 template <class Number>
@@ -120,9 +130,15 @@ std::vector<std::uint32_t> packed_colours(const py::array& array, std::uint32_t 
     return colours;
 }
 
-py::dtype dtype_of(const char* fields) {
+py::dtype dtype_of(const std::string& fields) {
     const py::module_ numpy = py::module_::import("numpy");
     return py::reinterpret_borrow<py::dtype>(numpy.attr("dtype")(py::eval(fields)));
+}
+
+py::dtype closest_dtype_of(const std::string& number) {
+    return dtype_of("[('point', '" + number +
+                    "', (3,)), ('distance', 'f4'), ('u', 'f4'), ('v', 'f4'), ('prim_id', 'u4'), "
+                    "('geom_id', 'u4'), ('feature', 'u4')]");
 }
 
 Shape shape_of(const py::array& array) { return {array.shape(), array.shape() + array.ndim()}; }
@@ -205,9 +221,12 @@ const py::dtype& hit_dtype() {
 }
 
 const py::dtype& closest_dtype() {
-    static const auto* const dtype = new py::dtype(
-        dtype_of("[('point', 'f4', (3,)), ('distance', 'f4'), ('u', 'f4'), ('v', 'f4'), "
-                 "('prim_id', 'u4'), ('geom_id', 'u4'), ('feature', 'u4')]"));
+    static const auto* const dtype = new py::dtype(closest_dtype_of("f4"));
+    return *dtype;
+}
+
+const py::dtype& far_closest_dtype() {
+    static const auto* const dtype = new py::dtype(closest_dtype_of("f8"));
     return *dtype;
 }
 
@@ -281,11 +300,16 @@ MeshTextures textures_of(const py::object& textures, const std::string& name) {
     return result;
 }
 
-QueryArray rays_of(const py::object& object) {
+QueryArray rays_of(const py::object& object, const Point& origin) {
     py::array array = array_of(object, "rays");
     QueryArray rays{.name = "rays", .shape = shape_of(array)};
-    if (!has_dtype(array, ray_dtype())) {
-        array = floats_of(array, "rays");
+    if (has_dtype(array, ray_dtype())) {
+        if (origin != Point{}) {
+            array = array.attr("copy")();
+            array["org"] = floats_of(array["org"], "rays", origin);
+        }
+    } else {
+        array = floats_of(array, "rays", origin);
         if (array.ndim() < 1 || (rays.shape.back() != 6 && rays.shape.back() != 8))
             throw_shape(array, "rays", "(N, 6) or (N, 8)");
         rays.columns = static_cast<std::size_t>(rays.shape.back());
@@ -295,8 +319,8 @@ QueryArray rays_of(const py::object& object) {
     return rays;
 }
 
-QueryArray query_points_of(const py::object& object) {
-    const py::array array = floats_of(array_of(object, "points"), "points");
+QueryArray query_points_of(const py::object& object, const Point& origin) {
+    const py::array array = floats_of(array_of(object, "points"), "points", origin);
     QueryArray points{.name = "points", .columns = 3, .shape = shape_of(array)};
     if (array.ndim() < 1 || points.shape.back() != 3) throw_shape(array, "points", "(N, 3)");
     points.shape.pop_back();
@@ -326,7 +350,7 @@ std::vector<Primitive> excluded_of(const py::object& object, const QueryArray& r
 
 QueryArray hit_array_of(const py::object& object) {
     py::array array = array_of(object, "hits");
-    if (has_dtype(array, closest_dtype())) {
+    if (has_dtype(array, closest_dtype()) || has_dtype(array, far_closest_dtype())) {
         py::array hits(hit_dtype(), shape_of(array));
         for (const char* const name : {"u", "v", "prim_id", "geom_id"}) hits[name] = array[name];
         array = hits;

@@ -20,6 +20,8 @@ namespace py = pybind11;
 const py::dtype& ray_dtype();
 const py::dtype& hit_dtype();
 const py::dtype& closest_dtype();
+/// closest_dtype() with a float64 `point`, for scenes with an origin.
+const py::dtype& far_closest_dtype();
 
 /// numpy.ndarray as it is, what has __dlpack__ as a view, and a list or tuple as a new array.
 /// Throws TypeError for all else.
@@ -63,14 +65,15 @@ struct QueryArray {
 };
 
 /// An array of shape (..., 6) or (..., 8) of numbers, or of any shape of ray_dtype(). It is read in
-/// place if it is float32, C-contiguous and aligned, and copied otherwise.
-QueryArray rays_of(const py::object& rays);
+/// place if it is float32, C-contiguous and aligned, and the origin is 0; copied otherwise, less
+/// the origin.
+QueryArray rays_of(const py::object& rays, const Point& origin);
 /// An array of shape (..., 3) of numbers, read or copied as rays are.
-QueryArray query_points_of(const py::object& points);
+QueryArray query_points_of(const py::object& points, const Point& origin);
 /// The triangles that rays leave out: of an array of hit_dtype with the shape of the rays, or of
 /// one of (..., 2) integers, geom_id and prim_id. None: no triangles.
 std::vector<Primitive> excluded_of(const py::object& excluded, const QueryArray& rays);
-/// Hits of an array of hit_dtype, or made of one of closest_dtype, read or copied as rays are.
+/// Hits of an array of hit_dtype, or made of one of closest points, read or copied as rays are.
 QueryArray hit_array_of(const py::object& hits);
 /// Flags of an array of bool, by geom_id. None: no flags.
 std::vector<std::uint8_t> visible_of(const py::object& visible);

@@ -68,7 +68,9 @@ Comparison compare_any(const py::object& first, const py::object& second, const 
                        std::size_t keep) {
     if (py::isinstance<PyScene>(first) && py::isinstance<PyScene>(second)) {
         if (rays.is_none()) throw py::type_error("compare: two scenes need rays to compare");
-        return compare_scenes(first.cast<PyScene&>(), second.cast<PyScene&>(), rays_of(rays), keep);
+        PyScene& scene = first.cast<PyScene&>();
+        return compare_scenes(scene, second.cast<PyScene&>(), rays_of(rays, scene.scene().origin()),
+                              keep);
     }
     if (py::isinstance<Image>(first) && py::isinstance<Image>(second)) {
         if (!rays.is_none()) throw py::type_error("compare: two images take no rays");

@@ -64,7 +64,7 @@ void ask_rays(PyScene& scene, const QueryArray& rays, const QueryKeywords& keywo
 template <class Written, class Work>
 py::array answer_rays(PyScene& scene, const py::object& given, const py::object& out,
                       const py::dtype& dtype, const QueryKeywords& keywords, Work work) {
-    const QueryArray rays = rays_of(given);
+    const QueryArray rays = rays_of(given, scene.scene().origin());
     return answer<Written>(rays, out, dtype, [&](std::span<Written> results) {
         ask_rays(scene, rays, keywords, false,
                  [&](const Scene& asked, std::size_t first, std::span<const Ray> batch,
@@ -79,7 +79,7 @@ template <class Written, class Work>
 py::array answer_points(PyScene& scene, const py::object& points, const py::object& out,
                         const py::dtype& dtype, const std::string& threads, Cancel* cancel,
                         Work work) {
-    const QueryArray array = query_points_of(points);
+    const QueryArray array = query_points_of(points, scene.scene().origin());
     const std::span where(reinterpret_cast<const Vec3*>(array.data), array.count);
     QueryOptions options{.threads = threads_named(threads)};
     return answer<Written>(array, out, dtype, [&](std::span<Written> results) {
@@ -128,7 +128,8 @@ py::object intersect_all(PyScene& scene, const py::object& rays, const std::stri
     if (max_hits) all_options.max_hits = *max_hits;
     AllHits all;
     // One batch: the answer takes as much memory as converted rays.
-    ask_rays(scene, rays_of(rays), {"none", visible, excluded, threads, cancel}, true,
+    ask_rays(scene, rays_of(rays, scene.scene().origin()),
+             {"none", visible, excluded, threads, cancel}, true,
              [&](const Scene& asked, std::size_t, auto batch, const QueryOptions& options) {
                  all = asked.intersect_all(batch, all_options, options);
              });
@@ -183,12 +184,28 @@ py::array contains(PyScene& scene, const py::object& points, const py::object& o
         });
 }
 
+/// Closest points in the caller's coordinates, which are float64.
+py::array from_world(const py::array& closest, const Point& origin, const py::object& out) {
+    const QueryArray queries{.name = "points",
+                             .shape = {closest.shape(), closest.shape() + closest.ndim()}};
+    py::array result = results_for(queries, out, far_closest_dtype());
+    for (const py::handle name : closest.dtype().attr("names")) result[name] = closest[name];
+    const py::module_ numpy = py::module_::import("numpy");
+    const py::object is_found = numpy.attr("not_equal")(closest["prim_id"], kNoPrim);
+    numpy.attr("add")(result["point"], py::array_t<double>(3, origin.data()),
+                      arg("out") = result["point"],
+                      arg("where") = numpy.attr("expand_dims")(is_found, -1));
+    return result;
+}
+
 py::array closest_points(PyScene& scene, const py::object& points,
                          std::optional<float> max_distance, const py::object& out,
                          const std::string& threads, Cancel* cancel) {
     const float most = max_distance.value_or(kInfinity);
-    return answer_points<ClosestPoint>(
-        scene, points, out, closest_dtype(), threads, cancel,
+    const Point& origin = scene.scene().origin();
+    const bool is_far = origin != Point{};
+    const py::array found = answer_points<ClosestPoint>(
+        scene, points, is_far ? py::none() : out, closest_dtype(), threads, cancel,
         [&](const Scene& asked, auto where, auto closest, const QueryOptions& options) {
             asked.closest_points(where, closest, most, options);
             // ClosestPoint ends with a byte and three of padding, where closest_dtype() has a
@@ -198,6 +215,7 @@ py::array closest_points(PyScene& scene, const py::object& points,
             for (ClosestPoint& point : closest)
                 std::memset(reinterpret_cast<std::byte*>(&point.feature) + 1, 0, 3);
         });
+    return is_far ? from_world(found, origin, out) : found;
 }
 
 py::array signed_distance(PyScene& scene, const py::object& points, const py::object& out,
@@ -301,7 +319,8 @@ rule: which windings are inside, "nonzero", so that overlapping meshes are one, 
 
 point is at (1 - u - v) * p0 + u * p1 + v * p2. feature is 0 inside of the triangle, 1 on an edge and 2 at
 a corner. Of equally close triangles it is the lowest (geom_id, prim_id). Where there is none, distance is
-inf and the IDs are INVALID_ID. Other arguments are those of winding().)",
+inf and the IDs are INVALID_ID. Other arguments are those of winding(). Where Scene.origin is not 0, the
+point is float64.)",
             arg("points"), arg("max_distance") = none, arg("out") = none, py::kw_only(),
             arg("threads") = "all", arg("cancel") = none)
         .def(

@@ -45,12 +45,16 @@ std::unique_ptr<PyScene> make_scene(const py::object& points, const py::object& 
                                     const std::optional<std::pair<Point, Point>>& bounds,
                                     const std::string& update, double budget_ms, double budget,
                                     bool deterministic, bool deforms, const py::object& albedo,
-                                    bool record_cost_ratio, const py::object& textures) {
+                                    bool record_cost_ratio, const py::object& textures,
+                                    const std::optional<Point>& origin) {
     SceneOptions options{.update = policy_of(update, budget_ms, budget, deterministic),
                          .record_cost_ratio = record_cost_ratio};
     if (bounds) options.bounds = Box{bounds->first, bounds->second};
-    return std::make_unique<PyScene>(meshes_of(points, triangles, deforms, albedo, textures),
-                                     device_of(device, "device"), options);
+    const std::vector<BorrowedMesh> meshes =
+        meshes_of(points, triangles, deforms, albedo, textures);
+    if (origin || !meshes.empty())
+        options.origin = origin ? *origin : find_origin(meshes.front().positions);
+    return std::make_unique<PyScene>(meshes, device_of(device, "device"), options);
 }
 
 Update update(PyScene& scene, std::optional<std::uint32_t> geom_id, std::uint32_t first,
@@ -177,8 +181,8 @@ void bind_scene(py::module_& module) {
 
 points:    (V, 3) float32 or float64, in any units, any distance apart: a numpy.ndarray, or what has
            __dlpack__ on the CPU. Borrowed: each update() reads the array in place, so write into it
-           (points[:] = ...), and do not resize it; float64 is rounded to float32. A list is copied:
-           later poses are given to update(). Triangles with points that are NaN or infinite are
+           (points[:] = ...), and do not resize it; float64, less origin, is rounded to float32. A list
+           is copied: later poses are given to update(). Triangles with points that are NaN or infinite are
            never hit.
 triangles: (T, 3) uint32, int32, uint64 or int64, or a list, copied. Without triangles, points is a list of
            meshes: morphray.Mesh, or tuples of (points, triangles[, deforms[, albedo[, textures]]]),
@@ -197,6 +201,10 @@ albedo:    for images, the linear colour of each triangle: (T, 3) uint8, or (T,)
            the lowest byte. None: light grey. Copied.
 record_cost_ratio: find Update.cost_ratio at each update
 textures:  for images by shading="lit", a morphray.Textures, copied. They are multiplied by albedo.
+origin:    three numbers that are subtracted in float64 from all points and rays before they are rounded
+           to float32, and added to closest points. None: 0, unless the points of the first mesh are
+           float64 and rounding would move one by more than 1e-6 of their size, such as those of UTM;
+           then a place near their middle. A warning tells if points are moved so far all the same.
 
 Any number of threads may query a scene at the same time. A change, update(), attach() or detach(), that
 meets another call raises Error "busy". Ctrl-C ends queries, images, Scene() and update(); a scene whose
@@ -209,7 +217,8 @@ fit, Error "bad_input" for an index that is out of range, "bad_argument", "unava
              arg("device") = "cpu", arg("bounds") = py::none(), arg("update") = "auto",
              arg("budget_ms") = automatic.budget_ms, arg("budget") = automatic.budget,
              arg("deterministic") = false, arg("deforms") = true, arg("albedo") = py::none(),
-             arg("record_cost_ratio") = false, arg("textures") = py::none())
+             arg("record_cost_ratio") = false, arg("textures") = py::none(),
+             arg("origin") = py::none())
         .def("update", &update,
              R"(Brings the tree to the points, which it reads again. Returns an Update.
 
@@ -282,6 +291,10 @@ Raises Error "bad_input" for an impossible view, "bad_argument" and "limit".)",
         .def_property_readonly("bounds", &bounds,
                                "(lower, upper), two (3,) float64, of the finite points. lower > "
                                "upper if there are none.")
+        .def_property_readonly(
+            "origin",
+            [](PyScene& scene) { return py::array_t<double>(3, scene.scene().origin().data()); },
+            "(3,) float64: what is subtracted from points and rays before they are rounded.")
         .def_property_readonly("triangle_count", reading(&Scene::triangle_count),
                                "Of all meshes together.")
         .def_property_readonly("vertex_count", reading(&Scene::vertex_count),

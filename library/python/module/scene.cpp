@@ -130,6 +130,24 @@ PyScene::PyScene(const std::vector<BorrowedMesh>& meshes, const Device& device,
     for (const BorrowedMesh& mesh : meshes)
         points_.emplace(static_cast<std::uint32_t>(points_.size()), mesh.points);
     next_points_ = points_;
+    for (const MeshView& view : views) warn_if_coarse(view.positions);
+}
+
+void PyScene::warn_if_coarse(const Positions& positions) {
+    if (!positions.has_doubles || has_warned_) return;
+    if (!size_) {
+        const Box bounds = scene_->bounds();
+        size_ = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            size_ = std::max(*size_, bounds.upper[axis] - bounds.lower[axis]);
+    }
+    constexpr double kCoarse = 1e-6;
+    has_warned_ = *size_ > 0 && rounding_error(positions, scene_->origin()) > kCoarse * *size_;
+    if (!has_warned_) return;
+    const char* const text =
+        "points: rounding to float32 moves them by more than 1e-6 of the size of the scene; "
+        "origin, a point near them, keeps their digits";
+    if (PyErr_WarnEx(PyExc_UserWarning, text, 1) != 0) throw py::error_already_set();
 }
 
 /// Cancels a background build and waits for its end.
@@ -193,6 +211,7 @@ std::uint32_t PyScene::attach(const BorrowedMesh& mesh) {
         geom_id = scene_->attach(mesh.view());
     }
     next_points_.insert_or_assign(geom_id, mesh.points);
+    warn_if_coarse(mesh.positions);
     return geom_id;
 }
 

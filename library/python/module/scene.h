@@ -89,6 +89,8 @@ public:
 private:
     PyScene() = default;
     std::unique_lock<std::shared_mutex> change_lock();
+    /// Warns, once, if rounding moves a point by more than 1e-6 of the size of the scene.
+    void warn_if_coarse(const Positions& positions);
 
     /// The arrays of points by geom_id, at the last update() and at the next one.
     std::map<std::uint32_t, py::array> points_;
@@ -96,6 +98,9 @@ private:
     /// Ends the building of its trees.
     std::atomic<bool> cancel_build_ = false;
     std::optional<Scene> scene_;
+    /// The longest side of the bounds when points were doubles for the first time.
+    std::optional<double> size_;
+    bool has_warned_ = false;
     std::shared_mutex mutex_;
 };
 

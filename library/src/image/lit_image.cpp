@@ -48,10 +48,9 @@ mray::vec3 unit_vector(const Point& p) {
 }
 
 /// Colours the samples by what the tree costs there; black without a hit, but for steps.
-void colour_by_tree(Shading shading, mray::Backend& backend, mray::ThreadArena& arena,
-                    const mray::Watch& watch, TracedImage& image) {
-    mray::Bvh tree;
-    backend.read_tree(tree);
+void colour_by_tree(SceneImpl& scene, Shading shading, const mray::Watch& watch,
+                    TracedImage& image) {
+    const mray::Bvh& tree = scene.tree();
     const bool is_steps = shading == Shading::steps;
     const std::vector<float> looseness =
         is_steps ? std::vector<float>() : mray::cpu::leaf_looseness(tree);
@@ -65,7 +64,7 @@ void colour_by_tree(Shading shading, mray::Backend& backend, mray::ThreadArena& 
         return mray::looseness_colour(looseness[hit.prim_id]);
     };
     mray::resize_watched(image.samples.pixels, image.samples.hits.size(), watch);
-    arena.execute([&] {
+    scene.arena().execute([&] {
         tbb::parallel_for(std::uint32_t{0}, image.params.height, [&](std::uint32_t y) {
             watch.throw_if_cancelled();
             for (std::uint32_t x = 0; x < width; ++x) {
@@ -83,12 +82,11 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
     const MeshList& meshes = scene.meshes;
     const PoseReader& pose = scene.pose;
     mray::Backend& backend = *scene.tracer;
-    mray::ThreadArena& arena = scene.arena();
     const LitKind kind = kind_of(view.shading);
     const bool is_lit = kind == LitKind::kLit;
     const bool is_smooth = (is_lit || kind == LitKind::kNormal) && !view.flat;
     const std::uint32_t side = checked_side(view.samples);
-    mray::ViewSpec spec = to_spec(view);
+    mray::ViewSpec spec = to_spec(view, scene.options.origin);
     // More than this is refused.
     constexpr std::uint32_t kMostPixels = 1u << 20;
     spec.width = std::min(view.width, kMostPixels) * side;
@@ -122,7 +120,7 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
     if (is_lit && meshes.has_alpha_test())
         image.ray_count += apply_alpha_test(scene, watch, traced);
     if (has_smooth) update_normals(scene);
-    if (is_heat) colour_by_tree(view.shading, backend, arena, watch, traced);
+    if (is_heat) colour_by_tree(scene, view.shading, watch, traced);
     const mray::ResolvedView seen = mray::resolve_view(spec, pose.bounds());
     const mray::DepthRange depths = mray::depth_range(seen.eye, seen.target, pose.bounds());
     const mray::cpu::LitSamples samples{
@@ -157,7 +155,7 @@ void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, Tr
     constexpr std::uint32_t kBandRows = 32;
     const std::uint32_t band = kBandRows / side;
     const std::uint32_t bands = (view.height + band - 1) / band;
-    arena.execute([&] {
+    scene.arena().execute([&] {
         tbb::parallel_for(std::uint32_t{0}, bands, [&](std::uint32_t i) {
             watch.throw_if_cancelled();
             const std::uint32_t begin = i * band;

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "cpu/scene_space/to_scene.h"
+#include "library/src/scene/errors.h"
 
 namespace morphray::detail {
 namespace {
@@ -24,16 +25,24 @@ using Range = tbb::blocked_range<std::size_t>;
 constexpr std::size_t kGrain = 8192;
 
 /// Vertex i, which may lie at any address.
-vec3 load(const Positions& positions, std::size_t i) {
+glm::dvec3 load(const Positions& positions, std::size_t i) {
     const auto* const from = static_cast<const std::byte*>(positions.data) + i * positions.stride;
     if (positions.has_doubles) {
-        double p[3];
-        std::memcpy(p, from, sizeof(p));
-        return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
+        glm::dvec3 p;
+        std::memcpy(&p, from, sizeof(p));
+        return p;
     }
     vec3 p;
     std::memcpy(&p, from, sizeof(p));
     return p;
+}
+
+/// Positions that are doubles, else none.
+std::vector<glm::dvec3> doubles_of(const Positions& positions) {
+    std::vector<glm::dvec3> doubles;
+    if (!positions.has_doubles || positions.data == nullptr) return doubles;
+    for (std::size_t i = 0; i < positions.count; ++i) doubles.push_back(load(positions, i));
+    return doubles;
 }
 
 void extend(WorldBounds& bounds, const WorldBounds& other) {
@@ -41,11 +50,12 @@ void extend(WorldBounds& bounds, const WorldBounds& other) {
 }
 
 /// Calls `use(first, run)` for runs of positions first, first + 1, ..., in place if they are
-/// packed.
+/// packed floats of world space.
 template <class Use>
-void for_each_run(const Positions& positions, std::size_t first, std::size_t end, Use use) {
+void for_each_run(const Positions& positions, const mray::Origin& origin, std::size_t first,
+                  std::size_t end, Use use) {
     const auto* bytes = static_cast<const std::byte*>(positions.data);
-    if (positions.stride == sizeof(vec3) && !positions.has_doubles &&
+    if (positions.stride == sizeof(vec3) && !positions.has_doubles && origin == mray::Origin() &&
         reinterpret_cast<std::uintptr_t>(bytes) % alignof(vec3) == 0) {
         const auto* packed = reinterpret_cast<const vec3*>(bytes);
         if (first < end) use(first, std::span(packed + first, end - first));
@@ -55,7 +65,8 @@ void for_each_run(const Positions& positions, std::size_t first, std::size_t end
     vec3 run[kRun];
     for (; first < end; first += kRun) {
         const std::size_t count = std::min(kRun, end - first);
-        for (std::size_t i = 0; i < count; ++i) run[i] = load(positions, first + i);
+        for (std::size_t i = 0; i < count; ++i)
+            run[i] = origin.to_world(load(positions, first + i));
         use(first, std::span<const vec3>(run, count));
     }
 }
@@ -89,24 +100,34 @@ WorldBounds bounds_of_all(std::span<const vec3> points, mray::ThreadArena& arena
 }
 
 /// Copies positions from `first` on.
-void copy_positions(const Positions& positions, std::size_t first, std::span<vec3> out) {
-    for_each_run(positions, first, first + out.size(),
+void copy_positions(const Positions& positions, const mray::Origin& origin, std::size_t first,
+                    std::span<vec3> out) {
+    for_each_run(positions, origin, first, first + out.size(),
                  [&](std::size_t at, std::span<const vec3> run) {
                      std::copy(run.begin(), run.end(), &out[at - first]);
                  });
 }
 
-WorldBounds to_bounds(const std::optional<Box>& box) {
+WorldBounds to_bounds(const std::optional<Box>& box, const mray::Origin& origin) {
     WorldBounds bounds;
     if (!box) return bounds;
-    bounds.extend(box->lower.data(), box->upper.data());
+    const auto& [lower, upper] = *box;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto k = static_cast<std::size_t>(axis);
+        bounds.lower[axis] = lower[k] - origin.at[axis];
+        bounds.upper[axis] = upper[k] - origin.at[axis];
+    }
     return bounds;
 }
 
 }  // namespace
 
-PoseReader::PoseReader(const std::optional<Box>& bounds, const mray::SimdTarget& target)
-    : bounds_(to_bounds(bounds)), space_(bounds_), target_(target) {}
+PoseReader::PoseReader(const std::optional<Box>& bounds, const Point& origin,
+                       const mray::SimdTarget& target)
+    : origin_{{origin[0], origin[1], origin[2]}},
+      bounds_(to_bounds(bounds, origin_)),
+      space_(bounds_),
+      target_(target) {}
 
 /// Reads a piece into this space. Returns whether one of its positions is outside of the range.
 bool PoseReader::read_piece(const Piece& piece, mray::ThreadArena& arena) {
@@ -116,7 +137,7 @@ bool PoseReader::read_piece(const Piece& piece, mray::ThreadArena& arena) {
     const MadePositions made = for_each_part(
         piece.first, piece.first + piece.count, arena, [&](std::size_t first, std::size_t count) {
             MadePositions sum;
-            for_each_run(mesh.positions, first, first + count,
+            for_each_run(mesh.positions, origin_, first, first + count,
                          [&](std::size_t at, std::span<const vec3> run) {
                              sum.add(mray::cpu::make_positions(space_, target_, run,
                                                                scene.subspan(at, run.size())));
@@ -129,7 +150,7 @@ bool PoseReader::read_piece(const Piece& piece, mray::ThreadArena& arena) {
         kept = kept_.emplace(mesh.first_vertex, scene.size()).first;
         for (std::size_t i = 0; i < scene.size(); ++i) kept->second[i] = space_.to_world(scene[i]);
     }
-    copy_positions(mesh.positions, piece.first,
+    copy_positions(mesh.positions, origin_, piece.first,
                    std::span(kept->second).subspan(piece.first, piece.count));
     return made.any_outside;
 }
@@ -223,7 +244,7 @@ void PoseReader::read_list(const MeshList& meshes, const MeshList* before,
         if (before != nullptr && mesh.vertex_before && !mesh.deforms) {
             std::copy_n(&world_before[*mesh.vertex_before], out.size(), out.begin());
         } else {
-            copy_positions(mesh.positions, 0, out);
+            copy_positions(mesh.positions, origin_, 0, out);
         }
     }
     find_space(meshes, world, arena);
@@ -257,3 +278,21 @@ mray::vec3 PoseReader::world_position(std::uint32_t vertex) const {
 }
 
 }  // namespace morphray::detail
+
+namespace morphray {
+
+Point find_origin(const Positions& positions) {
+    return detail::with_public_errors([&] {
+        const glm::dvec3 at = mray::origin_of(detail::doubles_of(positions)).at;
+        return Point{at.x, at.y, at.z};
+    });
+}
+
+double rounding_error(const Positions& positions, const Point& origin) {
+    return detail::with_public_errors([&] {
+        const mray::Origin from{{origin[0], origin[1], origin[2]}};
+        return from.rounding_of(detail::doubles_of(positions));
+    });
+}
+
+}  // namespace morphray

@@ -9,6 +9,7 @@
 
 #include "common/base/thread_arena.h"
 #include "common/scene/mesh.h"
+#include "common/scene/origin.h"
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
 #include "library/src/scene/mesh_list.h"
@@ -25,10 +26,12 @@ namespace morphray::detail {
 /// kept in world space as well.
 class PoseReader {
 public:
-    /// `target` is for the conversion. Without bounds, those of the first positions that are read
-    /// are taken.
-    PoseReader(const std::optional<Box>& bounds, const mray::SimdTarget& target);
+    /// `target` is for the conversion. `bounds` are in the caller's coordinates. Without them,
+    /// those of the first positions that are read are taken.
+    PoseReader(const std::optional<Box>& bounds, const Point& origin,
+               const mray::SimdTarget& target);
 
+    const mray::Origin& origin() const { return origin_; }
     const mray::SceneSpace& space() const { return space_; }
     /// The bounds that the space follows; empty before there is a position.
     const mray::WorldBounds& bounds() const { return bounds_; }
@@ -62,6 +65,7 @@ private:
     bool convert_all(const MeshList& meshes, std::span<const mray::vec3> world,
                      const mray::WorldBounds& bounds, mray::ThreadArena& arena);
 
+    mray::Origin origin_;
     mray::WorldBounds bounds_;
     mray::SceneSpace space_;
     mray::SimdTarget target_;

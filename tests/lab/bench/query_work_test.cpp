@@ -22,9 +22,8 @@ BenchScene open(const std::string& spec) {
 float distance_from(const BenchScene& scene, vec3 p) {
     float d2 = std::numeric_limits<float>::infinity();
     for (const uvec3& t : scene.topology().triangles) {
-        const NearPoint near = closest_on_triangle(p, scene.positions[t.x], scene.positions[t.y],
-                                                   scene.positions[t.z]);
-        d2 = std::min(d2, near.d2);
+        d2 = std::min(d2, triangle_distance2(p, scene.positions[t.x], scene.positions[t.y],
+                                             scene.positions[t.z]));
     }
     return std::sqrt(d2);
 }
@@ -74,7 +73,7 @@ TEST(QueryWork, EricsonFindsTheDistancesOfTheRule) {
         const vec3 a = random.point();
         const vec3 b = random.point();
         const vec3 c = random.point();
-        const float ours = std::sqrt(closest_on_triangle(p, a, b, c).d2);
+        const float ours = std::sqrt(triangle_distance2(p, a, b, c));
         EXPECT_NEAR(ours, glm::distance(p, ericson_closest_point(p, a, b, c)), 1e-5f);
     }
 }

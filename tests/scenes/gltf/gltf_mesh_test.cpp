@@ -45,13 +45,13 @@ TEST(GltfMesh, KeepsItsDigitsFarFromZero) {
     GltfBuilder builder = triangle_file();
     builder.json["nodes"][0]["translation"] = {528980.85, 183526.1, 10.0};
     const OpenedGltf scene(builder.gltf());
-    const FileOrigin origin = scene.animation().origin();
-    EXPECT_NE(origin, FileOrigin());
-    const glm::dvec3 first = origin.to_file(glm::dvec3(scene.at(0)[0]));
+    const Origin origin = scene.animation().origin();
+    EXPECT_NE(origin, Origin());
+    const glm::dvec3 first = origin.from_world(glm::dvec3(scene.at(0)[0]));
     EXPECT_NEAR(first.x, 528980.85, 1e-6);
     EXPECT_NEAR(first.y, 183526.1, 1e-6);
     EXPECT_NEAR(first.z, 10, 1e-6);
-    EXPECT_EQ(OpenedGltf(triangle_file().gltf()).animation().origin(), FileOrigin());
+    EXPECT_EQ(OpenedGltf(triangle_file().gltf()).animation().origin(), Origin());
 }
 
 TEST(GltfMesh, StripsAndFansAreTrianglesInTheOrderOfTheSpecification) {

@@ -1,5 +1,5 @@
 // Coordinates that lie so far from 0 that floats are too coarse for them.
-#include "scenes/file_origin.h"
+#include "common/scene/origin.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -31,14 +31,14 @@ void expect_far(const Animation& animation, double frame, double shift) {
     std::vector<vec3> world(kFar.size());
     animation.positions(frame, world);
     for (std::size_t i = 0; i < kFar.size(); ++i) {
-        const glm::dvec3 file = animation.origin().to_file(glm::dvec3(world[i]));
+        const glm::dvec3 file = animation.origin().from_world(glm::dvec3(world[i]));
         EXPECT_NEAR(file.x, kFar[i][0] + shift, 1e-6);
         EXPECT_NEAR(file.y, kFar[i][1], 1e-6);
         EXPECT_NEAR(file.z, kFar[i][2], 1e-6);
     }
 }
 
-TEST(FileOrigin, MeshesFarFromZeroKeepTheirDigits) {
+TEST(Origin, MeshesFarFromZeroKeepTheirDigits) {
     const TemporaryFolder folder;
     expect_far(*open_scene(folder.write("a.obj", obj(0))), 0, 0);
     for (const PlyEncoding encoding : kPlyEncodings) {
@@ -48,7 +48,7 @@ TEST(FileOrigin, MeshesFarFromZeroKeepTheirDigits) {
     }
 }
 
-TEST(FileOrigin, AllFramesHaveThatOfTheFirst) {
+TEST(Origin, AllFramesHaveThatOfTheFirst) {
     const TemporaryFolder folder;
     folder.write("a/f_0.obj", obj(0));
     folder.write("a/f_1.obj", obj(2));
@@ -66,29 +66,29 @@ TEST(FileOrigin, AllFramesHaveThatOfTheFirst) {
     EXPECT_NE(warnings[0].text.find("far from the first"), std::string::npos);
 }
 
-TEST(FileOrigin, IsZeroWhereFloatsHaveTheDigits) {
+TEST(Origin, IsZeroWhereFloatsHaveTheDigits) {
     const glm::dvec3 at(0.1, 0.2, 0.3);
     for (const double scale : {1e-42, 1e-30, 1.0, 1e20})
-        EXPECT_EQ(origin_of(std::vector{at * scale, at * scale * 2.0}), FileOrigin()) << scale;
+        EXPECT_EQ(origin_of(std::vector{at * scale, at * scale * 2.0}), Origin()) << scale;
     // Floats, however far.
     const glm::dvec3 far(528980.875, 0, 0);
-    EXPECT_EQ(origin_of(std::vector{far, far + glm::dvec3(0.125)}), FileOrigin());
-    EXPECT_EQ(origin_of(std::vector{far + at}), FileOrigin());
-    EXPECT_EQ(origin_of({}), FileOrigin());
+    EXPECT_EQ(origin_of(std::vector{far, far + glm::dvec3(0.125)}), Origin());
+    EXPECT_EQ(origin_of(std::vector{far + at}), Origin());
+    EXPECT_EQ(origin_of({}), Origin());
     const double nan = std::nan("");
     EXPECT_EQ(origin_of(std::vector{far + at, far + at * 9.0, glm::dvec3(nan), glm::dvec3(1e31)}),
               origin_of(std::vector{far + at, far + at * 9.0}));
-    EXPECT_NE(origin_of(std::vector{far + at, far + at * 9.0}), FileOrigin());
+    EXPECT_NE(origin_of(std::vector{far + at, far + at * 9.0}), Origin());
 }
 
-TEST(FileOrigin, CoordinatesRoundToTheNearestFloatOfTheirText) {
+TEST(Origin, CoordinatesRoundToTheNearestFloatOfTheirText) {
     for (const char* text :
          {"0.1", "1e-42", "1.000000059604644775390626", "1.000000059604644775390625",
           "-1.000000178813934326171874", "1.1e-45", "7.0064923216240853546186479164496e-46",
           "7.0064923216240853546186479164497e-46", "3", "-0", "1e39", "-inf"}) {
         const float expected = parse_float(text).value();
         const double number = parse_coordinate(text).value();
-        EXPECT_EQ(FileOrigin().to_world({number, 0, 0}).x, expected) << text;
+        EXPECT_EQ(Origin().to_world({number, 0, 0}).x, expected) << text;
         EXPECT_DOUBLE_EQ(number, parse_double(text).value()) << text;
     }
     EXPECT_FALSE(parse_coordinate("1,5"));
