@@ -1,8 +1,7 @@
-// The binary tree of the peers that have no builder of their own.
+// The binary tree of the method of 2007.
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -33,23 +32,10 @@ struct PeerTree {
     std::vector<PeerTriangle> triangles;
 };
 
-/// Where a builder divides, and when it stops: the cost of a node in tests of a triangle, and how
-/// many triangles a leaf has at most.
-struct PeerTreeConfig {
-    double node_cost;
-    std::uint32_t most_triangles;
-};
-
-/// Positions in scene space. Triangles with vertices that are not finite are left out. At most
-/// kMaxBinaryHeight levels (common/bvh/builder/binary_tree.h) are below the root.
-PeerTree build_peer_tree(const Topology& topology, std::span<const vec3> positions,
-                         const PeerTreeConfig& config);
-
-/// The tree of the method of 2007: by binned SAH, where a test of a box costs as much as one of a
-/// triangle.
-inline PeerTree build_paper_tree(const Topology& topology, std::span<const vec3> positions) {
-    return build_peer_tree(topology, positions, {2, std::numeric_limits<std::uint32_t>::max()});
-}
+/// Builds by binned SAH, where a test of a box costs as much as one of a triangle. Positions are in
+/// scene space. Triangles with vertices that are not finite are left out. At most kMaxBinaryHeight
+/// levels (common/bvh/builder/binary_tree.h) are below the root.
+PeerTree build_paper_tree(const Topology& topology, std::span<const vec3> positions);
 
 /// The method of 2007 (paper_2007/packet_tracer.cpp), "paper-2007" in a group of its own, for
 /// primary or shadow rays. Keeps its packets made, as Embree's are; the tree and the work outlive
