@@ -8,7 +8,6 @@
 
 #include "app/terminal/messages.h"
 #include "common/base/errors.h"
-#include "common/scene/mesh.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "scenes/gltf/gltf_animation.h"

@@ -9,7 +9,6 @@
 
 #include "app/base/options.h"
 #include "app/terminal/messages.h"
-#include "common/interop/params.h"
 #include "scenes/scene_frames.h"
 
 namespace mray::app {

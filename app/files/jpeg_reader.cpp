@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <turbojpeg.h>
 
-#include <cstddef>
 #include <memory>
 
 #include "common/base/errors.h"

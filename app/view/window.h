@@ -11,7 +11,6 @@
 #include <glm/vec4.hpp>
 
 #include "common/scene/camera_setup.h"
-#include "morphray/geometry.hpp"
 
 struct GLFWwindow;
 

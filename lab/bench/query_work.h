@@ -11,7 +11,6 @@
 #include <glm/geometric.hpp>
 
 #include "common/interop/ray.h"
-#include "common/scene/mesh.h"
 #include "lab/bench/bench_scene.h"
 
 namespace mray::bench {

@@ -4,7 +4,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <utility>
 
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"

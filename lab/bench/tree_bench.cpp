@@ -5,7 +5,6 @@
 #include <cstring>
 #include <deque>
 #include <optional>
-#include <string>
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/refit/refit.h"

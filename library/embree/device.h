@@ -9,7 +9,6 @@
 #endif
 
 #include <atomic>
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <type_traits>

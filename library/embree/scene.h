@@ -1,8 +1,6 @@
 // Scenes: attached geometries, and what a commit makes of them.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>

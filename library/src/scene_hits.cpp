@@ -1,5 +1,4 @@
 // The members of Scene that ask about all hits of rays.
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>

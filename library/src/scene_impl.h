@@ -11,7 +11,6 @@
 #include <mutex>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "common/backend.h"
 #include "common/base/watch.h"

@@ -11,7 +11,6 @@
 #include "lab/accuracy/chart_scene.h"
 #include "lab/accuracy/methods/method.h"
 #include "lab/accuracy/referee/exact_referee.h"
-#include "scenes/scene_frames.h"
 
 namespace mray::accuracy {
 

@@ -13,7 +13,6 @@
 
 #include "library/python/module/arrays.h"
 #include "library/python/module/interruptible.h"
-#include "morphray/error.hpp"
 #include "morphray/scene.hpp"
 
 namespace morphray::python {
