@@ -36,8 +36,8 @@ public:
     /// Deforms the mesh to a frame and updates the tree. Does nothing if the first call is for the
     /// frame of the build.
     void advance(double frame);
-    /// Into `image`, whose memory is used again; with a legend (app/animation/legend.h). Throws
-    /// Error(kCancelled) within the image after a signal (app/terminal/failure.h).
+    /// Into `image`, whose memory is used again. Throws Error(kCancelled) within the image after a
+    /// signal (app/terminal/failure.h).
     void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image);
     /// The same pixels without hits, of a world_view(). Throws Error(kCancelled) soon after
     /// `cancel` becomes true.
@@ -58,7 +58,7 @@ public:
 
 private:
     std::vector<morphray::MeshView> meshes(std::span<const morphray::TextureView> textures) const;
-    void render(const ViewSpec& world, const morphray::View& view, morphray::Image& image);
+    void render(const morphray::View& view, morphray::Image& image);
     /// Makes the positions of a frame, and lowers the ground below them. Returns the milliseconds
     /// that this took.
     double place(double frame);
@@ -84,10 +84,6 @@ private:
 
 /// Throws Error for a view that cannot be rendered.
 void require_view(const ViewSpec& view, const Animation& animation);
-
-/// The corners of a square below these bounds, seen along `up`, four times as large; empty for
-/// empty bounds.
-std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up);
 
 /// Returns whether an animation gets a ground: as the options say, or else if it is lit, comes from
 /// a file, and the eye of the world_view() is above the ground.
