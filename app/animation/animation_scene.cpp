@@ -92,8 +92,7 @@ std::optional<morphray::Box> box_of(const Animation& animation) {
                          {bounds.upper[0], bounds.upper[1], bounds.upper[2]}};
 }
 
-/// The corners of a square below these bounds, seen along `up`, four times as large; empty for
-/// empty bounds.
+/// The corners of a square below these bounds, four times as large; empty for empty bounds.
 std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
     using glm::dvec3;
     if (bounds.empty()) return {};

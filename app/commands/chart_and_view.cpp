@@ -19,8 +19,7 @@ namespace {
 #ifdef MORPHRAY_CHART_FOLDER
 constexpr const char* kName = "morphray-chart";
 
-/// Replaces this process by the program, which gets all arguments. Returns if there is no such
-/// file.
+/// Replaces this process by the program. Returns if there is no such file.
 void become(const std::filesystem::path& program, std::vector<std::string> arguments) {
     std::string name = kName;
     std::vector<char*> argv{name.data()};

@@ -86,7 +86,7 @@ private:
     }
 
     /// Returns kPartial, after a message, if a frame after the first one cannot be read. Throws
-    /// the errors of scenes, of the builder and of backends.
+    /// Error.
     ExitCode check_scene(const CrosscheckOptions& options, Json& report) {
         SceneFrames scene(open_animation(options.source, messages_));
         const Animation& animation = scene.animation();

@@ -11,10 +11,9 @@
 
 namespace mray::app {
 
-// Files named "-" are stdin. In a text '#' begins a comment, and lines without numbers are skipped.
-// Coordinates are those of the scene's file (scenes/file_origin.h); other numbers are rounded to
-// float. A float printed with 9 digits is read back exactly; inf and nan are numbers. Each function
-// throws Error(kBadInput) with file and line, and kLimit for too large a file.
+// "-" is stdin. In a text '#' begins a comment, and lines without numbers are skipped. Coordinates
+// are those of the scene's file (scenes/file_origin.h); other numbers are rounded to float. Each
+// function throws Error(kBadInput) with file and line, and kLimit for too large a file.
 
 struct RayFile {
     std::vector<WorldRay> rays = {};
@@ -22,9 +21,8 @@ struct RayFile {
     std::vector<morphray::Primitive> excluded = {};
 };
 
-/// The rays of a file: lines `ox oy oz dx dy dz [tnear tfar [prim_id]]`, where tnear defaults to 0
-/// and tfar to inf, and prim_id is the triangle that the ray leaves out; or with `is_binary` the
-/// little-endian bytes of struct Ray each.
+/// Lines `ox oy oz dx dy dz [tnear tfar [prim_id]]`, by default from 0 to inf and without leaving
+/// out a triangle; or with `is_binary` the little-endian bytes of struct Ray each.
 RayFile read_rays(const std::string& file, bool is_binary);
 
 /// The points of a file, lines `x y z`.

@@ -19,8 +19,8 @@ namespace mray::app {
 /// An object keeps its members in the order in which they were added.
 using Json = nlohmann::ordered_json;
 
-/// The text of a report with its last members. Bytes that are not UTF-8 become U+FFFD, numbers that
-/// are not finite become null. `indent` is per level; -1 gives a single line.
+/// Bytes that are not UTF-8 become U+FFFD, numbers that are not finite null; an indent of -1 gives
+/// one line.
 std::string json_text(Json report, int indent = 2);
 
 struct ReportHead {

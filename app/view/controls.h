@@ -18,9 +18,8 @@ struct InputActions {
     bool quits = false;
 };
 
-/// Turns the input of Dear ImGui's current frame on the image, which is the part of the window
-/// without widgets, into movements of the camera and of time. Sizes of movements are parts of
-/// `height`. `first_camera` is the one to go back to.
+/// Turns input on the image, as opposed to widgets, into movements of the camera and of time, in
+/// parts of `height`. `first_camera` is the one to go back to.
 InputActions apply_input(float height, std::span<const KeyPress> keys, const Camera& first_camera,
                          ViewState& state);
 
