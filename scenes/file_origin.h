@@ -1,5 +1,4 @@
-// Coordinates of files, which may lie so far from 0 that the steps of floats are too coarse for
-// them.
+// Coordinates of files, which may lie too far from 0 for the steps of floats.
 #pragma once
 
 #include <optional>
@@ -26,16 +25,14 @@ struct FileOrigin {
         return at == glm::dvec3(0.0) ? world : world + at;
     }
 
-    /// Whether to_world() moves a point by more than 1e-6 of the extent of all points. Ignores
-    /// points that are not finite or beyond 1e30.
+    /// Whether to_world() moves a point, finite and within 1e30, by more than 1e-6 of the extent.
     bool rounds_coarsely(std::span<const glm::dvec3> file) const;
 
     /// The digits that a coordinate of a file is printed with.
     int digits() const { return *this == FileOrigin() ? 9 : 12; }
 };
 
-/// The centre of points in whole steps of a power of two of about their extent, so that subtracting
-/// it is exact.
+/// The centre in whole steps of a power of two of about the extent: subtracting it is exact.
 FileOrigin centre_of(std::span<const glm::dvec3> file);
 /// The origin for the points of a first frame: 0 unless that rounds coarsely and their centre does
 /// not.

@@ -98,8 +98,7 @@ struct Skin {
 /// other matrices than joints.
 Skin read_skin(const GltfFile& file, std::size_t index);
 
-/// Joints of a skin that move a vertex: `per_vertex` entries each, of which those that are not
-/// needed have weight 0. The sum of the weights of a vertex is above 0, not always 1.
+/// `per_vertex` joints a vertex, unused ones with weight 0. Sums are above 0, not always 1.
 struct Influences {
     std::size_t per_vertex = 0;
     std::vector<std::uint16_t> joints;
@@ -171,13 +170,11 @@ struct ChannelSet {
     /// The last time of any channel.
     double seconds = 0;
 
-    /// The numbers that the channels refer to, by the index of the accessor, the numbers an element
-    /// has, and whether it may have integers.
+    /// By the index of the accessor, the numbers an element has, and whether it may have integers.
     std::map<std::tuple<std::uint32_t, std::size_t, bool>, std::vector<float>> numbers = {};
 };
 
-/// Which animation a text means: one of that name, or of that index; without text the first. Throws
-/// Error(kBadArgument) that lists the names.
+/// The animation of this name or index, or the first. Throws Error(kBadArgument) with the names.
 std::size_t find_animation(const GltfFile& file, const std::string& text);
 
 /// The names of all animations of a file, empty where it gives none.
@@ -186,8 +183,7 @@ std::vector<std::string> animation_names(const GltfFile& file);
 /// The value of a channel at a time in seconds; a rotation has length 1.
 void sample(const Channel& channel, double time, std::span<double> out);
 
-/// A vertex set that a node places: vertices [first_vertex, first_vertex + its size) of the
-/// animation.
+/// Vertices [first_vertex, first_vertex + its size) of the animation, which a node places.
 struct Part {
     std::uint32_t node = 0;
     const VertexSet* set = nullptr;

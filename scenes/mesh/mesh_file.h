@@ -21,8 +21,7 @@
 namespace mray {
 
 struct MeshFileOptions {
-    /// Accept coordinates that are not finite or beyond 1e30 and leave out faces that cannot be
-    /// read, with a warning each.
+    /// Accept bad coordinates and leave out faces that cannot be read, with a warning each.
     bool lenient = false;
     /// Leave out colours, material libraries, normals and textures.
     bool positions_only = false;
@@ -44,12 +43,10 @@ struct FileMesh {
     Polygons faces;
     /// One for each face; empty: kClay for all.
     std::vector<Albedo> albedo;
-    /// Linear colours of the vertices, finite; a triangle has the mean of its three. Empty: none.
-    /// If there are any, `albedo` is empty.
+    /// Linear colours, finite; a triangle has the mean of its three. If any, `albedo` is empty.
     std::vector<vec3> vertex_colours;
-    /// For each corner of `faces` a number, below that of all corners: corners of one position with
-    /// equal normals have the same number, those without a normal a number of their own. Empty if
-    /// the file has no normals.
+    /// A number a corner: corners of one position with equal normals share it, others have their
+    /// own. Empty if the file has no normals.
     std::vector<std::uint32_t> smooth;
     /// The textures that faces use. If there are none, the arrays below are empty, too.
     std::vector<TextureFile> textures;
@@ -87,8 +84,7 @@ FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& opti
 /// Whether the name ends with .obj or .ply, in letters of either case.
 bool has_mesh_name(const std::filesystem::path& path);
 
-/// Reads a file in the format of its name; a name of no format is read as OBJ. Throws Error:
-/// kBadInput with the file and the place in it, kLimit.
+/// By the format of its name, else as OBJ. Throws Error: kBadInput with the place, kLimit.
 FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options);
 
 // The rules for vertices and faces, the same for files of all formats.
@@ -97,9 +93,8 @@ FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions
 /// them.
 inline constexpr float kMaxCoordinate = 1e30f;
 
-/// Checks vertices and faces while a file is read, and counts what a lenient reading accepts. A
-/// `place` returns the place in the file for messages, such as "mesh.obj:12"; it is called for the
-/// first fault of a kind.
+/// Checks vertices and faces while a file is read, and counts what a lenient reading accepts.
+/// `place` returns where, such as "mesh.obj:12", for the first fault of a kind.
 class MeshRules {
 public:
     using Place = std::function<std::string()>;
@@ -115,8 +110,7 @@ public:
     }
     static bool is_good(const vec3& p) { return is_good(p.x) && is_good(p.y) && is_good(p.z); }
     static bool are_good(std::span<const vec3> positions);
-    /// Throws Error(kBadInput), or counts a warning if lenient. `text` is the number as the file
-    /// has it.
+    /// Throws Error(kBadInput), or warns if lenient. `text` is the number in the file.
     void take_bad_coordinate(double value, std::string_view text, const Place& place);
 
     /// Whether a face is kept: it needs 3 corners. Faces of two corners in the middle of a file are
@@ -146,8 +140,7 @@ void set_positions(FileMesh& mesh, std::span<const glm::dvec3> file,
 /// Returns the message for a text that is no number: what is wrong with it, and what to do.
 std::string not_a_number(std::string_view text);
 
-/// Throws Error(kBadInput) for a mesh without faces. `name` is the file and `kind` its format in
-/// the message: "an OBJ file".
+/// `name` is the file and `kind` its format in the message: "an OBJ file".
 void require_faces(const FileMesh& mesh, const std::string& name, std::string_view kind);
 
 }  // namespace mray
