@@ -11,8 +11,7 @@
 
 namespace mray::bench {
 
-/// 32 B. Inner nodes: the children are nodes `first` (the lower one on `axis`) and first + 1.
-/// Leaves, which have count > 0: triangles first to first + count.
+/// Inner nodes: children `first` (lower on `axis`) and first + 1. Leaves (count > 0): triangles.
 struct PeerNode {
     vec3 lower;
     std::uint32_t first;
@@ -32,18 +31,15 @@ struct PeerTree {
     std::vector<PeerTriangle> triangles;
 };
 
-/// Builds by binned SAH, where a test of a box costs as much as one of a triangle. Positions are in
-/// scene space. Triangles with vertices that are not finite are left out. At most kMaxBinaryHeight
-/// levels (common/bvh/builder/binary_tree.h) are below the root.
+/// Builds by binned SAH, where a test of a box costs as much as one of a triangle, without
+/// triangles that are not finite. At most kMaxBinaryHeight levels are below the root.
 PeerTree build_paper_tree(const Topology& topology, std::span<const vec3> positions);
 
-/// The method of 2007 (paper_2007/packet_tracer.cpp), "paper-2007" in a group of its own, for
-/// primary or shadow rays. Keeps its packets made, as Embree's are; the tree and the work outlive
-/// it.
+/// The method of 2007, a group of its own, for primary or shadow rays. Keeps its packets made, as
+/// Embree's are; tree and work outlive it.
 Tracer paper_tracer(const PeerTree& tree, const TraceWork& work);
 
-/// Moves the triangles of a tree and fits its boxes, the leaves in the calling thread's arena and
-/// then the inner nodes one after the other. Finite positions of the tree's topology.
+/// Fits leaves in the calling thread's arena, then inner nodes one by one. Finite positions.
 void refit(PeerTree& tree, const Topology& topology, std::span<const vec3> positions);
 
 }  // namespace mray::bench
