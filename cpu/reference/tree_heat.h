@@ -1,4 +1,4 @@
-// The cost of a tree, as numbers for heat_colours.h.
+// The cost of a tree, as numbers for colours.
 #pragma once
 
 #include <cstdint>
