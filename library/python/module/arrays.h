@@ -21,12 +21,11 @@ const py::dtype& ray_dtype();
 const py::dtype& hit_dtype();
 const py::dtype& closest_dtype();
 
-/// numpy.ndarray as it is, what has __dlpack__ as a view, and a list or tuple as a new array.
-/// Throws TypeError for all else.
+/// numpy.ndarray, what has __dlpack__ as a view, a list or tuple as a new array. Throws TypeError.
 py::array array_of(const py::object& object, const std::string& name);
 
-/// An array of shape (V, 3) of float32 or float64 as positions; the last axis is contiguous. Throws
-/// TypeError for another dtype and ValueError for a shape or strides that do not fit.
+/// An array of shape (V, 3) of float32 or float64. Throws TypeError for another dtype, and
+/// ValueError for a shape or strides that do not fit.
 Positions positions_of(const py::array& points, const std::string& name);
 
 /// The indices of an array of shape (T, 3) of uint32, int32, int64 or uint64, copied. Throws
@@ -45,9 +44,8 @@ struct MeshTextures {
     std::vector<std::uint32_t> ids;
 };
 
-/// The fields of morphray.Textures, or of a tuple (images, texcoords[, ids[, wrap[,
-/// alpha_cutoff]]]). None: no textures. Throws TypeError, ValueError, and Error(bad_input) for an
-/// id that is no uint32.
+/// Those of morphray.Textures, or of a tuple (images, texcoords[, ids[, wrap[, alpha_cutoff]]]).
+/// Throws TypeError, ValueError, and Error(bad_input) for an id that is no uint32.
 MeshTextures textures_of(const py::object& textures, const std::string& name);
 
 /// Rays or points of the caller: `columns` floats each, one after the other.
@@ -62,21 +60,18 @@ struct QueryArray {
     std::vector<py::ssize_t> shape;
 };
 
-/// An array of shape (..., 6) or (..., 8) of numbers, or of any shape of ray_dtype(). It is read in
-/// place if it is float32, C-contiguous and aligned, and copied otherwise.
+/// Shape (..., 6) or (..., 8), or ray_dtype(); in place if float32, C-contiguous and aligned.
 QueryArray rays_of(const py::object& rays);
 /// An array of shape (..., 3) of numbers, read or copied as rays are.
 QueryArray query_points_of(const py::object& points);
-/// The triangles that rays leave out: of an array of hit_dtype with the shape of the rays, or of
-/// one of (..., 2) integers, geom_id and prim_id. None: no triangles.
+/// Of an array of hit_dtype with the shape of the rays, or of (..., 2) integers. None: none.
 std::vector<Primitive> excluded_of(const py::object& excluded, const QueryArray& rays);
 /// Hits of an array of hit_dtype, or made of one of closest_dtype, read or copied as rays are.
 QueryArray hit_array_of(const py::object& hits);
 /// Flags of an array of bool, by geom_id. None: no flags.
 std::vector<std::uint8_t> visible_of(const py::object& visible);
 
-/// `out`, checked to be writable, C-contiguous and of the dtype, the shape of the queries and
-/// memory of its own; a new array if it is None.
+/// `out`, if writable, C-contiguous and of this dtype and shape; a new array if it is None.
 py::array results_for(const QueryArray& queries, const py::object& out, const py::dtype& dtype);
 
 }  // namespace morphray::python
