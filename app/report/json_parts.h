@@ -1,9 +1,6 @@
-// Parts that several reports have as JSON.
-//
-// Every report is one object that begins with "command" and the results, and ends with "schema",
-// "version" and "built_with".
-// Hashes are 16 hexadecimal digits, times are milliseconds, and no number is ever NaN or infinite
-// (null instead).
+// Parts that several reports have as JSON. A report is one object that begins with "command" and
+// the results, and ends with "schema", "version" and "built_with". Hashes are 16 hexadecimal
+// digits, times are milliseconds, and no number is ever NaN or infinite (null instead).
 #pragma once
 
 #include <cstdint>

@@ -199,9 +199,8 @@ decltype(auto) with_scene(const std::unique_ptr<SceneImpl>& impl, Work work) {
     });
 }
 
-/// Calls work(first, part, order) for parts of the rays, those from `first` on, until `cancel` is
-/// true. If `sorts` and that pays, `order` has the places of the part's rays in an order in which
-/// neighbours are alike; else it is empty. `arena` may be null.
+/// Calls work(first, part, order) for parts of the rays from `first` on, until `cancel` is true. If
+/// `sorts` and that pays, `order` has places in an order in which neighbours are alike.
 template <class Work>
 void for_ordered_parts(SceneImpl& scene, std::span<const Ray> rays, bool sorts, std::size_t most,
                        mray::ThreadArena* arena, const std::atomic<bool>* cancel, Work work) {
@@ -256,19 +255,17 @@ void update_normals(SceneImpl& scene);
 
 mray::ViewSpec to_spec(const View& view);
 
-/// Traces and shades a view at the pose; the scene's mutex is locked. Shades on the CPU what any
-/// backend has traced, so that colours do not depend on the backend. Fills pixels, lit_pixels,
-/// ray_count, trace_ms and shade_ms of the image. Throws what make_image_params() and the backend
-/// throw; Error(bad_argument) for other numbers of samples than View::samples allows.
+/// Traces and shades a view at the pose, in the CPU's shader for all backends; the scene's mutex is
+/// locked. Throws what make_image_params() and the backend throw, and Error(bad_argument) for other
+/// numbers of samples than View::samples allows.
 void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, TracedImage& traced,
                 Image& image);
 
 // The passes of render_lit() that trace rays. Both return the number of rays that they took. They
 // throw what the backend throws, and Error(kCancelled).
 
-/// Makes of an image that was traced as if there were no holes what a trace through them gives. A
-/// hit in a hole is followed by the next hit of its ray, until one is none: camera rays first, then
-/// shadow rays and rays of the sky where their number of occluded rays may have changed.
+/// Makes of an image without holes that of a trace through them. A hit in a hole is followed by the
+/// next hit of its ray: camera rays first, then shadow rays and rays of the sky.
 std::uint64_t apply_alpha_test(SceneImpl& scene, const mray::Watch& watch, TracedImage& image);
 
 /// Takes from an image of shadow rays those shadows that only the flatness of triangles makes. A

@@ -80,11 +80,9 @@ struct Materials {
     std::vector<TextureFile> textures;
 };
 
-/// Reads baseColorFactor and baseColorTexture of every material. Images are files in the
-/// folder of the glTF file, data: URIs, or parts of a buffer; those that are missing or lie outside
-/// of the folder, data: URIs that are not in base 64, and those of unknown extensions are left out
-/// with a warning. Throws Error(kBadInput) for indices out of range and factors that are no
-/// numbers.
+/// Reads baseColorFactor and baseColorTexture of every material. Images that are missing, outside
+/// of the folder, not in base 64 or of unknown extensions are left out with a warning. Throws
+/// Error(kBadInput) for indices out of range and factors that are no numbers.
 Materials read_materials(const GltfFile& file, const AnimationOptions& options);
 
 struct Skin {
@@ -138,12 +136,10 @@ struct Mesh {
     std::vector<double> weights;
 };
 
-/// The meshes with these indices. Primitives of points and lines and those without positions are
-/// left out with a warning.
-///
-/// Throws Error(kBadInput) for indices and counts that do not fit together, weights that are
-/// negative, not finite or all 0 (if lenient, a warning and the first joint), and positions that
-/// are not finite or beyond 1e30 (if lenient, a warning); kLimit above 2^28 triangles.
+/// The meshes with these indices. Points, lines and primitives without positions are left out with
+/// a warning. Throws Error(kBadInput) for indices and counts that do not fit together, and unless
+/// lenient for weights that are negative, not finite or all 0, and positions that are not finite or
+/// beyond 1e30; kLimit above 2^28 triangles.
 std::map<std::uint32_t, Mesh> read_meshes(const GltfFile& file, const Materials& materials,
                                           std::span<const std::uint32_t> indices,
                                           const AnimationOptions& options);

@@ -56,29 +56,17 @@ struct FileMesh {
     std::vector<Texcoord> texcoords;
 };
 
-/// Reads positions, faces and, from the material libraries beside the file, diffuse colours and
-/// the names of textures; normals only for FileMesh::smooth. A texture that is not there, or not in
-/// the folder of its library, is a warning, and its faces have their colour alone; so do faces
-/// without texture coordinates. Checks the words of faces
-/// before tinyobjloader parses them. Leaves out faces of two corners with a warning; keeps
-/// degenerate faces. Throws Error: kBadInput with file
-/// and line, kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its own options.
+/// Reads positions, faces, normals for FileMesh::smooth alone, and from material libraries diffuse
+/// colours and the names of textures. Faces whose texture or its coordinates are missing have their
+/// colour alone, with a warning for the former. Keeps degenerate faces. Throws Error: kBadInput
+/// with file and line, kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its options.
 FileMesh read_obj(const std::filesystem::path& path, const MeshFileOptions& options = {});
 
 /// Reads a PLY file (Greg Turk, "The PLY Polygon File Format", 1994), in text or binary with either
-/// order of bytes: of the element `vertex` the positions x y z, the colours red green blue and the
-/// normals nx ny nz, the latter for FileMesh::smooth alone; of `face` the list vertex_indices or
-/// vertex_index. Skips all others. Faults
-/// of coordinates and faces are those of OBJ files (MeshRules).
-///
-/// Colours of integer types are those of images, 0 to 255, whose squares are linear; others are
-/// linear. Normals tell which corners are smooth together: those of vertices with equal positions
-/// and normals.
-///
-/// Checks the numbers of the header against the size of the file before it takes memory for them.
-/// Throws Error: kBadInput with the file and the line, or
-/// the byte of a binary file; kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its own
-/// options.
+/// order of bytes. Integer colours are those of images, 0 to 255, whose squares are linear; others
+/// are linear. Vertices with equal positions and normals are smooth together. Checks the numbers of
+/// the header against the size of the file. Throws Error: kBadInput with the line, or the byte of a
+/// binary file; kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its own options.
 FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& options = {});
 
 /// Whether the name ends with .obj or .ply, in letters of either case.
