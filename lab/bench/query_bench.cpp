@@ -8,6 +8,7 @@
 #include "common/scene/camera_setup.h"
 #include "lab/bench/query_work.h"
 #include "lab/bench/works.h"
+#include "morphray/morphray.hpp"
 
 namespace mray::bench {
 namespace {
