@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 
 #include "app/animation/frames.h"
+#include "app/animation/legend.h"
 #include "app/backends/backends.h"
 #include "app/files/image_files.h"
 #include "app/terminal/failure.h"
@@ -28,6 +29,20 @@ morphray::CpuOptions cpu_options(const BackendOptions& options) {
 morphray::Device open_vulkan(const BackendOptions& options) {
     check_vulkan();
     return morphray::Device::vulkan({.device = options.device, .validate = options.validate});
+}
+
+morphray::UpdatePolicy policy_of(const TreeOptions& tree) {
+    const PolicySpec policy = tree.update;
+    switch (policy.kind) {
+        case PolicyKind::kRefit:
+            return morphray::Refit{};
+        case PolicyKind::kRebuild:
+            return morphray::Rebuild{};
+        case PolicyKind::kEvery:
+            return morphray::Every{policy.period};
+        default:
+            return morphray::Auto{};
+    }
 }
 
 std::span<const std::uint32_t> indices_of(std::span<const uvec3> threes) {
@@ -92,7 +107,14 @@ std::optional<morphray::Box> box_of(const Animation& animation) {
                          {bounds.upper[0], bounds.upper[1], bounds.upper[2]}};
 }
 
-/// The corners of a square below these bounds, four times as large; empty for empty bounds.
+}  // namespace
+
+void require_view(const ViewSpec& view, const Animation& animation) {
+    ViewSpec spec = world_view(view, animation);
+    spec.ao_count = std::max(spec.ao_count, 1u);
+    make_image_params(spec, animation.bounds(), SceneSpace(animation.bounds()));
+}
+
 std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
     using glm::dvec3;
     if (bounds.empty()) return {};
@@ -119,14 +141,6 @@ std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
     return corners;
 }
 
-}  // namespace
-
-void require_view(const ViewSpec& view, const Animation& animation) {
-    ViewSpec spec = world_view(view, animation);
-    spec.ao_count = std::max(spec.ao_count, 1u);
-    make_image_params(spec, animation.bounds(), SceneSpace(animation.bounds()));
-}
-
 bool has_ground(const ShadingOptions& shading, const ViewSpec& view, const Animation& animation) {
     if (shading.ground) return *shading.ground;
     if (animation.is_builtin() || shading.shading != morphray::Shading::lit) return false;
@@ -148,11 +162,10 @@ AnimationScene::AnimationScene(const ImageOptions& options, const Animation& ani
     if (has_ground(options.shading, views_.of(options.view, animation), animation))
         ground_ = ground_below(animation.bounds(), up_);
     call_library([&] {
-        morphray::SceneOptions scene_options = {
-            .bounds = box_of(animation),
-            .update = morphray::parse_update_policy(text_of(options.tree.update)),
-            .record_cost_ratio = options.tree.record_cost_ratio,
-            .cancel = &cancel};
+        morphray::SceneOptions scene_options = {.bounds = box_of(animation),
+                                                .update = policy_of(options.tree),
+                                                .record_cost_ratio = options.tree.record_cost_ratio,
+                                                .cancel = &cancel};
         messages.note("tracing on " + device.name() + ": " + device.description());
         deform_ms_ = place(current_);
         std::vector<Image> images;
@@ -221,7 +234,7 @@ void AnimationScene::render(const ViewSpec& view, const ShadingOptions& shading,
     const ViewSpec& world = views_.of(view, animation_);
     morphray::View whole = view_of(world, shading);
     whole.cancel = &interrupt_flag();
-    render(whole, image);
+    render(world, whole, image);
     image.image_hash = image_hash(image.pixels);
 }
 
@@ -230,16 +243,19 @@ void AnimationScene::render_pixels(const ViewSpec& view, const ShadingOptions& s
     morphray::View pixels = view_of(view, shading);
     pixels.hits = false;
     pixels.cancel = &cancel;
-    render(pixels, image);
+    render(view, pixels, image);
 }
 
-void AnimationScene::render(const morphray::View& view, morphray::Image& image) {
+void AnimationScene::render(const ViewSpec& world, const morphray::View& view,
+                            morphray::Image& image) {
     call_library([&] {
         scene_->render(view, image);
         trace_ms_ = image.trace_ms;
         rays_ = image.ray_count;
         update_ = scene_->last_update();
     });
+    const ResolvedView seen = resolve_view(world, animation_.bounds());
+    draw_legend(view.shading, depth_range(seen.eye, seen.target, animation_.bounds()), image);
 }
 
 FrameTimes AnimationScene::times() const {

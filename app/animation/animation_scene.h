@@ -34,7 +34,8 @@ public:
     /// Deforms the mesh to a frame and updates the tree, unless the first call is for the frame
     /// built.
     void advance(double frame);
-    /// Throws Error(kCancelled) within the image after a signal (app/terminal/failure.h).
+    /// With a legend (app/animation/legend.h). Throws Error(kCancelled) within the image after a
+    /// signal (app/terminal/failure.h).
     void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image);
     /// The same pixels without hits, of a world_view(). `cancel` ends it by Error(kCancelled).
     void render_pixels(const ViewSpec& view, const ShadingOptions& shading,
@@ -53,7 +54,7 @@ public:
 
 private:
     std::vector<morphray::MeshView> meshes(std::span<const morphray::TextureView> textures) const;
-    void render(const morphray::View& view, morphray::Image& image);
+    void render(const ViewSpec& world, const morphray::View& view, morphray::Image& image);
     /// Makes the positions of a frame, and the ground below them. Returns the milliseconds.
     double place(double frame);
 
@@ -78,6 +79,9 @@ private:
 
 /// Throws Error for a view that cannot be rendered.
 void require_view(const ViewSpec& view, const Animation& animation);
+
+/// The corners of a square below these bounds, four times as large; empty for empty bounds.
+std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up);
 
 /// As the options say, or else for a lit file whose ground the eye of the world_view() is above.
 bool has_ground(const ShadingOptions& shading, const ViewSpec& view, const Animation& animation);
