@@ -84,8 +84,8 @@ bool may_be_left_out(std::string_view name) {
 
 // Extensions that change shapes, but need not be required.
 constexpr std::string_view kShapesLeftOut[] = {
-    "KHR_animation_pointer",   "KHR_draco_mesh_compression", "EXT_mesh_gpu_instancing",
-    "EXT_meshopt_compression", "KHR_meshopt_compression",    "KHR_node_visibility"};
+    "KHR_animation_pointer", "KHR_draco_mesh_compression", "EXT_meshopt_compression",
+    "KHR_meshopt_compression", "KHR_node_visibility"};
 
 /// Refuses a URI because of the error that is being handled.
 [[noreturn]] void refuse_uri(const JsonAt& uri, const Error& error) {
@@ -112,6 +112,11 @@ std::string percent_decoded(const JsonAt& uri, std::size_t first = 0) {
 }
 
 }  // namespace
+
+std::optional<JsonAt> extension_of(const JsonAt& at, std::string_view name) {
+    const auto extensions = at.find("extensions");
+    return extensions ? extensions->find(std::string(name)) : std::nullopt;
+}
 
 std::optional<std::string> data_of_uri(const JsonAt& uri) {
     const std::string_view text = uri.text();
@@ -203,7 +208,7 @@ void GltfFile::require_known_extensions(const WarnFunction& warn) const {
     for (std::size_t i = 0; required && i < required->size(); ++i) {
         const JsonAt extension = (*required)[i];
         const std::string_view name = extension.text();
-        if (name == kQuantization || name == kTextureTransform) continue;
+        if (name == kQuantization || name == kTextureTransform || name == kInstancing) continue;
         if (!may_be_left_out(name)) {
             extension.fail(
                 fmt::format("the extension {} is required, but not known; write the file "

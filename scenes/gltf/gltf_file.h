@@ -20,6 +20,11 @@ namespace mray::gltf {
 inline constexpr std::string_view kQuantization = "KHR_mesh_quantization";
 /// Moves, turns and scales the texture coordinates of a texture.
 inline constexpr std::string_view kTextureTransform = "KHR_texture_transform";
+/// Of nodes: one mesh in many places.
+inline constexpr std::string_view kInstancing = "EXT_mesh_gpu_instancing";
+
+/// Returns what the extension of this name says of an object; nothing if it says nothing.
+std::optional<JsonAt> extension_of(const JsonAt& at, std::string_view name);
 
 /// The bytes of a "data:" URI, which throws Error(kBadInput) unless in base 64; nothing for others.
 std::optional<std::string> data_of_uri(const JsonAt& uri);

@@ -20,6 +20,8 @@ constexpr std::uint64_t kMaxVertices = 3 * kMaxTriangles;
 // Each has a weight in every pose.
 constexpr std::uint64_t kMaxTargets = std::uint64_t{1} << 22;
 
+bool shows_mesh(const Node& node) { return node.mesh && !node.has_instances; }
+
 class SceneReader {
 public:
     SceneReader(const std::filesystem::path& path, const AnimationOptions& options)
@@ -38,7 +40,7 @@ public:
         require_limits();
         find_mirrored();
         for (const std::uint32_t node : scene_.tree.scene)
-            if (scene_.tree.nodes[node].mesh) add_node(node);
+            if (shows_mesh(scene_.tree.nodes[node])) add_node(node);
         if (!has_normals_) scene_.smooth = {};
         if (!has_textures_) scene_.textures = {};
         release_lists();
@@ -64,7 +66,7 @@ private:
         const Node& node = scene_.tree.nodes[index];
         if (!node.mesh) return;
         const Mesh& mesh = scene_.meshes.at(*node.mesh);
-        const JsonAt at = file_.element("nodes", index);
+        const JsonAt at = file_.element("nodes", node.file_index);
         if (!node.weights.empty() && node.weights.size() != mesh.target_count) {
             at.at("weights").fail(fmt::format("has {} numbers for {} morph targets",
                                               node.weights.size(), mesh.target_count));
@@ -85,7 +87,7 @@ private:
         std::uint64_t targets = 0;
         for (const std::uint32_t index : scene_.tree.scene) {
             const Node& node = scene_.tree.nodes[index];
-            if (!node.mesh) continue;
+            if (!shows_mesh(node)) continue;
             const Mesh& mesh = scene_.meshes.at(*node.mesh);
             for (const Primitive& primitive : mesh.primitives)
                 triangles += primitive.triangles.size();
@@ -93,7 +95,7 @@ private:
             targets += mesh.sets.size() * mesh.target_count;
             if (triangles <= kMaxTriangles && vertices <= kMaxVertices && targets <= kMaxTargets)
                 continue;
-            file_.element("nodes", index)
+            file_.element("nodes", node.file_index)
                 .at("mesh")
                 .fail(
                     "all instances have more than 2^28 triangles or 2^22 morph targets; split the "

@@ -25,12 +25,16 @@ namespace mray::gltf {
 inline constexpr std::uint32_t kNoNode = 0xFFFFFFFFu;
 
 struct Node {
+    /// Its index in the file. Instances of a node's mesh are nodes below it with the same one.
+    std::uint32_t file_index = 0;
     std::uint32_t parent = kNoNode;
     std::vector<std::uint32_t> children;
     /// The map to the parent's space is `matrix` if there is one, otherwise `trs`.
     Trs trs;
     std::optional<Affine> matrix;
     std::optional<std::uint32_t> mesh;
+    /// Whether nodes below it show the mesh in its place.
+    bool has_instances = false;
     std::optional<std::uint32_t> skin;
     /// Weights of the morph targets of the mesh; empty: those of the mesh.
     std::vector<double> weights;
@@ -46,8 +50,10 @@ struct NodeTree {
     std::vector<std::uint32_t> scene;
 };
 
-/// Throws Error(kBadInput) for indices out of range, a node with two parents, one that is its own
-/// ancestor, a matrix together with other transformations, and numbers that are not one.
+/// The nodes of the file, and after them one for each instance of EXT_mesh_gpu_instancing. Throws
+/// Error(kBadInput) for indices out of range, a node with two parents, one that is its own
+/// ancestor, a matrix together with other transformations, attributes of instances that differ in
+/// number, and numbers that are not one.
 NodeTree read_nodes(const GltfFile& file);
 
 /// A point of an image, glTF's (u, v) with v from the top, is (u[0] * u + u[1] * v + u[2], v[0] * u

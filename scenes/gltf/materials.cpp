@@ -36,9 +36,7 @@ TexcoordUse texcoords_of(const JsonAt& info) {
         return static_cast<std::uint32_t>(std::min(at.count_or("texCoord", otherwise), kMostSets));
     };
     TexcoordUse use = {.set = set_of(info, 0)};
-    const auto extensions = info.find("extensions");
-    const auto transform =
-        extensions ? extensions->find(std::string(kTextureTransform)) : std::nullopt;
+    const auto transform = extension_of(info, kTextureTransform);
     if (!transform) return use;
     use.set = set_of(*transform, use.set);
     std::array<double, 2> offset = {0, 0};

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <utility>
 
 namespace mray::gltf {
 namespace {
@@ -40,6 +41,51 @@ void read_transformation(const JsonAt& at, Node& node) {
         for (const double number : numbers) square += number * number;
         if (!(square > 0) || !std::isfinite(square)) rotation->fail("has no direction");
         node.trs.rotation = unit_quaternion({numbers[0], numbers[1], numbers[2], numbers[3]});
+    }
+}
+
+/// The places of the instances of a node's mesh (kInstancing); nothing without them.
+std::vector<Trs> read_instances(const JsonAt& node, const GltfFile& file) {
+    const auto extension = extension_of(node, kInstancing);
+    const auto attributes = extension ? extension->find("attributes") : std::nullopt;
+    std::vector<Trs> instances;
+    if (!attributes) return instances;
+    const auto read = [&](const char* name, std::size_t width, auto set) {
+        const auto reference = attributes->find(name);
+        if (!reference) return;
+        const std::vector<float> values =
+            floats(file, *reference, {.width = width, .integers = Wanted::Integers::kNormalized});
+        if (instances.empty()) instances.resize(values.size() / width);
+        if (instances.size() != values.size() / width)
+            reference->fail(fmt::format("has {} elements, but another attribute {}",
+                                        values.size() / width, instances.size()));
+        for (std::size_t i = 0; i < instances.size(); ++i) set(instances[i], &values[width * i]);
+    };
+    read("TRANSLATION", 3, [](Trs& trs, const float* v) { trs.translation = {v[0], v[1], v[2]}; });
+    read("ROTATION", 4, [](Trs& trs, const float* v) {
+        trs.rotation = unit_quaternion({v[0], v[1], v[2], v[3]});
+    });
+    read("SCALE", 3, [](Trs& trs, const float* v) { trs.scale = {v[0], v[1], v[2]}; });
+    return instances;
+}
+
+/// Makes the instances of a mesh nodes below its own.
+void add_instances(const GltfFile& file, std::vector<Node>& nodes) {
+    const std::size_t count = nodes.size();
+    for (std::size_t i = 0; i < count; ++i) {
+        // Joints place a skinned mesh, wherever its node is.
+        if (!nodes[i].mesh || nodes[i].skin) continue;
+        const std::vector<Trs> places = read_instances(file.element("nodes", i), file);
+        nodes[i].has_instances = !places.empty();
+        for (const Trs& place : places) {
+            nodes[i].children.push_back(static_cast<std::uint32_t>(nodes.size()));
+            Node instance;
+            instance.file_index = static_cast<std::uint32_t>(i);
+            instance.trs = place;
+            instance.mesh = nodes[i].mesh;
+            instance.weights = nodes[i].weights;
+            nodes.push_back(std::move(instance));
+        }
     }
 }
 
@@ -94,11 +140,11 @@ std::vector<std::uint32_t> scene_of(const GltfFile& file, const NodeTree& tree) 
     if (scene_count == 0) return tree.parents_first;
     const auto roots = file.element("scenes", index).find("nodes");
     if (!roots) return {};
-    const std::size_t node_count = file.count("nodes");
+    const std::size_t node_count = tree.nodes.size();
     std::vector<std::uint32_t> listed;
     std::vector<bool> is_listed(node_count);
     for (std::size_t i = 0; i < roots->size(); ++i) {
-        const std::uint32_t root = (*roots)[i].index_below(node_count, "nodes");
+        const std::uint32_t root = (*roots)[i].index_below(file.count("nodes"), "nodes");
         if (is_listed[root]) (*roots)[i].fail(fmt::format("is {}, which is there twice", root));
         is_listed[root] = true;
         listed.push_back(root);
@@ -123,8 +169,11 @@ NodeTree read_nodes(const GltfFile& file) {
     tree.nodes.reserve(count);
     for (std::size_t i = 0; i < count; ++i)
         tree.nodes.push_back(read_node(file.element("nodes", i), file));
+    for (std::size_t i = 0; i < count; ++i)
+        tree.nodes[i].file_index = static_cast<std::uint32_t>(i);
+    add_instances(file, tree.nodes);
     set_parents(file, tree.nodes);
-    std::vector<bool> is_reached(count);
+    std::vector<bool> is_reached(tree.nodes.size());
     for (std::size_t i = 0; i < count; ++i) {
         if (tree.nodes[i].parent != kNoNode) continue;
         append_tree(tree.nodes, static_cast<std::uint32_t>(i), tree.parents_first);

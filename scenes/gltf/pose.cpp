@@ -106,7 +106,7 @@ Pose pose_at(const GltfScene& scene, double seconds, const FileOrigin& origin) {
     }
     for (Affine& map : pose.to_world) map.column[3] -= origin.at;
     for (const Part& part : scene.parts) {
-        const auto animated = weights.find(part.node);
+        const auto animated = weights.find(scene.tree.nodes[part.node].file_index);
         pose.weights.push_back(animated == weights.end() ? rest_weights(scene, part)
                                                          : animated->second);
     }
