@@ -49,7 +49,8 @@ void add_trace(CommandAdder& adder) {
         [&adder](CLI::App& command, TraceOptions& options) {
             add_answers(adder, command, options);
             add_text(command, "--rays", "FILE|-",
-                     "a line `ox oy oz dx dy dz [tnear tfar [prim_id]]` for each ray",
+                     "a line `ox oy oz dx dy dz [tnear tfar [prim_id]]` for each ray, or an array "
+                     "(.npy)",
                      options.ray_file)
                 ->required();
             add_text(

@@ -109,31 +109,78 @@ std::string read_input(const std::string& file, const char* content) {
     }
 }
 
-/// Rays of 8 floats each, as in struct Ray: org, tnear, dir, tfar.
-std::vector<WorldRay> rays_of_bytes(const std::string& name, std::string_view bytes) {
+/// Rays of rows of 8 floats, as in struct Ray: org, tnear, dir, tfar; or of 6: org, dir.
+std::vector<WorldRay> rays_of_rows(const std::string& name, std::string_view bytes,
+                                   std::size_t row_length) {
     static_assert(std::endian::native == std::endian::little, "read as memory is");
-    std::array<float, kMostNumbers> n;
-    if (bytes.size() % sizeof(n) != 0) {
+    const std::size_t row_bytes = row_length * sizeof(float);
+    if (bytes.size() % row_bytes != 0) {
         throw Error(
             ErrorKind::kBadInput,
             fmt::format("{}: {} bytes are not a whole number of rays of {} bytes; write {} floats "
                         "a ray",
-                        name, bytes.size(), sizeof(n), n.size()));
+                        name, bytes.size(), row_bytes, row_length));
     }
     std::vector<WorldRay> rays;
-    rays.reserve(bytes.size() / sizeof(n));
-    for (std::size_t at = 0; at < bytes.size(); at += sizeof(n)) {
-        std::memcpy(n.data(), bytes.data() + at, sizeof(n));
-        rays.push_back({{n[0], n[1], n[2]}, {n[4], n[5], n[6]}, n[3], n[7]});
+    rays.reserve(bytes.size() / row_bytes);
+    for (std::size_t at = 0; at < bytes.size(); at += row_bytes) {
+        std::array<float, kMostNumbers> n;
+        std::memcpy(n.data(), bytes.data() + at, row_bytes);
+        if (row_length == kMostNumbers)
+            rays.push_back({{n[0], n[1], n[2]}, {n[4], n[5], n[6]}, n[3], n[7]});
+        else
+            rays.push_back({{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, 0, kInfinity});
     }
     return rays;
+}
+
+constexpr std::string_view kNpyMagic = "\x93NUMPY";
+
+/// Rays of a file that numpy.save() has written (NumPy Enhancement Proposal 1).
+std::vector<WorldRay> npy_rays(const std::string& name, std::string_view bytes) {
+    const auto fail = [&name](std::string_view what) {
+        throw Error(ErrorKind::kBadInput,
+                    fmt::format("{}: {}; save an array of morphray.ray_dtype, or one of float32 of "
+                                "shape (N, 6) or (N, 8)",
+                                name, what));
+    };
+    constexpr std::size_t kVersionAt = 6;
+    constexpr std::size_t kLengthAt = 8;
+    constexpr std::size_t kShortHead = 10;
+    constexpr std::size_t kLongHead = 12;
+    if (bytes.size() < kLongHead) fail("the .npy file is cut");
+    const std::size_t head = bytes[kVersionAt] == 1 ? kShortHead : kLongHead;
+    std::uint32_t length = 0;
+    std::memcpy(&length, bytes.data() + kLengthAt, head - kLengthAt);
+    if (length > bytes.size() - head) fail("the .npy file is cut");
+    std::string form(bytes.substr(head, length));
+    std::erase(form, ' ');
+    bytes.remove_prefix(head + length);
+    const auto has = [&form](std::string_view part) {
+        return form.find(part) != std::string::npos;
+    };
+    constexpr std::string_view kShape = "'shape':(";
+    const bool is_structure =
+        has("'descr':[('org','<f4',(3,)),('tnear','<f4'),('dir','<f4',(3,)),('tfar','<f4')]");
+    const bool is_rows = has("'descr':'<f4'") && (has(",6)") || has(",8)"));
+    if (!has("'fortran_order':False") || !has(kShape) || (!is_structure && !is_rows))
+        fail("the .npy file has no rays");
+    std::uint64_t count = 0;
+    const char* const shape = form.data() + form.find(kShape) + kShape.size();
+    std::from_chars(shape, form.data() + form.size(), count);
+    const std::size_t row_length = has(",6)") ? 6 : kMostNumbers;
+    if (bytes.size() % (row_length * sizeof(float)) != 0 ||
+        bytes.size() / (row_length * sizeof(float)) != count)
+        fail(fmt::format("the .npy file has not the bytes of its {} rays", count));
+    return rays_of_rows(name, bytes, row_length);
 }
 
 }  // namespace
 
 RayFile read_rays(const std::string& file, bool is_binary) {
     const std::string text = read_input(file, "rays");
-    if (is_binary) return {rays_of_bytes(input_name(file), text)};
+    if (text.starts_with(kNpyMagic)) return {npy_rays(input_name(file), text)};
+    if (is_binary) return {rays_of_rows(input_name(file), text, kMostNumbers)};
     NumberLines lines(input_name(file), text, "ox oy oz dx dy dz [tnear tfar [prim_id]]");
     RayFile read;
     for (;;) {

@@ -159,6 +159,26 @@ TEST(Trace, BinaryRaysAnswerLikeText) {
     const Outcome cut = trace(scene, bytes.substr(0, 40), {"--binary"});
     EXPECT_EQ(cut.code, 3);
     EXPECT_TRUE(cut.err.starts_with("<stdin>: 40 bytes")) << cut.err;
+
+    // What numpy.save() writes for ray_dtype and for float32 of shape (2, 8).
+    const auto npy = [&bytes](const std::string& type, const std::string& shape) {
+        std::string form =
+            "{'descr': " + type + ", 'fortran_order': False, 'shape': (" + shape + "), }";
+        form.resize(246, ' ');
+        return std::string("\x93NUMPY\x01\x00\xf6\x00", 10) + form + bytes;
+    };
+    std::string without_shape = npy("'<f4'", "2, 8");
+    without_shape.replace(without_shape.find("shape"), 5, "count");
+    const std::string fields =
+        "[('org', '<f4', (3,)), ('tnear', '<f4'), ('dir', '<f4', (3,)), ('tfar', '<f4')]";
+    for (const std::string& array : {npy(fields, "2,"), npy("'<f4'", "2, 8")})
+        EXPECT_EQ(trace(scene, array).out, "H 2 0 0.25 0.5\nM\n");
+    for (const std::string& array : {npy(fields, "3,"), npy("'<f8'", "1, 8"),
+                                     npy("'<f4'", "2, 8").substr(0, 60), without_shape}) {
+        const Outcome refused = trace(scene, array);
+        EXPECT_EQ(refused.code, 3) << refused.err;
+        EXPECT_TRUE(refused.err.starts_with("<stdin>: the .npy file")) << refused.err;
+    }
 }
 
 TEST(Trace, FloatsPrintedWithNineDigitsComeBackAsThemselves) {
