@@ -12,13 +12,12 @@
 namespace mray::bench {
 namespace {
 
-constexpr double kBoxesOfNode = 2;
-
 /// Turns the builder's binary tree, whose leaves are single triangles, into a peer's.
 class PeerBuilder {
 public:
-    PeerBuilder(const Topology& topology, std::span<const vec3> positions)
-        : topology_(topology), positions_(positions) {
+    PeerBuilder(const Topology& topology, std::span<const vec3> positions,
+                const PeerTreeConfig& config)
+        : topology_(topology), positions_(positions), config_(config) {
         AlignedVector<PrimRef> refs;
         for (std::uint32_t id = 0; id < topology.triangles.size(); ++id) {
             const uvec3 t = topology.triangles[id];
@@ -70,22 +69,25 @@ private:
     /// Whether few triangles cost no more than a node.
     bool is_leaf(const BinaryNode& node) const {
         if (node.is_leaf()) return true;
+        if (node.size() > config_.most_triangles) return false;
         const auto cost = [](const BinaryNode& n) { return half_area(n.box) * n.size(); };
         return cost(node) <= cost(from_.nodes[node.children]) +
                                  cost(from_.nodes[node.children + 1]) +
-                                 kBoxesOfNode * half_area(node.box);
+                                 config_.node_cost * half_area(node.box);
     }
 
     const Topology& topology_;
     std::span<const vec3> positions_;
+    PeerTreeConfig config_;
     BinaryTree from_;
     PeerTree to_;
 };
 
 }  // namespace
 
-PeerTree build_paper_tree(const Topology& topology, std::span<const vec3> positions) {
-    return PeerBuilder(topology, positions).build();
+PeerTree build_peer_tree(const Topology& topology, std::span<const vec3> positions,
+                         const PeerTreeConfig& config) {
+    return PeerBuilder(topology, positions, config).build();
 }
 
 void refit(PeerTree& tree, const Topology& topology, std::span<const vec3> positions) {

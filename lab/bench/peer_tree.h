@@ -1,7 +1,8 @@
-// The binary tree of the method of 2007.
+// The binary tree of the peers that have no builder of their own.
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -31,9 +32,23 @@ struct PeerTree {
     std::vector<PeerTriangle> triangles;
 };
 
-/// Builds by binned SAH, where a test of a box costs as much as one of a triangle, without
-/// triangles that are not finite. At most kMaxBinaryHeight levels are below the root.
-PeerTree build_paper_tree(const Topology& topology, std::span<const vec3> positions);
+/// Where a builder divides, and when it stops: the cost of a node in tests of a triangle, and how
+/// many triangles a leaf has at most.
+struct PeerTreeConfig {
+    double node_cost;
+    std::uint32_t most_triangles;
+};
+
+/// Positions in scene space. Triangles with vertices that are not finite are left out. At most
+/// kMaxBinaryHeight levels (common/bvh/builder/binary_tree.h) are below the root.
+PeerTree build_peer_tree(const Topology& topology, std::span<const vec3> positions,
+                         const PeerTreeConfig& config);
+
+/// The tree of the method of 2007: by binned SAH, where a test of a box costs as much as one of a
+/// triangle.
+inline PeerTree build_paper_tree(const Topology& topology, std::span<const vec3> positions) {
+    return build_peer_tree(topology, positions, {2, std::numeric_limits<std::uint32_t>::max()});
+}
 
 /// The method of 2007, a group of its own, for primary or shadow rays. Keeps its packets made, as
 /// Embree's are; tree and work outlive it.

@@ -1,0 +1,260 @@
+// morphray on a Vulkan device beside the peer on the same device: camera, shadow and diffuse rays,
+// by the device's clock. Scenes, --repeat, --size, and --csv are those of lab/bench/run. `differ`
+// counts rays that hit another triangle than by the peer's rule.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <functional>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "common/version.h"
+#include "gpu/shared_device.h"
+#include "gpu/transfer.h"
+#include "lab/bench/bench_scene.h"
+#include "lab/bench/gpu/peer_interface.h"
+#include "lab/bench/options.h"
+#include "lab/bench/peer_tree.h"
+#include "lab/bench/report.h"
+#include "lab/bench/trace_work.h"
+#include "shaders/kernel_interface.h"
+
+// Generated from peer.comp; it uses std::uint32_t without including it.
+#include "lab/bench/gpu/peer_spirv.h"
+
+namespace mray::bench {
+namespace {
+
+constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
+constexpr std::uint64_t kTimeLimitMs = 60'000;
+
+std::uint64_t pixels_of(const ImageParams& params) {
+    return std::uint64_t{params.width} * params.height;
+}
+
+/// The nodes as the kernel reads them: one for each pair of children, which follow the root.
+std::vector<vec4> kernel_nodes(const PeerTree& tree) {
+    const auto reference = [](const PeerNode& node) {
+        const std::uint32_t child =
+            node.count > 0 ? ~(8 * node.first + node.count) : (node.first - 1) / 2;
+        return std::bit_cast<float>(child);
+    };
+    std::vector<vec4> made;
+    for (std::size_t i = 1; i + 1 < tree.nodes.size(); i += 2) {
+        const PeerNode& a = tree.nodes[i];
+        const PeerNode& b = tree.nodes[i + 1];
+        made.emplace_back(a.lower.x, a.upper.x, a.lower.y, a.upper.y);
+        made.emplace_back(b.lower.x, b.upper.x, b.lower.y, b.upper.y);
+        made.emplace_back(a.lower.z, a.upper.z, b.lower.z, b.upper.z);
+        made.emplace_back(reference(a), reference(b), 0.0f, 0.0f);
+    }
+    return made;
+}
+
+std::vector<vec4> kernel_triangles(const PeerTree& tree) {
+    std::vector<vec4> made;
+    for (const PeerTriangle& triangle : tree.triangles) {
+        made.emplace_back(triangle.a, std::bit_cast<float>(triangle.prim_id));
+        made.emplace_back(triangle.b, 0.0f);
+        made.emplace_back(triangle.c, 0.0f);
+    }
+    return made;
+}
+
+/// The kernel that wins on GPUs, over a binary tree by binned SAH.
+class PeerTracer {
+public:
+    /// Uses the device's queue beside morphray's backend. The tree has at most 7 triangles a leaf,
+    /// and more than one leaf. `rays` are those of kPeerRays.
+    PeerTracer(std::shared_ptr<gpu::SharedDevice> device, const PeerTree& tree,
+               const ImageParams& params, std::span<const Ray> rays);
+
+    /// Traces the rays of a mode once, those of kPeerShadow from the hits of the last kPeerCamera.
+    /// Returns milliseconds on the device.
+    double trace(std::uint32_t mode);
+
+    /// The hits of kPeerCamera or kPeerRays, with the prim_ids of the scene.
+    std::vector<Hit> hits(std::size_t count);
+
+private:
+    std::shared_ptr<gpu::SharedDevice> shared_;
+    const PeerTree& tree_;
+    ImageParams params_;
+    std::uint32_t ray_count_;
+    gpu::Context context_;
+    gpu::Transfer transfer_;
+    gpu::Buffer nodes_, triangles_, rays_, hits_, occluded_;
+    std::vector<gpu::BoundPipeline> pipelines_;
+};
+
+PeerTracer::PeerTracer(std::shared_ptr<gpu::SharedDevice> device, const PeerTree& tree,
+                       const ImageParams& params, std::span<const Ray> rays)
+    : shared_(std::move(device)),
+      tree_(tree),
+      params_(params),
+      ray_count_(static_cast<std::uint32_t>(rays.size())),
+      context_(shared_->device, kTimeLimitMs),
+      transfer_(context_) {
+    const auto make = [&](const char* name, std::uint64_t size) {
+        return gpu::Buffer(shared_->device, name, size, kStorage, gpu::Memory::kDevice);
+    };
+    const std::vector<vec4> nodes = kernel_nodes(tree);
+    const std::vector<vec4> triangles = kernel_triangles(tree);
+    nodes_ = make("peer's nodes", sizeof(vec4) * nodes.size());
+    triangles_ = make("peer's triangles", sizeof(vec4) * triangles.size());
+    rays_ = make("peer's rays", rays.size_bytes());
+    hits_ =
+        make("peer's hits", sizeof(Hit) * std::max<std::uint64_t>(pixels_of(params), rays.size()));
+    occluded_ = make("peer's occlusion", 4 * pixels_of(params));
+    transfer_.upload(std::as_bytes(std::span(nodes)), nodes_);
+    transfer_.upload(std::as_bytes(std::span(triangles)), triangles_);
+    transfer_.upload(std::as_bytes(rays), rays_);
+    gpu::Bindings bindings;
+    bindings.buffers[kBindNodes] = nodes_.get();
+    bindings.buffers[kBindLeaves] = triangles_.get();
+    bindings.buffers[kBindRays] = rays_.get();
+    bindings.buffers[kBindHits] = hits_.get();
+    bindings.buffers[kBindOcclusion] = occluded_.get();
+    for (const std::uint32_t mode : {kPeerCamera, kPeerShadow, kPeerRays}) {
+        gpu::BoundPipeline& bound = pipelines_.emplace_back(
+            shared_->device, shared_->pipelines.get(shared_->device, k_peer_spirv, {mode}));
+        bound.bind(bindings);
+    }
+}
+
+double PeerTracer::trace(std::uint32_t mode) {
+    PeerArguments arguments = {};
+    arguments.params = params_;
+    // That of kernels, not of the benchmark's works.
+    constexpr std::uint32_t kSide = mray::kTileSize;
+    arguments.tile_columns = (params_.width + kSide - 1) / kSide;
+    arguments.ray_count = ray_count_;
+    std::uint32_t groups = arguments.tile_columns * ((params_.height + kSide - 1) / kSide);
+    if (mode == kPeerRays) groups = (ray_count_ + kGroupSize - 1) / kGroupSize;
+    return context_.submit("trace the peer's rays", [&](VkCommandBuffer commands) {
+        pipelines_[mode].dispatch(commands, arguments, groups);
+    });
+}
+
+std::vector<Hit> PeerTracer::hits(std::size_t count) {
+    std::vector<Hit> hits(count);
+    transfer_.download(hits_, std::as_writable_bytes(std::span(hits)));
+    for (Hit& hit : hits)
+        if (hit.prim_id != kNoPrim) hit.prim_id = tree_.triangles[hit.prim_id].prim_id;
+    return hits;
+}
+
+class VulkanBench {
+public:
+    VulkanBench(const BenchScene& scene, int repeat, Report& report)
+        : scene_(scene),
+          repeat_(repeat),
+          report_(report),
+          tree_(build_peer_tree(scene.topology(), scene.positions, {1.5, 4})),
+          diffuse_(diffuse_rays()),
+          shared_(gpu::open_device({})),
+          ours_(gpu::make_backend_on(shared_)),
+          peer_(shared_, tree_, scene.params, diffuse_) {
+        ours_->set_scene(scene.topology(), scene.positions, scene.bvh);
+    }
+
+    void run() {
+        trace("primary", kRaysPrimary, kPeerCamera);
+        trace("shadow", kRaysShadow, kPeerShadow);
+        trace_diffuse();
+    }
+
+private:
+    std::vector<Ray> diffuse_rays() const {
+        const TraceWork work = SceneRays(scene_).work(WorkKind::kDiffuse);
+        std::vector<Ray> rays;
+        for (std::size_t i = 0; i < work.rays.size(); ++i)
+            if (work.active[i] != 0) rays.push_back(work.rays[i]);
+        return rays;
+    }
+
+    std::uint64_t pixels() const {
+        return std::uint64_t{scene_.params.width} * scene_.params.height;
+    }
+
+    /// Measures both in turn, and adds a row.
+    void compare(const char* work, std::uint64_t rays, const std::function<double()>& ours,
+                 std::uint32_t mode, const std::function<std::uint64_t()>& differences) {
+        const Method methods[] = {
+            {"vulkan", {}, [&](std::size_t) { return ours(); }},
+            {"bvh2", {}, [&](std::size_t) { return peer_.trace(mode); }, "", differences}};
+        report_.compare({work, Unit::kMrayPerSecond, rays}, methods, 1, repeat_);
+    }
+
+    static std::uint64_t count_mismatches(std::span<const Hit> ours, std::span<const Hit> theirs) {
+        std::uint64_t count = 0;
+        for (std::size_t i = 0; i < theirs.size(); ++i)
+            count += ours[i].prim_id != theirs[i].prim_id;
+        return count;
+    }
+
+    void trace(const char* work, std::uint32_t rays, std::uint32_t mode) {
+        ImageParams params = scene_.params;
+        params.rays = rays;
+        Frame checked;
+        checked.with_pixels = false;
+        ours_->trace_image(params, checked);
+        Frame frame;
+        frame.with_pixels = false;
+        frame.with_hits = false;
+        const bool is_primary = rays == kRaysPrimary;
+        const auto ours = [&] {
+            ours_->trace_image(params, frame);
+            const BackendTimes& t = ours_->finish();
+            return is_primary ? t.trace_ms : t.secondary_ms;
+        };
+        const std::uint64_t ray_count =
+            is_primary ? pixels() : count_hits(checked) * rays_per_hit(rays, params.ao_count);
+        compare(work, ray_count, ours, mode, [&] {
+            return is_primary ? count_mismatches(checked.hits, peer_.hits(pixels())) : 0;
+        });
+    }
+
+    void trace_diffuse() {
+        std::vector<Hit> hits(diffuse_.size());
+        const auto ours = [&] {
+            ours_->trace({diffuse_, hits});
+            return ours_->finish().trace_ms;
+        };
+        compare("diffuse", hits.size(), ours, kPeerRays,
+                [&] { return count_mismatches(hits, peer_.hits(hits.size())); });
+    }
+
+    const BenchScene& scene_;
+    int repeat_;
+    Report& report_;
+    PeerTree tree_;
+    std::vector<Ray> diffuse_;
+    std::shared_ptr<gpu::SharedDevice> shared_;
+    std::unique_ptr<Backend> ours_;
+    PeerTracer peer_;
+};
+
+int run(const BenchOptions& options) {
+    Report report(
+        fmt::format("# {}, {}; morphray {}\n# morphray_gpu_bench {}\n", machine_name(),
+                    gpu::make_vulkan_backend()->info().description, kVersionDetail, options.line),
+        options.csv);
+    for (const std::string& spec : options.scenes) {
+        const BenchScene scene = open_bench_scene(spec, options.view);
+        report.begin(spec, 1);
+        VulkanBench(scene, options.repeat, report).run();
+    }
+    return 0;
+}
+
+}  // namespace
+}  // namespace mray::bench
+
+int main(int argc, char** argv) {
+    using namespace mray::bench;
+    return bench_main(BenchProgram::kRun, argc, argv, run);
+}
