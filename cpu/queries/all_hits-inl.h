@@ -39,23 +39,22 @@ HWY_INLINE void visit_repeats(const Bvh& bvh, std::uint32_t prim_id, const Trian
 
 /// Calls visit(prim_id, hit) for all triangles of a leaf that a ray hits no later than tfar, in any
 /// order. kAxis is the ray's main axis, or kAnyAxis.
-template <Crossing kCrossing, int kAxis = kAnyAxis, class Visit>
+template <int kAxis = kAnyAxis, class Visit>
 HWY_INLINE void for_each_hit_of_leaf(const Bvh& bvh, const RayStream& stream, std::size_t ray,
                                      float tfar, const Leaf& leaf, Visit visit) {
-    intersect_leaf<kAxis, kCrossing>(stream, ray, tfar, leaf,
-                                     [&](std::uint32_t slot, const TriangleHit& hit) {
-                                         visit_repeats(bvh, leaf.prim_id[slot], hit, visit);
-                                         return false;
-                                     });
+    intersect_leaf<kAxis>(stream, ray, tfar, leaf, [&](std::uint32_t slot, const TriangleHit& hit) {
+        visit_repeats(bvh, leaf.prim_id[slot], hit, visit);
+        return false;
+    });
 }
 
 /// Calls visit(prim_id, hit) for all triangles below a node that a ray hits, in any order.
-template <Crossing kCrossing, class Visit>
+template <class Visit>
 HWY_INLINE void for_each_hit(const Bvh& bvh, const RayStream& stream, std::size_t ray,
                              std::uint32_t root, Visit visit) {
     const auto met = [&](const Node& node) HWY_ATTR { return met_slots(stream, ray, node); };
     const auto visit_leaf = [&](const Leaf& leaf) HWY_ATTR {
-        for_each_hit_of_leaf<kCrossing>(bvh, stream, ray, stream.tfar[ray], leaf, visit);
+        for_each_hit_of_leaf(bvh, stream, ray, stream.tfar[ray], leaf, visit);
         return true;
     };
     for_each_leaf(bvh, met, visit_leaf, root);
@@ -66,14 +65,13 @@ HWY_INLINE std::uint64_t with_hit(std::uint64_t count, const TriangleHit& hit) {
     return (count + 1) | (may_touch_border(hit) ? kTouchesBorder : 0);
 }
 
-template <Crossing kCrossing>
-HWY_INLINE std::uint64_t count_hits_of(const Bvh& bvh, const Ray& ray) {
+HWY_INLINE std::uint64_t count_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing) {
     RayStream stream;
     prepare_one(stream, ray);
+    stream.crossing = crossing;
     std::uint64_t count = 0;
-    for_each_hit<kCrossing>(bvh, stream, 0, 0, [&](std::uint32_t, const TriangleHit& hit) {
-        count = with_hit(count, hit);
-    });
+    for_each_hit(bvh, stream, 0, 0,
+                 [&](std::uint32_t, const TriangleHit& hit) { count = with_hit(count, hit); });
     return count;
 }
 
@@ -82,12 +80,13 @@ inline constexpr std::size_t kCountedTogether = kLanes < 8 ? 4 : 8;
 
 /// The numbers of hits of up to 64 rays of one octant, which go down the tree together; where few
 /// are left they go on alone.
-template <Crossing kCrossing>
 class CountStream {
 public:
     /// rays[order[i]], of one octant: at least one and at most kStreamRays.
-    HWY_INLINE CountStream(const Bvh& bvh, const Ray* rays, std::span<const std::uint16_t> order)
+    HWY_INLINE CountStream(const Bvh& bvh, const Ray* rays, std::span<const std::uint16_t> order,
+                           Crossing crossing)
         : bvh_(bvh), order_(order), stream_(make_stream(rays, order)) {
+        stream_.crossing = crossing;
         for (std::size_t i = 0; i < kStreamRays; i += kLanes) store(splat(0u), counts_ + i);
     }
 
@@ -114,22 +113,21 @@ public:
     HWY_INLINE void part(std::uint64_t rays, std::uint32_t child) {
         for (; rays != 0; rays &= rays - 1) {
             const auto ray = static_cast<std::size_t>(std::countr_zero(rays));
-            for_each_hit<kCrossing>(
-                bvh_, stream_, ray, child,
-                [&](std::uint32_t, const TriangleHit& hit) { add_one(ray, hit); });
+            for_each_hit(bvh_, stream_, ray, child,
+                         [&](std::uint32_t, const TriangleHit& hit) { add_one(ray, hit); });
         }
     }
     HWY_INLINE void visit_leaf(std::uint64_t rays, const Leaf& leaf) {
         for_rays_of_leaf(
             rays,
             [&](std::size_t first, std::uint32_t asked) HWY_ATTR {
-                intersect_leaf_together<kCrossing>(
+                intersect_leaf_together(
                     stream_, first, asked, stream_.tfar, leaf,
                     [&](Mask hits, const lanes::TriangleHit& hit, std::uint32_t prim_id)
                         HWY_ATTR { add(first, hits, hit, prim_id); });
             },
             [&](std::size_t ray) HWY_ATTR {
-                for_each_hit_of_leaf<kCrossing>(
+                for_each_hit_of_leaf(
                     bvh_, stream_, ray, stream_.tfar[ray], leaf,
                     [&](std::uint32_t, const TriangleHit& hit) { add_one(ray, hit); });
             });
@@ -171,15 +169,16 @@ inline void keep_first(std::vector<Hit>& hits, std::size_t first, std::size_t mo
     hits.resize(first + most);
 }
 
-template <Crossing kCrossing>
-HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, std::uint32_t most, HitLists& lists) {
+HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, Crossing crossing, std::uint32_t most,
+                             HitLists& lists) {
     RayStream stream;
     prepare_one(stream, ray);
+    stream.crossing = crossing;
     const std::size_t first = lists.hits.size();
     // So that a list that is full costs little: twice as many are kept before the rest is dropped.
     const std::size_t room = 2 * std::size_t{most} + 16;
     std::uint64_t total = 0;
-    for_each_hit<kCrossing>(bvh, stream, 0, 0, [&](std::uint32_t prim_id, const TriangleHit& hit) {
+    for_each_hit(bvh, stream, 0, 0, [&](std::uint32_t prim_id, const TriangleHit& hit) {
         total = with_hit(total, hit);
         if (lists.hits.size() - first == room) keep_first(lists.hits, first, most);
         lists.hits.push_back(make_hit(hit, prim_id));
@@ -192,7 +191,7 @@ HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, std::uint32_t most,
 }
 
 /// The first hit after the cursor of a ray whose main axis is kAxis.
-template <int kAxis, Crossing kCrossing>
+template <int kAxis>
 HWY_NOINLINE Hit next_hit_along(const Bvh& bvh, const RayStream& stream, const HitCursor& after) {
     Hit first = no_hit();
     first.t = stream.tfar[0];
@@ -205,22 +204,22 @@ HWY_NOINLINE Hit next_hit_along(const Bvh& bvh, const RayStream& stream, const H
         depth = last_depth(hit.t);
     };
     for_each_near_leaf<kAxis>(bvh, stream, 0, depth, [&](const Leaf& leaf) HWY_ATTR {
-        for_each_hit_of_leaf<kCrossing, kAxis>(bvh, stream, 0, first.t, leaf, keep);
+        for_each_hit_of_leaf<kAxis>(bvh, stream, 0, first.t, leaf, keep);
     });
     return first.prim_id == kNoPrim ? no_hit() : first;
 }
 
 /// The first hit after the cursor.
-template <Crossing kCrossing>
-HWY_INLINE Hit next_hit_of(const Bvh& bvh, Ray ray, const HitCursor& after) {
+HWY_INLINE Hit next_hit_of(const Bvh& bvh, Ray ray, Crossing crossing, const HitCursor& after) {
     ray.tnear = std::max(ray.tnear, after.t);
     if (!(ray.tnear <= ray.tfar)) return no_hit();
     RayStream stream;
     prepare_one(stream, ray);
+    stream.crossing = crossing;
     const std::uint32_t axis = stream.axis[0];
-    if (axis == 0) return next_hit_along<0, kCrossing>(bvh, stream, after);
-    if (axis == 1) return next_hit_along<1, kCrossing>(bvh, stream, after);
-    return next_hit_along<2, kCrossing>(bvh, stream, after);
+    if (axis == 0) return next_hit_along<0>(bvh, stream, after);
+    if (axis == 1) return next_hit_along<1>(bvh, stream, after);
+    return next_hit_along<2>(bvh, stream, after);
 }
 
 }  // namespace HWY_NAMESPACE

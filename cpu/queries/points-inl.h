@@ -252,28 +252,19 @@ HWY_NOINLINE inline std::size_t find_closest(const Bvh& bvh, vec3 point, std::ui
     std::size_t leaves = 0;
     const std::uint32_t first_leaf = near_leaf;
     if (first_leaf < bvh.leaves.size()) find_closest_in(bvh.leaves[first_leaf], p, closest);
-    StackEntry stack[kMaxStack];
-    stack[0] = {0, 0};
-    for (std::size_t size = 1; size > 0;) {
-        const StackEntry entry = stack[--size];
-        if (entry.t_least > closest.d2) continue;
-        if ((entry.child & kLeafBit) != 0) {
-            const std::uint32_t leaf = entry.child & ~kLeafBit;
-            if (leaf == first_leaf) continue;
-            ++leaves;
-            const std::uint32_t before = closest.prim_id;
-            find_closest_in(bvh.leaves[leaf], p, closest);
-            if (closest.prim_id != before) near_leaf = leaf;
-            continue;
-        }
-        HWY_ALIGN float d2[kWidth];
-        const Node& node = bvh.nodes[entry.child];
+    const auto near = [&](const Node& node, float* HWY_RESTRICT d2) HWY_ATTR {
         const auto distance2 = [&](const BoxLanes& boxes) HWY_ATTR {
             return lanes::box_distance2(p, boxes.lower, boxes.upper);
         };
-        const std::uint32_t slots = slots_within(node, splat(closest.d2), distance2, d2);
-        size = push_sorted(node, slots, d2, stack, size);
-    }
+        return slots_within(node, splat(closest.d2), distance2, d2);
+    };
+    for_each_near_leaf(bvh, closest.d2, near, [&](std::uint32_t leaf) HWY_ATTR {
+        if (leaf == first_leaf) return;
+        ++leaves;
+        const std::uint32_t before = closest.prim_id;
+        find_closest_in(bvh.leaves[leaf], p, closest);
+        if (closest.prim_id != before) near_leaf = leaf;
+    });
     return leaves;
 }
 

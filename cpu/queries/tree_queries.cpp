@@ -20,43 +20,27 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-template <Crossing kCrossing>
-HWY_INLINE void count_hits_of_rays(const Bvh& bvh, std::span<const Ray> rays,
-                                   std::span<std::uint64_t> counts) {
+void answer(const Bvh& bvh, const CountQuery& query) {
+    const std::span<const Ray> rays = query.rays;
     if (rays.size() <= kCountedTogether) {
         for (std::size_t i = 0; i < rays.size(); ++i)
-            counts[i] = count_hits_of<kCrossing>(bvh, rays[i]);
+            query.counts[i] = count_hits_of(bvh, rays[i], query.crossing);
         return;
     }
-    for_each_stream(
-        rays, [&](const Ray* batch, std::span<const std::uint16_t> order, std::size_t first)
-                  HWY_ATTR { CountStream<kCrossing>(bvh, batch, order).count(&counts[first]); });
-}
-
-void answer(const Bvh& bvh, const CountQuery& query) {
-    if (query.crossing == Crossing::kOwner) {
-        count_hits_of_rays<Crossing::kOwner>(bvh, query.rays, query.counts);
-    } else {
-        count_hits_of_rays<Crossing::kEach>(bvh, query.rays, query.counts);
-    }
+    for_each_stream(rays, [&](const Ray* batch, std::span<const std::uint16_t> order,
+                              std::size_t first) HWY_ATTR {
+        CountStream(bvh, batch, order, query.crossing).count(&query.counts[first]);
+    });
 }
 
 void answer(const Bvh& bvh, const ListQuery& query) {
-    for (const Ray& ray : query.rays) {
-        if (query.crossing == Crossing::kOwner) {
-            list_hits_of<Crossing::kOwner>(bvh, ray, query.most, query.lists);
-        } else {
-            list_hits_of<Crossing::kEach>(bvh, ray, query.most, query.lists);
-        }
-    }
+    for (const Ray& ray : query.rays)
+        list_hits_of(bvh, ray, query.crossing, query.most, query.lists);
 }
 
 void answer(const Bvh& bvh, const NextQuery& query) {
-    for (std::size_t i = 0; i < query.rays.size(); ++i) {
-        query.hits[i] = query.crossing == Crossing::kOwner
-                            ? next_hit_of<Crossing::kOwner>(bvh, query.rays[i], query.after[i])
-                            : next_hit_of<Crossing::kEach>(bvh, query.rays[i], query.after[i]);
-    }
+    for (std::size_t i = 0; i < query.rays.size(); ++i)
+        query.hits[i] = next_hit_of(bvh, query.rays[i], query.crossing, query.after[i]);
 }
 
 /// Whether bundles pay, by what they and single points have taken so far.

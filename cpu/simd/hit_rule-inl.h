@@ -21,36 +21,35 @@ namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
 /// The exact path of intersect_triangle, or of cross_triangle, for vertices with rotated axes.
-template <Crossing kCrossing = Crossing::kEach>
 HWY_INLINE Mask intersect_exactly(const lanes::ShearedRay& s, FloatVec tnear, FloatVec tfar,
                                   const lanes::Float3& a, const lanes::Float3& b,
-                                  const lanes::Float3& c, lanes::TriangleHit& hit) {
+                                  const lanes::Float3& c, lanes::TriangleHit& hit,
+                                  Crossing crossing = Crossing::kEach) {
     const lanes::Float3 pa = lanes::project_rotated(s, a);
     const lanes::Float3 pb = lanes::project_rotated(s, b);
     const lanes::Float3 pc = lanes::project_rotated(s, c);
     const lanes::Edges e = lanes::exact_edges(pa, pb, pc);
     Mask hits = lanes::exact_hit(s, e, pa.z, pb.z, pc.z, hit);
-    if constexpr (kCrossing == Crossing::kOwner) hits = hits & lanes::owns_ray(e, pa, pb, pc);
+    if (crossing == Crossing::kOwner) hits = hits & lanes::owns_ray(e, pa, pb, pc);
     return hits & lanes::is_in_range(hit.t, tnear, tfar) & lanes::finite_vertices(a, b, c);
 }
 
 /// Those of the lanes `possible`, in which the ray may go through the triangle a, b, c, where it
 /// hits; t, u and v of other lanes are undefined. e: the edge functions of the fast path, which
 /// answers where it is certain, and za, zb and zc its depths. The exact path answers for the rest.
-template <Crossing kCrossing = Crossing::kEach>
 HWY_INLINE Mask decide_hits(const lanes::ShearedRay& s, const lanes::Edges& e, FloatVec za,
                             FloatVec zb, FloatVec zc, Mask possible, FloatVec tnear, FloatVec tfar,
                             const lanes::Float3& a, const lanes::Float3& b, const lanes::Float3& c,
-                            lanes::TriangleHit& hit) {
+                            lanes::TriangleHit& hit, Crossing crossing = Crossing::kEach) {
     const Mask is_certain = lanes::weighted_hit(s, e, za, zb, zc, hit);
     const Mask is_hit = lanes::surely_inside(s, e) & is_certain;
     Mask hits = possible & is_hit & lanes::is_in_range(hit.t, tnear, tfar);
     const Mask uncertain = and_not(is_hit, possible);
     if (!none(uncertain)) {
         lanes::TriangleHit exact;
-        const Mask exact_hits = intersect_exactly<kCrossing>(
-            s, tnear, tfar, lanes::rotate_axes(a, s.axis), lanes::rotate_axes(b, s.axis),
-            lanes::rotate_axes(c, s.axis), exact);
+        const Mask exact_hits = intersect_exactly(s, tnear, tfar, lanes::rotate_axes(a, s.axis),
+                                                  lanes::rotate_axes(b, s.axis),
+                                                  lanes::rotate_axes(c, s.axis), exact, crossing);
         hits = hits | (uncertain & exact_hits);
         hit.t = select(uncertain, exact.t, hit.t);
         hit.u = select(uncertain, exact.u, hit.u);

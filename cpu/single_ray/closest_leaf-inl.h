@@ -261,11 +261,12 @@ struct LeafRays {
     lanes::ShearedRay sheared;
     Mask active;
     FloatVec tnear;
+    Crossing crossing;
 };
 
 /// Calls keep(hits, hit, prim_id) for the lanes that hit triangle i no later than tfar of their
 /// rays; e has its fast edge functions u, v and w.
-template <Crossing kCrossing, class Keep>
+template <class Keep>
 HWY_INLINE void intersect_triangle(const LeafRays& rays, const float* tfar_of_rays,
                                    const Leaf& leaf, std::uint32_t i, const ProjectedLeaf& points,
                                    lanes::Edges e, Keep keep) {
@@ -284,21 +285,22 @@ HWY_INLINE void intersect_triangle(const LeafRays& rays, const float* tfar_of_ra
     if (none(possible)) return;
     const FloatVec tfar = load(tfar_of_rays + rays.first);
     lanes::TriangleHit hit;
-    const Mask hits = decide_hits<kCrossing>(
-        s, e, a.z, b.z, c.z, possible, rays.tnear, tfar, lanes::Float3(leaf_position(leaf, i, 0)),
-        lanes::Float3(leaf_position(leaf, i, 1)), lanes::Float3(leaf_position(leaf, i, 2)), hit);
+    const Mask hits = decide_hits(s, e, a.z, b.z, c.z, possible, rays.tnear, tfar,
+                                  lanes::Float3(leaf_position(leaf, i, 0)),
+                                  lanes::Float3(leaf_position(leaf, i, 1)),
+                                  lanes::Float3(leaf_position(leaf, i, 2)), hit, rays.crossing);
     keep(hits, hit, leaf.prim_id[i]);
 }
 
 /// Calls keep(hits, hit, prim_id) for the triangles of a leaf that rays among `asked` (bits, from
 /// `first` on) hit no later than tfar of their rays: lanes are rays.
-template <Crossing kCrossing, class Keep>
+template <class Keep>
 HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t first,
                                         std::uint32_t asked, const float* tfar, const Leaf& leaf,
                                         Keep keep) {
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
     const LeafRays rays{first, sheared_rays(stream, first), mask_of(asked),
-                        load(stream.tnear + first)};
+                        load(stream.tnear + first), stream.crossing};
     ProjectedLeaf points;
     const FloatVec size = project_vertices(
         stream, first, leaf, used_vertices(leaf, count),
@@ -317,7 +319,7 @@ HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t fir
         e.w = lanes::fast_edge(a, b);
         e.bound = points.bound;
         if (none(lanes::may_be_inside(e) & rays.active)) continue;
-        intersect_triangle<kCrossing>(rays, tfar, leaf, i, points, e, keep);
+        intersect_triangle(rays, tfar, leaf, i, points, e, keep);
     }
 }
 
@@ -325,10 +327,9 @@ HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t fir
 HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t first,
                                         std::uint32_t asked, const Leaf& leaf,
                                         ClosestHits& closest) {
-    intersect_leaf_together<Crossing::kEach>(
-        stream, first, asked, closest.t, leaf,
-        [&](Mask hits, const lanes::TriangleHit& hit, std::uint32_t prim_id)
-            HWY_ATTR { closest.keep_closer(first, hits, hit, prim_id); });
+    intersect_leaf_together(stream, first, asked, closest.t, leaf,
+                            [&](Mask hits, const lanes::TriangleHit& hit, std::uint32_t prim_id)
+                                HWY_ATTR { closest.keep_closer(first, hits, hit, prim_id); });
 }
 
 // A vector of rays is tested together if it has more than this many of those at a leaf

@@ -35,7 +35,7 @@ using namespace simd::HWY_NAMESPACE;
 
 /// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
 /// true; whether it did. kAxis is the ray's main axis, or kAnyAxis.
-template <int kAxis = kAnyAxis, Crossing kCrossing = Crossing::kEach, class Visit>
+template <int kAxis = kAnyAxis, class Visit>
 HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float tfar,
                                const Leaf& leaf, Visit visit) {
     ShearedRay s;
@@ -52,7 +52,7 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
         const vec3 c = leaf_position(leaf, slot, 2);
         TriangleHit hit;
         if (!may_hit_triangle(s, a, b, c)) continue;
-        const bool is_hit = kCrossing == Crossing::kOwner
+        const bool is_hit = stream.crossing == Crossing::kOwner
                                 ? cross_triangle(s, stream.tnear[ray], tfar, a, b, c, hit)
                                 : intersect_triangle(s, stream.tnear[ray], tfar, a, b, c, hit);
         if (is_hit && visit(slot, hit)) return true;
@@ -154,7 +154,7 @@ HWY_INLINE bool visit_lanes(std::size_t v, Mask visited, const lanes::TriangleHi
 }
 
 /// The exact path for the triangles that are uncertain, as bits.
-template <Crossing kCrossing, class Visit>
+template <class Visit>
 HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ray, float tfar,
                                          const Leaf& leaf, std::uint32_t uncertain, Visit visit) {
     const LeafLanes vertices = load_leaf<kAnyAxis>(leaf, stream.axis[ray]);
@@ -173,7 +173,7 @@ HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ra
         lanes::TriangleHit hit;
         const lanes::Edges edges = lanes::exact_edges(a, b, c);
         Mask hits = lanes::exact_hit(s, edges, a.z, b.z, c.z, hit);
-        if constexpr (kCrossing == Crossing::kOwner) hits = hits & lanes::owns_ray(edges, a, b, c);
+        if (stream.crossing == Crossing::kOwner) hits = hits & lanes::owns_ray(edges, a, b, c);
         hits = hits & lanes::is_in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
         hits = hits & mask_of(bits);
         if (none(hits)) continue;
@@ -216,7 +216,7 @@ HWY_INLINE bool any_possible_vector(const RayStream& stream, std::size_t ray,
 
 /// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
 /// true; whether it did. kAxis is the ray's main axis, or kAnyAxis.
-template <int kAxis = kAnyAxis, Crossing kCrossing = Crossing::kEach, class Visit>
+template <int kAxis = kAnyAxis, class Visit>
 HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float tfar,
                                const Leaf& leaf, Visit visit) {
     const LeafLanes vertices = load_leaf<kAxis>(leaf, stream.axis[ray]);
@@ -233,8 +233,7 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
         return !none(hits) && visit_lanes(v, hits & finite_lanes(vertices, at), hit, visit);
     };
     if (any_possible_vector(stream, ray, s, vertices, visit_hits)) return true;
-    return uncertain != 0 &&
-           intersect_leaf_exactly<kCrossing>(stream, ray, tfar, leaf, uncertain, visit);
+    return uncertain != 0 && intersect_leaf_exactly(stream, ray, tfar, leaf, uncertain, visit);
 }
 
 /// Whether the ray hits any triangle.

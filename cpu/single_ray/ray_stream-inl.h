@@ -16,6 +16,7 @@
 
 #include "common/interop/packet_bounds.h"
 #include "common/interop/slab.h"
+#include "common/scene_queries.h"
 #include "common/simd/vectors-inl.h"
 #include "cpu/simd/lanes-inl.h"
 #include "cpu/simd/rounding_bounds.h"
@@ -65,6 +66,8 @@ struct alignas(64) RayStream {
     float certain_from[kStreamRays];
     float certain_to[kStreamRays];
     float certain_beyond[kStreamRays];
+    // What is a hit.
+    Crossing crossing = Crossing::kEach;
 };
 
 /// Bytes from a node's lower planes of an axis to the upper ones, and to the next axis. Lower

@@ -18,6 +18,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "common/bvh/bvh.h"
 #include "cpu/single_ray/closest_leaf-inl.h"
@@ -45,15 +46,21 @@ struct StackEntry {
     std::uint32_t child;
 };
 
-/// Pushes the children in these slots so that the nearest is on top; returns the new size.
-HWY_INLINE std::size_t push_sorted(const Node& node, std::uint32_t slots, const float* t_least,
-                                   StackEntry* stack, std::size_t size) {
-    const std::size_t base = size;
-    for (; slots != 0; slots &= slots - 1) {
-        const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
-        insert_sorted(stack, base, size++, StackEntry{t_least[slot], node.child[slot]});
-    }
-    return size;
+// A ray by itself waits for each node to know the next one, unless the processor guesses it: it
+// does where branches tell the slot of the child, as the address then depends on no box.
+
+/// Keeps compilers from merging the branch that set a value with others.
+HWY_INLINE void keep_branch(std::uint32_t& value) { asm volatile("" : "+r"(value)); }
+
+/// Calls visit(slot) for the first of these slots, one or more, which branches tell.
+template <class Visit, std::uint32_t... slot>
+HWY_INLINE void visit_guessed_slot(std::uint32_t slots, Visit visit,
+                                   std::integer_sequence<std::uint32_t, slot...>) {
+    static_cast<void>((((slots & (1u << slot)) != 0 && (visit(slot), true)) || ...));
+}
+template <class Visit>
+HWY_INLINE void visit_guessed_slot(std::uint32_t slots, Visit visit) {
+    visit_guessed_slot(slots, visit, std::make_integer_sequence<std::uint32_t, kWidth>());
 }
 
 /// Calls visit(leaf) for the leaves below node `root` whose box, and those of the nodes above, are
@@ -62,65 +69,91 @@ HWY_INLINE std::size_t push_sorted(const Node& node, std::uint32_t slots, const 
 template <class Met, class Visit>
 HWY_INLINE bool for_each_leaf(const Bvh& bvh, Met met, Visit visit, std::uint32_t root = 0) {
     std::uint32_t stack[kMaxStack];
-    stack[0] = root;
-    for (std::size_t size = 1; size > 0;) {
-        const Node& node = bvh.nodes[stack[--size]];
+    std::size_t size = 0;
+    for (std::uint32_t index = root;;) {
+        const Node& node = bvh.nodes[index];
         const std::uint32_t slots = met(node);
         const std::uint32_t leaves = leaf_slots(node);
         for (std::uint32_t rest = slots & leaves; rest != 0; rest &= rest - 1) {
             if (!visit(bvh.leaves[node.child[std::countr_zero(rest)] & ~kLeafBit])) return false;
         }
-        for (std::uint32_t rest = slots & ~leaves; rest != 0; rest &= rest - 1) {
+        std::uint32_t rest = slots & ~leaves;
+        if (rest == 0) {
+            if (size == 0) return true;
+            index = stack[--size];
+            continue;
+        }
+        visit_guessed_slot(rest, [&](std::uint32_t slot) HWY_ATTR {
+            index = node.child[slot];
+            keep_branch(index);
+        });
+        for (rest &= rest - 1; rest != 0; rest &= rest - 1) {
             assert(size < kMaxStack);
             stack[size++] = node.child[std::countr_zero(rest)];
         }
     }
-    return true;
 }
 
-/// Calls visit_leaf(leaf) for the leaves that a ray whose main axis is kAxis meets with a least
-/// depth of `depth` or less, one node after the other, its nearest box first. Visits may make
-/// `depth` less. Where a node has one or two children to visit, the ray goes straight on; one is
-/// both the first and the last, so that no branch tells it from two.
-template <int kAxis, class VisitLeaf>
-HWY_INLINE void for_each_near_leaf(const Bvh& bvh, const RayStream& stream, std::size_t ray,
-                                   const float& depth, VisitLeaf visit_leaf) {
+/// Sets `nearest` to the nearest of the children in these slots, one or more, and pushes the others
+/// so that the nearest of them is on top; returns the new size.
+HWY_INLINE std::size_t push_others(const Node& node, std::uint32_t slots, const float* bounds,
+                                   StackEntry* stack, std::size_t size, StackEntry& nearest) {
+    visit_guessed_slot(slots, [&](std::uint32_t slot) HWY_ATTR {
+        nearest = {bounds[slot], node.child[slot]};
+        keep_branch(nearest.child);
+    });
+    const std::size_t base = size;
+    for (slots &= slots - 1; slots != 0; slots &= slots - 1) {
+        const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
+        StackEntry other = {bounds[slot], node.child[slot]};
+        if (other.t_least < nearest.t_least) {
+            std::swap(other, nearest);
+            keep_branch(nearest.child);
+        }
+        insert_sorted(stack, base, size++, other);
+    }
+    return size;
+}
+
+/// Calls visit_leaf(index) for the leaves whose bound is `most` or less, the nearest box first.
+/// near(node, bounds) returns the slots of the boxes that are, as bits, and sets their bounds.
+/// Visits may make `most` less.
+template <class Near, class VisitLeaf>
+HWY_INLINE void for_each_near_leaf(const Bvh& bvh, const float& most, Near near,
+                                   VisitLeaf visit_leaf) {
     StackEntry stack[kMaxStack];
     std::size_t size = 0;
     StackEntry entry = {0, 0};
     for (;;) {
         if ((entry.child & kLeafBit) != 0) {
-            visit_leaf(bvh.leaves[entry.child & ~kLeafBit]);
+            visit_leaf(entry.child & ~kLeafBit);
         } else {
             const Node& node = bvh.nodes[entry.child];
-            FloatVec least[kVectors];
-            const std::uint32_t met = near_slots<kAxis>(stream, ray, depth, node, least);
-            if (met != 0) {
-                HWY_ALIGN float t_least[kWidth];
-                for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
-                const std::uint32_t rest = met & (met - 1);
-                if ((rest & (rest - 1)) == 0) {
-                    const auto first_slot = static_cast<std::uint32_t>(std::countr_zero(met));
-                    const auto last_slot = static_cast<std::uint32_t>(std::bit_width(met)) - 1;
-                    const StackEntry first = {t_least[first_slot], node.child[first_slot]};
-                    const StackEntry last = {t_least[last_slot], node.child[last_slot]};
-                    const bool is_nearer = last.t_least < first.t_least;
-                    assert(size < kMaxStack);
-                    stack[size] = is_nearer ? first : last;
-                    size += rest != 0;
-                    entry = is_nearer ? last : first;
-                    continue;
-                }
-                size = push_sorted(node, met, t_least, stack, size);
-                entry = stack[--size];
+            HWY_ALIGN float bounds[kWidth];
+            if (const std::uint32_t slots = near(node, bounds); slots != 0) {
+                size = push_others(node, slots, bounds, stack, size, entry);
                 continue;
             }
         }
         do {
             if (size == 0) return;
             entry = stack[--size];
-        } while (entry.t_least > depth);
+        } while (entry.t_least > most);
     }
+}
+
+/// The same for the leaves that a ray whose main axis is kAxis meets, with their least depths.
+template <int kAxis, class VisitLeaf>
+HWY_INLINE void for_each_near_leaf(const Bvh& bvh, const RayStream& stream, std::size_t ray,
+                                   const float& depth, VisitLeaf visit_leaf) {
+    const auto near = [&](const Node& node, float* HWY_RESTRICT t_least) HWY_ATTR {
+        FloatVec least[kVectors];
+        const std::uint32_t met = near_slots<kAxis>(stream, ray, depth, node, least);
+        for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
+        return met;
+    };
+    for_each_near_leaf(bvh, depth, near,
+                       [&](std::uint32_t leaf) HWY_ATTR { visit_leaf(bvh.leaves[leaf]); });
 }
 
 /// Takes the first `count` rays of a stream, of one octant, down the tree together. `walk` has
