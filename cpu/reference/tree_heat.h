@@ -1,4 +1,4 @@
-// The cost of a tree, as numbers for colours.
+// The cost of a tree, as numbers for heat_colours.h.
 #pragma once
 
 #include <cstdint>

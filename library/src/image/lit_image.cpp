@@ -3,15 +3,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 #include "common/frame_times.h"
 #include "common/image/depth.h"
+#include "common/image/heat_colours.h"
 #include "common/interop/camera.h"
-#include "common/interop/shading.h"
 #include "cpu/image/lit_shader.h"
 #include "cpu/reference/tree_heat.h"
 #include "library/src/scene_impl.h"
@@ -47,37 +45,6 @@ mray::vec3 unit_vector(const Point& p) {
             static_cast<float>(p[2] / length)};
 }
 
-/// A colour from dark blue over green to dark red (after A. Mikhailov. Turbo, an improved rainbow
-/// colormap for visualization. 2019), in proportion to the logarithm of n: from 2^first to 2^last.
-std::uint32_t heat_colour(std::uint32_t n, std::uint32_t first, std::uint32_t last) {
-    // Red, green and blue at equal distances.
-    static constexpr std::int32_t kStops[][3] = {{48, 18, 59},   {70, 134, 251}, {27, 229, 181},
-                                                 {164, 252, 60}, {251, 185, 56}, {226, 66, 10},
-                                                 {122, 4, 3}};
-    constexpr std::int32_t kParts = std::size(kStops) - 1;
-    // The logarithm in units of 2^-8, linear between powers of two.
-    const std::uint32_t from = std::clamp(n, 1u << first, 1u << last);
-    const auto power = static_cast<std::uint32_t>(std::bit_width(from)) - 1;
-    const auto fraction = static_cast<std::uint32_t>((std::uint64_t{from} << 8 >> power) & 255);
-    const auto range = static_cast<std::int32_t>((last - first) << 8);
-    const auto along = static_cast<std::int32_t>(((power - first) << 8) + fraction) * kParts;
-    const std::int32_t part = std::min(along / range, kParts - 1);
-    const std::int32_t rest = along - part * range;
-    std::uint32_t channels[3];
-    for (int k = 0; k < 3; ++k) {
-        const std::int32_t a = kStops[part][k];
-        const std::int32_t b = kStops[part + 1][k];
-        channels[k] = static_cast<std::uint32_t>(a + (b - a) * rest / range);
-    }
-    return mray::pack_rgb(channels[0], channels[1], channels[2]);
-}
-
-/// heat_colour() of a number of steps, from 1 to 64, and of a looseness, from 1 to 16.
-std::uint32_t steps_colour(std::uint32_t steps) { return heat_colour(steps, 0, 6); }
-std::uint32_t looseness_colour(float looseness) {
-    return heat_colour(static_cast<std::uint32_t>(std::min(looseness, 1024.0f) * 16.0f), 4, 8);
-}
-
 /// Colours the samples by what the tree costs there; black without a hit, but for steps.
 void colour_by_tree(Shading shading, mray::Backend& backend, mray::ThreadArena& arena,
                     const mray::Watch& watch, TracedImage& image) {
@@ -90,10 +57,10 @@ void colour_by_tree(Shading shading, mray::Backend& backend, mray::ThreadArena& 
     const auto colour = [&](std::uint32_t x, std::uint32_t y, const mray::Hit& hit) {
         if (is_steps) {
             const mray::Ray ray = mray::camera_ray(image.params.camera, x, y);
-            return steps_colour(mray::cpu::count_steps(tree, ray, hit));
+            return mray::steps_colour(mray::cpu::count_steps(tree, ray, hit));
         }
         if (hit.prim_id == mray::kNoPrim) return 0xFF000000u;
-        return looseness_colour(looseness[hit.prim_id]);
+        return mray::looseness_colour(looseness[hit.prim_id]);
     };
     mray::resize_watched(image.samples.pixels, image.samples.hits.size(), watch);
     arena.execute([&] {
