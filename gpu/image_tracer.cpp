@@ -1,6 +1,5 @@
 #include "gpu/image_tracer.h"
 
-#include <algorithm>
 #include <vector>
 
 #include "common/frame_times.h"
@@ -232,7 +231,6 @@ void ImageTracer::separate(VkCommandBuffer commands) {
     barrier(commands);
 }
 
-/// Records the copy of what was asked for.
 void ImageTracer::copy_results(VkCommandBuffer commands, const RegionArguments& region) const {
     const bool has_occlusion = rays_per_hit(region.params.rays, region.params.ao_count) != 0;
     passes_.copy_results(commands, region.width * region.height, with_hits_,

@@ -19,7 +19,6 @@ public:
     /// The amount for the next submission, from 1 to `most`.
     std::uint32_t next(std::uint32_t most) const { return std::clamp(amount_, 1u, most); }
 
-    /// Notes that a submission of this amount took so long.
     void took(std::uint32_t amount, double ms) {
         constexpr double kWantedMs = 40;
         // A time says little about larger amounts: parts of an image differ.

@@ -1,10 +1,7 @@
 #include "gpu/kernels.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <future>
-#include <span>
-#include <vector>
 
 // Generated from shaders/*.comp.
 #include "shaders/morphray_kernels.h"
@@ -39,7 +36,6 @@ void Kernel::bind(const Bindings& bindings, std::uint64_t version) {
     bound_version_ = version;
 }
 
-/// The words of kernel `name`.
 #define WORDS(name) \
     { k_##name##_spirv, k_##name##_storage_spirv }
 

@@ -16,7 +16,6 @@ constexpr VkFormat kFourWords = VK_FORMAT_R32G32B32A32_UINT;
 constexpr VkBufferUsageFlags kSampled = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
 constexpr VkBufferUsageFlags kInPlace = VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT;
 
-/// The bytes of a contiguous container.
 template <class Values>
 std::span<const std::byte> bytes_of(const Values& values) {
     return std::as_bytes(std::span(values));

@@ -14,7 +14,6 @@
 
 namespace mray::gpu {
 
-/// A tree over no triangles.
 Bvh empty_tree();
 
 /// Topology, positions and tree. Sizes must have passed check_scene().
@@ -35,7 +34,6 @@ public:
     std::span<const RepeatedTriangle> repeats_of(std::uint32_t first) const {
         return mray::repeats_of(tree_.repeated, first);
     }
-    /// Bvh::level_begin.
     const std::vector<std::uint32_t>& level_begin() const { return tree_.level_begin; }
 
     void set_positions(Transfer& transfer, std::span<const vec3> positions);

@@ -12,11 +12,8 @@ class Transfer {
 public:
     explicit Transfer(Context& context) : context_(context) {}
 
-    /// Writes bytes to the start of `to`.
     void upload(std::span<const std::byte> bytes, const Buffer& to);
-    /// Reads bytes from the start of `from`.
     void download(const Buffer& from, std::span<std::byte> bytes);
-    /// Submits commands of a copy, if there are any.
     void run(const Record& copy);
 
 private:

@@ -7,7 +7,6 @@
 #include <optional>
 #include <utility>
 #include <variant>
-#include <vector>
 
 #include "common/base/errors.h"
 #include "common/frame_times.h"
@@ -85,7 +84,6 @@ private:
     Transfer transfer_;
     Kernels kernels_;
     RayPasses passes_;
-    /// The ray buffers that are bound.
     const RayBuffers* bound_ = nullptr;
     SceneBuffers scene_;
     /// The scene of nothing while scene_ is another, so that dropping that one cannot fail.
@@ -113,7 +111,6 @@ void VulkanBackend::bind() {
     kernels_.set_bindings(bindings);
 }
 
-/// Takes ray buffers until the end of a call.
 RayPasses::Use VulkanBackend::use_ray_buffers() {
     RayPasses::Use use = passes_.use();
     if (bound_ != passes_.buffers()) bind();

@@ -130,7 +130,6 @@ struct OcclusionArguments {
     uint ray_end;
 };
 
-/// Push constants of `rays`.
 struct RaysArguments {
     uint ray_count;
 };
@@ -157,7 +156,6 @@ struct QueryArguments {
     uint pair_room;
 };
 
-/// Push constants of `resume`.
 struct ResumeArguments {
     uint first;  // of the Suspended records
     uint count;

@@ -7,12 +7,10 @@
 #include <filesystem>
 #include <string_view>
 
-#include "app/terminal/messages.h"
 #include "common/base/errors.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "scenes/gltf/gltf_animation.h"
-#include "scenes/scene_frames.h"
 
 namespace mray::app {
 namespace {

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 #include "app/terminal/failure.h"
 #include "common/text/number_text.h"
 

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
-#include <utility>
 
 #include "common/base/errors.h"
 

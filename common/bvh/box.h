@@ -72,7 +72,6 @@ inline void set_slot_box(Node& node, std::uint32_t slot, const Box& box) {
     node.upper_z[slot] = box.upper.z;
 }
 
-/// The union of a node's slots.
 inline Box node_box(const Node& node) {
     Box box;
     for (std::uint32_t slot = 0; slot < kWidth; ++slot) box.extend(slot_box(node, slot));

@@ -41,7 +41,6 @@ private:
         double least;
         std::uint32_t prim_id;
         Corners corners;
-        /// DoublePlace::is_certain.
         bool is_certain;
         std::array<double, 3> weights;
     };

@@ -106,7 +106,6 @@ Feature feature_of(const Corners& corners, const std::array<double, 3>& weights)
 
 namespace {
 
-/// The error of places in doubles.
 double blur_of(const Corners& corners) {
     double largest = 0;
     for (const vec3& corner : corners)

@@ -101,7 +101,6 @@ SHARED Float project_axis(Float ax, Float ax_error, Float az, Float az_error, Fl
     return snap_projected(sum);
 }
 
-/// project() of a vertex with rotated axes.
 SHARED Float3 project_rotated(ShearedRay s, Float3 vertex) {
     PRECISE Float3 a = vertex - s.org;
     Float ex = difference_error(vertex.x, s.org.x, a.x);
@@ -129,7 +128,6 @@ SHARED Float3 project_relative_fast(Float3 dir, Float3 a) {
     return p;
 }
 
-/// project_fast() of a vertex with rotated axes.
 SHARED Float3 project_rotated_fast(ShearedRay s, Float3 vertex) {
     PRECISE Float3 a = vertex - s.org;
     return project_relative_fast(s.dir, a);

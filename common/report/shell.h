@@ -16,7 +16,6 @@ struct ShellResult {
     std::string text;
 };
 
-/// Runs the command and waits for it.
 inline ShellResult run_shell(const std::string& command) {
     ShellResult result;
     std::FILE* const pipe = popen(command.c_str(), "r");

@@ -83,7 +83,6 @@ std::vector<std::uint32_t> number_places(std::span<const vec3> positions) {
     return numbers;
 }
 
-/// An edge of a triangle, from one corner to the next.
 struct DirectedEdge {
     std::uint32_t lower;
     std::uint32_t upper;

@@ -57,7 +57,6 @@ public:
 private:
     double centre_[3] = {0, 0, 0};
     int exponent_ = 0;
-    /// 2^exponent.
     double scale_ = 1;
 };
 

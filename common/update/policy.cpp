@@ -73,7 +73,6 @@ public:
         return std::max(0.0, loss_before_ - loss);
     }
 
-    /// The remedy has been applied, for this price.
     void start_over(double price) {
         // A scene that changes its ways is noticed once this many times the price is lost.
         constexpr double kMostPriceFactor = 16;

@@ -1,11 +1,4 @@
 // Rows of lit samples from hits to colours.
-#if defined(MORPHRAY_CPU_IMAGE_LIT_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_IMAGE_LIT_ROWS_INL_H
-#undef MORPHRAY_CPU_IMAGE_LIT_ROWS_INL_H
-#else
-#define MORPHRAY_CPU_IMAGE_LIT_ROWS_INL_H
-#endif
-
 #include <algorithm>
 #include <bit>
 #include <cstddef>
@@ -314,7 +307,6 @@ private:
     std::uint32_t height_;
     /// A pixel has 2^side_bits_ samples a side.
     int side_bits_;
-    /// From first_row_ on; or, without neighbours, the row that is shaded.
     std::vector<SurfaceRow> rows_;
     std::int64_t first_row_ = 0;
     AlignedVector<std::uint32_t> colours_;
@@ -326,5 +318,3 @@ private:
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

@@ -125,7 +125,6 @@ class ShownTriangles {
 public:
     static constexpr std::uint32_t kMostPixels = 256;
 
-    /// Drops what was added.
     void clear() { vectors_ = count_ = 0; }
 
     /// Adds pixels that show these triangles, which exist. Neighbours in a column or a row that
@@ -152,7 +151,6 @@ public:
         count_ += static_cast<std::uint32_t>(count(is_first));
     }
 
-    /// Loads the triangles that were added.
     void load(const ShadedMesh& mesh) {
         has_degenerate_ = false;
         if (count_ == 0) return;
@@ -169,7 +167,6 @@ public:
         }
     }
 
-    /// Loads the albedos of the triangles that were added.
     void load_albedos(const Topology& topology) {
         for (std::uint32_t i = 0; i < count_; ++i) albedos_[i] = topology.albedo[prims_[i]];
     }
@@ -241,8 +238,6 @@ struct PixelBlock {
 
 constexpr std::uint32_t kStripSide = ShownTriangles::kMostPixels / kBlockSide;
 
-/// Calls visit(strip) for the strips of a tile, row by row: of one row of at most kStripSide /
-/// kBlockSide blocks.
 template <class Visit>
 HWY_INLINE void for_each_strip(const Tile& tile, Visit visit) {
     Tile strip;
@@ -255,7 +250,6 @@ HWY_INLINE void for_each_strip(const Tile& tile, Visit visit) {
     }
 }
 
-/// Calls visit(block) for the blocks of a tile, row by row.
 template <class Visit>
 HWY_INLINE void for_each_block(const Tile& tile, Visit visit) {
     for (std::uint32_t y = tile.y0; y < tile.y1; y += kBlockSide) {
@@ -290,7 +284,6 @@ HWY_INLINE void load_hits(const PixelPart& part, const PixelBlock& block, std::u
     prim = as_uint(hn::GatherIndex(kFloats, hits, at + splat(3)));
 }
 
-/// Loads pixels `first` and following of a block.
 HWY_INLINE PixelLanes load_pixels(const PixelPart& part, const PixelBlock& block,
                                   std::uint32_t first) {
     const UintVec lane = hn::Iota(kUints, first);
@@ -311,7 +304,6 @@ HWY_INLINE PixelLanes load_pixels(const PixelPart& part, const PixelBlock& block
     return pixels;
 }
 
-/// Writes a number for each pixel of a block to the image.
 HWY_INLINE void write_block(const PixelPart& part, const PixelBlock& block,
                             const std::uint32_t* from, std::uint32_t* image) {
     std::uint32_t* to = image + block.begin(part);

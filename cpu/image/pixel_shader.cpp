@@ -3,10 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <cstring>
-#include <span>
-#include <vector>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cpu/image/pixel_shader.cpp"
@@ -65,7 +62,6 @@ public:
         if (with_albedos) triangles_.load_albedos(*part_.mesh.topology);
     }
 
-    /// Those of the next pixels of which at least one is visible, under camera rays dir.
     HWY_INLINE lanes::Surface next(const PixelLanes& pixels, const lanes::Float3& dir) {
         const lanes::Float3 org(part_.params.camera.org);
         const std::uint32_t i = next_++;

@@ -1,11 +1,4 @@
 // Colours of textures, one sample a lane.
-#if defined(MORPHRAY_CPU_IMAGE_SAMPLE_COLOURS_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_IMAGE_SAMPLE_COLOURS_INL_H
-#undef MORPHRAY_CPU_IMAGE_SAMPLE_COLOURS_INL_H
-#else
-#define MORPHRAY_CPU_IMAGE_SAMPLE_COLOURS_INL_H
-#endif
-
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -204,5 +197,3 @@ private:
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

@@ -1,11 +1,4 @@
 // The triangles that a row of samples shows, each loaded once for all its neighbouring samples.
-#if defined(MORPHRAY_CPU_IMAGE_TRIANGLE_RUNS_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_IMAGE_TRIANGLE_RUNS_INL_H
-#undef MORPHRAY_CPU_IMAGE_TRIANGLE_RUNS_INL_H
-#else
-#define MORPHRAY_CPU_IMAGE_TRIANGLE_RUNS_INL_H
-#endif
-
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -50,9 +43,7 @@ public:
         for (std::size_t at = 0; at < count_; at += kLanes) load(samples, at);
     }
 
-    /// Whether the row has a hit.
     bool has_hits() const { return count_ > 0; }
-    /// Whether a triangle of the row has a flat normal of 0.
     bool has_degenerate() const { return has_degenerate_; }
 
     /// The places of the runs of samples x and following, one a lane.
@@ -205,5 +196,3 @@ void find_flat_shadows_of_row(const LitSamples& s, std::uint32_t y,
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

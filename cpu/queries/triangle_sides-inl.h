@@ -18,13 +18,6 @@
 //
 // Rounding, that of the rule as well, is covered by the constants (lab/proofs/closest.g). No answer
 // depends on the bounds, so they may be fused, and differ by target.
-#if defined(MORPHRAY_CPU_QUERIES_TRIANGLE_SIDES_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_QUERIES_TRIANGLE_SIDES_INL_H
-#undef MORPHRAY_CPU_QUERIES_TRIANGLE_SIDES_INL_H
-#else
-#define MORPHRAY_CPU_QUERIES_TRIANGLE_SIDES_INL_H
-#endif
-
 #include <cstddef>
 #include <cstdint>
 
@@ -154,5 +147,3 @@ private:
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

@@ -1,12 +1,5 @@
 // Windings around points that are above each other, one in each lane: they share nodes, leaves and
 // triangles.
-#if defined(MORPHRAY_CPU_QUERIES_WINDING_BUNDLE_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_QUERIES_WINDING_BUNDLE_INL_H
-#undef MORPHRAY_CPU_QUERIES_WINDING_BUNDLE_INL_H
-#else
-#define MORPHRAY_CPU_QUERIES_WINDING_BUNDLE_INL_H
-#endif
-
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -24,7 +17,6 @@ using namespace simd::HWY_NAMESPACE;
 
 #if HWY_TARGET != HWY_SCALAR
 
-/// At most kLanes points, and their crossings so far.
 class WindingBundle {
 public:
     /// `points` are those of clipped_point().
@@ -117,5 +109,3 @@ private:
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

@@ -41,7 +41,6 @@ private:
     Hit hit_ = no_hit();
 };
 
-/// Whether the ray hits this triangle.
 inline bool hits_triangle(const ShearedRay& sheared, const Ray& ray, vec3 a, vec3 b, vec3 c) {
     TriangleHit hit;
     return may_hit_triangle(sheared, a, b, c) &&

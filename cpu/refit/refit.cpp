@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cpu/refit/refit.cpp"
@@ -171,7 +170,6 @@ HWY_INLINE void refit_node_in_lanes(const RefitArrays& tree, std::uint32_t index
 
 #endif  // HWY_TARGET
 
-/// Refits leaves[begin .. end).
 void refit_leaves(const RefitArrays& tree, const IndexSequence& leaves, std::uint32_t begin,
                   std::uint32_t end, std::span<const vec3> positions) {
     // Copies, which stay in registers.
@@ -183,7 +181,6 @@ void refit_leaves(const RefitArrays& tree, const IndexSequence& leaves, std::uin
     }
 }
 
-/// Refits nodes[begin .. end), all of one level.
 void refit_nodes(const RefitArrays& tree, const IndexSequence& nodes, std::uint32_t begin,
                  std::uint32_t end) {
     const RefitArrays own = tree;
@@ -227,7 +224,6 @@ void refit_all(const RefitArrays& tree, const IndexSequence& leaves,
     });
 }
 
-/// Refits nodes of one level.
 void refit_level(const RefitArrays& tree, const IndexSequence& nodes, const SimdTarget& target) {
     const auto refit_nodes = SIMD_FUNCTION(refit_nodes, target);
     for_each_part(nodes.count, kNodeGrain, [=, &tree](std::uint32_t begin, std::uint32_t end) {

@@ -12,12 +12,11 @@
 
 namespace mray::gpu {
 
-/// Records commands.
 using Record = std::function<void(VkCommandBuffer)>;
 
 class Context {
 public:
-    /// A submission that takes longer than `timeout_ms` counts as a lost device. Throws Error.
+    /// A submission that takes longer than `timeout_ms` counts as a lost device.
     Context(Device& device, std::uint64_t timeout_ms);
 
     Device& device() { return device_; }

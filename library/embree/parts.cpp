@@ -1,8 +1,5 @@
 #include "library/embree/parts.h"
 
-#include <algorithm>
-#include <limits>
-
 #include "library/embree/scene.h"
 
 namespace mray::embree {

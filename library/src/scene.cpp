@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <utility>
-#include <variant>
 
 #include "common/frame_times.h"
 #include "common/scene/mesh.h"

@@ -2,10 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cstdint>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include <glm/geometric.hpp>
 

@@ -1,4 +1,3 @@
-// The triangles of the scene.
 #ifndef SHADERS_BASE_SCENE_GLSL
 #define SHADERS_BASE_SCENE_GLSL
 

@@ -20,7 +20,6 @@ READ4_IN_PLACE(Groups, groups, kBindGroups);
 /// Entries (child, bits of the least depth of hits in it).
 uvec2 stack[kMaxStack];
 
-/// The state of a traversal.
 struct Traversal {
     /// The next node or leaf to visit; kEmptyChild when the traversal is finished.
     uint current;
@@ -202,7 +201,6 @@ bool fast_hit(Ray ray, ShearedRay sheared, vec3 a, vec3 b, vec3 c, out TriangleH
     return is_in_range(hit.t, ray.tnear, ray.tfar) && finite_vertices(a, b, c);
 }
 
-/// Returns the number of steps.
 uint visit_leaf(inout Traversal t, Ray ray, NodeRay boxes, ShearedRay sheared, bool any_hit) {
     uint leaf = t.current & ~kLeafBit;
     uint at = leaf * kLeafVec4s;

@@ -11,10 +11,8 @@
 #include <cstring>
 #include <mutex>
 #include <utility>
-#include <vector>
 
 #include "common/base/hash.h"
-#include "common/bvh/builder/split.h"
 
 namespace mray {
 namespace {
@@ -24,7 +22,6 @@ namespace {
 constexpr std::uint32_t kMedianDepth = 36;
 static_assert(kMaxTriangles <= std::uint64_t{1} << (kMaxBinaryHeight - kMedianDepth));
 
-// A set of at least this size gets a task of its own.
 constexpr std::size_t kTaskSize = 2048;
 
 // Up to here every position is tried. With more a build takes longer, and the
@@ -193,7 +190,6 @@ private:
     BinaryTree& tree_;
     PrimRef* refs_[2];
     std::vector<NodeBlock> blocks_;
-    /// Guards tree_.repeated.
     std::mutex repeated_mutex_;
     std::atomic<std::uint32_t> node_count_ = 1;
 };

@@ -59,12 +59,10 @@ inline constexpr std::uint32_t kMaxBinaryHeight = 4 * kMaxDepth;
 
 class BinaryTree {
 public:
-    /// The triangles of a leaf, ascending.
     std::span<const std::uint32_t> triangles(const BinaryNode& leaf) const {
         return std::span(prim_ids).subspan(leaf.begin, leaf.size());
     }
 
-    /// The shape of a leaf of triangles.
     LeafShape shape(const BinaryNode& leaf) const;
     void set_shape(const BinaryNode& leaf, const LeafShape& shape);
 

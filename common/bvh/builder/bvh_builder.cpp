@@ -13,7 +13,6 @@
 namespace mray {
 namespace {
 
-// Elements a task.
 constexpr std::size_t kGrain = 128;
 
 /// Lays the collapsed tree out breadth first: first finds the place of every node and leaf, one

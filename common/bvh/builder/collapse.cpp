@@ -8,7 +8,6 @@
 namespace mray {
 namespace {
 
-// A subtree of at least this many triangles gets a task of its own.
 constexpr std::uint32_t kSubtreeTask = 4096;
 
 }  // namespace

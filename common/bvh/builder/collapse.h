@@ -51,7 +51,6 @@ private:
     std::span<const BinaryNode> nodes_;
     /// Used if the room is too small.
     AlignedVector<Costs> own_costs_;
-    /// One for each node.
     Costs* costs_;
 };
 

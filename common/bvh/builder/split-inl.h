@@ -1,11 +1,4 @@
 // Splits by bins and splits that try every position of every axis, compiled once for each target.
-#if defined(MORPHRAY_COMMON_BVH_BUILDER_SPLIT_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_COMMON_BVH_BUILDER_SPLIT_INL_H
-#undef MORPHRAY_COMMON_BVH_BUILDER_SPLIT_INL_H
-#else
-#define MORPHRAY_COMMON_BVH_BUILDER_SPLIT_INL_H
-#endif
-
 #include <algorithm>
 #include <bit>
 #include <cstddef>
@@ -30,7 +23,6 @@ HWY_INLINE void clear(Bins<kBins>& bins) {
     }
 }
 
-/// Adds refs to their bins.
 template <std::size_t kBins>
 class BinFiller {
 public:
@@ -112,7 +104,6 @@ HWY_INLINE void partition_at(const Split& split, const Binning& binning,
             HWY_ATTR { return (ref.centroid2(axis) - lower) * scale < end; });
 }
 
-/// The split of a set by one thread.
 std::size_t split_at_once(std::span<const PrimRef> refs, PrimRef* out) {
     const Binning binning(bound_centroids(refs), kFewBins);
     FewBins bins;
@@ -231,5 +222,3 @@ std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out) {
 }  // namespace HWY_NAMESPACE
 }  // namespace mray
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

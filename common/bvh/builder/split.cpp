@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cstddef>
 #include <vector>
 
 #include "common/base/aligned_vector.h"

@@ -1,12 +1,5 @@
 // Loops over refs, the cost of a split for the three axes at once, and the partition, compiled once
 // for each target.
-#if defined(MORPHRAY_COMMON_BVH_BUILDER_SPLIT_COST_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_COMMON_BVH_BUILDER_SPLIT_COST_INL_H
-#undef MORPHRAY_COMMON_BVH_BUILDER_SPLIT_COST_INL_H
-#else
-#define MORPHRAY_COMMON_BVH_BUILDER_SPLIT_COST_INL_H
-#endif
-
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -168,5 +161,3 @@ HWY_INLINE void partition_refs(std::span<const PrimRef> refs, PrimRef* out, std:
 }  // namespace HWY_NAMESPACE
 }  // namespace mray
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

@@ -1,7 +1,6 @@
 #include "lab/accuracy/referee/exact_referee.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
