@@ -1,5 +1,4 @@
-// The seam between the program and its tracers. It is crossed once per image, batch or refit, never
-// per ray.
+// The seam between program and tracers, crossed once per image, batch or refit, never per ray.
 #pragma once
 
 #include <cstdint>
@@ -77,21 +76,18 @@ public:
 
     const BackendInfo& info() const { return info_; }
 
-    /// Takes a scene: topology, positions in scene space, and a tree over them. The scene before is
-    /// dropped.
+    /// Takes a scene: topology, positions in scene space, and a tree over them. Drops the last one.
     virtual void set_scene(const Topology& topology, std::span<const vec3> positions, Bvh bvh) = 0;
     /// Takes new positions and a tree over them, refitted or built elsewhere.
     virtual void set_frame(std::span<const vec3> positions, const Bvh& bvh) = 0;
-    /// Takes new positions and refits the tree to them. Vertices outside of `changed` (ascending
-    /// ranges) are where they were. A device may leave the refit to the next call that needs the
-    /// tree. Returns the number of leaves that it writes: 0 if no vertex moved and the extent is
-    /// kMoved.
+    /// Refits the tree to new positions. Vertices outside of `changed` (ascending ranges) are where
+    /// they were. A device may leave the refit to the next call that needs the tree. Returns the
+    /// number of leaves that it writes: 0 if no vertex moved and the extent is kMoved.
     virtual std::uint64_t refit(std::span<const vec3> positions,
                                 RefitExtent extent = RefitExtent::kMoved,
                                 std::span<const IndexRange> changed = kAllIndices) = 0;
 
-    /// The nodes of the tree at the current positions. Valid until the next call of a function
-    /// that is not finish().
+    /// The nodes of the tree at the current positions, until the next call but finish().
     virtual std::span<const Node> nodes() = 0;
     virtual void read_tree(Bvh& bvh) = 0;
     /// Lets `edit` change the tree at the current positions. The result must be a tree over the

@@ -65,8 +65,7 @@ public:
         topology_ = topology;
         planner_ = RefitPlanner(positions);
         bvh_ = std::move(bvh);
-        // Until the next scene the arrays of topology, pose and tree may change, but not their
-        // places.
+        // Until the next scene arrays of topology, pose and tree may change, not their places.
         tracers_ = make_tracers_(topology_, planner_.pose().positions(), bvh_);
         times_ = {.update = {.upload_ms = watch.ms()}};
     }

@@ -10,8 +10,7 @@
 
 namespace mray::gpu {
 
-/// Finds how much work a device does in some tens of milliseconds, whatever its speed. A submission
-/// cannot be interrupted.
+/// Finds how much a device does in tens of milliseconds: no submission can be interrupted.
 class Pace {
 public:
     explicit Pace(std::uint32_t first) : amount_(first) {}

@@ -1,5 +1,4 @@
-// Checks sizes against the device's limits before allocation, since drivers do not always refuse
-// sizes beyond them.
+// Checks sizes against the device's limits, since drivers do not always refuse them.
 #pragma once
 
 #include <cstdint>

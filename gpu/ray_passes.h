@@ -12,8 +12,7 @@
 
 namespace mray::gpu {
 
-/// The loop that brings each ray of a dispatch to an answer, and the buffers that it needs, which
-/// belong to a call only.
+/// The loop that brings each ray of a dispatch to an answer, with the buffers of a call.
 class RayPasses {
 public:
     /// Kernels and scene must outlive it.

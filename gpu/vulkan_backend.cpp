@@ -93,8 +93,7 @@ private:
     RefitPlanner planner_;
     /// Whether the device's tree is not, or not yet, that of the planner's pose.
     bool is_behind_ = false;
-    /// Whether the boxes of quarters and groups, which rays need, are not those of the device's
-    /// tree.
+    /// Whether boxes of quarters and groups, which rays need, are not those of the tree.
     bool lacks_boxes_ = false;
     /// The tree without its nodes and leaves, which are on the device.
     Bvh links_;

@@ -29,8 +29,7 @@ struct AnimationOptions {
     std::string animation = {};
     /// The frames that an animation of a glTF file has a second, above 0; nothing: kDefaultFps.
     std::optional<double> fps = {};
-    /// Is told the size of a glTF scene before it takes memory, and throws Error(kLimit) if it is
-    /// too large.
+    /// Is told the size of a glTF scene before it takes memory; may throw Error(kLimit).
     std::function<void(std::uint64_t triangles, std::uint64_t vertices)> check_size = {};
     WarnFunction warn = {};
 };
@@ -66,8 +65,7 @@ public:
     /// All animations of the file, in its order.
     virtual std::span<const NamedAnimation> animations() const { return {}; }
 
-    /// Three numbers a triangle: corners with the same number look smooth together. Empty: all are
-    /// flat.
+    /// Three numbers a triangle: corners with one number are smooth together. Empty: all flat.
     virtual std::span<const uvec3> smooth_corners() const { return {}; }
 
     /// The textures of the triangles, whose files have been found but not read. Null: none.

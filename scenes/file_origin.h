@@ -34,8 +34,7 @@ struct FileOrigin {
 
 /// The centre in whole steps of a power of two of about the extent: subtracting it is exact.
 FileOrigin centre_of(std::span<const glm::dvec3> file);
-/// The origin for the points of a first frame: 0 unless that rounds coarsely and their centre does
-/// not.
+/// The origin for the points of a first frame: 0 unless that rounds coarsely and their centre not.
 FileOrigin origin_of(std::span<const glm::dvec3> file);
 
 /// As parse_double(), but a number that the nearest double moves to the middle of two floats is

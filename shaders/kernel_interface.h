@@ -29,8 +29,7 @@ SHARED_CONST uint kBindVisiblePixels = 8u;    // uint, indices of pixels whose c
 SHARED_CONST uint kBindFoundHits = 9u;        // uvec4, the memory of kBindHits
 SHARED_CONST uint kBindFoundOcclusion = 10u;  // uint, the memory of kBindOcclusion
 SHARED_CONST uint kBindRepeated = 11u;        // uint, two a triangle of Bvh::repeated
-// The words of nodes and leaves, which the refit reads and writes: storage texels or a storage
-// buffer.
+// Words of nodes and leaves, which the refit writes: storage texels or a storage buffer.
 SHARED_CONST uint kBindNodeWords = 12u;  // uint
 SHARED_CONST uint kBindLeafWords = 13u;  // uint
 // Boxes that a device has beside the shared layout, and their words, which the refit writes.
@@ -62,14 +61,12 @@ SHARED_CONST uint kNoNodeParent = 0xFFFFFFFFu;
 
 // The refit takes this many lanes for a leaf or a node.
 SHARED_CONST uint kRefitLanes = 16u;
-// Tiles of shading have four pixels a lane and are as wide as the region allows, so that memory is
-// read in sequence.
+// Tiles of shading have four pixels a lane, as wide as possible, to read in sequence.
 SHARED_CONST uint kShadedTilePixels = 256u;
 SHARED_CONST uint kLeastShadedTileBits = 5u;
 SHARED_CONST uint kMostShadedTileBits = 8u;
 
-// Specialisation constant 0: the loop iterations that a lane counts before it suspends its ray
-// (base/lavapipe.h).
+// Specialisation constant 0: the iterations before a lane suspends its ray (base/lavapipe.h).
 SHARED_CONST uint kConstantStepBudget = 0u;
 
 // Bits of WorkHeader.status.

@@ -28,11 +28,9 @@ public:
                    const Messages& messages, const std::atomic<bool>& cancel = interrupt_flag());
     AnimationScene(const AnimationScene&) = delete;
 
-    /// Begins to read the positions of the next advance() in a thread. Until then they are
-    /// undefined.
+    /// Begins to read the positions of the next advance() in a thread, undefined until then.
     void prepare(double frame);
-    /// Deforms the mesh to a frame and updates the tree, unless the first call is for the frame
-    /// built.
+    /// Deforms the mesh and updates the tree, unless the first call is for the frame built.
     void advance(double frame);
     /// With a legend (app/animation/legend.h). Throws Error(kCancelled) within the image after a
     /// signal (app/terminal/failure.h).

@@ -85,8 +85,7 @@ public:
 private:
     /// The numbers of the ray are floats.
     void add(const WorldRay& ray) {
-        // t may be beyond floats where that of a ray of length 1 is not. A power of two keeps the
-        // bits.
+        // t may be beyond floats unless the length is 1. A power of two keeps the bits.
         const double largest =
             std::max({std::abs(ray.dir[0]), std::abs(ray.dir[1]), std::abs(ray.dir[2])});
         const int exponent = largest > 0 && std::isfinite(largest) ? std::ilogb(largest) : 0;

@@ -16,8 +16,7 @@ namespace mray::app {
 /// An object keeps its members in the order in which they were added.
 using Json = nlohmann::ordered_json;
 
-/// Bytes that are not UTF-8 become U+FFFD, numbers that are not finite null; an indent of -1 gives
-/// one line.
+/// Bytes that are not UTF-8 become U+FFFD, numbers that are not finite null; indent -1: one line.
 std::string json_text(Json report, int indent = 2);
 
 struct ReportHead {

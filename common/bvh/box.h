@@ -78,9 +78,8 @@ inline Box node_box(const Node& node) {
     return box;
 }
 
-/// Gives each slot of a node the union of that node's slots; slots of leaves have their boxes.
-/// Parents come before their children, and parents[i] is node * kWidth + slot that refers to
-/// nodes[i].
+/// Gives the slots of nodes their unions; slots of leaves have their boxes. Parents come before
+/// their children, and parents[i] is node * kWidth + slot that refers to nodes[i].
 inline void unite_boxes(std::span<Node> nodes, std::span<const std::uint32_t> parents) {
     for (std::size_t i = nodes.size(); i-- > 1;)
         set_slot_box(nodes[parents[i] / kWidth], parents[i] % kWidth, node_box(nodes[i]));

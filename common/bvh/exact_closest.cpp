@@ -49,8 +49,7 @@ private:
     double least_from_middle(const LeafVertex& x) const;
 
     dvec3 p_;
-    /// Bounds are differences of squared distances from that of this place, which keeps their
-    /// digits from far away.
+    /// Bounds are relative to the squared distance of this place, which keeps their digits.
     dvec3 reference_;
     double most_ = std::numeric_limits<double>::infinity();
     /// The closest place so far, the way from there to p, and a lower bound for it.

@@ -35,8 +35,7 @@ inline constexpr double kFarDistance2 = 0x1p+36;
 ExactPlace exact_place(const dvec3& p, const Corners& corners);
 
 /// The closest triangle by a tree at the current positions, the lowest prim_id of equally close
-/// ones; kNoPrim without triangles. `guess`, if there is one, is a triangle
-/// to begin with.
+/// ones; kNoPrim without triangles. It begins with `guess`, if there is one.
 std::uint32_t exact_closest(const Bvh& bvh, const dvec3& p, std::uint32_t guess,
                             const Corners& of_guess);
 

@@ -101,8 +101,7 @@ SHARED Float rsqrt(Float x) {
 }
 
 /// The same value on the coordinate grid: a multiple of 2^-40, and never -0. |x| >= 2^-17 is on it
-/// already; what is smaller rounds to a multiple of 2^-39, the ulp of the constant that is added
-/// and subtracted.
+/// already; the rest rounds to a multiple of 2^-39, the ulp of the constant that is added.
 SHARED Float snap_coordinate(Float x) {
     PRECISE Float s = x + kCoordinateSnap;
     PRECISE Float r = s - kCoordinateSnap;

@@ -1,7 +1,6 @@
-// The one BVH layout that both backends build, refit and traverse: width 16, meshlet leaves of at
-// most 16 triangles over at most 16 vertices. lab/notes/build_and_refit.md has the figures behind
-// the choice. On a device both arrays are read as texel buffers of uvec4, so all offsets are
-// multiples of 16 B.
+// The BVH layout of both backends: width 16, meshlet leaves of at most 16 triangles over at most 16
+// vertices. lab/notes/build_and_refit.md has the figures behind the choice. On a device both arrays
+// are read as texel buffers of uvec4, so all offsets are multiples of 16 B.
 #ifndef COMMON_INTEROP_BVH_LAYOUT_H
 #define COMMON_INTEROP_BVH_LAYOUT_H
 
@@ -64,8 +63,7 @@ struct Leaf {
     uint prim_id[16];
 };
 
-/// Packs the local vertex indices of a triangle (slots of its leaf) and the leaf's number of
-/// triangles.
+/// Packs a triangle's vertices (slots of its leaf) and the leaf's number of triangles.
 SHARED uint pack_corners(uint a, uint b, uint c, uint triangle_count) {
     return a | (b << 8u) | (c << 16u) | (triangle_count << 24u);
 }

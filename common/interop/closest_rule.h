@@ -25,8 +25,7 @@
 
 SHARED_BEGIN
 
-/// A point of a triangle, relative to the point asked about: its squared distance, and the weights
-/// u of b and v of c.
+/// A point of a triangle, relative to another: squared distance, weights u of b and v of c.
 struct NearPoint {
     Float d2;
     Float u;

@@ -117,8 +117,7 @@ SHARED Float3 project(ShearedRay s, Float3 vertex) {
     return project_rotated(s, rotate_axes(vertex, s.axis));
 }
 
-/// project_fast() of a = vertex - org, both with rotated axes, for a ray with this sheared
-/// direction.
+/// project_fast() of a = vertex - org, both with rotated axes, for this sheared direction.
 SHARED Float3 project_relative_fast(Float3 dir, Float3 a) {
     PRECISE Float x0 = a.x * dir.z;
     PRECISE Float x1 = dir.x * a.z;
@@ -164,8 +163,7 @@ SHARED Float projected_size(Float3 p) {
     return size;
 }
 
-/// The bound of fast_edges: m is the sum of |x| + |y| over the vertices, depth_size the largest
-/// |z|.
+/// The bound of fast_edges: m sums |x| + |y| over the vertices, depth_size is the largest |z|.
 SHARED Float edge_bound(Float m, Float depth_size) {
     PRECISE Float r = kFastProjectionError * ((m + m) + depth_size) + kFastProjectionFloor;
     PRECISE Float bound = r * (m + (r + r));
@@ -214,10 +212,9 @@ SHARED Bool may_be_inside(Edges e) {
 }
 
 /// Whether all signs are certain and equal, and the edge functions accurate enough as weights of z.
-/// Their errors move z by at most 2 * bound / sum of depth_range; that must stay a part of the
-/// depth margin M for a hit never to lie before its box by more than M. (Of M, 2^-5 is left to
-/// other errors, a quarter goes here twice over.) Checked: lab/proofs/fast_edges.g, depth.g,
-/// boxes.g.
+/// Their errors move z by at most 2 * bound / sum of depth_range, which must stay a part of the
+/// depth margin M: no hit is farther than M before its box. (Of M, 2^-5 is left to other errors, a
+/// quarter goes here twice over.) Checked: lab/proofs/fast_edges.g, depth.g, boxes.g.
 SHARED Bool surely_inside(ShearedRay s, Edges e) {
     PRECISE Float sum = (abs(e.u) + abs(e.v)) + abs(e.w);
     // A range below 1 cannot matter, and its product with the bound might be a denormal.
@@ -270,8 +267,7 @@ SHARED Bool weighted_hit(ShearedRay s, Edges e, Float za, Float zb, Float zc,
     return e.depth_range < e.depth_size || abs(z) > error;
 }
 
-/// weighted_hit() with edge functions from exact_edges: whether the ray hits the triangle
-/// somewhere, and where.
+/// weighted_hit() with edge functions from exact_edges: whether and where there is a hit.
 SHARED Bool exact_hit(ShearedRay s, Edges e, Float za, Float zb, Float zc, OUT(TriangleHit) hit) {
     Bool is_certain = weighted_hit(s, e, za, zb, zc, hit);
     return may_be_inside(e) && is_certain && greater(abs(e.u), greater(abs(e.v), abs(e.w))) > 0.0f;
@@ -292,8 +288,7 @@ SHARED Bool may_hit_triangle(ShearedRay s, Float3 a, Float3 b, Float3 c) {
     return may_be_inside(fast_edges(project_fast(s, a), project_fast(s, b), project_fast(s, c)));
 }
 
-/// Whether a hit at t counts for a ray from tnear to tfar: t = tnear and t = tfar do, t = 0 does
-/// not.
+/// Whether a hit at t counts: t = tnear and t = tfar do, t = 0 does not.
 SHARED Bool is_in_range(Float t, Float tnear, Float tfar) {
     return t > 0.0f && t >= tnear && t <= tfar;
 }

@@ -128,8 +128,7 @@ SHARED Float3 albedo_colour(Uint albedo) {
     return c;
 }
 
-/// The linear colour `base` multiplied by that of a texture, whose channels are whole numbers from
-/// 0 to 65025.
+/// The linear colour `base` times that of a texture, whose channels are 0 to 65025.
 SHARED Float3 textured_colour(Float3 base, Float3 texture) {
     PRECISE Float k = broadcast(0.00001537870048196054995059967041015625f);  // 1/65025
     PRECISE Float3 c =
@@ -160,8 +159,7 @@ SHARED Float3 sky_colour(Float height) {
                   blend(broadcast(0.421875f), broadcast(0.734375f), x));
 }
 
-/// The linear colour of a surface that shows the background, with light and open as in
-/// lit_colour().
+/// The linear colour where the background shows; light and open as in lit_colour().
 SHARED Float3 shadow_catcher_colour(Float height, Float light, Float open) {
     PRECISE Float k = (0.53125f + 0.46875f * light) * (0.25f + 0.75f * open);
     Float3 c = sky_colour(height);

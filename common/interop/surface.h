@@ -70,8 +70,7 @@ SHARED Float3 off_surface(Surface s, Float size) {
     return snap_point(p);
 }
 
-/// Whether the light is on the visible side of the surface. If not, the point is in shadow without
-/// a ray.
+/// Whether the light is on the visible side; if not, the point is in shadow without a ray.
 SHARED Bool faces_light(Surface s, Float3 light) {
     PRECISE Float3 to_light = light - s.point;
     return dot3(s.normal, to_light) > 0.0f;

@@ -1,5 +1,4 @@
-// Rows of text in aligned columns, one by one or together, and as comma-separated values; text of
-// markup.
+// Rows of text in aligned columns and as comma-separated values; text of markup.
 #pragma once
 
 #include <cstddef>

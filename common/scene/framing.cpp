@@ -125,8 +125,7 @@ dvec3 framing_target(const HalfSlopes& slopes, const Axes& axes, const SceneBox&
     return target;
 }
 
-// Above left of the eye by the eye's distance from the middle, or farther where that would be in
-// the scene.
+// Above left of the eye by its distance from the middle, farther if that is in the scene.
 dvec3 default_light(const dvec3& eye, const Axes& axes, const SceneBox& scene) {
     const dvec3 aside = 0.7 * axes.up - 0.6 * axes.right;
     const double radius = scene.radius();

@@ -204,8 +204,7 @@ SceneRay to_scene(const SceneSpace& space, const WorldRay& world) {
     // 2^dir_exponent.
     result.t_exponent = -(space.exponent() + dir_exponent);
     result.t_start = std::ldexp(start, result.t_exponent);
-    // From far away t is rounded to a float that holds fewer digits, and that one is in the
-    // interval.
+    // From far away t is rounded to fewer digits, and that one is in the interval.
     const auto rounding = [&](double t) { return start != 0 ? rounding_of(t) : 0; };
     const double near = std::max(world.tnear, 0.0);
     const double tnear = std::ldexp(near - rounding(near), -result.t_exponent) - start;

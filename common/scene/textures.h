@@ -40,8 +40,7 @@ struct TextureFile {
 };
 
 /// The textures of a mesh, the same in all frames. A triangle's colour is the product of its albedo
-/// and its texture. Without files the other arrays are empty; otherwise they have an entry for each
-/// triangle.
+/// and its texture. Without files all are empty, else the others have an entry for each triangle.
 struct SceneTextures {
     std::vector<TextureFile> files;
     std::vector<Texcoords> texcoords;

@@ -124,8 +124,7 @@ public:
         weighted_ = kMemory * weighted_ + x * y;
     }
 
-    /// Learns from a frame of the tree in use. This is weaker evidence, since the image changes,
-    /// too.
+    /// Learns from a frame of the tree in use: weaker evidence, since the image changes, too.
     void watch(double overhead, double trace) {
         if (!(trace > 0)) return;
         if (first_trace_ <= 0) {

@@ -88,8 +88,7 @@ public:
                  std::span<const IndexRange> changed = kAllIndices) {
         moved_blocks_ = pose_.advance(positions, changed);
     }
-    /// Plans the refit of the current tree to the last advance(). Reads only leaf_vertices and
-    /// parents of the tree.
+    /// Plans the refit to the last advance(). Reads leaf_vertices and parents of the tree alone.
     RefitPlan plan(const Bvh& tree, RefitExtent extent);
 
 private:

@@ -16,8 +16,7 @@ namespace mray {
 /// Equal bytes of nodes give equal bits.
 double tree_cost(std::span<const Node> nodes);
 
-/// The assumed cost of a leaf in visits of a node. (bvh_stats counts the triangles of leaves
-/// instead.)
+/// The assumed cost of a leaf in visits of a node. (bvh_stats counts triangles.)
 inline constexpr double kLeafCost = 12;
 
 /// A sample of at most kMost triangles, evenly by prim_id. Its area tells a tree whose boxes grew

@@ -156,8 +156,7 @@ private:
         }
     }
 
-    /// The flat normals of samples that canonical rays dir hit, on the triangles' own side: as in
-    /// surface_of().
+    /// The flat normals of samples that canonical rays dir hit, on the own side of triangles.
     static lanes::Float3 own_normals(const TriangleRuns& runs, const TriangleRuns::Place& at,
                                      const lanes::Float3& dir) {
         const lanes::Float3 n = runs.flat(at);

@@ -41,8 +41,7 @@ struct LitSamples {
     std::span<const Hit> hits;
     /// For kLit: 1 where the light does not reach the hit, else 0.
     std::span<const std::uint32_t> shadows;
-    /// How many of a sample's ao_count ambient-occlusion rays are occluded; ao_count 0: no such
-    /// rays.
+    /// How many of a sample's ao_count ambient-occlusion rays are occluded; 0: no rays.
     std::span<const std::uint32_t> occlusion;
     std::uint32_t ao_count;
     /// For kPlain: the colours.

@@ -25,8 +25,7 @@ struct ShadedMesh {
     }
 };
 
-/// A part of an image. The frame has the hits of its camera rays; occlusion and, with_pixels,
-/// pixels are written.
+/// A part of an image, whose frame has the hits; occlusion and, with_pixels, pixels are written.
 struct PixelPart {
     const ImageParams& params;
     const ShadedMesh& mesh;
@@ -54,9 +53,8 @@ struct PixelShader {
     void (*shade_camera)(const PixelPart& part);
 
     /// Makes the shadow rays of a part of at most kLightPacketSide x kLightPacketSide pixels,
-    /// indices as by light_packet_ray(), and what shade_shadows needs of its pixels, block by
-    /// block as the rays. Blocks without a pixel of the part are not written. Returns how many rays
-    /// there are.
+    /// indices as by light_packet_ray(), and what shade_shadows needs of its pixels, block by block
+    /// as the rays. Blocks without a pixel of the part are not written. Returns the number.
     std::size_t (*make_shadow_rays)(const PixelPart& part, SharedOriginRays* rays, LitPixels* lit);
 
     /// Writes occlusion and colours; occluded[i] is 0 if ray i hits nothing, else 1.

@@ -82,8 +82,7 @@ struct TexturedTriangles {
     std::span<const std::uint32_t> ids = {};
 };
 
-/// Whether a hit is in a hole of its triangle's texture. Not for a triangle without a texture, and
-/// for kNoPrim.
+/// Whether a hit is in a hole of its triangle's texture; not without a texture or a hit.
 bool fails_alpha_test(const TexturedTriangles& triangles, const Hit& hit);
 
 /// A sample that shows a triangle with a texture.

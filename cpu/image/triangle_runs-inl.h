@@ -67,11 +67,9 @@ public:
         decltype(hn::IndicesFromVec(kUints, UintVec())) indices_;
     };
 
-    /// The flat normal, on the triangle's own side; 0 for a triangle whose edges have no cross
-    /// product.
+    /// The flat normal, on the triangle's own side; 0 if its edges have no cross product.
     lanes::Float3 flat(const Place& at) const { return three(at, 0); }
-    /// The normal at corner k, on the same side, for samples with normal_ids; undefined where the
-    /// flat normal is 0.
+    /// The normal at corner k, on that side, with normal_ids; undefined where the flat one is 0.
     lanes::Float3 corner(const Place& at, std::size_t k) const { return three(at, 3 + 3 * k); }
     UintVec albedo(const Place& at) const { return at(albedo_); }
 

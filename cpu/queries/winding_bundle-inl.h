@@ -1,5 +1,4 @@
-// Windings around points that are above each other, one in each lane: they share nodes, leaves and
-// triangles.
+// Windings around points above each other, one a lane: they share nodes and leaves.
 #include <bit>
 #include <cstddef>
 #include <cstdint>

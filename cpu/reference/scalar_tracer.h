@@ -1,5 +1,4 @@
-// Single rays over the shared layout, in portable C++: the reference for tests of all faster
-// tracers.
+// Single rays over the shared layout, in portable C++: the reference of all faster tracers.
 #pragma once
 
 #include <cassert>

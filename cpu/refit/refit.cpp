@@ -106,8 +106,7 @@ HWY_NOINLINE void refit_rare_leaf(const RefitArrays& tree, std::uint32_t index,
     refit_leaf(tree, index, positions);
 }
 
-/// refit_leaf, with kLanes / 4 vertices to a register: a leaf of 16 is 16, 8 or 4 of each
-/// operation.
+/// refit_leaf with kLanes / 4 vertices a register: a leaf is 16, 8 or 4 of each operation.
 HWY_INLINE void refit_leaf_in_lanes(const RefitArrays& tree, std::uint32_t index,
                                     std::span<const vec3> positions) {
     const std::uint32_t* source = &tree.leaf_vertices[std::size_t{index} * kLeafVertices];

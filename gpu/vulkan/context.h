@@ -66,8 +66,7 @@ private:
     std::uint32_t stamp_count_ = 0;
 };
 
-/// Makes the kernels and copies that are recorded after it wait for those before it, and see their
-/// writes.
+/// Makes kernels and copies after it wait for those before it, and see their writes.
 void barrier(VkCommandBuffer commands);
 
 }  // namespace mray::gpu

@@ -1,5 +1,4 @@
-// Memory of buffers: small ones share a block, since a device allows few allocations (4,096 on
-// some).
+// Memory of buffers: small ones share a block, since some devices allow 4,096 allocations.
 #pragma once
 
 #include <cstddef>

@@ -30,8 +30,7 @@ enum class BufferKind {
 
 /// Settings that change no result. Tests use them to reach rare paths.
 struct Tuning {
-    /// Loop iterations after which a lane suspends its ray, 1 to kStepBudget; 0: by the device
-    /// (step_budget()).
+    /// Iterations after which a lane suspends its ray, to kStepBudget; 0: step_budget().
     std::uint32_t step_budget = 0;
     /// Tiles of 8x8 pixels, or 64 rays, of one dispatch at most; 0: by the device (pass_size()).
     std::uint32_t tiles_per_dispatch = 0;

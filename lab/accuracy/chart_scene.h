@@ -25,8 +25,7 @@ struct ChartSpace {
     Bvh bvh;
     /// Rays of the camera, tile by tile.
     std::vector<Ray> camera_rays;
-    /// Rays at vertices, at points of edges and at points of faces, from outside and inside the
-    /// scene.
+    /// Rays at vertices, points of edges and of faces, from outside and inside the scene.
     std::vector<Ray> aimed_rays;
 };
 

@@ -44,8 +44,7 @@ struct PeerTreeConfig {
 PeerTree build_peer_tree(const Topology& topology, std::span<const vec3> positions,
                          const PeerTreeConfig& config);
 
-/// The tree of the method of 2007: by binned SAH, where a test of a box costs as much as one of a
-/// triangle.
+/// The tree of the method of 2007: binned SAH, a box test at the cost of a triangle's.
 inline PeerTree build_paper_tree(const Topology& topology, std::span<const vec3> positions) {
     return build_peer_tree(topology, positions, {2, std::numeric_limits<std::uint32_t>::max()});
 }

@@ -44,8 +44,7 @@ struct Times {
 };
 
 /// Runs each method once to warm up, then `repeat` rounds of all in turn, so that a disturbance
-/// affects all. Each does all parts one after the other, for warm caches. They take turns in coming
-/// first.
+/// affects all. Each does all parts one after the other, for warm caches. Each comes first in turn.
 std::vector<Times> time_in_turn(std::span<const Method> methods, std::size_t parts, int repeat);
 
 /// The `count` quickest of each group, by index; groups are in the order of their first methods.

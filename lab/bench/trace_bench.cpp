@@ -7,8 +7,7 @@
 namespace mray::bench {
 namespace {
 
-// A part takes a fifth of a millisecond: long beside the clock and the start of tasks, short beside
-// most disturbances.
+// A part takes 0.2 ms: long beside clock and start of tasks, short beside disturbances.
 constexpr std::size_t kTilesOfPart = 16;
 // Every method traces each n-th part a few times to find out which peers are the fastest.
 constexpr std::size_t kTrialStride = 4;

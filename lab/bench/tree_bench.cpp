@@ -116,8 +116,7 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     std::deque<EmbreeMovingTree> theirs;
     TreeCopy copy(scene.bvh);
 
-    // Positions are copied and threads woken up outside the timing, as moving the vertices would
-    // do.
+    // Positions are copied and threads woken outside the timing, as moving vertices would do.
     std::vector<Method> methods;
     methods.push_back(
         {"levels",

@@ -103,8 +103,7 @@ struct Part {
         }
         return ids[0] < count && ids[1] < count && ids[2] < count && ids[3] < count;
     }
-    /// False if an index is out of range, or a vertex of a quad: without it the other half would be
-    /// hit.
+    /// False if an index or a vertex of a quad is out of range: else its other half would be hit.
     bool find_traced_corners(std::size_t triangle, std::array<std::uint32_t, 3>& corners) const {
         if (!find_corners(triangle, corners)) return false;
         if (!is_quads) return true;

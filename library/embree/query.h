@@ -108,8 +108,7 @@ public:
                                                  : kInvalid;
 #endif
     }
-    /// Finds the first hit from the closest on that is let through. False: `hit` and ray are
-    /// unchanged.
+    /// The first hit from the closest on that is let through. False: nothing has changed.
     bool settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray, RTCHit& hit) const;
 
 private:

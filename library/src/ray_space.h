@@ -31,8 +31,7 @@ inline int largest_exponent(const Vec3& v) {
     return static_cast<int>(std::bit_cast<std::uint64_t>(size) >> 52) - 1023;
 }
 
-/// t in scene space times 2^t_exponent, rounded to a float; what is too large becomes the largest
-/// float.
+/// t in scene space times 2^t_exponent, rounded to a float, at most the largest one.
 inline float to_world_t(float t, int t_exponent) {
     constexpr float kLargest = std::numeric_limits<float>::max();
     // Floats suffice for normal powers of two.
@@ -62,8 +61,7 @@ public:
 
     /// Converts one ray. Returns its t_exponent; nothing for a ray that cannot hit anything.
     std::optional<int> to_scene(const Ray& world, mray::Ray& scene) const;
-    /// Converts at most SceneRays::kMost rays. Those that cannot hit anything become rays without
-    /// an interval.
+    /// Converts at most SceneRays::kMost rays. Those that hit nothing get no interval.
     void to_scene(std::span<const Ray> rays, mray::cpu::SceneRays& scene) const;
     /// Converts a finite point. `scene` is the same in floats if it is within kMostPoint, else one
     /// that lies on the same sides of the scene.

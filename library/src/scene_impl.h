@@ -94,16 +94,14 @@ private:
     }
 
     std::atomic<std::uint64_t> nanoseconds_ = 0;
-    /// counted() at the last reset(). Counters go on, so that scenes with few queries a pose are
-    /// sampled, too.
+    /// counted() at the last reset(). Counters go on, to sample few queries a pose, too.
     std::uint64_t counted_before_ = 0;
     std::array<Counter, kCounters> counters_;
 };
 
 /// The results of a backend for an image. The next image may use their memory again.
 struct TracedImage {
-    /// Parameters of the samples: width and height are those of the image times the side of a
-    /// pixel's square.
+    /// Of the samples: width and height are those of the image times a pixel's side.
     mray::ImageParams params = {};
     mray::Frame samples;
     /// The same samples with ambient-occlusion rays, if `has_sky`; else those of an image before.
@@ -156,8 +154,7 @@ public:
     std::optional<Error> broken;
     QueryCost cost;
 
-    /// Guards in const members of Scene what follows, `updater`, and a tracer that does not answer
-    /// threads.
+    /// Guards in const members what follows, `updater`, and a tracer that answers no threads.
     std::mutex mutex;
     mray::cpu::LitShader shader;
     /// Those of the meshes, and whether they are those of the pose.

@@ -65,8 +65,7 @@ Feature feature_of(int zeros) {
     return zeros == 0 ? Feature::face : zeros == 1 ? Feature::edge : Feature::vertex;
 }
 
-/// In world space, where 1 in scene space is `scale` long; what is too large becomes the largest
-/// float.
+/// In world space, where 1 in scene space is `scale` long; at most the largest float.
 float to_world_distance(double distance, double scale) {
     constexpr double kLargest = std::numeric_limits<float>::max();
     return static_cast<float>(std::min(distance * scale, kLargest));
@@ -102,8 +101,7 @@ struct ScenePoints {
     }
 };
 
-/// Calls work(points, answers) for blocks of points and the places of their answers. Throws Error
-/// for options of rays.
+/// Calls work(points, answers) for blocks of points. Throws Error for options of rays.
 template <class Answer, class Work>
 void for_blocks(std::span<const Vec3> points, std::span<Answer> answers,
                 const QueryOptions& options, Work work) {
@@ -136,8 +134,7 @@ void ask_points(SceneImpl& scene, const ScenePoints& points, const QueryOptions&
     });
 }
 
-/// Finds the crossings of points, exactly, and calls visit(i, winding) for each of them that is
-/// finite.
+/// Finds crossings exactly, and calls visit(i, winding) for each point that is finite.
 template <class Visit>
 void wind(SceneImpl& scene, std::span<const Vec3> world, const ScenePoints& points,
           const QueryOptions& options, Visit visit) {

@@ -56,8 +56,7 @@ void trace_run(SceneImpl& scene, std::span<const Ray> rays, std::span<std::uint8
 }
 
 /// Traces the rays of a tile of an image, which `rays` begins with, in packets: closest hits, which
-/// take less time than any hits of single rays. Returns false, and sets nothing, if they have no
-/// packet.
+/// take less time than any hits of single rays. False: they have no packet.
 template <class Answer>
 bool trace_tile(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> answers,
                 std::size_t row, std::size_t width, std::size_t height) {

@@ -177,8 +177,7 @@ void write(const glm::dvec4& q, std::span<double> out) {
     for (int k = 0; k < 4; ++k) out[static_cast<std::size_t>(k)] = q[k];
 }
 
-/// The last key at or before a time and the share of the way to the next, in [0, 1), or the end
-/// key.
+/// The last key at or before a time, or the end key, and the way to the next, in [0, 1).
 struct KeyAt {
     std::size_t key = 0;
     double u = 0;

@@ -134,8 +134,7 @@ private:
         }
     }
 
-    /// Corners of a mirrored mesh go the other way round (glTF 2.0, 3.7.4). Joints alone place a
-    /// skin.
+    /// Corners of a mirrored mesh go the other way (glTF 2.0, 3.7.4). Joints alone place a skin.
     void add_primitive(const Mesh& mesh, const Primitive& primitive, std::uint32_t first_vertex,
                        bool is_mirrored, SmoothNumbers& numbers) {
         const Material material = primitive.material ? materials_.materials[*primitive.material]

@@ -77,8 +77,7 @@ FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions
 
 // The rules for vertices and faces, the same for files of all formats.
 
-/// Finite coordinates beyond this are refused like infinite ones; simulations that diverge write
-/// them.
+/// Coordinates beyond this are refused like infinite ones; diverging simulations write them.
 inline constexpr float kMaxCoordinate = 1e30f;
 
 /// Checks vertices and faces while a file is read, and counts what a lenient reading accepts.

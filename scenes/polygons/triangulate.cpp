@@ -48,8 +48,7 @@ public:
         for (std::uint32_t i = 0; i < count; ++i)
             if (turn(i) < 0) reflex_.push_back(i);
 
-        // An ear without area leaves a corner within an edge, but cutting it may expose ears with
-        // area.
+        // An ear without area leaves a corner within an edge, but may expose ears with area.
         for (std::uint32_t before = count + 1; left_ > 3 && left_ < before;) {
             before = left_;
             clip_ears(true, triangles);

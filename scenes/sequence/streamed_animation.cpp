@@ -55,8 +55,7 @@ void set_albedo(const FileMesh& mesh, Topology& topology) {
 /// The positions of a keyframe, in world space. They stay in memory while a pointer to them exists.
 using KeyframePositions = std::shared_ptr<const std::vector<vec3>>;
 
-/// Keeps all keyframes up to 128 MiB, else the last one and the one next to it. Threads may share
-/// it.
+/// Keeps keyframes up to 128 MiB, else the last one and its neighbour. Threads may share it.
 class KeyframeCache {
 public:
     KeyframeCache(std::size_t keyframe_count, std::size_t vertex_count)

@@ -40,8 +40,7 @@ uint plane_at(uint node, uint p) { return node * kNodeWords + 4u * (kNodeUpperX 
 
 /// The boxes of all lanes, plane by plane. One more word a plane spreads them over banks of memory.
 shared float lane_planes[6u * (kGroupSize + 1u)];
-/// The boxes of the four quarters of each leaf's or node's lanes, as words in the order of
-/// kBindQuarters.
+/// The boxes of the quarters of each leaf's or node's lanes, in the order of kBindQuarters.
 const uint kQuarterWords = 4u * kQuarterVec4s;
 shared float quarter_planes[kQuarterWords * kGroupSize / kRefitLanes];
 

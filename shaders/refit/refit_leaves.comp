@@ -32,8 +32,7 @@ void store_group(uint at, float value) {
 }
 #endif
 
-/// Plane p of a box as it is stored, moved outwards; an empty box, the neutral element of a union,
-/// stays.
+/// Plane p of a box as stored, moved outwards; an empty box, neutral in a union, stays.
 float padded_plane(uint p, float planes[6]) {
     vec3 lower = vec3(planes[0], planes[2], planes[4]);
     vec3 upper = vec3(planes[1], planes[3], planes[5]);

@@ -1,6 +1,5 @@
 // The traversal of one ray a lane over the shared layout, depth first, nearest child next. The
-// answer is that of the hit rule (common/interop/hit_rule.h) and does not depend on the order of
-// visits.
+// answer is that of the hit rule (common/interop/hit_rule.h) in any order of visits.
 #ifndef SHADERS_SINGLE_RAY_TRAVERSE_GLSL
 #define SHADERS_SINGLE_RAY_TRAVERSE_GLSL
 

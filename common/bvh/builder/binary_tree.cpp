@@ -194,8 +194,7 @@ private:
     std::atomic<std::uint32_t> node_count_ = 1;
 };
 
-// With this many triangles or more, the memory of their refs holds a whole LeafShape; with fewer,
-// only the used part.
+// The memory of as many refs holds a whole LeafShape, that of fewer the used part.
 constexpr std::size_t kRoomy = (sizeof(LeafShape) + sizeof(PrimRef) - 1) / sizeof(PrimRef);
 
 constexpr std::size_t kWord = sizeof(std::uint32_t);

@@ -24,19 +24,16 @@ struct LeafShape {
     std::uint32_t vertices[kLeafVertices];
 };
 
-/// Returns whether triangles (1 to kLeafTriangles, ascending) have few enough vertices for a leaf;
-/// sets its shape if so.
+/// Whether triangles (1 to kLeafTriangles, ascending) fit a leaf, whose shape it sets then.
 bool find_leaf_shape(const Topology& topology, std::span<const std::uint32_t> prim_ids,
                      LeafShape& shape);
 
-/// Writes a leaf of this shape at these positions, and to leaf_vertices[0 .. 16) the vertices of
-/// its slots.
+/// Writes a leaf at these positions, and the vertices of its slots to leaf_vertices[0 .. 16).
 void fill_leaf(const LeafShape& shape, std::span<const std::uint32_t> prim_ids,
                std::span<const vec3> positions, Leaf& leaf, std::uint32_t* leaf_vertices);
 
 struct BinaryNode {
-    /// In a union, so that constructing a node writes nothing: the array has far more nodes than
-    /// the tree needs.
+    /// Constructing a node writes nothing: the array has far more than the tree needs.
     union {
         Box box;
     };

@@ -48,8 +48,7 @@ void Collapse::find_costs(std::uint32_t node) {
         return;
     }
     // own[i] = min over k of left[k - 1] + right[i - k], the k slots of the left child ascending,
-    // for all i at once: right[i - k] is infinite for k > i. More slots than a subtree has leaves
-    // make it no cheaper.
+    // for all i at once: right[i - k] is infinite for k > i. Slots beyond the leaves gain nothing.
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     const std::array<float, kWidth>& left = costs_[left_child].cost;
     std::array<float, 2 * kWidth> right;

@@ -65,8 +65,7 @@ private:
     Float4 most_ = splat4(static_cast<float>(kBins - 1));
 };
 
-/// The boundary with the least sum of part_costs on both sides; position 0 if one side of each is
-/// empty.
+/// The boundary with the least sum of part_costs on both sides; position 0 if there is none.
 template <std::size_t kBins>
 HWY_INLINE Split best_boundary(const Bins<kBins>& bins) {
     Float4 right_cost[kBins];

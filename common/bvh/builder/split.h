@@ -15,8 +15,7 @@ namespace mray {
 
 /// The box and the id of a triangle (or of a part of a tree, see build_binary_tree), as eight
 /// floats: lower x y z, id, -upper x y z, 0. The union of two boxes is then one minimum. The bits
-/// of the id are those of a float in [2, 2^33), so that no arithmetic on whole registers meets a
-/// denormal or a NaN.
+/// of the id are those of a float in [2, 2^33): no denormal or NaN for whole registers.
 struct alignas(32) PrimRef {
     float planes[8];
 
@@ -92,9 +91,8 @@ struct Split {
 // with 0; still more makes cheaper ones, but of smaller leaves (lab/notes/build_and_refit.md).
 inline constexpr float kPartCost = 12;
 
-/// Maps twice a centroid to its bin along each axis: (centroid2 - lower) * scale, clamped to
-/// [0, bins - 1] and rounded down. Lane 3 is 0. All refs that do not differ along an axis are in
-/// its first bin.
+/// Maps twice a centroid to its bin along each axis: (centroid2 - lower) * scale, clamped to [0,
+/// bins - 1] and rounded down. Lane 3 is 0. Refs that do not differ on an axis are in bin 0.
 struct Binning {
     /// bounds: those of twice the centroids.
     Binning(const Box& bounds, std::size_t bins) {

@@ -1,5 +1,4 @@
-// Loops over refs, the cost of a split for the three axes at once, and the partition, compiled once
-// for each target.
+// Loops over refs, costs of splits for three axes at once, partition; compiled for each target.
 #include <bit>
 #include <cstddef>
 #include <cstdint>

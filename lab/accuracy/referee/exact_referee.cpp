@@ -15,8 +15,7 @@ constexpr double kCloseUlps = 4;
 // vertices by the rule (docs/design/arithmetic.md, "A vertex is one point").
 constexpr double kDisplacement = 0x1p-21;
 constexpr double kFarDisplacement = 0x1p-43;
-// In sizes of a triangle: within it, a missed surface is a leak and a hit at that depth a
-// neighbour's.
+// In sizes of a triangle: within it a miss is a leak, a hit at that depth a neighbour's.
 constexpr double kNearEdge = 0x1p-12;
 
 // Far above the 2^-53 of a double, far below the resolution of a tracer in float.

@@ -87,8 +87,7 @@ struct Truth {
 /// The distance of |t|, as a float, to the next larger float.
 double ulp_of(double t);
 
-/// Triangles projected along a ray, in double. A vertex has one projection, so that a closed mesh
-/// stays closed.
+/// Triangles projected along a ray, in double: one projection a vertex keeps meshes closed.
 class ParallelView {
 public:
     explicit ParallelView(const Ray& ray);

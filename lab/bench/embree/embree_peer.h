@@ -76,8 +76,7 @@ private:
     embree::Owned<RTCScene> scene_;
 };
 
-/// A scene by every instruction set, over a MEDIUM and a HIGH tree, fast and robust. Takes the time
-/// of eight builds.
+/// A scene by every instruction set, over a MEDIUM and a HIGH tree, fast and robust: eight builds.
 class EmbreeScenes {
 public:
     EmbreeScenes(std::span<const EmbreeDevice> devices, const BenchScene& scene);

@@ -52,8 +52,7 @@ struct alignas(4 * N) HitBlock {
     std::uint32_t prim_id[N];
 };
 
-/// By records of one ray or of a packet: one a call, or streams of up to kMost, which stay in the
-/// cache.
+/// By records of a ray or a packet: one a call, or streams of up to kMost, for the cache.
 template <class Record, std::size_t kMost>
 class RecordTracer {
 public:

@@ -190,8 +190,7 @@ py::array closest_points(PyScene& scene, const py::object& points,
         scene, points, out, closest_dtype(), threads, cancel,
         [&](const Scene& asked, auto where, auto closest, const QueryOptions& options) {
             asked.closest_points(where, closest, most, options);
-            // closest_dtype() ends in four bytes, not in one and padding: equal answers have equal
-            // bytes.
+            // closest_dtype() ends in four bytes, not one and padding: equal answers, equal bytes.
             static_assert(sizeof(ClosestPoint) == 36 && offsetof(ClosestPoint, feature) == 32);
             static_assert(std::endian::native == std::endian::little);
             for (ClosestPoint& point : closest)

@@ -27,8 +27,7 @@ void on_interrupt(int number) {
     --handlers;
 }
 
-/// Python runs handlers when C++ has returned. While this lives, SIGINT ends the main thread's
-/// call.
+/// Python runs handlers after C++. While this lives, SIGINT ends the main thread's call.
 class SignalScope {
 public:
     explicit SignalScope(std::atomic<bool>& cancel) {

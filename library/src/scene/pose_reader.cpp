@@ -39,8 +39,7 @@ void extend(WorldBounds& bounds, const WorldBounds& other) {
     if (!other.empty()) bounds.extend(other.lower, other.upper);
 }
 
-/// Calls `use(first, run)` for runs of positions first, first + 1, ..., in place if they are
-/// packed.
+/// Calls `use(first, run)` for runs of positions from first on, in place if packed.
 template <class Use>
 void for_each_run(const Positions& positions, std::size_t first, std::size_t end, Use use) {
     const auto* bytes = static_cast<const std::byte*>(positions.data);
@@ -61,8 +60,7 @@ void for_each_run(const Positions& positions, std::size_t first, std::size_t end
 
 void extend(MadePositions& sum, const MadePositions& other) { sum.add(other); }
 
-/// Calls `work(first, count)` for parts of [begin, end) in many threads; returns all that the calls
-/// return, by extend().
+/// Calls `work(first, count)` for parts of [begin, end) in threads; joins results by extend().
 template <class Work>
 auto for_each_part(std::size_t begin, std::size_t end, mray::ThreadArena& arena, Work work) {
     using Sum = decltype(work(begin, end));
