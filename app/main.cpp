@@ -22,7 +22,6 @@ void hold_standard_descriptors() {
 }
 
 /// Without destructors: after a failed allocation Vulkan's loader would wait for its own mutex.
-/// Sanitizers and coverage need exit().
 [[noreturn]] void end_process(ExitCode code) {
     std::fflush(nullptr);
 #ifdef MORPHRAY_RUNS_EXIT_HANDLERS

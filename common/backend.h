@@ -49,9 +49,8 @@ struct BackendInfo {
     bool is_on_processor = true;
     /// Whether threads may call trace(), trace_stored() and query() at the same time.
     bool answers_threads = false;
-    /// The first estimate of the time that a visit of a node costs, as policies count it. With
-    /// trees that are only refitted, packets of camera rays had 0.0002 (shuffle) to 0.0007 (orbits)
-    /// on the CPU, 0.0015 to 0.003 on lavapipe.
+    /// The first estimate of the time of a visit, as policies count it. In refitted trees camera
+    /// packets had 0.0002 (shuffle) to 0.0007 (orbits) on the CPU, 0.0015 to 0.003 on lavapipe.
     double trace_per_visit = 0.0005;
 };
 
@@ -90,13 +89,11 @@ public:
     /// The nodes of the tree at the current positions, until the next call but finish().
     virtual std::span<const Node> nodes() = 0;
     virtual void read_tree(Bvh& bvh) = 0;
-    /// Lets `edit` change the tree at the current positions. The result must be a tree over the
-    /// same triangles whose boxes and vertices belong to these positions. `edit` runs in the
-    /// backend's threads, if it has some.
+    /// Lets `edit` change the tree at the current positions. The result is a tree over the same
+    /// triangles at these positions. `edit` runs in the backend's threads.
     virtual void edit_tree(const TreeEdit& edit) = 0;
 
-    /// Throws Error(kCancelled), leaving any pixels in the frame, soon after the watch of
-    /// watch_images() asks for it.
+    /// Throws Error(kCancelled) soon after watch_images() asks for it, with any pixels left.
     virtual void trace_image(const ImageParams& params, Frame& frame) = 0;
     void watch_images(const Watch& watch) { image_watch_ = watch; }
     /// Answers rays. A small batch is traced in the calling thread, if threads may call.
@@ -108,8 +105,7 @@ public:
     /// Answers queries about all triangles, in the calling thread.
     virtual void query(const QueryBatch& batch) = 0;
 
-    /// Finishes a refit that is left to be done, and returns the times. Those of trace() are there
-    /// where threads may not call it.
+    /// Finishes a refit, and returns the times; those of trace() where no threads may call it.
     virtual const BackendTimes& finish() = 0;
 
 protected:

@@ -23,8 +23,7 @@
 namespace mray::cpu {
 namespace {
 
-// As many rays as the streams of a batch are made of (cpu/single_ray/ray_stream-inl.h), or fewer
-// where threads would wait.
+// As many rays as streams are made of (cpu/single_ray/ray_stream-inl.h), or fewer for more threads.
 constexpr std::size_t kRayGrain = 2048;
 
 /// The hits of a tile that was traced.

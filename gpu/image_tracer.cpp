@@ -34,8 +34,7 @@ public:
 
     bool has_next() const { return params_.width > 0 && y_ < params_.height; }
 
-    /// Takes the next region, of at most `tiles` tiles; more only where the row has begun with
-    /// regions that have more.
+    /// Takes the next region, of at most `tiles` tiles or as many as its row has begun with.
     RegionArguments next(std::uint32_t tiles) {
         const std::uint32_t columns = (params_.width + kTileSize - 1) / kTileSize;
         if (x_ == 0) rows_ = tiles / std::min(tiles, columns);

@@ -37,9 +37,8 @@ public:
     const std::vector<std::uint32_t>& level_begin() const { return tree_.level_begin; }
 
     void set_positions(Transfer& transfer, std::span<const vec3> positions);
-    /// Sets ranges of the positions. Returns commands that must be recorded before kernels read
-    /// them, or nothing if the host writes the device's memory. Call it again only after these
-    /// commands have run or have been dropped.
+    /// Sets ranges of the positions. Returns commands for before kernels read them, or nothing if
+    /// the host writes device memory. Call it again after these have run or were dropped.
     Record set_positions(std::span<const vec3> positions, std::span<const IndexRange> ranges);
     /// Replaces the tree by one over the same triangles. A refit of all must follow, which makes
     /// the boxes of quarters and groups. Kernels must be bound again. After an exception the old

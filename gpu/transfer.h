@@ -10,8 +10,7 @@
 
 namespace mray::gpu {
 
-/// Copies directly if a buffer is mapped, otherwise in pieces through a staging buffer, which is
-/// made when it is first needed.
+/// Copies directly if a buffer is mapped, otherwise in pieces through a staging buffer.
 class Transfer {
 public:
     explicit Transfer(Context& context) : context_(context) {}

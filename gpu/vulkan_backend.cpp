@@ -125,8 +125,7 @@ void VulkanBackend::keep_links(const Bvh& bvh) {
     links_.triangle_count = bvh.triangle_count;
 }
 
-/// Throws if there is no scene with as many vertices, as after clear(): their positions would be
-/// written beyond the end of its buffer.
+/// Throws unless the scene has as many vertices: they would go beyond the end of its buffer.
 void VulkanBackend::require_scene_of(std::span<const vec3> positions) const {
     if (positions.size() == scene_.vertex_count()) return;
     throw Error(ErrorKind::kBadArgument,

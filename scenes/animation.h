@@ -58,8 +58,7 @@ public:
     virtual const Topology& topology() const = 0;
     virtual double first_frame() const = 0;
     virtual double last_frame() const = 0;
-    /// How many frames are shown a second, so that frame f is at f / fps() seconds; nothing for an
-    /// animation that knows no time.
+    /// Frames a second: frame f is at f / fps() seconds; nothing if the animation knows no time.
     virtual std::optional<double> fps() const { return std::nullopt; }
 
     /// All animations of the file, in its order.

@@ -102,8 +102,7 @@ SHARED_CONST uint kStateBestV = 5u;
 SHARED_CONST uint kStateStack = 6u;
 SHARED_CONST uint kStateUints = 488u;  // kStateStack + 2 * kMaxStack
 
-/// Push constants of the kernels over a region of an image: `primary`, `compact`, `shade`. Answers
-/// are stored row by row within the region.
+/// Push constants of `primary`, `compact`, `shade`. Answers are row by row within the region.
 struct RegionArguments {
     ImageParams params;
     uint x;

@@ -40,8 +40,7 @@ public:
                        const std::atomic<bool>& cancel, morphray::Image& image);
 
     const morphray::Scene& scene() const { return *scene_; }
-    /// The last build or advance(); after render() with a refit that ran on a device with the
-    /// trace.
+    /// The last build or advance(); after render() with the refit that a device ran with the trace.
     const morphray::Update& update() const { return update_; }
     /// Those of the last advance() and render(); before the first advance(), those of the build.
     FrameTimes times() const;

@@ -58,8 +58,7 @@ struct Failure {
 /// Describes any exception.
 Failure describe_failure(const std::exception_ptr& failure);
 
-/// The first signal sets the flag, the second ends the process. Ignored ones (nohup) stay so. A
-/// write to a closed pipe fails with EPIPE.
+/// The first signal sets the flag, the second ends the process. Ignored ones (nohup) stay so.
 void handle_signals();
 
 /// The flag is true once a signal has arrived. Calls that can be cancelled take it.

@@ -32,8 +32,7 @@ struct Box {
     bool operator==(const Box&) const = default;
 };
 
-/// The box that a slot has for a leaf whose vertices have these bounds: the slab test relies on its
-/// pad. An empty box stays as it is.
+/// The box of a leaf with these bounds: the slab test relies on its pad. An empty box stays.
 inline Box padded(const Box& bounds) {
     if (bounds.empty()) return bounds;
     const float extent = largest_extent(bounds.lower, bounds.upper);

@@ -22,8 +22,7 @@ struct Frame {
     std::vector<std::uint32_t> pixels;
     /// Whether a backend fills `pixels`; else they are empty. Set by the caller.
     bool with_pixels = true;
-    /// Whether a backend must fill `hits` and `occlusion`; a device leaves them empty otherwise,
-    /// which spares a copy. Set by the caller.
+    /// Whether `hits` and `occlusion` are wanted, which costs a device a copy. Set by the caller.
     bool with_hits = true;
     /// Whether `hits` has those of these camera rays already. Set by the caller.
     bool has_hits = false;

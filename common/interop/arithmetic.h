@@ -137,8 +137,7 @@ SHARED Uint largest_axis(Float3 v) {
     return select(size.x >= size.y && size.x >= size.z, 0u, select(size.y >= size.z, 1u, 2u));
 }
 
-/// A direction as rays carry it: scaled by a power of two to a largest component in [1, 2), on the
-/// direction grid. Zero stays zero.
+/// A direction scaled by a power of two to a largest component in [1, 2), on the grid; or 0.
 SHARED Float3 canonical_direction(Float3 d) {
     Float largest = largest_component(d);
     PRECISE Float s = select(largest > 0.0f, scale_to_unit(largest), 1.0f);

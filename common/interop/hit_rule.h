@@ -110,8 +110,7 @@ SHARED Float3 project_rotated(ShearedRay s, Float3 vertex) {
                   project_axis(a.y, ey, a.z, ez, s.dir.y, s.dir.z), a.z);
 }
 
-/// A vertex (scene space) as the ray sees it, to 2^-22 of its distance from the ray and 2^-44 of
-/// that from the origin.
+/// A vertex as the ray sees it, to 2^-22 of its distance from it and 2^-44 of that from org.
 /// Checked: lab/proofs/project.g.
 SHARED Float3 project(ShearedRay s, Float3 vertex) {
     return project_rotated(s, rotate_axes(vertex, s.axis));
@@ -132,8 +131,7 @@ SHARED Float3 project_rotated_fast(ShearedRay s, Float3 vertex) {
     return project_relative_fast(s.dir, a);
 }
 
-/// project() without the errors and off the grid: to 2^-21 of the largest coordinate of
-/// vertex - org, and some ulp of x or y.
+/// project() off the grid: to 2^-21 of the largest of vertex - org, and some ulp of x or y.
 SHARED Float3 project_fast(ShearedRay s, Float3 vertex) {
     return project_rotated_fast(s, rotate_axes(vertex, s.axis));
 }

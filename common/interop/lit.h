@@ -105,9 +105,8 @@ SHARED Float dithered_rounding(Uint x, Uint y) {
     return r;
 }
 
-/// The square root of a mean of squares of 8-bit channels, rounded to the nearest whole number,
-/// upwards from the middle. Exact: the mean is a multiple of 1/64 up to 255^2, and the squares that
-/// it is compared with are floats.
+/// The square root of a mean of squares of 8-bit channels, rounded to nearest. Exact: the mean is a
+/// multiple of 1/64 up to 255^2, and the squares that it is compared with are floats.
 SHARED Uint root_of_mean(Float mean) {
     Float positive = greater(mean, 0.0078125f);
     PRECISE Float guess = positive * rsqrt(positive) + 0.5f;

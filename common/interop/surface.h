@@ -139,8 +139,7 @@ SHARED Float3 sphere_point(Uint n) {
 }
 
 /// The direction to a point of the unit sphere around the normal's tip, given by its place on the
-/// sphere. Not canonical. Points that fill the sphere evenly give directions that are distributed
-/// by the cosine to the normal.
+/// sphere. Not canonical. Even points give directions distributed by the cosine to the normal.
 SHARED Float3 ao_direction(Surface s, Float3 point) {
     // Slightly less than 1, so that a point opposite to the normal still gives a direction.
     PRECISE Float3 lifted =

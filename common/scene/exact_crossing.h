@@ -13,8 +13,7 @@ namespace mray {
 
 /// How the half-line from a point along +z meets a triangle.
 struct ExactCrossing {
-    /// 1 if it crosses it and leaves the side that the triangle is counter-clockwise from, -1 if it
-    /// leaves the other one, else 0.
+    /// 1 if it leaves the side that the triangle is counter-clockwise from, -1 the other, else 0.
     int sign = 0;
     /// Whether the point lies on the triangle, which has its border.
     bool is_on_triangle = false;

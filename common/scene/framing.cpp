@@ -35,8 +35,7 @@ struct SceneBox {
     double radius() const { return std::hypot(half.x, half.y, half.z); }
 };
 
-// A point gets its distance from the origin for a size, as SceneSpace does it; the empty scene and
-// the origin alone get a radius of 1.
+// A point has its distance from 0 for a size, as in SceneSpace; nothing and 0 alone have 1.
 SceneBox scene_box(const WorldBounds& bounds) {
     SceneBox unit;
     if (bounds.empty()) return unit;
@@ -74,9 +73,8 @@ void for_corners(const SceneBox& scene, const dvec3& from, const Visit& visit) {
     }
 }
 
-// Returns how far before the target the eye must be for all points to be in the image, and at least
-// so far before the eye. for_points(visit) calls visit(p, margin) for points seen from the target;
-// the image is larger by the margin.
+// How far before the target the eye must be for all points to be in the image, and at least
+// least_depth before the eye. for_points(visit) calls visit(p, margin) for points from the target.
 template <class ForPoints>
 double framing_distance(const HalfSlopes& slopes, const Axes& axes, double least_depth,
                         const ForPoints& for_points) {
@@ -130,8 +128,7 @@ dvec3 default_light(const dvec3& eye, const Axes& axes, const SceneBox& scene) {
     const dvec3 aside = 0.7 * axes.up - 0.6 * axes.right;
     const double radius = scene.radius();
     double reach = std::max(glm::length(eye - scene.centre), 2 * radius);
-    // A line leaves a sphere of 1.5 times the radius for good within a few doublings. Without axes
-    // (an invalid view) there is no way to go.
+    // A line leaves a sphere of 1.5 radii within a few doublings; an invalid view has no axes.
     for (int i = 0; i < 4; ++i) {
         if (glm::length(eye + reach * aside - scene.centre) > 1.5 * radius) break;
         reach *= 2;

@@ -286,8 +286,7 @@ HWY_INLINE void transpose_fours(D d, const hn::Vec<D> in[4], hn::Vec<D> out[4]) 
 }
 #endif
 
-/// Writes a number where a mask has a lane, `to` being aligned. Not by a masked store of SSE, which
-/// goes around the caches.
+/// Writes a number to aligned lanes of a mask; SSE's masked store goes around the caches.
 HWY_INLINE void store_where(Mask m, std::uint32_t number, std::uint32_t* to) {
     const UintVec numbers = splat(number);
 #if HWY_TARGET == HWY_AVX2

@@ -173,8 +173,7 @@ constexpr double kMostBuildFrames = 64;
 // the first takes apart every leaf that straddles two bodies, later ones find most of that done.
 constexpr double kFirstRestructureCost = 0.4;
 constexpr double kNextRestructureCost = 0.5;
-// A triangle that is restructured costs this many times a triangle of a build: nodes and leaves are
-// laid out again around it.
+// A restructured triangle costs this many of a build: nodes around it are laid out again.
 constexpr double kRestructuredTriangle = 2;
 // A restructuring that takes away less than this part of the overhead did not help.
 constexpr double kHelpful = 0.3;

@@ -46,8 +46,7 @@ struct MovedParts {
     std::vector<std::uint32_t> nodes;
 };
 
-/// The leaves of one tree by the blocks of their vertices. It takes some 4 bytes a triangle, and
-/// about the time of a refit to make.
+/// The leaves of one tree by the blocks of their vertices: 4 bytes a triangle, a refit's time.
 class BlockLeaves {
 public:
     /// Reads only leaf_vertices and parents of the tree.
@@ -98,8 +97,7 @@ private:
     std::optional<BlockLeaves> block_leaves_;
 };
 
-/// At most `most` ranges (at least 1) that cover the ascending indices. If more would be needed, it
-/// fills gaps, the smallest first.
+/// At most `most` ranges (at least 1) over ascending indices; the smallest gaps are filled.
 std::vector<IndexRange> covering_ranges(std::span<const std::uint32_t> indices, std::size_t most);
 
 }  // namespace mray

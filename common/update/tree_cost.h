@@ -19,8 +19,7 @@ double tree_cost(std::span<const Node> nodes);
 /// The assumed cost of a leaf in visits of a node. (bvh_stats counts triangles.)
 inline constexpr double kLeafCost = 12;
 
-/// A sample of at most kMost triangles, evenly by prim_id. Its area tells a tree whose boxes grew
-/// with its triangles from a degraded one.
+/// At most kMost triangles, evenly by prim_id: their area tells grown triangles from a bad tree.
 class TriangleSample {
 public:
     explicit TriangleSample(const Topology& topology);

@@ -31,8 +31,7 @@ struct LitSamples {
 
     const Topology& topology;
     std::span<const vec3> positions;
-    /// For each triangle the indices of the vertex normals of its corners; kFlatCorner: none.
-    /// Empty: all triangles are flat.
+    /// For each triangle the normals of its corners; kFlatCorner: none. Empty: all are flat.
     std::span<const uvec3> normal_ids;
     std::span<const vec3> normals;
     /// The textures of the triangles whose albedo has kTexturedBit.

@@ -127,8 +127,7 @@ public:
 
     void clear() { vectors_ = count_ = 0; }
 
-    /// Adds pixels that show these triangles, which exist. Neighbours in a column or a row that
-    /// show the same one share it.
+    /// Adds pixels that show these triangles, which exist. Neighbours share the same one.
     HWY_INLINE void add(UintVec prim) {
         const UintVec lane = hn::Iota(kUints, 0);
         // The neighbour that a pixel shares its triangle with, or the pixel itself.

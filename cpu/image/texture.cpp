@@ -129,8 +129,7 @@ float Texture::into_image(float x) const {
     return fraction < 0.0f ? fraction + 1.0f : fraction;
 }
 
-/// Appends a level of half the sides of the last one, rounded down: each texel is the mean
-/// intensity of what it covers.
+/// Appends a level of half the sides, rounded down: texels are means of what they cover.
 void Texture::append_half() {
     const Level from = levels_.back();
     Level to = {{}, texels_.size()};

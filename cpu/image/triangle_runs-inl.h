@@ -147,8 +147,7 @@ private:
 
 // The samples of a row that may be in shadow only because triangles are flat.
 
-/// Returns the lanes whose smooth surface differs from the flat one and faces the light. Lane i has
-/// sample x[i] of row y, which is a hit.
+/// The lanes whose smooth surface differs and faces the light. Lane i has the hit x[i] of row y.
 HWY_INLINE Mask is_smooth_lit(const LitSamples& s, const std::uint32_t* x, std::uint32_t y) {
     alignas(64) Hit hits[kLanes];
     const Hit* const row = &s.hits[std::size_t{y} * s.params.width];

@@ -201,8 +201,7 @@ namespace {
 HWY_EXPORT(refit_leaves);
 HWY_EXPORT(refit_nodes);
 
-// Elements a task: large enough to hide the scheduling, small enough to balance. The calling thread
-// refits fewer by itself.
+// Elements a task, to hide scheduling and to balance. The calling thread refits fewer alone.
 constexpr std::uint32_t kLeafGrain = 1024;
 constexpr std::uint32_t kNodeGrain = 512;
 

@@ -1,5 +1,4 @@
-// Constants that cover rounding in tests of boxes and triangles on lanes. The others are in
-// common/interop/constants.h.
+// Constants that cover rounding on lanes; others are in common/interop/constants.h.
 #pragma once
 
 namespace mray::cpu {

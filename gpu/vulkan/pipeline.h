@@ -50,8 +50,7 @@ public:
     BoundPipeline(Device& device, Pipeline& pipeline);
 
     Pipeline& pipeline() const { return *pipeline_; }
-    /// Binds the resources that the kernel uses; all of them must be there. Not while work that
-    /// uses it is recorded or under way.
+    /// Binds the resources that the kernel uses. Not while its work is recorded or under way.
     void bind(const Bindings& bindings);
 
     /// Records `group_count` workgroups with these arguments, the push constants of the kernel.

@@ -32,8 +32,7 @@ struct PeerTree {
     std::vector<PeerTriangle> triangles;
 };
 
-/// Where a builder divides, and when it stops: the cost of a node in tests of a triangle, and how
-/// many triangles a leaf has at most.
+/// The cost of a node in tests of a triangle, and how many triangles a leaf has at most.
 struct PeerTreeConfig {
     double node_cost;
     std::uint32_t most_triangles;
@@ -49,8 +48,7 @@ inline PeerTree build_paper_tree(const Topology& topology, std::span<const vec3>
     return build_peer_tree(topology, positions, {2, std::numeric_limits<std::uint32_t>::max()});
 }
 
-/// The method of 2007, a group of its own, for primary or shadow rays. Keeps its packets made, as
-/// Embree's are; tree and work outlive it.
+/// The method of 2007, for primary or shadow rays, with packets made before, as Embree's are.
 Tracer paper_tracer(const PeerTree& tree, const TraceWork& work);
 
 /// Fits leaves in the calling thread's arena, then inner nodes one by one. Finite positions.

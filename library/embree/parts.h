@@ -140,8 +140,7 @@ struct Part {
 /// Geometries by the IDs that they are attached with.
 using Attachments = std::map<unsigned int, Ref<Geometry>>;
 
-/// The enabled meshes, ascending by the IDs on the way to them, as ties go to the lowest. Throws
-/// Failure for what is not supported.
+/// The enabled meshes by the IDs on the way to them: ties go to the lowest. Throws Failure.
 std::vector<Part> collect_parts(const Attachments& attachments);
 
 /// Whether two lists are over the same triangles.

@@ -20,8 +20,7 @@ struct PrimBox : Bounds {
     std::uint32_t prim_id;
 };
 
-/// A binary tree over the median of the longest axis. A node over boxes [first, last) has the
-/// number of the middle one.
+/// A binary tree over medians of the longest axis; a node [first, last) has the middle's number.
 class BoxTree {
 public:
     explicit BoxTree(std::vector<PrimBox> boxes);

@@ -66,8 +66,7 @@ public:
     /// Converts a finite point. `scene` is the same in floats if it is within kMostPoint, else one
     /// that lies on the same sides of the scene.
     void to_scene(const Vec3& world, glm::dvec3& exact, mray::vec3& scene) const;
-    /// t in world space of a ray that has this t_exponent, rounded to a float; what is too large
-    /// becomes the largest float.
+    /// t in world space of a ray with this t_exponent, rounded to a float, at most the largest.
     float to_world_t(const Ray& world, float t, int t_exponent) const {
         return is_far(t_exponent) ? t_of_far_ray(world, t) : detail::to_world_t(t, t_exponent);
     }

@@ -32,9 +32,8 @@
 
 namespace morphray::detail {
 
-/// The cost of a scene's queries since the last update, for policies that weigh it. Threads may add
-/// at the same time. Rays are counted exactly, by any threads in any order, so that deterministic
-/// policies decide by them.
+/// The cost of a scene's queries since the last update, for policies. Threads may add at the same
+/// time. Rays are counted exactly, for deterministic policies.
 class QueryCost {
 public:
     void add(double ms, std::uint64_t rays) {

@@ -173,8 +173,7 @@ mray::Corners corners_of(const SceneImpl& scene, std::uint32_t prim_id) {
     return {positions[t.x], positions[t.y], positions[t.z]};
 }
 
-/// Finds the closest triangles of `run`, the points index(i), and their distances: by the rule, or
-/// exactly for those that are not within.
+/// The closest triangles of `run`, the points index(i): by the rule, or exactly if not within.
 template <class Index>
 void find_closest_triangles(SceneImpl& scene, const ScenePoints& asked,
                             std::span<const mray::vec3> run, Index index, float most,

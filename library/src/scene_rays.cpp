@@ -18,8 +18,7 @@ using detail::SceneImpl;
 using detail::with_scene;
 using Cancel = const std::atomic<bool>*;
 
-// The answers of a tile's rays are prefetched this many rows ahead: processors do not foresee where
-// a row begins (lab/notes/cpu_tracer.md).
+// Answers of a tile are prefetched this many rows ahead: processors do not foresee new rows.
 constexpr std::size_t kRowsAhead = 2;
 // Rays that are gathered are prefetched this many ahead.
 constexpr std::size_t kRaysAhead = 16;

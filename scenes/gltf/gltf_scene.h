@@ -98,8 +98,7 @@ struct Skin {
     std::vector<Affine> inverse_binds;
 };
 
-/// Throws Error(kBadInput) for a skin without joints or with more than 65536, and for fewer or
-/// other matrices than joints.
+/// Throws Error(kBadInput) unless it has 1 to 65536 joints, each with its matrix.
 Skin read_skin(const GltfFile& file, std::size_t index);
 
 /// `per_vertex` joints a vertex, unused ones with weight 0. Sums are above 0, not always 1.

@@ -45,8 +45,7 @@ struct FileMesh {
     std::vector<Albedo> albedo;
     /// Linear colours, finite; a triangle has the mean of its three. If any, `albedo` is empty.
     std::vector<vec3> vertex_colours;
-    /// A number a corner: corners of one position with equal normals share it, others have their
-    /// own. Empty if the file has no normals.
+    /// A number a corner, which those of one position and normal share. Empty without normals.
     std::vector<std::uint32_t> smooth;
     /// The textures that faces use. If there are none, the arrays below are empty, too.
     std::vector<TextureFile> textures;

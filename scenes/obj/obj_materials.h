@@ -39,8 +39,7 @@ using MaterialMap = std::unordered_map<std::string, Material>;
 void read_mtl_text(std::string_view text, const std::filesystem::path& library,
                    MaterialMap& materials);
 
-/// Gives faces their colours and textures. A texture is searched where its library names it, then
-/// by its file name beside the library.
+/// Gives faces colours and textures, which lie where libraries name them or beside these.
 class ObjMaterials {
 public:
     /// `path` is the OBJ file. Keeps references to all three.

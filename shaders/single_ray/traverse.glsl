@@ -219,8 +219,7 @@ uint visit_leaf(inout Traversal t, Ray ray, NodeRay boxes, ShearedRay sheared, b
             Edges e = fast_edges(project_fast(sheared, a), project_fast(sheared, b),
                                  project_fast(sheared, c));
             if (!may_be_inside(e)) continue;
-            // A triangle that reaches behind the origin is uncertain, since the rule may not take
-            // its fast path for it.
+            // Triangles that reach behind the origin are uncertain: the rule may not go fast there.
             bool is_sure = surely_inside(sheared, e) && e.depth_range < e.depth_size;
             TriangleHit hit;
             bool is_hit = is_sure ? fast_hit(ray, sheared, a, b, c, hit)

@@ -66,8 +66,7 @@ void conclude(Json& report, const std::string& unfinished);
 /// Everything about the scenes that were begun, one after the other, and the verdict.
 std::string run_text(const Json& report);
 
-/// A test suite for each scene, with a test case for each result, or one with an <error> if the
-/// scene was not finished.
+/// A test suite a scene, with a test case a result, or one <error> if it was not finished.
 std::string to_junit(const Json& report);
 
 /// HTML that needs no other file and no network, around the JSON of the report.

@@ -29,15 +29,13 @@ constexpr std::size_t kTaskSize = 2048;
 constexpr std::size_t kSweepSize = 24;
 static_assert(kSweepSize <= kFewRefs);
 
-// Nodes that a thread takes at a time. With one pair at a time, threads write to the same cache
-// lines (lab/notes/build_and_refit.md).
+// Nodes that a thread takes: with one pair, threads would write to the same cache lines.
 constexpr std::uint32_t kNodeBlock = 128;
 
 /// Removes refs to triangles that have the three vertices of an earlier one of the set, in the same
 /// order, and appends them to `repeated`: they move together, so that one may stand for all. The
 /// others keep their order; returns how many they are. refs ascend by prim_id, and all are
-/// triangles. Takes at most 256 KiB besides `repeated`; with more than some ten thousand different
-/// triangles it may leave repeated ones in.
+/// triangles. Takes at most 256 KiB more; beyond some ten thousand triangles it may leave some.
 std::size_t remove_repeated(const Topology& topology, std::span<PrimRef> refs,
                             std::vector<RepeatedTriangle>& repeated) {
     constexpr std::size_t kMostPlaces = std::size_t{1} << 16;

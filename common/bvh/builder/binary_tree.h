@@ -68,8 +68,7 @@ public:
     /// The root first. The places of the others depend on the threads, and some elements are
     /// unused: only those that the tree refers to count.
     AlignedVector<BinaryNode> nodes;
-    /// The refs that the build began with. Leaves keep their shapes in the memory of their refs,
-    /// which are not read any more.
+    /// The refs of the build, in whose memory leaves keep their shapes in the end.
     AlignedVector<PrimRef> refs;
     /// The triangles that no node has, in no order.
     std::vector<RepeatedTriangle> repeated;

@@ -20,10 +20,9 @@ private:
     std::size_t size_ = 0;
 };
 
-/// Finds for every binary node the cheapest way to cut its subtree into wide nodes. The cost is the
-/// sum of the areas of the wide nodes, to which a random ray's node visits are proportional (after
-/// H. Ylitie, T. Karras, S. Laine. Efficient incoherent ray traversal on GPUs through compressed
-/// wide BVHs. HPG 2017, section 3).
+/// Finds the cheapest way to cut each subtree into wide nodes. The cost is the sum of their areas,
+/// to which a random ray's visits are proportional (after H. Ylitie, T. Karras, S. Laine. Efficient
+/// incoherent ray traversal on GPUs through compressed wide BVHs. HPG 2017, section 3).
 class Collapse {
 public:
     /// Keeps the costs in `room` if that is large enough; the caller leaves the room alone while

@@ -128,9 +128,8 @@ struct Bins {
     }
 };
 
-// Bins an axis for sets that are split in chunks, where bins take little of the time, and for
-// others: more than 16 would make the build 7 % slower and the tree no better
-// (lab/notes/build_and_refit.md).
+// Bins an axis for sets that are split in chunks, and for others: more than 16 would make the build
+// 7 % slower and the tree no better (lab/notes/build_and_refit.md).
 inline constexpr std::size_t kManyBins = 32;
 inline constexpr std::size_t kFewBins = 16;
 using ManyBins = Bins<kManyBins>;

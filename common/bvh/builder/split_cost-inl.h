@@ -100,8 +100,7 @@ HWY_INLINE Float4 minus_extent(Float8 planes) {
     return min(low_half(planes) + high_half(planes), splat4(0.0f));
 }
 
-/// The cost of a part for each axis: half the area of its box (0 if it is empty), times the number
-/// of its triangles and kPartCost more.
+/// The cost of a part for each axis: half the area of its box, times its triangles and kPartCost.
 HWY_INLINE Float4 part_costs(const AxisBoxes& boxes, Int4 count) {
     Float4 d[3];
     transpose3(minus_extent(boxes.planes[0]), minus_extent(boxes.planes[1]),

@@ -139,8 +139,7 @@ struct Judgement {
     Verdict verdict = Verdict::kRight;
     /// By how many ulps the t of the answered plane exceeds the exact one; 0 unless both hit.
     double t_ulps = 0;
-    /// As ExactTriangle::edge_distance, of the exact candidate if there is one, otherwise of the
-    /// answered triangle; 0 for a right answer.
+    /// As ExactTriangle::edge_distance, of the exact or the answered triangle; 0 if right.
     double edge_distance = 0;
 };
 
@@ -161,8 +160,7 @@ public:
 private:
     /// The triangle as the ray meets it.
     ExactTriangle triangle(const Ray& ray, std::uint32_t prim_id) const;
-    /// Whether a parallel line, not farther away than the rule displaces vertices, gives this
-    /// answer within 4 ulp of t.
+    /// Whether a parallel line as near as the rule displaces vertices answers so within 4 ulp of t.
     bool seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;
 
     const Topology* topology_;

@@ -60,8 +60,7 @@ private:
 /// Built once constructed. The device and the mesh outlive it.
 class EmbreeScene {
 public:
-    /// `quality` LOW is the Morton build, MEDIUM binned SAH, HIGH with spatial splits, REFIT for
-    /// update(). `robust` is Embree's flag.
+    /// LOW is the Morton build, MEDIUM binned SAH, HIGH with spatial splits, REFIT for update().
     EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh, RTCBuildQuality quality,
                 bool robust = false);
 

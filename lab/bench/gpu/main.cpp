@@ -72,8 +72,7 @@ public:
     PeerTracer(std::shared_ptr<gpu::SharedDevice> device, const PeerTree& tree,
                const ImageParams& params, std::span<const Ray> rays);
 
-    /// Traces the rays of a mode once, those of kPeerShadow from the hits of the last kPeerCamera.
-    /// Returns milliseconds on the device.
+    /// Traces a mode's rays, those of kPeerShadow from the last kPeerCamera. Returns device ms.
     double trace(std::uint32_t mode);
 
     /// The hits of kPeerCamera or kPeerRays, with the prim_ids of the scene.

@@ -147,8 +147,7 @@ std::vector<vec3> PoseReader::world_positions(const MeshList& meshes) const {
     return world;
 }
 
-/// Makes the space that of `bounds` and brings all positions into it. Returns whether one of them
-/// is outside of its range.
+/// Makes the space that of `bounds`, with all positions in it. Returns whether one is outside.
 bool PoseReader::convert_all(const MeshList& meshes, std::span<const vec3> world,
                              const WorldBounds& bounds, mray::ThreadArena& arena) {
     space_ = mray::SceneSpace(bounds);
@@ -182,8 +181,7 @@ void PoseReader::find_space(const MeshList& meshes, std::span<const vec3> world,
     convert_all(meshes, world, extended, arena);
 }
 
-/// Reads a changed list into the space that is there. Returns false, and changes nothing, if a
-/// position is outside of its range.
+/// Reads a changed list into the space that is there. False: a position is outside of it.
 bool PoseReader::read_into_space(const MeshList& meshes, mray::ThreadArena& arena) {
     std::vector<vec3> before(meshes.topology().vertex_count);
     before.swap(positions_);
