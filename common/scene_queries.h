@@ -54,7 +54,6 @@ struct FloatWinding {
 
 /// A triangle that floats cannot decide on for a point.
 struct UncertainCrossing {
-    /// Its place among the points of the call.
     std::uint32_t point;
     std::uint32_t prim_id;
 
@@ -64,8 +63,7 @@ struct UncertainCrossing {
 /// More than any squared distance in scene space.
 inline constexpr float kAnyDistance2 = 0x1p+90f;
 
-/// The triangle closest to a point, the lowest prim_id of equally close ones; kNoPrim if there is
-/// none within reach. closest_on_triangle() gives the place.
+/// The closest triangle, the lowest prim_id of equally close ones; kNoPrim: none within reach.
 struct ClosestTriangle {
     float d2 = 0;
     std::uint32_t prim_id = kNoPrim;

@@ -168,8 +168,7 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
     });
 }
 
-/// Records the list of visible pixels, and their first secondary rays, at most `batch`. Records
-/// nothing that counts if camera rays are suspended.
+/// Records the list of visible pixels and at most `batch` secondary rays.
 void ImageTracer::record_secondary(VkCommandBuffer commands, const RegionArguments& region,
                                    std::uint32_t batch) {
     kernels_.compact.dispatch(commands, region, region.tile_count);

@@ -75,8 +75,7 @@ void Kernels::prepare(std::span<Kernel* const> needed, const Watch& watch) {
         }
     }
     if (missing.empty()) return;
-    // One thread besides this one takes the slower half. More would gain little, and memory that is
-    // freed by many short threads stays with the process.
+    // One more thread takes the slower half. More would gain little, and keep freed memory.
     const std::span all_missing(missing);
     const std::size_t half = (missing.size() + 1) / 2;
     const auto rest = all_missing.subspan(half);

@@ -60,7 +60,6 @@ private:
     std::uint64_t bound_version_ = 0;
 };
 
-/// The number of workgroups that a number of lanes needs.
 inline std::uint32_t groups_of(std::uint32_t lanes) {
     return (lanes + kGroupSize - 1) / kGroupSize;
 }

@@ -66,8 +66,7 @@ UniqueBufferView words_of(Device& device, BufferKind kind, const Buffer& buffer)
     return texel_view(device, buffer, kWord);
 }
 
-/// Three vertices and the albedo of each triangle; a single triangle of vertex 0 if there are none,
-/// since lanes without a hit read the first triangle.
+/// Vertices and albedo of each triangle, at least one: lanes without a hit read the first.
 std::vector<uvec4> with_albedo(const Topology& topology) {
     std::vector<uvec4> texels(std::max<std::size_t>(topology.triangles.size(), 1), uvec4(0));
     for (std::size_t i = 0; i < topology.triangles.size(); ++i) {

@@ -26,11 +26,9 @@ public:
     std::uint32_t triangle_count() const { return triangle_count_; }
     std::uint32_t node_count() const { return tree_.level_begin.back(); }
     std::uint32_t leaf_count() const { return tree_.leaf_count; }
-    /// The number of triangles that are in no leaf (Bvh::repeated).
     std::uint32_t repeated_count() const {
         return static_cast<std::uint32_t>(tree_.repeated.size());
     }
-    /// The triangles that `first` stands for besides itself.
     std::span<const RepeatedTriangle> repeats_of(std::uint32_t first) const {
         return mray::repeats_of(tree_.repeated, first);
     }

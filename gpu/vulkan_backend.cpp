@@ -239,8 +239,7 @@ void VulkanBackend::edit_tree(const TreeEdit& edit) {
     lacks_boxes_ = true;
 }
 
-/// Drops the scene with its deferred refit. Until the next set_scene() nothing is hit. Makes
-/// nothing on the device, which may have no memory left.
+/// Drops scene and deferred refit: nothing is hit. Makes nothing: memory may be used up.
 void VulkanBackend::clear() {
     context_.drop_deferred();
     is_behind_ = false;

@@ -69,7 +69,6 @@ SHARED_CONST uint kMostShadedTileBits = 8u;
 // Specialisation constant 0: the iterations before a lane suspends its ray (base/lavapipe.h).
 SHARED_CONST uint kConstantStepBudget = 0u;
 
-// Bits of WorkHeader.status.
 SHARED_CONST uint kStatusStackOverflow = 1u;
 
 /// The start of the work buffer. The host sets it to 0 before a pass over rays.

@@ -1,5 +1,4 @@
-// morphray chart and view, which may not be built in: chart becomes the program morphray-chart
-// (lab/accuracy/charts/main.cpp), view opens a window.
+// morphray chart and view, if they are built in: chart becomes the program morphray-chart.
 #include <fmt/format.h>
 #include <unistd.h>
 

@@ -102,8 +102,7 @@ private:
                          {.threads = options_.backend.threads});
     }
 
-    /// Returns the time of a run. One to warm up comes before it in the first round, and for short
-    /// stages in all, because other stages have emptied the caches.
+    /// The time of a run, after one to warm up in the first round, and for short stages in all.
     double run(const std::function<double()>& stage_ms, bool is_first_round) {
         const double first = stage_ms();
         return is_first_round || first < kLongMs ? stage_ms() : first;

@@ -12,8 +12,7 @@
 namespace mray::app {
 namespace {
 
-// Pixels that a byte stands for at most: a Huffman code has a bit at least, for a block of 8x8
-// values of a channel that has one for 4x4 pixels at least.
+// The most pixels a byte: a Huffman code of one bit, for 8x8 values of one for 4x4 pixels each.
 constexpr std::uint64_t kMostPixelsPerByte = 8 * 32 * 32;
 // Other methods differ between versions. Damage would give grey pixels, and any number of scans.
 constexpr int kFlags =

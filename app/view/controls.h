@@ -18,8 +18,7 @@ struct InputActions {
     bool quits = false;
 };
 
-/// Turns input on the image, as opposed to widgets, into movements of the camera and of time, in
-/// parts of `height`. `first_camera` is the one to go back to.
+/// Turns input on the image into movements of camera and time, in parts of `height`.
 InputActions apply_input(float height, std::span<const KeyPress> keys, const Camera& first_camera,
                          ViewState& state);
 

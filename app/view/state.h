@@ -108,8 +108,7 @@ struct ViewState {
 /// The state at the start. Throws Error for an impossible view.
 ViewState initial_state(const ViewOptions& options, const Animation& animation, double frame);
 
-/// The steps from a fast image, 0, to the one wanted: with ambient occlusion, then 4, 16 and 64
-/// samples as far as ViewState::samples goes.
+/// The steps from a fast image, 0, by ambient occlusion and 4 and 16 samples to the one wanted.
 int last_step(const ViewState& state);
 
 /// The image to trace at a step.

@@ -18,8 +18,7 @@ std::string read_input_file(const std::filesystem::path& path,
 /// A regular file that is read in parts. Threads may share one.
 class InputFile {
 public:
-    /// Never waits for a pipe or device. Throws Error(kBadInput) if the file is missing,
-    /// unreadable, a folder, a pipe, a device or a loop of links.
+    /// Never waits for a pipe or device. Throws Error(kBadInput) unless it can read a regular file.
     explicit InputFile(const std::filesystem::path& path);
     ~InputFile();
     InputFile(const InputFile&) = delete;

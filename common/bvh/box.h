@@ -44,8 +44,7 @@ inline Box padded(const Box& bounds) {
     return box;
 }
 
-/// Half the surface area; 0 for an empty box. In double, in which products of scene-space extents
-/// are exact enough for equal areas to compare equal.
+/// Half the surface area; 0 for an empty box. In double, so that equal areas compare equal.
 inline double half_area(const Box& b) {
     if (b.empty()) return 0;
     const double dx = static_cast<double>(b.upper.x) - b.lower.x;

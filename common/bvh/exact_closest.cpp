@@ -19,12 +19,10 @@ namespace {
 /// The closest triangle to a point among some, the lowest prim_id of equally close ones.
 class ClosestChoice {
 public:
-    /// `lower` and `upper` are those of a box around the triangles.
     ClosestChoice(const dvec3& p, vec3 lower, vec3 upper);
 
     /// A lower bound, by which boxes may be visited in order.
     double least(vec3 lower, vec3 upper) const;
-    /// False if nothing at this distance or farther is the closest.
     bool is_open(double least) const { return least <= most_; }
     /// Calls use(slot) for the children of a node whose boxes plain distances leave open.
     template <class Use>

@@ -69,7 +69,6 @@ bool is_inside(const dvec3& p, const std::array<dvec3, 3>& x, DoublePlace& insid
     return inside.is_certain && least > 0;
 }
 
-/// The place on the edge i, and whether it is known where it ends.
 DoublePlace place_on_edge(const dvec3& p, const std::array<dvec3, 3>& x, int i) {
     const int j = (i + 1) % 3;
     const dvec3 e = x[j] - x[i];

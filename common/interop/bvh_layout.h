@@ -29,8 +29,7 @@ SHARED_CONST uint kNodeChild = 24u;
 SHARED_CONST uint kLeafVec4s = 20u;
 SHARED_CONST uint kLeafPrimIds = 16u;
 
-// The builder never exceeds this many levels of nodes; a depth-first traversal that pushes all
-// children of a node then needs this much stack.
+// The most levels of nodes, and the stack of a depth-first traversal that pushes all children.
 SHARED_CONST uint kMaxDepth = 16u;
 SHARED_CONST uint kMaxStack = 241u;  // kMaxDepth * (kWidth - 1) + 1
 

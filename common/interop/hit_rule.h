@@ -271,8 +271,7 @@ SHARED Bool exact_hit(ShearedRay s, Edges e, Float za, Float zb, Float zc, OUT(T
     return may_be_inside(e) && is_certain && greater(abs(e.u), greater(abs(e.v), abs(e.w))) > 0.0f;
 }
 
-/// A vertex that is not finite is stored as kInvalidCoordinate on all axes; its triangles are never
-/// hit. a, b, c: any one coordinate of the vertices.
+/// Vertices that are not finite are kInvalidCoordinate. a, b, c: any one coordinate of each.
 SHARED Bool finite_coordinates(Float a, Float b, Float c) {
     return greater(a, greater(b, c)) <= kSceneExtent;
 }
@@ -291,8 +290,7 @@ SHARED Bool is_in_range(Float t, Float tnear, Float tfar) {
     return t > 0.0f && t >= tnear && t <= tfar;
 }
 
-/// Whether a hit is closer than the closest so far: nearer, or as near with a smaller id. Before
-/// the first hit the closest is (tfar, kNoPrim).
+/// Whether a hit is nearer, or as near with a smaller id; the closest begins as (tfar, kNoPrim).
 SHARED Bool is_closer(Float t, Uint prim_id, Float closest_t, Uint closest_prim) {
     return t < closest_t || (t == closest_t && prim_id < closest_prim);
 }

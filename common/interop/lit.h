@@ -1,5 +1,4 @@
-// The colours of lit images: a light with shadows, the sky above the scene, smooth normals; and
-// false colours. In the same exact operations as all results.
+// The colours of lit images, and false colours, in the same exact operations as all results.
 #if !defined(COMMON_INTEROP_LIT_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_LIT_H
 #define COMMON_INTEROP_LIT_H
@@ -64,7 +63,6 @@ SHARED Surface smooth_surface(Surface s, Float3 a, Float3 b, Float3 c, Float3 na
 }
 
 #ifndef SHARED_LANES
-/// From just off surface a to just off surface b.
 SHARED Ray ray_between(Surface a, Surface b) {
     Ray ray;
     ray.org = off_surface(a, a.size);
@@ -83,7 +81,6 @@ SHARED Float openness(Float occluded, Float count) {
     return greater(r, broadcast(0.0f));
 }
 
-/// a at 0, b at 1.
 SHARED Float blend(Float a, Float b, Float x) {
     PRECISE Float r = a + x * (b - a);
     return r;
@@ -174,8 +171,7 @@ SHARED Uint normal_colour(Float3 n) {
     return pack_rgb(to_uint(x), to_uint(y), to_uint(z));
 }
 
-/// A depth as a grey: white up to depth `near`, darker in proportion to the distance from there,
-/// 1/16 (linear) from near + 15/16 / per_depth on.
+/// A depth as a grey: white up to `near`, then darker to 1/16 from near + 15/16 / per_depth on.
 SHARED Uint depth_colour(Float depth, Float near, Float per_depth) {
     PRECISE Float k = 1.0f - (depth - near) * per_depth;
     Float grey = lesser(greater(k, 0.0625f), 1.0f);

@@ -118,8 +118,7 @@ SHARED Float3 sphere_point(Uint n) {
     PRECISE Float radius2 = 1.0f - z * z;
     PRECISE Float radius =
         select(radius2 > 0.00000095367431640625f, radius2 * rsqrt(radius2), 0.0f);  // 2^-20
-    // The upper two bits are the quadrant, the others an angle in [-pi/4, pi/4), whose sine and
-    // cosine are Taylor polynomials with an error below 4e-6.
+    // Two bits are the quadrant, others an angle in [-pi/4, pi/4); Taylor's errors are below 4e-6.
     PRECISE Float a = signed_unit(v << 2u) * 0.785398185253143310546875f;
     PRECISE Float a2 = a * a;
     PRECISE Float s2 =

@@ -12,7 +12,6 @@ namespace mray {
 struct ShellResult {
     /// The command's exit status; -1 if it did not start or was ended by a signal.
     int status = -1;
-    /// Its standard output.
     std::string text;
 };
 
@@ -39,7 +38,6 @@ inline std::string shell_quoted(const std::string& argument) {
     return quoted + "'";
 }
 
-/// All arguments, quoted where necessary, with blanks between.
 inline std::string shell_line(std::span<const std::string> arguments) {
     std::string line;
     for (const std::string& argument : arguments) {

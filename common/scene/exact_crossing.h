@@ -1,5 +1,4 @@
-// Crossings that floats cannot decide: of a half-line, in exact integers, and of a ray through an
-// edge or a vertex that several triangles share.
+// Exact crossings: of a half-line that floats cannot decide, of rays through edges or vertices.
 #pragma once
 
 #include <cstdint>

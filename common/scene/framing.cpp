@@ -19,8 +19,7 @@ const dvec3 kDefaultSide(0.45, 0.4, 1);
 constexpr double kFramingMargin = 1.02;
 // The image is larger than an object by this factor. Its shadow has kFramingMargin.
 constexpr double kObjectMargin = 1.15;
-// The light is above the object, and by these parts of that to the left and in front: most of the
-// shadow falls behind. The distance is in radii.
+// The light is above, by these parts to the left and in front: shadows fall behind. In radii.
 constexpr double kLightLeft = 0.4;
 constexpr double kLightFront = 0.8;
 constexpr double kLightDistance = 8;
@@ -28,7 +27,6 @@ constexpr double kLightDistance = 8;
 // nearly 180 degrees would put the eye into the nearest corner.
 constexpr double kLeastDepth = 0.05;
 
-// The scene as framing sees it: a box around a middle.
 struct SceneBox {
     dvec3 centre = {0, 0, 0};
     dvec3 half = dvec3(1, 1, 1) / std::sqrt(3.0);
@@ -149,7 +147,6 @@ struct SeenObject {
     std::vector<vec3> vertices;
     std::vector<vec3> shadows;
 
-    // Returns framing_distance() with margins for both.
     double distance(const HalfSlopes& slopes, const dvec3& target) const {
         const Axes axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
         return framing_distance(slopes, axes, kLeastDepth, [&](const auto& visit) {

@@ -48,8 +48,7 @@ double exact_centre(double lower, double upper) {
     return static_cast<float>((lower + upper) / 2);
 }
 
-/// A coordinate of scene space, rounded once to a float on the grid. A value below the grid must
-/// not round to a float denormal on the way to it.
+/// Rounds once to a float on the grid. Values below it must not become denormals on the way.
 float to_grid(double scaled) {
     return std::abs(scaled) < 0x1p-60 ? 0.0f : snap_coordinate(static_cast<float>(scaled));
 }

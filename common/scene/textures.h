@@ -19,7 +19,6 @@ struct Texcoord {
     bool operator==(const Texcoord&) const = default;
 };
 
-/// The points of the corners of a triangle.
 using Texcoords = std::array<Texcoord, 3>;
 
 /// An image file, and whether its border pixels go on outside of it; otherwise it repeats.
@@ -44,7 +43,6 @@ struct TextureFile {
 struct SceneTextures {
     std::vector<TextureFile> files;
     std::vector<Texcoords> texcoords;
-    /// Indices of `files`, or kNoTexture.
     std::vector<std::uint32_t> texture_ids;
 };
 

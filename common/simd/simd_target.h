@@ -1,5 +1,4 @@
-// The instruction sets that SIMD code is compiled for. They are values: one process can use several
-// side by side, and no global state is switched.
+// The instruction sets that SIMD code is compiled for: values that a process uses side by side.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +21,6 @@ struct SimdTarget {
 /// tens of microseconds in a virtual machine: not to be called for each batch.
 std::vector<SimdTarget> supported_simd_targets();
 
-/// Returns the names in a list: "avx512, avx2, ssse3".
 std::string names_of(const std::vector<SimdTarget>& targets);
 
 /// The target of that name, or the best one for "" and "best". Throws Error: kBadArgument for a

@@ -24,8 +24,7 @@ class TriangleSample {
 public:
     explicit TriangleSample(const Topology& topology);
 
-    /// The sum of half the areas of the sampled triangles' boxes, in scene space, without triangles
-    /// that have a vertex that is not finite. 0 for no triangles.
+    /// The sum of half the areas of the boxes of sampled triangles that are finite; 0 for none.
     double area(std::span<const vec3> positions) const;
 
 private:

@@ -19,7 +19,6 @@ using namespace simd::HWY_NAMESPACE;
 inline constexpr int kSquareBefore = 1;
 inline constexpr int kSquareAfter = static_cast<int>(kAoSquareSide) - 1 - kSquareBefore;
 
-// Behind the scene in false colours.
 inline constexpr std::uint32_t kNoColour = 0xFF000000u;
 
 // Samples without a hit before the first and after the last one of a row.

@@ -23,7 +23,6 @@ struct LitSamples {
     const ImageParams& params;
     std::uint32_t side;
     LitKind kind;
-    /// The unit vector upwards.
     vec3 up;
     /// For kDepth, as in depth_colour().
     float near;

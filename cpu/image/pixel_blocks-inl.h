@@ -119,8 +119,7 @@ HWY_INLINE UintVec lanes_below(Mask m) {
     return hn::PromoteTo(kUints, hn::LoadU(hn::Rebind<std::uint8_t, UintTag>(), bytes));
 }
 
-/// The normals of the triangles that up to kMostPixels pixels show. Pixels are added a vector at a
-/// time: columns of four, one after the other.
+/// The normals of what kMostPixels pixels show. Columns of four follow each other.
 class ShownTriangles {
 public:
     static constexpr std::uint32_t kMostPixels = 256;

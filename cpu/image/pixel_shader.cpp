@@ -42,7 +42,6 @@ HWY_INLINE lanes::Float3 directions_of(const PixelPart& part, const PixelLanes& 
         lanes::camera_direction(part.params.camera, pixels.x, pixels.y));
 }
 
-/// The surfaces that a strip shows.
 class ShownSurfaces {
 public:
     explicit ShownSurfaces(const PixelPart& part) : part_(part) {}
@@ -73,7 +72,6 @@ public:
         return lanes::surface_with(org, dir, pixels.t, triangles_.normals(i));
     }
 
-    /// The albedos of the pixels whose surfaces were last asked for.
     HWY_INLINE UintVec albedos() const { return triangles_.albedos(next_ - 1); }
 
 private:

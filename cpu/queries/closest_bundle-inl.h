@@ -41,8 +41,7 @@ struct AskedPairs : PointTriangles {
 /// At most kLanes points, and the closest triangle of each so far.
 class ClosestBundle {
 public:
-    /// `near_leaf` is a leaf to begin with, in which points nearby had their answer; becomes one of
-    /// these points. All arguments must outlive it.
+    /// It begins with `near_leaf`, that of points nearby, and sets it. Arguments must outlive it.
     HWY_INLINE ClosestBundle(const Bvh& bvh, std::span<const vec3> points, float most_d2,
                              std::uint32_t& near_leaf)
         : bvh_(bvh), asked_(points), near_leaf_(near_leaf), points_(points) {

@@ -8,8 +8,7 @@
 
 namespace mray::cpu {
 
-/// Answers over a tree that outlives it, with the bits of BruteTracer. Threads may share one.
-/// Neighbours among the points of a call help each other.
+/// Answers over a tree that outlives it; neighbours among points help. Threads may share one.
 class TreeQueries {
 public:
     TreeQueries(const Bvh& bvh, SimdTarget target);
@@ -21,8 +20,7 @@ private:
     void (*answer_)(const Bvh&, const QueryBatch&);
 };
 
-/// Sets places[i] to closest_on_triangle() of points[i] and the triangle closest[i], with its bits;
-/// to any place if there is none. Scene space.
+/// Sets places[i] to closest_on_triangle() of points[i] and triangle closest[i], if there is one.
 void find_places(SimdTarget target, std::span<const vec3> points,
                  std::span<const ClosestTriangle> closest, std::span<const uvec3> triangles,
                  std::span<const vec3> positions, std::span<NearPoint> places);

@@ -55,10 +55,9 @@ struct Direction {
     }
 };
 
-/// The sides of up to kLanes triangles.
 class TriangleSides {
 public:
-    /// Vertices are relative to the centre; `extent` is the largest coordinate of the points.
+    /// `extent` is the largest coordinate of the points.
     HWY_INLINE TriangleSides(const lanes::Float3& a, const lanes::Float3& b, const lanes::Float3& c,
                              FloatVec extent) {
         const FloatVec size = max3(lanes::largest_component(a), lanes::largest_component(b),

@@ -22,8 +22,7 @@ public:
     HWY_INLINE explicit WindingBundle(std::span<const vec3> points)
         : points_(points), used_(mask_of((1u << points.size()) - 1)) {}
 
-    /// Calls uncertain(i, prim_id) for the triangles that floats cannot decide on for point i.
-    /// Returns whether it did not give up after `most_leaves`.
+    /// Calls uncertain(i, prim_id) where floats cannot decide. False: gave up after `most_leaves`.
     template <class Uncertain>
     HWY_INLINE bool search(const Bvh& bvh, std::size_t most_leaves, Uncertain uncertain) {
         const auto met = [&](const Node& node) HWY_ATTR {

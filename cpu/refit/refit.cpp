@@ -81,8 +81,7 @@ HWY_INLINE Float4 plane_pads(Float4 planes, Float4 extent) {
     return splat4(kPadOfExtent) * extent + splat4(kPadOfPlane) * hn::Abs(planes);
 }
 
-/// Gives a slot the padded box of the bounds in the first three lanes of each block. Returns false,
-/// and sets nothing, if a vertex is not finite.
+/// Gives a slot the padded box of bounds in three lanes a block. False: a vertex is not finite.
 HWY_INLINE bool set_finite_slot(Node* nodes, std::uint32_t parent, FloatVec lower, FloatVec upper) {
     const Float4 least =
         reduce_blocks(kFloats, lower, [](auto a, auto b) HWY_ATTR { return hn::Min(a, b); });

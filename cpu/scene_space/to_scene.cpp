@@ -19,7 +19,6 @@ namespace mray::cpu {
 /// The largest exponent of a factor: the power of two and its inverse are normal floats.
 constexpr int kMostExponent = 126;
 
-/// Facts about a run of positions.
 enum MadeFlag { kNotFinite = 1, kOutside = 2, kNotInvertible = 4 };
 }  // namespace mray::cpu
 #endif

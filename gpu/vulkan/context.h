@@ -62,7 +62,6 @@ private:
     UniqueFence fence_;
     UniqueQueryPool queries_;
     std::optional<DeferredWork> deferred_;
-    /// Timestamps of the commands that are recorded or submitted.
     std::uint32_t stamp_count_ = 0;
 };
 

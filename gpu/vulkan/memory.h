@@ -16,7 +16,6 @@ namespace mray::gpu {
 /// An allocation, mapped for as long as it lives if the host sees it. Threads may share it.
 class MemoryBlock {
 public:
-    /// Throws Error(kLimit) if there is not enough memory.
     MemoryBlock(VkDevice device, const std::string& name, VkDeviceSize size, std::uint32_t type,
                 bool is_mapped);
 

@@ -22,8 +22,7 @@ inline constexpr std::uint32_t kMostArgumentBytes = 128;
 /// Threads may share it.
 class Pipeline {
 public:
-    /// Bindings come from the SPIR-V. `specialisation` has values of the 32-bit constants 0, 1,
-    /// ...; those that the kernel does not have are ignored.
+    /// Bindings come from the SPIR-V. `specialisation` has the values of 32-bit constants 0, 1, ...
     Pipeline(Device& device, std::span<const std::uint32_t> spirv,
              std::span<const std::uint32_t> specialisation = {});
 

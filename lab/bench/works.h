@@ -26,8 +26,7 @@ double timed_in(ThreadArena& arena, const Work& work) {
     return timed([&] { arena.execute(work); });
 }
 
-/// By every suitable tracer, against each group of Embree's ways: the fastest of a trial over its
-/// trees and instruction sets, then in turn with ours.
+/// By every suitable tracer, against each group of Embree's ways: the fastest of a trial.
 void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& embree,
                  const TraceWork& work);
 

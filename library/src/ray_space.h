@@ -63,8 +63,7 @@ public:
     std::optional<int> to_scene(const Ray& world, mray::Ray& scene) const;
     /// Converts at most SceneRays::kMost rays. Those that hit nothing get no interval.
     void to_scene(std::span<const Ray> rays, mray::cpu::SceneRays& scene) const;
-    /// Converts a finite point. `scene` is the same in floats if it is within kMostPoint, else one
-    /// that lies on the same sides of the scene.
+    /// Converts a finite point. Beyond kMostPoint `scene` is one on the same sides.
     void to_scene(const Vec3& world, glm::dvec3& exact, mray::vec3& scene) const;
     /// t in world space of a ray with this t_exponent, rounded to a float, at most the largest.
     float to_world_t(const Ray& world, float t, int t_exponent) const {

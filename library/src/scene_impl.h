@@ -220,8 +220,7 @@ void for_ordered_parts(SceneImpl& scene, std::span<const Ray> rays, bool sorts, 
         most);
 }
 
-/// Calls ask(first, count) for parts of [0, total): on the threads of the host, or for one part
-/// after the other of a device. Throws Error(kCancelled).
+/// Calls ask(first, count) for parts of [0, total), on a device in turn. Throws Error(kCancelled).
 template <class Ask>
 void ask_in_parts(SceneImpl& scene, std::size_t total, const QueryOptions& options, Ask ask) {
     // Enough for streams of each octant of directions.
@@ -257,8 +256,7 @@ mray::ViewSpec to_spec(const View& view);
 void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, TracedImage& traced,
                 Image& image);
 
-// The passes of render_lit() that trace rays. Both return the number of rays that they took. They
-// throw what the backend throws, and Error(kCancelled).
+// The passes of render_lit() that trace. Both return their number of rays; they may be cancelled.
 
 /// Makes of an image without holes that of a trace through them. A hit in a hole is followed by the
 /// next hit of its ray: camera rays first, then shadow rays and rays of the sky.

@@ -82,8 +82,7 @@ bool trace_tile(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> a
     return true;
 }
 
-/// Traces rows of an image, as many as have tiles, until `cancel` is true. Returns the number of
-/// their rays. Runs in this thread if `arena` is null.
+/// Traces rows of an image that have tiles; returns their rays. In this thread without `arena`.
 template <class Answer>
 std::size_t trace_image(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> answers,
                         std::size_t row, mray::ThreadArena* arena, Cancel cancel) {

@@ -10,7 +10,6 @@ layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { RegionArguments args; };
 
-/// The lane's pixel within its tile.
 uvec2 tile_pixel() {
     uint lane = gl_LocalInvocationID.x;
     uint x = (lane & 3u) | ((lane >> 1u) & 4u);
@@ -18,7 +17,6 @@ uvec2 tile_pixel() {
     return uvec2(x, y);
 }
 
-/// The lane's pixel within the region.
 uvec2 region_pixel() {
     uint tile = spread_group(gl_WorkGroupID.x, args.tile_count);
     return uvec2(tile % args.tile_columns, tile / args.tile_columns) * kTileSize + tile_pixel();

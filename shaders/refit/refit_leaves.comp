@@ -1,5 +1,4 @@
-// Writes the new positions of vertices to leaves, their padded boxes to the slots of their parents,
-// and the padded boxes of groups of four triangles.
+// Writes positions to leaves, and padded boxes to parents' slots and for groups of four triangles.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"

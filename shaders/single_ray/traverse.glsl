@@ -87,7 +87,6 @@ vec4 distances(uvec4 planes, float org, float rdir) {
 /// What a ray meets of four boxes.
 struct FourBoxes {
     bvec4 is_hit;
-    /// The least depth of hits in each.
     vec4 least;
 };
 
@@ -231,8 +230,7 @@ uint visit_leaf(inout Traversal t, Ray ray, NodeRay boxes, ShearedRay sheared, b
     return 6u + count + pop(t);
 }
 
-/// Continues until the answer is known (finished()) or the lane's steps are used up. An any-hit
-/// traversal ends with some best_prim, not the closest.
+/// Continues until finished() or the steps are used up. Any hits end with some best_prim.
 void traverse(inout Traversal t, Ray ray, bool any_hit) {
     NodeRay boxes = node_ray(slab_ray(ray.org, ray.dir));
     ShearedRay sheared = shear_ray(ray.org, ray.dir);

@@ -44,8 +44,7 @@ CheckedBackends make_checked_backends(const BackendOptions& options, const Messa
 /// CPU traces the tree that the CPU refitted and the new one.
 class CrossChecker {
 public:
-    /// Builds at the first of the report's frames. Compares only the CPU without a device. Throws
-    /// what animation, builder and backends throw.
+    /// Builds at the first of the report's frames. Compares only the CPU without a device.
     CrossChecker(const CrosscheckOptions& options, SceneFrames& scene, CheckedBackends& backends,
                  Json& report);
 

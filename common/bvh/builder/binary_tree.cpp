@@ -24,8 +24,7 @@ static_assert(kMaxTriangles <= std::uint64_t{1} << (kMaxBinaryHeight - kMedianDe
 
 constexpr std::size_t kTaskSize = 2048;
 
-// Up to here every position is tried. With more a build takes longer, and the
-// tree is no cheaper (lab/notes/build_and_refit.md).
+// Up to here every position is tried. More gains nothing (lab/notes/build_and_refit.md).
 constexpr std::size_t kSweepSize = 24;
 static_assert(kSweepSize <= kFewRefs);
 

@@ -65,8 +65,7 @@ public:
 
     /// Ascending in every leaf.
     AlignedVector<std::uint32_t> prim_ids;
-    /// The root first. The places of the others depend on the threads, and some elements are
-    /// unused: only those that the tree refers to count.
+    /// The root first. Places of others depend on threads, and some are unused.
     AlignedVector<BinaryNode> nodes;
     /// The refs of the build, in whose memory leaves keep their shapes in the end.
     AlignedVector<PrimRef> refs;

@@ -86,8 +86,7 @@ WideChildren Collapse::children(std::uint32_t node, std::uint32_t levels_left) c
     const auto fits = [&](std::uint32_t child) { return nodes_[child].height <= height_limit; };
     const std::span<const std::uint32_t> found = result.nodes();
     if (std::all_of(found.begin(), found.end(), fits)) return result;
-    // Opening all that is too high makes at most 2^4 children: each is at most four levels down,
-    // because the node itself is no higher than height_limit + 4.
+    // At most 2^4 children: none is more than four levels down, as height_limit + 4 is the most.
     result = {};
     add_levels(left, height_limit, result);
     add_levels(left + 1, height_limit, result);

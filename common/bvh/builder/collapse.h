@@ -25,8 +25,7 @@ private:
 /// incoherent ray traversal on GPUs through compressed wide BVHs. HPG 2017, section 3).
 class Collapse {
 public:
-    /// Keeps the costs in `room` if that is large enough; the caller leaves the room alone while
-    /// this object lives. Runs in the calling thread's arena.
+    /// Keeps the costs in `room`, which outlives it, if that is large enough. Runs in the arena.
     explicit Collapse(std::span<const BinaryNode> nodes, std::span<std::byte> room = {});
 
     /// The 2 to 16 children of the wide node that an inner node becomes. The subtree fits in

@@ -41,8 +41,7 @@ struct alignas(32) PrimRef {
 /// The ref of a triangle, whose box leaves out vertices that are not finite.
 PrimRef make_ref(const Topology& topology, std::span<const vec3> positions, std::uint32_t prim_id);
 
-/// make_ref for the triangles first .. first + refs.size() - 1, many times as fast. positions has
-/// one entry for each vertex of the topology.
+/// make_ref for the triangles first .. first + refs.size() - 1, many times as fast.
 void make_refs(const Topology& topology, std::span<const vec3> positions, std::uint32_t first,
                std::span<PrimRef> refs, const SimdTarget& target = best_simd_target());
 
@@ -75,7 +74,6 @@ std::size_t split_median(std::span<const PrimRef> refs, PrimRef* out,
 
 // ---- Data that pass between the steps of a split
 
-/// The cheapest place found so far.
 struct Split {
     float cost = std::numeric_limits<float>::infinity();
     int axis = 0;

@@ -22,7 +22,6 @@ HWY_INLINE Box box_of(Float4 lower, Float4 upper) {
     return {{l[0], l[1], l[2]}, {u[0], u[1], u[2]}};
 }
 
-/// A register whose first three lanes are a vertex.
 HWY_INLINE Float4 load_vertex(std::span<const vec3> positions, std::uint32_t vertex) {
     // Nothing may follow the last vertex in memory.
     if (vertex == positions.size() - 1) [[unlikely]] {
@@ -124,7 +123,6 @@ struct CheapestPlaces {
         position = select(better, splat4(static_cast<std::int32_t>(other_position)), position);
         left_size = select(better, other_left_size, left_size);
     }
-    /// The first axis of several as cheap.
     HWY_INLINE Split best() const {
         alignas(16) float costs[4];
         alignas(16) std::int32_t positions[4];

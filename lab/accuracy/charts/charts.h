@@ -34,8 +34,7 @@ struct Measured {
     double mrays = 0;
 };
 
-/// Compares the answers of each method with exact ones. The time is the least of `rounds`, because
-/// disturbances of the machine only add time.
+/// Compares the answers of each method with exact ones. Times are the least of `rounds`.
 std::vector<Measured> measure(const ChartScene& scene, std::span<const Method> methods, int rounds);
 
 struct Chart {

@@ -10,8 +10,7 @@
 namespace mray::accuracy {
 namespace {
 
-/// The usual slab test, with far ends enlarged by 2 ulp (T. Ize. Robust BVH ray traversal. JCGT
-/// 2(2), 2013), so that no box that the ray meets is missed.
+/// The usual slab test, far ends enlarged by 2 ulp (T. Ize. Robust BVH ray traversal. JCGT 2013).
 class PaddedSlabs {
 public:
     explicit PaddedSlabs(const Ray& ray)

@@ -49,8 +49,7 @@ std::size_t batch_size(const QueryArray& rays, Coherence coherence);
 void for_each_batch(const QueryArray& rays, std::size_t batch_size,
                     const std::function<void(std::size_t, std::span<const Ray>)>& work);
 
-/// Any number of queries or one change at a time use a scene; here a query during an update is an
-/// error. Members give up the GIL while they work.
+/// A scene has queries or one change at a time. Members give up the GIL while they work.
 class PyScene {
 public:
     PyScene(const std::vector<BorrowedMesh>& meshes, const Device& device,
