@@ -1,8 +1,5 @@
 // The pixels of lanes. A workgroup is a tile of 8x8 pixels. Each power of two of lanes covers a
 // block that is as square as possible, for every width of a subgroup.
-#ifndef SHADERS_BASE_REGION_GLSL
-#define SHADERS_BASE_REGION_GLSL
-
 #include "shaders/kernel_interface.h"
 #include "shaders/base/lavapipe.h"
 
@@ -25,5 +22,3 @@ uvec2 region_pixel() {
 bool within_region(uvec2 pixel) { return pixel.x < args.width && pixel.y < args.height; }
 
 uint answer_index(uvec2 pixel) { return pixel.y * args.width + pixel.x; }
-
-#endif  // SHADERS_BASE_REGION_GLSL

@@ -4,9 +4,6 @@
 // and write memory in sequence; six of them reduce a plane each. An atomic climb would take a single
 // dispatch, but gives wrong boxes on devices whose device-scope barriers fail in non-uniform control
 // flow.
-#ifndef SHADERS_REFIT_REFIT_GLSL
-#define SHADERS_REFIT_REFIT_GLSL
-
 #include "shaders/base/buffers.glsl"
 #include "shaders/kernel_interface.h"
 
@@ -79,5 +76,3 @@ float united_plane(uint p) {
 void store_plane(uint parent, uint p, float value) {
     store_word(plane_at(parent / kWidth, p) + parent % kWidth, value);
 }
-
-#endif  // SHADERS_REFIT_REFIT_GLSL

@@ -1,8 +1,5 @@
 // The traversal of one ray a lane over the shared layout, depth first, nearest child next. The
 // answer is that of the hit rule (common/interop/hit_rule.h) in any order of visits.
-#ifndef SHADERS_SINGLE_RAY_TRAVERSE_GLSL
-#define SHADERS_SINGLE_RAY_TRAVERSE_GLSL
-
 #extension GL_EXT_control_flow_attributes : require
 
 #include "common/interop/slab.h"
@@ -242,5 +239,3 @@ void traverse(inout Traversal t, Ray ray, bool any_hit) {
             steps += visit_leaf(t, ray, boxes, sheared, any_hit);
     } while (t.current != kEmptyChild && steps < kSteps);
 }
-
-#endif  // SHADERS_SINGLE_RAY_TRAVERSE_GLSL
