@@ -60,6 +60,47 @@ bool holds(const SceneSpace& space, const double corner[3]) {
     return farthest <= kSceneExtent;
 }
 
+/// The error of a - b as it is rounded (D. E. Knuth's two-sum).
+double difference_error(double a, double b) {
+    const double rounded = a - b;
+    const double of_b = rounded - a;
+    return (a - (rounded - of_b)) - (b + of_b);
+}
+
+double largest_of(const dvec3& v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
+/// Moves `org`, which has the rounding error `error`, along `dir` to where the ray is close to
+/// scene space, and adds t there to `t`. Returns false for a ray that leads past. The new origin is
+/// off by roundings of its own coordinates, not of those far away: a step is rounded once.
+bool approach(dvec3& org, dvec3 error, const dvec3& dir, double& t) {
+    double size = largest_of(org);
+    while (size > kFarOrigin) {
+        const double middle = -(org.x * dir.x + org.y * dir.y + org.z * dir.z) /
+                              (dir.x * dir.x + dir.y * dir.y + dir.z * dir.z);
+        // Before the scene, however the middle is rounded.
+        const double step = middle - (4 * kSceneExtent + 0x1p-48 * size);
+        if (!(step > 0 && std::isfinite(step))) return false;
+        for (int axis = 0; axis < 3; ++axis)
+            org[axis] = std::fma(dir[axis], step, org[axis]) + error[axis];
+        error = dvec3(0, 0, 0);
+        t += step;
+        // |dir| < sqrt(12), and the scene is within sqrt(3) extents of its centre.
+        const double left = largest_of(org);
+        if (!(left <= 16 * kSceneExtent + 0x1p-40 * size)) return false;
+        size = left;
+    }
+    return true;
+}
+
+/// A little less than how far a number is from those that round to another float.
+double rounding_of(double t) {
+    const auto rounded = static_cast<float>(std::min(t, 0x1p+127));
+    const float next = std::nextafter(rounded, std::numeric_limits<float>::infinity());
+    return (double{next} - double{rounded}) * (31.0 / 64);
+}
+
 }  // namespace
 
 SceneSpace::SceneSpace(const WorldBounds& bounds) {
@@ -129,51 +170,6 @@ SceneSpace space_of_frame(const WorldBounds& reference, const WorldBounds& frame
     both.extend(frame.lower, frame.upper);
     return SceneSpace(both);
 }
-
-namespace {
-
-/// The error of a - b as it is rounded (D. E. Knuth's two-sum).
-double difference_error(double a, double b) {
-    const double rounded = a - b;
-    const double of_b = rounded - a;
-    return (a - (rounded - of_b)) - (b + of_b);
-}
-
-double largest_of(const dvec3& v) {
-    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-}
-
-/// Moves `org`, which has the rounding error `error`, along `dir` to where the ray is close to
-/// scene space, and adds t there to `t`. Returns false for a ray that leads past. The new origin is
-/// off by roundings of its own coordinates, not of those far away: a step is rounded once.
-bool approach(dvec3& org, dvec3 error, const dvec3& dir, double& t) {
-    double size = largest_of(org);
-    while (size > kFarOrigin) {
-        const double middle = -(org.x * dir.x + org.y * dir.y + org.z * dir.z) /
-                              (dir.x * dir.x + dir.y * dir.y + dir.z * dir.z);
-        // Before the scene, however the middle is rounded.
-        const double step = middle - (4 * kSceneExtent + 0x1p-48 * size);
-        if (!(step > 0 && std::isfinite(step))) return false;
-        for (int axis = 0; axis < 3; ++axis)
-            org[axis] = std::fma(dir[axis], step, org[axis]) + error[axis];
-        error = dvec3(0, 0, 0);
-        t += step;
-        // |dir| < sqrt(12), and the scene is within sqrt(3) extents of its centre.
-        const double left = largest_of(org);
-        if (!(left <= 16 * kSceneExtent + 0x1p-40 * size)) return false;
-        size = left;
-    }
-    return true;
-}
-
-/// A little less than how far a number is from those that round to another float.
-double rounding_of(double t) {
-    const auto rounded = static_cast<float>(std::min(t, 0x1p+127));
-    const float next = std::nextafter(rounded, std::numeric_limits<float>::infinity());
-    return (double{next} - double{rounded}) * (31.0 / 64);
-}
-
-}  // namespace
 
 SceneRay to_scene(const SceneSpace& space, const WorldRay& world) {
     SceneRay result;
