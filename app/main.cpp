@@ -12,8 +12,8 @@
 namespace mray::app {
 namespace {
 
-// If stdin, stdout or stderr is closed, the next file that is opened would take its descriptor and
-// receive output. Opening /dev/null for the other direction occupies it, and its use keeps failing.
+// A closed stdin, stdout or stderr would let the next opened file receive output. /dev/null, opened
+// for the other direction, occupies it, and its use keeps failing.
 void hold_standard_descriptors() {
     for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
         if (::fcntl(fd, F_GETFD) >= 0) continue;
@@ -21,8 +21,7 @@ void hold_standard_descriptors() {
     }
 }
 
-/// Ends the process. Destructors of libraries do not run: after a failed allocation Vulkan's loader
-/// leaves a mutex locked for which its own destructor waits. Sanitizers and coverage need exit().
+/// Without destructors: after a failed allocation Vulkan's loader would wait for its own mutex.
 [[noreturn]] void end_process(ExitCode code) {
     std::fflush(nullptr);
 #ifdef MORPHRAY_RUNS_EXIT_HANDLERS

@@ -37,7 +37,6 @@ struct FrameTimes {
     double total_ms() const { return deform_ms + update.total_ms() + trace_ms; }
 };
 
-/// Starts when it is constructed.
 class Stopwatch {
 public:
     double ms() const {

@@ -43,8 +43,7 @@ struct HitLists {
     }
 };
 
-/// Crossings of the half-line from a point along +z with the triangles that floats can decide
-/// (common/interop/winding_rule.h).
+/// Crossings of the half-line along +z that floats can decide (common/interop/winding_rule.h).
 struct FloatWinding {
     /// Each crossing with the sign of its side.
     std::int32_t winding = 0;
@@ -55,7 +54,6 @@ struct FloatWinding {
 
 /// A triangle that floats cannot decide on for a point.
 struct UncertainCrossing {
-    /// Its place among the points of the call.
     std::uint32_t point;
     std::uint32_t prim_id;
 
@@ -100,8 +98,7 @@ struct NextQuery {
     std::span<Hit> hits;
 };
 
-/// Finds the crossings that floats can decide, and appends the others to `uncertain`, in any order:
-/// exact_crossing() decides on those.
+/// Finds the crossings that floats can decide; `uncertain` gets the others, in any order.
 struct WindingQuery {
     std::span<const vec3> points;
     std::span<FloatWinding> windings;

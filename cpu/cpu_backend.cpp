@@ -23,8 +23,7 @@
 namespace mray::cpu {
 namespace {
 
-// As many rays as the streams of a batch are made of (cpu/single_ray/ray_stream-inl.h), or fewer
-// where threads would wait.
+// As many rays as streams are made of (cpu/single_ray/ray_stream-inl.h), or fewer for more threads.
 constexpr std::size_t kRayGrain = 2048;
 
 /// A tracer of images and what answers a QueryBatch.
@@ -54,8 +53,7 @@ public:
         topology_ = topology;
         planner_ = RefitPlanner(positions);
         bvh_ = std::move(bvh);
-        // Until the next scene the arrays of topology, pose and tree may change, but not their
-        // places.
+        // Until the next scene arrays of topology, pose and tree may change, not their places.
         tracers_ = make_tracers_(topology_, planner_.pose().positions(), bvh_);
         times_ = {.update = {.upload_ms = watch.ms()}};
     }

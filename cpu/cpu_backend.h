@@ -22,8 +22,7 @@ struct CpuConfig {
 /// for an unknown instruction set, kUnavailable for one that this machine lacks.
 std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config = {});
 
-/// The scalar tracer, which every other tracer is compared with: single rays in portable C++.
-/// config.simd is ignored. Its name is "cpu".
+/// The reference: single rays in portable C++, without config.simd. Its name is "cpu".
 std::unique_ptr<Backend> make_scalar_backend(const CpuConfig& config = {});
 
 /// Every ray against every triangle: no tree to be wrong about. Its name is "brute"; its refit and

@@ -1,6 +1,5 @@
 #include "gpu/image_tracer.h"
 
-#include <algorithm>
 #include <vector>
 
 #include "common/frame_times.h"
@@ -35,8 +34,7 @@ public:
 
     bool has_next() const { return params_.width > 0 && y_ < params_.height; }
 
-    /// Takes the next region, of at most `tiles` tiles; more only where the row has begun with
-    /// regions that have more.
+    /// Takes the next region, of at most `tiles` tiles or as many as its row has begun with.
     RegionArguments next(std::uint32_t tiles) {
         const std::uint32_t columns = (params_.width + kTileSize - 1) / kTileSize;
         if (x_ == 0) rows_ = tiles / std::min(tiles, columns);
@@ -170,8 +168,7 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
     });
 }
 
-/// Records the list of visible pixels, and their first secondary rays, at most `batch`. Records
-/// nothing that counts if camera rays are suspended.
+/// Records the list of visible pixels and at most `batch` secondary rays.
 void ImageTracer::record_secondary(VkCommandBuffer commands, const RegionArguments& region,
                                    std::uint32_t batch) {
     kernels_.compact.dispatch(commands, region, region.tile_count);
@@ -232,7 +229,6 @@ void ImageTracer::separate(VkCommandBuffer commands) {
     barrier(commands);
 }
 
-/// Records the copy of what was asked for.
 void ImageTracer::copy_results(VkCommandBuffer commands, const RegionArguments& region) const {
     const bool has_occlusion = rays_per_hit(region.params.rays, region.params.ao_count) != 0;
     passes_.copy_results(commands, region.width * region.height, with_hits_,

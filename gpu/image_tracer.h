@@ -10,8 +10,7 @@
 
 namespace mray::gpu {
 
-/// Finds how much work a device does in some tens of milliseconds, whatever its speed. A submission
-/// cannot be interrupted.
+/// Finds how much a device does in tens of milliseconds: no submission can be interrupted.
 class Pace {
 public:
     explicit Pace(std::uint32_t first) : amount_(first) {}
@@ -19,7 +18,6 @@ public:
     /// The amount for the next submission, from 1 to `most`.
     std::uint32_t next(std::uint32_t most) const { return std::clamp(amount_, 1u, most); }
 
-    /// Notes that a submission of this amount took so long.
     void took(std::uint32_t amount, double ms) {
         constexpr double kWantedMs = 40;
         // A time says little about larger amounts: parts of an image differ.
@@ -33,18 +31,16 @@ private:
     std::uint32_t amount_;
 };
 
-/// Traces and shades a region in one submission, unless rays are suspended, or there are more
-/// secondary rays than a dispatch takes.
-/// The objects of the constructor must outlive it, and the kernels must be bound. Kernels are
-/// prepared when an image first needs them.
+/// Traces and shades a region in one submission, but for suspended or too many secondary rays. The
+/// objects of the constructor must outlive it, and the kernels must be bound. Kernels are prepared
+/// when an image first needs them.
 class ImageTracer {
 public:
     ImageTracer(Context& context, Kernels& kernels, RayPasses& passes)
         : context_(context), kernels_(kernels), passes_(passes) {}
 
-    /// Traces an image, and writes the times of tracing to `times`. Throws Error(kCancelled)
-    /// between submissions if the watch asks for it. If it may, submissions are made so small that
-    /// they take some tens of milliseconds.
+    /// Traces an image, and writes the times to `times`. Throws Error(kCancelled) between
+    /// submissions, which take tens of milliseconds if the watch may ask for it.
     void trace(const ImageParams& params, Frame& frame, BackendTimes& times, const Watch& watch);
 
 private:

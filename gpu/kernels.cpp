@@ -1,10 +1,7 @@
 #include "gpu/kernels.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <future>
-#include <span>
-#include <vector>
 
 // Generated from shaders/*.comp.
 #include "shaders/morphray_kernels.h"
@@ -39,7 +36,6 @@ void Kernel::bind(const Bindings& bindings, std::uint64_t version) {
     bound_version_ = version;
 }
 
-/// The words of kernel `name`.
 #define WORDS(name) \
     { k_##name##_spirv, k_##name##_storage_spirv }
 
@@ -79,8 +75,7 @@ void Kernels::prepare(std::span<Kernel* const> needed, const Watch& watch) {
         }
     }
     if (missing.empty()) return;
-    // One thread besides this one takes the slower half. More would gain little, and memory that is
-    // freed by many short threads stays with the process.
+    // One more thread takes the slower half. More would gain little, and keep freed memory.
     const std::span all_missing(missing);
     const std::size_t half = (missing.size() + 1) / 2;
     const auto rest = all_missing.subspan(half);

@@ -14,7 +14,6 @@
 
 namespace mray::gpu {
 
-/// The words of a kernel for each BufferKind.
 struct KernelWords {
     std::span<const std::uint32_t> texels;
     std::span<const std::uint32_t> storage;
@@ -61,7 +60,6 @@ private:
     std::uint64_t bound_version_ = 0;
 };
 
-/// The number of workgroups that a number of lanes needs.
 inline std::uint32_t groups_of(std::uint32_t lanes) {
     return (lanes + kGroupSize - 1) / kGroupSize;
 }
@@ -71,7 +69,6 @@ public:
     Kernels(SharedDevice& device, Context& context, const Tuning& tuning);
     Kernels(const Kernels&) = delete;
 
-    /// Sets the resources that prepare() binds.
     void set_bindings(const Bindings& bindings);
 
     /// Gets kernels of this object ready to be dispatched, until the resources change. Those that

@@ -1,5 +1,4 @@
-// Checks sizes against the device's limits before allocation, since drivers do not always refuse
-// sizes beyond them.
+// Checks sizes against the device's limits, since drivers do not always refuse them.
 #pragma once
 
 #include <cstdint>
@@ -43,10 +42,9 @@ struct PassSize {
     bool operator==(const PassSize&) const = default;
 };
 
-/// The tuning's sizes, reduced to the device's limits. By default a CPU gets 2^18 rays a dispatch;
-/// a GPU, which that many do not fill, the 2^21 of an image of 1920x1080 if it has memory for them.
-/// Throws Error(kLimit) if a single tile does not fit, or if the device lacks the workgroups and
-/// arguments that Vulkan guarantees.
+/// The tuning's sizes, reduced to the device's limits. By default a CPU gets 2^18 rays a dispatch,
+/// a GPU the 2^21 that fill it if it has the memory. Throws Error(kLimit) if a single tile does not
+/// fit, or if the device lacks the workgroups and arguments that Vulkan guarantees.
 PassSize pass_size(const PhysicalDevice& device, const Tuning& tuning);
 
 }  // namespace mray::gpu

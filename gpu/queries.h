@@ -12,8 +12,7 @@
 
 namespace mray::gpu {
 
-/// Answers one call at a time, while the tree is at its pose and ray buffers are in use. All
-/// arguments of the constructor must outlive it.
+/// Answers one call at a time, with the tree at its pose and ray buffers in use.
 class Queries {
 public:
     Queries(Transfer& transfer, Kernels& kernels, RayPasses& passes, const SceneBuffers& scene)

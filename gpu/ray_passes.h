@@ -12,8 +12,7 @@
 
 namespace mray::gpu {
 
-/// The loop that brings each ray of a dispatch to an answer, and the buffers that it needs, which
-/// belong to a call only.
+/// The loop that brings each ray of a dispatch to an answer, with the buffers of a call.
 class RayPasses {
 public:
     /// Kernels and scene must outlive it.
@@ -57,9 +56,8 @@ public:
     /// Brings the first `count` suspended rays to an answer, the closest or any hit. Returns
     /// milliseconds on the device. Throws Error(kInternal) if a tree is broken.
     double resume(bool any_hit, std::uint32_t count);
-    /// Submits `dispatch` by itself, over the visible pixels that are listed if there are any, and
-    /// brings all of its rays to an answer. `what` is for errors, a verb with its object. Returns
-    /// milliseconds on the device.
+    /// Submits `dispatch` by itself, over listed pixels if there are any, and answers all its rays.
+    /// `what` is for errors, a verb with its object. Returns milliseconds on the device.
     double run(const char* what, bool any_hit, const Record& dispatch);
 
     /// Submits a kernel of queries, and again until all queries have answers. Returns the pairs

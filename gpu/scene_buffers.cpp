@@ -16,7 +16,6 @@ constexpr VkFormat kFourWords = VK_FORMAT_R32G32B32A32_UINT;
 constexpr VkBufferUsageFlags kSampled = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
 constexpr VkBufferUsageFlags kInPlace = VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT;
 
-/// The bytes of a contiguous container.
 template <class Values>
 std::span<const std::byte> bytes_of(const Values& values) {
     return std::as_bytes(std::span(values));
@@ -67,8 +66,7 @@ UniqueBufferView words_of(Device& device, BufferKind kind, const Buffer& buffer)
     return texel_view(device, buffer, kWord);
 }
 
-/// Three vertices and the albedo of each triangle; a single triangle of vertex 0 if there are none,
-/// since lanes without a hit read the first triangle.
+/// Vertices and albedo of each triangle, at least one: lanes without a hit read the first.
 std::vector<uvec4> with_albedo(const Topology& topology) {
     std::vector<uvec4> texels(std::max<std::size_t>(topology.triangles.size(), 1), uvec4(0));
     for (std::size_t i = 0; i < topology.triangles.size(); ++i) {

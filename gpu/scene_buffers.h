@@ -14,7 +14,6 @@
 
 namespace mray::gpu {
 
-/// A tree over no triangles.
 Bvh empty_tree();
 
 /// Topology, positions and tree. Sizes must have passed check_scene().
@@ -27,21 +26,17 @@ public:
     std::uint32_t triangle_count() const { return triangle_count_; }
     std::uint32_t node_count() const { return tree_.level_begin.back(); }
     std::uint32_t leaf_count() const { return tree_.leaf_count; }
-    /// The number of triangles that are in no leaf (Bvh::repeated).
     std::uint32_t repeated_count() const {
         return static_cast<std::uint32_t>(tree_.repeated.size());
     }
-    /// The triangles that `first` stands for besides itself.
     std::span<const RepeatedTriangle> repeats_of(std::uint32_t first) const {
         return mray::repeats_of(tree_.repeated, first);
     }
-    /// Bvh::level_begin.
     const std::vector<std::uint32_t>& level_begin() const { return tree_.level_begin; }
 
     void set_positions(Transfer& transfer, std::span<const vec3> positions);
-    /// Sets ranges of the positions. Returns commands that must be recorded before kernels read
-    /// them, or nothing if the host writes the device's memory. Call it again only after these
-    /// commands have run or have been dropped.
+    /// Sets ranges of the positions. Returns commands for before kernels read them, or nothing if
+    /// the host writes device memory. Call it again after these have run or were dropped.
     Record set_positions(std::span<const vec3> positions, std::span<const IndexRange> ranges);
     /// Replaces the tree by one over the same triangles. A refit of all must follow, which makes
     /// the boxes of quarters and groups. Kernels must be bound again. After an exception the old

@@ -7,7 +7,6 @@
 #include <optional>
 #include <utility>
 #include <variant>
-#include <vector>
 
 #include "common/base/errors.h"
 #include "common/frame_times.h"
@@ -85,7 +84,6 @@ private:
     Transfer transfer_;
     Kernels kernels_;
     RayPasses passes_;
-    /// The ray buffers that are bound.
     const RayBuffers* bound_ = nullptr;
     SceneBuffers scene_;
     /// The scene of nothing while scene_ is another, so that dropping that one cannot fail.
@@ -95,8 +93,7 @@ private:
     RefitPlanner planner_;
     /// Whether the device's tree is not, or not yet, that of the planner's pose.
     bool is_behind_ = false;
-    /// Whether the boxes of quarters and groups, which rays need, are not those of the device's
-    /// tree.
+    /// Whether boxes of quarters and groups, which rays need, are not those of the tree.
     bool lacks_boxes_ = false;
     /// The tree without its nodes and leaves, which are on the device.
     Bvh links_;
@@ -113,7 +110,6 @@ void VulkanBackend::bind() {
     kernels_.set_bindings(bindings);
 }
 
-/// Takes ray buffers until the end of a call.
 RayPasses::Use VulkanBackend::use_ray_buffers() {
     RayPasses::Use use = passes_.use();
     if (bound_ != passes_.buffers()) bind();
@@ -129,8 +125,7 @@ void VulkanBackend::keep_links(const Bvh& bvh) {
     links_.triangle_count = bvh.triangle_count;
 }
 
-/// Throws if there is no scene with as many vertices, as after clear(): their positions would be
-/// written beyond the end of its buffer.
+/// Throws unless the scene has as many vertices: they would go beyond the end of its buffer.
 void VulkanBackend::require_scene_of(std::span<const vec3> positions) const {
     if (positions.size() == scene_.vertex_count()) return;
     throw Error(ErrorKind::kBadArgument,
@@ -244,8 +239,7 @@ void VulkanBackend::edit_tree(const TreeEdit& edit) {
     lacks_boxes_ = true;
 }
 
-/// Drops the scene with its deferred refit. Until the next set_scene() nothing is hit. Makes
-/// nothing on the device, which may have no memory left.
+/// Drops scene and deferred refit: nothing is hit. Makes nothing: memory may be used up.
 void VulkanBackend::clear() {
     context_.drop_deferred();
     is_behind_ = false;

@@ -1,4 +1,3 @@
-// The backend of a Vulkan device.
 #pragma once
 
 #include <memory>
@@ -32,7 +31,6 @@ bool is_lost(const SharedDevice& device);
 /// Throws Error(kDeviceLost) if the device does not answer, Error(kLimit) without memory.
 std::unique_ptr<Backend> make_backend_on(std::shared_ptr<SharedDevice> device,
                                          const Tuning& tuning = {});
-/// Opens the device, too.
 std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config = {},
                                              const Tuning& tuning = {});
 

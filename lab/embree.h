@@ -59,9 +59,8 @@ private:
 /// Whether rays that are traced one after the other are alike, for which Embree has other ways.
 enum class Coherence { kCoherent, kIncoherent };
 
-/// All that Embree takes beside the rays: the context of version 3, the arguments of version 4. A
-/// query belongs to one thread at a time; packets name the active rays by -1 in `valid`, the others
-/// by 0, and a single ray has no mask.
+/// What Embree takes beside the rays: the context of version 3, the arguments of version 4. For one
+/// thread at a time; packets have -1 in `valid` for active rays, else 0.
 class Query {
 public:
     explicit Query(Coherence coherence) {

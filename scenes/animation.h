@@ -1,5 +1,4 @@
-// A deforming scene: one topology, vertex positions as a function of the frame; and how it is
-// opened.
+// A deforming scene: one topology, positions as a function of the frame; and how it is opened.
 #pragma once
 
 #include <array>
@@ -20,8 +19,7 @@
 namespace mray {
 
 struct AnimationOptions {
-    /// Accept vertices that are not finite and leave out faces that cannot be read, with a warning
-    /// each, instead of refusing the scene.
+    /// Accept vertices that are not finite and leave out faces that cannot be read, with warnings.
     bool lenient = false;
     /// Interpolate the missing frames of a sequence, with a warning, instead of refusing it.
     bool skip_missing = false;
@@ -31,8 +29,7 @@ struct AnimationOptions {
     std::string animation = {};
     /// The frames that an animation of a glTF file has a second, above 0; nothing: kDefaultFps.
     std::optional<double> fps = {};
-    /// Is told the size of a glTF scene before it takes memory, and throws Error(kLimit) if it is
-    /// too large.
+    /// Is told the size of a glTF scene before it takes memory; may throw Error(kLimit).
     std::function<void(std::uint64_t triangles, std::uint64_t vertices)> check_size = {};
     WarnFunction warn = {};
 };
@@ -61,15 +58,13 @@ public:
     virtual const Topology& topology() const = 0;
     virtual double first_frame() const = 0;
     virtual double last_frame() const = 0;
-    /// How many frames are shown a second, so that frame f is at f / fps() seconds; nothing for an
-    /// animation that knows no time.
+    /// Frames a second: frame f is at f / fps() seconds; nothing if the animation knows no time.
     virtual std::optional<double> fps() const { return std::nullopt; }
 
     /// All animations of the file, in its order.
     virtual std::span<const NamedAnimation> animations() const { return {}; }
 
-    /// For each triangle three numbers, below that of all corners: corners with the same number
-    /// look smooth together. Empty: all triangles are flat.
+    /// Three numbers a triangle: corners with one number are smooth together. Empty: all flat.
     virtual std::span<const uvec3> smooth_corners() const { return {}; }
 
     /// The textures of the triangles, whose files have been found but not read. Null: none.
@@ -104,10 +99,9 @@ protected:
     }
 };
 
-/// Opens `builtin:NAME[:TRIANGLES]`, a mesh file (OBJ or PLY), a folder of them, a pattern such
-/// as `frame_%04d.obj`, or a .gltf or .glb file. Throws Error: kBadArgument (unknown builtin, bad
-/// pattern, a cache for anything but one mesh file, an animation for anything but a glTF file that
-/// has it), kBadInput, kLimit.
+/// Opens `builtin:NAME[:TRIANGLES]`, a mesh file, a folder of them, a pattern such as
+/// `frame_%04d.obj`, or a glTF file. Throws Error: kBadArgument (unknown builtin, bad pattern,
+/// options of another kind of scene), kBadInput, kLimit.
 std::unique_ptr<Animation> open_scene(const std::string& spec,
                                       const AnimationOptions& options = {});
 

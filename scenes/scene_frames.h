@@ -14,10 +14,8 @@
 
 namespace mray {
 
-/// A view in the file's coordinates as one in world space. It has the eye and the target of the
-/// animation's inside_view(), if there is one and neither is given, and its light, if none is
-/// given. An object gets frame_object() of its first frame unless eye or target are given. Throws
-/// Error(kBadInput) if that frame cannot be read.
+/// A view in the file's coordinates as one in world space: from the animation's inside_view() if
+/// there is one, else from frame_object(), unless eye or target are given. Throws Error(kBadInput).
 inline ViewSpec world_view(ViewSpec view, const Animation& animation) {
     for (std::optional<Point>* const point : {&view.eye, &view.target, &view.light})
         if (*point) *point = to_point(to_dvec3(**point) - animation.origin().at);
@@ -65,8 +63,7 @@ public:
         return make_image_params(views_.of(view, *animation_), animation_->bounds(), space_);
     }
 
-    /// Makes the positions of a frame, in the scene space of that frame. Valid until the next call.
-    /// Throws Error(kBadInput).
+    /// In the scene space of that frame. Valid until the next call. Throws Error(kBadInput).
     std::span<const vec3> positions(double frame) {
         const Stopwatch watch;
         animation_->positions(frame, positions_);

@@ -1,13 +1,11 @@
-// Sine and cosine of turns from + - * alone, with the same bits on every machine. A libm chooses
-// its instructions, and with them its rounding, by the processor.
+// Sine and cosine of turns from + - * alone: those of a libm differ between processors.
 #pragma once
 
 #include <cmath>
 
 namespace mray {
 
-/// sin(2 pi x), with an absolute error below 2^-50; exact at multiples of a quarter turn. For
-/// finite x.
+/// sin(2 pi x) for finite x within 2^-50; exact at multiples of a quarter turn.
 inline double sin_turns(double x) {
     // Into [-1/2, 1/2], then by the symmetry about a quarter turn into [-1/4, 1/4]; both exact.
     double y = x - std::floor(x + 0.5);
@@ -38,8 +36,7 @@ struct CosSin {
 };
 inline CosSin circle_point(double turns) { return {cos_turns(turns), sin_turns(turns)}; }
 
-/// 0 up to begin, 1 from end on, and 3 s^2 - 2 s^3 between: its slope is at most 1.5 / (end -
-/// begin), its second derivative at most 6 / (end - begin)^2.
+/// 0 up to begin, 1 from end on, 3 s^2 - 2 s^3 between: with slope and curvature bounded there.
 inline double smooth_step(double begin, double end, double x) {
     const double s = std::fmin(std::fmax((x - begin) / (end - begin), 0.0), 1.0);
     return s * s * (3 - 2 * s);

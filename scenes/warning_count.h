@@ -7,8 +7,7 @@
 
 namespace mray {
 
-/// Keeps the first warning of a kind and counts the rest, so that a file of a million odd lines
-/// does not print a million lines.
+/// Keeps the first warning of a kind and counts the rest, however many a file has.
 class WarningCount {
 public:
     /// `make` returns the Warning; it is called for the first one only.

@@ -29,8 +29,7 @@ SHARED_CONST uint kBindVisiblePixels = 8u;    // uint, indices of pixels whose c
 SHARED_CONST uint kBindFoundHits = 9u;        // uvec4, the memory of kBindHits
 SHARED_CONST uint kBindFoundOcclusion = 10u;  // uint, the memory of kBindOcclusion
 SHARED_CONST uint kBindRepeated = 11u;        // uint, two a triangle of Bvh::repeated
-// The words of nodes and leaves, which the refit reads and writes: storage texels or a storage
-// buffer.
+// Words of nodes and leaves, which the refit writes: storage texels or a storage buffer.
 SHARED_CONST uint kBindNodeWords = 12u;  // uint
 SHARED_CONST uint kBindLeafWords = 13u;  // uint
 // Boxes that a device has beside the shared layout, and their words, which the refit writes.
@@ -62,17 +61,14 @@ SHARED_CONST uint kNoNodeParent = 0xFFFFFFFFu;
 
 // The refit takes this many lanes for a leaf or a node.
 SHARED_CONST uint kRefitLanes = 16u;
-// Tiles of shading have four pixels a lane and are as wide as the region allows, so that memory is
-// read in sequence.
+// Tiles of shading have four pixels a lane, as wide as possible, to read in sequence.
 SHARED_CONST uint kShadedTilePixels = 256u;
 SHARED_CONST uint kLeastShadedTileBits = 5u;
 SHARED_CONST uint kMostShadedTileBits = 8u;
 
-// Specialisation constant 0: the loop iterations that a lane counts before it suspends its ray
-// (base/lavapipe.h).
+// Specialisation constant 0: the iterations before a lane suspends its ray (base/lavapipe.h).
 SHARED_CONST uint kConstantStepBudget = 0u;
 
-// Bits of WorkHeader.status.
 SHARED_CONST uint kStatusStackOverflow = 1u;
 
 /// The start of the work buffer. The host sets it to 0 before a pass over rays.
@@ -105,8 +101,7 @@ SHARED_CONST uint kStateBestV = 5u;
 SHARED_CONST uint kStateStack = 6u;
 SHARED_CONST uint kStateUints = 488u;  // kStateStack + 2 * kMaxStack
 
-/// Push constants of the kernels over a region of an image: `primary`, `compact`, `shade`. Answers
-/// are stored row by row within the region.
+/// Push constants of `primary`, `compact`, `shade`. Answers are row by row within the region.
 struct RegionArguments {
     ImageParams params;
     uint x;
@@ -130,7 +125,6 @@ struct OcclusionArguments {
     uint ray_end;
 };
 
-/// Push constants of `rays`.
 struct RaysArguments {
     uint ray_count;
 };
@@ -157,7 +151,6 @@ struct QueryArguments {
     uint pair_room;
 };
 
-/// Push constants of `resume`.
 struct ResumeArguments {
     uint first;  // of the Suspended records
     uint count;

@@ -12,12 +12,8 @@
 #include "app/animation/legend.h"
 #include "app/backends/backends.h"
 #include "app/files/image_files.h"
-#include "app/terminal/failure.h"
-#include "app/terminal/messages.h"
-#include "common/frame_times.h"
 #include "common/image/frame.h"
 #include "common/text/text_parts.h"
-#include "scenes/scene_frames.h"
 
 namespace mray::app {
 namespace {

@@ -19,37 +19,30 @@
 
 namespace mray::app {
 
-/// Keeps the library's scene at one frame of an animation, with the tree that the options ask for.
-/// Members throw Error.
+/// Keeps the library's scene at one frame of an animation. Members throw Error.
 class AnimationScene {
 public:
-    /// Reads the textures, if the options ask for lit images, and builds the tree at
-    /// options.tree.build_at, or else at first_frame. The animation must outlive it, and so must
-    /// `cancel`, which ends the building of trees: they throw Error(kCancelled).
+    /// Builds the tree at options.tree.build_at, or else at first_frame. The animation must outlive
+    /// it, and so must `cancel`, which ends the building of trees by Error(kCancelled).
     AnimationScene(const ImageOptions& options, const Animation& animation, double first_frame,
                    const Messages& messages, const std::atomic<bool>& cancel = interrupt_flag());
     AnimationScene(const AnimationScene&) = delete;
 
-    /// Begins to read the positions of the frame of the next advance() in a thread of its own.
-    /// Until then positions() are undefined; render() goes on with the frame of the last advance().
+    /// Begins to read the positions of the next advance() in a thread, undefined until then.
     void prepare(double frame);
-    /// Deforms the mesh to a frame and updates the tree. Does nothing if the first call is for the
-    /// frame of the build.
+    /// Deforms the mesh and updates the tree, unless the first call is for the frame built.
     void advance(double frame);
-    /// Into `image`, whose memory is used again; with a legend (app/animation/legend.h). Throws
-    /// Error(kCancelled) within the image after a signal (app/terminal/failure.h).
+    /// With a legend (app/animation/legend.h). Throws Error(kCancelled) within the image after a
+    /// signal (app/terminal/failure.h).
     void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image);
-    /// The same pixels without hits, of a world_view(). Throws Error(kCancelled) soon after
-    /// `cancel` becomes true.
+    /// The same pixels without hits, of a world_view(). `cancel` ends it by Error(kCancelled).
     void render_pixels(const ViewSpec& view, const ShadingOptions& shading,
                        const std::atomic<bool>& cancel, morphray::Image& image);
 
     const morphray::Scene& scene() const { return *scene_; }
-    /// The report of the last build or advance(). After render() it has the time of a refit that
-    /// ran on a device with the trace.
+    /// The last build or advance(); after render() with the refit that a device ran with the trace.
     const morphray::Update& update() const { return update_; }
-    /// The times of the last advance() and render(); before the first advance(), those of the
-    /// build.
+    /// Those of the last advance() and render(); before the first advance(), those of the build.
     FrameTimes times() const;
     /// The vertices of the mesh at the frame, in world space.
     std::span<const vec3> positions() const { return positions_; }
@@ -59,8 +52,7 @@ public:
 private:
     std::vector<morphray::MeshView> meshes(std::span<const morphray::TextureView> textures) const;
     void render(const ViewSpec& world, const morphray::View& view, morphray::Image& image);
-    /// Makes the positions of a frame, and lowers the ground below them. Returns the milliseconds
-    /// that this took.
+    /// Makes the positions of a frame, and the ground below them. Returns the milliseconds.
     double place(double frame);
 
     const Animation& animation_;
@@ -85,12 +77,10 @@ private:
 /// Throws Error for a view that cannot be rendered.
 void require_view(const ViewSpec& view, const Animation& animation);
 
-/// The corners of a square below these bounds, seen along `up`, four times as large; empty for
-/// empty bounds.
+/// The corners of a square below these bounds, four times as large; empty for empty bounds.
 std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up);
 
-/// Returns whether an animation gets a ground: as the options say, or else if it is lit, comes from
-/// a file, and the eye of the world_view() is above the ground.
+/// As the options say, or else for a lit file whose ground the eye of the world_view() is above.
 bool has_ground(const ShadingOptions& shading, const ViewSpec& view, const Animation& animation);
 
 /// An animation at one frame, for the rays or points of a file.

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include "app/terminal/failure.h"
-#include "app/terminal/messages.h"
-#include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
 #include "gpu/vulkan_backend.h"
 

@@ -1,5 +1,4 @@
-// Makes the backends that the options choose. The only place that knows whether Vulkan was built
-// in.
+// Makes the backends that the options choose. Nothing else knows whether Vulkan was built in.
 #pragma once
 
 #include <memory>
@@ -19,8 +18,7 @@ namespace mray::app {
 /// morphray::vulkan_devices(); throws Error(kUnavailable) without Vulkan.
 std::vector<morphray::VulkanDeviceInfo> vulkan_devices();
 
-/// The device that crosscheck compares; none if the options choose the CPU. Throws
-/// Error(kUnavailable).
+/// None if the options choose the CPU. Throws Error(kUnavailable).
 std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options);
 
 bool asks_for_vulkan(const BackendOptions& options);
@@ -31,8 +29,7 @@ bool has_only_software_devices();
 
 /// Throws Error if Vulkan is not built in, or if there is too little memory for a driver to start.
 void check_vulkan();
-/// Throws Error with the problem if the device failed its self-test, which is made now if no result
-/// is kept.
+/// Throws Error if the device failed its self-test, which is made now if no result is kept.
 void require_sound_device(const std::string& device);
 
 // The self-test of Vulkan devices, in a process of its own: a device that hangs takes that one with
@@ -47,10 +44,9 @@ morphray::DeviceCheck check_device(const std::string& device);
 /// Whether this process is the child that a self-test of a device runs in.
 bool is_check_child();
 
-/// Calls make(choice) for kCpu, kVulkan or kBrute: what kAuto means here. kAuto is Vulkan if there
-/// is a GPU, otherwise the CPU: with a warning if Vulkan is unavailable, with a note if its only
-/// devices run on the CPU, which is several times slower. Naming a device or asking for validation
-/// requires Vulkan. Throws what `make` throws.
+/// Calls make(choice) for kCpu, kVulkan or kBrute. kAuto is Vulkan if there is a GPU or the options
+/// name a device or ask for validation; else the CPU, with a note or a warning. Throws what `make`
+/// throws.
 template <class Make>
 auto make_chosen(BackendChoice choice, const BackendOptions& options, const Messages& messages,
                  Make make) {

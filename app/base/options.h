@@ -198,8 +198,7 @@ using CommandOptions = std::variant<RenderOptions, ViewOptions, CrosscheckOption
 
 /// The arguments that make another command read the scene in the same way, without its name.
 std::vector<std::string> arguments_of(const SourceOptions& source);
-/// The arguments that make another command trace this view; of ambient occlusion and the light
-/// only those that `rays` (kRaysPrimary, ...) or, with `is_lit`, lit images have.
+/// The arguments that make another command trace this view, as far as the image has them.
 std::vector<std::string> arguments_of(const ViewSpec& view, std::uint32_t rays, bool is_lit);
 /// Whether --out of render names one image instead of a folder.
 bool renders_one_image(const RenderOptions& options);

@@ -18,8 +18,7 @@ struct ParsedCommandLine {
     bool verbose = false;
 };
 
-/// Parses the arguments, without the program's name. Throws Error(kBadArgument), with one line that
-/// says what is wrong and where the help is, or Error(kLimit) for a number that is too large.
+/// Throws Error(kBadArgument) with one line, or Error(kLimit) for too large a number.
 ParsedCommandLine parse_command_line(std::span<const std::string> arguments);
 
 }  // namespace mray::app

@@ -17,8 +17,7 @@ constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a GPU, else th
 /// "refit|rebuild|...": the forms of all policies.
 std::string update_forms() { return fmt::format("{}", fmt::join(policy_forms(), "|")); }
 
-/// Adds the options that render and view share. Returns a function that fills in defaults, for a
-/// given number of samples of lit images.
+/// Adds the options that render and view share. Returns a function that fills in defaults.
 auto add_image_options(CLI::App& command, ImageOptions& image, const char* size,
                        const char* samples_help) {
     add_scene(command, image.source)->required();

@@ -8,7 +8,6 @@
 
 #include "common/simd/simd_target.h"
 #include "common/text/number_text.h"
-#include "common/text/text_parts.h"
 
 namespace mray::app {
 namespace {

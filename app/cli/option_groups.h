@@ -32,9 +32,8 @@ class CommandAdder {
 public:
     CommandAdder(CLI::App& app, ParsedCommandLine& parsed) : app_(app), parsed_(parsed) {}
 
-    /// Adds a command whose options `define(command, options)` adds; it returns what completes the
-    /// options after the parse. `everyday` names the options of --help, with blanks between;
-    /// without any, --help has all.
+    /// Adds a command by `define(command, options)`, which returns what completes the options after
+    /// the parse. `everyday` names the options of --help; without any, --help has all.
     template <class Options, class Define>
     void add(const char* name, const char* help, std::string_view everyday, const char* examples,
              Define define) {
@@ -71,8 +70,7 @@ private:
 /// Completes the options of a command that has nothing to complete.
 inline constexpr auto kNothing = [] {};
 
-/// Adds all commands. The one that is given sets `parsed.options` at the end of the parse. `app`
-/// and `parsed` must outlive it.
+/// Adds all commands. The given one sets `parsed.options`. `app` and `parsed` must outlive it.
 void add_commands(CLI::App& app, ParsedCommandLine& parsed, std::span<const std::string> arguments);
 
 // The commands that trace images (app/cli/image_commands.cpp).

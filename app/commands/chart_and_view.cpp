@@ -1,5 +1,4 @@
-// morphray chart and view, which may not be built in: chart becomes the program morphray-chart
-// (lab/accuracy/charts/main.cpp), view opens a window.
+// morphray chart and view, if they are built in: chart becomes the program morphray-chart.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -19,8 +18,7 @@ namespace {
 #ifdef MORPHRAY_CHART_FOLDER
 constexpr const char* kName = "morphray-chart";
 
-/// Replaces this process by the program, which gets all arguments. Returns if there is no such
-/// file.
+/// Replaces this process by the program. Returns if there is no such file.
 void become(const std::filesystem::path& program, std::vector<std::string> arguments) {
     std::string name = kName;
     std::vector<char*> argv{name.data()};

@@ -10,8 +10,7 @@
 
 namespace mray::app {
 
-// Each function runs the command of the options. Returns kOk, kCheckFailed, or kPartial after a
-// message. Throws Error.
+// Returns kOk, kCheckFailed, or kPartial after a message. Throws Error.
 ExitCode run_command(const RenderOptions& options, const Messages& messages);
 ExitCode run_command(const ViewOptions& options, const Messages& messages);
 ExitCode run_command(const CrosscheckOptions& options, const Messages& messages);
@@ -24,8 +23,8 @@ ExitCode run_command(const ChartOptions& options, const Messages& messages);
 ExitCode run_command(const InfoOptions& options, const Messages& messages);
 ExitCode run_command(const DevicesOptions& options, const Messages& messages);
 
-/// The first line of `probe`, such as "triangle 46629, 9.28 away; all agree": the hit in the image,
-/// and its distance in world space. All agree if the single ray and brute force give the same bits.
+/// "triangle 46629, 9.28 away; all agree": the hit in the image, its distance in world space, and
+/// whether the single ray and brute force give the same bits.
 std::string probe_sentence(const Hit& image, const Hit& alone, const Hit& brute, double distance);
 
 }  // namespace mray::app

@@ -85,8 +85,7 @@ private:
         return code;
     }
 
-    /// Returns kPartial, after a message, if a frame after the first one cannot be read. Throws
-    /// the errors of scenes, of the builder and of backends.
+    /// Returns kPartial, after a message, if a frame after the first one cannot be read.
     ExitCode check_scene(const CrosscheckOptions& options, Json& report) {
         SceneFrames scene(open_animation(options.source, messages_));
         const Animation& animation = scene.animation();

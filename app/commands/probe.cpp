@@ -69,9 +69,8 @@ bool before(const Candidate& a, const Candidate& b) {
     return is_closer(a.hit.t, a.hit.prim_id, b.hit.t, b.hit.prim_id);
 }
 
-/// Tests all triangles (positions in scene space) by brute force. Returns the hits from the nearest
-/// to the farthest, so that the first is the answer, then triangles that the fast filter keeps; at
-/// most kCandidates triangles, and in addition those of `wanted`.
+/// Tests all triangles by brute force. Returns the hits, nearest first, then those that the fast
+/// filter keeps, at most kCandidates; and in addition those of `wanted`.
 std::vector<Candidate> find_candidates(const Ray& ray, const Topology& topology,
                                        std::span<const vec3> positions,
                                        std::span<const std::uint32_t> wanted) {

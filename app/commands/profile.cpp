@@ -25,9 +25,8 @@ namespace {
 /// The caches are a small part of the time of a stage that takes longer.
 constexpr double kLongMs = 50;
 
-/// One instance of the backend refits a tree from the first frame on; a second one traces the tree
-/// that is built for each frame. All stages of a frame are run in turn, as often as
-/// ProfileOptions::repeat says, so that what disturbs the machine for a while disturbs all of them.
+/// One instance refits a tree from the first frame on, a second one traces a tree built for each
+/// frame. Stages run in turn, so that what disturbs the machine for a while disturbs all of them.
 class StageProfiler {
 public:
     /// Builds the first tree. Options and scene must outlive it. Throws as make_backend.
@@ -46,9 +45,8 @@ public:
 
     std::string backend() const { return refits_->info().name; }
 
-    /// Frames must come in the order of the animation. Returns medians, and in "samples_ms" the
-    /// times of all runs: "update" has upload and refit of each run together, and "trace_rebuilt"
-    /// the trace of the rebuilt tree instead of the refitted one.
+    /// Frames must come in order. Returns medians, and in "samples_ms" the times of all runs:
+    /// "update" is upload and refit of each run, "trace_rebuilt" the trace of the rebuilt tree.
     Json measure(double frame) {
         FrameTimes times;
         std::map<std::string, std::vector<double>> samples;
@@ -104,8 +102,7 @@ private:
                          {.threads = options_.backend.threads});
     }
 
-    /// Returns the time of a run of a stage. A run to warm up comes before it in the first round.
-    /// Short stages have one in all rounds, because other stages have emptied the caches.
+    /// The time of a run, after one to warm up in the first round, and for short stages in all.
     double run(const std::function<double()>& stage_ms, bool is_first_round) {
         const double first = stage_ms();
         return is_first_round || first < kLongMs ? stage_ms() : first;
@@ -172,8 +169,7 @@ Json backends_of(const Json& frames) {
     return backends;
 }
 
-/// "refit 0.09 ms on cpu and 0.31 ms on vulkan; 60 and 17 times as fast as a rebuild; the refitted
-/// tree traces 4 % slower and as fast".
+/// "refit 0.09 ms on cpu; 60 times as fast as a rebuild; the refitted tree traces 4 % slower".
 std::string sentence_of(const Json& backends) {
     const auto on_each = [&](const std::function<std::string(const Json&)>& text) {
         std::vector<std::string> parts;

@@ -28,8 +28,7 @@
 namespace mray::app {
 namespace {
 
-/// Hashes, counts and times of an image that the scene has just rendered; with `with_tree` also of
-/// the tree, which is read back from a device.
+/// What an image has in the report; `with_tree` also the tree, read back from a device.
 Json json_of(const AnimationScene& scene, const FrameTask& task, const morphray::Image& image,
              bool with_tree) {
     morphray::TreeStatistics tree;

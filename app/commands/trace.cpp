@@ -85,8 +85,7 @@ public:
 private:
     /// The numbers of the ray are floats.
     void add(const WorldRay& ray) {
-        // t may be beyond floats, and t of a ray whose direction is scaled to a length of about 1
-        // is not. A power of two changes no other bit.
+        // t may be beyond floats unless the length is 1. A power of two keeps the bits.
         const double largest =
             std::max({std::abs(ray.dir[0]), std::abs(ray.dir[1]), std::abs(ray.dir[2])});
         const int exponent = largest > 0 && std::isfinite(largest) ? std::ilogb(largest) : 0;

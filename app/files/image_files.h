@@ -38,35 +38,30 @@ struct PngFile {
     std::string text(std::string_view keyword) const;
 };
 
-/// The pixels of a PNG file in memory, as they are stored, without corrections of gamma or colour;
-/// grey and palettes become RGB, missing alpha becomes 255, 16 bits a channel 8. `path` is for
-/// messages. Throws Error: kBadInput for a file that is no PNG or is damaged (any chunk with a
-/// wrong checksum, texts included); kLimit above the limits.
+/// The stored pixels of a PNG file, without corrections; grey and palettes become RGB, missing
+/// alpha 255, 16 bits a channel 8. Throws Error: kBadInput for a file that is no PNG or is damaged
+/// (any wrong checksum, texts included); kLimit above the limits.
 PngFile decode_png(const std::string& bytes, const std::filesystem::path& path,
                    const ImageLimits& limits);
 
 /// Whether the bytes begin as a JPEG file does.
 bool is_jpeg(std::string_view bytes);
 
-/// The pixels of a JPEG file in memory, grey as RGB, without corrections by a colour profile and
-/// without turns by EXIF. `path` is for messages. The same on every machine: transformed by the
-/// accurate integer method, chroma repeated where it has fewer samples. Throws Error: kBadInput for
-/// a file that is no JPEG, is damaged, ends too early or has CMYK colours; kLimit above the limits.
+/// The pixels of a JPEG file, grey as RGB, without colour profiles and turns by EXIF, the same on
+/// every machine. Throws Error: kBadInput for a file that is no JPEG, is damaged, ends too early or
+/// has CMYK colours; kLimit above the limits.
 Image decode_jpeg(const std::string& bytes, const std::filesystem::path& path,
                   const ImageLimits& limits);
 
-/// The bytes of an image: of a file, of a part of one, or of what stands in one in base 64. Throws
-/// Error: kBadInput for a file that cannot be read or does not have that part, and for a part above
-/// 1 GiB; kLimit for a file above 1 GiB.
+/// The bytes of a file, of a part of one, or of base 64 text. Throws Error: kBadInput if that
+/// cannot be read, kLimit above 1 GiB.
 std::string texture_bytes(const TextureFile& file);
 
-/// The image in a PNG or JPEG file, whatever its name, or in a part of any file. Throws Error:
-/// kBadInput for an image of another kind and for a damaged one, kLimit for more pixels than a
-/// texture may have or than there is memory for.
+/// A PNG or JPEG image, whatever its name. Throws Error: kBadInput for another kind and a damaged
+/// one, kLimit for more pixels than a texture may have or than there is memory for.
 Image read_texture(const TextureFile& file);
 
-/// The images of all textures, in their order. If lenient, one that cannot be used is a warning and
-/// a white pixel; otherwise throws what read_texture() throws.
+/// If lenient, an image that cannot be used is a warning and a white pixel.
 std::vector<Image> read_textures(const SceneTextures& textures, bool lenient,
                                  const Messages& messages);
 

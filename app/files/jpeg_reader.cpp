@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <turbojpeg.h>
 
-#include <cstddef>
 #include <memory>
 
 #include "common/base/errors.h"
@@ -13,11 +12,9 @@
 namespace mray::app {
 namespace {
 
-// Pixels that a byte stands for at most: a Huffman code has a bit at least, for a block of 8x8
-// values of a channel that has one for 4x4 pixels at least.
+// The most pixels a byte: a Huffman code of one bit, for 8x8 values of one for 4x4 pixels each.
 constexpr std::uint64_t kMostPixelsPerByte = 8 * 32 * 32;
-// Versions of the library differ in other methods, and some of those in rounding. After damage it
-// would go on with grey pixels, and without a limit through any number of scans.
+// Other methods differ between versions. Damage would give grey pixels, and any number of scans.
 constexpr int kFlags =
     TJFLAG_ACCURATEDCT | TJFLAG_FASTUPSAMPLE | TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS;
 

@@ -18,8 +18,7 @@ namespace {
 // Deflate expands a byte to at most 1032.
 constexpr std::uint64_t kMostCompression = 1032;
 
-/// A reader over bytes in memory. libpng leaves a call that fails by longjmp, which runs no
-/// destructors: each function that calls it has plain data alone.
+/// libpng leaves a failing call by longjmp, past destructors: what calls it has plain data alone.
 class PngReader {
 public:
     explicit PngReader(const std::string& bytes) : rest_(bytes.data()), left_(bytes.size()) {

@@ -38,8 +38,8 @@ public:
     NumberLines(std::string name, std::string_view text, std::string_view form)
         : name_(std::move(name)), rest_(text), form_(form) {}
 
-    /// Reads the next line into `numbers`, and one more into `prim_id` if it is given. Returns how
-    /// many it has; 0 at the end.
+    /// Reads a line into `numbers`, and a last number into `prim_id`. Returns how many; 0 at the
+    /// end.
     std::size_t next(std::span<double> numbers, std::uint32_t* prim_id = nullptr) {
         while (!rest_.empty()) {
             ++line_;

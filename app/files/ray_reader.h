@@ -22,10 +22,9 @@ struct RayFile {
     std::vector<morphray::Primitive> excluded = {};
 };
 
-/// The rays of a file: lines `ox oy oz dx dy dz [tnear tfar [prim_id]]`, where tnear defaults to 0
-/// and tfar to inf, and prim_id is the triangle that the ray leaves out; with `is_binary` the
-/// little-endian bytes of struct Ray each; or a .npy file of ray_dtype or of float32 of shape (N,
-/// 6) or (N, 8).
+/// Lines `ox oy oz dx dy dz [tnear tfar [prim_id]]`, by default from 0 to inf and without leaving
+/// out a triangle; with `is_binary` the little-endian bytes of struct Ray each; or a .npy file of
+/// ray_dtype or of float32 of shape (N, 6) or (N, 8).
 RayFile read_rays(const std::string& file, bool is_binary);
 
 /// The points of a file, lines `x y z`.

@@ -1,9 +1,6 @@
-// Parts that several reports have as JSON.
-//
-// Every report is one object that begins with "command" and the results, and ends with "schema",
-// "version" and "built_with".
-// Hashes are 16 hexadecimal digits, times are milliseconds, and no number is ever NaN or infinite
-// (null instead).
+// Parts that several reports have as JSON. A report is one object that begins with "command" and
+// the results, and ends with "schema", "version" and "built_with". Hashes are 16 hexadecimal
+// digits, times are milliseconds, and no number is ever NaN or infinite (null instead).
 #pragma once
 
 #include <cstdint>
@@ -19,8 +16,7 @@ namespace mray::app {
 /// An object keeps its members in the order in which they were added.
 using Json = nlohmann::ordered_json;
 
-/// The text of a report with its last members. Bytes that are not UTF-8 become U+FFFD, numbers that
-/// are not finite become null. `indent` is per level; -1 gives a single line.
+/// Bytes that are not UTF-8 become U+FFFD, numbers that are not finite null; indent -1: one line.
 std::string json_text(Json report, int indent = 2);
 
 struct ReportHead {

@@ -23,8 +23,7 @@ void on_signal(int signal) {
 
 }  // namespace
 
-// Up to here the errors of the library and of the program have one order, which is that of the exit
-// codes from kUsage on.
+// The library's errors have the order of the program's, which is that of the codes from kUsage.
 static_assert(static_cast<int>(morphray::ErrorCode::device_lost) ==
               static_cast<int>(ErrorKind::kDeviceLost));
 static_assert(static_cast<int>(ExitCode::kDeviceLost) - static_cast<int>(ExitCode::kUsage) ==

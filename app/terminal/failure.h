@@ -1,5 +1,4 @@
-// Failures in words and as exit codes (docs/guide/options.md), and signals, which end a command at
-// the next piece of its work.
+// Failures in words and as exit codes (docs/guide/options.md), and signals.
 #pragma once
 
 #include <atomic>
@@ -41,12 +40,10 @@ decltype(auto) call_library(Work&& work) {
     }
 }
 
-/// The exit code of a command that ended with an error of this kind; that of a signal for
-/// kCancelled.
+/// kCancelled has the code of its signal.
 ExitCode exit_code_of(ErrorKind kind);
 
-/// The option that would avoid an error, such as " or accept it with --lenient"; empty for
-/// Hint::kNone.
+/// The option that would avoid an error, such as " or accept it with --lenient", or empty.
 const char* hint_text(Hint hint);
 
 /// The error's message with the option that would avoid it.
@@ -61,8 +58,7 @@ struct Failure {
 /// Describes any exception.
 Failure describe_failure(const std::exception_ptr& failure);
 
-/// From now on the first of these signals sets the flag, and the second one ends the process at
-/// once. A signal that is ignored (nohup) stays so. A write to a closed pipe fails with EPIPE.
+/// The first signal sets the flag, the second ends the process. Ignored ones (nohup) stay so.
 void handle_signals();
 
 /// The flag is true once a signal has arrived. Calls that can be cancelled take it.
@@ -71,8 +67,7 @@ inline bool interrupted() { return interrupt_flag().load(); }
 /// The signal that has arrived; SIGINT without one.
 int interrupt_signal();
 
-/// Throws Error(kCancelled) if interrupted(). Called between pieces of work, so that what is
-/// finished is kept and no file is half written.
+/// Called between pieces of work, so that no file is half written. Throws Error(kCancelled).
 void throw_if_interrupted();
 
 }  // namespace mray::app

@@ -19,8 +19,7 @@ public:
     explicit Messages(bool quiet = false, bool verbose = false)
         : quiet_(quiet), verbose_(verbose) {}
 
-    /// Writes one line to stderr, after "morphray: " unless it begins with the name of a file.
-    /// Ignores a failure to write.
+    /// Writes a line to stderr, with "morphray: " unless it begins with a file. Ignores failures.
     void error(const Failure& failure) const;
     void error(const Error& error) const;
     /// Writes one line to stderr.
@@ -40,8 +39,7 @@ private:
     mutable std::vector<std::string> warnings_;
 };
 
-/// A line on stderr that says how far a command is, such as "rendering 5/10  frame 12", if that is
-/// a terminal; what Messages writes takes its place. At most one exists at a time.
+/// A line on a terminal's stderr such as "rendering 5/10  frame 12". At most one exists at a time.
 class Progress {
 public:
     /// `total` units are to be done; 0: they are not counted, the label names the only step.

@@ -18,9 +18,7 @@ struct InputActions {
     bool quits = false;
 };
 
-/// Turns the input of Dear ImGui's current frame on the image, which is the part of the window
-/// without widgets, into movements of the camera and of time. Sizes of movements are parts of
-/// `height`. `first_camera` is the one to go back to.
+/// Turns input on the image into movements of camera and time, in parts of `height`.
 InputActions apply_input(float height, std::span<const KeyPress> keys, const Camera& first_camera,
                          ViewState& state);
 

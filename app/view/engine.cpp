@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 #include "app/terminal/failure.h"
 #include "common/text/number_text.h"
 
@@ -117,8 +115,7 @@ void Engine::run() {
     on_result_();
 }
 
-/// Brings the backend's scene to the request's frame; a change of the policy builds a new one.
-/// There is one with the ground and one without.
+/// A change of the policy builds a new scene. There is one with the ground and one without.
 Engine::BackendScene& Engine::follow(const ImageRequest& request, BackendChoice backend) {
     ShadingOptions shading = options_.shading;
     shading.shading = request.shading;

@@ -39,8 +39,7 @@ struct TracedImage {
     std::string error;
 };
 
-/// Where the images of two backends differ: white where two images of one size differ in any bit,
-/// black where they are equal.
+/// White where two images of one size differ in any bit, black where they are equal.
 struct DifferenceImage {
     std::vector<std::uint32_t> pixels;
     std::uint64_t different = 0;
@@ -59,17 +58,14 @@ struct PixelProbe {
     std::vector<std::string> devices;
     std::vector<morphray::Hit> hits;
 };
-/// A line for the pixel, for each backend the triangle, t, u and v in hexadecimal and decimal
-/// digits, and with two backends whether they are equal.
+/// For each backend triangle, t, u and v in both digits; with two, whether they are equal.
 std::string pixel_text(const PixelProbe& probe);
 
-/// Only the newest request counts: one that has not begun is replaced, and one that refines an
-/// image is cancelled. A probe goes first, and interrupts such an image. All members may be called
-/// from one thread while the engine works in its own.
+/// Only the newest request counts: it replaces a waiting one and cancels a refinement, as a probe
+/// does. All members may be called from one thread while the engine works in its own.
 class Engine {
 public:
-    /// `on_result` is called in the engine's thread whenever there is something to take. Messages,
-    /// options, animation and on_result's context must outlive the engine.
+    /// Calls `on_result` in its thread when there is something to take. Arguments must outlive it.
     Engine(const ImageOptions& options, const Animation& animation, const Messages& messages,
            std::function<void()> on_result);
     /// Cancels, and waits for the thread.
@@ -79,8 +75,8 @@ public:
 
     void post(ImageRequest request);
     void probe(ProbeRequest request);
-    /// The newest image since the last call, or null. After an error that no other request can mend
-    /// it throws that: the loss of a device, or anything before the first image.
+    /// The newest image since the last call, or null. Throws the loss of a device, or any error
+    /// before the first image.
     std::unique_ptr<TracedImage> take();
     std::optional<PixelProbe> take_probe();
 

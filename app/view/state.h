@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <span>
-#include <string>
 #include <vector>
 
 #include <glm/vec4.hpp>
@@ -16,8 +15,7 @@
 
 namespace mray::app {
 
-/// A pinhole camera that orbits its target. All members keep eye and target apart and the view off
-/// the direction of `up`. Lengths are in world space, angles in radians.
+/// A pinhole camera that orbits its target, apart from it and off the direction of `up`.
 class Camera {
 public:
     /// `view` has both eye and target, apart, and an `up` that is not parallel to the view.
@@ -29,11 +27,9 @@ public:
     double fov_degrees() const { return fov_; }
     double distance() const;
 
-    /// Turns the eye around the target: `around` the up direction, and `over` towards it; the eye
-    /// stays a degree away from the poles.
+    /// `around` the up direction and `over` towards it, in radians; a degree away from the poles.
     void orbit(double around, double over);
-    /// Moves eye and target by parts of the image's height at the target: what is there follows the
-    /// pointer. `down` is positive for a pointer that moves down.
+    /// Moves by parts of the image's height at the target. `down` is that of the pointer.
     void pan(double right, double down);
     /// Multiplies the distance from the target, which stays within 1e-6 and 1e6 of the first one.
     void zoom(double factor);
@@ -112,19 +108,16 @@ struct ViewState {
 /// The state at the start. Throws Error for an impossible view.
 ViewState initial_state(const ViewOptions& options, const Animation& animation, double frame);
 
-/// The steps from a first, fast image to the one that is wanted, 0 being the first: a sample
-/// without ambient occlusion, a sample, and 4, 16 and 64 samples as far as ViewState::samples goes.
+/// The steps from a fast image, 0, by ambient occlusion and 4 and 16 samples to the one wanted.
 int last_step(const ViewState& state);
 
 /// The image to trace at a step.
 ImageRequest request_of(const ViewState& state, int step);
 
-/// Both ends of each edge of the boxes, in clip space of the camera of a view that gives eye and
-/// target.
+/// Both ends of each edge, in clip space of the camera of a view that gives eye and target.
 std::vector<glm::vec4> box_lines(const ViewSpec& view, std::span<const morphray::Box> boxes);
 
-/// Opens the scene, then a window (app/view/viewer.cpp). Returns when the window is closed, or
-/// after the screenshot that the options ask for. Throws Error.
+/// Opens a window until it is closed or its screenshot is written. Throws Error.
 void show_scene(const ViewOptions& options, const Messages& messages);
 
 }  // namespace mray::app

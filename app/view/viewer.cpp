@@ -29,8 +29,7 @@ std::uint32_t pixels_of(float length, float scale) {
     return static_cast<std::uint32_t>(std::max(std::lround(length * scale), 1L));
 }
 
-/// Shows the state, and lets input change it. Image and window are apart: the engine traces the
-/// next image while this one is drawn, and no call waits for it.
+/// The engine traces the next image while this one is drawn, and no call waits for it.
 class Viewer {
 public:
     Viewer(const ViewOptions& options, const Messages& messages)

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
-#include <utility>
 
 #include "common/base/errors.h"
 
@@ -29,8 +28,7 @@ namespace {
 
 Window::Library::Library() {
 #ifdef GLFW_PLATFORM
-    // GLFW 3.4 prefers Wayland. There a window has no frame without a plugin of libdecor, and
-    // glfwTerminate() crashes.
+    // On Wayland a window has no frame without a plugin of libdecor, and glfwTerminate() crashes.
     if (std::getenv("DISPLAY") != nullptr) glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
 #endif
     if (glfwInit() != GLFW_TRUE) fail("no display can be opened");

@@ -11,7 +11,6 @@
 #include <glm/vec4.hpp>
 
 #include "common/scene/camera_setup.h"
-#include "morphray/geometry.hpp"
 
 struct GLFWwindow;
 
@@ -48,15 +47,13 @@ public:
     /// Pixels a screen coordinate.
     float pixel_scale() const;
 
-    /// Takes 8-bit RGBA pixels, row by row from the top, and the ends of lines over them, which are
-    /// in clip space of the image.
+    /// 8-bit RGBA pixels from the top, and the ends of lines over them, in clip space of the image.
     void set_image(std::uint32_t width, std::uint32_t height, std::span<const std::uint32_t> pixels,
                    std::vector<glm::vec4> line_ends);
 
     /// Begins a frame of Dear ImGui.
     void begin_frame();
-    /// Draws the image in the left part of the window, of this width, and over it Dear ImGui's
-    /// frame; presents both.
+    /// Draws the image in the left part, of this width, under Dear ImGui's frame; presents both.
     void end_frame(float image_width);
 
 private:

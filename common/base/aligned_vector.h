@@ -11,8 +11,7 @@
 
 namespace mray {
 
-/// Advises the kernel to back the memory with huge pages (2 MiB): one fault and one entry of the
-/// TLB instead of 512.
+/// Asks for huge pages (2 MiB): one fault and one entry of the TLB instead of 512.
 inline void ask_for_huge_pages(void* p, std::size_t size) {
     constexpr std::uintptr_t kHugePage = std::uintptr_t{1} << 21;
     const auto begin = reinterpret_cast<std::uintptr_t>(p);
@@ -23,9 +22,8 @@ inline void ask_for_huge_pages(void* p, std::size_t size) {
         madvise(static_cast<std::byte*>(p) + (first - begin), end - first, MADV_HUGEPAGE);
 }
 
-/// Memory that starts on a cache line (64 B). resize(n) leaves new elements of trivial types
-/// uninitialised, so that threads fill them and fault their pages in together, and unused room
-/// costs no pages.
+/// Memory that starts on a cache line (64 B). resize(n) leaves trivial elements uninitialised:
+/// threads fault their pages in together, and unused room costs none.
 template <class T>
 struct CacheLineAllocator {
     using value_type = T;

@@ -1,5 +1,4 @@
 // Errors that an argument, a file or a device causes. A broken invariant of the code is an assert;
-// "no hit" is a value.
 #pragma once
 
 #include <cstdint>
@@ -46,7 +45,6 @@ struct Warning {
     /// "file" or "file:line"; empty where there is no file.
     std::string place;
     std::string text;
-    /// As Error::hint().
     Hint hint = Hint::kNone;
     /// Further warnings of this kind, which this one stands for.
     std::uint64_t more = 0;

@@ -11,16 +11,14 @@ namespace mray {
 
 inline constexpr std::uint64_t kMaxInputBytes = std::uint64_t{4} << 30;
 
-/// Returns the content of a regular file. Throws what InputFile throws, and Error(kLimit), before
-/// it allocates, for more than max_bytes.
+/// The content of a regular file. Throws as InputFile, and Error(kLimit) above max_bytes.
 std::string read_input_file(const std::filesystem::path& path,
                             std::uint64_t max_bytes = kMaxInputBytes);
 
 /// A regular file that is read in parts. Threads may share one.
 class InputFile {
 public:
-    /// Never waits for a pipe or device. Throws Error(kBadInput) if the file is missing,
-    /// unreadable, a folder, a pipe, a device or a loop of links.
+    /// Never waits for a pipe or device. Throws Error(kBadInput) unless it can read a regular file.
     explicit InputFile(const std::filesystem::path& path);
     ~InputFile();
     InputFile(const InputFile&) = delete;
@@ -28,8 +26,7 @@ public:
 
     const std::filesystem::path& path() const { return path_; }
     std::uint64_t size() const { return size_; }
-    /// Fills `out` with the bytes from `offset` on. Throws Error(kBadInput) if they cannot be read
-    /// or are not there (any more).
+    /// Fills `out` with the bytes from `offset` on. Throws Error(kBadInput) if they cannot be read.
     void read(std::uint64_t offset, std::span<std::byte> out) const;
 
 private:

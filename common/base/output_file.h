@@ -19,8 +19,7 @@ void write_file(const std::filesystem::path& path, std::string_view text);
 /// missing or not writable, if it is a folder itself, or if its name is too long.
 void check_writable(const std::filesystem::path& path);
 
-/// Creates the folder and its parents where they are missing. Throws Error(kOutput) if files cannot
-/// be written into it.
+/// Creates a folder and its parents. Throws Error(kOutput) if files cannot be written into it.
 void make_output_folder(const std::filesystem::path& path);
 
 }  // namespace mray

@@ -7,8 +7,7 @@
 namespace mray {
 namespace {
 
-/// Arenas that no ThreadArena uses, by their size. There are at most as many as were in use at the
-/// same time.
+/// Arenas that no ThreadArena uses, by their size. They are at most as many as were in use at once.
 struct IdleArenas {
     std::mutex mutex;
     std::multimap<int, std::unique_ptr<tbb::task_arena>> arenas;

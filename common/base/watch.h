@@ -19,7 +19,6 @@ public:
     Watch() = default;
     explicit Watch(const std::atomic<bool>* cancel) : cancel_(cancel) {}
 
-    /// Whether the work may be asked to end.
     bool can_cancel() const { return cancel_ != nullptr; }
     bool is_cancelled() const {
         return cancel_ != nullptr && cancel_->load(std::memory_order_relaxed);

@@ -1,6 +1,5 @@
 #include "common/bvh/bvh.h"
 
-#include <algorithm>
 #include <set>
 
 #include "common/base/hash.h"

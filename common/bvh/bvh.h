@@ -12,8 +12,7 @@
 
 namespace mray {
 
-/// A triangle that has the vertices of another one in the same order, which stands for it in the
-/// tree: the one of lowest prim_id.
+/// A triangle with the vertices of another one in the same order, its stand-in of lower prim_id.
 struct RepeatedTriangle {
     std::uint32_t first;
     std::uint32_t prim_id;

@@ -19,12 +19,10 @@ namespace {
 /// The closest triangle to a point among some, the lowest prim_id of equally close ones.
 class ClosestChoice {
 public:
-    /// `lower` and `upper` are those of a box around the triangles.
     ClosestChoice(const dvec3& p, vec3 lower, vec3 upper);
 
     /// A lower bound, by which boxes may be visited in order.
     double least(vec3 lower, vec3 upper) const;
-    /// False if nothing at this distance or farther is the closest.
     bool is_open(double least) const { return least <= most_; }
     /// Calls use(slot) for the children of a node whose boxes plain distances leave open.
     template <class Use>
@@ -40,7 +38,6 @@ private:
         double least;
         std::uint32_t prim_id;
         Corners corners;
-        /// DoublePlace::is_certain.
         bool is_certain;
         std::array<double, 3> weights;
     };
@@ -49,8 +46,7 @@ private:
     double least_from_middle(const LeafVertex& x) const;
 
     dvec3 p_;
-    /// Bounds are differences of squared distances from that of this place, which keeps their
-    /// digits from far away.
+    /// Bounds are relative to the squared distance of this place, which keeps their digits.
     dvec3 reference_;
     double most_ = std::numeric_limits<double>::infinity();
     /// The closest place so far, the way from there to p, and a lower bound for it.

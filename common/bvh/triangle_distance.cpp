@@ -10,24 +10,6 @@ namespace {
 double dot(const dvec3& a, const dvec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 double length(const dvec3& a) { return std::sqrt(dot(a, a)); }
 
-}  // namespace
-
-Difference difference(const dvec3& p, const dvec3& r, const dvec3& q, double blur) {
-    Difference result{0, 0};
-    for (int axis = 0; axis < 3; ++axis) {
-        const double across = r[axis] - q[axis];
-        const double from_q = p[axis] - q[axis];
-        const double from_r = p[axis] - r[axis];
-        const double size = std::abs(from_q) + std::abs(from_r);
-        result.value += across * (from_q + from_r);
-        result.error += (kDistanceRounding * std::abs(across) + 2 * blur + 0x1p-90 * size) * size;
-    }
-    result.error += 3 * blur * blur;
-    return result;
-}
-
-namespace {
-
 /// A bound of the error of a corner's weight: `size` is its distance from the line through the
 /// others, and `far` at least that of the point from any corner.
 double weight_error(double far, double size) { return kDistanceRounding * far / size; }
@@ -69,7 +51,6 @@ bool is_inside(const dvec3& p, const std::array<dvec3, 3>& x, DoublePlace& insid
     return inside.is_certain && least > 0;
 }
 
-/// The place on the edge i, and whether it is known where it ends.
 DoublePlace place_on_edge(const dvec3& p, const std::array<dvec3, 3>& x, int i) {
     const int j = (i + 1) % 3;
     const dvec3 e = x[j] - x[i];
@@ -88,25 +69,6 @@ DoublePlace place_on_edge(const dvec3& p, const std::array<dvec3, 3>& x, int i) 
     return on_edge;
 }
 
-}  // namespace
-
-Feature feature_of(const Corners& corners, const std::array<double, 3>& weights) {
-    Feature feature = {};
-    std::size_t first = 0;
-    while (weights[first] == 0) ++first;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const vec3& corner = corners[weights[i] != 0 ? i : first];
-        feature[i] = {corner.x, corner.y, corner.z};
-    }
-    std::sort(feature.begin(), feature.end());
-    // Two of a vertex or three: one thing.
-    if (feature[0] == feature[1]) feature[1] = feature[2];
-    return feature;
-}
-
-namespace {
-
-/// The error of places in doubles.
 double blur_of(const Corners& corners) {
     double largest = 0;
     for (const vec3& corner : corners)
@@ -114,39 +76,6 @@ double blur_of(const Corners& corners) {
             largest = std::max(largest, static_cast<double>(std::abs(corner[axis])));
     return kDistanceRounding * largest;
 }
-
-}  // namespace
-
-DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corners,
-                             Difference& distance) {
-    const std::array<dvec3, 3> x = {dvec3(corners[0]), dvec3(corners[1]), dvec3(corners[2])};
-    const double blur = blur_of(corners);
-    DoublePlace inside;
-    if (is_inside(p, x, inside)) {
-        distance = difference(p, r, inside.place.point, blur);
-        return inside;
-    }
-    DoublePlace edges[3];
-    Difference distances[3];
-    int nearest = 0;
-    for (int i = 0; i < 3; ++i) {
-        edges[i] = place_on_edge(p, x, i);
-        distances[i] = difference(p, r, edges[i].place.point, blur);
-        if (distances[i].value < distances[nearest].value) nearest = i;
-    }
-    bool is_certain = inside.is_certain;
-    for (int i = 0; i < 3; ++i) {
-        if (distances[i].least() > distances[nearest].most()) continue;
-        is_certain &= edges[i].is_certain &&
-                      (i == nearest || feature_of(corners, edges[i].place.weights) ==
-                                           feature_of(corners, edges[nearest].place.weights));
-    }
-    distance = distances[nearest];
-    edges[nearest].is_certain = is_certain;
-    return edges[nearest];
-}
-
-namespace {
 
 /// A vector in units of a power of two in which all coordinates are whole.
 struct WholeVector {
@@ -200,6 +129,63 @@ private:
 };
 
 }  // namespace
+
+Difference difference(const dvec3& p, const dvec3& r, const dvec3& q, double blur) {
+    Difference result{0, 0};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double across = r[axis] - q[axis];
+        const double from_q = p[axis] - q[axis];
+        const double from_r = p[axis] - r[axis];
+        const double size = std::abs(from_q) + std::abs(from_r);
+        result.value += across * (from_q + from_r);
+        result.error += (kDistanceRounding * std::abs(across) + 2 * blur + 0x1p-90 * size) * size;
+    }
+    result.error += 3 * blur * blur;
+    return result;
+}
+
+Feature feature_of(const Corners& corners, const std::array<double, 3>& weights) {
+    Feature feature = {};
+    std::size_t first = 0;
+    while (weights[first] == 0) ++first;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const vec3& corner = corners[weights[i] != 0 ? i : first];
+        feature[i] = {corner.x, corner.y, corner.z};
+    }
+    std::sort(feature.begin(), feature.end());
+    // Two of a vertex or three: one thing.
+    if (feature[0] == feature[1]) feature[1] = feature[2];
+    return feature;
+}
+
+DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corners,
+                             Difference& distance) {
+    const std::array<dvec3, 3> x = {dvec3(corners[0]), dvec3(corners[1]), dvec3(corners[2])};
+    const double blur = blur_of(corners);
+    DoublePlace inside;
+    if (is_inside(p, x, inside)) {
+        distance = difference(p, r, inside.place.point, blur);
+        return inside;
+    }
+    DoublePlace edges[3];
+    Difference distances[3];
+    int nearest = 0;
+    for (int i = 0; i < 3; ++i) {
+        edges[i] = place_on_edge(p, x, i);
+        distances[i] = difference(p, r, edges[i].place.point, blur);
+        if (distances[i].value < distances[nearest].value) nearest = i;
+    }
+    bool is_certain = inside.is_certain;
+    for (int i = 0; i < 3; ++i) {
+        if (distances[i].least() > distances[nearest].most()) continue;
+        is_certain &= edges[i].is_certain &&
+                      (i == nearest || feature_of(corners, edges[i].place.weights) ==
+                                           feature_of(corners, edges[nearest].place.weights));
+    }
+    distance = distances[nearest];
+    edges[nearest].is_certain = is_certain;
+    return edges[nearest];
+}
 
 ExactDistance exact_distance(const dvec3& p, const Corners& corners) {
     const Unit unit(p, corners);

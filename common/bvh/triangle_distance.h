@@ -33,8 +33,7 @@ struct DoublePlace {
 DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corners,
                              Difference& distance);
 
-/// Corners that have a part in a place, the others as the first of them, in the order of their
-/// coordinates.
+/// Corners that have a part in a place, others as the first of them, in order.
 using Feature = std::array<std::array<float, 3>, 3>;
 Feature feature_of(const Corners& corners, const std::array<double, 3>& weights);
 

@@ -23,15 +23,13 @@ inline float world_depth(const Camera& camera, const SceneSpace& space, float t,
     return static_cast<float>(std::min(space.length_to_world(t * scale), kLargest));
 }
 
-/// Depths along the viewing direction in world space: white up to `near`, darkest from near + range
-/// on, as in depth_colour() of common/interop/lit.h.
+/// Depths in world space: white up to `near`, darkest from near + range on (depth_colour()).
 struct DepthRange {
     double near = 0;
     double range = 1;
 };
 
-/// From the nearest to the farthest corner of the bounds, or from the eye if it is farther than
-/// that. Empty bounds count as a depth of 0 to 1.
+/// From the nearest corner of the bounds, or the eye, to the farthest; of empty bounds 0 to 1.
 inline DepthRange depth_range(const Point& eye, const Point& target, const WorldBounds& bounds) {
     if (bounds.empty()) return {};
     const glm::dvec3 forward = glm::normalize(to_dvec3(target) - to_dvec3(eye));

@@ -16,8 +16,7 @@ struct Image {
     std::vector<std::uint32_t> pixels;
 };
 
-/// A line of text in a PNG file: a keyword of 1 to 79 Latin letters, digits and blanks, and text in
-/// UTF-8 without NUL.
+/// A text of a PNG file, UTF-8 without NUL; its keyword has 1 to 79 letters, digits and blanks.
 struct PngText {
     std::string keyword;
     std::string text;

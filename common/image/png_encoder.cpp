@@ -26,8 +26,7 @@ std::string chunk(const std::string& type, const std::string& data) {
            word(crc32_z(0, reinterpret_cast<const Bytef*>(both.data()), both.size()));
 }
 
-/// The rows of pixels, each after a zero: flat triangles repeat themselves, which differences
-/// between pixels would hide.
+/// The rows of pixels, each after a zero: differences would hide that flat triangles repeat.
 std::string rows_of(const Image& image, int channels) {
     std::string rows;
     rows.reserve(image.pixels.size() * static_cast<std::size_t>(channels) + image.height);

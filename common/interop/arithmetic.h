@@ -101,8 +101,7 @@ SHARED Float rsqrt(Float x) {
 }
 
 /// The same value on the coordinate grid: a multiple of 2^-40, and never -0. |x| >= 2^-17 is on it
-/// already; what is smaller rounds to a multiple of 2^-39, the ulp of the constant that is added
-/// and subtracted.
+/// already; the rest rounds to a multiple of 2^-39, the ulp of the constant that is added.
 SHARED Float snap_coordinate(Float x) {
     PRECISE Float s = x + kCoordinateSnap;
     PRECISE Float r = s - kCoordinateSnap;
@@ -148,8 +147,7 @@ SHARED Uint largest_axis(Float3 v) {
     return select(size.x >= size.y && size.x >= size.z, 0u, select(size.y >= size.z, 1u, 2u));
 }
 
-/// A direction as rays carry it: scaled by a power of two to a largest component in [1, 2), on the
-/// direction grid. Zero stays zero.
+/// A direction scaled by a power of two to a largest component in [1, 2), on the grid; or 0.
 SHARED Float3 canonical_direction(Float3 d) {
     Float largest = largest_component(d);
     PRECISE Float s = select(largest > 0.0f, scale_to_unit(largest), 1.0f);

@@ -1,7 +1,6 @@
-// The one BVH layout that both backends build, refit and traverse: width 16, meshlet leaves of at
-// most 16 triangles over at most 16 vertices. lab/notes/build_and_refit.md has the figures behind
-// the choice. On a device both arrays are read as texel buffers of uvec4, so all offsets are
-// multiples of 16 B.
+// The BVH layout of both backends: width 16, meshlet leaves of at most 16 triangles over at most 16
+// vertices. lab/notes/build_and_refit.md has the figures behind the choice. On a device both arrays
+// are read as texel buffers of uvec4, so all offsets are multiples of 16 B.
 #ifndef COMMON_INTEROP_BVH_LAYOUT_H
 #define COMMON_INTEROP_BVH_LAYOUT_H
 
@@ -30,8 +29,7 @@ SHARED_CONST uint kNodeChild = 24u;
 SHARED_CONST uint kLeafVec4s = 20u;
 SHARED_CONST uint kLeafPrimIds = 16u;
 
-// The builder never exceeds this many levels of nodes; a depth-first traversal that pushes all
-// children of a node then needs this much stack.
+// The most levels of nodes, and the stack of a depth-first traversal that pushes all children.
 SHARED_CONST uint kMaxDepth = 16u;
 SHARED_CONST uint kMaxStack = 241u;  // kMaxDepth * (kWidth - 1) + 1
 
@@ -64,8 +62,7 @@ struct Leaf {
     uint prim_id[16];
 };
 
-/// Packs the local vertex indices of a triangle (slots of its leaf) and the leaf's number of
-/// triangles.
+/// Packs a triangle's vertices (slots of its leaf) and the leaf's number of triangles.
 SHARED uint pack_corners(uint a, uint b, uint c, uint triangle_count) {
     return a | (b << 8u) | (c << 16u) | (triangle_count << 24u);
 }

@@ -44,8 +44,7 @@ SHARED Float3 greater3(Float3 a, Float3 b) {
     return Float3(greater(a.x, b.x), greater(a.y, b.y), greater(a.z, b.z));
 }
 
-/// The squared distance of a point from the box of lower and upper; all relative to each other as
-/// floats round. Not above that of any answer in the box.
+/// The squared distance of a point from a box, as floats round: not above that of answers in it.
 SHARED Float box_distance2(Float3 p, Float3 lower, Float3 upper) {
     PRECISE Float3 below = lower - p;
     PRECISE Float3 above = p - upper;

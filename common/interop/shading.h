@@ -15,8 +15,7 @@ SHARED_BEGIN
 SHARED_CONST float kUnlitIntensity = 0.125f;
 #endif
 
-/// Linear intensity in [0, 1] to 8 bits with gamma 2, rounding up from a fraction of 1 - rounding
-/// on; rounding is in (0, 1).
+/// Linear intensity in [0, 1] to 8 bits with gamma 2, rounding up from 1 - rounding, in (0, 1).
 SHARED Uint encode_channel(Float x, Float rounding) {
     PRECISE Float c = lesser(greater(x, 0.0f), 1.0f);
     PRECISE Float root = select(c > 0.00000095367431640625f, c * rsqrt(c), 0.0f);  // 2^-20

@@ -70,8 +70,7 @@ SHARED Float3 off_surface(Surface s, Float size) {
     return snap_point(p);
 }
 
-/// Whether the light is on the visible side of the surface. If not, the point is in shadow without
-/// a ray.
+/// Whether the light is on the visible side; if not, the point is in shadow without a ray.
 SHARED Bool faces_light(Surface s, Float3 light) {
     PRECISE Float3 to_light = light - s.point;
     return dot3(s.normal, to_light) > 0.0f;
@@ -119,8 +118,7 @@ SHARED Float3 sphere_point(Uint n) {
     PRECISE Float radius2 = 1.0f - z * z;
     PRECISE Float radius =
         select(radius2 > 0.00000095367431640625f, radius2 * rsqrt(radius2), 0.0f);  // 2^-20
-    // The upper two bits are the quadrant, the others an angle in [-pi/4, pi/4), whose sine and
-    // cosine are Taylor polynomials with an error below 4e-6.
+    // Two bits are the quadrant, others an angle in [-pi/4, pi/4); Taylor's errors are below 4e-6.
     PRECISE Float a = signed_unit(v << 2u) * 0.785398185253143310546875f;
     PRECISE Float a2 = a * a;
     PRECISE Float s2 =
@@ -140,8 +138,7 @@ SHARED Float3 sphere_point(Uint n) {
 }
 
 /// The direction to a point of the unit sphere around the normal's tip, given by its place on the
-/// sphere. Not canonical. Points that fill the sphere evenly give directions that are distributed
-/// by the cosine to the normal.
+/// sphere. Not canonical. Even points give directions distributed by the cosine to the normal.
 SHARED Float3 ao_direction(Surface s, Float3 point) {
     // Slightly less than 1, so that a point opposite to the normal still gives a direction.
     PRECISE Float3 lifted =

@@ -10,7 +10,6 @@
 
 namespace mray {
 
-/// One differing pixel.
 struct PixelDifference {
     std::uint32_t x = 0;
     std::uint32_t y = 0;

@@ -20,8 +20,7 @@ inline std::string cpu_info(const std::string& key) {
     return {};
 }
 
-/// The processor's name, family and model, and how many cores: names alone do not tell generations
-/// apart.
+/// The processor's name, family and model, and how many cores: names do not tell generations apart.
 inline std::string machine_name() {
     return fmt::format("{}, family {}, model {}, {} cores", cpu_info("model name"),
                        cpu_info("cpu family"), cpu_info("model"),

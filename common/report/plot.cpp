@@ -66,7 +66,6 @@ std::string quoted(std::string_view text) {
     return result + "'";
 }
 
-/// The variables of the script.
 std::string settings(const Figure& figure, const std::string& csv, std::string_view format) {
     std::string text = fmt::format("width={};panel_height={};panels={}", kWidth,
                                    figure.panel_height, figure.panels.size());

@@ -19,8 +19,7 @@ struct Figure {
     std::vector<Panel> panels = {};
 };
 
-/// Throws Error(kUnavailable) without gnuplot or its script; `who` begins the message of the
-/// former.
+/// Throws Error(kUnavailable) without gnuplot or its script; `who` begins the message.
 void require_gnuplot(std::string_view who);
 
 /// The image, as "svg" or "png", of a figure that shows columns of this CSV. It is 640 pixels wide,

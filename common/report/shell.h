@@ -12,11 +12,9 @@ namespace mray {
 struct ShellResult {
     /// The command's exit status; -1 if it did not start or was ended by a signal.
     int status = -1;
-    /// Its standard output.
     std::string text;
 };
 
-/// Runs the command and waits for it.
 inline ShellResult run_shell(const std::string& command) {
     ShellResult result;
     std::FILE* const pipe = popen(command.c_str(), "r");
@@ -40,7 +38,6 @@ inline std::string shell_quoted(const std::string& argument) {
     return quoted + "'";
 }
 
-/// All arguments, quoted where necessary, with blanks between.
 inline std::string shell_line(std::span<const std::string> arguments) {
     std::string line;
     for (const std::string& argument : arguments) {

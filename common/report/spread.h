@@ -17,8 +17,7 @@ inline double median(std::vector<double> values) {
     return values.size() % 2 != 0 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
 }
 
-/// The value below which a part (0 to 1) of the values lies, between two of them interpolated
-/// linearly.
+/// The value below which a part (0 to 1) of the values lies, interpolated linearly.
 inline double quantile(std::span<const double> ascending, double part) {
     const double place = part * static_cast<double>(ascending.size() - 1);
     const auto below = static_cast<std::size_t>(place);

@@ -1,5 +1,4 @@
-// Rows of text in aligned columns, one by one or together, and as comma-separated values; text of
-// markup.
+// Rows of text in aligned columns and as comma-separated values; text of markup.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +18,6 @@ struct Column {
 
 /// A line with the names of the columns, two spaces apart.
 std::string header_text(std::span<const Column> columns);
-/// A line with as many cells as there are columns (asserted).
 std::string row_text(std::span<const Column> columns, std::span<const std::string> cells);
 
 /// Rows that are all known before they are written.
@@ -27,7 +25,6 @@ class Table {
 public:
     explicit Table(std::vector<std::string> header) : header_(std::move(header)) {}
 
-    /// Adds a row of as many cells as the header has (asserted).
     void add(std::vector<std::string> row);
     bool empty() const { return rows_.empty(); }
 

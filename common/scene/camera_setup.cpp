@@ -16,8 +16,7 @@ namespace {
 
 // A pixel's ambient-occlusion rays (common/interop/params.h).
 constexpr std::uint32_t kMaxAoCount = 256;
-// Directions of rays may have components up to 2^42 (common/interop/ray.h); the image's corner is
-// the largest.
+// Directions may be up to 2^42 (common/interop/ray.h); the image's corner is the largest.
 constexpr double kMaxSlope = 0x1p40;
 // Smaller components of a direction change no pixel's ray and would make denormal products.
 constexpr double kNegligible = 0x1p-60;

@@ -43,7 +43,6 @@ struct ViewSpec {
     bool operator==(const ViewSpec&) const = default;
 };
 
-/// A view's eye, target and light in world space, given or default.
 struct ResolvedView {
     Point eye;
     Point target;
@@ -70,7 +69,6 @@ ViewSpec frame_object(const ViewSpec& view, std::span<const vec3> positions);
 ImageParams make_image_params(const ViewSpec& view, const WorldBounds& bounds,
                               const SceneSpace& space);
 
-/// The rays of all pixels, row by row.
 std::vector<Ray> camera_rays(const ImageParams& params);
 
 }  // namespace mray

@@ -19,8 +19,7 @@ const dvec3 kDefaultSide(0.45, 0.4, 1);
 constexpr double kFramingMargin = 1.02;
 // The image is larger than an object by this factor. Its shadow has kFramingMargin.
 constexpr double kObjectMargin = 1.15;
-// The light is above the object, and by these parts of that to the left and in front: most of the
-// shadow falls behind. The distance is in radii.
+// The light is above, by these parts to the left and in front: shadows fall behind. In radii.
 constexpr double kLightLeft = 0.4;
 constexpr double kLightFront = 0.8;
 constexpr double kLightDistance = 8;
@@ -28,15 +27,13 @@ constexpr double kLightDistance = 8;
 // nearly 180 degrees would put the eye into the nearest corner.
 constexpr double kLeastDepth = 0.05;
 
-// The scene as framing sees it: a box around a middle.
 struct SceneBox {
     dvec3 centre = {0, 0, 0};
     dvec3 half = dvec3(1, 1, 1) / std::sqrt(3.0);
     double radius() const { return std::hypot(half.x, half.y, half.z); }
 };
 
-// A point gets its distance from the origin for a size, as SceneSpace does it; the empty scene and
-// the origin alone get a radius of 1.
+// A point has its distance from 0 for a size, as in SceneSpace; nothing and 0 alone have 1.
 SceneBox scene_box(const WorldBounds& bounds) {
     SceneBox unit;
     if (bounds.empty()) return unit;
@@ -74,9 +71,8 @@ void for_corners(const SceneBox& scene, const dvec3& from, const Visit& visit) {
     }
 }
 
-// Returns how far before the target the eye must be for all points to be in the image, and at least
-// so far before the eye. for_points(visit) calls visit(p, margin) for points seen from the target;
-// the image is larger by the margin.
+// How far before the target the eye must be for all points to be in the image, and at least
+// least_depth before the eye. for_points(visit) calls visit(p, margin) for points from the target.
 template <class ForPoints>
 double framing_distance(const HalfSlopes& slopes, const Axes& axes, double least_depth,
                         const ForPoints& for_points) {
@@ -125,14 +121,12 @@ dvec3 framing_target(const HalfSlopes& slopes, const Axes& axes, const SceneBox&
     return target;
 }
 
-// Above left of the eye by the eye's distance from the middle, or farther where that would be in
-// the scene.
+// Above left of the eye by its distance from the middle, farther if that is in the scene.
 dvec3 default_light(const dvec3& eye, const Axes& axes, const SceneBox& scene) {
     const dvec3 aside = 0.7 * axes.up - 0.6 * axes.right;
     const double radius = scene.radius();
     double reach = std::max(glm::length(eye - scene.centre), 2 * radius);
-    // A line leaves a sphere of 1.5 times the radius for good within a few doublings. Without axes
-    // (an invalid view) there is no way to go.
+    // A line leaves a sphere of 1.5 radii within a few doublings; an invalid view has no axes.
     for (int i = 0; i < 4; ++i) {
         if (glm::length(eye + reach * aside - scene.centre) > 1.5 * radius) break;
         reach *= 2;
@@ -153,7 +147,6 @@ struct SeenObject {
     std::vector<vec3> vertices;
     std::vector<vec3> shadows;
 
-    // Returns framing_distance() with margins for both.
     double distance(const HalfSlopes& slopes, const dvec3& target) const {
         const Axes axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
         return framing_distance(slopes, axes, kLeastDepth, [&](const auto& visit) {

@@ -17,8 +17,7 @@ inline constexpr Albedo kDefaultAlbedo = 0x00BFBFBF;
 /// The albedo of linear channels, clamped to [0, 1] and rounded to 8 bits.
 Albedo albedo_of(float r, float g, float b);
 
-/// The most triangles of a scene: more might need a tree that is too high
-/// (common/bvh/builder/binary_tree.h).
+/// The most triangles of a scene: more might need a tree above kMaxBinaryHeight.
 inline constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
 
 /// The constant part of a deforming scene. prim_id i is triangles[i]; every index is below

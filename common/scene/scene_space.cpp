@@ -48,8 +48,7 @@ double exact_centre(double lower, double upper) {
     return static_cast<float>((lower + upper) / 2);
 }
 
-/// A coordinate of scene space, rounded once to a float on the grid. A value below the grid must
-/// not round to a float denormal on the way to it.
+/// Rounds once to a float on the grid. Values below it must not become denormals on the way.
 float to_grid(double scaled) {
     return std::abs(scaled) < 0x1p-60 ? 0.0f : snap_coordinate(static_cast<float>(scaled));
 }
@@ -59,6 +58,47 @@ bool holds(const SceneSpace& space, const double corner[3]) {
     const vec3 scene = space.to_scene(vec3(corner[0], corner[1], corner[2]));
     const float farthest = std::max({std::abs(scene.x), std::abs(scene.y), std::abs(scene.z)});
     return farthest <= kSceneExtent;
+}
+
+/// The error of a - b as it is rounded (D. E. Knuth's two-sum).
+double difference_error(double a, double b) {
+    const double rounded = a - b;
+    const double of_b = rounded - a;
+    return (a - (rounded - of_b)) - (b + of_b);
+}
+
+double largest_of(const dvec3& v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
+/// Moves `org`, which has the rounding error `error`, along `dir` to where the ray is close to
+/// scene space, and adds t there to `t`. Returns false for a ray that leads past. The new origin is
+/// off by roundings of its own coordinates, not of those far away: a step is rounded once.
+bool approach(dvec3& org, dvec3 error, const dvec3& dir, double& t) {
+    double size = largest_of(org);
+    while (size > kFarOrigin) {
+        const double middle = -(org.x * dir.x + org.y * dir.y + org.z * dir.z) /
+                              (dir.x * dir.x + dir.y * dir.y + dir.z * dir.z);
+        // Before the scene, however the middle is rounded.
+        const double step = middle - (4 * kSceneExtent + 0x1p-48 * size);
+        if (!(step > 0 && std::isfinite(step))) return false;
+        for (int axis = 0; axis < 3; ++axis)
+            org[axis] = std::fma(dir[axis], step, org[axis]) + error[axis];
+        error = dvec3(0, 0, 0);
+        t += step;
+        // |dir| < sqrt(12), and the scene is within sqrt(3) extents of its centre.
+        const double left = largest_of(org);
+        if (!(left <= 16 * kSceneExtent + 0x1p-40 * size)) return false;
+        size = left;
+    }
+    return true;
+}
+
+/// A little less than how far a number is from those that round to another float.
+double rounding_of(double t) {
+    const auto rounded = static_cast<float>(std::min(t, 0x1p+127));
+    const float next = std::nextafter(rounded, std::numeric_limits<float>::infinity());
+    return (double{next} - double{rounded}) * (31.0 / 64);
 }
 
 }  // namespace
@@ -131,51 +171,6 @@ SceneSpace space_of_frame(const WorldBounds& reference, const WorldBounds& frame
     return SceneSpace(both);
 }
 
-namespace {
-
-/// The error of a - b as it is rounded (D. E. Knuth's two-sum).
-double difference_error(double a, double b) {
-    const double rounded = a - b;
-    const double of_b = rounded - a;
-    return (a - (rounded - of_b)) - (b + of_b);
-}
-
-double largest_of(const dvec3& v) {
-    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-}
-
-/// Moves `org`, which has the rounding error `error`, along `dir` to where the ray is close to
-/// scene space, and adds t there to `t`. Returns false for a ray that leads past. The new origin is
-/// off by roundings of its own coordinates, not of those far away: a step is rounded once.
-bool approach(dvec3& org, dvec3 error, const dvec3& dir, double& t) {
-    double size = largest_of(org);
-    while (size > kFarOrigin) {
-        const double middle = -(org.x * dir.x + org.y * dir.y + org.z * dir.z) /
-                              (dir.x * dir.x + dir.y * dir.y + dir.z * dir.z);
-        // Before the scene, however the middle is rounded.
-        const double step = middle - (4 * kSceneExtent + 0x1p-48 * size);
-        if (!(step > 0 && std::isfinite(step))) return false;
-        for (int axis = 0; axis < 3; ++axis)
-            org[axis] = std::fma(dir[axis], step, org[axis]) + error[axis];
-        error = dvec3(0, 0, 0);
-        t += step;
-        // |dir| < sqrt(12), and the scene is within sqrt(3) extents of its centre.
-        const double left = largest_of(org);
-        if (!(left <= 16 * kSceneExtent + 0x1p-40 * size)) return false;
-        size = left;
-    }
-    return true;
-}
-
-/// A little less than how far a number is from those that round to another float.
-double rounding_of(double t) {
-    const auto rounded = static_cast<float>(std::min(t, 0x1p+127));
-    const float next = std::nextafter(rounded, std::numeric_limits<float>::infinity());
-    return (double{next} - double{rounded}) * (31.0 / 64);
-}
-
-}  // namespace
-
 SceneRay to_scene(const SceneSpace& space, const WorldRay& world) {
     SceneRay result;
     double largest = 0;
@@ -204,8 +199,7 @@ SceneRay to_scene(const SceneSpace& space, const WorldRay& world) {
     // 2^dir_exponent.
     result.t_exponent = -(space.exponent() + dir_exponent);
     result.t_start = std::ldexp(start, result.t_exponent);
-    // From far away t is rounded to a float that holds fewer digits, and that one is in the
-    // interval.
+    // From far away t is rounded to fewer digits, and that one is in the interval.
     const auto rounding = [&](double t) { return start != 0 ? rounding_of(t) : 0; };
     const double near = std::max(world.tnear, 0.0);
     const double tnear = std::ldexp(near - rounding(near), -result.t_exponent) - start;

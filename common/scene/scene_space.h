@@ -1,5 +1,4 @@
-// Scene space, in which the hit rule's arithmetic is exact. The only place that knows scale and
-// grid.
+// Scene space, where the hit rule is exact. Nothing else knows scale and grid.
 #pragma once
 
 #include <span>
@@ -57,7 +56,6 @@ public:
 private:
     double centre_[3] = {0, 0, 0};
     int exponent_ = 0;
-    /// 2^exponent.
     double scale_ = 1;
 };
 
@@ -73,8 +71,7 @@ struct WorldRay {
     double tfar;
 };
 
-/// Rays that start farther away on an axis of scene space are moved along themselves to the scene:
-/// 2^10 extents.
+/// Rays from farther away on an axis are moved along themselves to the scene: 2^10 extents.
 inline constexpr float kFarOrigin = 0x1p+30f;
 
 /// A ray in scene space, with dir scaled by a power of two so that its largest component is in

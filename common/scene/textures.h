@@ -19,7 +19,6 @@ struct Texcoord {
     bool operator==(const Texcoord&) const = default;
 };
 
-/// The points of the corners of a triangle.
 using Texcoords = std::array<Texcoord, 3>;
 
 /// An image file, and whether its border pixels go on outside of it; otherwise it repeats.
@@ -40,12 +39,10 @@ struct TextureFile {
 };
 
 /// The textures of a mesh, the same in all frames. A triangle's colour is the product of its albedo
-/// and its texture. Without files the other arrays are empty; otherwise they have an entry for each
-/// triangle.
+/// and its texture. Without files all are empty, else the others have an entry for each triangle.
 struct SceneTextures {
     std::vector<TextureFile> files;
     std::vector<Texcoords> texcoords;
-    /// Indices of `files`, or kNoTexture.
     std::vector<std::uint32_t> texture_ids;
 };
 

@@ -13,11 +13,9 @@ namespace mray {
 /// Stands for the index of a vertex normal at the corner of a triangle that is flat there.
 inline constexpr std::uint32_t kFlatCorner = 0xFFFFFFFFu;
 
-/// A vertex normal for each index that corners of triangles have in common.
 class VertexNormals {
 public:
-    /// Three indices for each triangle, or kFlatCorner. Indices need not be consecutive, but memory
-    /// is taken up to the largest one. Copies both.
+    /// Three indices for each triangle, or kFlatCorner. Memory is taken up to the largest.
     VertexNormals(std::span<const uvec3> triangles, std::span<const uvec3> ids);
 
     /// Sets the normals for vertex positions: the unit vector of the sum of the cross products of

@@ -1,5 +1,4 @@
-// The instruction sets that SIMD code is compiled for. They are values: one process can use several
-// side by side, and no global state is switched.
+// The instruction sets that SIMD code is compiled for: values that a process uses side by side.
 #pragma once
 
 #include <cstdint>
@@ -18,17 +17,14 @@ struct SimdTarget {
     bool operator==(const SimdTarget& other) const { return bit == other.bit; }
 };
 
-/// Returns the targets that are compiled in and that this machine runs, best first; "scalar" is
-/// always the last. Takes tens of microseconds in a virtual machine: not to be called for each
-/// batch.
+/// The targets that are compiled in and run here, best first; "scalar" is always the last. Takes
+/// tens of microseconds in a virtual machine: not to be called for each batch.
 std::vector<SimdTarget> supported_simd_targets();
 
-/// Returns the names in a list: "avx512, avx2, ssse3".
 std::string names_of(const std::vector<SimdTarget>& targets);
 
-/// Returns the target of that name, or the best one for "" and "best". Throws Error: kBadArgument
-/// for a name that is unknown, kUnavailable for one that is not compiled in or that this machine
-/// lacks.
+/// The target of that name, or the best one for "" and "best". Throws Error: kBadArgument for a
+/// name that is unknown, kUnavailable for one that is not compiled in or that this machine lacks.
 SimdTarget find_simd_target(std::string_view name);
 
 /// The name that stands for portable C++ without a target.

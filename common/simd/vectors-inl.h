@@ -245,8 +245,7 @@ private:
 };
 
 #if HWY_TARGET != HWY_SCALAR
-/// Combines four vectors to one: lane i of each block of 4 lanes is `combine` (min or max) over the
-/// same block of v[i].
+/// Lane i of each block of 4 is `combine` (min or max) over the same block of v[i].
 template <class Combine>
 HWY_INLINE FloatVec combine_four(const FloatVec v[4], Combine combine) {
     const hn::Repartition<double, FloatTag> pairs;
@@ -272,8 +271,7 @@ HWY_INLINE auto reduce_blocks(D d, hn::Vec<D> v, Combine combine) {
     }
 }
 
-/// Transposes each block of four words: out[0] has the first words of the four vectors, out[1] the
-/// second, and so on.
+/// Transposes blocks of four words: out[0] has the first words of the vectors, and so on.
 template <class D>
 HWY_INLINE void transpose_fours(D d, const hn::Vec<D> in[4], hn::Vec<D> out[4]) {
     const hn::Repartition<std::uint64_t, D> pairs;
@@ -288,8 +286,7 @@ HWY_INLINE void transpose_fours(D d, const hn::Vec<D> in[4], hn::Vec<D> out[4]) 
 }
 #endif
 
-/// Writes a number where a mask has a lane, `to` being aligned. Not by a masked store of SSE, which
-/// goes around the caches.
+/// Writes a number to aligned lanes of a mask; SSE's masked store goes around the caches.
 HWY_INLINE void store_where(Mask m, std::uint32_t number, std::uint32_t* to) {
     const UintVec numbers = splat(number);
 #if HWY_TARGET == HWY_AVX2

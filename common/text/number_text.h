@@ -14,7 +14,6 @@ namespace mray {
 /// for any other text: hexadecimal numbers, decimal commas, cut exponents, blanks, the empty text.
 std::optional<float> parse_float(std::string_view text);
 
-/// As parse_float, for a double.
 std::optional<double> parse_double(std::string_view text);
 
 /// As parse_double, but a number that the nearest double moves to the middle of two floats is left

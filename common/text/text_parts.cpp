@@ -6,7 +6,6 @@
 #include <array>
 #include <cstdint>
 #include <sstream>
-#include <vector>
 
 namespace mray {
 namespace {

@@ -21,7 +21,6 @@ inline std::vector<std::string_view> split(std::string_view text, char separator
     }
 }
 
-/// The text without the characters of `blanks` at its ends.
 inline std::string_view trimmed(std::string_view text, std::string_view blanks) {
     const std::size_t first = text.find_first_not_of(blanks);
     if (first == std::string_view::npos) return {};
@@ -41,8 +40,7 @@ inline std::string lower_case(std::string text) {
 /// The width of all output for people.
 inline constexpr std::size_t kColumns = 80;
 
-/// `text` in lines of at most `columns` characters, each line but the first after `indent` blanks.
-/// A word that is longer has a line of its own.
+/// `text` in lines of at most `columns` characters, or one longer word, later ones indented.
 std::string wrapped(const std::string& text, std::size_t indent = 0,
                     std::size_t columns = kColumns);
 

@@ -73,7 +73,6 @@ public:
         return std::max(0.0, loss_before_ - loss);
     }
 
-    /// The remedy has been applied, for this price.
     void start_over(double price) {
         // A scene that changes its ways is noticed once this many times the price is lost.
         constexpr double kMostPriceFactor = 16;
@@ -125,8 +124,7 @@ public:
         weighted_ = kMemory * weighted_ + x * y;
     }
 
-    /// Learns from a frame of the tree in use. This is weaker evidence, since the image changes,
-    /// too.
+    /// Learns from a frame of the tree in use: weaker evidence, since the image changes, too.
     void watch(double overhead, double trace) {
         if (!(trace > 0)) return;
         if (first_trace_ <= 0) {
@@ -175,8 +173,7 @@ constexpr double kMostBuildFrames = 64;
 // the first takes apart every leaf that straddles two bodies, later ones find most of that done.
 constexpr double kFirstRestructureCost = 0.4;
 constexpr double kNextRestructureCost = 0.5;
-// A triangle that is restructured costs this many times a triangle of a build: nodes and leaves are
-// laid out again around it.
+// A restructured triangle costs this many of a build: nodes around it are laid out again.
 constexpr double kRestructuredTriangle = 2;
 // A restructuring that takes away less than this part of the overhead did not help.
 constexpr double kHelpful = 0.3;

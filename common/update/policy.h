@@ -86,8 +86,7 @@ public:
     virtual UpdateDecision plan() = 0;
     /// Decides after the refit; kRefit if the refitted tree is good enough.
     virtual UpdateDecision review(const RefittedTree&) { return {UpdateStep::kRefit, "asked for"}; }
-    /// Returns true if review() reads RefittedTree::overhead or may return kRestructure. Each needs
-    /// a pass over the nodes.
+    /// Whether review() reads RefittedTree::overhead or restructures: a pass over the nodes.
     virtual bool needs_tree_cost() const { return false; }
     /// Report the cost of the first build, and then the costs of each frame.
     virtual void built(double /*cost*/) {}

@@ -14,12 +14,10 @@ namespace {
 // Blocks a task: 192 KiB of positions.
 constexpr std::uint32_t kGrain = 1024;
 
-// Blocks that are compared at once, 6 KiB. If none of them has moved, this takes 0.6 of the time of
-// comparing each.
+// Blocks that are compared at once, 6 KiB: 0.6 of the time if none of them has moved.
 constexpr std::uint32_t kStretch = 32;
 
-// A refit of parts pays up to this part of all leaves or blocks, since its order of visits is bad
-// for caches.
+// A refit of parts pays up to this part of all: its order of visits is bad for caches.
 constexpr double kWorthwhile = 0.6;
 
 bool is_worthwhile(std::size_t parts, std::size_t all) {
@@ -177,8 +175,7 @@ std::vector<IndexRange> covering_ranges(std::span<const std::uint32_t> indices, 
     for (std::size_t i = 1; i < indices.size(); ++i) {
         if (indices[i] - indices[i - 1] > 1) gaps.push_back(indices[i] - indices[i - 1]);
     }
-    // Gaps of this size and more separate ranges. If too many gaps have the same size, all of them
-    // are filled.
+    // Gaps of this size and more separate ranges; too many of one size are all filled.
     std::uint32_t parting = 2;
     if (gaps.size() >= most) {
         const auto place = gaps.end() - static_cast<std::ptrdiff_t>(most);

@@ -46,8 +46,7 @@ struct MovedParts {
     std::vector<std::uint32_t> nodes;
 };
 
-/// The leaves of one tree by the blocks of their vertices. It takes some 4 bytes a triangle, and
-/// about the time of a refit to make.
+/// The leaves of one tree by the blocks of their vertices: 4 bytes a triangle, a refit's time.
 class BlockLeaves {
 public:
     /// Reads only leaf_vertices and parents of the tree.
@@ -88,8 +87,7 @@ public:
                  std::span<const IndexRange> changed = kAllIndices) {
         moved_blocks_ = pose_.advance(positions, changed);
     }
-    /// Plans the refit of the current tree to the last advance(). Reads only leaf_vertices and
-    /// parents of the tree.
+    /// Plans the refit to the last advance(). Reads leaf_vertices and parents of the tree alone.
     RefitPlan plan(const Bvh& tree, RefitExtent extent);
 
 private:
@@ -99,8 +97,7 @@ private:
     std::optional<BlockLeaves> block_leaves_;
 };
 
-/// At most `most` ranges (at least 1) that cover the ascending indices. If more would be needed, it
-/// fills gaps, the smallest first.
+/// At most `most` ranges (at least 1) over ascending indices; the smallest gaps are filled.
 std::vector<IndexRange> covering_ranges(std::span<const std::uint32_t> indices, std::size_t most);
 
 }  // namespace mray

@@ -1,7 +1,6 @@
 #include "common/update/relayout.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <functional>
 #include <utility>
 

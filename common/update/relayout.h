@@ -13,8 +13,7 @@
 
 namespace mray {
 
-/// Half the area of the box of each node and leaf at the time when the builder or a restructuring
-/// placed it, divided by the growth until then.
+/// Half the area of the box of each node and leaf when it was placed, over the growth until then.
 struct BuiltAreas {
     std::vector<float> nodes;
     std::vector<float> leaves;

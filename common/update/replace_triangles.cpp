@@ -50,8 +50,7 @@ private:
     std::vector<std::uint8_t> leaves_;
 };
 
-/// Gives the triangles of a leaf their new ids and vertices. Returns false, and changes nothing,
-/// unless all of them stay and have one shift.
+/// Gives a leaf's triangles new ids and vertices. False: they do not all stay with one shift.
 bool renumber_leaf(const TopologyChange& change, Leaf& leaf, std::uint32_t* vertices) {
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
     const KeptTriangles* const kept = change.find(leaf.prim_id[0]);

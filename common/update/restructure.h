@@ -31,8 +31,7 @@ namespace mray {
 std::size_t restructure(const Topology& topology, std::span<const vec3> positions, double growth,
                         double most, Bvh& bvh, BuiltAreas& areas);
 
-/// The largest growth of the area of a sound box. The box of a flat square that turns about its
-/// edge grows by up to 1.9 without any degradation.
+/// The largest growth of a sound box: a flat square that turns about its edge has up to 1.9.
 inline constexpr double kSoundGrowth = 2;
 
 }  // namespace mray

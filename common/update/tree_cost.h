@@ -16,18 +16,15 @@ namespace mray {
 /// Equal bytes of nodes give equal bits.
 double tree_cost(std::span<const Node> nodes);
 
-/// The assumed cost of a leaf in visits of a node. (bvh_stats counts the triangles of leaves
-/// instead.)
+/// The assumed cost of a leaf in visits of a node. (bvh_stats counts triangles.)
 inline constexpr double kLeafCost = 12;
 
-/// A sample of at most kMost triangles, evenly by prim_id. Its area tells a tree whose boxes grew
-/// with its triangles from a degraded one.
+/// At most kMost triangles, evenly by prim_id: their area tells grown triangles from a bad tree.
 class TriangleSample {
 public:
     explicit TriangleSample(const Topology& topology);
 
-    /// The sum of half the areas of the sampled triangles' boxes, in scene space, without triangles
-    /// that have a vertex that is not finite. 0 for no triangles.
+    /// The sum of half the areas of the boxes of sampled triangles that are finite; 0 for none.
     double area(std::span<const vec3> positions) const;
 
 private:

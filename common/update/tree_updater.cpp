@@ -209,8 +209,7 @@ void TreeUpdater::start_background_build(std::span<const vec3> positions,
                                          std::uint32_t build_frames) {
     background_ = std::async(
         std::launch::async, [this, pose = std::vector<vec3>(positions.begin(), positions.end())] {
-            // At normal priority a build slows down the threads that trace, which have a core each.
-            // At a niceness of 10 it starves while other programs run.
+            // At normal priority a build slows down tracing; at 10 it starves.
             constexpr int kNiceness = 5;
             setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
             return build_bvh(topology_, pose, {.threads = 1, .watch = Watch(&cancel_background_)});

@@ -1,11 +1,4 @@
 // Rows of lit samples from hits to colours.
-#if defined(MORPHRAY_CPU_IMAGE_LIT_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_IMAGE_LIT_ROWS_INL_H
-#undef MORPHRAY_CPU_IMAGE_LIT_ROWS_INL_H
-#else
-#define MORPHRAY_CPU_IMAGE_LIT_ROWS_INL_H
-#endif
-
 #include <algorithm>
 #include <bit>
 #include <cstddef>
@@ -26,7 +19,6 @@ using namespace simd::HWY_NAMESPACE;
 inline constexpr int kSquareBefore = 1;
 inline constexpr int kSquareAfter = static_cast<int>(kAoSquareSide) - 1 - kSquareBefore;
 
-// Behind the scene in false colours.
 inline constexpr std::uint32_t kNoColour = 0xFF000000u;
 
 // Samples without a hit before the first and after the last one of a row.
@@ -163,8 +155,7 @@ private:
         }
     }
 
-    /// The flat normals of samples that canonical rays dir hit, on the triangles' own side: as in
-    /// surface_of().
+    /// The flat normals of samples that canonical rays dir hit, on the own side of triangles.
     static lanes::Float3 own_normals(const TriangleRuns& runs, const TriangleRuns::Place& at,
                                      const lanes::Float3& dir) {
         const lanes::Float3 n = runs.flat(at);
@@ -314,7 +305,6 @@ private:
     std::uint32_t height_;
     /// A pixel has 2^side_bits_ samples a side.
     int side_bits_;
-    /// From first_row_ on; or, without neighbours, the row that is shaded.
     std::vector<SurfaceRow> rows_;
     std::int64_t first_row_ = 0;
     AlignedVector<std::uint32_t> colours_;
@@ -326,5 +316,3 @@ private:
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

@@ -23,7 +23,6 @@ struct LitSamples {
     const ImageParams& params;
     std::uint32_t side;
     LitKind kind;
-    /// The unit vector upwards.
     vec3 up;
     /// For kDepth, as in depth_colour().
     float near;
@@ -31,8 +30,7 @@ struct LitSamples {
 
     const Topology& topology;
     std::span<const vec3> positions;
-    /// For each triangle the indices of the vertex normals of its corners; kFlatCorner: none.
-    /// Empty: all triangles are flat.
+    /// For each triangle the normals of its corners; kFlatCorner: none. Empty: all are flat.
     std::span<const uvec3> normal_ids;
     std::span<const vec3> normals;
     /// The textures of the triangles whose albedo has kTexturedBit.
@@ -41,8 +39,7 @@ struct LitSamples {
     std::span<const Hit> hits;
     /// For kLit: 1 where the light does not reach the hit, else 0.
     std::span<const std::uint32_t> shadows;
-    /// How many of a sample's ao_count ambient-occlusion rays are occluded; ao_count 0: no such
-    /// rays.
+    /// How many of a sample's ao_count ambient-occlusion rays are occluded; 0: no rays.
     std::span<const std::uint32_t> occlusion;
     std::uint32_t ao_count;
     /// For kPlain: the colours.

@@ -96,17 +96,14 @@ HWY_INLINE UintVec lanes_below(Mask m) {
     return hn::PopulationCount(splat(bits_of(m)) & below);
 }
 
-/// The normals of the triangles that up to kMostPixels pixels show. Pixels are added a vector at a
-/// time: columns of four, one after the other.
+/// The normals of what kMostPixels pixels show. Columns of four follow each other.
 class ShownTriangles {
 public:
     static constexpr std::uint32_t kMostPixels = 256;
 
-    /// Drops what was added.
     void clear() { vectors_ = count_ = 0; }
 
-    /// Adds pixels that show these triangles, which exist. Neighbours in a column or a row that
-    /// show the same one share it.
+    /// Adds pixels that show these triangles, which exist. Neighbours share the same one.
     HWY_INLINE void add(UintVec prim) {
         const UintVec lane = hn::Iota(kUints, 0);
         // The neighbour that a pixel shares its triangle with, or the pixel itself.
@@ -214,8 +211,6 @@ struct PixelBlock {
 
 constexpr std::uint32_t kStripSide = ShownTriangles::kMostPixels / kBlockSide;
 
-/// Calls visit(strip) for the strips of a tile, row by row: of one row of at most kStripSide /
-/// kBlockSide blocks.
 template <class Visit>
 HWY_INLINE void for_each_strip(const Tile& tile, Visit visit) {
     Tile strip;
@@ -228,7 +223,6 @@ HWY_INLINE void for_each_strip(const Tile& tile, Visit visit) {
     }
 }
 
-/// Calls visit(block) for the blocks of a tile, row by row.
 template <class Visit>
 HWY_INLINE void for_each_block(const Tile& tile, Visit visit) {
     for (std::uint32_t y = tile.y0; y < tile.y1; y += kBlockSide) {
@@ -263,7 +257,6 @@ HWY_INLINE void load_hits(const PixelPart& part, const PixelBlock& block, std::u
     prim = as_uint(hn::GatherIndex(kFloats, hits, at + splat(3)));
 }
 
-/// Loads pixels `first` and following of a block.
 HWY_INLINE PixelLanes load_pixels(const PixelPart& part, const PixelBlock& block,
                                   std::uint32_t first) {
     const UintVec lane = hn::Iota(kUints, first);
@@ -284,7 +277,6 @@ HWY_INLINE PixelLanes load_pixels(const PixelPart& part, const PixelBlock& block
     return pixels;
 }
 
-/// Writes a number for each pixel of a block to the image.
 HWY_INLINE void write_block(const PixelPart& part, const PixelBlock& block,
                             const std::uint32_t* from, std::uint32_t* image) {
     std::uint32_t* to = image + block.begin(part);

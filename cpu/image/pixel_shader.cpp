@@ -3,10 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <cstring>
-#include <span>
-#include <vector>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cpu/image/pixel_shader.cpp"
@@ -60,7 +57,6 @@ HWY_INLINE lanes::Float3 directions_of(const PixelPart& part, const PixelLanes& 
         lanes::camera_direction(part.params.camera, pixels.x, pixels.y));
 }
 
-/// The surfaces that a strip shows.
 class ShownSurfaces {
 public:
     explicit ShownSurfaces(const PixelPart& part) : part_(part) {}
@@ -79,7 +75,6 @@ public:
         triangles_.load(part_.mesh);
     }
 
-    /// Those of the next pixels of which at least one is visible, under camera rays dir.
     HWY_INLINE lanes::Surface next(const PixelLanes& pixels, const lanes::Float3& dir) {
         const lanes::Float3 org(part_.params.camera.org);
         const std::uint32_t i = next_++;
@@ -91,7 +86,6 @@ public:
         return lanes::surface_with(org, dir, pixels.t, triangles_.normals(i));
     }
 
-    /// The albedos of the pixels whose surfaces were last asked for.
     HWY_INLINE UintVec albedos() const { return triangles_.albedos(next_ - 1); }
 
 private:

@@ -25,8 +25,7 @@ struct ShadedMesh {
     }
 };
 
-/// A part of an image. The frame has the hits of its camera rays; occlusion and, with_pixels,
-/// pixels are written.
+/// A part of an image, whose frame has the hits; occlusion and, with_pixels, pixels are written.
 struct PixelPart {
     const ImageParams& params;
     const ShadedMesh& mesh;

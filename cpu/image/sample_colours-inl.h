@@ -1,11 +1,4 @@
 // Colours of textures, one sample a lane.
-#if defined(MORPHRAY_CPU_IMAGE_SAMPLE_COLOURS_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_IMAGE_SAMPLE_COLOURS_INL_H
-#undef MORPHRAY_CPU_IMAGE_SAMPLE_COLOURS_INL_H
-#else
-#define MORPHRAY_CPU_IMAGE_SAMPLE_COLOURS_INL_H
-#endif
-
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -28,8 +21,7 @@ inline constexpr hn::FixedTag<std::int32_t, 4> kFourInts;
 inline constexpr hn::FixedTag<std::uint32_t, 4> kFourUints;
 using FourUints = hn::Vec<decltype(kFourUints)>;
 
-/// The channels of a level's colour at a place: columns x[0] and x[2] of rows x[1] and x[3] of its
-/// texels, with their weights.
+/// The channels at a place of a level: columns x[0], x[2] of rows x[1], x[3], with their weights.
 HWY_INLINE FourUints bilinear_channels(const std::uint32_t* texels, std::uint32_t width,
                                        const std::uint32_t x[4], std::uint32_t right,
                                        std::uint32_t below) {
@@ -204,5 +196,3 @@ private:
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

@@ -35,8 +35,7 @@ Taps taps_of(std::uint32_t size, std::uint32_t x) {
     return {2 * x, 3, {m - x, m, x + 1}, std::uint64_t{size}};
 }
 
-/// The fixed-point place, in 1/256 texels, of x on a side of `size` texels: relative to the centre
-/// of the first texel.
+/// The place of x on a side of `size` texels, in 1/256 of them from the first one's centre.
 struct Place {
     std::uint32_t low;
     std::uint32_t high;
@@ -130,8 +129,7 @@ float Texture::into_image(float x) const {
     return fraction < 0.0f ? fraction + 1.0f : fraction;
 }
 
-/// Appends a level of half the sides of the last one, rounded down: each texel is the mean
-/// intensity of what it covers.
+/// Appends a level of half the sides, rounded down: texels are means of what they cover.
 void Texture::append_half() {
     const Level from = levels_.back();
     Level to = {{}, texels_.size()};

@@ -51,7 +51,6 @@ public:
     /// to 1. level: 0 is the image, 256 its half, and so on; a fraction mixes.
     uvec3 colour_within(float u, float v, std::uint32_t level) const;
 
-    /// Whether there is a hole anywhere.
     bool has_alpha_test() const { return !alphas_.empty(); }
     /// Whether a point of the image is in a hole: by its alpha on level 0, bilinear with weights of
     /// 8 bits. u, v: as in colour_within().
@@ -82,8 +81,7 @@ struct TexturedTriangles {
     std::span<const std::uint32_t> ids = {};
 };
 
-/// Whether a hit is in a hole of its triangle's texture. Not for a triangle without a texture, and
-/// for kNoPrim.
+/// Whether a hit is in a hole of its triangle's texture; not without a texture or a hit.
 bool fails_alpha_test(const TexturedTriangles& triangles, const Hit& hit);
 
 /// A sample that shows a triangle with a texture.
@@ -105,8 +103,7 @@ struct TexturePlace {
     std::uint32_t level;
 };
 
-/// Where the sample shows its triangle's texture, at the level whose texels are as large as the
-/// part of the surface that the sample shows.
+/// Where a sample shows its triangle's texture, at the level whose texels are as large as it.
 TexturePlace texture_place(const TexturedTriangles& triangles, const TexturedSample& sample);
 
 }  // namespace mray::cpu

@@ -7,8 +7,7 @@
 namespace mray::cpu {
 namespace {
 
-/// The most ambient-occlusion rays that are traced together, so that they stay in the cache; one
-/// block may have more.
+/// The most ambient-occlusion rays at a time, for the cache; one block may have more.
 constexpr std::uint32_t kMostAoRays = 2048;
 
 /// With fewer shadow rays than this for each leaf that the camera packet visited, triangles are so

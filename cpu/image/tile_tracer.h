@@ -32,8 +32,7 @@ struct TileCounts {
     std::size_t camera_leaves = 0;
 };
 
-/// Traces rays and tiles of at most 64 x 64 pixels; tiles without packets unless it is a
-/// TileTracer. Threads may share one.
+/// Traces rays and tiles of at most 64 x 64 pixels, a TileTracer in packets. Threads may share one.
 class ImageTracer {
 public:
     /// shading: the instruction set that makes rays and colours.
@@ -52,8 +51,7 @@ public:
     virtual std::uint32_t intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
                                            std::size_t stride, const Watch& watch = {}) const;
 
-    /// Sets occluded[i] to 0 if there is a ray i from org and it hits nothing, else to 1; indices
-    /// as by light_packet_ray().
+    /// Sets occluded[i] to 0 if ray i exists and hits nothing, else 1; as by light_packet_ray().
     virtual void occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
                                         std::span<std::uint8_t> occluded,
                                         const TileCounts& counts = {}) const;

@@ -1,11 +1,4 @@
 // The triangles that a row of samples shows, each loaded once for all its neighbouring samples.
-#if defined(MORPHRAY_CPU_IMAGE_TRIANGLE_RUNS_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_IMAGE_TRIANGLE_RUNS_INL_H
-#undef MORPHRAY_CPU_IMAGE_TRIANGLE_RUNS_INL_H
-#else
-#define MORPHRAY_CPU_IMAGE_TRIANGLE_RUNS_INL_H
-#endif
-
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -50,9 +43,7 @@ public:
         for (std::size_t at = 0; at < count_; at += kLanes) load(samples, at);
     }
 
-    /// Whether the row has a hit.
     bool has_hits() const { return count_ > 0; }
-    /// Whether a triangle of the row has a flat normal of 0.
     bool has_degenerate() const { return has_degenerate_; }
 
     /// The places of the runs of samples x and following, one a lane.
@@ -76,11 +67,9 @@ public:
         decltype(hn::IndicesFromVec(kUints, UintVec())) indices_;
     };
 
-    /// The flat normal, on the triangle's own side; 0 for a triangle whose edges have no cross
-    /// product.
+    /// The flat normal, on the triangle's own side; 0 if its edges have no cross product.
     lanes::Float3 flat(const Place& at) const { return three(at, 0); }
-    /// The normal at corner k, on the same side, for samples with normal_ids; undefined where the
-    /// flat normal is 0.
+    /// The normal at corner k, on that side, with normal_ids; undefined where the flat one is 0.
     lanes::Float3 corner(const Place& at, std::size_t k) const { return three(at, 3 + 3 * k); }
     UintVec albedo(const Place& at) const { return at(albedo_); }
 
@@ -158,8 +147,7 @@ private:
 
 // The samples of a row that may be in shadow only because triangles are flat.
 
-/// Returns the lanes whose smooth surface differs from the flat one and faces the light. Lane i has
-/// sample x[i] of row y, which is a hit.
+/// The lanes whose smooth surface differs and faces the light. Lane i has the hit x[i] of row y.
 HWY_INLINE Mask is_smooth_lit(const LitSamples& s, const std::uint32_t* x, std::uint32_t y) {
     alignas(64) Hit hits[kLanes];
     const Hit* const row = &s.hits[std::size_t{y} * s.params.width];
@@ -205,5 +193,3 @@ void find_flat_shadows_of_row(const LitSamples& s, std::uint32_t y,
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

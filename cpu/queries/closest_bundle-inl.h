@@ -1,13 +1,6 @@
 // Closest triangles of points that are near each other, one in each lane. They share nodes and
 // leaves, and the rule is asked about those pairs of a point and a triangle alone that a lower
 // bound leaves open, kLanes of them at a time.
-#if defined(MORPHRAY_CPU_QUERIES_CLOSEST_BUNDLE_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_QUERIES_CLOSEST_BUNDLE_INL_H
-#undef MORPHRAY_CPU_QUERIES_CLOSEST_BUNDLE_INL_H
-#else
-#define MORPHRAY_CPU_QUERIES_CLOSEST_BUNDLE_INL_H
-#endif
-
 #include <algorithm>
 #include <bit>
 #include <cstddef>
@@ -48,8 +41,7 @@ struct AskedPairs : PointTriangles {
 /// At most kLanes points, and the closest triangle of each so far.
 class ClosestBundle {
 public:
-    /// `near_leaf` is a leaf to begin with, in which points nearby had their answer; becomes one of
-    /// these points. All arguments must outlive it.
+    /// It begins with `near_leaf`, that of points nearby, and sets it. Arguments must outlive it.
     HWY_INLINE ClosestBundle(const Bvh& bvh, std::span<const vec3> points, float most_d2,
                              std::uint32_t& near_leaf)
         : bvh_(bvh), asked_(points), near_leaf_(near_leaf), points_(points) {
@@ -93,7 +85,6 @@ public:
     }
 
 private:
-    /// A child that waits: its place, and the squared distance of its box from those of all points.
     struct Entry {
         float t_least;
         std::uint32_t node;
@@ -146,7 +137,6 @@ private:
         return size;
     }
 
-    /// Asks about the triangles of a leaf.
     HWY_INLINE void ask_leaf(std::uint32_t index) {
         const Leaf& leaf = bvh_.leaves[index];
         for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
@@ -212,13 +202,11 @@ private:
         }
     }
 
-    /// The rule.
     HWY_NOINLINE static FloatVec distances2(const lanes::Float3& p, const lanes::Float3& a,
                                             const lanes::Float3& b, const lanes::Float3& c) {
         return lanes::triangle_distance2(p, a, b, c);
     }
 
-    /// Asks about the pairs that wait and are still open.
     HWY_NOINLINE void ask_pairs() {
         AskedPairs asked;
         for (std::size_t first = 0; first < pairs_.count; first += kLanes) {
@@ -285,5 +273,3 @@ private:
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

@@ -18,13 +18,6 @@
 //
 // Rounding, that of the rule as well, is covered by the constants (lab/proofs/closest.g). No answer
 // depends on the bounds, so they may be fused, and differ by target.
-#if defined(MORPHRAY_CPU_QUERIES_TRIANGLE_SIDES_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_QUERIES_TRIANGLE_SIDES_INL_H
-#undef MORPHRAY_CPU_QUERIES_TRIANGLE_SIDES_INL_H
-#else
-#define MORPHRAY_CPU_QUERIES_TRIANGLE_SIDES_INL_H
-#endif
-
 #include <cstddef>
 #include <cstdint>
 
@@ -62,10 +55,9 @@ struct Direction {
     }
 };
 
-/// The sides of up to kLanes triangles.
 class TriangleSides {
 public:
-    /// Vertices are relative to the centre; `extent` is the largest coordinate of the points.
+    /// `extent` is the largest coordinate of the points.
     HWY_INLINE TriangleSides(const lanes::Float3& a, const lanes::Float3& b, const lanes::Float3& c,
                              FloatVec extent) {
         const FloatVec size = max3(lanes::largest_component(a), lanes::largest_component(b),
@@ -154,5 +146,3 @@ private:
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

@@ -1,12 +1,4 @@
-// Windings around points that are above each other, one in each lane: they share nodes, leaves and
-// triangles.
-#if defined(MORPHRAY_CPU_QUERIES_WINDING_BUNDLE_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_QUERIES_WINDING_BUNDLE_INL_H
-#undef MORPHRAY_CPU_QUERIES_WINDING_BUNDLE_INL_H
-#else
-#define MORPHRAY_CPU_QUERIES_WINDING_BUNDLE_INL_H
-#endif
-
+// Windings around points above each other, one a lane: they share nodes and leaves.
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -24,15 +16,13 @@ using namespace simd::HWY_NAMESPACE;
 
 #if HWY_TARGET != HWY_SCALAR
 
-/// At most kLanes points, and their crossings so far.
 class WindingBundle {
 public:
     /// `points` are those of clipped_point().
     HWY_INLINE explicit WindingBundle(std::span<const vec3> points)
         : points_(points), used_(mask_of((1u << points.size()) - 1)) {}
 
-    /// Calls uncertain(i, prim_id) for the triangles that floats cannot decide on for point i.
-    /// Returns whether it did not give up after `most_leaves`.
+    /// Calls uncertain(i, prim_id) where floats cannot decide. False: gave up after `most_leaves`.
     template <class Uncertain>
     HWY_INLINE bool search(const Bvh& bvh, std::size_t most_leaves, Uncertain uncertain) {
         const auto met = [&](const Node& node) HWY_ATTR {
@@ -117,5 +107,3 @@ private:
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

@@ -10,8 +10,7 @@
 
 namespace mray::cpu {
 
-/// Finds closest and any hits, and answers queries, over a mesh (positions in scene space) that
-/// outlives it. Threads may share one.
+/// Finds hits and answers queries over a mesh in scene space that outlives it. Threads share it.
 class BruteTracer {
 public:
     BruteTracer(const Topology& topology, std::span<const vec3> positions)

@@ -1,5 +1,4 @@
-// Single rays over the shared layout, in portable C++: the reference for tests of all faster
-// tracers.
+// Single rays over the shared layout, in portable C++: the reference of all faster tracers.
 #pragma once
 
 #include <cassert>
@@ -41,7 +40,6 @@ private:
     Hit hit_ = no_hit();
 };
 
-/// Whether the ray hits this triangle.
 inline bool hits_triangle(const ShearedRay& sheared, const Ray& ray, vec3 a, vec3 b, vec3 c) {
     TriangleHit hit;
     return may_hit_triangle(sheared, a, b, c) &&

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "cpu/refit/refit.cpp"
@@ -82,8 +81,7 @@ HWY_INLINE Float4 plane_pads(Float4 planes, Float4 extent) {
     return splat4(kPadOfExtent) * extent + splat4(kPadOfPlane) * hn::Abs(planes);
 }
 
-/// Gives a slot the padded box of the bounds in the first three lanes of each block. Returns false,
-/// and sets nothing, if a vertex is not finite.
+/// Gives a slot the padded box of bounds in three lanes a block. False: a vertex is not finite.
 HWY_INLINE bool set_finite_slot(Node* nodes, std::uint32_t parent, FloatVec lower, FloatVec upper) {
     const Float4 least =
         reduce_blocks(kFloats, lower, [](auto a, auto b) HWY_ATTR { return hn::Min(a, b); });
@@ -107,8 +105,7 @@ HWY_NOINLINE void refit_rare_leaf(const RefitArrays& tree, std::uint32_t index,
     refit_leaf(tree, index, positions);
 }
 
-/// refit_leaf, with kLanes / 4 vertices to a register: a leaf of 16 is 16, 8 or 4 of each
-/// operation.
+/// refit_leaf with kLanes / 4 vertices a register: a leaf is 16, 8 or 4 of each operation.
 HWY_INLINE void refit_leaf_in_lanes(const RefitArrays& tree, std::uint32_t index,
                                     std::span<const vec3> positions) {
     const std::uint32_t* source = &tree.leaf_vertices[std::size_t{index} * kLeafVertices];
@@ -171,7 +168,6 @@ HWY_INLINE void refit_node_in_lanes(const RefitArrays& tree, std::uint32_t index
 
 #endif  // HWY_TARGET
 
-/// Refits leaves[begin .. end).
 void refit_leaves(const RefitArrays& tree, const IndexSequence& leaves, std::uint32_t begin,
                   std::uint32_t end, std::span<const vec3> positions) {
     // Copies, which stay in registers.
@@ -183,7 +179,6 @@ void refit_leaves(const RefitArrays& tree, const IndexSequence& leaves, std::uin
     }
 }
 
-/// Refits nodes[begin .. end), all of one level.
 void refit_nodes(const RefitArrays& tree, const IndexSequence& nodes, std::uint32_t begin,
                  std::uint32_t end) {
     const RefitArrays own = tree;
@@ -205,8 +200,7 @@ namespace {
 HWY_EXPORT(refit_leaves);
 HWY_EXPORT(refit_nodes);
 
-// Elements a task: large enough to hide the scheduling, small enough to balance. The calling thread
-// refits fewer by itself.
+// Elements a task, to hide scheduling and to balance. The calling thread refits fewer alone.
 constexpr std::uint32_t kLeafGrain = 1024;
 constexpr std::uint32_t kNodeGrain = 512;
 
@@ -227,7 +221,6 @@ void refit_all(const RefitArrays& tree, const IndexSequence& leaves,
     });
 }
 
-/// Refits nodes of one level.
 void refit_level(const RefitArrays& tree, const IndexSequence& nodes, const SimdTarget& target) {
     const auto refit_nodes = SIMD_FUNCTION(refit_nodes, target);
     for_each_part(nodes.count, kNodeGrain, [=, &tree](std::uint32_t begin, std::uint32_t end) {

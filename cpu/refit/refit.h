@@ -17,8 +17,7 @@ namespace mray::cpu {
 void refit(Bvh& bvh, std::span<const vec3> positions,
            const SimdTarget& target = best_simd_target());
 
-/// Refits only `parts` of a tree whose other parts have these positions already: the bytes are
-/// those of a refit of the whole tree.
+/// Refits `parts` of a tree whose others have these positions: the bytes of a whole refit.
 void refit(Bvh& bvh, std::span<const vec3> positions, const MovedParts& parts,
            const SimdTarget& target = best_simd_target());
 

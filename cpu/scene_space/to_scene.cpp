@@ -16,11 +16,9 @@
 #ifndef MORPHRAY_TO_SCENE_CONSTANTS
 #define MORPHRAY_TO_SCENE_CONSTANTS
 namespace mray::cpu {
-/// The largest exponent of a power of two that is multiplied here: it and its inverse are normal
-/// floats.
+/// The largest exponent of a factor: the power of two and its inverse are normal floats.
 constexpr int kMostExponent = 126;
 
-/// Facts about a run of positions.
 enum MadeFlag { kNotFinite = 1, kOutside = 2, kNotInvertible = 4 };
 }  // namespace mray::cpu
 #endif
@@ -113,8 +111,7 @@ void make_ray_run(const StoredRay* rays, std::size_t count, const float* centre,
 
 /// Makes `count` positions, a multiple of kLanes; the coordinates are one array of floats. All
 /// operations are those of SceneSpace::to_scene() on doubles, rounded to floats, and give its bits
-/// for positions that are finite (make_rays() says why). Returns flags of
-/// MadeFlag.
+/// for positions that are finite (make_rays() says why). Returns MadeFlags.
 int make_position_run(const float* world, std::size_t count, const float* centre, int exponent,
                       float* scene) {
     const FloatVec scale = as_float(as_uint(splat((exponent + 127) << 23)));

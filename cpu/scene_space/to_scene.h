@@ -31,8 +31,7 @@ void make_scene_rays(const SceneSpace& space, const SimdTarget& target,
 
 /// The result of positions that were brought into scene space.
 struct MadePositions {
-    /// Whether a finite one lies outside of the range of scene space, [-kSceneExtent, kSceneExtent]
-    /// on each axis.
+    /// Whether a finite one lies outside of [-kSceneExtent, kSceneExtent] on an axis.
     bool any_outside = false;
     /// Whether SceneSpace::to_world() gives each of them back. It does not for a position that is
     /// not finite, and may not for one outside of the range or with a coordinate below 2^-36 of it.

@@ -41,7 +41,6 @@ struct Float3 {
     Float3() = default;
     HWY_INLINE Float3(Float x_, Float y_, Float z_) : x(x_), y(y_), z(z_) {}
     HWY_INLINE explicit Float3(const Float v[3]) : x(v[0]), y(v[1]), z(v[2]) {}
-    /// The same in all lanes.
     HWY_INLINE explicit Float3(vec3 v) : x(splat(v.x)), y(splat(v.y)), z(splat(v.z)) {}
 
     // Friends, so that they hide no operators of Float.

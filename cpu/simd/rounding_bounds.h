@@ -1,5 +1,4 @@
-// Constants that cover rounding in tests of boxes and triangles on lanes. The others are in
-// common/interop/constants.h.
+// Constants that cover rounding on lanes; others are in common/interop/constants.h.
 #pragma once
 
 namespace mray::cpu {
@@ -16,8 +15,7 @@ inline constexpr float kFusedSlabRounding = 0x1.000006p0f;
 
 // ---- Sides of triangles (cpu/queries/triangle_sides-inl.h, lab/proofs/closest.g)
 
-/// The errors of separations and of the rule, as a part of the largest coordinate; and the least,
-/// for kTiny.
+/// The errors of separations and of the rule, by the largest coordinate; the least, for kTiny.
 inline constexpr float kSideError = 0x1p-18f;
 inline constexpr float kLeastSideError = 0x1p-58f;
 /// The roundings of squares, and of the angles between directions.

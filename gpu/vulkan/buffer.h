@@ -19,8 +19,7 @@ enum class Memory {
 
 struct MemoryChoice {
     std::uint32_t type;
-    /// Whether the host maps it. Device memory is mapped only if the host's cache holds it: reading
-    /// results from uncached memory is slower than a copy.
+    /// Whether the host maps it: device memory only if cached, since uncached reads are slow.
     bool is_mapped;
 };
 /// Chooses among the memory types of a device that a buffer allows (as bits, VkMemoryRequirements).
@@ -48,7 +47,6 @@ private:
     std::span<std::byte> mapped_;
 };
 
-/// Views all of a buffer as a texel buffer.
 UniqueBufferView texel_view(Device& device, const Buffer& buffer, VkFormat format);
 
 /// The resource of each binding number, a view or a buffer; null if there is none.

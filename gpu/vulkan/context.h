@@ -12,12 +12,11 @@
 
 namespace mray::gpu {
 
-/// Records commands.
 using Record = std::function<void(VkCommandBuffer)>;
 
 class Context {
 public:
-    /// A submission that takes longer than `timeout_ms` counts as a lost device. Throws Error.
+    /// A submission that takes longer than `timeout_ms` counts as a lost device.
     Context(Device& device, std::uint64_t timeout_ms);
 
     Device& device() { return device_; }
@@ -63,12 +62,10 @@ private:
     UniqueFence fence_;
     UniqueQueryPool queries_;
     std::optional<DeferredWork> deferred_;
-    /// Timestamps of the commands that are recorded or submitted.
     std::uint32_t stamp_count_ = 0;
 };
 
-/// Makes the kernels and copies that are recorded after it wait for those before it, and see their
-/// writes.
+/// Makes kernels and copies after it wait for those before it, and see their writes.
 void barrier(VkCommandBuffer commands);
 
 }  // namespace mray::gpu

@@ -28,7 +28,6 @@ public:
     /// Submits commands, one thread at a time. Throws Error.
     void submit(const VkSubmitInfo& submission, VkFence fence);
 
-    /// Waits for all that was submitted.
     void finish() noexcept;
 
     /// Whether work on it failed for good. It is not used for new scenes.

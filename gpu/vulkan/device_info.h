@@ -28,8 +28,7 @@ struct PhysicalDevice {
 std::vector<PhysicalDevice> physical_devices(const Instance& instance);
 
 /// The index of the device that `wanted` names (VulkanConfig::device). Throws Error(kUnavailable),
-/// with the list of devices in the text, if there is no such device, more than one, or if it is not
-/// usable.
+/// with the list of devices, if there is none, more than one, or if it is not usable.
 std::size_t choose_device(std::span<const DeviceInfo> devices, const std::string& wanted);
 
 }  // namespace mray::gpu

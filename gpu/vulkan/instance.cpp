@@ -153,8 +153,7 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
     };
     const void* chain = &messenger;
 #ifdef VK_EXT_layer_settings
-    // Layers that have settings look into shaders, and find missing barriers between them, only if
-    // asked.
+    // Layers with settings look for missing barriers between shaders only if asked.
     const VkBool32 is_on = VK_TRUE;
     const VkLayerSettingEXT setting = {.pLayerName = kValidationLayer,
                                        .pSettingName = "syncval_shader_accesses_heuristic",

@@ -27,9 +27,8 @@ private:
     std::size_t reported_ = 0;
 };
 
-/// Owns a VkInstance and, with validation, the messenger that fills its log. The constructors
-/// fill volk's global function pointers, so two threads must not run one at the same time; through
-/// the pointers they may call meanwhile.
+/// Owns a VkInstance and, with validation, the messenger that fills its log. Constructors fill
+/// volk's global pointers, one thread at a time; others may call meanwhile.
 class Instance {
 public:
     /// Throws Error(kUnavailable), with a text for each cause: no Vulkan library, a library older

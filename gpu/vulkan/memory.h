@@ -1,5 +1,4 @@
-// Memory of buffers: small ones share a block, since a device allows few allocations (4,096 on
-// some).
+// Memory of buffers: small ones share a block, since some devices allow 4,096 allocations.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +16,6 @@ namespace mray::gpu {
 /// An allocation, mapped for as long as it lives if the host sees it. Threads may share it.
 class MemoryBlock {
 public:
-    /// Throws Error(kLimit) if there is not enough memory.
     MemoryBlock(VkDevice device, const std::string& name, VkDeviceSize size, std::uint32_t type,
                 bool is_mapped);
 

@@ -1,7 +1,6 @@
 #include "gpu/vulkan/pipeline.h"
 
 #include <cassert>
-#include <vector>
 
 #include "gpu/vulkan/result.h"
 

@@ -22,8 +22,7 @@ inline constexpr std::uint32_t kMostArgumentBytes = 128;
 /// Threads may share it.
 class Pipeline {
 public:
-    /// Bindings come from the SPIR-V. `specialisation` has values of the 32-bit constants 0, 1,
-    /// ...; those that the kernel does not have are ignored.
+    /// Bindings come from the SPIR-V. `specialisation` has the values of 32-bit constants 0, 1, ...
     Pipeline(Device& device, std::span<const std::uint32_t> spirv,
              std::span<const std::uint32_t> specialisation = {});
 
@@ -50,8 +49,7 @@ public:
     BoundPipeline(Device& device, Pipeline& pipeline);
 
     Pipeline& pipeline() const { return *pipeline_; }
-    /// Binds the resources that the kernel uses; all of them must be there. Not while work that
-    /// uses it is recorded or under way.
+    /// Binds the resources that the kernel uses. Not while its work is recorded or under way.
     void bind(const Bindings& bindings);
 
     /// Records `group_count` workgroups with these arguments, the push constants of the kernel.

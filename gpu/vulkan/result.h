@@ -24,8 +24,7 @@ inline void check(VkResult result, const char* action) {
     if (result != VK_SUCCESS) throw_result(result, action);
 }
 
-/// Sets `items` to those that `list(&count, items)` lists, a function of Vulkan that takes null for
-/// their number.
+/// Sets `items` to those of `list(&count, items)`, which takes null for their number.
 template <class Item, class List>
 VkResult read_list(std::vector<Item>& items, List list) {
     std::uint32_t count = 0;

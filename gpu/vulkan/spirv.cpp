@@ -25,7 +25,6 @@ enum StorageClass : std::uint32_t { kUniformConstant = 0, kUniform = 2, kStorage
     throw Error(ErrorKind::kInternal, "SPIR-V: " + text);
 }
 
-/// The types of resources by id.
 using Types = std::map<std::uint32_t, SpirvInstruction>;
 
 /// `usamplerBuffer` and `uimageBuffer` of GLSL.

@@ -15,8 +15,7 @@ struct SpirvInstruction {
     std::span<const std::uint32_t> operands;
 };
 
-/// The instructions of a module, whose words must outlive them. Throws Error(kInternal) on words
-/// that are not a module.
+/// The instructions of a module; its words outlive them. Throws Error(kInternal) on other words.
 std::vector<SpirvInstruction> read_spirv(std::span<const std::uint32_t> words);
 
 struct ShaderBinding {

@@ -8,7 +8,6 @@
 
 namespace mray::gpu {
 
-/// Whether Device::give_up() was called.
 bool is_given_up(VkDevice device);
 
 /// Owns a child of a device, and destroys it by `destroy(device, handle, nullptr)`. `destroy`

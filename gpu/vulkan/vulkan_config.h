@@ -23,7 +23,6 @@ struct VulkanConfig {
     bool validate = false;
 };
 
-/// How kernels read buffers that others write.
 enum class BufferKind {
     kTexels,   // as texels, which lavapipe reads three times as fast
     kStorage,  // as they are, which a GPU does as fast, and without the bound of 2^27 texels
@@ -31,8 +30,7 @@ enum class BufferKind {
 
 /// Settings that change no result. Tests use them to reach rare paths.
 struct Tuning {
-    /// Loop iterations after which a lane suspends its ray, 1 to kStepBudget; 0: by the device
-    /// (step_budget()).
+    /// Iterations after which a lane suspends its ray, to kStepBudget; 0: step_budget().
     std::uint32_t step_budget = 0;
     /// Tiles of 8x8 pixels, or 64 rays, of one dispatch at most; 0: by the device (pass_size()).
     std::uint32_t tiles_per_dispatch = 0;
@@ -42,9 +40,7 @@ struct Tuning {
     std::optional<BufferKind> buffer_kind = std::nullopt;
     /// Copy through a staging buffer even if the host sees the device's memory.
     bool force_staging = false;
-    /// A submission that takes longer counts as a lost device.
     std::uint64_t submit_timeout_ms = 60'000;
-    /// Used instead of libvulkan's, if it is not null.
     LoaderFunction loader = nullptr;
     /// Receives validation errors, including those at destruction. Must outlive the backend.
     ValidationLog* log = nullptr;

@@ -40,8 +40,7 @@ Bvh tree_around(Bvh bvh, std::span<const vec3> positions) {
     return bvh;
 }
 
-/// The origin of a ray as floats in world space, and the same point in scene space, so that both
-/// rays are the same.
+/// The origin of a ray in floats of world space, and the same point in scene space.
 struct Origin {
     vec3 world;
     vec3 scene;

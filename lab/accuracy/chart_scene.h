@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <random>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -20,15 +19,13 @@ namespace mray::accuracy {
 inline constexpr std::uint32_t kChartTileSide = 64;
 inline constexpr std::size_t kChartTile = std::size_t{kChartTileSide} * kChartTileSide;
 
-/// The mesh, tree and rays that a method traces: in scene space, which the program's rule needs, or
-/// in world space, which other rules take.
+/// What a method traces: in scene space for the program's rule, in world space for others.
 struct ChartSpace {
     std::vector<vec3> positions;
     Bvh bvh;
     /// Rays of the camera, tile by tile.
     std::vector<Ray> camera_rays;
-    /// Rays at vertices, at points of edges and at points of faces, from outside and inside the
-    /// scene.
+    /// Rays at vertices, points of edges and of faces, from outside and inside the scene.
     std::vector<Ray> aimed_rays;
 };
 
@@ -61,9 +58,8 @@ private:
     std::mt19937_64 bits_;
 };
 
-/// Makes the scene of a frame. The image has side x side pixels (a multiple of kChartTileSide) from
-/// the default view with kChartFov; `aimed` is the number of aimed rays. Throws what the builder
-/// and the camera throw.
+/// Makes the scene of a frame: side x side pixels (a multiple of kChartTileSide) from the default
+/// view with kChartFov, and `aimed` aimed rays. Throws what the builder and the camera throw.
 ChartScene make_chart_scene(const ChartInput& input, std::uint32_t side, std::size_t aimed);
 
 /// Field of view in degrees, narrow enough for most pixels to show the scene.

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "common/bvh/builder/bvh_builder.h"
-#include "scenes/animation.h"
 #include "scenes/scene_frames.h"
 
 namespace mray::bench {

@@ -13,10 +13,8 @@
 
 namespace mray::bench {
 
-/// The frame in the middle of an animation, in scene space, with a tree built for it; and the frame
-/// after it, to refit to. For an animation with a single frame, that is the same frame with every
-/// coordinate one float nearer to 0, so that backends that refit moved parts only have to refit
-/// everything.
+/// The frame in the middle of an animation, in scene space, with a tree, and the frame after it to
+/// refit to. For a single frame that is the same one with every coordinate one float nearer to 0.
 struct BenchScene {
     std::string name;
     /// The view in world space, with an eye, a target and a light.
@@ -38,18 +36,15 @@ std::vector<vec3> positions_at(const BenchScene& scene, double frame);
 
 /// A view counts as full from this share of hits on, because a silhouette leaves out some corner.
 inline constexpr double kFullShare = 0.95;
-/// The part of the image that is shown is at least 1 / kMaxZoom of its side. In scenes that are
-/// full nowhere, such as separate triangles, a smaller one would show only a few triangles.
+/// Without it, a scene that is full nowhere, such as separate triangles, would show only a few.
 inline constexpr std::uint32_t kMaxZoom = 8;
 
-/// `whole` with eye, target, fov and light set: from the default eye and by the default light, at
-/// the largest square of the image that is full, of several the one nearest to the middle. If none
-/// is full, at the fullest. `bvh` is the tree of the scene, which decides which square that is.
+/// `whole` from the default eye and by the default light, at the largest square of the image that
+/// is full, or else at the fullest. `bvh` decides which square that is.
 ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const SceneSpace& space,
                    const Bvh& bvh);
 
-/// The view fills the image, or is from inside in a scene that is closed; `view`
-/// gives its size. Throws what open_scene and make_image_params throw.
+/// In a closed scene from inside. `view` gives the size. Throws what open_scene throws.
 BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view);
 
 }  // namespace mray::bench

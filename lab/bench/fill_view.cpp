@@ -70,8 +70,7 @@ std::uint32_t off_middle(const Window& window) {
     return static_cast<std::uint32_t>(off(window.x) + off(window.y));
 }
 
-/// The largest full window, of several the one nearest to the middle; if none is full, the one with
-/// the greatest share, of several the largest. `hits` is 1 or 0 for each pixel, row by row.
+/// The full one nearest to the middle, or that of the greatest share. `hits`: 1 or 0 a pixel.
 Window find_full_window(std::span<const std::uint8_t> hits) {
     const SummedHits summed(hits);
     std::optional<Window> fullest;

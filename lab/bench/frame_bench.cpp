@@ -124,8 +124,7 @@ private:
     cpu::PixelShader shader_;
 };
 
-/// Its packets are made before the time begins. Shadow rays are made, and pixels shaded, by our
-/// code.
+/// Its packets are made before the time begins. Our code makes shadow rays and shades.
 class PaperFrames final : public FrameMethod {
 public:
     PaperFrames(const Played& played, const TraceWork& primary, const SimdTarget& target,

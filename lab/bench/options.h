@@ -31,8 +31,7 @@ struct BenchOptions {
 /// What the command line of a program can say.
 enum class BenchProgram { kRun, kBuilds };
 
-/// The main function of a program: parses its options, and returns what `run` returns; 0 after
-/// --help, and 2 after an error.
+/// Parses the options, and returns what `run` returns; 0 after --help, and 2 after an error.
 int bench_main(BenchProgram program, int argc, const char* const* argv,
                int (*run)(const BenchOptions& options));
 

@@ -10,8 +10,7 @@
 namespace mray::bench {
 namespace {
 
-/// For tracers with intersect(rays, hits) and occluded(rays, occluded), of any rays; in calls of at
-/// most `most` rays.
+/// For tracers with intersect(rays, hits) and occluded(rays, occluded); at most `most` rays a call.
 template <class Made>
 Tracer batch_by_batch(std::string name, RaysAtOnce at_once, Made tracer, const TraceWork& work) {
     const std::size_t most =
@@ -37,8 +36,7 @@ Tracer batch_by_batch(std::string name, RaysAtOnce at_once, Made tracer, const T
             }};
 }
 
-/// Packets of 64 x 64 primary or shadow rays; shadow rays that have too little in common go to
-/// single rays.
+/// Packets of 64 x 64; shadow rays that have too little in common go to single rays.
 Tracer packet_by_packet(const Bvh& bvh, const SimdTarget& target, const TraceWork& work) {
     static_assert(kTileSize == cpu::kCameraSide && kBlockSize == cpu::kBlockSide &&
                   kPacketSize == cpu::kBlockRays);

@@ -12,8 +12,7 @@
 
 namespace mray::bench {
 
-/// 32 B. Inner nodes: the children are nodes `first` (the lower one on `axis`) and first + 1.
-/// Leaves, which have count > 0: triangles first to first + count.
+/// Inner nodes: children `first` (lower on `axis`) and first + 1. Leaves (count > 0): triangles.
 struct PeerNode {
     vec3 lower;
     std::uint32_t first;
@@ -33,8 +32,7 @@ struct PeerTree {
     std::vector<PeerTriangle> triangles;
 };
 
-/// Where a builder divides, and when it stops: the cost of a node in tests of a triangle, and how
-/// many triangles a leaf has at most.
+/// The cost of a node in tests of a triangle, and how many triangles a leaf has at most.
 struct PeerTreeConfig {
     double node_cost;
     std::uint32_t most_triangles;
@@ -45,19 +43,15 @@ struct PeerTreeConfig {
 PeerTree build_peer_tree(const Topology& topology, std::span<const vec3> positions,
                          const PeerTreeConfig& config);
 
-/// The tree of the method of 2007: by binned SAH, where a test of a box costs as much as one of a
-/// triangle.
+/// The tree of the method of 2007: binned SAH, a box test at the cost of a triangle's.
 inline PeerTree build_paper_tree(const Topology& topology, std::span<const vec3> positions) {
     return build_peer_tree(topology, positions, {2, std::numeric_limits<std::uint32_t>::max()});
 }
 
-/// The method of 2007 (paper_2007/packet_tracer.cpp), "paper-2007" in a group of its own, for
-/// primary or shadow rays. Keeps its packets made, as Embree's are; the tree and the work outlive
-/// it.
+/// The method of 2007, for primary or shadow rays, with packets made before, as Embree's are.
 Tracer paper_tracer(const PeerTree& tree, const TraceWork& work);
 
-/// Moves the triangles of a tree and fits its boxes, the leaves in the calling thread's arena and
-/// then the inner nodes one after the other. Finite positions of the tree's topology.
+/// Fits leaves in the calling thread's arena, then inner nodes one by one. Finite positions.
 void refit(PeerTree& tree, const Topology& topology, std::span<const vec3> positions);
 
 }  // namespace mray::bench

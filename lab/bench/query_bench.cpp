@@ -130,8 +130,7 @@ private:
             [&](std::size_t i, std::uint64_t hits) { return ours[i] != hits % 2; });
     }
 
-    /// `run` asks our library; differs(i, hits) says whether its answer i is not that of so many
-    /// hits of a ray.
+    /// differs(i, hits) says whether our answer i is not that of so many hits of a ray.
     template <class Run, class Differs>
     void compare_counts(const char* work, const char* where, const std::vector<Ray>& rays,
                         bool coherent, const Run& run, const Differs& differs) {

@@ -11,7 +11,6 @@
 #include <glm/geometric.hpp>
 
 #include "common/interop/ray.h"
-#include "common/scene/mesh.h"
 #include "lab/bench/bench_scene.h"
 
 namespace mray::bench {
@@ -26,13 +25,11 @@ struct NearestPoint {
 /// Finds the closest point to each, in the calling thread's arena.
 using FindClosest = std::function<void(std::span<const vec3>, std::span<NearestPoint>)>;
 
-/// CGAL's AABB_tree of triangles in Simple_cartesian<double>, without exact arithmetic, with the
-/// tree of vertices that gives it first guesses.
+/// CGAL's AABB_tree without exact arithmetic, with the tree of vertices for first guesses.
 struct CgalPeer {
     /// "CGAL 5.5.1 AABB_tree"
     std::string name;
-    /// By closest_point_and_primitive(). Empty if CGAL's headers were not found when the benchmark
-    /// was built, and for a scene without triangles.
+    /// By closest_point_and_primitive(). Empty without CGAL's headers or without triangles.
     FindClosest find_closest;
 };
 #ifdef MORPHRAY_CGAL
@@ -43,8 +40,7 @@ inline CgalPeer make_cgal_peer(const BenchScene&) { return {}; }
 
 /// Points in any order in the box of all finite vertices. The same on each call.
 std::vector<vec3> points_in_box(const BenchScene& scene, std::size_t count);
-/// Points in any order that are up to 1 % of the longest side of that box away, along each axis,
-/// from places that are spread over the triangles, as many on each. The same on each call.
+/// Points up to 1 % of the box's longest side away from places spread over the triangles.
 std::vector<vec3> points_near_surface(const BenchScene& scene, std::size_t count);
 
 /// Rays without an end from points_in_box() in directions of all kinds, in any order.

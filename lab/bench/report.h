@@ -1,5 +1,4 @@
-// Times several ways to do the same work in turn, and reports each method of morphray beside a
-// peer.
+// Times ways to do the same work in turn, and reports each method of morphray beside a peer.
 #pragma once
 
 #include <cstddef>
@@ -44,19 +43,15 @@ struct Times {
     double least_ms = 0;
 };
 
-/// Runs each method once to warm up, then `repeat` rounds of all methods in turn, so that a
-/// disturbance that lasts longer than a run affects all. Each method does all parts one after the
-/// other, since other methods in between would leave short parts cold caches. Methods take turns
-/// in coming first.
+/// Runs each method once to warm up, then `repeat` rounds of all in turn, so that a disturbance
+/// affects all. Each does all parts one after the other, for warm caches. Each comes first in turn.
 std::vector<Times> time_in_turn(std::span<const Method> methods, std::size_t parts, int repeat);
 
-/// Returns the indices of the `count` methods of each group with the least times; groups are in
-/// the order of their first methods.
+/// The `count` quickest of each group, by index; groups are in the order of their first methods.
 std::vector<std::size_t> fastest_of_groups(std::span<const Method> methods,
                                            std::span<const Times> times, std::size_t count);
 
-/// The unit of a figure: kNs is the time of one triangle or query. More is better for
-/// kMrayPerSecond, less for the others.
+/// kNs is the time of one triangle or query.
 enum class Unit { kMrayPerSecond, kNs, kMs };
 
 struct Row {
@@ -74,20 +69,17 @@ struct Row {
     std::uint64_t differences = 0;
 };
 
-/// Prints rows, and writes them to a file as comma-separated values (RFC 4180 with \n). The file is
-/// written with each row, so that a run that is ended leaves what it has measured.
+/// Prints rows, and writes each at once as comma-separated values (RFC 4180 with \n).
 class Report {
 public:
-    /// `head` is printed first, and begins the file. Without a name there is no file. Throws Error
-    /// if it cannot be written.
+    /// `head` comes first. Without a name there is no file. Throws Error if it cannot be written.
     Report(std::string head, std::string file);
 
     /// The following rows are about this scene, on so many threads.
     void begin(const std::string& scene, int threads);
     void add(const Row& row);
     /// Times methods in turn, the first of which is ours, and adds a row of it beside the fastest
-    /// of each group of the others. `row` has the work, the unit and the count. Returns how many
-    /// answers of these differ.
+    /// of each other group. Returns how many answers of these differ.
     std::uint64_t compare(Row row, std::span<const Method> methods, std::size_t parts, int repeat);
 
 private:

@@ -7,9 +7,7 @@
 namespace mray::bench {
 namespace {
 
-// An image of 1024 x 1024 has 16 parts on one thread, and half as many on two: a fifth of a
-// millisecond of our fastest tracer, which is long compared with the clock and the start of tasks,
-// and short compared with most disturbances.
+// A part takes 0.2 ms: long beside clock and start of tasks, short beside disturbances.
 constexpr std::size_t kTilesOfPart = 16;
 // Every method traces each n-th part a few times to find out which peers are the fastest.
 constexpr std::size_t kTrialStride = 4;
@@ -42,8 +40,7 @@ std::vector<Tracer> finalists_of(std::vector<Tracer> peers, ThreadArena& arena,
     return finalists;
 }
 
-/// Whether both take rays in a similar way: packets are not compared with calls of one ray, nor
-/// such calls with packets.
+/// Packets are not compared with calls of one ray.
 bool comparable(const Tracer& ours, const Tracer& peer) {
     return ours.at_once == RaysAtOnce::kStream ||
            (ours.at_once == RaysAtOnce::kOne) == (peer.at_once == RaysAtOnce::kOne);

@@ -4,7 +4,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <utility>
 
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
@@ -13,8 +12,7 @@
 namespace mray::bench {
 namespace {
 
-/// Rays of ambient occlusion of a pixel. As many rays in all as an image has pixels: fewer pixels
-/// have any, so that each work takes about as long.
+/// As many rays in all as an image has pixels, so that each work takes about as long.
 constexpr std::uint32_t kAoSamples = 4;
 
 Ray inactive_ray(vec3 org) {

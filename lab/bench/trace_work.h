@@ -24,10 +24,8 @@ inline constexpr std::uint32_t kTileSize = 64;
 inline constexpr std::uint32_t kBlockSize = 4;
 inline constexpr std::size_t kPacketSize = 16;
 
-/// Which rays a work has: those of the camera; from the light to what the camera sees; one ray from
-/// each point that the camera sees, in a direction of the hemisphere as a diffuse surface reflects
-/// light; short ones there; and those of the camera once more, row by row, to be traced in a loop
-/// of one call a ray.
+/// Rays of the camera; from the light to what the camera sees; one diffuse ray from each point that
+/// it sees; short ones there; and those of the camera row by row, for one call a ray.
 enum class WorkKind { kPrimary, kShadow, kDiffuse, kAo, kOneRay };
 inline constexpr WorkKind kAllWorks[] = {WorkKind::kPrimary, WorkKind::kShadow, WorkKind::kDiffuse,
                                          WorkKind::kAo, WorkKind::kOneRay};
@@ -48,11 +46,9 @@ struct WorkPart {
 };
 
 /// The rays of an image, tile after tile. Within a tile they come in packets of 16: for primary and
-/// shadow rays the 4x4 blocks in Morton order, each with its pixels row by row, so that ray i of
-/// every tile is the same pixel of it; for diffuse rays and ambient occlusion the samples of one
-/// pixel after the other, block by block. A work of single rays has as many rows of the image as
-/// its tiles, and its rays in their order. Slots without a ray are inactive: those without a
-/// surface or with one that faces away from the light, and the rest of a last packet.
+/// shadow rays 4x4 blocks in Morton order, for diffuse rays and ambient occlusion the samples of
+/// one pixel after the other. A work of single rays has rows as tiles. Slots without a ray are
+/// inactive: without a surface, facing away from the light, and the rest of a last packet.
 struct TraceWork {
     WorkKind kind = WorkKind::kPrimary;
     /// params.rays says how an image is traced: for primary rays and for others.
@@ -60,8 +56,7 @@ struct TraceWork {
     std::vector<Ray> rays;
     /// 1 if rays[i] is active, else 0.
     std::vector<std::uint8_t> active;
-    /// The shadow rays in the layout of packets: rays[i] is ray i % kPacketSize of
-    /// shadows[i / kPacketSize].
+    /// In the layout of packets: rays[i] is ray i % kPacketSize of shadows[i / kPacketSize].
     std::vector<cpu::SharedOriginRays> shadows;
     std::vector<TileRays> tiles;
     std::size_t active_count = 0;
@@ -69,13 +64,11 @@ struct TraceWork {
     bool any_hit() const { return kind == WorkKind::kShadow || kind == WorkKind::kAo; }
 
     WorkPart whole() const { return {0, tiles.size()}; }
-    /// The work cut into `count` parts of as many tiles each as possible, or fewer if it has fewer
-    /// tiles.
+    /// `count` parts of as many tiles each as possible, or fewer if it has fewer tiles.
     std::vector<WorkPart> parts(std::size_t count) const;
 };
 
-/// hits[i] or occluded[i] (0 or 1) is the answer for ray i of a work; the other array is empty.
-/// Answers for inactive rays have no meaning.
+/// hits[i] or occluded[i] (0 or 1) answers ray i; the other array is empty.
 struct TraceAnswers {
     AlignedVector<Hit> hits;
     std::vector<std::uint8_t> occluded;
@@ -103,17 +96,14 @@ struct Tracer {
     RaysAtOnce at_once = RaysAtOnce::kPacket;
     /// Runs in the calling thread's arena. This is timed.
     std::function<void(const WorkPart&)> trace;
-    /// The answers of the last trace of each part. Tracers may have records in common, which hold
-    /// those of the last one.
+    /// Of the last trace of each part. Records that tracers have in common hold the last one.
     std::function<TraceAnswers()> answers;
 };
 
-/// Both tracers compute in float, where the error of t is some ulp of the distance of the ray's
-/// origin; larger differences indicate an error.
+/// In float, t errs by some ulp of the origin's distance; larger differences are errors.
 inline constexpr float kMaxRelativeT = 1e-4f;
 
-/// How many active rays of a work have different answers: hit or miss, another triangle (mostly
-/// ties at shared edges), or t by more than kMaxRelativeT. Tracers differ in their arithmetic.
+/// Active rays that differ in hit or miss, in the triangle (mostly ties), or in t by kMaxRelativeT.
 std::uint64_t count_mismatches(const TraceWork& work, const TraceAnswers& a, const TraceAnswers& b);
 std::uint64_t count_mismatches(const TraceWork& work, std::span<const Hit> a,
                                std::span<const Hit> b);
@@ -170,10 +160,9 @@ TraceWork make_primary_work(const ImageParams& params);
 /// The camera's rays row by row: a work of single rays.
 TraceWork make_row_work(const ImageParams& params);
 
-/// The rays from the surfaces of `hits`, which are the hits of `primary`: shadow rays, diffuse ones
-/// (one a pixel) or those of ambient occlusion (`samples` a pixel). If they could be more than
-/// `most_rays`, only every n-th tile has rays, in a regular pattern, for the least n that leaves
-/// no more.
+/// Rays from the `hits` of `primary`: shadow rays, diffuse ones (one a pixel) or ambient occlusion
+/// (`samples` a pixel). If they could be more than `most_rays`, only every n-th tile has rays, for
+/// the least n.
 TraceWork make_secondary_work(const TraceWork& primary, std::span<const Hit> hits,
                               const cpu::ShadedMesh& mesh, WorkKind kind, std::uint32_t samples = 1,
                               std::size_t most_rays = std::numeric_limits<std::size_t>::max());
@@ -192,8 +181,7 @@ private:
     AlignedVector<Hit> hits_;
 };
 
-/// Those that can trace the work: "packet"; "stream", the rays of a tile by one call of the
-/// single-ray tracer; "single", a call for each ray. The tree must outlive them.
+/// "packet"; "stream", a tile's rays by one call; "single", a call a ray. The tree outlives them.
 std::vector<Tracer> our_tracers(const Bvh& bvh, const SimdTarget& target, const TraceWork& work);
 
 /// The closest hits of a work by the scalar reference, in the calling thread's arena.

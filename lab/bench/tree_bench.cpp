@@ -5,7 +5,6 @@
 #include <cstring>
 #include <deque>
 #include <optional>
-#include <string>
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/refit/refit.h"
@@ -66,8 +65,7 @@ void wake_up(ThreadArena& arena) {
     });
 }
 
-/// The two frames of a scene in turn, so that the last of `repeat` rounds after one to warm up has
-/// the moved one.
+/// The two frames in turn: after one run to warm up, the last of `repeat` has the moved one.
 class Alternation {
 public:
     Alternation(const BenchScene& scene, int repeat) : scene_(scene), left_(repeat) {}
@@ -118,8 +116,7 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     std::deque<EmbreeMovingTree> theirs;
     TreeCopy copy(scene.bvh);
 
-    // Positions are copied outside the timing. The threads are woken up, as moving the vertices
-    // would do: threads that wait in another arena take longer to wake up than a small refit.
+    // Positions are copied and threads woken outside the timing, as moving vertices would do.
     std::vector<Method> methods;
     methods.push_back(
         {"levels",

@@ -1,5 +1,4 @@
-// Bounds that one proof shows and others build on. Each is checked where the comment says, and its
-// name stands as @name@ in the .g files like those of the constants of the code.
+// Bounds that one proof shows and others build on: its name stands as @name@ in the .g files.
 #ifndef PROOFS_BOUNDS_H
 #define PROOFS_BOUNDS_H
 
@@ -32,8 +31,7 @@ inline constexpr double kSizeOfDepths = 6.32 * 0x1p-24;
 /// Relative error of t against z / d.z (depth.g).
 inline constexpr double kTravel = 3.32 * 0x1p-24;
 
-/// The part of Edges::bound that is left when the error of the fast edge functions is taken off
-/// (fast_edges.g). The roundings of the tests that use the bound go here.
+/// The part of Edges::bound left without the fast edge functions' error (fast_edges.g).
 inline constexpr double kSpareOfBound = 0x1p-5;
 
 /// A coordinate of a packet's vertex (packet_vertices.g): off by kVertexOfPlace of itself and by

@@ -1,5 +1,4 @@
-// Prints the values behind the @names@ of the .g files, read from the code, so that a proof is
-// about the constants that the tracers are compiled with.
+// Prints the values behind the @names@ of the .g files: proofs are about the code's constants.
 #include <cstdio>
 
 #include "common/interop/constants.h"

@@ -9,7 +9,6 @@
 #endif
 
 #include <atomic>
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <type_traits>
@@ -107,8 +106,7 @@ private:
     morphray::Device tracer_;
 };
 
-/// Reports the exception that is being handled to the device's function for errors, and notes it
-/// in this thread's slot of the device, or that of no device, unless the slot has an error.
+/// Reports the handled exception, and notes it in this thread's slot of the device if it is free.
 void report_current(Device* device, const char* call) noexcept;
 
 /// Calls `work` and returns its answer; errors are reported, and the answer is an empty value.

@@ -1,6 +1,5 @@
 #include "library/embree/geometry.h"
 
-#include <cstddef>
 #include <new>
 
 #include "library/embree/scene.h"

@@ -1,5 +1,4 @@
-// Buffers, and geometries: triangle meshes, quad meshes and instances. Those of other types take
-// buffers and are refused by commits: programs write through the pointers that they ask for.
+// Buffers and geometries. Programs write through the pointers of those that commits refuse, too.
 #pragma once
 
 #include <cstddef>
@@ -84,8 +83,7 @@ public:
     Device& device() const { return *device_; }
     bool is_instance() const { return type_ == RTC_GEOMETRY_TYPE_INSTANCE; }
     bool is_quads() const { return type_ == RTC_GEOMETRY_TYPE_QUAD; }
-    /// Null if type and time steps are supported; otherwise the subject of a sentence, "curves
-    /// are".
+    /// Null if type and time steps are supported, else the subject of a sentence: "curves are".
     const char* unsupported() const;
     void require_instance() const {
         if (!is_instance()) fail_operation("the geometry is no instance");

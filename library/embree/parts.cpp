@@ -1,8 +1,5 @@
 #include "library/embree/parts.h"
 
-#include <algorithm>
-#include <limits>
-
 #include "library/embree/scene.h"
 
 namespace mray::embree {
@@ -36,8 +33,7 @@ void collect(const Attachments& attachments, const Ref<Geometry>& instance, unsi
     }
 }
 
-/// Whether a vertex is out of range, but not because of what is no finite number: triangles with
-/// such are never hit.
+/// Triangles with what is no finite number are never hit anyway.
 bool is_far(const morphray::Vec3& p) {
     return !is_in_range(p) && std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }

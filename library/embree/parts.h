@@ -16,8 +16,7 @@
 
 namespace mray::embree {
 
-/// Whether a primitive may have this vertex. Embree leaves out those with others, which are no
-/// numbers, or so far away that squares of lengths overflow.
+/// Embree leaves out primitives with vertices so far away that squares of lengths overflow.
 inline bool is_in_range(const morphray::Vec3& p) {
     constexpr float kLimit = 1.844e18f;
     return std::abs(p.x) < kLimit && std::abs(p.y) < kLimit && std::abs(p.z) < kLimit;
@@ -60,8 +59,7 @@ struct Part {
     BufferView vertices = {};
     BufferView indices = {};
     bool is_quads = false;
-    /// The number of vertices up to the last one that a triangle has. Later ones may be unset
-    /// memory, as the vertex that Blender adds to each mesh is. They would enlarge the scene's box.
+    /// Up to the last one that a triangle has. Later ones, as Blender adds, may be unset memory.
     std::size_t used_vertices = 0;
     /// Whether the tracer has all triangles, and each of the used_vertices belongs to one.
     bool is_whole = false;
@@ -69,8 +67,7 @@ struct Part {
     std::array<unsigned int, 2> masks = {};
     Transform to_world = {};
     Transform to_object = {};
-    /// Whether the tracer reads own_positions and not the caller's: those of instances and of
-    /// meshes with vertices too far away.
+    /// The tracer reads own_positions of instances and of meshes with vertices too far away.
     bool has_own_positions = false;
     /// In the space of the scene; no numbers for vertices that are out of range.
     std::vector<morphray::Vec3> own_positions = {};
@@ -78,12 +75,10 @@ struct Part {
     Bounds bounds = {};
     /// The triangles that find_traced_corners() did not find when the tracer was given the others.
     std::vector<std::size_t> left_out = {};
-    /// Whether the tracer reads a finite vertex that is out of range where the caller has it, and
-    /// would take it for a place in the scene.
+    /// Whether the tracer reads a finite vertex that is out of range where the caller has it.
     bool reads_far_vertex = false;
-    /// The cross product of each triangle's edges, in the space of the mesh. A hit that looked up
-    /// its vertices would wait for memory, for up to a quarter of its time. Parts of one mesh share
-    /// them.
+    /// The cross product of each triangle's edges, in the space of the mesh: looking up vertices
+    /// takes up to a quarter of a hit's time. Parts of one mesh share them.
     const morphray::Vec3* normals = nullptr;
     std::vector<morphray::Vec3> own_normals = {};
 
@@ -108,8 +103,7 @@ struct Part {
         }
         return ids[0] < count && ids[1] < count && ids[2] < count && ids[3] < count;
     }
-    /// Finds the vertices of a triangle that the tracer has; false if an index is out of range, or
-    /// a vertex of a quad: without it the other half would be hit.
+    /// False if an index or a vertex of a quad is out of range: else its other half would be hit.
     bool find_traced_corners(std::size_t triangle, std::array<std::uint32_t, 3>& corners) const {
         if (!find_corners(triangle, corners)) return false;
         if (!is_quads) return true;
@@ -146,8 +140,7 @@ struct Part {
 /// Geometries by the IDs that they are attached with.
 using Attachments = std::map<unsigned int, Ref<Geometry>>;
 
-/// The enabled meshes, ascending by the IDs on the way to them, so that ties between hits go to the
-/// lowest. Throws Failure for geometries that are not supported, and for instances of instances.
+/// The enabled meshes by the IDs on the way to them: ties go to the lowest. Throws Failure.
 std::vector<Part> collect_parts(const Attachments& attachments);
 
 /// Whether two lists are over the same triangles.

@@ -20,14 +20,12 @@ struct PrimBox : Bounds {
     std::uint32_t prim_id;
 };
 
-/// A binary tree over the median of the longest axis, in the order of its boxes. The node over the
-/// boxes [first, last) has the halves of them as children; its number is that of its middle box.
+/// A binary tree over medians of the longest axis; a node [first, last) has the middle's number.
 class BoxTree {
 public:
     explicit BoxTree(std::vector<PrimBox> boxes);
 
-    /// Calls visit(box) for boxes at most `radius` away from the point, the nearer half of each
-    /// node first. `radius` is read again after each call, which may lower it.
+    /// The nearer half of each node comes first. `radius` is read again after each call.
     template <class Visit>
     void visit_near(const std::array<float, 3>& point, const float& radius, Visit visit) const {
         if (!boxes_.empty()) visit_range(0, boxes_.size(), point, radius, visit);
@@ -153,8 +151,7 @@ private:
     const RTCPointQueryContext before_;
 };
 
-/// Returns whether a function changed the query. The functions of the call and of the geometry may
-/// lower the radius.
+/// Returns whether a function changed the query. Functions may lower the radius.
 bool visit_near(const Committed& committed, RTCPointQuery& query, RTCPointQueryContext& context,
                 Function function, void* user) {
     bool has_changed = false;

@@ -42,8 +42,7 @@ void Query::call_filter(RTCFilterFunctionN filter, const Part& part, int& valid,
     filter(&arguments);
 }
 
-/// Sets ray.tfar to the hit's t before; a filter may change it. If the hit does not pass, the ray
-/// is as it was.
+/// Sets ray.tfar to the hit's t before; if the hit does not pass, the ray is as it was.
 bool Query::passes_filters(const Part& part, RTCRay& ray, RTCHit& hit) const {
     const Geometry& mesh = *part.mesh;
     const RTCFilterFunctionN own =

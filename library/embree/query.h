@@ -38,8 +38,7 @@ QueryOptions options_of(const Arguments* arguments) {
 }
 #endif
 
-/// A ray's interval is closed in scenes that are robust and in the library, and open at tnear in
-/// the others.
+/// Intervals are closed in robust scenes and in the library, and open at tnear in others.
 inline float least_t(float tnear, bool is_robust) {
     if (is_robust || !(tnear > 0)) return tnear;
     return std::bit_cast<float>(std::bit_cast<std::uint32_t>(tnear) + 1);
@@ -86,8 +85,7 @@ public:
             found = next(traced, committed_.parts[found.geom_id], found);
         return found;
     }
-    /// Sets the members of a hit, one by one: a copy of a record that was just written would wait
-    /// for the parts to reach the cache.
+    /// One by one: a copy of a record that was just written would wait for the cache.
     void set_hit(const morphray::Hit& found, RTCHit& hit) const {
         const Part& part = committed_.parts[found.geom_id];
         const morphray::Vec3 normal = part.normals[found.prim_id];
@@ -110,8 +108,7 @@ public:
                                                  : kInvalid;
 #endif
     }
-    /// Takes the closest hit of `traced`, and finds the first one from there on that is let
-    /// through: true, and `hit` and ray.tfar are set. False: neither is changed.
+    /// The first hit from the closest on that is let through. False: nothing has changed.
     bool settle(morphray::Hit found, const morphray::Ray& traced, RTCRay& ray, RTCHit& hit) const;
 
 private:

@@ -122,8 +122,7 @@ void store_first(const Query& query, const morphray::Hit& found, const morphray:
     }
 }
 
-/// Rays on their way through the tracer. The memory stays with the thread, since fresh memory takes
-/// longer than the rays: up to 4 MB.
+/// The memory, up to 4 MB, stays with the thread: fresh memory takes longer than the rays.
 struct Batch {
     std::vector<std::uint32_t> active;
     std::vector<morphray::Ray> rays;

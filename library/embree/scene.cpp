@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cstdio>
 #include <map>
-#include <optional>
 #include <set>
 #include <span>
 #include <string>

@@ -1,8 +1,6 @@
 // Scenes: attached geometries, and what a commit makes of them.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -46,8 +44,7 @@ struct Committed {
             if ((mask & ray_mask) == 0) return false;
         return true;
     }
-    /// A tree of all primitives, made from the buffers by the first call at a pose. Threads may
-    /// call it at the same time.
+    /// A tree of all primitives, made by the first call at a pose. Threads may call it at once.
     const BoxTree& boxes() const;
     void forget_boxes() { made_boxes_ = nullptr; }
 
@@ -56,8 +53,7 @@ private:
     mutable std::shared_ptr<const BoxTree> made_boxes_;
 };
 
-/// Queries may be asked by many threads at the same time. A commit that changes a scene during its
-/// queries is undefined. Geometries may be attached by several threads at the same time.
+/// Many threads may ask and attach at a time. A commit during queries of the scene is undefined.
 class SceneObject final : public Object {
 public:
     explicit SceneObject(Device& device) : device_(&device) {}
@@ -76,9 +72,8 @@ public:
         return attachments_;
     }
 
-    /// Brings queries to the geometries. Several threads may call it: the first one works, the
-    /// others wait. Throws Failure or morphray::Error; then queries are refused until a later
-    /// commit succeeds.
+    /// Brings queries to the geometries. Of several threads the first one works. Throws Failure or
+    /// morphray::Error; then queries are refused until a later commit succeeds.
     void commit();
     /// Throws Failure if there was no commit, or the last one failed.
     const Committed& committed() const {

@@ -16,8 +16,7 @@ void refuse(const char* call, RTCScene scene, const char* what) {
     with<SceneObject>(call, scene, [&](const SceneObject&) { fail_unsupported(what); });
 }
 
-/// Refuses a call about what no supported geometry has. A geometry that has it was refused when it
-/// was made.
+/// A geometry that has what the call is about was refused when it was made.
 void refuse(const char* call, RTCGeometry geometry, const char* what) {
     with<Geometry>(call, geometry, [&](const Geometry& g) {
         if (g.unsupported() == nullptr) fail_unsupported(what);

@@ -1,6 +1,5 @@
 #include "library/src/ray_order.h"
 
-#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>

@@ -20,8 +20,7 @@
 
 namespace morphray::detail {
 
-/// Sorts rays along a curve. Keeps its memory, 10 bytes for each of the most rays so far, since new
-/// memory takes longer than sorting. Not thread-safe.
+/// Sorts rays along a curve. Keeps its memory, since new memory takes longer. Not thread-safe.
 class RaySorter {
 public:
     /// Rays that are sorted at a time; more at a time gain little.

@@ -7,8 +7,7 @@
 namespace morphray::detail {
 namespace {
 
-// The largest exponent of a power of two that floats are multiplied by: it and its inverse are
-// normal.
+// The largest exponent of a factor: the power of two and its inverse are normal floats.
 constexpr int kMostExponent = 126;
 
 /// A ray in scene space that hits nothing: its interval is empty.

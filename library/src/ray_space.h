@@ -31,8 +31,7 @@ inline int largest_exponent(const Vec3& v) {
     return static_cast<int>(std::bit_cast<std::uint64_t>(size) >> 52) - 1023;
 }
 
-/// t in scene space times 2^t_exponent, rounded to a float; what is too large becomes the largest
-/// float.
+/// t in scene space times 2^t_exponent, rounded to a float, at most the largest one.
 inline float to_world_t(float t, int t_exponent) {
     constexpr float kLargest = std::numeric_limits<float>::max();
     // Floats suffice for normal powers of two.
@@ -62,14 +61,11 @@ public:
 
     /// Converts one ray. Returns its t_exponent; nothing for a ray that cannot hit anything.
     std::optional<int> to_scene(const Ray& world, mray::Ray& scene) const;
-    /// Converts at most SceneRays::kMost rays. Those that cannot hit anything become rays without
-    /// an interval.
+    /// Converts at most SceneRays::kMost rays. Those that hit nothing get no interval.
     void to_scene(std::span<const Ray> rays, mray::cpu::SceneRays& scene) const;
-    /// Converts a finite point. `scene` is the same in floats if it is within kMostPoint, else one
-    /// that lies on the same sides of the scene.
+    /// Converts a finite point. Beyond kMostPoint `scene` is one on the same sides.
     void to_scene(const Vec3& world, glm::dvec3& exact, mray::vec3& scene) const;
-    /// t in world space of a ray that has this t_exponent, rounded to a float; what is too large
-    /// becomes the largest float.
+    /// t in world space of a ray with this t_exponent, rounded to a float, at most the largest.
     float to_world_t(const Ray& world, float t, int t_exponent) const {
         return is_far(t_exponent) ? t_of_far_ray(world, t) : detail::to_world_t(t, t_exponent);
     }

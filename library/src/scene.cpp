@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <utility>
-#include <variant>
 
 #include "common/frame_times.h"
 #include "common/scene/mesh.h"
@@ -140,8 +139,7 @@ Update to_public(const mray::TreeUpdate& update, double read_ms) {
             .rebuild_ms = update.times.rebuild_ms};
 }
 
-/// A call that changes the scene: keeps other threads out, and notes an error that leaves it of no
-/// use.
+/// A call that changes the scene: keeps other threads out, and notes a fatal error.
 class Change {
 public:
     explicit Change(const std::unique_ptr<SceneImpl>& impl) : scene_(require(impl)) {
@@ -176,8 +174,7 @@ private:
     SceneImpl& scene_;
 };
 
-/// Reads the positions [first, first + count) of one mesh, where prepare(scene, mesh) returns first
-/// and count.
+/// Reads positions [first, first + count) of a mesh; prepare(scene, mesh) returns both.
 template <class Prepare>
 Update update_mesh(const std::unique_ptr<SceneImpl>& impl, std::uint32_t geom_id, Prepare prepare) {
     return with_public_errors([&] {

@@ -1,5 +1,4 @@
 // The members of Scene that ask about all hits of rays.
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +11,7 @@
 
 #include "common/interop/hit_rule.h"
 #include "common/interop/tie_break_rule.h"
-#include "common/scene/border_crossings.h"
+#include "common/scene/exact_crossing.h"
 #include "library/src/ray_batch.h"
 #include "library/src/scene_impl.h"
 

@@ -42,8 +42,7 @@ using detail::SceneImpl;
 using detail::TracedImage;
 using detail::with_scene;
 
-// The most samples of an image whose memory is kept for the next image: 340 MB with those of the
-// sky.
+// The most samples whose memory is kept for the next image: 340 MB with the sky's.
 constexpr std::size_t kMostSpareSamples = std::size_t{1} << 23;
 
 /// Fills hits, occlusion and both hashes of an image whose pixels are there; without hits as

@@ -11,7 +11,6 @@
 #include <mutex>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "common/backend.h"
 #include "common/base/watch.h"
@@ -33,9 +32,8 @@
 
 namespace morphray::detail {
 
-/// The cost of a scene's queries since the last update, for policies that weigh it. Threads may add
-/// at the same time. Rays are counted exactly, by any threads in any order, so that deterministic
-/// policies decide by them.
+/// The cost of a scene's queries since the last update, for policies. Threads may add at the same
+/// time. Rays are counted exactly, for deterministic policies.
 class QueryCost {
 public:
     void add(double ms, std::uint64_t rays) {
@@ -95,16 +93,14 @@ private:
     }
 
     std::atomic<std::uint64_t> nanoseconds_ = 0;
-    /// counted() at the last reset(). Counters go on, so that scenes with few queries a pose are
-    /// sampled, too.
+    /// counted() at the last reset(). Counters go on, to sample few queries a pose, too.
     std::uint64_t counted_before_ = 0;
     std::array<Counter, kCounters> counters_;
 };
 
 /// The results of a backend for an image. The next image may use their memory again.
 struct TracedImage {
-    /// Parameters of the samples: width and height are those of the image times the side of a
-    /// pixel's square.
+    /// Of the samples: width and height are those of the image times a pixel's side.
     mray::ImageParams params = {};
     mray::Frame samples;
     /// The same samples with ambient-occlusion rays, if `has_sky`; else those of an image before.
@@ -157,8 +153,7 @@ public:
     std::optional<Error> broken;
     QueryCost cost;
 
-    /// Guards in const members of Scene what follows, `updater`, and a tracer that does not answer
-    /// threads.
+    /// Guards in const members what follows, `updater`, and a tracer that answers no threads.
     std::mutex mutex;
     mray::cpu::LitShader shader;
     /// Those of the meshes, and whether they are those of the pose.
@@ -199,9 +194,8 @@ decltype(auto) with_scene(const std::unique_ptr<SceneImpl>& impl, Work work) {
     });
 }
 
-/// Calls work(first, part, order) for parts of the rays, those from `first` on, until `cancel` is
-/// true. If `sorts` and that pays, `order` has the places of the part's rays in an order in which
-/// neighbours are alike; else it is empty. `arena` may be null.
+/// Calls work(first, part, order) for parts of the rays from `first` on, until `cancel` is true. If
+/// `sorts` and that pays, `order` has places in an order in which neighbours are alike.
 template <class Work>
 void for_ordered_parts(SceneImpl& scene, std::span<const Ray> rays, bool sorts, std::size_t most,
                        mray::ThreadArena* arena, const std::atomic<bool>* cancel, Work work) {
@@ -225,8 +219,7 @@ void for_ordered_parts(SceneImpl& scene, std::span<const Ray> rays, bool sorts, 
         most);
 }
 
-/// Calls ask(first, count) for parts of [0, total): on the threads of the host, or for one part
-/// after the other of a device. Throws Error(kCancelled).
+/// Calls ask(first, count) for parts of [0, total), on a device in turn. Throws Error(kCancelled).
 template <class Ask>
 void ask_in_parts(SceneImpl& scene, std::size_t total, const QueryOptions& options, Ask ask) {
     // Enough for streams of each octant of directions.
@@ -257,19 +250,16 @@ void update_normals(SceneImpl& scene);
 /// A view relative to the origin.
 mray::ViewSpec to_spec(const View& view, const Point& origin);
 
-/// Traces and shades a view at the pose; the scene's mutex is locked. Shades on the CPU what any
-/// backend has traced, so that colours do not depend on the backend. Fills pixels, lit_pixels,
-/// ray_count, trace_ms and shade_ms of the image. Throws what make_image_params() and the backend
-/// throw; Error(bad_argument) for other numbers of samples than View::samples allows.
+/// Traces and shades a view at the pose, in the CPU's shader for all backends; the scene's mutex is
+/// locked. Throws what make_image_params() and the backend throw, and Error(bad_argument) for other
+/// numbers of samples than View::samples allows.
 void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, TracedImage& traced,
                 Image& image);
 
-// The passes of render_lit() that trace rays. Both return the number of rays that they took. They
-// throw what the backend throws, and Error(kCancelled).
+// The passes of render_lit() that trace. Both return their number of rays; they may be cancelled.
 
-/// Makes of an image that was traced as if there were no holes what a trace through them gives. A
-/// hit in a hole is followed by the next hit of its ray, until one is none: camera rays first, then
-/// shadow rays and rays of the sky where their number of occluded rays may have changed.
+/// Makes of an image without holes that of a trace through them. A hit in a hole is followed by the
+/// next hit of its ray: camera rays first, then shadow rays and rays of the sky.
 std::uint64_t apply_alpha_test(SceneImpl& scene, const mray::Watch& watch, TracedImage& image);
 
 /// Takes from an image of shadow rays those shadows that only the flatness of triangles makes. A

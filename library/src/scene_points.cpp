@@ -64,8 +64,7 @@ Feature feature_of(int zeros) {
     return zeros == 0 ? Feature::face : zeros == 1 ? Feature::edge : Feature::vertex;
 }
 
-/// In world space, where 1 in scene space is `scale` long; what is too large becomes the largest
-/// float.
+/// In world space, where 1 in scene space is `scale` long; at most the largest float.
 float to_world_distance(double distance, double scale) {
     constexpr double kLargest = std::numeric_limits<float>::max();
     return static_cast<float>(std::min(distance * scale, kLargest));
@@ -101,8 +100,7 @@ struct ScenePoints {
     }
 };
 
-/// Calls work(points, answers) for blocks of points and the places of their answers. Throws Error
-/// for options of rays.
+/// Calls work(points, answers) for blocks of points. Throws Error for options of rays.
 template <class Answer, class Work>
 void for_blocks(std::span<const Vec3> points, std::span<Answer> answers,
                 const QueryOptions& options, Work work) {
@@ -135,8 +133,7 @@ void ask_points(SceneImpl& scene, const ScenePoints& points, const QueryOptions&
     });
 }
 
-/// Finds the crossings of points, exactly, and calls visit(i, winding) for each of them that is
-/// finite.
+/// Finds crossings exactly, and calls visit(i, winding) for each point that is finite.
 template <class Visit>
 void wind(SceneImpl& scene, std::span<const Vec3> world, const ScenePoints& points,
           const QueryOptions& options, Visit visit) {
@@ -175,8 +172,7 @@ mray::Corners corners_of(const SceneImpl& scene, std::uint32_t prim_id) {
     return {positions[t.x], positions[t.y], positions[t.z]};
 }
 
-/// Finds the closest triangles of `run`, the points index(i), and their distances: by the rule, or
-/// exactly for those that are not within.
+/// The closest triangles of `run`, the points index(i): by the rule, or exactly if not within.
 template <class Index>
 void find_closest_triangles(SceneImpl& scene, const ScenePoints& asked,
                             std::span<const mray::vec3> run, Index index, float most,

@@ -18,8 +18,7 @@ using detail::SceneImpl;
 using detail::with_scene;
 using Cancel = const std::atomic<bool>*;
 
-// The answers of a tile's rays are prefetched this many rows ahead: processors do not foresee where
-// a row begins (lab/notes/cpu_tracer.md).
+// Answers of a tile are prefetched this many rows ahead: processors do not foresee new rows.
 constexpr std::size_t kRowsAhead = 2;
 // Rays that are gathered are prefetched this many ahead.
 constexpr std::size_t kRaysAhead = 16;
@@ -56,8 +55,7 @@ void trace_run(SceneImpl& scene, std::span<const Ray> rays, std::span<std::uint8
 }
 
 /// Traces the rays of a tile of an image, which `rays` begins with, in packets: closest hits, which
-/// take less time than any hits of single rays. Returns false, and sets nothing, if they have no
-/// packet.
+/// take less time than any hits of single rays. False: they have no packet.
 template <class Answer>
 bool trace_tile(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> answers,
                 std::size_t row, std::size_t width, std::size_t height) {
@@ -84,8 +82,7 @@ bool trace_tile(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> a
     return true;
 }
 
-/// Traces rows of an image, as many as have tiles, until `cancel` is true. Returns the number of
-/// their rays. Runs in this thread if `arena` is null.
+/// Traces rows of an image that have tiles; returns their rays. In this thread without `arena`.
 template <class Answer>
 std::size_t trace_image(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> answers,
                         std::size_t row, mray::ThreadArena* arena, Cancel cancel) {

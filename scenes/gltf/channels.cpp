@@ -112,8 +112,7 @@ private:
         return known->second;
     }
 
-    /// Throws Error for times that do not increase. If lenient, equal ones are taken, of which the
-    /// later one holds.
+    /// If lenient, equal times are taken, of which the later one holds.
     void check_times(const JsonAt& reference, std::span<const float> times) {
         for (std::size_t i = 0; i < times.size(); ++i) {
             if (times[i] >= 0 && times[i] <= kMostSeconds && (i == 0 || times[i] > times[i - 1]))
@@ -178,8 +177,7 @@ void write(const glm::dvec4& q, std::span<double> out) {
     for (int k = 0; k < 4; ++k) out[static_cast<std::size_t>(k)] = q[k];
 }
 
-/// The key interval of a channel at a time: the last key at or before it and the share of the way
-/// to the next, in [0, 1). Before the first and after the last key, that key and 0.
+/// The last key at or before a time, or the end key, and the way to the next, in [0, 1).
 struct KeyAt {
     std::size_t key = 0;
     double u = 0;

@@ -6,8 +6,6 @@
 #include <cassert>
 #include <cmath>
 #include <optional>
-#include <string_view>
-#include <utility>
 #include <vector>
 
 #include "common/base/errors.h"

@@ -9,7 +9,6 @@
 #include <iterator>
 #include <utility>
 
-#include "common/base/errors.h"
 #include "common/base/input_file.h"
 #include "common/text/text_parts.h"
 #include "scenes/warning_count.h"

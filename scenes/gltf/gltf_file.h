@@ -1,5 +1,4 @@
-// A glTF 2.0 file with its buffers and the numbers in them, and the files and bytes that its URIs
-// name.
+// A glTF 2.0 file with its buffers and the numbers in them, and what its URIs name.
 #pragma once
 
 #include <cstddef>
@@ -27,13 +26,11 @@ inline constexpr std::string_view kInstancing = "EXT_mesh_gpu_instancing";
 /// Returns what the extension of this name says of an object; nothing if it says nothing.
 std::optional<JsonAt> extension_of(const JsonAt& at, std::string_view name);
 
-/// The bytes of a "data:" URI in base 64; nothing for other URIs. Throws Error(kBadInput) for one
-/// that is not in base 64.
+/// The bytes of a "data:" URI, which throws Error(kBadInput) unless in base 64; nothing for others.
 std::optional<std::string> data_of_uri(const JsonAt& uri);
 
-/// The file that a relative URI names (RFC 3986: %20 is a blank), which lies in the folder of the
-/// glTF file at `scene_file`, links resolved. Throws Error(kBadInput) for a URI such as
-/// "http://", and what side_file() throws.
+/// The file that a relative URI names (RFC 3986: %20 is a blank) in the folder of `scene_file`.
+/// Throws Error(kBadInput) for a URI such as "http://", and what side_file() throws.
 std::filesystem::path file_of_uri(const JsonAt& uri, const std::filesystem::path& scene_file);
 
 /// Bytes of a buffer, and where they are on the disk.
@@ -55,8 +52,7 @@ struct View {
     std::uint64_t offset = 0;
 };
 
-/// The JSON of a .gltf or .glb file and the content of its buffers, from the file, from data: URIs
-/// and from files in its folder.
+/// The JSON of a file and the content of its buffers, from data: URIs and files in its folder.
 class GltfFile {
 public:
     /// Throws Error: kBadInput with the place in the JSON (other versions, extensions that are
@@ -100,8 +96,7 @@ private:
     std::uint64_t buffer_bytes_ = 0;
 };
 
-// Arrays of numbers. Every function takes the member that has the index of an accessor, and throws
-// Error(kBadInput) with the place of the member that is wrong.
+// Each takes the index of an accessor, and throws Error(kBadInput) with the place that is wrong.
 
 /// The elements that a reader of numbers accepts.
 struct Wanted {
@@ -116,8 +111,7 @@ struct Wanted {
 /// All numbers. Of integers that are normalised, c / 127, c / 255, ... in float, at least -1.
 std::vector<float> floats(const GltfFile& file, const JsonAt& reference, const Wanted& wanted);
 
-/// Unsigned numbers that are not normalised; 32 bits only for a `width` of 1. `vertex_count` is
-/// that of Wanted.
+/// Not normalised; 32 bits only for a `width` of 1. `vertex_count` is that of Wanted.
 std::vector<std::uint32_t> integers(const GltfFile& file, const JsonAt& reference,
                                     std::size_t width, std::size_t vertex_count);
 

@@ -2,11 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cstdint>
-#include <span>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include <glm/geometric.hpp>
 
@@ -138,8 +134,7 @@ private:
         }
     }
 
-    /// Corners of a mirrored mesh are taken the other way round, so that its outside stays outside
-    /// (glTF 2.0, 3.7.4). Joints alone place one that is skinned.
+    /// Corners of a mirrored mesh go the other way (glTF 2.0, 3.7.4). Joints alone place a skin.
     void add_primitive(const Mesh& mesh, const Primitive& primitive, std::uint32_t first_vertex,
                        bool is_mirrored, SmoothNumbers& numbers) {
         const Material material = primitive.material ? materials_.materials[*primitive.material]

@@ -86,11 +86,9 @@ struct Materials {
     std::vector<TextureFile> textures;
 };
 
-/// Reads baseColorFactor and baseColorTexture of every material. Images are files in the
-/// folder of the glTF file, data: URIs, or parts of a buffer; those that are missing or lie outside
-/// of the folder, data: URIs that are not in base 64, and those of unknown extensions are left out
-/// with a warning. Throws Error(kBadInput) for indices out of range and factors that are no
-/// numbers.
+/// Reads baseColorFactor and baseColorTexture of every material. Images that are missing, outside
+/// of the folder, not in base 64 or of unknown extensions are left out with a warning. Throws
+/// Error(kBadInput) for indices out of range and factors that are no numbers.
 Materials read_materials(const GltfFile& file, const AnimationOptions& options);
 
 struct Skin {
@@ -100,12 +98,10 @@ struct Skin {
     std::vector<Affine> inverse_binds;
 };
 
-/// Throws Error(kBadInput) for a skin without joints or with more than 65536, and for fewer or
-/// other matrices than joints.
+/// Throws Error(kBadInput) unless it has 1 to 65536 joints, each with its matrix.
 Skin read_skin(const GltfFile& file, std::size_t index);
 
-/// Joints of a skin that move a vertex: `per_vertex` entries each, of which those that are not
-/// needed have weight 0. The sum of the weights of a vertex is above 0, not always 1.
+/// `per_vertex` joints a vertex, unused ones with weight 0. Sums are above 0, not always 1.
 struct Influences {
     std::size_t per_vertex = 0;
     std::vector<std::uint16_t> joints;
@@ -145,12 +141,10 @@ struct Mesh {
     std::vector<double> weights;
 };
 
-/// The meshes with these indices. Primitives of points and lines and those without positions are
-/// left out with a warning.
-///
-/// Throws Error(kBadInput) for indices and counts that do not fit together, weights that are
-/// negative, not finite or all 0 (if lenient, a warning and the first joint), and positions that
-/// are not finite or beyond 1e30 (if lenient, a warning); kLimit above 2^28 triangles.
+/// The meshes with these indices. Points, lines and primitives without positions are left out with
+/// a warning. Throws Error(kBadInput) for indices and counts that do not fit together, and unless
+/// lenient for weights that are negative, not finite or all 0, and positions that are not finite or
+/// beyond 1e30; kLimit above 2^28 triangles.
 std::map<std::uint32_t, Mesh> read_meshes(const GltfFile& file, const Materials& materials,
                                           std::span<const std::uint32_t> indices,
                                           const AnimationOptions& options);
@@ -177,13 +171,11 @@ struct ChannelSet {
     /// The last time of any channel.
     double seconds = 0;
 
-    /// The numbers that the channels refer to, by the index of the accessor, the numbers an element
-    /// has, and whether it may have integers.
+    /// By the index of the accessor, the numbers an element has, and whether it may have integers.
     std::map<std::tuple<std::uint32_t, std::size_t, bool>, std::vector<float>> numbers = {};
 };
 
-/// Which animation a text means: one of that name, or of that index; without text the first. Throws
-/// Error(kBadArgument) that lists the names.
+/// The animation of this name or index, or the first. Throws Error(kBadArgument) with the names.
 std::size_t find_animation(const GltfFile& file, const std::string& text);
 
 /// The names of all animations of a file, empty where it gives none.
@@ -192,8 +184,7 @@ std::vector<std::string> animation_names(const GltfFile& file);
 /// The value of a channel at a time in seconds; a rotation has length 1.
 void sample(const Channel& channel, double time, std::span<double> out);
 
-/// A vertex set that a node places: vertices [first_vertex, first_vertex + its size) of the
-/// animation.
+/// Vertices [first_vertex, first_vertex + its size) of the animation, which a node places.
 struct Part {
     std::uint32_t node = 0;
     const VertexSet* set = nullptr;

@@ -31,8 +31,7 @@ std::size_t count_triangles(TriangleMode mode, std::size_t corner_count) {
     return mode == TriangleMode::kTriangles ? corner_count / 3 : corner_count - 2;
 }
 
-/// The triangles of at least three corners, as the specification orders them (glTF 2.0, 3.7.2.1).
-/// Without indices the corners are vertices 0, 1, 2, ...
+/// As the specification orders them (glTF 2.0, 3.7.2.1). Without indices: vertices 0, 1, 2, ...
 std::vector<uvec3> triangles_of(TriangleMode mode, std::span<const std::uint32_t> indices,
                                 std::size_t corner_count) {
     const auto vertex = [&](std::size_t corner) {

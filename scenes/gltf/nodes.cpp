@@ -121,8 +121,7 @@ void set_parents(const GltfFile& file, std::vector<Node>& nodes) {
     }
 }
 
-/// Appends the nodes below `root`, depth first, to `order`. Each node has one parent, so that those
-/// below a root form no cycle.
+/// Depth first. Each node has one parent, so that those below a root form no cycle.
 void append_tree(const std::vector<Node>& nodes, std::uint32_t root,
                  std::vector<std::uint32_t>& order) {
     std::vector<std::uint32_t> open = {root};

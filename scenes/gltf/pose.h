@@ -50,18 +50,16 @@ PlaceSkinned place_skinned_on(const SimdTarget& target);
 
 inline constexpr std::size_t kNoVertex = std::numeric_limits<std::size_t>::max();
 
-/// Places vertices in world space: a morph target adds weight times displacement; then a vertex
-/// with a skin is the mean of its places under its joints, each to_world * inverse_bind, by their
-/// weights, and others follow their node (glTF 2.0, 3.7.3 and 3.7.2.2). Computed in double and
-/// rounded once to float, in an order that depends on the file alone.
+/// Places vertices: a morph target adds weight times displacement; a vertex with a skin is the
+/// weighted mean of its places under its joints, others follow their node (glTF 2.0, 3.7.3 and
+/// 3.7.2.2). Computed in double and rounded once, in an order that depends on the file alone.
 class Skinning {
 public:
     /// The scene must outlive it.
     explicit Skinning(const GltfScene& scene, const SimdTarget& target = best_simd_target());
 
-    /// Writes the positions of all vertices. Returns the first vertex that has a coordinate that is
-    /// not finite or beyond 1e30, or kNoVertex. Runs on the threads of the calling arena; the bits
-    /// do not depend on their number, nor on the instruction set. O(vertices).
+    /// Returns the first vertex that is not finite or beyond 1e30, or kNoVertex. Runs on the
+    /// threads of the calling arena; bits depend neither on them nor on the instruction set.
     std::size_t place(const Pose& pose, std::span<vec3> out) const;
 
 private:

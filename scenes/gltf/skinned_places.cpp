@@ -15,9 +15,7 @@ namespace HWY_NAMESPACE {
 /// Four doubles, in one register or in two: arithmetic that no target may fuse.
 using Double4 = double __attribute__((vector_size(4 * sizeof(double)), may_alias));
 
-/// A vertex is the mean of its places under its joints. The fourth component of each place is 1, so
-/// that of the sum is the sum of the weights. `per_vertex` may be a constant, for which the
-/// compiler unrolls the loop.
+/// The fourth component of a place is 1, that of the sum the sum of the weights.
 template <class Real, class PerVertex>
 inline void place_all(const SkinnedVertices& vertices, const Real* p, PerVertex per_vertex,
                       vec3* out) {

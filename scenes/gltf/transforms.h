@@ -14,8 +14,7 @@ struct Affine {
     std::array<glm::dvec3, 4> column = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
 };
 
-/// Translation, rotation (a quaternion x, y, z, w of length 1) and scale, applied from the last to
-/// the first.
+/// Translation, rotation (a unit quaternion x, y, z, w) and scale, applied from last to first.
 struct Trs {
     glm::dvec3 translation = {0, 0, 0};
     glm::dvec4 rotation = {0, 0, 0, 1};

@@ -21,8 +21,8 @@ using JsonTree = nlohmann::json;
 /// the byte for a text that is not JSON, and for a number beyond the largest double.
 JsonTree parse_json(std::string_view text, const std::string& file);
 
-/// A value and its place. Member functions throw Error(kBadInput) with "file: place: what
-/// is wrong", for a value of another type. Tree and file name must outlive it.
+/// A value and its place, for errors (kBadInput) of values of another type. Tree and name must
+/// outlive it.
 class JsonAt {
 public:
     JsonAt(const JsonTree& value, const std::string& file, std::string path = {})

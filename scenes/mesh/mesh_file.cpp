@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <string>
-
 #include "common/base/errors.h"
 #include "common/text/text_parts.h"
 

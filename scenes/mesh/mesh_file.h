@@ -21,8 +21,7 @@
 namespace mray {
 
 struct MeshFileOptions {
-    /// Accept coordinates that are not finite or beyond 1e30 and leave out faces that cannot be
-    /// read, with a warning each.
+    /// Accept bad coordinates and leave out faces that cannot be read, with a warning each.
     bool lenient = false;
     /// Leave out colours, material libraries, normals and textures.
     bool positions_only = false;
@@ -44,12 +43,9 @@ struct FileMesh {
     Polygons faces;
     /// One for each face; empty: kClay for all.
     std::vector<Albedo> albedo;
-    /// Linear colours of the vertices, finite; a triangle has the mean of its three. Empty: none.
-    /// If there are any, `albedo` is empty.
+    /// Linear colours, finite; a triangle has the mean of its three. If any, `albedo` is empty.
     std::vector<vec3> vertex_colours;
-    /// For each corner of `faces` a number, below that of all corners: corners of one position with
-    /// equal normals have the same number, those without a normal a number of their own. Empty if
-    /// the file has no normals.
+    /// A number a corner, which those of one position and normal share. Empty without normals.
     std::vector<std::uint32_t> smooth;
     /// The textures that faces use. If there are none, the arrays below are empty, too.
     std::vector<TextureFile> textures;
@@ -59,47 +55,32 @@ struct FileMesh {
     std::vector<Texcoord> texcoords;
 };
 
-/// Reads positions, faces and, from the material libraries beside the file, diffuse colours and
-/// the names of textures; normals only for FileMesh::smooth. A texture that is not there, or not in
-/// the folder of its library, is a warning, and its faces have their colour alone; so do faces
-/// without texture coordinates. Checks the words of faces
-/// before tinyobjloader parses them. Leaves out faces of two corners with a warning; keeps
-/// degenerate faces. Throws Error: kBadInput with file
-/// and line, kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its own options.
+/// Reads positions, faces, normals for FileMesh::smooth alone, and from material libraries diffuse
+/// colours and the names of textures. Faces whose texture or its coordinates are missing have their
+/// colour alone, with a warning for the former. Keeps degenerate faces. Throws Error: kBadInput
+/// with file and line, kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its options.
 FileMesh read_obj(const std::filesystem::path& path, const MeshFileOptions& options = {});
 
 /// Reads a PLY file (Greg Turk, "The PLY Polygon File Format", 1994), in text or binary with either
-/// order of bytes: of the element `vertex` the positions x y z, the colours red green blue and the
-/// normals nx ny nz, the latter for FileMesh::smooth alone; of `face` the list vertex_indices or
-/// vertex_index. Skips all others. Faults
-/// of coordinates and faces are those of OBJ files (MeshRules).
-///
-/// Colours of integer types are those of images, 0 to 255, whose squares are linear; others are
-/// linear. Normals tell which corners are smooth together: those of vertices with equal positions
-/// and normals.
-///
-/// Checks the numbers of the header against the size of the file before it takes memory for them.
-/// Throws Error: kBadInput with the file and the line, or
-/// the byte of a binary file; kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its own
-/// options.
+/// order of bytes. Integer colours are those of images, 0 to 255, whose squares are linear; others
+/// are linear. Vertices with equal positions and normals are smooth together. Checks the numbers of
+/// the header against the size of the file. Throws Error: kBadInput with the line, or the byte of a
+/// binary file; kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its own options.
 FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& options = {});
 
 /// Whether the name ends with .obj or .ply, in letters of either case.
 bool has_mesh_name(const std::filesystem::path& path);
 
-/// Reads a file in the format of its name; a name of no format is read as OBJ. Throws Error:
-/// kBadInput with the file and the place in it, kLimit.
+/// By the format of its name, else as OBJ. Throws Error: kBadInput with the place, kLimit.
 FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options);
 
 // The rules for vertices and faces, the same for files of all formats.
 
-/// Finite coordinates beyond this are refused like infinite ones; simulations that diverge write
-/// them.
+/// Coordinates beyond this are refused like infinite ones; diverging simulations write them.
 inline constexpr float kMaxCoordinate = 1e30f;
 
-/// Checks vertices and faces while a file is read, and counts what a lenient reading accepts. A
-/// `place` returns the place in the file for messages, such as "mesh.obj:12"; it is called for the
-/// first fault of a kind.
+/// Checks vertices and faces while a file is read, and counts what a lenient reading accepts.
+/// `place` returns where, such as "mesh.obj:12", for the first fault of a kind.
 class MeshRules {
 public:
     using Place = std::function<std::string()>;
@@ -115,8 +96,7 @@ public:
     }
     static bool is_good(const vec3& p) { return is_good(p.x) && is_good(p.y) && is_good(p.z); }
     static bool are_good(std::span<const vec3> positions);
-    /// Throws Error(kBadInput), or counts a warning if lenient. `text` is the number as the file
-    /// has it.
+    /// Throws Error(kBadInput), or warns if lenient. `text` is the number in the file.
     void take_bad_coordinate(double value, std::string_view text, const Place& place);
 
     /// Whether a face is kept: it needs 3 corners. Faces of two corners in the middle of a file are
@@ -146,8 +126,7 @@ void set_positions(FileMesh& mesh, std::span<const glm::dvec3> file,
 /// Returns the message for a text that is no number: what is wrong with it, and what to do.
 std::string not_a_number(std::string_view text);
 
-/// Throws Error(kBadInput) for a mesh without faces. `name` is the file and `kind` its format in
-/// the message: "an OBJ file".
+/// `name` is the file and `kind` its format in the message: "an OBJ file".
 void require_faces(const FileMesh& mesh, const std::string& name, std::string_view kind);
 
 }  // namespace mray

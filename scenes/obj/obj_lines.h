@@ -22,8 +22,7 @@ public:
     }
 
     bool at_end() const { return rest_.empty(); }
-    /// The next statement: one line, or several lines that all but the last end in a backslash.
-    /// It has no blanks in front, and is valid until the next call.
+    /// A line, or several of which all but the last end in a backslash. Valid until the next call.
     std::string_view next() {
         line_ = next_line_;
         std::string_view statement = take_line();

@@ -34,15 +34,12 @@ struct Material {
 
 using MaterialMap = std::unordered_map<std::string, Material>;
 
-/// Adds the materials of an MTL text to `materials`, by their names without the blanks around them;
-/// the first of several materials of one name stays. tinyobjloader reads them: numbers that are
-/// none are 0. `library` is the file. Throws Error(kBadInput) for binary data.
+/// Adds the materials of an MTL text by their names; the first of a name stays. tinyobjloader reads
+/// them: numbers that are none are 0. Throws Error(kBadInput) for binary data.
 void read_mtl_text(std::string_view text, const std::filesystem::path& library,
                    MaterialMap& materials);
 
-/// Reads material libraries and gives faces their colours and textures. A texture is searched where
-/// its library names it and, if it is not there or not in the folder of the library, by its file
-/// name beside the library.
+/// Gives faces colours and textures, which lie where libraries name them or beside these.
 class ObjMaterials {
 public:
     /// `path` is the OBJ file. Keeps references to all three.

@@ -31,8 +31,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
-/// The place in an array of an index from 1, or relative to its end if negative; kNone if there is
-/// no such element yet.
+/// The place of an index from 1, or relative to the end if negative; kNone if there is none yet.
 std::uint32_t place_of(int index, std::size_t size) {
     const auto count = static_cast<std::int64_t>(size);
     const std::int64_t at = index > 0 ? std::int64_t{index} - 1 : count + index;
@@ -68,8 +67,7 @@ float take_finite(std::string_view& words) {
     return finite_or(parse_float(next_word(words)).value_or(0.0f), 0);
 }
 
-/// Parses vertices and passes faces and materials to tinyobjloader, a statement at a time, so that
-/// what it returns belongs to the current line.
+/// Passes faces and materials to tinyobjloader a statement at a time, so that results have a line.
 class ObjReader : private std::streambuf, private tinyobj::MaterialReader {
 public:
     ObjReader(const fs::path& path, std::string_view text, const MeshFileOptions& options)

@@ -68,9 +68,8 @@ struct PlyHeader {
     std::uint64_t line_count = 1;
 };
 
-/// Parses the header at the beginning of a file. Lines end as the first one does. `name` is the
-/// file in messages. Vertices have positions, faces have corners, and the numbers of items fit into
-/// the text. Throws Error(kBadInput) with file and line.
+/// Lines end as the first one does. Vertices have positions, faces have corners, and the numbers of
+/// items fit into the text. Throws Error(kBadInput) with file and line.
 PlyHeader parse_ply_header(std::string_view text, const std::string& name);
 
 }  // namespace mray

@@ -23,8 +23,7 @@ namespace {
 constexpr PlyAxes kNormalAxes = {"nx", "ny", "nz"};
 constexpr PlyAxes kColours = {"red", "green", "blue"};
 
-/// The values after the header, one after the other: rows of text, blank ones left out, or bytes in
-/// either order.
+/// The values after the header: rows of text, blank ones left out, or bytes in either order.
 class PlyValues {
 public:
     PlyValues(std::string_view text, const PlyHeader& header, const std::string& name)

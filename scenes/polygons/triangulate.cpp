@@ -17,8 +17,7 @@ double doubled_area(PlanePoint a, PlanePoint b, PlanePoint c) {
     return (b.x - a.x) * (c.y - b.y) - (b.y - a.y) * (c.x - b.x);
 }
 
-/// Whether a point is inside or on the edge of a counter-clockwise triangle. One that coincides
-/// with a corner is outside: polygons with a hole visit the ends of the bridge to it twice.
+/// A point at a corner is outside: polygons with a hole visit the ends of the bridge to it twice.
 bool in_triangle(PlanePoint p, PlanePoint a, PlanePoint b, PlanePoint c) {
     const auto same = [p](PlanePoint other) { return p.x == other.x && p.y == other.y; };
     return doubled_area(a, b, p) >= 0 && doubled_area(b, c, p) >= 0 && doubled_area(c, a, p) >= 0 &&
@@ -31,9 +30,8 @@ bool in_triangle(PlanePoint p, PlanePoint a, PlanePoint b, PlanePoint c) {
 /// 2002. Changed: ears are cut in the order of a queue, those with area before those without.
 class EarClipper {
 public:
-    /// Appends n - 2 triangles of the indices of `points`, the n corners of a polygon in
-    /// counter-clockwise order, n >= 3, all finite. If no ear is left because edges cross, the rest
-    /// becomes a fan.
+    /// Appends n - 2 triangles of the n >= 3 finite corners of a counter-clockwise polygon. If no
+    /// ear is left because edges cross, the rest becomes a fan.
     void clip(std::span<const PlanePoint> points, std::vector<uvec3>& triangles) {
         const auto count = static_cast<std::uint32_t>(points.size());
         points_ = points;
@@ -50,8 +48,7 @@ public:
         for (std::uint32_t i = 0; i < count; ++i)
             if (turn(i) < 0) reflex_.push_back(i);
 
-        // Cutting an ear without area leaves a corner in the middle of an edge, so such ears are
-        // cut only if there is no other; that may expose ears with area.
+        // An ear without area leaves a corner within an edge, but may expose ears with area.
         for (std::uint32_t before = count + 1; left_ > 3 && left_ < before;) {
             before = left_;
             clip_ears(true, triangles);
@@ -65,13 +62,11 @@ public:
     }
 
 private:
-    /// Twice the area of the triangle of a corner and its neighbours; negative where the polygon
-    /// turns right.
+    /// Twice the area of the triangle of a corner and its neighbours; negative for a right turn.
     double turn(std::uint32_t corner) const {
         return doubled_area(points_[previous_[corner]], points_[corner], points_[next_[corner]]);
     }
-    /// Whether a reflex corner lies in the triangle of this corner and its neighbours. Testing
-    /// the reflex corners suffices: if any corner lies inside, a reflex one does.
+    /// Testing the reflex corners suffices: if any corner lies inside, a reflex one does.
     bool blocked(std::uint32_t corner) const {
         const PlanePoint a = points_[previous_[corner]];
         const PlanePoint b = points_[corner];
@@ -84,8 +79,7 @@ private:
                    in_triangle(p, a, b, c);
         });
     }
-    /// Cuts ears until no corner is left to try. Cutting one changes its neighbours only, so only
-    /// they are tried again.
+    /// Cutting an ear changes its neighbours only, so only they are tried again.
     void clip_ears(bool with_area, std::vector<uvec3>& triangles) {
         queue_.clear();
         for (std::uint32_t i = 0; i < points_.size(); ++i) {
@@ -139,8 +133,7 @@ private:
 
 using Corners = std::span<const std::uint32_t>;
 
-// Newell's normal (M. E. Newell et al. 1972), relative to the first corner so that a face far from
-// the origin keeps its digits.
+// Newell's (M. E. Newell et al. 1972), relative to the first corner for the sake of digits.
 std::array<double, 3> face_normal(Corners corners, std::span<const vec3> positions) {
     const glm::dvec3 origin(positions[corners[0]]);
     glm::dvec3 sum(0.0);
@@ -154,9 +147,8 @@ std::array<double, 3> face_normal(Corners corners, std::span<const vec3> positio
     return {sum.x, sum.y, sum.z};
 }
 
-// Projects the corners along the axis along which the face is largest, which keeps coordinates
-// exact. Orders the axes so that the face is counter-clockwise. Returns false for a face that has
-// no area or is not finite.
+// Projects along the axis in which the face is largest, which keeps coordinates exact, and makes it
+// counter-clockwise. Returns false for no area or what is not finite.
 bool project(Corners corners, std::span<const vec3> positions, std::vector<PlanePoint>& points) {
     const std::array<double, 3> normal = face_normal(corners, positions);
     int dropped = 0;

@@ -17,14 +17,11 @@ struct Polygons {
     bool operator==(const Polygons&) const = default;
 };
 
-/// Returns the triangles of all faces in their order, n - 2 for a face of n corners, with its
-/// winding: a fan from the first corner if that covers the face, otherwise ears of its projection
-/// along its normal, so that concave faces are covered correctly. Faces without a correct
-/// triangulation (no area, corners that are not finite, crossing edges) get some n - 2 triangles of
-/// their corners.
-///
-/// If `corners_of_triangles` is not null, the indices of the triangles' corners in
-/// Polygons::corners are appended to it.
+/// Returns the triangles of all faces in their order, n - 2 for n corners, with their winding: a
+/// fan if that covers the face, otherwise ears of its projection along its normal. Faces without a
+/// correct triangulation (no area, crossing edges) get some n - 2 triangles of their corners.
+/// Appends the triangles' indices in Polygons::corners to `corners_of_triangles`, if it is not
+/// null.
 std::vector<uvec3> triangulate(const Polygons& faces, std::span<const vec3> positions,
                                std::vector<uvec3>* corners_of_triangles = nullptr);
 

@@ -10,8 +10,7 @@
 namespace mray {
 namespace {
 
-/// A vertex that swings through `rest` by `sway` to both sides, once in 12 frames, from a phase in
-/// turns.
+/// Swings through `rest` by `sway` to both sides, once in 12 frames, from a phase in turns.
 struct SwayingVertex {
     glm::dvec3 rest;
     glm::dvec3 sway{0};
@@ -86,8 +85,7 @@ public:
         }
     }
 
-    /// An open sheet of rows x columns quads; at(s, t) gives the vertices for s (along a row) and t
-    /// (down the rows) from 0 to 1.
+    /// at(s, t) gives the vertices for s (along a row) and t (down the rows) from 0 to 1.
     void add_sheet(std::uint32_t rows, std::uint32_t columns, Albedo albedo,
                    const std::function<SwayingVertex(double s, double t)>& at) {
         const std::uint32_t first = mesh_.topology.vertex_count;

@@ -1,5 +1,4 @@
-// What the built-in scenes are made of: counts, colours, turns, pseudorandom numbers, and surfaces
-// over regular grids.
+// Counts, colours, turns, pseudorandom numbers, and surfaces over regular grids.
 #pragma once
 
 #include <array>
@@ -65,8 +64,7 @@ inline glm::dvec3 uniform_direction(std::uint64_t seed, std::uint64_t index, std
     return {ring * cos_turns(around), y, ring * sin_turns(around)};
 }
 
-/// Rows and columns of quads of two triangles each. The surfaces number their vertices row by row
-/// and their triangles quad by quad, also row by row.
+/// Quads of two triangles each, row by row, as are the vertices of surfaces.
 struct Grid {
     std::uint32_t rows = 1;
     std::uint32_t columns = 1;
@@ -88,8 +86,7 @@ public:
     const Grid& grid() const { return grid_; }
     std::uint32_t triangle_count() const { return 2 * grid_.rows * grid_.columns; }
     std::uint32_t vertex_count() const { return (grid_.rows + 1) * (grid_.columns + 1); }
-    /// Adds vertices and triangles; counter-clockwise seen from +y when rows run along +z and
-    /// columns along +x.
+    /// Counter-clockwise seen from +y when rows run along +z and columns along +x.
     void append_to(Topology& topology, const GridColour& colour) const;
 
 private:

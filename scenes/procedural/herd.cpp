@@ -18,8 +18,7 @@ double ground_height(double x, double z) {
     return 0.6 * sin_turns(0.05 * x + 0.02 * z) + 0.3 * sin_turns(0.09 * z - 0.03 * x);
 }
 
-// An animal is a set of ellipsoids that looks along +x, stands on y = 0 and stays within 1 of the
-// y axis.
+// Ellipsoids that look along +x, stand on y = 0 and stay within 1 of the y axis.
 struct Ellipsoid {
     glm::dvec3 centre;
     glm::dvec3 radii;
@@ -58,8 +57,7 @@ Body make_body(double triangles) {
     return body;
 }
 
-// Each animal walks round in its own square of the ground: the circle and the animal together are
-// at most half a square wide, so none meet.
+// Each walks round in its own square: circle and animal are at most half as wide, so none meet.
 constexpr double kMostScale = 0.3;    // of the square's side
 constexpr double kLargestAnimal = 2;  // however large the square is
 constexpr double kMostCircle = 0.19;  // of the square's side

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <string_view>
 #include <utility>
 #include <vector>
 

@@ -1,5 +1,4 @@
-// Built-in deforming scenes: any size, no files, the same on every run. Each is in a file of its
-// own.
+// Built-in deforming scenes: any size, the same on every run. Each is in a file of its own.
 #pragma once
 
 #include <cstdint>
@@ -25,8 +24,7 @@ struct DeformingMesh {
     Topology topology;
     /// Frames are 0 to this whole number.
     double last_frame = 24;
-    /// Writes out[begin..end) for a frame in [0, last_frame]: a pure function of the frame and the
-    /// vertex, computed in double and rounded once. Called by many threads at once on parts.
+    /// Writes out[begin..end), a pure function of frame and vertex. Many threads call it at once.
     std::function<void(double frame, VertexRange range, std::span<vec3> out)> move;
     /// The result of Animation::inside_view().
     std::optional<InsideView> inside_view;
@@ -47,20 +45,17 @@ struct ProceduralScene {
 /// All built-in scenes, in the order in which `info` lists them.
 std::span<const ProceduralScene> procedural_scenes();
 
-/// A scene with about `triangles` triangles (0: its default; at least what the scene needs). Throws
-/// Error(kBadArgument) for an unknown name, naming a similar one, and Error(kLimit) above 2^28.
+/// 0 triangles: the default. Throws Error(kBadArgument) for an unknown name, and kLimit.
 std::unique_ptr<Animation> make_procedural(const std::string& name, std::uint64_t triangles = 0);
 
-// The scenes, which kScenes in procedural.cpp describes. `triangles` is about how many triangles to
-// make; a scene has at least as many as its shape needs.
+// `triangles` is about how many to make; a scene has at least as many as its shape needs.
 
 DeformingMesh make_cloth(std::uint64_t triangles);
 /// Boxes between the ends turn in proportion to their height.
 DeformingMesh make_twist(std::uint64_t triangles);
 /// The hills are at least half of the triangles.
 DeformingMesh make_herd(std::uint64_t triangles);
-/// The triangles change places at each whole frame, which degrades a refitted tree as fast as
-/// possible.
+/// Triangles change places at each whole frame, which degrades a refitted tree fastest.
 DeformingMesh make_shuffle(std::uint64_t triangles);
 DeformingMesh make_soup(std::uint64_t triangles);
 /// One closed mesh, star-shaped around the origin, so that each ray from there must hit.

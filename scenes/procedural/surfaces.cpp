@@ -38,8 +38,7 @@ void Sheet::append_to(Topology& topology, const GridColour& colour) const {
 }
 
 Sphere::Sphere(std::uint64_t triangles) {
-    // A ring row has columns * 2 triangles and the two rows at the poles half as many. Twice as
-    // many columns as rows make the quads at the equator square.
+    // The two rows at the poles have half as many triangles. Quads at the equator are square.
     const Grid rings = grid_of(static_cast<double>(triangles) / 2, 0.5, 1, 3);
     grid_ = {rings.rows + 1, rings.columns};
     for (std::uint32_t row = 0; row <= grid_.rows; ++row) {

@@ -77,8 +77,7 @@ std::optional<NumberedName> numbered(const std::string& name, const Pattern& pat
     return number ? std::optional(NumberedName{name, digits.size(), *number}) : std::nullopt;
 }
 
-/// The files of sorted names: number `first` is frame 0, and the next frame is `step` numbers on.
-/// Reports missing ones.
+/// Number `first` is frame 0, and the next frame is `step` numbers on. Reports missing ones.
 std::vector<KeyframeFile> numbered_files(const fs::path& folder, const Pattern& pattern,
                                          const std::vector<NumberedName>& names,
                                          std::uint64_t first, std::uint64_t step,

@@ -24,8 +24,7 @@ constexpr std::string_view kName("POINTCACHE2\0", 12);
 // Beyond this neighbouring frames are no longer told apart.
 constexpr double kMostFrame = 1e9;
 
-/// What follows the name; then come x, y, z of every point of every sample. All numbers are
-/// little-endian.
+/// Then come x, y, z of every point of every sample. All numbers are little-endian.
 struct Head {
     std::uint32_t version;
     std::uint32_t points;
@@ -38,8 +37,7 @@ constexpr std::uint64_t kHeadSize = kName.size() + sizeof(Head);
 /// A PC2 file (Autodesk 3ds Max, Blender), each sample of which is a keyframe.
 class CacheSource : public KeyframeSource {
 public:
-    /// Reads the head. Throws Error(kBadInput) with the file and the reason if it is not such a
-    /// file, if its size is not what the head says, or if it has no samples.
+    /// Throws Error(kBadInput) for another file, another size than the head says, or no samples.
     CacheSource(const std::filesystem::path& path, bool lenient) : file_(path), lenient_(lenient) {
         static_assert(std::endian::native == std::endian::little);
         std::array<char, kName.size()> name = {};

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <cstdint>
 #include <iterator>
 #include <map>
@@ -56,8 +55,7 @@ void set_albedo(const FileMesh& mesh, Topology& topology) {
 /// The positions of a keyframe, in world space. They stay in memory while a pointer to them exists.
 using KeyframePositions = std::shared_ptr<const std::vector<vec3>>;
 
-/// Keeps all keyframes of an animation of up to 128 MiB, otherwise the one that was added last and
-/// the one next to it: as many as a frame between keyframes needs. Threads may share one.
+/// Keeps keyframes up to 128 MiB, else the last one and its neighbour. Threads may share it.
 class KeyframeCache {
 public:
     KeyframeCache(std::size_t keyframe_count, std::size_t vertex_count)
@@ -93,8 +91,7 @@ private:
     std::map<std::size_t, KeyframePositions> entries_;
 };
 
-/// A frame between two keyframes, by their indices: its positions are interpolate() of theirs at f
-/// in [0, 1). A keyframe is between itself and itself, at 0.
+/// Positions between keyframes `a` and `b`; a keyframe is between itself and itself, at 0.
 struct KeyframeBlend {
     std::size_t before = 0;
     std::size_t after = 0;

@@ -1,5 +1,4 @@
-// Animations whose keyframes are read when frames need them: of several files, and of a mesh file
-// with a point cache.
+// Animations whose keyframes are read when needed: mesh files, or one with a point cache.
 #pragma once
 
 #include <cstddef>
@@ -40,9 +39,8 @@ public:
     /// The frame of a keyframe; frames increase.
     virtual double frame(std::size_t keyframe) const = 0;
 
-    /// Reads the positions of a keyframe, in world space, into `out`, which has an entry for each
-    /// vertex. Returns a warning about them. Throws Error(kBadInput) for a keyframe that cannot be
-    /// used, with its file and frame.
+    /// Writes world space. Returns a warning about them. Throws Error(kBadInput) with file and
+    /// frame for a keyframe that cannot be used.
     virtual std::optional<Warning> read(std::size_t keyframe, std::span<vec3> out) const = 0;
 };
 
@@ -57,12 +55,9 @@ public:
 /// 4. Hence a + fl(p) <= a + d = b, and rounding is monotone. fl(p) >= 0 gives the other side.
 inline float interpolate(float a, float b, float f) { return f == 0.0f ? a : a + (b - a) * f; }
 
-/// Positions between keyframes are interpolated component by component
-/// (interpolate()); at a keyframe they equal the file's bit for bit. Memory holds the
-/// keyframes of an animation of up to 128 MiB, otherwise two.
-///
-/// Opening reads the first keyframe. Any other one is read when a frame needs it, and one that
-/// cannot be used, or has another topology, makes positions() of that frame throw Error(kBadInput).
+/// Positions between keyframes are those of interpolate(); at a keyframe they are the file's.
+/// Opening reads the first one. Others are read when needed; one that cannot be used, or has
+/// another topology, makes positions() throw Error(kBadInput).
 std::unique_ptr<Animation> stream_keyframes(const std::string& name, FirstMesh first,
                                             std::unique_ptr<KeyframeSource> source,
                                             const WarnFunction& warn);
@@ -73,38 +68,29 @@ struct KeyframeFile {
     std::filesystem::path path;
 };
 
-/// The mesh files of a folder, without those in its folders and hidden ones, ordered by the last
-/// number in their names, which must be equal apart from it. The first is frame 0; the greatest
-/// common divisor of the differences is one frame. Throws Error(kBadInput) for a folder without
-/// mesh files, for names that differ, a number twice, and, unless options.skip_missing, a missing
-/// file, which it names; otherwise warns of missing files.
+/// The mesh files of a folder, ordered by the last number in their names, which are equal apart
+/// from it. The first is frame 0; the greatest common divisor of the differences is one frame.
+/// Throws Error(kBadInput) for no files, names that differ, a number twice, and, unless
+/// options.skip_missing, for missing files; otherwise warns of those.
 std::vector<KeyframeFile> files_of_folder(const std::filesystem::path& folder,
                                           const AnimationOptions& options);
 
-/// The files that match a path with one %d, %0Nd (N from 1 to 9) or * in its file name, each of
-/// which is a number of any width; frames are the numbers in the names. The text never reaches
-/// printf. Throws Error: kBadArgument for a bad pattern, kBadInput if no file matches, and
-/// for missing files as above.
+/// The files that match a path with one %d, %0Nd (N from 1 to 9) or *, each of which is a number,
+/// that of the frame. Throws Error: kBadArgument for a bad pattern, kBadInput if no file matches,
+/// and for missing files as above.
 std::vector<KeyframeFile> files_of_pattern(const std::string& pattern,
                                            const AnimationOptions& options);
 
-/// Each file (at least one) is a keyframe.
-///
-/// Triangles, colours and textures come from the first file; all files must have its faces. A later
-/// file that cannot be read or, unless lenient, has coordinates that are not finite or beyond 1e30
-/// does not fail the opening: it is a keyframe that cannot be used.
-///
-/// Throws Error(kBadInput) for a first file that cannot be read and for files with other faces,
-/// with the frame.
+/// Each file is a keyframe. Triangles, colours and textures are those of the first; all must have
+/// its faces. A later file that cannot be read, or has bad coordinates unless lenient, does not
+/// fail the opening. Throws Error(kBadInput) for the first file, and for other faces with the
+/// frame.
 std::unique_ptr<Animation> open_keyframes(const std::vector<KeyframeFile>& files,
                                           const std::string& name, const AnimationOptions& options);
 
-/// The triangles of a mesh file with the positions of a point cache, each sample of which is a
-/// keyframe. A sample with coordinates that are not finite or beyond 1e30 cannot be used; if
-/// options.lenient, such coordinates are kept, with a warning.
-///
-/// Throws Error(kBadInput) for files that cannot be read, and for another number of points than the
-/// mesh has vertices.
+/// Each sample of a point cache is a keyframe. One with bad coordinates cannot be used, unless
+/// options.lenient keeps them with a warning. Throws Error(kBadInput) for files that cannot be
+/// read, and for another number of points than the mesh has vertices.
 std::unique_ptr<Animation> open_cached(const std::filesystem::path& mesh,
                                        const std::filesystem::path& cache, const std::string& name,
                                        const AnimationOptions& options);

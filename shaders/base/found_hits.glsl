@@ -1,7 +1,4 @@
 // The hits of an earlier pass.
-#ifndef SHADERS_BASE_FOUND_HITS_GLSL
-#define SHADERS_BASE_FOUND_HITS_GLSL
-
 #include "shaders/base/buffers.glsl"
 #include "shaders/kernel_interface.h"
 
@@ -16,5 +13,3 @@ Hit found_hit(uint index) {
     hit.prim_id = words.w;
     return hit;
 }
-
-#endif  // SHADERS_BASE_FOUND_HITS_GLSL

@@ -1,7 +1,4 @@
 // The triangles of a leaf.
-#ifndef SHADERS_BASE_LEAF_GLSL
-#define SHADERS_BASE_LEAF_GLSL
-
 #include "shaders/base/buffers.glsl"
 #include "shaders/kernel_interface.h"
 
@@ -23,5 +20,3 @@ void leaf_triangle(uint leaf_at, uint i, out vec3 a, out vec3 b, out vec3 c) {
 uint leaf_prim(uint leaf_at, uint i) {
     return AT4_IN_PLACE(leaves, leaf_at + kLeafPrimIds + i / 4u)[i % 4u];
 }
-
-#endif  // SHADERS_BASE_LEAF_GLSL

@@ -1,7 +1,4 @@
 // The positions of vertices: texels of four words, or three words each in a storage buffer.
-#ifndef SHADERS_BASE_POSITIONS_GLSL
-#define SHADERS_BASE_POSITIONS_GLSL
-
 #include "shaders/base/buffers.glsl"
 #include "shaders/kernel_interface.h"
 
@@ -14,5 +11,3 @@ uvec3 position_bits(uint v) {
 READ4(Positions, positions, kBindPositions);
 uvec3 position_bits(uint v) { return AT4(positions, v).xyz; }
 #endif
-
-#endif  // SHADERS_BASE_POSITIONS_GLSL

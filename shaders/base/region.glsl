@@ -1,8 +1,5 @@
 // The pixels of lanes. A workgroup is a tile of 8x8 pixels. Each power of two of lanes covers a
 // block that is as square as possible, for every width of a subgroup.
-#ifndef SHADERS_BASE_REGION_GLSL
-#define SHADERS_BASE_REGION_GLSL
-
 #include "shaders/kernel_interface.h"
 #include "shaders/base/lavapipe.h"
 
@@ -10,7 +7,6 @@ layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { RegionArguments args; };
 
-/// The lane's pixel within its tile.
 uvec2 tile_pixel() {
     uint lane = gl_LocalInvocationID.x;
     uint x = (lane & 3u) | ((lane >> 1u) & 4u);
@@ -18,7 +14,6 @@ uvec2 tile_pixel() {
     return uvec2(x, y);
 }
 
-/// The lane's pixel within the region.
 uvec2 region_pixel() {
     uint tile = spread_group(gl_WorkGroupID.x, args.tile_count);
     return uvec2(tile % args.tile_columns, tile / args.tile_columns) * kTileSize + tile_pixel();
@@ -27,5 +22,3 @@ uvec2 region_pixel() {
 bool within_region(uvec2 pixel) { return pixel.x < args.width && pixel.y < args.height; }
 
 uint answer_index(uvec2 pixel) { return pixel.y * args.width + pixel.x; }
-
-#endif  // SHADERS_BASE_REGION_GLSL

@@ -1,7 +1,3 @@
-// The triangles of the scene.
-#ifndef SHADERS_BASE_SCENE_GLSL
-#define SHADERS_BASE_SCENE_GLSL
-
 #include "shaders/base/buffers.glsl"
 #include "shaders/base/positions.glsl"
 
@@ -11,5 +7,3 @@ READ4(Triangles, triangles, kBindTriangles);
 uvec4 scene_triangle(uint prim_id) { return AT4(triangles, prim_id); }
 
 vec3 scene_vertex(uint v) { return uintBitsToFloat(position_bits(v)); }
-
-#endif  // SHADERS_BASE_SCENE_GLSL

@@ -1,5 +1,4 @@
-// Traces the secondary rays of the visible pixels, one ray a lane: shadow rays, or all
-// ambient-occlusion rays.
+// Traces secondary rays of visible pixels, one a lane: shadow or ambient-occlusion rays.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"

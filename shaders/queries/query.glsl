@@ -31,8 +31,7 @@ uint count_repeats(uint first) {
     return place_of_repeat(first + 1u, 0u) - place_of_repeat(first, 0u);
 }
 
-/// The first of the triangles that `first` stands for whose prim_id is at least `prim_id`, or
-/// kNoPrim.
+/// The first triangle that `first` stands for from `prim_id` on, or kNoPrim.
 uint first_repeat(uint first, uint prim_id) {
     uint place = place_of_repeat(first, prim_id);
     if (place == args.repeated_count || AT1(repeated, 2u * place) != first)

@@ -7,9 +7,6 @@
 //     bool is_over(uint key)                             whether a box of this key need not be
 //     uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id)   returns steps it took besides one
 // and calls answer_query(). Of the children of a node the one with the smallest key is visited first.
-#ifndef SHADERS_QUERIES_VISITS_GLSL
-#define SHADERS_QUERIES_VISITS_GLSL
-
 #extension GL_EXT_control_flow_attributes : require
 
 #include "shaders/base/leaf.glsl"
@@ -173,5 +170,3 @@ void answer_query(uint query) {
     save_state(slot);
     if (current != kEmptyChild) atomicAdd(work.header.unfinished_count, 1u);
 }
-
-#endif  // SHADERS_QUERIES_VISITS_GLSL

@@ -4,9 +4,6 @@
 // and write memory in sequence; six of them reduce a plane each. An atomic climb would take a single
 // dispatch, but gives wrong boxes on devices whose device-scope barriers fail in non-uniform control
 // flow.
-#ifndef SHADERS_REFIT_REFIT_GLSL
-#define SHADERS_REFIT_REFIT_GLSL
-
 #include "shaders/base/buffers.glsl"
 #include "shaders/kernel_interface.h"
 
@@ -40,8 +37,7 @@ uint plane_at(uint node, uint p) { return node * kNodeWords + 4u * (kNodeUpperX 
 
 /// The boxes of all lanes, plane by plane. One more word a plane spreads them over banks of memory.
 shared float lane_planes[6u * (kGroupSize + 1u)];
-/// The boxes of the four quarters of each leaf's or node's lanes, as words in the order of
-/// kBindQuarters.
+/// The boxes of the quarters of each leaf's or node's lanes, in the order of kBindQuarters.
 const uint kQuarterWords = 4u * kQuarterVec4s;
 shared float quarter_planes[kQuarterWords * kGroupSize / kRefitLanes];
 
@@ -80,5 +76,3 @@ float united_plane(uint p) {
 void store_plane(uint parent, uint p, float value) {
     store_word(plane_at(parent / kWidth, p) + parent % kWidth, value);
 }
-
-#endif  // SHADERS_REFIT_REFIT_GLSL

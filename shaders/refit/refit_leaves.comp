@@ -1,5 +1,4 @@
-// Writes the new positions of vertices to leaves, their padded boxes to the slots of their parents,
-// and the padded boxes of groups of four triangles.
+// Writes positions to leaves, and padded boxes to parents' slots and for groups of four triangles.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"
@@ -32,8 +31,7 @@ void store_group(uint at, float value) {
 }
 #endif
 
-/// Plane p of a box as it is stored, moved outwards; an empty box, the neutral element of a union,
-/// stays.
+/// Plane p of a box as stored, moved outwards; an empty box, neutral in a union, stays.
 float padded_plane(uint p, float planes[6]) {
     vec3 lower = vec3(planes[0], planes[2], planes[4]);
     vec3 upper = vec3(planes[1], planes[3], planes[5]);

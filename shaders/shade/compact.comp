@@ -1,6 +1,5 @@
-// Lists the visible pixels of a region, those whose camera ray hit, so that secondary rays run
-// without gaps. Clears the count of occluded rays of all pixels. The pixels of a tile stay
-// together, in the order of its lanes.
+// Lists the visible pixels of a region, so that secondary rays run without gaps. Clears the count
+// of occluded rays of all pixels. The pixels of a tile stay together, in the order of its lanes.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"

@@ -1,7 +1,4 @@
 // The surface that a pixel shows.
-#ifndef SHADERS_SHADE_PIXEL_SURFACE_GLSL
-#define SHADERS_SHADE_PIXEL_SURFACE_GLSL
-
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
 #include "shaders/base/scene.glsl"
@@ -10,5 +7,3 @@ Surface pixel_surface(Ray ray, Hit hit, uvec4 triangle) {
     return surface_at(ray, hit, scene_vertex(triangle.x), scene_vertex(triangle.y),
                       scene_vertex(triangle.z));
 }
-
-#endif  // SHADERS_SHADE_PIXEL_SURFACE_GLSL

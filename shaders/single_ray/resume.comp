@@ -1,6 +1,5 @@
 // Runs a round of the rays that ran out of steps. Each continues its traversal, whose stack is kept
-// in memory between rounds. So the answer is that of one long traversal, and every dispatch is
-// short.
+// in memory between rounds. The answer is that of one long traversal, and dispatches are short.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"

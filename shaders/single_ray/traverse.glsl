@@ -1,9 +1,5 @@
 // The traversal of one ray a lane over the shared layout, depth first, nearest child next. The
-// answer is that of the hit rule (common/interop/hit_rule.h) and does not depend on the order of
-// visits.
-#ifndef SHADERS_SINGLE_RAY_TRAVERSE_GLSL
-#define SHADERS_SINGLE_RAY_TRAVERSE_GLSL
-
+// answer is that of the hit rule (common/interop/hit_rule.h) in any order of visits.
 #extension GL_EXT_control_flow_attributes : require
 
 #include "common/interop/slab.h"
@@ -20,7 +16,6 @@ READ4_IN_PLACE(Groups, groups, kBindGroups);
 /// Entries (child, bits of the least depth of hits in it).
 uvec2 stack[kMaxStack];
 
-/// The state of a traversal.
 struct Traversal {
     /// The next node or leaf to visit; kEmptyChild when the traversal is finished.
     uint current;
@@ -89,7 +84,6 @@ vec4 distances(uvec4 planes, float org, float rdir) {
 /// What a ray meets of four boxes.
 struct FourBoxes {
     bvec4 is_hit;
-    /// The least depth of hits in each.
     vec4 least;
 };
 
@@ -202,7 +196,6 @@ bool fast_hit(Ray ray, ShearedRay sheared, vec3 a, vec3 b, vec3 c, out TriangleH
     return is_in_range(hit.t, ray.tnear, ray.tfar) && finite_vertices(a, b, c);
 }
 
-/// Returns the number of steps.
 uint visit_leaf(inout Traversal t, Ray ray, NodeRay boxes, ShearedRay sheared, bool any_hit) {
     uint leaf = t.current & ~kLeafBit;
     uint at = leaf * kLeafVec4s;
@@ -222,8 +215,7 @@ uint visit_leaf(inout Traversal t, Ray ray, NodeRay boxes, ShearedRay sheared, b
             Edges e = fast_edges(project_fast(sheared, a), project_fast(sheared, b),
                                  project_fast(sheared, c));
             if (!may_be_inside(e)) continue;
-            // A triangle that reaches behind the origin is uncertain, since the rule may not take
-            // its fast path for it.
+            // Triangles that reach behind the origin are uncertain: the rule may not go fast there.
             bool is_sure = surely_inside(sheared, e) && e.depth_range < e.depth_size;
             TriangleHit hit;
             bool is_hit = is_sure ? fast_hit(ray, sheared, a, b, c, hit)
@@ -235,8 +227,7 @@ uint visit_leaf(inout Traversal t, Ray ray, NodeRay boxes, ShearedRay sheared, b
     return 6u + count + pop(t);
 }
 
-/// Continues until the answer is known (finished()) or the lane's steps are used up. An any-hit
-/// traversal ends with some best_prim, not the closest.
+/// Continues until finished() or the steps are used up. Any hits end with some best_prim.
 void traverse(inout Traversal t, Ray ray, bool any_hit) {
     NodeRay boxes = node_ray(slab_ray(ray.org, ray.dir));
     ShearedRay sheared = shear_ray(ray.org, ray.dir);
@@ -248,5 +239,3 @@ void traverse(inout Traversal t, Ray ray, bool any_hit) {
             steps += visit_leaf(t, ray, boxes, sheared, any_hit);
     } while (t.current != kEmptyChild && steps < kSteps);
 }
-
-#endif  // SHADERS_SINGLE_RAY_TRAVERSE_GLSL

@@ -1,7 +1,4 @@
 // The status of a pass, and its suspended rays.
-#ifndef SHADERS_SINGLE_RAY_WORK_GLSL
-#define SHADERS_SINGLE_RAY_WORK_GLSL
-
 #include "shaders/kernel_interface.h"
 
 layout(std430, binding = kBindWork) buffer Work {
@@ -19,5 +16,3 @@ void suspend(Ray ray, uint answer_index) {
 void report(uint status_bits) {
     if (status_bits != 0u) atomicOr(work.header.status, status_bits);
 }
-
-#endif  // SHADERS_SINGLE_RAY_WORK_GLSL

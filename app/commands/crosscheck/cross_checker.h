@@ -18,8 +18,7 @@ namespace mray::app {
 /// Whether brute force takes at most 2e9 ray-triangle tests a frame.
 bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uint32_t rays);
 
-/// Instruction sets that are compared if `simd` is --simd: all that this machine has, one, or
-/// none.
+/// The instruction sets that are compared for --simd: all that this machine has, one, or none.
 std::vector<std::string> simd_to_check(const std::string& simd);
 
 /// Two instances of a backend and the tree that one of them refits.
@@ -40,20 +39,16 @@ struct CheckedBackends {
 /// Throws what the backends throw.
 CheckedBackends make_checked_backends(const BackendOptions& options, const Messages& messages);
 
-/// Runs two instances of each backend. One refits its own tree from frame to frame and traces it.
-/// The other is given trees: those that the other backend refitted, which are read back from a
-/// device, and one that is built for the frame. Each instruction set of the CPU traces the tree
-/// that the CPU refitted and the tree that is built for the frame.
+/// Two instances of each backend: one refits its own tree from frame to frame, the other is given
+/// trees that the other backend refitted and one built for the frame. Each instruction set of the
+/// CPU traces the tree that the CPU refitted and the new one.
 class CrossChecker {
 public:
-    /// Builds at the first of the report's frames, and compares only the CPU without a device, only
-    /// Vulkan if options choose it. The backends take this scene. Throws what animation, builder
-    /// and backends throw.
+    /// Builds at the first of the report's frames. Compares only the CPU without a device.
     CrossChecker(const CrosscheckOptions& options, SceneFrames& scene, CheckedBackends& backends,
                  Json& report);
 
-    /// Compares one frame for every kind of rays, and adds each comparison to the report as it is
-    /// made.
+    /// Compares one frame for every kind of rays, and adds each comparison to the report.
     void check(double frame, Progress& progress);
 
 private:
@@ -65,16 +60,14 @@ private:
     void trace_reference(std::span<const vec3> positions, const Bvh& rebuilt);
     /// Queries the reference, if queries are compared.
     void query_reference(std::span<const vec3> positions);
-    /// Compares what the backend traces with the reference. `simd` is its instruction set, or "";
-    /// `refit_on` the backend that refitted its tree, or "" of a rebuilt one.
+    /// `simd` is the backend's instruction set, or ""; `refit_on` what refitted its tree, or "".
     void compare(Backend& backend, const std::string& simd, const std::string& refit_on);
     void check_vulkan(std::span<const vec3> positions, const Bvh& rebuilt);
     void check_cpu(std::span<const vec3> positions, const Bvh& rebuilt);
     void check_simd(const std::string& simd, std::span<const vec3> positions, const Bvh& rebuilt);
     bool uses_brute(std::uint32_t rays) const;
     bool queries_use_brute() const;
-    /// Whether the CPU's images are compared; otherwise the CPU only refits and traces the
-    /// reference.
+    /// Otherwise the CPU only refits and traces the reference.
     bool checks_cpu() const;
     void refit(BackendPair& pair, std::span<const vec3> positions);
     ImageParams params_for(std::uint32_t rays) const;

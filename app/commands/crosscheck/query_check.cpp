@@ -15,8 +15,7 @@ namespace {
 
 constexpr std::uint32_t kAllHits = std::numeric_limits<std::uint32_t>::max();
 
-/// Places around a mesh. Distributions of the standard library differ between libraries, so it
-/// makes its own numbers.
+/// Places around a mesh. The standard library's distributions differ between libraries.
 class Places {
 public:
     Places(const Topology& topology, std::span<const vec3> positions)

@@ -19,8 +19,7 @@ struct CheckBatch {
     std::vector<vec3> points;
 };
 
-/// The same queries for the same triangles on every machine: rays to, and points in, the room
-/// around the mesh, its vertices, its edges and its triangles.
+/// The same queries on every machine, around the mesh, its vertices, edges and triangles.
 CheckBatch pseudo_random_batch(const Topology& topology, std::span<const vec3> positions,
                                std::uint32_t count);
 

@@ -18,8 +18,7 @@ Json profile_head(const ProfileOptions& options, const Animation& animation);
 /// morphray profile --policies: compares update policies over an animation.
 ExitCode profile_policies(const ProfileOptions& options, const Messages& messages);
 
-/// Reads a report of `profile --json`. Throws Error(kBadInput) unless it is of the scene, size,
-/// rays and options of `report`, and has just these frames on these backends.
+/// Throws Error(kBadInput) unless the report is of the same scene, options, frames and backends.
 Json read_baseline(const std::string& file, const Json& report,
                    std::span<const std::string> backends, std::span<const double> frames);
 
@@ -29,7 +28,6 @@ struct BaselineComparison {
     bool is_slower = false;
 };
 
-/// A stage is slower if its median exceeds that of the baseline by more than the tolerance.
 /// Requires both to have the same frames and backends.
 BaselineComparison compare_with_baseline(const std::string& file, const Json& baseline,
                                          const Json& report, double tolerance_percent);

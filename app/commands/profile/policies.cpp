@@ -272,8 +272,7 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
             const std::size_t first = runs.size();
             for (const PolicySpec& policy : options.policies)
                 runs.push_back({.policy = text_of(policy), .backend = name});
-            // One animation after the other, so that a background build slows down its own policy's
-            // frames alone.
+            // One animation after the other: a background build slows down its own policy alone.
             for (std::size_t i = 0; i < rounds * options.policies.size(); ++i) {
                 const std::size_t p = i % options.policies.size();
                 runs[first + p].rounds.push_back(

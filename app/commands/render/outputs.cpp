@@ -24,8 +24,7 @@ std::string image_name(const RenderOptions& options, double frame, const FrameDi
     return fmt::format("frame_{}.png", frame_label(frame, digits));
 }
 
-/// The command that renders the image of a frame, on whatever backend; but for colours by a tree
-/// that an update policy restructures after the frames before.
+/// Renders the image again on any backend, unless it shows a restructured tree by colours.
 std::string render_command(const ImageOptions& options, double frame) {
     const ShadingOptions& shading = options.shading;
     std::vector<std::string> line = {"morphray", "render", options.source.scene, "--frames",

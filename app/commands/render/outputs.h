@@ -32,24 +32,21 @@ std::vector<FrameTask> frame_tasks(const RenderOptions& options, const std::vect
 std::filesystem::path exr_file_of(const RenderOptions& options, const std::filesystem::path& folder,
                                   const FrameTask& task);
 
-/// XXH3 (64 bits) of what all frames of an animation share: triangles, albedo, which corners look
-/// smooth together, bounds, and with `with_textures` texture coordinates and the bytes of texture
-/// files. Names of files do not matter. Throws Error(kBadInput) for a texture that cannot be read;
-/// one that is missing with `lenient` counts as empty.
+/// XXH3 (64 bits) of what all frames share: triangles, albedo, smooth corners, bounds, and with
+/// `with_textures` texture coordinates and files, but not their names. Throws Error(kBadInput) for
+/// a texture that cannot be read; one that is missing with `lenient` counts as empty.
 std::uint64_t animation_hash(const Animation& animation, bool with_textures, bool lenient);
 
 /// The same for one frame: of a animation_hash() and the positions of all vertices.
 std::uint64_t frame_hash(std::uint64_t animation_hash, std::span<const vec3> positions);
 
-/// Returns the texts of a PNG file: nothing that differs between backends. `scene_hash` is that of
-/// frame_hash().
+/// The texts of a PNG file: nothing that differs between backends. `scene_hash` is frame_hash().
 std::vector<PngText> image_texts(const ImageOptions& options, double frame,
                                  std::uint64_t scene_hash, const morphray::Image& image);
 
-/// Returns true if the image of an earlier run is kept. Its PNG file must be readable, and its
-/// pixels must have the hash in it. It must name this version, these options and this scene (a
-/// frame_hash()). The OpenEXR file must exist if the options ask for one. If the image is not kept,
-/// `reason` says why; it is empty if there is no file.
+/// Returns true if an earlier PNG file is whole and names this version, these options and this
+/// scene (a frame_hash()), and the OpenEXR file, if wanted, exists. Else `reason` says why; it is
+/// empty if there is no file.
 bool is_kept(const RenderOptions& options, const std::filesystem::path& folder,
              const FrameTask& task, std::uint64_t scene_hash, std::string& reason);
 

@@ -22,8 +22,7 @@ std::string describe_hit(const Hit& hit, std::uint32_t occlusion, std::uint32_t 
                        hex_text(hit.v), hit.prim_id, shading);
 }
 
-/// The `morphray probe` that traces one pixel of options.source.scene as the variant did, or as its
-/// reference. `build_at` is the frame that the refitted tree was built at.
+/// Traces one pixel as the variant did, or as its reference, with the tree built at `build_at`.
 std::string probe_command(const CrosscheckOptions& options, const CheckedImage& image,
                           const PixelDifference& pixel, const std::string& build_at,
                           bool reference) {

@@ -44,11 +44,9 @@ struct QueryDifference {
 /// A report before the first scene. It has each scene of the options, as not complete.
 Json empty_report(const CrosscheckOptions& options);
 
-// Each function adds the result of a comparison to the report of a scene: with a "title", and if it
-// differs with a "message".
+// Each adds a comparison to the report, with a "title", and if it differs with a "message".
 
-/// The images are those of options.source.scene. Of the first hundred that differ, "details" has
-/// the first pixels with both values, exactly, and for each the commands that trace it.
+/// Of the first hundred that differ, "details" has the first pixels and the commands to trace them.
 void add_images(Json& scene, const CrosscheckOptions& options, const CheckedImage& image,
                 const Frame& expected, const Frame& actual);
 /// The trees of one frame, refitted on two backends.
@@ -61,17 +59,14 @@ void add_answers(Json& scene, const CrosscheckOptions& options, const CheckedIma
 inline constexpr const char* kResults[] = {"rows", "trees", "queries"};
 std::size_t count_differing(const Json& results);
 
-/// Sets "verdict", one line about all scenes, "equal" and "complete": "equal: 144 comparisons of 3
-/// scenes", "different: 2 of 144, first in ...", "not finished: cut.ply could not be read".
+/// Sets "verdict", "equal" and "complete", such as "equal: 144 comparisons of 3 scenes".
 /// `unfinished` says why a scene was not finished; empty if all were.
 void conclude(Json& report, const std::string& unfinished);
 
 /// Everything about the scenes that were begun, one after the other, and the verdict.
 std::string run_text(const Json& report);
 
-/// A test suite for each scene in <testsuites>, which the verdict names, with the environment as
-/// properties. It has a test case for each result. A scene that was not finished has one with an
-/// <error>.
+/// A test suite a scene, with a test case a result, or one <error> if it was not finished.
 std::string to_junit(const Json& report);
 
 /// HTML that needs no other file and no network, around the JSON of the report.

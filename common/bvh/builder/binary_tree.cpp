@@ -11,10 +11,8 @@
 #include <cstring>
 #include <mutex>
 #include <utility>
-#include <vector>
 
 #include "common/base/hash.h"
-#include "common/bvh/builder/split.h"
 
 namespace mray {
 namespace {
@@ -24,23 +22,19 @@ namespace {
 constexpr std::uint32_t kMedianDepth = 36;
 static_assert(kMaxTriangles <= std::uint64_t{1} << (kMaxBinaryHeight - kMedianDepth));
 
-// A set of at least this size gets a task of its own.
 constexpr std::size_t kTaskSize = 2048;
 
-// Up to here every position is tried. With more a build takes longer, and the
-// tree is no cheaper (lab/notes/build_and_refit.md).
+// Up to here every position is tried. More gains nothing (lab/notes/build_and_refit.md).
 constexpr std::size_t kSweepSize = 24;
 static_assert(kSweepSize <= kFewRefs);
 
-// Nodes that a thread takes at a time. With one pair at a time, threads write to the same cache
-// lines (lab/notes/build_and_refit.md).
+// Nodes that a thread takes: with one pair, threads would write to the same cache lines.
 constexpr std::uint32_t kNodeBlock = 128;
 
 /// Removes refs to triangles that have the three vertices of an earlier one of the set, in the same
 /// order, and appends them to `repeated`: they move together, so that one may stand for all. The
 /// others keep their order; returns how many they are. refs ascend by prim_id, and all are
-/// triangles. Takes at most 256 KiB besides `repeated`; with more than some ten thousand different
-/// triangles it may leave repeated ones in.
+/// triangles. Takes at most 256 KiB more; beyond some ten thousand triangles it may leave some.
 std::size_t remove_repeated(const Topology& topology, std::span<PrimRef> refs,
                             std::vector<RepeatedTriangle>& repeated) {
     constexpr std::size_t kMostPlaces = std::size_t{1} << 16;
@@ -193,13 +187,11 @@ private:
     BinaryTree& tree_;
     PrimRef* refs_[2];
     std::vector<NodeBlock> blocks_;
-    /// Guards tree_.repeated.
     std::mutex repeated_mutex_;
     std::atomic<std::uint32_t> node_count_ = 1;
 };
 
-// With this many triangles or more, the memory of their refs holds a whole LeafShape; with fewer,
-// only the used part.
+// The memory of as many refs holds a whole LeafShape, that of fewer the used part.
 constexpr std::size_t kRoomy = (sizeof(LeafShape) + sizeof(PrimRef) - 1) / sizeof(PrimRef);
 
 constexpr std::size_t kWord = sizeof(std::uint32_t);

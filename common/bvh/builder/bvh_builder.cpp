@@ -13,11 +13,9 @@
 namespace mray {
 namespace {
 
-// Elements a task.
 constexpr std::size_t kGrain = 128;
 
-/// Lays the collapsed tree out breadth first: first finds the place of every node and leaf, one
-/// after the other, then all threads fill them.
+/// Lays the collapsed tree out breadth first: finds all places, then all threads fill them.
 class Layout {
 public:
     Layout(const Topology& topology, std::span<const vec3> positions, const Watch& watch,

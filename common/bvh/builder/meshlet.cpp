@@ -7,13 +7,11 @@ namespace mray {
 namespace {
 
 /// Numbers vertices in the order in which they are added first. A hash table that does not branch
-/// on whether a vertex is new, which cannot be predicted. Holds the vertices of kLeafTriangles
-/// triangles.
+/// on whether a vertex is new, which cannot be predicted.
 class VertexSet {
 public:
     VertexSet() { std::fill_n(slots_, kTableSize, kNoSlot); }
 
-    /// Returns the number of a vertex.
     std::uint32_t add(std::uint32_t vertex) {
         // Multiplicative hashing; 2^32 over the golden ratio.
         std::uint8_t& entry = slots_[(vertex * 0x9E3779B9u) >> (32 - kTableBits)];

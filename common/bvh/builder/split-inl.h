@@ -1,11 +1,4 @@
 // Splits by bins and splits that try every position of every axis, compiled once for each target.
-#if defined(MORPHRAY_COMMON_BVH_BUILDER_SPLIT_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_COMMON_BVH_BUILDER_SPLIT_INL_H
-#undef MORPHRAY_COMMON_BVH_BUILDER_SPLIT_INL_H
-#else
-#define MORPHRAY_COMMON_BVH_BUILDER_SPLIT_INL_H
-#endif
-
 #include <algorithm>
 #include <bit>
 #include <cstddef>
@@ -30,7 +23,6 @@ HWY_INLINE void clear(Bins<kBins>& bins) {
     }
 }
 
-/// Adds refs to their bins.
 template <std::size_t kBins>
 class BinFiller {
 public:
@@ -73,8 +65,7 @@ private:
     Float4 most_ = splat4(static_cast<float>(kBins - 1));
 };
 
-/// The boundary with the least sum of part_costs on both sides; position 0 if one side of each is
-/// empty.
+/// The boundary with the least sum of part_costs on both sides; position 0 if there is none.
 template <std::size_t kBins>
 HWY_INLINE Split best_boundary(const Bins<kBins>& bins) {
     Float4 right_cost[kBins];
@@ -99,9 +90,8 @@ HWY_INLINE Split best_boundary(const Bins<kBins>& bins) {
     return places.best();
 }
 
-/// Divides refs at a boundary of bins. Comparing with the position, which is in [1, bins), gives
-/// the same sides as the bins do: neither rounding down nor clamping to [0, bins - 1] takes a
-/// number past such an integer.
+/// Divides refs at a boundary of bins. Comparing with the position, in [1, bins), gives the sides
+/// of the bins: neither rounding down nor clamping takes a number past an integer.
 HWY_INLINE void partition_at(const Split& split, const Binning& binning,
                              std::span<const PrimRef> refs, PrimRef* out, std::size_t left_index,
                              std::size_t right_index) {
@@ -112,7 +102,6 @@ HWY_INLINE void partition_at(const Split& split, const Binning& binning,
             HWY_ATTR { return (ref.centroid2(axis) - lower) * scale < end; });
 }
 
-/// The split of a set by one thread.
 std::size_t split_at_once(std::span<const PrimRef> refs, PrimRef* out) {
     const Binning binning(bound_centroids(refs), kFewBins);
     FewBins bins;
@@ -231,5 +220,3 @@ std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out) {
 }  // namespace HWY_NAMESPACE
 }  // namespace mray
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

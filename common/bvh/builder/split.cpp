@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cstddef>
 #include <vector>
 
 #include "common/base/aligned_vector.h"
@@ -77,7 +76,6 @@ struct ByCentroid {
     }
 };
 
-/// Divides by the order along an axis, `position` refs to the left.
 std::size_t divide_by_order(std::span<const PrimRef> refs, int axis, std::size_t position,
                             PrimRef* out) {
     std::vector<PrimRef> order(refs.begin(), refs.end());

@@ -1,12 +1,4 @@
-// Loops over refs, the cost of a split for the three axes at once, and the partition, compiled once
-// for each target.
-#if defined(MORPHRAY_COMMON_BVH_BUILDER_SPLIT_COST_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_COMMON_BVH_BUILDER_SPLIT_COST_INL_H
-#undef MORPHRAY_COMMON_BVH_BUILDER_SPLIT_COST_INL_H
-#else
-#define MORPHRAY_COMMON_BVH_BUILDER_SPLIT_COST_INL_H
-#endif
-
+// Loops over refs, costs of splits for three axes at once, partition; compiled for each target.
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -30,7 +22,6 @@ HWY_INLINE Box box_of(Float4 lower, Float4 upper) {
     return {{l[0], l[1], l[2]}, {u[0], u[1], u[2]}};
 }
 
-/// A register whose first three lanes are a vertex.
 HWY_INLINE Float4 load_vertex(std::span<const vec3> positions, std::uint32_t vertex) {
     // Nothing may follow the last vertex in memory.
     if (vertex == positions.size() - 1) [[unlikely]] {
@@ -108,8 +99,7 @@ HWY_INLINE Float4 minus_extent(Float8 planes) {
     return min(low_half(planes) + high_half(planes), splat4(0.0f));
 }
 
-/// The cost of a part for each axis: half the area of its box (0 if it is empty), times the number
-/// of its triangles and kPartCost more.
+/// The cost of a part for each axis: half the area of its box, times its triangles and kPartCost.
 HWY_INLINE Float4 part_costs(const AxisBoxes& boxes, Int4 count) {
     Float4 d[3];
     transpose3(minus_extent(boxes.planes[0]), minus_extent(boxes.planes[1]),
@@ -133,7 +123,6 @@ struct CheapestPlaces {
         position = select(better, splat4(static_cast<std::int32_t>(other_position)), position);
         left_size = select(better, other_left_size, left_size);
     }
-    /// The first axis of several as cheap.
     HWY_INLINE Split best() const {
         alignas(16) float costs[4];
         alignas(16) std::int32_t positions[4];
@@ -168,5 +157,3 @@ HWY_INLINE void partition_refs(std::span<const PrimRef> refs, PrimRef* out, std:
 }  // namespace HWY_NAMESPACE
 }  // namespace mray
 HWY_AFTER_NAMESPACE();
-
-#endif  // per target

@@ -11,7 +11,6 @@
 #include "lab/accuracy/chart_scene.h"
 #include "lab/accuracy/methods/method.h"
 #include "lab/accuracy/referee/exact_referee.h"
-#include "scenes/scene_frames.h"
 
 namespace mray::accuracy {
 
@@ -27,8 +26,7 @@ struct VerdictCounts {
     VerdictCounts operator+(const VerdictCounts& other) const;
 };
 
-/// A method over a scene: its answers to rays of the camera and to aimed ones, and millions of
-/// camera rays a second on all threads.
+/// Answers to camera and aimed rays, and millions of camera rays a second on all threads.
 struct Measured {
     std::string method;
     VerdictCounts camera;
@@ -36,8 +34,7 @@ struct Measured {
     double mrays = 0;
 };
 
-/// Traces all rays of a scene by each method, and compares the answers with exact ones. The time is
-/// the least of `rounds` of all methods in turn, because disturbances of the machine only add time.
+/// Compares the answers of each method with exact ones. Times are the least of `rounds`.
 std::vector<Measured> measure(const ChartScene& scene, std::span<const Method> methods, int rounds);
 
 struct Chart {
@@ -71,13 +68,11 @@ struct ChartContext {
     std::string footer;
 };
 
-/// The same small scenes in every run, on which intersection rules fail: a sphere, far from 0, tiny
-/// and huge; needles; a fan of thin triangles around one vertex; duplicate and coplanar
-/// triangles; details of 1 in an extent of 1e6.
+/// Small scenes on which intersection rules fail: a sphere, far from 0, tiny and huge; needles; a
+/// fan of thin triangles; duplicate and coplanar triangles; details of 1 in an extent of 1e6.
 std::vector<ChartInput> failure_scenes();
 
-/// Mray/s against wrong answers per million rays for all methods, at the origin. `suffix`
-/// distinguishes the file names of several scenes.
+/// Mray/s against wrong answers per million rays, at the origin. File names end in `suffix`.
 Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
                      const std::string& suffix);
 /// Failure scenes against methods; `more` are added to the program's own scenes.

@@ -25,8 +25,7 @@ struct Method {
     /// Traces batches of any rays, called by several threads at once, or by one thread if `alone`.
     TraceBatch trace;
     bool alone = false;
-    /// Traces the camera rays of a tile (kChartTile of them), given by its number. If it is empty,
-    /// `trace` traces camera rays, too.
+    /// Traces the camera rays of the tile with this number. If it is empty, `trace` does.
     std::function<void(std::size_t, std::span<Hit>)> trace_tile = {};
 
     const ChartSpace& space(const ChartScene& scene) const {
@@ -39,8 +38,7 @@ struct Method {
 /// Ray/Triangle Intersection. 2013.
 std::vector<Method> rule_methods(const ChartScene& scene);
 
-/// The tracers of the program: the scalar reference, single rays and packets on the best SIMD
-/// target, and Vulkan if it is available.
+/// The scalar reference, single rays and packets on the best SIMD target, and Vulkan.
 std::vector<Method> our_methods(const ChartScene& scene, const MakeBackend& make_vulkan);
 
 /// The program's tracer of single rays on the best target.

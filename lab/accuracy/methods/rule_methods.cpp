@@ -1,5 +1,4 @@
-// One plain traversal of the shared tree for all intersection rules, scalar and ordered, so that
-// methods differ in the rule alone.
+// One plain traversal of the shared tree, so that methods differ in the rule alone.
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -11,8 +10,7 @@
 namespace mray::accuracy {
 namespace {
 
-/// The usual slab test, with far ends enlarged by 2 ulp (T. Ize. Robust BVH ray traversal. JCGT
-/// 2(2), 2013), so that no box that the ray meets is missed.
+/// The usual slab test, far ends enlarged by 2 ulp (T. Ize. Robust BVH ray traversal. JCGT 2013).
 class PaddedSlabs {
 public:
     explicit PaddedSlabs(const Ray& ray)
@@ -58,9 +56,8 @@ private:
     SlabRay slab_;
 };
 
-/// Returns the nearest hit, of equal ones that with the smaller prim_id. Rule is constructed from a
-/// ray; rule.intersect(a, b, c, t, u, v) returns true with t in (0, infinity). Slabs has
-/// meets(node, slot, t_enter), and last_entry(t), beyond which no t_enter counts.
+/// Returns the nearest hit, of equal ones that with the smaller prim_id. rule.intersect(a, b, c, t,
+/// u, v) returns true with t in (0, infinity). No t_enter beyond last_entry(t) counts.
 template <class Rule, class Slabs>
 Hit trace_plainly(const Bvh& bvh, const Ray& ray) {
     struct Entry {

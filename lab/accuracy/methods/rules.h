@@ -1,7 +1,6 @@
 // Intersection rules from the literature in float, each as its authors give it.
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 

@@ -1,7 +1,6 @@
 #include "lab/accuracy/referee/exact_referee.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -16,15 +15,13 @@ constexpr double kCloseUlps = 4;
 // vertices by the rule (docs/design/arithmetic.md, "A vertex is one point").
 constexpr double kDisplacement = 0x1p-21;
 constexpr double kFarDisplacement = 0x1p-43;
-// In sizes of a triangle. Within this distance of an edge, a missed surface counts as a leak, and a
-// triangle that is hit instead at the same depth counts as its neighbour.
+// In sizes of a triangle: within it a miss is a leak, a hit at that depth a neighbour's.
 constexpr double kNearEdge = 0x1p-12;
 
 // Far above the 2^-53 of a double, far below the resolution of a tracer in float.
 constexpr double kRounding = 0x1p-40;
 
-/// Whether the ray meets a slab; narrows [enter, leave]. Does not divide by zero: a ray parallel to
-/// the slab is inside or outside.
+/// Narrows [enter, leave]. A ray parallel to the slab is inside or outside, without a division.
 bool meet_slab(double lower, double upper, double org, double dir, double& enter, double& leave) {
     if (dir == 0) return org >= lower && org <= upper;
     double t0 = (lower - org) / dir;
@@ -145,8 +142,7 @@ Truth ExactReferee::closest(const Ray& ray) const {
     return closest_of(ray, candidates);
 }
 
-// Shifting the line displaces all vertices equally, so a closed mesh stays closed and a leak never
-// counts as displaced.
+// Shifting the line displaces all vertices equally, so that a leak never counts as displaced.
 bool ExactReferee::seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const {
     double size = 0;
     double reach = 0;

@@ -1,5 +1,4 @@
-// Decides exactly what a ray hits, and classifies answers. Shares no code with the tracers;
-// docs/guide/crosscheck.md has the definitions.
+// Decides exactly what a ray hits, and classifies answers (docs/guide/crosscheck.md).
 #pragma once
 
 #include <array>
@@ -28,8 +27,7 @@ public:
     /// Any finite floats.
     ExactTriangle(const Ray& ray, vec3 a, vec3 b, vec3 c);
 
-    /// Whether the line meets the triangle, edges and corners included. Not if it lies in its
-    /// plane, nor if the triangle has no area.
+    /// Edges and corners included; not if the line lies in the plane, nor if there is no area.
     bool is_met() const;
     /// Whether t is above 0 and within [tnear, tfar]. Only for a triangle that is met.
     bool in_range() const;
@@ -62,15 +60,13 @@ private:
     mutable std::shared_ptr<const Integers> integers_;
 };
 
-/// Tests the boxes of a tree in double, enlarged by far more than the rounding errors. Shares no
-/// code with the tracers. Takes trees in any space.
+/// Boxes of a tree in double, enlarged by far more than rounding errors. Takes trees in any space.
 class CandidateSearch {
 public:
     /// The tree outlives the search; its boxes contain their triangles.
     explicit CandidateSearch(const Bvh& bvh);
 
-    /// Triangles of the leaves whose boxes come within `margin` of the ray's line at t >= 0, in any
-    /// order. Replaces the content of `found`. Thread-safe.
+    /// Triangles whose leaves come within `margin` of the ray's line at t >= 0. Thread-safe.
     void find(const Ray& ray, double margin, std::vector<std::uint32_t>& found) const;
 
 private:
@@ -91,8 +87,7 @@ struct Truth {
 /// The distance of |t|, as a float, to the next larger float.
 double ulp_of(double t);
 
-/// Triangles projected along a ray onto a plane across it, in double. A vertex has one projection
-/// for all its triangles, so a closed mesh stays closed.
+/// Triangles projected along a ray, in double: one projection a vertex keeps meshes closed.
 class ParallelView {
 public:
     explicit ParallelView(const Ray& ray);
@@ -100,15 +95,13 @@ public:
     /// Adds a triangle. Triangles without an extent across the ray have no effect.
     void add(std::uint32_t prim_id, vec3 a, vec3 b, vec3 c);
 
-    /// Whether, in a spot at most `radius` away from the ray, no triangle is more than `ulps` (of a
-    /// float) of t in front of prim_id, or, if that is kNoPrim, there is no triangle at all. Hits
-    /// count at t > 0 within the ray's [tnear, tfar]. Spots narrower than about 2^-16 of the radius
-    /// are ignored.
+    /// Whether, in a spot at most `radius` away from the ray, no triangle is more than `ulps` of t
+    /// in front of prim_id, or there is none for kNoPrim. Hits count at t > 0 in [tnear, tfar].
+    /// Ignores spots narrower than about 2^-16 of the radius.
     bool shows(std::uint32_t prim_id, double radius, double ulps) const;
 
-    /// Whether an edge of a triangle is at most `radius` away from the ray at a t in range that is
-    /// no more than `ulps` larger than most_t. This is the test for triangles without an extent
-    /// across the ray.
+    /// Whether an edge is at most `radius` away from the ray at a t in range that is no more than
+    /// `ulps` larger than most_t: the test for triangles without an extent across the ray.
     bool grazes(vec3 a, vec3 b, vec3 c, double radius, double most_t, double ulps) const;
 
 private:
@@ -144,20 +137,17 @@ bool is_wrong(Verdict verdict);
 
 struct Judgement {
     Verdict verdict = Verdict::kRight;
-    /// By how many ulps (of a float at the larger t) the t of the answered triangle's plane exceeds
-    /// the exact one; 0 unless both hit.
+    /// By how many ulps the t of the answered plane exceeds the exact one; 0 unless both hit.
     double t_ulps = 0;
-    /// As ExactTriangle::edge_distance, of the exact candidate if there is one, otherwise of the
-    /// answered triangle; 0 for a right answer.
+    /// As ExactTriangle::edge_distance, of the exact or the answered triangle; 0 if right.
     double edge_distance = 0;
 };
 
 /// Computes exact answers and judges those of methods. Thread-safe.
 class ExactReferee {
 public:
-    /// The arguments outlive the referee. Positions are those of the tracer, in any space; the
-    /// tree's boxes contain their triangles. Triangles with a vertex that is not finite (or
-    /// kInvalidCoordinate on all axes) are never hit.
+    /// The arguments outlive the referee. Positions are the tracer's, in any space. Triangles with
+    /// a vertex that is not finite (or kInvalidCoordinate on all axes) are never hit.
     ExactReferee(const Topology& topology, std::span<const vec3> positions, const Bvh& bvh);
 
     Truth closest(const Ray& ray) const;
@@ -170,8 +160,7 @@ public:
 private:
     /// The triangle as the ray meets it.
     ExactTriangle triangle(const Ray& ray, std::uint32_t prim_id) const;
-    /// Whether a line parallel to the ray, not farther away than the rule displaces vertices, has
-    /// the answer prim_id (kNoPrim: a miss) as the nearest, up to 4 ulp of t.
+    /// Whether a parallel line as near as the rule displaces vertices answers so within 4 ulp of t.
     bool seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;
 
     const Topology* topology_;

@@ -1,5 +1,4 @@
-// Embree as a peer: devices, scenes that are built or refitted, and ways to trace them and to ask
-// about all triangles.
+// Embree as a peer: devices, scenes that are built or refitted, and ways to trace and ask them.
 #pragma once
 
 #include <cstddef>
@@ -21,20 +20,17 @@
 
 namespace mray::bench {
 
-/// All that exist at a time have the same number of threads: another number would change that of
-/// the first.
+/// All that exist at a time have the same number of threads.
 class EmbreeDevice {
 public:
-    /// `isa` is the widest instruction set that Embree may use: "avx2", "avx512", or "" for all
-    /// that it finds.
+    /// `isa` is the widest that Embree may use: "avx2", "avx512", or "" for all that it finds.
     EmbreeDevice(int threads, const std::string& isa);
 
     /// The instruction set, or "all".
     const std::string& isa() const { return isa_; }
 
     RTCDevice handle() const { return handle_.get(); }
-    /// Throws Error(kInternal) with `action` if a call on this device has failed since the last
-    /// check.
+    /// Throws Error(kInternal) with `action` if a call has failed since the last check.
     void check(const char* action) const;
 
 private:
@@ -42,8 +38,7 @@ private:
     std::string isa_;
 };
 
-/// Devices of each instruction set that is worth a try on this machine, the widest first. What is
-/// fastest differs by the machine and by the work: 256 bits may be as fast as 512.
+/// One for each instruction set worth a try: what is fastest differs by the machine and the work.
 std::vector<EmbreeDevice> embree_devices(int threads);
 
 /// The triangles in memory that Embree's scenes share. The topology outlives it.
@@ -65,9 +60,7 @@ private:
 /// Built once constructed. The device and the mesh outlive it.
 class EmbreeScene {
 public:
-    /// `quality` LOW is Embree's Morton build, MEDIUM binned SAH, HIGH SAH with spatial splits, and
-    /// REFIT a tree that update() refits. `robust`: no ray slips through where triangles meet, by
-    /// Embree's flag.
+    /// LOW is the Morton build, MEDIUM binned SAH, HIGH with spatial splits, REFIT for update().
     EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh, RTCBuildQuality quality,
                 bool robust = false);
 
@@ -82,8 +75,7 @@ private:
     embree::Owned<RTCScene> scene_;
 };
 
-/// A scene by every instruction set, over a MEDIUM and a HIGH tree, fast and robust. Takes the time
-/// of eight builds.
+/// A scene by every instruction set, over a MEDIUM and a HIGH tree, fast and robust: eight builds.
 class EmbreeScenes {
 public:
     EmbreeScenes(std::span<const EmbreeDevice> devices, const BenchScene& scene);
@@ -101,11 +93,10 @@ private:
     std::deque<Variant> variants_;
 };
 
-/// Embree's ways to trace a work over each of its scenes, which outlive the peers, as does the
-/// work. Primary and shadow rays, all with the flag for coherent rays: packets of 16, and single
-/// rays. Diffuse rays and ambient occlusion, with the flag for incoherent ones: single rays,
-/// packets of 4, 8 and 16, and streams if Embree has them. A work of single rays: those. Each
-/// record is made within the time where it stays in the cache, from what our tracers read too.
+/// Ways to trace a work over each scene; both outlive the peers. Primary and shadow rays, as
+/// coherent ones: packets of 16, and single rays. Diffuse rays and ambient occlusion, as incoherent
+/// ones: single rays, packets of 4, 8 and 16, and streams. A work of single rays: those. Records
+/// are made within the time, in the cache, from what our tracers read too.
 std::vector<Tracer> embree_peers(const EmbreeScenes& scenes, const TraceWork& work);
 
 /// The closest hits of a work by single rays, in the calling thread's arena.
@@ -134,16 +125,14 @@ inline void copy_shadow_rays(const cpu::SharedOriginRays& rays, RTCRay16& record
     std::memset(record.tnear, 0, sizeof(record.tnear));
 }
 
-/// Traces camera rays and shadow rays by Intersect16 and Occluded16 with the flag COHERENT, 4 x 4
-/// pixels at a time, and has `shader` make shadow rays and colours: all of a square of pixels while
-/// it is in the cache, in the calling thread's arena. The frame has the size of the image. The
-/// sides of the image are multiples of 32.
+/// Traces camera and shadow rays by Intersect16 and Occluded16, as coherent ones, 4 x 4 pixels at a
+/// time; `shader` shades each square of pixels while it is in the cache, in the thread's arena. The
+/// image's sides are multiples of 32.
 void trace_frame(const EmbreeScene& scene, const ImageParams& params, const cpu::ShadedMesh& mesh,
                  const cpu::PixelShader& shader, Frame& frame);
 
-/// Answers to queries about all triangles. A MEDIUM tree: in one with spatial splits, filters see a
-/// triangle several times. The device and the mesh outlive it. All calls belong in an arena of the
-/// device's number of threads.
+/// Over a MEDIUM tree: with spatial splits, filters see a triangle several times. Device and mesh
+/// outlive it. Calls belong in an arena of the device's number of threads.
 class EmbreeQueries {
 public:
     /// `most_rays` is the most that count() is called with.
@@ -155,8 +144,7 @@ public:
     /// The same for all that differ in the device alone.
     const char* group() const { return group_; }
 
-    /// By rtcPointQuery, whose callback finds the closest point of a triangle by Ericson's method
-    /// and narrows the query.
+    /// By rtcPointQuery, whose callback uses Ericson's method and narrows the query.
     void find_closest(std::span<const vec3> points, std::span<NearestPoint> nearest) const;
     /// By Intersect1, whose filter counts and rejects all hits. `coherent`: the flag of this name.
     void count(std::span<const Ray> rays, bool coherent);

@@ -61,8 +61,7 @@ EmbreeScene::EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh,
     rtcSetSharedGeometryBuffer(geometry_.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                topology.triangles.data(), 0, sizeof(uvec3),
                                topology.triangles.size());
-    // Embree refits only with scene quality LOW, the flag DYNAMIC and geometry quality REFIT;
-    // otherwise it rebuilds silently.
+    // Embree refits only with these three; otherwise it rebuilds silently.
     const bool refits = quality == RTC_BUILD_QUALITY_REFIT;
     rtcSetGeometryBuildQuality(geometry_.get(), quality);
     rtcSetSceneBuildQuality(scene_.get(), refits ? RTC_BUILD_QUALITY_LOW : quality);

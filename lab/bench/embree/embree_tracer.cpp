@@ -43,8 +43,7 @@ bool set_mask(const std::uint8_t* active, std::array<int, N>& mask) {
     return any != 0;
 }
 
-/// The answers of N rays as Embree has them. t means nothing where prim_id is
-/// RTC_INVALID_GEOMETRY_ID.
+/// t means nothing where prim_id is RTC_INVALID_GEOMETRY_ID.
 template <std::size_t N>
 struct alignas(4 * N) HitBlock {
     float t[N];
@@ -53,8 +52,7 @@ struct alignas(4 * N) HitBlock {
     std::uint32_t prim_id[N];
 };
 
-/// Traces a work, which outlives it, by records of one ray or of a packet: one a call, or streams
-/// of up to kMost, which stay in the cache.
+/// By records of a ray or a packet: one a call, or streams of up to kMost, for the cache.
 template <class Record, std::size_t kMost>
 class RecordTracer {
 public:
@@ -66,8 +64,7 @@ public:
         }
     }
 
-    /// Finds t, u, v and primID of closest hits, or what is occluded, in the calling thread's
-    /// arena.
+    /// In the calling thread's arena.
     void trace(const EmbreeScene& scene, const WorkPart& part) {
         const bool is_shadow = work_.kind == WorkKind::kShadow;
         const vec3 origin = is_shadow ? work_.params.light : work_.params.camera.org;

@@ -67,13 +67,11 @@ std::vector<vec4> kernel_triangles(const PeerTree& tree) {
 /// The kernel that wins on GPUs, over a binary tree by binned SAH.
 class PeerTracer {
 public:
-    /// Uses the device's queue beside morphray's backend. The tree has at most 7 triangles a leaf,
-    /// and more than one leaf. `rays` are those of kPeerRays.
+    /// The tree has more than one leaf, of at most 7 triangles. `rays` are those of kPeerRays.
     PeerTracer(std::shared_ptr<gpu::SharedDevice> device, const PeerTree& tree,
                const ImageParams& params, std::span<const Ray> rays);
 
-    /// Traces the rays of a mode once, those of kPeerShadow from the hits of the last kPeerCamera.
-    /// Returns milliseconds on the device.
+    /// Traces a mode's rays, those of kPeerShadow from the last kPeerCamera. Returns device ms.
     double trace(std::uint32_t mode);
 
     /// The hits of kPeerCamera or kPeerRays, with the prim_ids of the scene.

@@ -7,8 +7,7 @@
 namespace mray::bench::paper_2007 {
 namespace {
 
-/// The corners of a rectangle around where the rays meet a plane across the axis that is largest in
-/// their sum; none where a ray does not come through that plane.
+/// A rectangle around where the rays meet a plane across their main axis; none where one does not.
 void bound_by_corners(PacketRays& packet, std::span<const vec3> dirs) {
     vec3 sum = {0, 0, 0};
     for (const vec3& dir : dirs) sum += dir;

@@ -1,5 +1,4 @@
-// Packets of 16 x 16 rays with a common origin. Sixteen floats are one value: GNU vector types,
-// which the compiler maps to what the machine has.
+// Packets of 16 x 16 rays with a common origin, in GNU vector types of sixteen floats.
 #pragma once
 
 #ifdef __AVX512F__
@@ -54,8 +53,7 @@ struct PacketRays {
     bool has_corners = false;
 };
 
-/// A packet's answers: t, u, v and prim_id (-1: none), or for any hit t < 0 where a ray is
-/// occluded.
+/// t, u, v and prim_id (-1: none), or for any hit t < 0 where a ray is occluded.
 struct PacketAnswers {
     Floats t[kGroups], u[kGroups], v[kGroups];
     Ints prim_id[kGroups];

@@ -22,8 +22,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 using glm::cross;
 using glm::dot;
 
-/// A triangle for all rays from one origin: the planes through its edges, positive inside, and its
-/// own, which a ray meets at t = depth / dot(normal, dir).
+/// For rays from one origin: the planes through the edges, positive inside, and the triangle's own.
 struct EdgePlanes {
     vec3 n[3];
     vec3 normal;

@@ -4,7 +4,6 @@
 
 #include <cstring>
 #include <memory>
-#include <vector>
 
 #include "common/base/errors.h"
 #include "common/base/thread_arena.h"

@@ -21,8 +21,7 @@ struct BuiltWork {
     std::size_t answer_size = 0;
     /// Traces a part on one thread. Empty if there is no such tracer for the work.
     std::function<void(std::size_t part)> trace_part = {};
-    /// The bytes of all answers, in an order that all tracers of a work have in common. Rays that
-    /// the work does not have are 0.
+    /// All answers in an order that the tracers of a work have in common; 0 where it has no rays.
     std::function<std::vector<unsigned char>()> answers = {};
 };
 
@@ -30,9 +29,8 @@ struct BuildFunctions {
     int interface;
     /// The version of the build, with its commit.
     const char* version;
-    /// Opens a scene in the view of ./lab/bench/run, of 1024 x 1024 pixels. work: primary, shadow,
-    /// diffuse, ao or one-ray; tracer: packet, stream or single; simd: the name of an instruction
-    /// set. Throws what open_scene() does.
+    /// Opens a scene in the view of ./lab/bench/run. work: primary, shadow, diffuse, ao or one-ray;
+    /// tracer: packet, stream or single. Throws what open_scene() does.
     BuiltWork (*open)(const std::string& scene, const std::string& work, const std::string& tracer,
                       const std::string& simd);
 };

@@ -16,8 +16,7 @@
 namespace mray::bench {
 namespace {
 
-/// Loads a build. It stays loaded, because TBB's threads may run its code to the end of the
-/// process.
+/// It stays loaded, because TBB's threads may run its code to the end of the process.
 const BuildFunctions& load_build(const std::string& file) {
     void* const object = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (object == nullptr) throw Error(ErrorKind::kUnavailable, dlerror());

@@ -65,8 +65,7 @@ py::array require(const py::object& object, const std::string& name, const char*
     return array;
 }
 
-/// Whether numbers of this alignment can be read from here on. numpy's own flag is set for any
-/// address of an array with fields.
+/// numpy's own flag is set for any address of an array with fields.
 bool is_aligned(const py::array& array, std::size_t alignment) {
     return reinterpret_cast<std::uintptr_t>(array.data()) % alignment == 0;
 }

@@ -23,12 +23,11 @@ const py::dtype& closest_dtype();
 /// closest_dtype() with a float64 `point`, for scenes with an origin.
 const py::dtype& far_closest_dtype();
 
-/// numpy.ndarray as it is, what has __dlpack__ as a view, and a list or tuple as a new array.
-/// Throws TypeError for all else.
+/// numpy.ndarray, what has __dlpack__ as a view, a list or tuple as a new array. Throws TypeError.
 py::array array_of(const py::object& object, const std::string& name);
 
-/// An array of shape (V, 3) of float32 or float64 as positions; the last axis is contiguous. Throws
-/// TypeError for another dtype and ValueError for a shape or strides that do not fit.
+/// An array of shape (V, 3) of float32 or float64. Throws TypeError for another dtype, and
+/// ValueError for a shape or strides that do not fit.
 Positions positions_of(const py::array& points, const std::string& name);
 
 /// The indices of an array of shape (T, 3) of uint32, int32, int64 or uint64, copied. Throws
@@ -47,9 +46,8 @@ struct MeshTextures {
     std::vector<std::uint32_t> ids;
 };
 
-/// The fields of morphray.Textures, or of a tuple (images, texcoords[, ids[, wrap[,
-/// alpha_cutoff]]]). None: no textures. Throws TypeError, ValueError, and Error(bad_input) for an
-/// id that is no uint32.
+/// Those of morphray.Textures, or of a tuple (images, texcoords[, ids[, wrap[, alpha_cutoff]]]).
+/// Throws TypeError, ValueError, and Error(bad_input) for an id that is no uint32.
 MeshTextures textures_of(const py::object& textures, const std::string& name);
 
 /// Rays or points of the caller: `columns` floats each, one after the other.
@@ -78,8 +76,7 @@ QueryArray hit_array_of(const py::object& hits);
 /// Flags of an array of bool, by geom_id. None: no flags.
 std::vector<std::uint8_t> visible_of(const py::object& visible);
 
-/// `out`, checked to be writable, C-contiguous and of the dtype, the shape of the queries and
-/// memory of its own; a new array if it is None.
+/// `out`, if writable, C-contiguous and of this dtype and shape; a new array if it is None.
 py::array results_for(const QueryArray& queries, const py::object& out, const py::dtype& dtype);
 
 }  // namespace morphray::python

@@ -29,8 +29,7 @@ struct QueryKeywords {
     Cancel* cancel = nullptr;
 };
 
-/// Results of this dtype, one a query. `work` gets them as numbers of type `Written`, which differs
-/// from the dtype by a sign at most, or in name: numpy indexes and counts with signed types.
+/// One result a query. `Written` differs from the dtype by a sign at most, or in name.
 template <class Written, class Work>
 py::array answer(const QueryArray& queries, const py::object& out, const py::dtype& dtype,
                  Work work) {
@@ -208,8 +207,7 @@ py::array closest_points(PyScene& scene, const py::object& points,
         scene, points, is_far ? py::none() : out, closest_dtype(), threads, cancel,
         [&](const Scene& asked, auto where, auto closest, const QueryOptions& options) {
             asked.closest_points(where, closest, most, options);
-            // ClosestPoint ends with a byte and three of padding, where closest_dtype() has a
-            // number of four bytes: numpy copies no padding, and equal answers have equal bytes.
+            // closest_dtype() ends in four bytes, not one and padding: equal answers, equal bytes.
             static_assert(sizeof(ClosestPoint) == 36 && offsetof(ClosestPoint, feature) == 32);
             static_assert(std::endian::native == std::endian::little);
             for (ClosestPoint& point : closest)

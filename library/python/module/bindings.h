@@ -30,8 +30,7 @@ Device device_of(const AnyDevice& device, const std::string& name);
 /// "none", "sort", or the width of an image.
 using AnyCoherence = std::variant<std::string, std::uint32_t>;
 Coherence coherence_of(const AnyCoherence& coherence);
-/// "auto", "refit", "rebuild" or "every:K". The other arguments are those of Auto, and must have
-/// their defaults with any other policy. Throws ValueError.
+/// `update` is "auto", "refit", "rebuild" or "every:K", the others Auto's. Throws ValueError.
 UpdatePolicy policy_of(const std::string& update, double budget_ms, double budget,
                        bool deterministic);
 /// The values of the names that the documentation of Scene lists. Each throws ValueError.

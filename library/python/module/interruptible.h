@@ -2,7 +2,6 @@
 #pragma once
 
 #include <pybind11/pybind11.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <vector>
@@ -11,10 +10,8 @@ namespace morphray::python {
 
 namespace py = pybind11;
 
-/// Without the GIL from construction to destruction. In place of py::gil_scoped_release, which ends
-/// the process if the interpreter ends while a daemon thread works: Python before 3.14 ends such a
-/// thread where it asks for the GIL, by unwinding its stack. Here the thread waits for the end of
-/// the process, as in Python 3.14.
+/// Unlike py::gil_scoped_release, does not end the process if the interpreter ends while a daemon
+/// thread works: Python before 3.14 unwinds such a thread's stack. Here it waits for the end.
 class GilRelease {
 public:
     GilRelease() : state_(PyEval_SaveThread()) {}

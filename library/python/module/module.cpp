@@ -1,5 +1,4 @@
-// The extension module morphray._morphray, with morphray.Error and morphray.Device. The package's
-// __init__.py makes its names public.
+// The module morphray._morphray with Error and Device; __init__.py makes its names public.
 #include <cstring>
 
 #include "library/python/module/arrays.h"

@@ -11,8 +11,7 @@ namespace {
 
 // Rays that are converted and traced together.
 constexpr std::size_t kBatch = std::size_t{1} << 16;
-// Queries below both limits take milliseconds at most, on any device. Setting a handler of SIGINT
-// takes as long as tens of rays.
+// Below both limits queries take milliseconds. A handler of SIGINT takes tens of rays to set.
 constexpr std::size_t kManyRays = std::size_t{1} << 14;
 constexpr std::uint64_t kManyTests = std::uint64_t{1} << 24;
 
@@ -28,8 +27,7 @@ void on_interrupt(int number) {
     --handlers;
 }
 
-/// Python notes signals, and runs their handlers in its main thread when C++ has returned. While
-/// this lives, SIGINT ends the call of that thread, too.
+/// Python runs handlers after C++. While this lives, SIGINT ends the main thread's call.
 class SignalScope {
 public:
     explicit SignalScope(std::atomic<bool>& cancel) {
@@ -56,8 +54,7 @@ private:
     bool is_set_ = false;
 };
 
-/// Runs `work` without the GIL. SIGINT in the main thread makes `cancel` true, which ends the work
-/// early. Throws what Python's handler of the signal raises then, KeyboardInterrupt.
+/// SIGINT in the main thread makes `cancel` true. Throws what Python's handler raises then.
 void run_interruptibly(std::atomic<bool>& cancel, const std::function<void()>& work) {
     try {
         const SignalScope scope(cancel);

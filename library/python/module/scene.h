@@ -13,7 +13,6 @@
 
 #include "library/python/module/arrays.h"
 #include "library/python/module/interruptible.h"
-#include "morphray/error.hpp"
 #include "morphray/scene.hpp"
 
 namespace morphray::python {
@@ -44,16 +43,13 @@ BorrowedMesh borrow(const py::object& points, const py::object& triangles, bool 
                     const py::object& albedo, const py::object& textures,
                     const std::string& place = {});
 
-/// All rays where nothing has to be converted, and otherwise whole rows of an image, in eights, as
-/// tiles have them.
+/// All rays if nothing has to be converted, else whole rows of an image in eights, as tiles are.
 std::size_t batch_size(const QueryArray& rays, Coherence coherence);
-/// Calls `work(first, rays)` for batches of rays as those of C++; without rays, once: it may have
-/// an error to throw.
+/// Calls `work(first, rays)` for batches; without rays, once: it may have an error to throw.
 void for_each_batch(const QueryArray& rays, std::size_t batch_size,
                     const std::function<void(std::size_t, std::span<const Ray>)>& work);
 
-/// Any number of queries or one change at a time use a scene. C++ leaves a query during an update
-/// undefined; here it is an error. Members are called with the GIL, and give it up while they work.
+/// A scene has queries or one change at a time. Members give up the GIL while they work.
 class PyScene {
 public:
     PyScene(const std::vector<BorrowedMesh>& meshes, const Device& device,
@@ -68,8 +64,7 @@ public:
     std::uint32_t attach(const BorrowedMesh& mesh);
     void detach(std::uint32_t geom_id);
 
-    /// Calls `work(scene, cancelled)` as a query of so many rays or points, which `cancel`, which
-    /// may be null, ends, and SIGINT if it may take long.
+    /// `cancel`, which may be null, ends the query, and so does SIGINT if it may take long.
     void query(std::size_t count, Cancel* cancel,
                const std::function<void(const Scene&, const std::atomic<bool>*)>& work);
     /// Returns work(scene), which is short.

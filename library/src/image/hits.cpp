@@ -5,8 +5,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstring>
-#include <span>
-#include <utility>
 
 #include "common/base/input_file.h"
 #include "common/base/output_file.h"

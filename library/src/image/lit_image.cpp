@@ -1,10 +1,8 @@
 // Images with several samples a pixel, lit or in false colours.
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <utility>
 

@@ -37,16 +37,14 @@ struct MeshPlace {
     std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(positions.count); }
 };
 
-/// The meshes in the order of their geom_ids. attach() and detach() are collected; changed() makes
-/// them.
+/// The meshes in the order of their geom_ids. changed() makes what attach() and detach() collect.
 class MeshList {
 public:
     /// Returns the geom_id: the lowest one that is free. Throws Error.
     std::uint32_t attach(const MeshView& mesh);
     /// Throws Error if there is no such mesh.
     void detach(std::uint32_t geom_id);
-    /// Gives a mesh that is there other positions. Throws Error, and changes nothing, if they are
-    /// unsuitable.
+    /// Gives a mesh other positions. Throws Error, and changes nothing, if they do not fit.
     void set_positions(std::uint32_t geom_id, const Positions& positions);
     bool has_changes() const { return !changes_.empty(); }
     /// The list with the collected changes made.

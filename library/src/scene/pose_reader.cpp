@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <iterator>
 #include <utility>
@@ -73,8 +72,7 @@ void for_each_run(const Positions& positions, const mray::Origin& origin, std::s
 
 void extend(MadePositions& sum, const MadePositions& other) { sum.add(other); }
 
-/// Calls `work(first, count)` for parts of [begin, end) in many threads; returns all that the calls
-/// return, by extend().
+/// Calls `work(first, count)` for parts of [begin, end) in threads; joins results by extend().
 template <class Work>
 auto for_each_part(std::size_t begin, std::size_t end, mray::ThreadArena& arena, Work work) {
     using Sum = decltype(work(begin, end));
@@ -171,8 +169,7 @@ std::vector<vec3> PoseReader::world_positions(const MeshList& meshes) const {
     return world;
 }
 
-/// Makes the space that of `bounds` and brings all positions into it. Returns whether one of them
-/// is outside of its range.
+/// Makes the space that of `bounds`, with all positions in it. Returns whether one is outside.
 bool PoseReader::convert_all(const MeshList& meshes, std::span<const vec3> world,
                              const WorldBounds& bounds, mray::ThreadArena& arena) {
     space_ = mray::SceneSpace(bounds);
@@ -206,8 +203,7 @@ void PoseReader::find_space(const MeshList& meshes, std::span<const vec3> world,
     convert_all(meshes, world, extended, arena);
 }
 
-/// Reads a changed list into the space that is there. Returns false, and changes nothing, if a
-/// position is outside of its range.
+/// Reads a changed list into the space that is there. False: a position is outside of it.
 bool PoseReader::read_into_space(const MeshList& meshes, mray::ThreadArena& arena) {
     std::vector<vec3> before(meshes.topology().vertex_count);
     before.swap(positions_);

@@ -36,8 +36,7 @@ public:
     /// The bounds that the space follows; empty before there is a position.
     const mray::WorldBounds& bounds() const { return bounds_; }
     std::span<const mray::vec3> positions() const { return positions_; }
-    /// The position of a vertex in world space, as it was read; its position in scene space is
-    /// finite.
+    /// The position of a vertex in world space, as it was read; the vertex is finite.
     mray::vec3 world_position(std::uint32_t vertex) const;
 
     /// The positions that are read next give the bounds.
@@ -51,8 +50,7 @@ public:
         std::size_t first;
         std::size_t count;
     };
-    /// Reads these positions. Returns the vertices outside of which none has changed in scene
-    /// space.
+    /// Reads these positions. Returns vertices besides which none has changed in scene space.
     std::vector<mray::IndexRange> read_pieces(const MeshList& meshes, std::span<const Piece> pieces,
                                               mray::ThreadArena& arena);
 

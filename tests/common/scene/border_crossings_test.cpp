@@ -1,4 +1,4 @@
-#include "common/scene/border_crossings.h"
+#include "common/scene/exact_crossing.h"
 
 #include <gtest/gtest.h>
 
