@@ -8,6 +8,10 @@ target_compile_options(morphray_options INTERFACE
     -fno-fast-math
     -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
     $<$<BOOL:${MORPHRAY_WERROR}>:-Werror>)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|i.86")
+    # g++ 12 copies pairs of floats by MMX registers, and leaves the x87 unit unusable after that.
+    target_compile_options(morphray_options INTERFACE -mno-mmx)
+endif()
 if(MORPHRAY_SANITIZE)
     target_compile_options(morphray_options INTERFACE
         -fsanitize=${MORPHRAY_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)

@@ -66,7 +66,7 @@ struct alignas(64) RayStream {
     float certain_from[kStreamRays];
     float certain_to[kStreamRays];
     float certain_beyond[kStreamRays];
-    // What is a hit.
+    // Selects the crossings that count as hits.
     Crossing crossing = Crossing::kEach;
 };
 
