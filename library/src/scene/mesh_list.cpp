@@ -199,8 +199,11 @@ void MeshList::append(std::uint32_t geom_id, MeshPlace place, const Parts& parts
     place.first_prim = static_cast<std::uint32_t>(topology_.triangles.size());
     place.prim_count = static_cast<std::uint32_t>(parts.triangles.size());
     const std::uint32_t shift = place.first_vertex - parts.first_vertex;
-    for (const mray::uvec3& t : parts.triangles)
-        topology_.triangles.push_back({t.x + shift, t.y + shift, t.z + shift});
+    std::vector<mray::uvec3>& triangles = topology_.triangles;
+    triangles.insert(triangles.end(), parts.triangles.begin(), parts.triangles.end());
+    if (shift != 0) {
+        for (mray::uvec3& t : std::span(triangles).subspan(place.first_prim)) t += shift;
+    }
     topology_.albedo.insert(topology_.albedo.end(), parts.albedo.begin(), parts.albedo.end());
     topology_.vertex_count += place.vertex_count();
     if (!place.textures.empty()) append_textures(place, parts);
@@ -254,6 +257,8 @@ MeshList MeshList::changed() const {
     list.places_.resize(most);
     list.will_be_used_ = will_be_used_;
     list.first_free_ = first_free_;
+    list.topology_.triangles.reserve(topology_.triangles.size());
+    list.topology_.albedo.reserve(topology_.albedo.size());
     for (std::uint32_t id = 0; id < most; ++id) {
         if (const Change* const last = last_changes[id]) {
             if (last->attaches)
