@@ -1,4 +1,5 @@
-// The seam between program and tracers, crossed once per image, batch or refit, never per ray.
+// The seam between the program and its tracers. It is crossed once per image, batch or refit, never
+// per ray.
 #pragma once
 
 #include <cstdint>
@@ -49,14 +50,16 @@ struct BackendInfo {
     bool is_on_processor = true;
     /// Whether threads may call trace(), trace_stored() and query() at the same time.
     bool answers_threads = false;
-    /// The first estimate of the time of a visit, as policies count it. In refitted trees camera
-    /// packets had 0.0002 (shuffle) to 0.0007 (orbits) on the CPU, 0.0015 to 0.003 on lavapipe.
+    /// The first estimate of the time that a visit of a node costs, as policies count it. With
+    /// trees that are only refitted, packets of camera rays had 0.0002 (shuffle) to 0.0007 (orbits)
+    /// on the CPU, 0.0015 to 0.003 on lavapipe.
     double trace_per_visit = 0.0005;
 };
 
 /// Rays in scene space, in any order. One of both answers has their size, the other is empty.
 struct RayBatch {
     std::span<const Ray> rays;
+    /// The closest hits.
     std::span<Hit> hits = {};
     /// 1 for a ray that hits anything, else 0.
     std::span<std::uint8_t> occluded = {};
@@ -75,29 +78,35 @@ public:
 
     const BackendInfo& info() const { return info_; }
 
-    /// Takes a scene: topology, positions in scene space, and a tree over them. Drops the last one.
+    /// Takes a scene: topology, positions in scene space, and a tree over them. The scene before is
+    /// dropped.
     virtual void set_scene(const Topology& topology, std::span<const vec3> positions, Bvh bvh) = 0;
     /// Takes new positions and a tree over them, refitted or built elsewhere.
     virtual void set_frame(std::span<const vec3> positions, const Bvh& bvh) = 0;
-    /// Refits the tree to new positions. Vertices outside of `changed` (ascending ranges) are where
-    /// they were. A device may leave the refit to the next call that needs the tree. Returns the
-    /// number of leaves that it writes: 0 if no vertex moved and the extent is kMoved.
+    /// Takes new positions and refits the tree to them. Vertices outside of `changed` (ascending
+    /// ranges) are where they were. A device may leave the refit to the next call that needs the
+    /// tree. Returns the number of leaves that it writes: 0 if no vertex moved and the extent is
+    /// kMoved.
     virtual std::uint64_t refit(std::span<const vec3> positions,
                                 RefitExtent extent = RefitExtent::kMoved,
                                 std::span<const IndexRange> changed = kAllIndices) = 0;
 
-    /// The nodes of the tree at the current positions, until the next call but finish().
+    /// The nodes of the tree at the current positions. Valid until the next call of a function
+    /// that is not finish().
     virtual std::span<const Node> nodes() = 0;
     /// The tree at the current positions, which changes with them; null if it is on a device.
     virtual const Bvh* host_tree() const { return nullptr; }
     /// Copies the tree at the current positions.
     virtual void read_tree(Bvh& bvh) = 0;
-    /// Lets `edit` change the tree at the current positions. The result is a tree over the same
-    /// triangles at these positions. `edit` runs in the backend's threads.
+    /// Lets `edit` change the tree at the current positions. The result must be a tree over the
+    /// same triangles whose boxes and vertices belong to these positions. `edit` runs in the
+    /// backend's threads, if it has some.
     virtual void edit_tree(const TreeEdit& edit) = 0;
 
-    /// Throws Error(kCancelled) soon after watch_images() asks for it, with any pixels left.
+    /// Throws Error(kCancelled), leaving any pixels in the frame, soon after the watch of
+    /// watch_images() asks for it.
     virtual void trace_image(const ImageParams& params, Frame& frame) = 0;
+    /// Lets the images that follow be watched.
     void watch_images(const Watch& watch) { image_watch_ = watch; }
     /// Answers rays. A small batch is traced in the calling thread, if threads may call.
     virtual void trace(const RayBatch& batch) = 0;
@@ -108,7 +117,8 @@ public:
     /// Answers queries about all triangles, in the calling thread.
     virtual void query(const QueryBatch& batch) = 0;
 
-    /// Finishes a refit, and returns the times; those of trace() where no threads may call it.
+    /// Finishes a refit that is left to be done, and returns the times. Those of trace() are there
+    /// where threads may not call it.
     virtual const BackendTimes& finish() = 0;
 
 protected:

@@ -23,8 +23,8 @@ ExitCode run_command(const ChartOptions& options, const Messages& messages);
 ExitCode run_command(const InfoOptions& options, const Messages& messages);
 ExitCode run_command(const DevicesOptions& options, const Messages& messages);
 
-/// "triangle 46629, 9.28 away; all agree": the hit in the image, its distance in world space, and
-/// whether the single ray and brute force give the same bits.
+/// A sentence such as "triangle 46629, 9.28 away; all agree". It has the hit in the image, the
+/// distance in world space, and says if the single ray or brute force have other bits.
 std::string probe_sentence(const Hit& image, const Hit& alone, const Hit& brute, double distance);
 
 }  // namespace mray::app

@@ -28,7 +28,7 @@
 namespace mray::app {
 namespace {
 
-/// What an image has in the report; `with_tree` also the tree, read back from a device.
+/// Returns the entry of an image in the report, with the statistics of the tree if `with_tree`.
 Json json_of(const AnimationScene& scene, const FrameTask& task, const morphray::Image& image,
              bool with_tree) {
     morphray::TreeStatistics tree;

@@ -32,7 +32,8 @@ struct Box {
     bool operator==(const Box&) const = default;
 };
 
-/// The box of a leaf with these bounds: the slab test relies on its pad. An empty box stays.
+/// The box that a slot has for a leaf whose vertices have these bounds: the slab test relies on its
+/// pad. An empty box stays as it is.
 inline Box padded(const Box& bounds) {
     if (bounds.empty()) return bounds;
     const float extent = largest_extent(bounds.lower, bounds.upper);
@@ -44,7 +45,8 @@ inline Box padded(const Box& bounds) {
     return box;
 }
 
-/// Half the surface area; 0 for an empty box. In double, so that equal areas compare equal.
+/// Half the surface area; 0 for an empty box. In double, in which products of scene-space extents
+/// are exact enough for equal areas to compare equal.
 inline double half_area(const Box& b) {
     if (b.empty()) return 0;
     const double dx = static_cast<double>(b.upper.x) - b.lower.x;
@@ -70,14 +72,16 @@ inline void set_slot_box(Node& node, std::uint32_t slot, const Box& box) {
     node.upper_z[slot] = box.upper.z;
 }
 
+/// The union of a node's slots.
 inline Box node_box(const Node& node) {
     Box box;
     for (std::uint32_t slot = 0; slot < kWidth; ++slot) box.extend(slot_box(node, slot));
     return box;
 }
 
-/// Gives the slots of nodes their unions; slots of leaves have their boxes. Parents come before
-/// their children, and parents[i] is node * kWidth + slot that refers to nodes[i].
+/// Gives each slot of a node the union of that node's slots; slots of leaves have their boxes.
+/// Parents come before their children, and parents[i] is node * kWidth + slot that refers to
+/// nodes[i].
 inline void unite_boxes(std::span<Node> nodes, std::span<const std::uint32_t> parents) {
     for (std::size_t i = nodes.size(); i-- > 1;)
         set_slot_box(nodes[parents[i] / kWidth], parents[i] % kWidth, node_box(nodes[i]));

@@ -1,9 +1,8 @@
 // The triangle that is exactly the closest to a point, and the place on it.
 //
 // Floats (common/interop/closest_rule.h) give a right distance, but a place beside the closest one
-// that is as far for them. Here doubles with error bounds
-// decide, and integers of any length where the bounds overlap. docs/design/arithmetic.md,
-// "Distances".
+// that is as far for them. Here doubles with error bounds decide, and integers of any length where
+// the bounds overlap (docs/design/arithmetic.md, "Distances").
 #pragma once
 
 #include <array>

@@ -22,18 +22,22 @@ struct Frame {
     std::vector<std::uint32_t> pixels;
     /// Whether a backend fills `pixels`; else they are empty. Set by the caller.
     bool with_pixels = true;
-    /// Whether `hits` and `occlusion` are wanted, which costs a device a copy. Set by the caller.
+    /// Whether a backend must fill `hits` and `occlusion`; a device leaves them empty otherwise,
+    /// which spares a copy. Set by the caller.
     bool with_hits = true;
-    /// Whether `hits` has those of these camera rays already. Set by the caller.
+    /// True if `hits` has the hits of these camera rays, so that the CPU does not trace them again.
+    /// Set by the caller.
     bool has_hits = false;
 };
 
-/// The secondary rays of a pixel with a hit; `rays`: kRaysPrimary, kRaysShadow or kRaysAo.
+/// The secondary rays that a pixel with a hit is given; `rays` is one of kRaysPrimary, kRaysShadow
+/// and kRaysAo.
 inline std::uint32_t rays_per_hit(std::uint32_t rays, std::uint32_t ao_count) {
     if (rays == kRaysShadow) return 1;
     return rays == kRaysAo ? ao_count : 0;
 }
 
+/// Pixels whose camera ray hit something.
 std::uint64_t count_hits(const Frame& frame);
 
 /// Camera rays and secondary rays of an image that was traced with `params`. Shadow rays count for

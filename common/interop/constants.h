@@ -29,14 +29,16 @@ SHARED_CONST float kProjectedSnap = 2.7284841053187847e-12f;    // 1.5 * 2^-39
 SHARED_CONST float kFastProjectionError = 5.066394805908203125e-07f;
 SHARED_CONST float kFastProjectionFloor = 1.7763568394002505e-15f;
 
-// Rounding of the mean of three z: by the range of the z, 2^-21; by the largest z, 2^-21.
+// Rounding of the mean of three z: of the weights, by the range of the z, 2^-21; and of the mean,
+// by the largest z, 2^-21.
 SHARED_CONST float kWeightRounding = 4.76837158203125e-07f;
 SHARED_CONST float kMeanRounding = 4.76837158203125e-07f;
 
 // An empty box is inverted: lower = +kEmptyPlane, upper = -kEmptyPlane (2^48). The slab test
 // rejects it for every ray because it takes its near and far planes by the sign of the direction.
 SHARED_CONST float kEmptyPlane = 281474976710656.0f;
-// Stands for 1/0 in the slab test (2^64): parts any two grid values; no overflow by kEmptyPlane.
+// Stands for 1/0 in the slab test (2^64): large enough to part any two grid values, small enough
+// that kEmptyPlane times it does not overflow.
 SHARED_CONST float kHugeReciprocal = 18446744073709551616.0f;
 
 // A leaf's box is larger than its vertices' bounds on each side by these parts of its largest
@@ -50,9 +52,11 @@ SHARED_CONST float kDilationOfOrigin = 5.9604644775390625e-08f;
 SHARED_CONST float kDilationOfExtent = 9.094947017729282e-13f;
 SHARED_CONST float kSlabRounding = 1.000000476837158203125f;
 SHARED_CONST float kDepthRounding = 1.00000095367431640625f;
-// By max(kSceneExtent, |org|): how far t may be below the entry into a triangle's box, 2^-13.
+// By max(kSceneExtent, |org|): the depth margin, by which t of a hit may be less than the entry
+// into its triangle's box, 2^-13.
 SHARED_CONST float kDepthMargin = 0.0001220703125f;
-// Secondary rays start off the surface by this times Surface::size ("Secondary rays"): 2^-16.
+// Secondary rays start off the surface by this times the size of the rounding error of the hit
+// point (docs/design/arithmetic.md, "Secondary rays"): 2^-16.
 SHARED_CONST float kSurfaceOffset = 1.52587890625e-05f;
 
 // The most by which the difference of two coordinates of scene space differs from that of the

@@ -101,6 +101,7 @@ SHARED Float project_axis(Float ax, Float ax_error, Float az, Float az_error, Fl
     return snap_projected(sum);
 }
 
+/// project() of a vertex with rotated axes.
 SHARED Float3 project_rotated(ShearedRay s, Float3 vertex) {
     PRECISE Float3 a = vertex - s.org;
     Float ex = difference_error(vertex.x, s.org.x, a.x);
@@ -110,13 +111,15 @@ SHARED Float3 project_rotated(ShearedRay s, Float3 vertex) {
                   project_axis(a.y, ey, a.z, ez, s.dir.y, s.dir.z), a.z);
 }
 
-/// A vertex as the ray sees it, to 2^-22 of its distance from it and 2^-44 of that from org.
+/// A vertex (scene space) as the ray sees it, to 2^-22 of its distance from the ray and 2^-44 of
+/// that from the origin.
 /// Checked: lab/proofs/project.g.
 SHARED Float3 project(ShearedRay s, Float3 vertex) {
     return project_rotated(s, rotate_axes(vertex, s.axis));
 }
 
-/// project_fast() of a = vertex - org, both with rotated axes, for this sheared direction.
+/// project_fast() of a = vertex - org, both with rotated axes, for a ray with this sheared
+/// direction.
 SHARED Float3 project_relative_fast(Float3 dir, Float3 a) {
     PRECISE Float x0 = a.x * dir.z;
     PRECISE Float x1 = dir.x * a.z;
@@ -126,12 +129,14 @@ SHARED Float3 project_relative_fast(Float3 dir, Float3 a) {
     return p;
 }
 
+/// project_fast() of a vertex with rotated axes.
 SHARED Float3 project_rotated_fast(ShearedRay s, Float3 vertex) {
     PRECISE Float3 a = vertex - s.org;
     return project_relative_fast(s.dir, a);
 }
 
-/// project() off the grid: to 2^-21 of the largest of vertex - org, and some ulp of x or y.
+/// project() without the errors and off the grid: to 2^-21 of the largest coordinate of
+/// vertex - org, and some ulp of x or y.
 SHARED Float3 project_fast(ShearedRay s, Float3 vertex) {
     return project_rotated_fast(s, rotate_axes(vertex, s.axis));
 }
@@ -161,7 +166,8 @@ SHARED Float projected_size(Float3 p) {
     return size;
 }
 
-/// The bound of fast_edges: m sums |x| + |y| over the vertices, depth_size is the largest |z|.
+/// The bound of fast_edges: m is the sum of |x| + |y| over the vertices, depth_size the largest
+/// |z|.
 SHARED Float edge_bound(Float m, Float depth_size) {
     PRECISE Float r = kFastProjectionError * ((m + m) + depth_size) + kFastProjectionFloor;
     PRECISE Float bound = r * (m + (r + r));
@@ -210,9 +216,10 @@ SHARED Bool may_be_inside(Edges e) {
 }
 
 /// Whether all signs are certain and equal, and the edge functions accurate enough as weights of z.
-/// Their errors move z by at most 2 * bound / sum of depth_range, which must stay a part of the
-/// depth margin M: no hit is farther than M before its box. (Of M, 2^-5 is left to other errors, a
-/// quarter goes here twice over.) Checked: lab/proofs/fast_edges.g, depth.g, boxes.g.
+/// Their errors move z by at most 2 * bound / sum of depth_range; that must stay a part of the
+/// depth margin M for a hit never to lie before its box by more than M. (Of M, 2^-5 is left to
+/// other errors, a quarter goes here twice over.) Checked: lab/proofs/fast_edges.g, depth.g,
+/// boxes.g.
 SHARED Bool surely_inside(ShearedRay s, Edges e) {
     PRECISE Float sum = (abs(e.u) + abs(e.v)) + abs(e.w);
     // A range below 1 cannot matter, and its product with the bound might be a denormal.
@@ -265,13 +272,15 @@ SHARED Bool weighted_hit(ShearedRay s, Edges e, Float za, Float zb, Float zc,
     return e.depth_range < e.depth_size || abs(z) > error;
 }
 
-/// weighted_hit() with edge functions from exact_edges: whether and where there is a hit.
+/// weighted_hit() with edge functions from exact_edges: whether the ray hits the triangle
+/// somewhere, and where.
 SHARED Bool exact_hit(ShearedRay s, Edges e, Float za, Float zb, Float zc, OUT(TriangleHit) hit) {
     Bool is_certain = weighted_hit(s, e, za, zb, zc, hit);
     return may_be_inside(e) && is_certain && greater(abs(e.u), greater(abs(e.v), abs(e.w))) > 0.0f;
 }
 
-/// Vertices that are not finite are kInvalidCoordinate. a, b, c: any one coordinate of each.
+/// A vertex that is not finite is stored as kInvalidCoordinate on all axes; its triangles are never
+/// hit. a, b, c: any one coordinate of the vertices.
 SHARED Bool finite_coordinates(Float a, Float b, Float c) {
     return greater(a, greater(b, c)) <= kSceneExtent;
 }
@@ -285,12 +294,14 @@ SHARED Bool may_hit_triangle(ShearedRay s, Float3 a, Float3 b, Float3 c) {
     return may_be_inside(fast_edges(project_fast(s, a), project_fast(s, b), project_fast(s, c)));
 }
 
-/// Whether a hit at t counts: t = tnear and t = tfar do, t = 0 does not.
+/// Whether a hit at t counts for a ray from tnear to tfar: t = tnear and t = tfar do, t = 0 does
+/// not.
 SHARED Bool is_in_range(Float t, Float tnear, Float tfar) {
     return t > 0.0f && t >= tnear && t <= tfar;
 }
 
-/// Whether a hit is nearer, or as near with a smaller id; the closest begins as (tfar, kNoPrim).
+/// Whether a hit is closer than the closest so far: nearer, or as near with a smaller id. Before
+/// the first hit the closest is (tfar, kNoPrim).
 SHARED Bool is_closer(Float t, Uint prim_id, Float closest_t, Uint closest_prim) {
     return t < closest_t || (t == closest_t && prim_id < closest_prim);
 }

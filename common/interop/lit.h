@@ -1,4 +1,5 @@
-// The colours of lit images, and false colours, in the same exact operations as all results.
+// The colours of lit images: a light with shadows, the sky above the scene, smooth normals; and
+// false colours. In the same exact operations as all results.
 #if !defined(COMMON_INTEROP_LIT_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_LIT_H
 #define COMMON_INTEROP_LIT_H
@@ -63,6 +64,7 @@ SHARED Surface smooth_surface(Surface s, Float3 a, Float3 b, Float3 c, Float3 na
 }
 
 #ifndef SHARED_LANES
+/// From just off surface a to just off surface b.
 SHARED Ray ray_between(Surface a, Surface b) {
     Ray ray;
     ray.org = off_surface(a, a.size);
@@ -81,6 +83,7 @@ SHARED Float openness(Float occluded, Float count) {
     return greater(r, broadcast(0.0f));
 }
 
+/// a at 0, b at 1.
 SHARED Float blend(Float a, Float b, Float x) {
     PRECISE Float r = a + x * (b - a);
     return r;
@@ -102,8 +105,9 @@ SHARED Float dithered_rounding(Uint x, Uint y) {
     return r;
 }
 
-/// The square root of a mean of squares of 8-bit channels, rounded to nearest. Exact: the mean is a
-/// multiple of 1/64 up to 255^2, and the squares that it is compared with are floats.
+/// The square root of a mean of squares of 8-bit channels, rounded to the nearest whole number,
+/// upwards from the middle. Exact: the mean is a multiple of 1/64 up to 255^2, and the squares that
+/// it is compared with are floats.
 SHARED Uint root_of_mean(Float mean) {
     Float positive = greater(mean, 0.0078125f);
     PRECISE Float guess = positive * rsqrt(positive) + 0.5f;
@@ -124,7 +128,8 @@ SHARED Float3 albedo_colour(Uint albedo) {
     return c;
 }
 
-/// The linear colour `base` times that of a texture, whose channels are 0 to 65025.
+/// The linear colour `base` multiplied by that of a texture, whose channels are whole numbers from
+/// 0 to 65025.
 SHARED Float3 textured_colour(Float3 base, Float3 texture) {
     PRECISE Float k = broadcast(0.00001537870048196054995059967041015625f);  // 1/65025
     PRECISE Float3 c =
@@ -155,7 +160,8 @@ SHARED Float3 sky_colour(Float height) {
                   blend(broadcast(0.421875f), broadcast(0.734375f), x));
 }
 
-/// The linear colour where the background shows; light and open as in lit_colour().
+/// The linear colour of a surface that shows the background, with light and open as in
+/// lit_colour().
 SHARED Float3 shadow_catcher_colour(Float height, Float light, Float open) {
     PRECISE Float k = (0.53125f + 0.46875f * light) * (0.25f + 0.75f * open);
     Float3 c = sky_colour(height);
@@ -171,7 +177,8 @@ SHARED Uint normal_colour(Float3 n) {
     return pack_rgb(to_uint(x), to_uint(y), to_uint(z));
 }
 
-/// A depth as a grey: white up to `near`, then darker to 1/16 from near + 15/16 / per_depth on.
+/// A depth as a grey: white up to depth `near`, darker in proportion to the distance from there,
+/// 1/16 (linear) from near + 15/16 / per_depth on.
 SHARED Uint depth_colour(Float depth, Float near, Float per_depth) {
     PRECISE Float k = 1.0f - (depth - near) * per_depth;
     Float grey = lesser(greater(k, 0.0625f), 1.0f);

@@ -17,7 +17,8 @@ struct Ray {
     float tfar;
 };
 
-/// t; weights u, v of the second and third vertex. A miss is {0, 0, 0, kNoPrim}.
+/// t: ray parameter. u, v: barycentric weights of the triangle's second and third vertex.
+/// A miss is {0, 0, 0, kNoPrim}.
 struct Hit {
     float t;
     float u;

@@ -46,7 +46,8 @@ SHARED Bool may_touch_border(TriangleHit hit) {
 
 #ifndef SHARED_LANES
 
-/// intersect_triangle() with one owner of each edge and vertex: true for no others, same bits.
+/// intersect_triangle() for rays that cross each edge and vertex in one owner: true for no other
+/// triangles than that, with the same bits.
 SHARED bool cross_triangle(ShearedRay s, float tnear, float tfar, vec3 a, vec3 b, vec3 c,
                            OUT(TriangleHit) hit) {
     vec3 pa = project_fast(s, a);

@@ -15,8 +15,9 @@
 
 SHARED_BEGIN
 
-/// A triangle as floats see it from a point: whether the half-line certainly leaves the side that
-/// it is counter-clockwise from (up) or the other one (down), or floats cannot tell.
+/// A triangle as floats see it from a point: whether the half-line certainly crosses it, leaving
+/// the side that it is counter-clockwise from (up) or the other one (down); and whether floats
+/// cannot tell.
 struct FloatCrossing {
     Bool is_up;
     Bool is_down;

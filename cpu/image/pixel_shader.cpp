@@ -12,6 +12,7 @@
 
 #include "cpu/image/pixel_blocks-inl.h"
 #include "cpu/simd/lanes-inl.h"
+#include "cpu/simd/rounding_bounds.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
@@ -27,10 +28,6 @@ struct DirectionLanes {
 HWY_INLINE UintVec load_albedo(const PixelPart& part, const PixelLanes& pixels) {
     return hn::GatherIndex(kUints, part.mesh.topology->albedo.data(), as_int(pixels.prim));
 }
-
-/// encode_channel() and square roots are off by less than 2^-12 together, times 255: rsqrt by 2
-/// ulp, each product by half of one, each sum by 2^-17.
-inline constexpr float kRootMargin = 0x1p-12f;
 
 /// lanes::colour_of() for intensities that are not negative. Channels are rounded from square
 /// roots, which take a third of its time, unless one lies too near to where it rounds up.

@@ -29,4 +29,10 @@ inline constexpr float kNearestVertexRounding = 1 + 0x1p-14f;
 inline constexpr float kNearestVertexErrorSquare = 0x1p-20f;
 inline constexpr float kLeastNearestVertexErrorSquare = 0x1p-60f;
 
+// ---- Colours (cpu/image/pixel_shader.cpp)
+
+/// How far from the middle of two channels a square root must be to round as encode_channel() does.
+/// Checked: lab/proofs/reciprocals.cpp.
+inline constexpr float kRootMargin = 0x1p-12f;
+
 }  // namespace mray::cpu

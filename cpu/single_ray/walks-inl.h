@@ -46,13 +46,13 @@ struct StackEntry {
     std::uint32_t child;
 };
 
-// A ray by itself waits for each node to know the next one, unless the processor guesses it: it
-// does where branches tell the slot of the child, as the address then depends on no box.
+// A ray by itself would wait for the boxes of a node before it can load the next node. Branches
+// choose the slot of the next child instead: the processor predicts them and loads the child early.
 
-/// Keeps compilers from merging the branch that set a value with others.
+/// Keeps compilers from replacing the branches that set a value by arithmetic.
 HWY_INLINE void keep_branch(std::uint32_t& value) { asm volatile("" : "+r"(value)); }
 
-/// Calls visit(slot) for the first of these slots, one or more, which branches tell.
+/// Calls visit(slot) for the first of these slots, one or more, by a branch for each slot.
 template <class Visit, std::uint32_t... slot>
 HWY_INLINE void visit_guessed_slot(std::uint32_t slots, Visit visit,
                                    std::integer_sequence<std::uint32_t, slot...>) {

@@ -2,13 +2,15 @@
 //
 //   bounds       |rcp(x) - 1/x| <= kRcpUlp ulp(1/x), 2^-126 <= |x| < 2^102
 //                |rsqrt(x) - 1/sqrt(x)| <= kRsqrtUlp ulp(1/sqrt(x)), 2^-100 <= x <= 2^100
-//   constants    kRcpUlp, kRsqrtUlp (lab/proofs/bounds.h); used by depth.g, boxes.g,
-//   surface_offset.g domain       rcp's last correction is y e2 with y > 2^-102 and e2 a multiple
-//   of 2^-24: no
+//                255 sqrt(c) rounds as encode_channel(c), kRootMargin off the middle, 0 <= c <= 1
+//   constants    kRcpUlp, kRsqrtUlp (lab/proofs/bounds.h), used by depth.g, boxes.g and
+//                surface_offset.g; kRootMargin (cpu/simd/rounding_bounds.h)
+//   domain       rcp's last correction is y e2 with y > 2^-102 and e2 a multiple of 2^-24: no
 //                denormal. Beyond 2^102 it may be one, and devices may differ. Arguments reach 2^93
 //                (the divisor of weighted_hit)
 //   method       every mantissa of one binade (rcp) or two (rsqrt) against the exact inverse; every
-//                other binade (every second, for rsqrt) has the same mantissas bit for bit
+//                other binade (every second, for rsqrt) has the same mantissas bit for bit;
+//                every c from 2^-20 on, below which both round to 0
 //
 // Without arguments: whether the bounds hold. With "tight": whether both fail 0.005 below.
 #include <cmath>
@@ -17,6 +19,8 @@
 #include <string_view>
 
 #include "common/interop/arithmetic.h"
+#include "common/interop/shading.h"
+#include "cpu/simd/rounding_bounds.h"
 #include "lab/proofs/bounds.h"
 
 namespace mray::proofs {
@@ -83,6 +87,18 @@ bool rsqrt_scales() {
     return different == 0;
 }
 
+/// Whether colours_of() of cpu/image/pixel_shader.cpp rounds every channel as encode_channel().
+bool roots_round(float margin) {
+    for (std::uint32_t bits = floatBitsToUint(0x1p-20f); bits <= kOne; ++bits) {
+        const float c = uintBitsToFloat(bits);
+        const float scaled = std::sqrt(c) * 255.0f;
+        const float rounded = (scaled + 0x1p23f) - 0x1p23f;
+        const bool is_certain = std::fabs(scaled - rounded) < 0.5f - margin;
+        if (is_certain && encode_channel(c) != static_cast<std::uint32_t>(rounded)) return false;
+    }
+    return true;
+}
+
 bool check(const char* what, bool holds) {
     std::printf("%s: %s\n", holds ? "holds" : "fails", what);
     return holds;
@@ -101,10 +117,13 @@ bool bounds_hold(double spare) {
 }  // namespace mray::proofs
 
 int main(int argc, char** argv) {
+    using namespace mray;
     using namespace mray::proofs;
-    if (argc > 1 && std::string_view(argv[1]) == "tight") return bounds_hold(0.005) ? 1 : 0;
+    if (argc > 1 && std::string_view(argv[1]) == "tight")
+        return bounds_hold(0.005) || roots_round(0) ? 1 : 0;
     const bool hold = bounds_hold(0);
     const bool rcp_alike = check("rcp has the same mantissas in every binade", rcp_scales());
     const bool rsqrt_alike = check("rsqrt has in every second binade", rsqrt_scales());
-    return hold && rcp_alike && rsqrt_alike ? 0 : 1;
+    const bool rounds = check("square roots round channels", roots_round(cpu::kRootMargin));
+    return hold && rcp_alike && rsqrt_alike && rounds ? 0 : 1;
 }

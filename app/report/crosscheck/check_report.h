@@ -46,7 +46,8 @@ Json empty_report(const CrosscheckOptions& options);
 
 // Each adds a comparison to the report, with a "title", and if it differs with a "message".
 
-/// Of the first hundred that differ, "details" has the first pixels and the commands to trace them.
+/// The first hundred images that differ get "details": differing pixels, and commands to trace
+/// them.
 void add_images(Json& scene, const CrosscheckOptions& options, const CheckedImage& image,
                 const Frame& expected, const Frame& actual);
 /// The trees of one frame, refitted on two backends.

@@ -24,16 +24,19 @@ struct LeafShape {
     std::uint32_t vertices[kLeafVertices];
 };
 
-/// Whether triangles (1 to kLeafTriangles, ascending) fit a leaf, whose shape it sets then.
+/// Returns whether triangles (1 to kLeafTriangles, ascending) have few enough vertices for a leaf;
+/// sets its shape if so.
 bool find_leaf_shape(const Topology& topology, std::span<const std::uint32_t> prim_ids,
                      LeafShape& shape);
 
-/// Writes a leaf at these positions, and the vertices of its slots to leaf_vertices[0 .. 16).
+/// Writes a leaf of this shape at these positions, and to leaf_vertices[0 .. 16) the vertices of
+/// its slots.
 void fill_leaf(const LeafShape& shape, std::span<const std::uint32_t> prim_ids,
                std::span<const vec3> positions, Leaf& leaf, std::uint32_t* leaf_vertices);
 
 struct BinaryNode {
-    /// Constructing a node writes nothing: the array has far more than the tree needs.
+    /// In a union, so that constructing a node writes nothing: the array has far more nodes than
+    /// the tree needs.
     union {
         Box box;
     };
@@ -56,18 +59,22 @@ inline constexpr std::uint32_t kMaxBinaryHeight = 4 * kMaxDepth;
 
 class BinaryTree {
 public:
+    /// The triangles of a leaf, ascending.
     std::span<const std::uint32_t> triangles(const BinaryNode& leaf) const {
         return std::span(prim_ids).subspan(leaf.begin, leaf.size());
     }
 
+    /// The shape of a leaf of triangles.
     LeafShape shape(const BinaryNode& leaf) const;
     void set_shape(const BinaryNode& leaf, const LeafShape& shape);
 
     /// Ascending in every leaf.
     AlignedVector<std::uint32_t> prim_ids;
-    /// The root first. Places of others depend on threads, and some are unused.
+    /// The root first. The places of the others depend on the threads, and some elements are
+    /// unused: only those that the tree refers to count.
     AlignedVector<BinaryNode> nodes;
-    /// The refs of the build, in whose memory leaves keep their shapes in the end.
+    /// The refs that the build began with. Leaves keep their shapes in the memory of their refs,
+    /// which are not read any more.
     AlignedVector<PrimRef> refs;
     /// The triangles that no node has, in no order.
     std::vector<RepeatedTriangle> repeated;

@@ -8,6 +8,7 @@
 namespace mray {
 namespace {
 
+// A subtree of at least this many triangles gets a task of its own.
 constexpr std::uint32_t kSubtreeTask = 4096;
 
 }  // namespace
@@ -48,7 +49,8 @@ void Collapse::find_costs(std::uint32_t node) {
         return;
     }
     // own[i] = min over k of left[k - 1] + right[i - k], the k slots of the left child ascending,
-    // for all i at once: right[i - k] is infinite for k > i. Slots beyond the leaves gain nothing.
+    // for all i at once: right[i - k] is infinite for k > i. More slots than a subtree has leaves
+    // make it no cheaper.
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     const std::array<float, kWidth>& left = costs_[left_child].cost;
     std::array<float, 2 * kWidth> right;
@@ -86,7 +88,8 @@ WideChildren Collapse::children(std::uint32_t node, std::uint32_t levels_left) c
     const auto fits = [&](std::uint32_t child) { return nodes_[child].height <= height_limit; };
     const std::span<const std::uint32_t> found = result.nodes();
     if (std::all_of(found.begin(), found.end(), fits)) return result;
-    // At most 2^4 children: none is more than four levels down, as height_limit + 4 is the most.
+    // Opening all that is too high makes at most 2^4 children: each is at most four levels down,
+    // because the node itself is no higher than height_limit + 4.
     result = {};
     add_levels(left, height_limit, result);
     add_levels(left + 1, height_limit, result);

@@ -20,21 +20,25 @@ private:
     std::size_t size_ = 0;
 };
 
-/// Finds the cheapest way to cut each subtree into wide nodes. The cost is the sum of their areas,
-/// to which a random ray's visits are proportional (after H. Ylitie, T. Karras, S. Laine. Efficient
-/// incoherent ray traversal on GPUs through compressed wide BVHs. HPG 2017, section 3).
+/// Finds for every binary node the cheapest way to cut its subtree into wide nodes. The cost is the
+/// sum of the areas of the wide nodes, to which a random ray's node visits are proportional (after
+/// H. Ylitie, T. Karras, S. Laine. Efficient incoherent ray traversal on GPUs through compressed
+/// wide BVHs. HPG 2017, section 3).
 class Collapse {
 public:
-    /// Keeps the costs in `room`, which outlives it, if that is large enough. Runs in the arena.
+    /// Keeps the costs in `room` if that is large enough; the caller leaves the room alone while
+    /// this object lives. Runs in the calling thread's arena.
     explicit Collapse(std::span<const BinaryNode> nodes, std::span<std::byte> room = {});
 
-    /// The 2 to 16 children of the wide node that an inner node becomes. The subtree fits in
-    /// `levels_left` wide levels, this one included, if its height is at most 4 * levels_left.
+    /// Returns the 2 to 16 children of the wide node that an inner binary node becomes. The subtree
+    /// will fit in `levels_left` wide levels, this one included, if its height is at most
+    /// 4 * levels_left.
     WideChildren children(std::uint32_t node, std::uint32_t levels_left) const;
 
 private:
     struct Costs {
-        /// cost[i]: of the subtree's wide nodes if it may fill i + 1 slots of its parent.
+        /// cost[i]: cost of the subtree's wide nodes if it may fill up to i + 1 slots of its
+        /// parent.
         alignas(16) std::array<float, kWidth> cost;
         /// How many of those slots the left child gets; 0: the node takes a single slot.
         std::array<std::uint8_t, kWidth> left_slots;
@@ -47,6 +51,7 @@ private:
     std::span<const BinaryNode> nodes_;
     /// Used if the room is too small.
     AlignedVector<Costs> own_costs_;
+    /// One for each node.
     Costs* costs_;
 };
 

@@ -90,8 +90,9 @@ HWY_INLINE Split best_boundary(const Bins<kBins>& bins) {
     return places.best();
 }
 
-/// Divides refs at a boundary of bins. Comparing with the position, in [1, bins), gives the sides
-/// of the bins: neither rounding down nor clamping takes a number past an integer.
+/// Divides refs at a boundary of bins. Comparing with the position, which is in [1, bins), gives
+/// the same sides as the bins do: neither rounding down nor clamping to [0, bins - 1] takes a
+/// number past such an integer.
 HWY_INLINE void partition_at(const Split& split, const Binning& binning,
                              std::span<const PrimRef> refs, PrimRef* out, std::size_t left_index,
                              std::size_t right_index) {

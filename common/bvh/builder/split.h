@@ -15,7 +15,8 @@ namespace mray {
 
 /// The box and the id of a triangle (or of a part of a tree, see build_binary_tree), as eight
 /// floats: lower x y z, id, -upper x y z, 0. The union of two boxes is then one minimum. The bits
-/// of the id are those of a float in [2, 2^33): no denormal or NaN for whole registers.
+/// of the id are those of a float in [2, 2^33), so that no arithmetic on whole registers meets a
+/// denormal or a NaN.
 struct alignas(32) PrimRef {
     float planes[8];
 
@@ -41,7 +42,8 @@ struct alignas(32) PrimRef {
 /// The ref of a triangle, whose box leaves out vertices that are not finite.
 PrimRef make_ref(const Topology& topology, std::span<const vec3> positions, std::uint32_t prim_id);
 
-/// make_ref for the triangles first .. first + refs.size() - 1, many times as fast.
+/// make_ref for the triangles first .. first + refs.size() - 1, many times as fast. positions has
+/// one entry for each vertex of the topology.
 void make_refs(const Topology& topology, std::span<const vec3> positions, std::uint32_t first,
                std::span<PrimRef> refs, const SimdTarget& target = best_simd_target());
 
@@ -74,6 +76,7 @@ std::size_t split_median(std::span<const PrimRef> refs, PrimRef* out,
 
 // ---- Data that pass between the steps of a split
 
+/// The cheapest place found so far.
 struct Split {
     float cost = std::numeric_limits<float>::infinity();
     int axis = 0;
@@ -89,8 +92,9 @@ struct Split {
 // with 0; still more makes cheaper ones, but of smaller leaves (lab/notes/build_and_refit.md).
 inline constexpr float kPartCost = 12;
 
-/// Maps twice a centroid to its bin along each axis: (centroid2 - lower) * scale, clamped to [0,
-/// bins - 1] and rounded down. Lane 3 is 0. Refs that do not differ on an axis are in bin 0.
+/// Maps twice a centroid to its bin along each axis: (centroid2 - lower) * scale, clamped to
+/// [0, bins - 1] and rounded down. Lane 3 is 0. All refs that do not differ along an axis are in
+/// its first bin.
 struct Binning {
     /// bounds: those of twice the centroids.
     Binning(const Box& bounds, std::size_t bins) {
@@ -126,8 +130,9 @@ struct Bins {
     }
 };
 
-// Bins an axis for sets that are split in chunks, and for others: more than 16 would make the build
-// 7 % slower and the tree no better (lab/notes/build_and_refit.md).
+// Bins an axis for sets that are split in chunks, where bins take little of the time, and for
+// others: more than 16 would make the build 7 % slower and the tree no better
+// (lab/notes/build_and_refit.md).
 inline constexpr std::size_t kManyBins = 32;
 inline constexpr std::size_t kFewBins = 16;
 using ManyBins = Bins<kManyBins>;
