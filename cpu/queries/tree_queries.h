@@ -13,7 +13,8 @@
 
 namespace mray::cpu {
 
-/// Answers over a tree that outlives it; neighbours among points help. Threads may share one.
+/// Answers over a tree that outlives it, with the bits of BruteTracer. Threads may share one.
+/// Neighbours among the points of a call help each other.
 class TreeQueries {
 public:
     TreeQueries(const Bvh& bvh, SimdTarget target);
