@@ -64,28 +64,27 @@ struct ProjectedLeaf {
     FloatVec bound;
 
     HWY_INLINE lanes::Float3 operator[](std::uint32_t i) const { return {x[i], y[i], z[i]}; }
+    HWY_INLINE FloatVec size(std::uint32_t i) const { return abs(x[i]) + abs(y[i]); }
 };
 
 /// project_vertices() by the coordinates of a vertex with rotated axes, rotated(xyz).
 template <class Rotated, class Project>
 HWY_INLINE FloatVec project_rotated_vertices(const Leaf& leaf, std::uint32_t count, Rotated rotated,
-                                             Project project, ProjectedLeaf& out) {
+                                             Project project, const ProjectedLeaf& out) {
     FloatVec size = zero();
     for (std::uint32_t i = 0; i < count; ++i) {
-        const lanes::Float3 p = project(rotated(&leaf.vertex[i].x));
-        out.x[i] = p.x;
-        out.y[i] = p.y;
-        out.z[i] = p.z;
-        size = max(size, lanes::projected_size(p));
+        project(rotated(&leaf.vertex[i].x), i);
+        size = max(size, out.size(i));
     }
     return size;
 }
 
-/// Sets the first `count` vertices to project(v), with the axes of v rotated for the rays from
-/// `first` on. Returns the largest |x| + |y|.
+/// Calls project(v, i), which sets vertex i of `out`, for the first `count` vertices, with the axes
+/// of v rotated for the rays from `first` on. Returns the largest |x| + |y|.
 template <class Project>
 HWY_INLINE FloatVec project_vertices(const RayStream& stream, std::size_t first, const Leaf& leaf,
-                                     std::uint32_t count, Project project, ProjectedLeaf& out) {
+                                     std::uint32_t count, Project project,
+                                     const ProjectedLeaf& out) {
     const UintVec axis = load(stream.axis + first);
     const std::uint32_t z = stream.axis[first];
     if (all(float_mask(axis == z))) {
@@ -109,11 +108,13 @@ HWY_INLINE FloatVec project_by_slopes(const RayStream& stream, std::size_t first
     const FloatVec slope_x = load(stream.slope[0] + first);
     const FloatVec slope_y = load(stream.slope[1] + first);
     FloatVec depth = zero();
-    const auto project = [&](const lanes::Float3& v) HWY_ATTR {
+    // A returned Float3 would go through memory.
+    const auto project = [&](const lanes::Float3& v, std::uint32_t i) HWY_ATTR {
         const FloatVec z = v.z - org_z;
+        out.x[i] = neg_mul_add(slope_x, z, v.x - org_x);
+        out.y[i] = neg_mul_add(slope_y, z, v.y - org_y);
+        out.z[i] = z;
         depth = max(depth, abs(z));
-        return lanes::Float3(neg_mul_add(slope_x, z, v.x - org_x),
-                             neg_mul_add(slope_y, z, v.y - org_y), z);
     };
     const FloatVec size = project_vertices(stream, first, leaf, count, project, out);
     out.bound = lanes::edge_bound(3.0f * size, depth);
@@ -304,8 +305,12 @@ HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t fir
     ProjectedLeaf points;
     const FloatVec size = project_vertices(
         stream, first, leaf, used_vertices(leaf, count),
-        [&](const lanes::Float3& v)
-            HWY_ATTR { return lanes::project_rotated_fast(rays.sheared, v); },
+        [&](const lanes::Float3& v, std::uint32_t i) HWY_ATTR {
+            const lanes::Float3 p = lanes::project_rotated_fast(rays.sheared, v);
+            points.x[i] = p.x;
+            points.y[i] = p.y;
+            points.z[i] = p.z;
+        },
         points);
     points.bound = lanes::edge_bound(3.0f * size, most_depth(abs(rays.sheared.org.z)));
     for (std::uint32_t i = 0; i < count; ++i) {
