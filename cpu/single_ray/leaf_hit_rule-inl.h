@@ -61,6 +61,7 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
 }
 
 /// Whether the ray hits any triangle.
+template <int kAxis = kAnyAxis>
 HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const Leaf& leaf) {
     return intersect_leaf(stream, ray, stream.tfar[ray], leaf,
                           [](std::uint32_t, const TriangleHit&) { return true; });
@@ -237,8 +238,9 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
 }
 
 /// Whether the ray hits any triangle.
+template <int kAxis = kAnyAxis>
 HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const Leaf& leaf) {
-    const LeafLanes vertices = load_leaf<kAnyAxis>(leaf, stream.axis[ray]);
+    const LeafLanes vertices = load_leaf<kAxis>(leaf, stream.axis[ray]);
     const CertainRange range = certain_range(stream, ray);
     bool is_uncertain = false;
     const auto is_occluder = [&](std::size_t, const VertexLookups& at, const FilteredTriangles& t,

@@ -6,6 +6,7 @@
 #define MORPHRAY_CPU_SINGLE_RAY_LEAF_LANES_INL_H
 #endif
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -47,10 +48,17 @@ HWY_INLINE bool has_equal_corners(const Leaf& leaf, std::uint32_t triangle) {
 inline constexpr std::uint32_t kBlocks = kLanes / 4;
 
 /// The slot of lane i of vector v, for lane = v * kLanes + i.
-HWY_INLINE std::uint32_t slot_of_lane(std::uint32_t lane) {
+constexpr std::uint32_t slot_of_lane(std::uint32_t lane) {
     const std::uint32_t i = lane % kLanes;
     return lane - i + kBlocks * (i % 4) + i / 4;
 }
+
+/// Its inverse.
+alignas(16) inline constexpr auto kLaneOfSlot = [] {
+    std::array<std::uint8_t, kLeafVertices> lanes{};
+    for (std::uint8_t lane = 0; lane < kLeafVertices; ++lane) lanes[slot_of_lane(lane)] = lane;
+    return lanes;
+}();
 
 /// slot_of_lane for vector v.
 HWY_INLINE UintVec slots_of_vector(std::size_t v) {
@@ -130,19 +138,11 @@ private:
           b(shift_right<8>(places) & splat(15u)),
           c(shift_right<16>(places) & splat(15u)) {}
 
-    /// The places in VertexValues of the slots in the bytes: the inverse of slot_of_lane, for all
-    /// bytes at once.
+    /// The places in VertexValues of the slots in the bytes.
     HWY_INLINE static UintVec places_of(UintVec slots) {
         if constexpr (kVectors > 2) return slots;
-        constexpr std::uint32_t kBytesOfOne = 0x01010101;
-        constexpr int kBlockBits = kVectors == 1 ? 2 : 1;
-        constexpr std::uint32_t kVectorBits = kVectors == 1 ? 0 : kLanes;
-        const auto bits = [](UintVec v, std::uint32_t mask) {
-            return v & splat(mask * kBytesOfOne);
-        };
-        const UintVec block = shift_left<2>(bits(slots, kBlocks - 1));
-        const UintVec in_block = bits(shift_right<kBlockBits>(slots), 3);
-        return block | in_block | bits(slots, kVectorBits);
+        const auto places = hn::LoadDup128(kBytes, kLaneOfSlot.data());
+        return hn::BitCast(kUints, hn::TableLookupBytes(places, hn::BitCast(kBytes, slots)));
     }
 };
 

@@ -308,14 +308,23 @@ HWY_NOINLINE inline Hit intersect_one(const Bvh& bvh, const Ray& ray) {
     return closest.hit(0);
 }
 
+/// Whether a ray by itself whose main axis is kAxis hits anything.
+template <int kAxis>
+HWY_NOINLINE bool occluded_along(const Bvh& bvh, const RayStream& stream) {
+    const auto met = [&](const Node& node) HWY_ATTR { return met_slots(stream, 0, node); };
+    return !for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
+        return !occluded_by_leaf<kAxis>(stream, 0, leaf);
+    });
+}
+
 /// Whether it hits anything.
 HWY_NOINLINE inline bool occluded_one(const Bvh& bvh, const Ray& ray) {
     RayStream stream;
     prepare_one(stream, ray);
     prepare_range_of_one(stream, ray);
-    const auto met = [&](const Node& node) HWY_ATTR { return met_slots(stream, 0, node); };
-    return !for_each_leaf(
-        bvh, met, [&](const Leaf& leaf) HWY_ATTR { return !occluded_by_leaf(stream, 0, leaf); });
+    if (stream.axis[0] == 0) return occluded_along<0>(bvh, stream);
+    if (stream.axis[0] == 1) return occluded_along<1>(bvh, stream);
+    return occluded_along<2>(bvh, stream);
 }
 
 }  // namespace HWY_NAMESPACE
