@@ -16,8 +16,6 @@ struct CpuConfig {
     std::string simd = {};
 };
 
-// All of these backends have queries().
-
 /// The fastest CPU tracer for the instruction set. Its name is "cpu". Throws Error: kBadArgument
 /// for an unknown instruction set, kUnavailable for one that this machine lacks.
 std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config = {});

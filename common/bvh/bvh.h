@@ -32,7 +32,7 @@ struct Bvh {
     std::vector<std::uint32_t> node_parents;
     std::vector<std::uint32_t> leaf_parents;
     std::vector<std::uint32_t> level_begin;
-    /// Those that are in no leaf, ascending.
+    /// The triangles that are in no leaf because an earlier one is the same, ascending.
     std::vector<RepeatedTriangle> repeated;
     std::uint32_t triangle_count = 0;
 

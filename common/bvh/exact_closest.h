@@ -20,7 +20,7 @@ using Corners = std::array<vec3, 3>;
 
 /// The point of a triangle that is closest to another one, in scene space.
 struct ExactPlace {
-    /// Those of the corners, 0 exactly for corners that have no part in it.
+    /// The barycentric weights of the corners, exactly 0 for corners that have no part in it.
     std::array<double, 3> weights;
     dvec3 point;
 };

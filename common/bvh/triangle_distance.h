@@ -40,7 +40,7 @@ Feature feature_of(const Corners& corners, const std::array<double, 3>& weights)
 /// The closest place of a triangle in integers of any length.
 struct ExactDistance {
     mpq_class distance2;
-    /// Those of the corners, times some number.
+    /// The barycentric weights of the corners, times a common factor.
     std::array<mpz_class, 3> weights;
 };
 ExactDistance exact_distance(const dvec3& p, const Corners& corners);

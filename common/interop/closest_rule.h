@@ -55,7 +55,7 @@ SHARED Float box_distance2(Float3 p, Float3 lower, Float3 upper) {
 
 /// The closest point of the edge from a to b, all relative to the point asked about.
 SHARED Float3 closest_on_edge(Float3 a, Float3 b) {
-    // In one direction for all triangles.
+    // Triangles that share an edge find the same point of it.
     Bool is_swapped = b.x < a.x || (b.x == a.x && (b.y < a.y || (b.y == a.y && b.z < a.z)));
     Float3 p = select(is_swapped, b, a);
     Float3 q = select(is_swapped, a, b);

@@ -32,7 +32,7 @@ struct Spread {
     /// The quartiles, between which half of the values lie.
     double lower = 0;
     double upper = 0;
-    /// Their distance in percent of the median; 0 if that is 0.
+    /// upper - lower in percent of the median; 0 if that is 0.
     double percent = 0;
 };
 

@@ -36,7 +36,7 @@ public:
     bool operator==(const SceneSpace&) const = default;
 
     int exponent() const { return exponent_; }
-    /// In world space.
+    /// The point of world space that scene space has as its origin.
     double centre(int axis) const { return centre_[axis]; }
 
     /// A vertex that is not finite becomes kInvalidCoordinate on all axes.

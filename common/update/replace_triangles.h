@@ -27,7 +27,7 @@ struct TopologyChange {
     std::vector<IndexRange> added;
 
     void keep(const KeptTriangles& triangles);
-    /// Those that a triangle is one of, or null if it is gone.
+    /// The kept triangles that prim_id is one of, or null if it is gone.
     const KeptTriangles* find(std::uint32_t prim_id) const;
 };
 

@@ -76,7 +76,7 @@ std::uint32_t level_of_texels(double texels);
 /// The textures of a scene's triangles. The spans may be empty: no triangle has a texture.
 struct TexturedTriangles {
     std::span<const std::shared_ptr<const Texture>> textures = {};
-    /// For each triangle. ids are indices of `textures`, or kNoTexture.
+    /// One entry a triangle; ids are indices of `textures`, or kNoTexture.
     std::span<const Texcoords> texcoords = {};
     std::span<const std::uint32_t> ids = {};
 };

@@ -33,7 +33,7 @@ struct RectangleLanes {
     /// The same one in all lanes.
     HWY_INLINE explicit RectangleLanes(const PlaneRectangle& r)
         : RectangleLanes(splat(r.lower_x), splat(r.upper_x), splat(r.lower_y), splat(r.upper_y)) {}
-    /// Those from i on.
+    /// Rectangles i and following, one a lane.
     template <std::size_t kCount>
     HWY_INLINE RectangleLanes(const PlaneRectangles<kCount>& r, std::size_t i)
         : RectangleLanes(load(r.lower_x + i), load(r.upper_x + i), load(r.lower_y + i),

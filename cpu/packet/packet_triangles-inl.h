@@ -148,7 +148,7 @@ struct alignas(64) SetUpTriangles {
 /// Triangles for a camera packet: 1/z is off by at most `error`.
 struct CameraTriangles : SetUpTriangles {
     float error[16];
-    /// As bits.
+    /// The triangles whose orientation is unknown, as bits.
     std::uint32_t unoriented;
     GridWindows windows;
 };

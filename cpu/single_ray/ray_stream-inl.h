@@ -325,7 +325,7 @@ private:
     // takes some cycles until it can be read.
     static constexpr std::size_t kParts = 4;
 
-    /// As rdir has its signs: a zero counts as positive.
+    /// The signs of dir as bits. A zero counts as positive, as it does in rdir.
     HWY_INLINE static std::uint8_t octant_of(vec3 dir) {
         return static_cast<std::uint8_t>((dir.x < 0) + 2 * (dir.y < 0) + 4 * (dir.z < 0));
     }

@@ -38,7 +38,7 @@ private:
     std::uint32_t type_;
     std::span<std::byte> mapped_;
     std::mutex mutex_;
-    /// In ascending order, no two of which touch.
+    /// What is free, in ascending order; no two ranges touch.
     std::vector<Range> free_;
     std::size_t part_count_ = 0;
 };

@@ -51,7 +51,7 @@ private:
     std::span<const BinaryNode> nodes_;
     /// Used if the room is too small.
     AlignedVector<Costs> own_costs_;
-    /// One for each node.
+    /// The costs of each node.
     Costs* costs_;
 };
 

@@ -132,7 +132,7 @@ HWY_INLINE Cells cells_around(const LightPacket& packet, const LightPacketBlocks
 template <std::uint32_t kKeys>
 struct RayOrder {
     std::uint16_t rays[kLightPacketRays];
-    /// By key, where its rays end.
+    /// Where the rays of each key end in `rays`.
     std::uint16_t end[kKeys + 1] = {};
 
     std::span<const std::uint16_t> of_keys(std::uint32_t first, std::uint32_t after) const {
