@@ -59,7 +59,6 @@ struct BackendInfo {
 /// Rays in scene space, in any order. One of both answers has their size, the other is empty.
 struct RayBatch {
     std::span<const Ray> rays;
-    /// The closest hits.
     std::span<Hit> hits = {};
     /// 1 for a ray that hits anything, else 0.
     std::span<std::uint8_t> occluded = {};
@@ -96,7 +95,6 @@ public:
     virtual std::span<const Node> nodes() = 0;
     /// The tree at the current positions, which changes with them; null if it is on a device.
     virtual const Bvh* host_tree() const { return nullptr; }
-    /// Copies the tree at the current positions.
     virtual void read_tree(Bvh& bvh) = 0;
     /// Lets `edit` change the tree at the current positions. The result must be a tree over the
     /// same triangles whose boxes and vertices belong to these positions. `edit` runs in the
@@ -106,7 +104,6 @@ public:
     /// Throws Error(kCancelled), leaving any pixels in the frame, soon after the watch of
     /// watch_images() asks for it.
     virtual void trace_image(const ImageParams& params, Frame& frame) = 0;
-    /// Lets the images that follow be watched.
     void watch_images(const Watch& watch) { image_watch_ = watch; }
     /// Answers rays. A small batch is traced in the calling thread, if threads may call.
     virtual void trace(const RayBatch& batch) = 0;

@@ -78,32 +78,23 @@ public:
 #endif
     }
 
-    // Closest hits.
     void trace(RTCScene scene, RTCRayHit& ray, const int*) {
         call(rtcIntersect1, intersect_, ray, scene);
     }
-    void trace(RTCScene scene, RTCRayHit4& rays, const int* valid) {
-        call(rtcIntersect4, intersect_, rays, valid, scene);
-    }
-    void trace(RTCScene scene, RTCRayHit8& rays, const int* valid) {
-        call(rtcIntersect8, intersect_, rays, valid, scene);
-    }
-    void trace(RTCScene scene, RTCRayHit16& rays, const int* valid) {
-        call(rtcIntersect16, intersect_, rays, valid, scene);
-    }
-    // Any hits.
     void trace(RTCScene scene, RTCRay& ray, const int*) {
         call(rtcOccluded1, occluded_, ray, scene);
     }
-    void trace(RTCScene scene, RTCRay4& rays, const int* valid) {
-        call(rtcOccluded4, occluded_, rays, valid, scene);
+#define MORPHRAY_TRACE_PACKET(n)                                       \
+    void trace(RTCScene scene, RTCRayHit##n& rays, const int* valid) { \
+        call(rtcIntersect##n, intersect_, rays, valid, scene);         \
+    }                                                                  \
+    void trace(RTCScene scene, RTCRay##n& rays, const int* valid) {    \
+        call(rtcOccluded##n, occluded_, rays, valid, scene);           \
     }
-    void trace(RTCScene scene, RTCRay8& rays, const int* valid) {
-        call(rtcOccluded8, occluded_, rays, valid, scene);
-    }
-    void trace(RTCScene scene, RTCRay16& rays, const int* valid) {
-        call(rtcOccluded16, occluded_, rays, valid, scene);
-    }
+    MORPHRAY_TRACE_PACKET(4)
+    MORPHRAY_TRACE_PACKET(8)
+    MORPHRAY_TRACE_PACKET(16)
+#undef MORPHRAY_TRACE_PACKET
 
     /// Single rays that lie one after the other; only if kHasStreams.
     void stream([[maybe_unused]] RTCScene scene, [[maybe_unused]] RTCRayHit* rays,
@@ -156,7 +147,6 @@ void copy_ray(RayRecord& record, std::size_t i, const Ray& ray) {
     lane(record.tfar, i) = ray.tfar;
 }
 
-/// Sets all members of lane i.
 template <class RayRecord>
 void set_ray(RayRecord& record, std::size_t i, const Ray& ray) {
     copy_ray(record, i, ray);

@@ -8,7 +8,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "common/base/errors.h"
 #include "common/scene/mesh.h"
@@ -34,7 +33,6 @@ struct AnimationOptions {
     WarnFunction warn = {};
 };
 
-/// An animation of a file that may have several.
 struct NamedAnimation {
     /// Empty: it has none.
     std::string name = {};
@@ -74,8 +72,8 @@ public:
     virtual Origin origin() const { return {}; }
 
     /// Writes the vertex positions of a frame, in world space; out has topology().vertex_count
-    /// entries. A frame outside the range is clamped to it. Throws Error(kBadInput) with the frame
-    /// when this frame cannot be read or is not finite although the animation was opened strictly.
+    /// entries. Frames are clamped to the range. Throws Error(kBadInput) for a frame that cannot be
+    /// read.
     virtual void positions(double frame, std::span<vec3> out) const = 0;
 
     /// Bounds of the finite vertices of the first frame, on which scene space and the default view
@@ -100,8 +98,7 @@ protected:
 };
 
 /// Opens `builtin:NAME[:TRIANGLES]`, a mesh file, a folder of them, a pattern such as
-/// `frame_%04d.obj`, or a glTF file. Throws Error: kBadArgument (unknown builtin, bad pattern,
-/// options of another kind of scene), kBadInput, kLimit.
+/// `frame_%04d.obj`, or a glTF file. Throws Error: kBadArgument, kBadInput, kLimit.
 std::unique_ptr<Animation> open_scene(const std::string& spec,
                                       const AnimationOptions& options = {});
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <ranges>
 #include <string_view>
 #include <system_error>
 
@@ -22,11 +23,8 @@ namespace fs = std::filesystem;
 constexpr std::string_view kBuiltinPrefix = "builtin:";
 
 std::string builtin_names() {
-    std::string names;
-    for (const ProceduralScene& scene : procedural_scenes()) {
-        names += fmt::format("{}{}", names.empty() ? "" : ", ", scene.name);
-    }
-    return names;
+    const auto names = procedural_scenes() | std::views::transform(&ProceduralScene::name);
+    return fmt::format("{}", fmt::join(names, ", "));
 }
 
 std::unique_ptr<Animation> open_builtin(const std::string& spec) {
@@ -34,19 +32,17 @@ std::unique_ptr<Animation> open_builtin(const std::string& spec) {
     const std::size_t colon = rest.find(':');
     const std::string name(rest.substr(0, colon));
     if (name.empty()) {
-        throw Error(
-            ErrorKind::kBadArgument,
-            fmt::format("scene {}: the name is missing; write builtin:NAME[:TRIANGLES] with "
-                        "one of {}",
-                        quote(spec), builtin_names()));
+        throw Error(ErrorKind::kBadArgument,
+                    "scene {}: the name is missing; write builtin:NAME[:TRIANGLES] with one of {}",
+                    quote(spec), builtin_names());
     }
     if (colon == std::string_view::npos) return make_procedural(name);
     const auto triangles = parse_integer(rest.substr(colon + 1));
     if (!triangles || *triangles <= 0) {
         throw Error(ErrorKind::kBadArgument,
-                    fmt::format("scene {}: {} is not a number of triangles; write "
-                                "builtin:NAME:TRIANGLES, such as builtin:cloth:100000",
-                                quote(spec), quote(rest.substr(colon + 1))));
+                    "scene {}: {} is not a number of triangles; write builtin:NAME:TRIANGLES, such "
+                    "as builtin:cloth:100000",
+                    quote(spec), quote(rest.substr(colon + 1)));
     }
     return make_procedural(name, static_cast<std::uint64_t>(*triangles));
 }
@@ -56,8 +52,8 @@ void require_no_builtin(const std::string& spec) {
     const std::string name = spec.substr(0, spec.find(':'));
     for (const ProceduralScene& scene : procedural_scenes()) {
         if (name != scene.name) continue;
-        throw Error(ErrorKind::kBadInput, fmt::format("{}: no such file; did you mean {}{}?",
-                                                      escape(spec), kBuiltinPrefix, spec));
+        throw Error(ErrorKind::kBadInput, "{}: no such file; did you mean {}{}?", escape(spec),
+                    kBuiltinPrefix, spec);
     }
 }
 
@@ -67,9 +63,9 @@ std::unique_ptr<Animation> open_with_cache(const std::string& spec,
     const fs::path path(spec);
     if (spec.starts_with(kBuiltinPrefix) || fs::is_directory(path, error) || !has_mesh_name(path)) {
         throw Error(ErrorKind::kBadArgument,
-                    fmt::format("scene {}: the positions of a point cache need one .obj or .ply "
-                                "file with their triangles",
-                                quote(spec)));
+                    "scene {}: the positions of a point cache need one .obj or .ply file with "
+                    "their triangles",
+                    quote(spec));
     }
     return open_cached(path, options.cache, spec, options);
 }
@@ -83,8 +79,7 @@ std::unique_ptr<Animation> open_scene(const std::string& spec, const AnimationOp
     }
     if (!options.animation.empty() && !has_gltf_name(spec)) {
         throw Error(ErrorKind::kBadArgument,
-                    fmt::format("scene {}: only .gltf and .glb files have animations to choose",
-                                quote(spec)));
+                    "scene {}: only .gltf and .glb files have animations to choose", quote(spec));
     }
     if (!options.cache.empty()) return open_with_cache(spec, options);
     if (spec.starts_with(kBuiltinPrefix)) return open_builtin(spec);
@@ -104,9 +99,9 @@ std::unique_ptr<Animation> open_scene(const std::string& spec, const AnimationOp
     if (has_gltf_name(path)) return open_gltf(path, spec, options);
     if (fs::is_regular_file(status) && !has_mesh_name(path)) {
         throw Error(ErrorKind::kBadInput,
-                    fmt::format("{}: not a scene file; give an .obj or .ply file, a folder of "
-                                "those, a pattern, a .gltf or .glb file, or builtin:NAME",
-                                escape(path)));
+                    "{}: not a scene file; give an .obj or .ply file, a folder of those, a "
+                    "pattern, a .gltf or .glb file, or builtin:NAME",
+                    escape(path));
     }
     return open_keyframes({{0.0, path}}, spec, options);
 }

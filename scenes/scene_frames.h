@@ -72,7 +72,6 @@ public:
         deform_ms_ = watch.ms();
         return positions_;
     }
-    /// Milliseconds that the last call of positions() took.
     double deform_ms() const { return deform_ms_; }
 
 private:

@@ -29,7 +29,6 @@ inline double cos_turns(double x) {
     return sin_turns(x - std::floor(x) + 0.25);
 }
 
-/// A point of the unit circle.
 struct CosSin {
     double cos;
     double sin;

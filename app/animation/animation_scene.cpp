@@ -9,10 +9,10 @@
 #include <glm/geometric.hpp>
 
 #include "app/animation/frames.h"
-#include "app/animation/legend.h"
 #include "app/backends/backends.h"
 #include "app/files/image_files.h"
 #include "common/image/frame.h"
+#include "common/scene/view_axes.h"
 #include "common/text/text_parts.h"
 
 namespace mray::app {
@@ -25,20 +25,6 @@ morphray::CpuOptions cpu_options(const BackendOptions& options) {
 morphray::Device open_vulkan(const BackendOptions& options) {
     check_vulkan();
     return morphray::Device::vulkan({.device = options.device, .validate = options.validate});
-}
-
-morphray::UpdatePolicy policy_of(const TreeOptions& tree) {
-    const PolicySpec policy = tree.update;
-    switch (policy.kind) {
-        case PolicyKind::kRefit:
-            return morphray::Refit{};
-        case PolicyKind::kRebuild:
-            return morphray::Rebuild{};
-        case PolicyKind::kEvery:
-            return morphray::Every{policy.period};
-        default:
-            return morphray::Auto{};
-    }
 }
 
 std::span<const std::uint32_t> indices_of(std::span<const uvec3> threes) {
@@ -99,8 +85,7 @@ morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& wo
 std::optional<morphray::Box> box_of(const Animation& animation) {
     const WorldBounds bounds = animation.bounds();
     if (bounds.empty()) return std::nullopt;
-    return morphray::Box{{bounds.lower[0], bounds.lower[1], bounds.lower[2]},
-                         {bounds.upper[0], bounds.upper[1], bounds.upper[2]}};
+    return morphray::Box{to_point(bounds.lower), to_point(bounds.upper)};
 }
 
 }  // namespace
@@ -117,14 +102,12 @@ std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
     // Deep enough that a part of the scene at its very bottom is in front of it.
     constexpr double kDepth = 1e-3;
     constexpr double kReach = 4;
-    const dvec3 lower(bounds.lower[0], bounds.lower[1], bounds.lower[2]);
-    const dvec3 upper(bounds.upper[0], bounds.upper[1], bounds.upper[2]);
-    const dvec3 upwards(up[0], up[1], up[2]);
+    const dvec3 upwards = to_dvec3(up);
     const double length = glm::length(upwards);
     if (!(length > 0) || !std::isfinite(length)) return {};
     const dvec3 n = upwards / length;
-    const dvec3 half = (upper - lower) / 2.0;
-    const dvec3 centre = lower + half;
+    const dvec3 half = (bounds.upper - bounds.lower) / 2.0;
+    const dvec3 centre = bounds.lower + half;
     const double size = glm::length(half);
     const double depth = glm::dot(glm::abs(n), half) + kDepth * size;
     const dvec3 aside = std::abs(n.y) > 0.5 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
@@ -158,10 +141,11 @@ AnimationScene::AnimationScene(const ImageOptions& options, const Animation& ani
     if (has_ground(options.shading, views_.of(options.view, animation), animation))
         ground_ = ground_below(animation.bounds(), up_);
     call_library([&] {
-        morphray::SceneOptions scene_options = {.bounds = box_of(animation),
-                                                .update = policy_of(options.tree),
-                                                .record_cost_ratio = options.tree.record_cost_ratio,
-                                                .cancel = &cancel};
+        const morphray::SceneOptions scene_options = {
+            .bounds = box_of(animation),
+            .update = morphray::parse_update_policy(text_of(options.tree.update)),
+            .record_cost_ratio = options.tree.record_cost_ratio,
+            .cancel = &cancel};
         messages.note("tracing on " + device.name() + ": " + device.description());
         deform_ms_ = place(current_);
         std::vector<Image> images;
@@ -200,8 +184,7 @@ double AnimationScene::place(double frame) {
     animation_.positions(frame, positions_);
     if (!ground_.empty() && !animation_.is_builtin()) {
         WorldBounds bounds = animation_.bounds();
-        const WorldBounds now = bounds_of(positions_);
-        if (!now.empty()) bounds.extend(now.lower, now.upper);
+        bounds.extend(bounds_of(positions_));
         std::ranges::copy(ground_below(bounds, up_), ground_.begin());
     }
     return watch.ms();
@@ -285,8 +268,7 @@ PosedAnimation pose_animation(const SourceOptions& source, const BackendOptions&
     }
     const Topology& topology = animation.topology();
     const auto is_finite = [&](std::uint32_t vertex) {
-        const vec3 p = posed.scene->positions()[vertex];
-        return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+        return all_finite(glm::dvec3(posed.scene->positions()[vertex]));
     };
     const auto bad = std::ranges::count_if(topology.triangles, [&](const uvec3& t) {
         return !is_finite(t.x) || !is_finite(t.y) || !is_finite(t.z);

@@ -14,6 +14,8 @@
 #include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
 #include "common/frame_times.h"
+#include "common/image/depth.h"
+#include "morphray/images.hpp"
 #include "morphray/scene.hpp"
 #include "scenes/scene_frames.h"
 
@@ -32,7 +34,7 @@ public:
     void prepare(double frame);
     /// Deforms the mesh and updates the tree, unless the first call is for the frame built.
     void advance(double frame);
-    /// With a legend (app/animation/legend.h). Throws Error(kCancelled) within the image after a
+    /// With a legend (draw_legend()). Throws Error(kCancelled) within the image after a
     /// signal (app/terminal/failure.h).
     void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image);
     /// The same pixels without hits, of a world_view(). `cancel` ends it by Error(kCancelled).
@@ -74,8 +76,11 @@ private:
     std::future<double> reading_;
 };
 
-/// Throws Error for a view that cannot be rendered.
 void require_view(const ViewSpec& view, const Animation& animation);
+
+/// Draws a scale of depths, steps or looseness over the lower left corner of an image. Leaves
+/// images of another shading, and those that are too small for it, as they are.
+void draw_legend(morphray::Shading shading, const DepthRange& depths, morphray::Image& image);
 
 /// The corners of a square below these bounds, four times as large; empty for empty bounds.
 std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up);
@@ -83,7 +88,6 @@ std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up);
 /// As the options say, or else for a lit file whose ground the eye of the world_view() is above.
 bool has_ground(const ShadingOptions& shading, const ViewSpec& view, const Animation& animation);
 
-/// An animation at one frame, for the rays or points of a file.
 struct PosedAnimation {
     std::unique_ptr<Animation> animation;
     std::unique_ptr<AnimationScene> scene;

@@ -18,15 +18,14 @@ namespace {
 // A + n * STEP of decimal numbers such as 0..0.3:0.1 misses B by a few units in the last place.
 constexpr double kHitTolerance = 1e-9;
 
-/// The text of an option.
 struct Text {
     const std::string& text;
 
     [[noreturn]] void fail(const std::string& what) const {
         throw Error(ErrorKind::kBadArgument,
-                    fmt::format("frames {}: {}; write A, A..B or A..B:STEP, such as 0..20:0.5, or "
-                                "several of them with commas, such as 0,7,20",
-                                quote(text), what));
+                    "frames {}: {}; write A, A..B or A..B:STEP, such as 0..20:0.5, or several of "
+                    "them with commas, such as 0,7,20",
+                    quote(text), what);
     }
     double number(std::string_view number) const {
         const auto value = parse_finite_double(number);
@@ -68,8 +67,8 @@ std::vector<double> whole_frames(const Animation& animation) {
     const double first = std::ceil(animation.first_frame());
     if (animation.last_frame() - first >= static_cast<double>(kMaxFrames)) {
         throw Error(ErrorKind::kBadArgument,
-                    fmt::format("--frames: the scene has {} to {}, more than a million; give some",
-                                animation.first_frame(), animation.last_frame()));
+                    "--frames: the scene has {} to {}, more than a million; give some",
+                    animation.first_frame(), animation.last_frame());
     }
     const auto steps = static_cast<long long>(std::floor(animation.last_frame() - first));
     for (long long i = 0; i <= steps; ++i) frames.push_back(first + static_cast<double>(i));
@@ -85,18 +84,15 @@ std::vector<double> few_of(const std::vector<double>& all) {
     return {all.front(), all[last / 4], all[last / 2], all.back()};
 }
 
-/// How many digits a frame has behind the point, at most 6.
 std::size_t fraction_digits(double frame) {
     const std::string text = fmt::format("{:.6f}", frame);
     return text.find_last_not_of('0') - text.find('.');
 }
 
-/// Throws Error(kBadArgument) for a frame outside the animation.
 void require_in_animation(const char* option, double frame, const Animation& animation) {
     if (frame >= animation.first_frame() && frame <= animation.last_frame()) return;
-    throw Error(ErrorKind::kBadArgument,
-                fmt::format("{}: frame {} is not in the scene, which has {} to {}", option, frame,
-                            animation.first_frame(), animation.last_frame()));
+    throw Error(ErrorKind::kBadArgument, "{}: frame {} is not in the scene, which has {} to {}",
+                option, frame, animation.first_frame(), animation.last_frame());
 }
 
 }  // namespace
@@ -115,12 +111,7 @@ std::vector<double> parse_frame_range(const std::string& text) {
 std::unique_ptr<Animation> open_animation(const SourceOptions& source, const Messages& messages) {
     if (source.fps && !has_gltf_name(source.scene))
         throw Error(ErrorKind::kBadArgument, "--fps: only glTF files have seconds; leave it out");
-    AnimationOptions options;
-    options.lenient = source.lenient;
-    options.skip_missing = source.skip_missing;
-    options.cache = source.cache;
-    options.animation = source.animation;
-    options.fps = source.fps;
+    AnimationOptions options = source;
     options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
     const Progress progress("reading " + escape(std::filesystem::path(source.scene).filename()), 0,
                             messages);

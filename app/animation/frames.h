@@ -13,14 +13,12 @@
 
 namespace mray::app {
 
-/// Opens the scene; warnings go to `messages`. Throws Error.
 std::unique_ptr<Animation> open_animation(const SourceOptions& source, const Messages& messages);
 
 inline constexpr std::size_t kMaxFrames = 1'000'000;
 
-/// Parses `A`, `A..B` or `A..B:STEP`, with A <= B and STEP > 0 (1), or several of them with commas
-/// between in increasing order. A frame within 1e-9 of a step of B becomes exactly B. Throws
-/// Error(kBadArgument) for any other text and for more than 10^6 frames.
+/// Parses `A`, `A..B` or `A..B:STEP`, or several of them with commas between in increasing order. A
+/// frame within 1e-9 of a step of B becomes exactly B. Throws Error(kBadArgument).
 std::vector<double> parse_frame_range(const std::string& text);
 
 enum class DefaultFrames { kAll, kFew };
@@ -34,7 +32,6 @@ std::vector<double> select_frames(const std::string& frames, const std::optional
 double select_frame(const std::optional<double>& frame, const std::optional<double>& build_at,
                     const Animation& animation);
 
-/// How many digits the numbers of frames have in the names of files.
 struct FrameDigits {
     std::size_t whole = 4;
     std::size_t fraction = 0;

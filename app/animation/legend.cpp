@@ -1,4 +1,4 @@
-#include "app/animation/legend.h"
+#include "app/animation/animation_scene.h"
 
 #include <fmt/format.h>
 
@@ -28,7 +28,6 @@ static_assert(std::size(kGlyphs) == kCharacters.size());
 constexpr std::uint32_t kGlyphWidth = 3;
 constexpr std::uint32_t kGlyphHeight = 5;
 
-/// The legend in dots.
 constexpr std::uint32_t kBarWidth = 96;
 constexpr std::uint32_t kBarHeight = 5;
 constexpr std::uint32_t kGap = 3;
@@ -78,7 +77,6 @@ std::uint32_t width_of(std::string_view text) {
 
 struct Scale {
     std::string title;
-    /// At the left end, in the middle and at the right end.
     std::string labels[3];
 };
 

@@ -22,7 +22,6 @@ std::vector<morphray::VulkanDeviceInfo> vulkan_devices();
 std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options);
 
 bool asks_for_vulkan(const BackendOptions& options);
-/// Whether the error of making a backend means that this machine or build has no usable Vulkan.
 bool is_lack_of_vulkan(const Error& error);
 /// Whether the only usable Vulkan devices run on the CPU, where the CPU backend is faster.
 bool has_only_software_devices();
@@ -41,12 +40,10 @@ void allow_check_in_child();
 /// Tests the device that BackendOptions::device names, and keeps the result.
 morphray::DeviceCheck check_device(const std::string& device);
 
-/// Whether this process is the child that a self-test of a device runs in.
 bool is_check_child();
 
 /// Calls make(choice) for kCpu, kVulkan or kBrute. kAuto is Vulkan if there is a GPU or the options
-/// name a device or ask for validation; else the CPU, with a note or a warning. Throws what `make`
-/// throws.
+/// ask for a device; else it is the CPU, with a note or a warning.
 template <class Make>
 auto make_chosen(BackendChoice choice, const BackendOptions& options, const Messages& messages,
                  Make make) {
@@ -65,7 +62,6 @@ auto make_chosen(BackendChoice choice, const BackendOptions& options, const Mess
     }
 }
 
-/// The backend of a choice. Throws Error(kUnavailable).
 std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions& options,
                                       const Messages& messages);
 

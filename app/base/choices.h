@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <ranges>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,15 +22,9 @@ struct Choice {
     T value;
 };
 
-/// "a|b|c".
 template <class T>
 std::string names_of(std::span<const Choice<T>> choices) {
-    std::string names;
-    for (const Choice<T>& choice : choices) {
-        if (!names.empty()) names += '|';
-        names += choice.name;
-    }
-    return names;
+    return fmt::format("{}", fmt::join(choices | std::views::transform(&Choice<T>::name), "|"));
 }
 
 template <class T>
@@ -42,8 +37,8 @@ template <class T>
 T value_in(std::type_identity_t<std::span<const Choice<T>>> choices, std::string_view text) {
     const auto found = std::ranges::find(choices, text, &Choice<T>::name);
     if (found == choices.end())
-        throw Error(ErrorKind::kBadArgument,
-                    fmt::format("{} is not one of {}", quote(text), names_of<T>(choices)));
+        throw Error(ErrorKind::kBadArgument, "{} is not one of {}", quote(text),
+                    names_of<T>(choices));
     return found->value;
 }
 

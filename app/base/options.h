@@ -24,52 +24,40 @@ struct Pixel {
 
 enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
 
-/// The tracer whose images crosscheck expects.
 enum class Reference { kAuto, kBrute, kCpu };
 
 enum class PointQuery { kInside, kWinding, kDistance, kClosest };
 
-/// A scene and how it is read. The members are those of AnimationOptions.
-struct SourceOptions {
-    std::string scene;
-    bool skip_missing = false;
-    std::string cache = {};
-    std::string animation = {};
-    std::optional<double> fps = {};
-    bool lenient = false;
-    /// No option: trace accepts a scene without triangles.
+struct SourceOptions : AnimationOptions {
+    std::string scene = {};
 };
 
 struct BackendOptions {
     BackendChoice choice = BackendChoice::kAuto;
     std::string device = {};
-    /// 0: as many as the machine has.
+    /// 0 stands for as many as the machine has.
     int threads = 0;
-    /// As cpu::CpuConfig::simd.
     std::string simd = {};
     bool validate = false;
 };
 
-/// The shading of render and view.
 struct ShadingOptions {
     morphray::Shading shading = morphray::Shading::lit;
     std::uint32_t samples = 1;
     bool flat = false;
-    /// "half" or "float": write EXR files, too; empty: none.
+    /// "half" and "float" write EXR files, too.
     std::string exr = {};
-    /// Put the scene on a plane that shows the background; none: as has_ground() decides.
+    /// The scene stands on a plane that shows the background; without a value has_ground() decides.
     std::optional<bool> ground = {};
 };
 
 struct TreeOptions {
     PolicySpec update = {};
-    /// As SceneOptions::record_cost_ratio.
     bool record_cost_ratio = false;
-    /// The frame at whose positions the tree is built; none: the first selected frame.
+    /// The tree is built at the positions of this frame, or else of the first selected one.
     std::optional<double> build_at = {};
 };
 
-/// The options of render and view that decide an image.
 struct ImageOptions {
     SourceOptions source = {};
     ViewSpec view = {};
@@ -81,7 +69,6 @@ struct ImageOptions {
 struct RenderOptions {
     ImageOptions image = {};
     std::string frames = {};
-    /// Images of an earlier run that are right are kept.
     bool skip_existing = false;
     std::string out = "out";
     std::string hits = {};
@@ -90,7 +77,7 @@ struct RenderOptions {
 
 struct ViewOptions {
     ImageOptions image = {.view = {.width = 1280, .height = 720}};
-    /// The first one that is shown; none: that of the scene.
+    /// Without a value the first frame of the scene is shown first.
     std::optional<double> frame = {};
     bool plays = false;
     /// The file of the first image that is complete; with it no window stays open.
@@ -103,7 +90,7 @@ struct CrosscheckOptions {
     SourceOptions source = {};
     std::string frames = {};
     ViewSpec view = {.width = 256, .height = 256};
-    /// The kind of rays that is compared; none: all three.
+    /// Without a value all three kinds of rays are compared.
     std::optional<std::uint32_t> rays = {};
     BackendOptions backend = {};
     Reference reference = Reference::kAuto;
@@ -136,9 +123,9 @@ struct ProfileOptions {
     ViewSpec view = {};
     BackendOptions backend = {};
     TreeOptions tree = {};
-    /// Runs whose median counts; none: 10, or 5 of policies.
+    /// The median of so many runs counts; without a value of 10, or 5 of policies.
     std::optional<int> repeat = {};
-    /// Update policies to compare; none: the times of the stages are reported.
+    /// Without policies to compare the times of the stages are reported.
     std::vector<PolicySpec> policies = {};
     std::string plot = {};
     /// A report of an earlier run, and by how much a stage may be slower than there.
@@ -187,7 +174,6 @@ struct InfoOptions {
 };
 
 struct DevicesOptions {
-    /// Test each device.
     bool checks = false;
     std::string json = {};
 };
@@ -204,7 +190,6 @@ std::vector<std::string> arguments_of(const ViewSpec& view, std::uint32_t rays, 
 bool renders_one_image(const RenderOptions& options);
 /// "primary", "shadow" or "ao" of kRaysPrimary, kRaysShadow, kRaysAo.
 const char* name_of_rays(std::uint32_t rays);
-/// Whether colours show the tree: steps and sah.
 bool shows_tree(morphray::Shading shading);
 
 }  // namespace mray::app

@@ -12,7 +12,6 @@ namespace mray::app {
 struct ParsedCommandLine {
     /// Nothing if help or the version was asked for.
     std::optional<CommandOptions> options;
-    /// The help or the version, for stdout.
     std::string text;
     bool quiet = false;
     bool verbose = false;

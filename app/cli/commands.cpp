@@ -23,7 +23,6 @@ void add_diff(CommandAdder& adder) {
         });
 }
 
-/// Adds the options that trace and query share.
 template <class Options>
 void add_answers(const CommandAdder& adder, CLI::App& command, Options& options) {
     add_scene(command, options.source)->required();

@@ -27,7 +27,6 @@ inline constexpr const char* kEveryday = "Options";
 /// The heading, in --help-all, of the options that are added from here on.
 inline void heading(CLI::App& command, const char* text) { command.option_defaults()->group(text); }
 
-/// Adds commands, each of which fills its own structure.
 class CommandAdder {
 public:
     CommandAdder(CLI::App& app, ParsedCommandLine& parsed) : app_(app), parsed_(parsed) {}
@@ -53,11 +52,9 @@ public:
         });
     }
 
-    /// -q of a command.
     void add_quiet(CLI::App& command) const {
         command.add_flag("-q,--quiet", parsed_.quiet, "neither table nor progress");
     }
-    /// -v of a command.
     void add_verbose(CLI::App& command) const {
         command.add_flag("-v,--verbose", parsed_.verbose, "say what is used and decided");
     }
@@ -100,7 +97,6 @@ CLI::Option* add_parsed(CLI::App& command, const char* names, const std::string&
     return command.add_option_function<std::string>(names, set, help)->option_text(value_name);
 }
 
-/// An option with one of a few values.
 template <class T, class Target>
 CLI::Option* add_choice(CLI::App& command, const char* names, const std::string& help,
                         std::span<const Choice<T>> choices, Target& target) {
@@ -108,7 +104,6 @@ CLI::Option* add_choice(CLI::App& command, const char* names, const std::string&
                       [choices](const std::string& text) { return value_in<T>(choices, text); });
 }
 
-/// A whole number in [lower, upper].
 template <class Target>
 CLI::Option* add_count(CLI::App& command, const char* names, const std::string& help,
                        Target& target, std::int64_t lower, std::int64_t upper) {
@@ -124,7 +119,6 @@ CLI::Option* add_pair(CLI::App& command, const char* name, const char* value_nam
 
 /// A finite number of at least `lower`.
 double parse_finite(const std::string& text, double lower);
-/// A frame of --frame or --build-at.
 double parse_frame(const std::string& text);
 
 CLI::Option* add_scene(CLI::App& command, SourceOptions& source);

@@ -26,9 +26,8 @@ void become(const std::filesystem::path& program, std::vector<std::string> argum
     argv.push_back(nullptr);
     ::execv(program.c_str(), argv.data());
     if (errno == ENOENT || errno == ENOTDIR) return;
-    throw Error(ErrorKind::kUnavailable,
-                fmt::format("{}: cannot be started: {}; install morphray again", program.string(),
-                            std::generic_category().message(errno)));
+    throw Error(ErrorKind::kUnavailable, "{}: cannot be started: {}; install morphray again",
+                program.string(), std::generic_category().message(errno));
 }
 
 std::vector<std::string> chart_arguments(const ChartOptions& options, bool quiet) {
@@ -51,10 +50,10 @@ ExitCode run_command([[maybe_unused]] const ChartOptions& options,
     const std::filesystem::path program =
         (folder / MORPHRAY_CHART_FOLDER / kName).lexically_normal();
     become(program, chart_arguments(options, messages.quiet()));
-    throw Error(ErrorKind::kUnavailable,
-                fmt::format("chart: {} is missing; build the target morphray_programs, or install "
-                            "morphray again",
-                            program.string()));
+    throw Error(
+        ErrorKind::kUnavailable,
+        "chart: {} is missing; build the target morphray_programs, or install morphray again",
+        program.string());
 #else
     throw Error(
         ErrorKind::kUnavailable,

@@ -51,7 +51,6 @@ public:
         return code;
     }
 
-    /// Writes all reports. Throws Error.
     void write_reports() const {
         if (!options_.json.empty()) write_report(options_.json, json_text(report_));
         if (!options_.junit.empty()) write_report(options_.junit, to_junit(report_));
@@ -89,9 +88,9 @@ private:
     ExitCode check_scene(const CrosscheckOptions& options, Json& report) {
         SceneFrames scene(open_animation(options.source, messages_));
         const Animation& animation = scene.animation();
-        const Topology& topology = animation.topology();
-        add_scene(report, {"", animation.name(), topology.triangles.size(), topology.vertex_count,
-                           options.view.width, options.view.height});
+        report["scene"] = animation.name();
+        report["triangles"] = animation.topology().triangles.size();
+        report["vertices"] = animation.topology().vertex_count;
         const std::vector<double> frames =
             select_frames(options.frames, std::nullopt, animation, DefaultFrames::kFew);
         report["frames"] = frames;
@@ -119,7 +118,6 @@ private:
         return ExitCode::kOk;
     }
 
-    /// The scene is not finished because of the error.
     void leave(Json& scene, const Error& error) {
         scene["error"] = message_of(error);
         if (!unfinished_.empty()) return;

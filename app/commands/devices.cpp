@@ -11,7 +11,6 @@
 namespace mray::app {
 namespace {
 
-/// The result of each device that can be used.
 std::vector<std::optional<morphray::DeviceCheck>> check_all(
     const std::vector<morphray::VulkanDeviceInfo>& devices) {
     std::vector<std::optional<morphray::DeviceCheck>> checks(devices.size());
@@ -21,7 +20,6 @@ std::vector<std::optional<morphray::DeviceCheck>> check_all(
     return checks;
 }
 
-/// `checks` has the result of each device that was tested.
 std::string to_json(const std::vector<morphray::VulkanDeviceInfo>& devices,
                     const std::vector<std::optional<morphray::DeviceCheck>>& checks) {
     Json json = {{"command", "devices"}};

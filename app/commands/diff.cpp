@@ -40,11 +40,10 @@ void require_same_shape(const std::vector<std::string>& names, const morphray::H
         expected.images.size() == actual.images.size()) {
         return;
     }
-    throw Error(
-        ErrorKind::kBadInput,
-        fmt::format("{}: has {}, but {} has {}; only files of the same size and number of "
-                    "images can be compared",
-                    escape(names[1]), shape_of(actual), escape(names[0]), shape_of(expected)));
+    throw Error(ErrorKind::kBadInput,
+                "{}: has {}, but {} has {}; only files of the same size and number of images can "
+                "be compared",
+                escape(names[1]), shape_of(actual), escape(names[0]), shape_of(expected));
 }
 
 std::string describe_hit(const Hit& hit, std::uint32_t occlusion) {

@@ -60,7 +60,6 @@ Json describe_tree(const Topology& topology, std::span<const vec3> positions) {
             {"bytes", stats.bytes}};
 }
 
-/// Adds the file names, and the number of triangles that show one of them.
 void add_textures(Json& json, const SceneTextures* textures) {
     Json names = Json::array();
     std::ptrdiff_t textured = 0;
@@ -81,18 +80,16 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
     const double frame = select_frame(options.frame, std::nullopt, animation);
     const std::span<const vec3> positions = scene.positions(frame);
     const DegenerateCount degenerate = count_degenerate(topology, positions);
-    Json json = head_of(
-        ReportHead{"info", animation.name(), topology.triangles.size(), topology.vertex_count});
+    Json json = head_of("info", animation);
     json["first_frame"] = animation.first_frame();
     json["last_frame"] = animation.last_frame();
-    // Frames a second, if the scene has seconds.
     json["fps"] = nullptr;
     if (animation.fps()) json["fps"] = *animation.fps();
     json["bounds"] = nullptr;
     const Origin origin = animation.origin();
     if (const WorldBounds bounds = animation.bounds(); !bounds.empty()) {
-        const auto corner = [&](const double(&p)[3]) {
-            const glm::dvec3 file = origin.from_world({p[0], p[1], p[2]});
+        const auto corner = [&](const glm::dvec3& p) {
+            const glm::dvec3 file = origin.from_world(p);
             return Json{file.x, file.y, file.z};
         };
         json["bounds"] = {{"lower", corner(bounds.lower)}, {"upper", corner(bounds.upper)}};
@@ -117,12 +114,9 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
     return json;
 }
 
-/// "0, 1, 2.5" of an array of numbers.
 std::string text_of_point(const Json& point, int digits) {
-    std::string text;
-    for (const Json& number : point)
-        text += fmt::format("{}{:.{}g}", text.empty() ? "" : ", ", number.get<double>(), digits);
-    return text;
+    const auto [x, y, z] = point.get<Point>();
+    return fmt::format("{:.{}g}, {:.{}g}, {:.{}g}", x, digits, y, digits, z, digits);
 }
 
 std::string text_of(const Json& json) {

@@ -28,7 +28,6 @@ namespace {
 
 constexpr std::size_t kCandidates = 8;
 
-/// A triangle that a ray may hit.
 struct Candidate {
     /// True if the hit rule counts `hit` as a hit.
     bool is_hit = false;
@@ -100,9 +99,9 @@ void require_pixel(const ProbeOptions& options) {
     const ViewSpec& view = options.view;
     if (p.x < view.width && p.y < view.height) return;
     throw Error(ErrorKind::kBadArgument,
-                fmt::format("--pixel: {},{} is not in an image of {}x{}; choose one from 0,0 to "
-                            "{},{}, or another --size",
-                            p.x, p.y, view.width, view.height, view.width - 1, view.height - 1));
+                "--pixel: {},{} is not in an image of {}x{}; choose one from 0,0 to {},{}, or "
+                "another --size",
+                p.x, p.y, view.width, view.height, view.width - 1, view.height - 1);
 }
 
 // Every bit, and a number to read.

@@ -138,7 +138,6 @@ std::string measured_options(const ProfileOptions& options) {
     return shell_line(line);
 }
 
-/// The report before anything is measured.
 Json empty_report(const ProfileOptions& options, const Animation& animation) {
     Json report = profile_head(options, animation);
     report["options"] = measured_options(options);
@@ -146,7 +145,6 @@ Json empty_report(const ProfileOptions& options, const Animation& animation) {
     return report;
 }
 
-/// The medians of all frames, for each backend.
 Json backends_of(const Json& frames) {
     Json backends = Json::array();
     for (const Json& first : frames) {
@@ -197,7 +195,6 @@ std::string sentence_of(const Json& backends) {
         }));
 }
 
-/// A row for each frame and backend, or for each backend.
 Table table_of(const Json& rows) {
     Table table({"frame", "backend", "deform", "update", "rebuild", "trace", "new trace", "Mray/s",
                  "SAH ratio"});
@@ -214,7 +211,6 @@ Table table_of(const Json& rows) {
     return table;
 }
 
-/// Measures all frames on each backend, one backend after the other.
 void measure(const ProfileOptions& options, SceneFrames& scene, const std::vector<double>& frames,
              const std::vector<BackendChoice>& choices, const Messages& messages, Json& report) {
     Progress progress("measuring", frames.size() * choices.size(), messages);
@@ -233,9 +229,9 @@ void measure(const ProfileOptions& options, SceneFrames& scene, const std::vecto
 }  // namespace
 
 Json profile_head(const ProfileOptions& options, const Animation& animation) {
-    const Topology& topology = animation.topology();
-    Json json = head_of(ReportHead{"profile", animation.name(), topology.triangles.size(),
-                                   topology.vertex_count, options.view.width, options.view.height});
+    Json json = head_of("profile", animation);
+    json["width"] = options.view.width;
+    json["height"] = options.view.height;
     json["rays"] = name_of_rays(options.view.rays);
     json["repeat"] = *options.repeat;
     return json;

@@ -95,7 +95,6 @@ private:
         }
     }
 
-    /// The answers for a point of the batch.
     void write(std::size_t i) {
         const auto out = std::back_inserter(text_);
         for (const PointQuery query : options_.queries) {
@@ -111,7 +110,6 @@ private:
     const QueryOptions& options_;
     const morphray::Scene& scene_;
     const Origin origin_;
-    /// Those of a batch in world space.
     std::vector<morphray::Vec3> points_;
     // The answers of a batch; those that are not asked for are empty.
     std::vector<std::uint8_t> inside_;

@@ -28,7 +28,6 @@
 namespace mray::app {
 namespace {
 
-/// Returns the entry of an image in the report, with the statistics of the tree if `with_tree`.
 Json json_of(const AnimationScene& scene, const FrameTask& task, const morphray::Image& image,
              bool with_tree) {
     morphray::TreeStatistics tree;
@@ -56,7 +55,6 @@ Json json_of(const AnimationScene& scene, const FrameTask& task, const morphray:
     return json;
 }
 
-/// The kinds of rays that an image is made of.
 std::string rays_text(const RenderOptions& options) {
     using morphray::Shading;
     const Shading shading = options.image.shading.shading;
@@ -86,9 +84,9 @@ public:
         using morphray::Shading;
         animation_hash_ = animation_hash(animation, options.image.shading.shading == Shading::lit,
                                          options.image.source.lenient);
-        const Topology& topology = animation.topology();
-        report_ = head_of(ReportHead{"render", animation.name(), topology.triangles.size(),
-                                     topology.vertex_count, view.width, view.height});
+        report_ = head_of("render", animation);
+        report_["width"] = view.width;
+        report_["height"] = view.height;
         for (const char* key : {"backend", "device"}) report_[key] = "";
         report_["rays"] = rays_text(options);
         report_["shading"] = name_in<Shading>(kShadings, options.image.shading.shading);
@@ -171,7 +169,6 @@ public:
     std::size_t finished() const { return report_["frames"].size() + kept(); }
     std::size_t kept() const { return report_["kept"].size(); }
 
-    /// Writes the outputs that concern all frames.
     void finish(bool complete) {
         wait();
         report_["complete"] = complete;
@@ -240,13 +237,12 @@ void require_samples_fit(const RenderOptions& options) {
     if (samples == 1 || (std::max(width, height) <= kMaxImageSide && width * height <= kMaxPixels))
         return;
     throw Error(ErrorKind::kLimit,
-                fmt::format("{}x{} pixels of {} samples are too many; at most {} a side and {} in "
-                            "all are possible, give a smaller --size or --samples",
-                            options.image.view.width, options.image.view.height, samples,
-                            kMaxImageSide, kMaxPixels));
+                "{}x{} pixels of {} samples are too many; at most {} a side and {} in all are "
+                "possible, give a smaller --size or --samples",
+                options.image.view.width, options.image.view.height, samples, kMaxImageSide,
+                kMaxPixels);
 }
 
-/// The tasks without an image of an earlier run.
 std::vector<std::size_t> tasks_left(const RenderOptions& options, std::size_t tasks,
                                     Renderer& renderer) {
     std::vector<std::size_t> left;

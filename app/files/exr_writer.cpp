@@ -3,13 +3,12 @@
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
-#include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
 #include <cassert>
-#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <list>
@@ -17,27 +16,6 @@
 
 namespace mray::app {
 namespace {
-
-/// A file in memory.
-class MemoryStream : public Imf::OStream {
-public:
-    MemoryStream() : Imf::OStream("memory") {}
-
-    void write(const char bytes[], int count) override {
-        const auto size = static_cast<std::size_t>(count);
-        if (bytes_.size() < at_ + size) bytes_.resize(at_ + size);
-        std::memcpy(bytes_.data() + at_, bytes, size);
-        at_ += size;
-    }
-    std::uint64_t tellp() override { return at_; }
-    void seekp(std::uint64_t at) override { at_ = static_cast<std::size_t>(at); }
-
-    std::vector<std::byte> take() { return std::move(bytes_); }
-
-private:
-    std::vector<std::byte> bytes_;
-    std::size_t at_ = 0;
-};
 
 constexpr Imf::PixelType type_of(float) { return Imf::FLOAT; }
 constexpr Imf::PixelType type_of(unsigned) { return Imf::UINT; }
@@ -48,7 +26,6 @@ class Channels {
 public:
     Channels(Imf::Header& header, const morphray::Image& image) : header_(header), image_(image) {}
 
-    /// Adds value(i) of each pixel i.
     template <class T, class Value>
     void add(const std::string& name, Value value) {
         std::vector<std::byte>& plane = planes_.emplace_back(image_.pixels.size() * sizeof(T));
@@ -81,15 +58,16 @@ std::vector<morphray::Hit> middle_hits(const morphray::Image& image) {
     return hits;
 }
 
-/// Writes the file, whose channels are complete.
 std::vector<std::byte> write(const Imf::Header& header, const Channels& channels) {
-    MemoryStream stream;
+    Imf::StdOSStream stream;
     {
         Imf::OutputFile file(stream, header);
         file.setFrameBuffer(channels.buffer());
         file.writePixels(header.dataWindow().max.y + 1);
     }
-    return stream.take();
+    const std::string file = stream.str();
+    const auto* bytes = reinterpret_cast<const std::byte*>(file.data());
+    return {bytes, bytes + file.size()};
 }
 
 }  // namespace

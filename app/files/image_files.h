@@ -26,7 +26,6 @@ struct ImageLimits {
                  std::uint64_t height) const;
 };
 
-/// Whether the bytes begin as a PNG file does.
 bool is_png(std::string_view bytes);
 
 /// An image and the texts that stand before its pixels.
@@ -34,31 +33,26 @@ struct PngFile {
     Image image;
     std::vector<PngText> texts;
 
-    /// The text with this keyword, or an empty one.
     std::string text(std::string_view keyword) const;
 };
 
-/// The stored pixels of a PNG file, without corrections; grey and palettes become RGB, missing
-/// alpha 255, 16 bits a channel 8. Throws Error: kBadInput for a file that is no PNG or is damaged
-/// (any wrong checksum, texts included); kLimit above the limits.
+/// Reads the stored pixels of a PNG file without corrections; grey and palettes become RGB. Throws
+/// Error: kBadInput for a damaged file, whose texts count, too; kLimit above the limits.
 PngFile decode_png(const std::string& bytes, const std::filesystem::path& path,
                    const ImageLimits& limits);
 
-/// Whether the bytes begin as a JPEG file does.
 bool is_jpeg(std::string_view bytes);
 
-/// The pixels of a JPEG file, grey as RGB, without colour profiles and turns by EXIF, the same on
-/// every machine. Throws Error: kBadInput for a file that is no JPEG, is damaged, ends too early or
-/// has CMYK colours; kLimit above the limits.
+/// Reads a JPEG file without colour profiles and turns by EXIF, the same on every machine. Throws
+/// Error: kBadInput for a damaged file and for CMYK colours; kLimit above the limits.
 Image decode_jpeg(const std::string& bytes, const std::filesystem::path& path,
                   const ImageLimits& limits);
 
-/// The bytes of a file, of a part of one, or of base 64 text. Throws Error: kBadInput if that
-/// cannot be read, kLimit above 1 GiB.
+/// Throws Error: kBadInput if the bytes cannot be read, kLimit above 1 GiB.
 std::string texture_bytes(const TextureFile& file);
 
-/// A PNG or JPEG image, whatever its name. Throws Error: kBadInput for another kind and a damaged
-/// one, kLimit for more pixels than a texture may have or than there is memory for.
+/// Reads a PNG or JPEG image, whatever its name. Throws Error: kBadInput, and kLimit for more
+/// pixels than a texture may have.
 Image read_texture(const TextureFile& file);
 
 /// If lenient, an image that cannot be used is a warning and a white pixel.

@@ -19,9 +19,9 @@ constexpr int kFlags =
     TJFLAG_ACCURATEDCT | TJFLAG_FASTUPSAMPLE | TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS;
 
 [[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
-    throw Error(ErrorKind::kBadInput, fmt::format("{}: is not a JPEG file that can be read ({}); "
-                                                  "give another file",
-                                                  escape(path), what));
+    throw Error(ErrorKind::kBadInput,
+                "{}: is not a JPEG file that can be read ({}); give another file", escape(path),
+                what);
 }
 
 }  // namespace

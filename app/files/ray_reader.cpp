@@ -75,8 +75,7 @@ public:
         return 0;
     }
     [[noreturn]] void fail(const std::string& what) const {
-        throw Error(ErrorKind::kBadInput,
-                    fmt::format("{}:{}: {}; write `{}`", name_, line_, what, form_));
+        throw Error(ErrorKind::kBadInput, "{}:{}: {}; write `{}`", name_, line_, what, form_);
     }
 
 private:
@@ -95,15 +94,14 @@ std::string read_input(const std::string& file, const char* content) {
         const ssize_t got = ::read(STDIN_FILENO, buffer.data(), buffer.size());
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) {
-            throw Error(ErrorKind::kBadInput,
-                        fmt::format("<stdin>: cannot be read ({}); give a file of {}",
-                                    std::generic_category().message(errno), content));
+            throw Error(ErrorKind::kBadInput, "<stdin>: cannot be read ({}); give a file of {}",
+                        std::generic_category().message(errno), content);
         }
         if (got == 0) return text;
         text.append(buffer.data(), static_cast<std::size_t>(got));
         if (text.size() > kMaxInputBytes) {
-            throw Error(ErrorKind::kLimit,
-                        fmt::format("<stdin>: more than 4 GiB of {}; give them in parts", content));
+            throw Error(ErrorKind::kLimit, "<stdin>: more than 4 GiB of {}; give them in parts",
+                        content);
         }
     }
 }
@@ -116,9 +114,8 @@ std::vector<WorldRay> rays_of_rows(const std::string& name, std::string_view byt
     if (bytes.size() % row_bytes != 0) {
         throw Error(
             ErrorKind::kBadInput,
-            fmt::format("{}: {} bytes are not a whole number of rays of {} bytes; write {} floats "
-                        "a ray",
-                        name, bytes.size(), row_bytes, row_length));
+            "{}: {} bytes are not a whole number of rays of {} bytes; write {} floats a ray", name,
+            bytes.size(), row_bytes, row_length);
     }
     std::vector<WorldRay> rays;
     rays.reserve(bytes.size() / row_bytes);
@@ -139,9 +136,9 @@ constexpr std::string_view kNpyMagic = "\x93NUMPY";
 std::vector<WorldRay> npy_rays(const std::string& name, std::string_view bytes) {
     const auto fail = [&name](std::string_view what) {
         throw Error(ErrorKind::kBadInput,
-                    fmt::format("{}: {}; save an array of morphray.ray_dtype, or one of float32 of "
-                                "shape (N, 6) or (N, 8)",
-                                name, what));
+                    "{}: {}; save an array of morphray.ray_dtype, or one of float32 of shape (N, "
+                    "6) or (N, 8)",
+                    name, what);
     };
     constexpr std::size_t kVersionAt = 6;
     constexpr std::size_t kLengthAt = 8;

@@ -27,9 +27,8 @@ std::filesystem::path name_of(const TextureFile& file) {
 
 void require_part(const TextureFile& file, std::uint64_t bytes) {
     if (file.size <= kMostBytes && file.offset <= bytes && file.size <= bytes - file.offset) return;
-    throw Error(ErrorKind::kBadInput,
-                fmt::format("{}: bytes {} to {} are no image", escape(name_of(file)), file.offset,
-                            file.offset + file.size));
+    throw Error(ErrorKind::kBadInput, "{}: bytes {} to {} are no image", escape(name_of(file)),
+                file.offset, file.offset + file.size);
 }
 
 }  // namespace
@@ -37,10 +36,10 @@ void require_part(const TextureFile& file, std::uint64_t bytes) {
 void ImageLimits::require(const std::filesystem::path& path, std::uint64_t width,
                           std::uint64_t height) const {
     if (std::max(width, height) > side || width * height > pixels) {
-        throw Error(ErrorKind::kLimit,
-                    fmt::format("{}: has {}x{} pixels; at most {} a side and {} in all can be "
-                                "read, make it smaller",
-                                escape(path), width, height, side, pixels));
+        throw Error(
+            ErrorKind::kLimit,
+            "{}: has {}x{} pixels; at most {} a side and {} in all can be read, make it smaller",
+            escape(path), width, height, side, pixels);
     }
 }
 
@@ -62,8 +61,8 @@ Image read_texture(const TextureFile& file) {
     const std::string bytes = texture_bytes(file);
     if (is_png(bytes)) return decode_png(bytes, name, kLimits).image;
     if (is_jpeg(bytes)) return decode_jpeg(bytes, name, kLimits);
-    throw Error(ErrorKind::kBadInput,
-                fmt::format("{}: is neither a PNG nor a JPEG file; convert it", escape(name)));
+    throw Error(ErrorKind::kBadInput, "{}: is neither a PNG nor a JPEG file; convert it",
+                escape(name));
 }
 
 std::vector<Image> read_textures(const SceneTextures& textures, bool lenient,

@@ -6,16 +6,6 @@
 
 namespace mray::app {
 
-void add_scene(Json& json, const ReportHead& head) {
-    json["scene"] = head.scene;
-    json["triangles"] = head.triangles;
-    json["vertices"] = head.vertices;
-    if (head.width > 0) {
-        json["width"] = head.width;
-        json["height"] = head.height;
-    }
-}
-
 std::string json_text(Json report, int indent) {
     report.update({{"schema", "morphray/1"},
                    {"version", kVersion},
@@ -23,10 +13,11 @@ std::string json_text(Json report, int indent) {
     return report.dump(indent, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-Json head_of(const ReportHead& head) {
-    Json json = {{"command", head.command}};
-    add_scene(json, head);
-    return json;
+Json head_of(const char* command, const Animation& animation) {
+    return {{"command", command},
+            {"scene", animation.name()},
+            {"triangles", animation.topology().triangles.size()},
+            {"vertices", animation.topology().vertex_count}};
 }
 
 void add_times(Json& json, const FrameTimes& times) {

@@ -3,13 +3,13 @@
 // digits, times are milliseconds, and no number is ever NaN or infinite (null instead).
 #pragma once
 
-#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "common/frame_times.h"
 #include "common/report/compare.h"
 #include "morphray/device.hpp"
+#include "scenes/animation.h"
 
 namespace mray::app {
 
@@ -19,21 +19,9 @@ using Json = nlohmann::ordered_json;
 /// Bytes that are not UTF-8 become U+FFFD, numbers that are not finite null; indent -1: one line.
 std::string json_text(Json report, int indent = 2);
 
-struct ReportHead {
-    std::string command;
-    std::string scene;
-    std::uint64_t triangles = 0;
-    std::uint64_t vertices = 0;
-    std::uint32_t width = 0;
-    std::uint32_t height = 0;
-};
+/// Every report of one scene begins with it.
+Json head_of(const char* command, const Animation& animation);
 
-/// The command, the scene, its size and, if there is one, the image's size.
-Json head_of(const ReportHead& head);
-/// Adds the scene, its size and, if there is one, the image's size.
-void add_scene(Json& json, const ReportHead& head);
-
-/// Adds a member for each stage of a frame.
 void add_times(Json& json, const FrameTimes& times);
 
 Json of(const FrameDifference& difference);

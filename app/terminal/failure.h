@@ -46,7 +46,6 @@ ExitCode exit_code_of(ErrorKind kind);
 /// The option that would avoid an error, such as " or accept it with --lenient", or empty.
 const char* hint_text(Hint hint);
 
-/// The error's message with the option that would avoid it.
 std::string message_of(const Error& error);
 
 struct Failure {
@@ -55,7 +54,6 @@ struct Failure {
     ExitCode code = ExitCode::kInternal;
 };
 
-/// Describes any exception.
 Failure describe_failure(const std::exception_ptr& failure);
 
 /// The first signal sets the flag, the second ends the process. Ignored ones (nohup) stay so.

@@ -26,7 +26,6 @@ constexpr std::size_t kProgressColumns = 79;
 std::mutex terminal_mutex;
 bool has_line = false;
 
-/// Ignores failures.
 void write_stderr(std::string_view text) {
     while (!text.empty()) {
         const ssize_t written = ::write(STDERR_FILENO, text.data(), text.size());

@@ -22,7 +22,6 @@ public:
     /// Writes a line to stderr, with "morphray: " unless it begins with a file. Ignores failures.
     void error(const Failure& failure) const;
     void error(const Error& error) const;
-    /// Writes one line to stderr.
     void warn(const Warning& warning) const;
     /// All warnings so far, each as the line that was written without the program's name.
     const std::vector<std::string>& warnings() const { return warnings_; }
@@ -44,14 +43,11 @@ class Progress {
 public:
     /// `total` units are to be done; 0: they are not counted, the label names the only step.
     Progress(std::string label, std::uint64_t total, const Messages& messages);
-    /// Clears the line.
     ~Progress();
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
-    /// A step begins.
     void begin(std::string step);
-    /// Units that are done.
     void update(std::uint64_t done);
 
 private:
@@ -72,7 +68,6 @@ void check_reports(std::initializer_list<std::string> files);
 
 /// Whether the report takes stdout: "-" or /dev/stdout.
 bool is_stdout(std::string_view file);
-/// Whether one of the reports takes stdout.
 bool takes_stdout(std::initializer_list<std::string> files);
 
 }  // namespace mray::app

@@ -43,7 +43,6 @@ void press(int key, const Camera& first_camera, ViewState& state) {
     if (key == GLFW_KEY_R) state.camera = first_camera;
 }
 
-/// A list to choose from.
 template <class T, std::size_t N>
 void choose(const char* name, const Choice<T> (&choices)[N], T& value) {
     const auto* const now = std::ranges::find(choices, value, &Choice<T>::value);

@@ -11,7 +11,6 @@
 
 namespace mray::app {
 
-/// The actions that input asks for beyond the state.
 struct InputActions {
     /// A place on the image that was clicked on, in screen coordinates.
     std::optional<std::array<float, 2>> clicked;
@@ -29,7 +28,6 @@ struct PanelFacts {
     std::string message;
 };
 
-/// Draws the panel at the right of the window.
 void draw_panel(float left, float width, float height, ViewState& state, const PanelFacts& facts);
 
 }  // namespace mray::app

@@ -17,7 +17,6 @@
 
 namespace mray::app {
 
-/// The image of one backend.
 struct TracedPane {
     std::string device;
     std::uint32_t width = 0;
@@ -26,7 +25,6 @@ struct TracedPane {
     std::uint64_t rays = 0;
     double deform_ms = 0;
     double trace_ms = 0;
-    /// The update to this pose.
     morphray::Update update;
 };
 
@@ -35,7 +33,6 @@ struct TracedImage {
     /// As many as there are backends, or none if `error` is set.
     std::vector<TracedPane> panes;
     std::vector<morphray::Box> boxes;
-    /// Why there is no image.
     std::string error;
 };
 
@@ -46,7 +43,6 @@ struct DifferenceImage {
 };
 DifferenceImage difference_of(const TracedPane& first, const TracedPane& second);
 
-/// A pixel to describe.
 struct ProbeRequest {
     ImageRequest image;
     Pixel pixel;

@@ -8,6 +8,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "app/animation/animation_scene.h"
+#include "common/scene/view_axes.h"
 #include "scenes/scene_frames.h"
 
 namespace mray::app {
@@ -20,16 +21,9 @@ constexpr double kPole = std::numbers::pi / 180;
 constexpr double kZoomRange = 1e6;
 constexpr std::uint32_t kSamples[] = {1, 4, 16, 64};
 
-struct Axes {
-    dvec3 right;
-    dvec3 up;
-    dvec3 forward;
-};
-
 Axes axes_of(const Camera& camera) {
-    const dvec3 forward = glm::normalize(to_dvec3(camera.target()) - to_dvec3(camera.eye()));
-    const dvec3 right = glm::normalize(glm::cross(forward, glm::normalize(to_dvec3(camera.up()))));
-    return {right, glm::cross(right, forward), forward};
+    const dvec3 forward = to_dvec3(camera.target()) - to_dvec3(camera.eye());
+    return mray::axes_of(glm::normalize(forward), to_dvec3(camera.up()));
 }
 
 bool has_ao(const ViewState& state) {

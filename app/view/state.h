@@ -54,13 +54,12 @@ public:
 
     /// Lets `seconds` of wall time pass: moves on if it is playing, and begins again at the end.
     void advance(double seconds);
-    /// Shows a frame, the nearest possible one.
+    /// Shows the possible frame that is nearest to this one.
     void seek(double frame);
     /// Stops, and goes by whole frames from the nearest one.
     void step(int frames);
 
     bool playing = false;
-    /// Frames of the animation a second.
     double frames_a_second = 24;
 
 private:
@@ -76,7 +75,7 @@ struct ImageRequest {
     morphray::Shading shading = morphray::Shading::lit;
     std::uint32_t samples = 1;
     PolicySpec update;
-    /// One backend, or two to compare.
+    /// Two backends are compared.
     std::vector<BackendChoice> backends;
     /// The depth of the boxes that are wanted from the first backend's tree; below 0 for none.
     int box_depth = -1;
@@ -96,10 +95,8 @@ struct ViewState {
     ViewSpec view;
     morphray::Shading shading = morphray::Shading::lit;
     PolicySpec update = {};
-    /// Samples of a still image.
     std::uint32_t samples = 16;
     BackendChoice backend = BackendChoice::kAuto;
-    /// Whether the difference of the CPU's image and Vulkan's is shown.
     bool shows_difference = false;
     int box_depth = -1;
     bool shows_panel = true;
@@ -111,7 +108,6 @@ ViewState initial_state(const ViewOptions& options, const Animation& animation, 
 /// The steps from a fast image, 0, by ambient occlusion and 4 and 16 samples to the one wanted.
 int last_step(const ViewState& state);
 
-/// The image to trace at a step.
 ImageRequest request_of(const ViewState& state, int step);
 
 /// Both ends of each edge, in clip space of the camera of a view that gives eye and target.

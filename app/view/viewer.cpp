@@ -57,7 +57,6 @@ public:
     }
 
 private:
-    /// Returns whether to go on.
     float panel_width() const { return state_.shows_panel ? kPanelWidth : 0; }
     float image_width() const { return std::max(window_.width() - panel_width(), 1.0f); }
 
@@ -145,7 +144,6 @@ private:
         return true;
     }
 
-    /// Says over the image that it shows differences.
     void draw_label() const {
         const std::string text =
             fmt::format("difference of CPU and Vulkan: {} pixels differ (white)", *different_);
@@ -185,7 +183,6 @@ private:
     Engine engine_;
     bool is_done_ = false;
 
-    /// The image on the screen.
     std::unique_ptr<TracedImage> image_;
     std::optional<std::uint64_t> different_;
     std::optional<PixelProbe> pixel_;

@@ -19,9 +19,9 @@ namespace {
     const char* reason = nullptr;
     glfwGetError(&reason);
     throw Error(ErrorKind::kUnavailable,
-                fmt::format("view: {} ({}); a window needs an X11 display and OpenGL 2.1, which "
-                            "Mesa's software renderer has, too",
-                            what, reason != nullptr ? reason : "no reason given"));
+                "view: {} ({}); a window needs an X11 display and OpenGL 2.1, which Mesa's "
+                "software renderer has, too",
+                what, reason != nullptr ? reason : "no reason given");
 }
 
 }  // namespace

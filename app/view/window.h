@@ -16,7 +16,6 @@ struct GLFWwindow;
 
 namespace mray::app {
 
-/// A key of GLFW that went down.
 struct KeyPress {
     int key = 0;
     bool with_ctrl = false;
@@ -31,27 +30,25 @@ public:
     Window(const Window&) = delete;
     Window& operator=(const Window&) = delete;
 
-    /// Whether the user has closed it.
     bool closes() const;
     /// Waits for input or wake(), at most so long; handles input.
     void wait(double seconds);
-    /// Ends wait(). Any thread.
+    /// Ends wait(). Any thread may call it.
     static void wake();
     /// The keys that went down since the last call, in order: also those that are up again.
     std::vector<KeyPress> take_keys() { return std::exchange(keys_, {}); }
     static double seconds();
 
-    /// Screen coordinates.
+    /// Sizes are in screen coordinates.
     float width() const;
     float height() const;
-    /// Pixels a screen coordinate.
+    /// Screens of high density have several pixels a screen coordinate.
     float pixel_scale() const;
 
     /// 8-bit RGBA pixels from the top, and the ends of lines over them, in clip space of the image.
     void set_image(std::uint32_t width, std::uint32_t height, std::span<const std::uint32_t> pixels,
                    std::vector<glm::vec4> line_ends);
 
-    /// Begins a frame of Dear ImGui.
     void begin_frame();
     /// Draws the image in the left part, of this width, under Dear ImGui's frame; presents both.
     void end_frame(float image_width);

@@ -1,11 +1,14 @@
 // Errors that an argument, a file or a device causes. A broken invariant of the code is an assert;
 #pragma once
 
+#include <fmt/core.h>
+
 #include <cstdint>
 #include <functional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace mray {
 
@@ -33,6 +36,10 @@ class Error : public std::runtime_error {
 public:
     Error(ErrorKind kind, const std::string& message, Hint hint = Hint::kNone)
         : std::runtime_error(message), kind_(kind), hint_(hint) {}
+    /// Formats the message.
+    template <class... Values>
+    Error(ErrorKind kind, fmt::format_string<Values...> text, Values&&... values)
+        : Error(kind, fmt::format(text, std::forward<Values>(values)...)) {}
     ErrorKind kind() const { return kind_; }
     Hint hint() const { return hint_; }
 

@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const fs::path& path, const std::string& what) {
-    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", escape(path), what));
+    throw Error(ErrorKind::kBadInput, "{}: {}", escape(path), what);
 }
 
 std::string why_not_opened(int error) {
@@ -46,8 +46,8 @@ std::string read_input_file(const fs::path& path, std::uint64_t max_bytes) {
     const InputFile file(path);
     if (file.size() > max_bytes) {
         throw Error(ErrorKind::kLimit,
-                    fmt::format("{}: {} bytes are more than the {} that are read; split the scene",
-                                escape(path), file.size(), max_bytes));
+                    "{}: {} bytes are more than the {} that are read; split the scene",
+                    escape(path), file.size(), max_bytes);
     }
     std::string bytes(file.size(), '\0');
     file.read(0, std::as_writable_bytes(std::span(bytes)));

@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void fail_output(const fs::path& path, const std::string& what, const char* hint) {
-    throw Error(ErrorKind::kOutput, fmt::format("{}: {}; {}", path.native(), what, hint));
+    throw Error(ErrorKind::kOutput, "{}: {}; {}", path.native(), what, hint);
 }
 
 [[noreturn]] void fail_with_errno(const fs::path& path, int error) {

@@ -37,7 +37,6 @@ inline std::uint32_t rays_per_hit(std::uint32_t rays, std::uint32_t ao_count) {
     return rays == kRaysAo ? ao_count : 0;
 }
 
-/// Pixels whose camera ray hit something.
 std::uint64_t count_hits(const Frame& frame);
 
 /// Camera rays and secondary rays of an image that was traced with `params`. Shadow rays count for

@@ -28,8 +28,7 @@ public:
         : path_((fs::temp_directory_path() / "morphray_plot_XXXXXX").string()) {
         const int fd = mkstemp(path_.data());
         if (fd < 0) {
-            throw Error(ErrorKind::kOutput,
-                        fmt::format("{}: cannot be created for gnuplot; set TMPDIR", path_));
+            throw Error(ErrorKind::kOutput, "{}: cannot be created for gnuplot; set TMPDIR", path_);
         }
         close(fd);
         write_file(path_, text);
@@ -51,10 +50,9 @@ std::string script_path() {
         const fs::path path = (folder / place / "plot.gp").lexically_normal();
         if (fs::exists(path, error)) return path.string();
     }
-    throw Error(
-        ErrorKind::kUnavailable,
-        fmt::format("{}: is missing, which gnuplot needs; install morphray again",
-                    (folder / MORPHRAY_DATA_FROM_BIN / "plot.gp").lexically_normal().string()));
+    throw Error(ErrorKind::kUnavailable,
+                "{}: is missing, which gnuplot needs; install morphray again",
+                (folder / MORPHRAY_DATA_FROM_BIN / "plot.gp").lexically_normal().string());
 }
 
 /// Single quotes, in which gnuplot expands nothing.
@@ -92,9 +90,8 @@ std::string settings(const Figure& figure, const std::string& csv, std::string_v
 
 void require_gnuplot(std::string_view who) {
     if (run_shell("command -v gnuplot").status != 0) {
-        throw Error(
-            ErrorKind::kUnavailable,
-            fmt::format("{}: gnuplot is not installed; install the package gnuplot-nox", who));
+        throw Error(ErrorKind::kUnavailable,
+                    "{}: gnuplot is not installed; install the package gnuplot-nox", who);
     }
     script_path();
 }
@@ -114,8 +111,7 @@ std::string draw(const Figure& figure, std::string_view csv, std::string_view fo
     }
     // Again, for its message; warnings are of no interest.
     run_shell(command);
-    throw Error(ErrorKind::kInternal,
-                fmt::format("{}: gnuplot failed; its message is above", figure.title));
+    throw Error(ErrorKind::kInternal, "{}: gnuplot failed; its message is above", figure.title);
 }
 
 }  // namespace mray::plot

@@ -22,9 +22,7 @@ struct Figure {
 /// Throws Error(kUnavailable) without gnuplot or its script; `who` begins the message.
 void require_gnuplot(std::string_view who);
 
-/// The image, as "svg" or "png", of a figure that shows columns of this CSV. It is 640 pixels wide,
-/// and an SVG in a narrower window as wide as that. Throws Error:
-/// kInternal if gnuplot fails, kUnavailable without the script, kOutput without a temporary file.
+/// Draws a figure of columns of this CSV as "svg" or "png", 640 pixels wide. Throws Error.
 std::string draw(const Figure& figure, std::string_view csv, std::string_view format);
 
 }  // namespace mray::plot

@@ -106,11 +106,11 @@ ImageParams make_image_params(const ViewSpec& view, const WorldBounds& bounds,
     const ResolvedView resolved = resolve_view(view, bounds);
     check_view(view, resolved);
     const Axes axes = checked_axes(view, resolved);
-    const vec3 org = space.point_to_scene(resolved.eye.data(), "the eye");
+    const vec3 org = space.point_to_scene(to_dvec3(resolved.eye), "the eye");
 
     ImageParams params = {};
     params.camera = make_camera(view, axes, org);
-    params.light = space.point_to_scene(resolved.light.data(), "the light");
+    params.light = space.point_to_scene(to_dvec3(resolved.light), "the light");
     params.ao_tfar = static_cast<float>(
         std::clamp(space.length_to_scene(resolved.ao_distance), 0x1p-100, double(kInfiniteT)));
     params.width = view.width;

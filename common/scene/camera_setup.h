@@ -61,11 +61,9 @@ ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds);
 /// without any other, and for an `up` without direction, returns the view as it is.
 ViewSpec frame_object(const ViewSpec& view, std::span<const vec3> positions);
 
-/// Throws Error(kBadInput) if eye and target coincide, up is parallel to the view, fov is not in
-/// (0, 180) or too wide for the image's shape, a number is not finite, ao_distance is negative,
-/// or the eye or light is farther than a million scene sizes; Error(kBadArgument) when width,
-/// height or ao_count is 0; Error(kLimit) for more than 65536 pixels a side or 2^28 in all, or if
-/// ao_count is above 256.
+/// Throws Error: kBadInput for a view that shows nothing or is not finite, or whose eye or light is
+/// farther than a million scene sizes; kBadArgument for a size or ao_count of 0; kLimit above
+/// kMaxImageSide, 2^28 pixels or an ao_count of 256.
 ImageParams make_image_params(const ViewSpec& view, const WorldBounds& bounds,
                               const SceneSpace& space);
 

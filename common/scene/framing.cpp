@@ -37,11 +37,7 @@ struct SceneBox {
 SceneBox scene_box(const WorldBounds& bounds) {
     SceneBox unit;
     if (bounds.empty()) return unit;
-    SceneBox box;
-    for (int axis = 0; axis < 3; ++axis) {
-        box.centre[axis] = bounds.lower[axis] / 2 + bounds.upper[axis] / 2;
-        box.half[axis] = bounds.upper[axis] / 2 - bounds.lower[axis] / 2;
-    }
+    SceneBox box{bounds.lower / 2.0 + bounds.upper / 2.0, bounds.upper / 2.0 - bounds.lower / 2.0};
     if (box.radius() == 0) {
         const double size = std::hypot(box.centre.x, box.centre.y, box.centre.z);
         box.half = unit.half * (size > 0 ? size : 1);

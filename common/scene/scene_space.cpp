@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-#include <glm/vec3.hpp>
+#include <glm/common.hpp>
 
 #include "common/base/errors.h"
 #include "common/interop/arithmetic.h"
@@ -14,30 +14,18 @@ namespace mray {
 
 using glm::dvec3;
 
-void WorldBounds::extend(const double other_lower[3], const double other_upper[3]) {
-    const bool was_empty = empty();
-    for (int axis = 0; axis < 3; ++axis) {
-        lower[axis] = was_empty ? other_lower[axis] : std::min(lower[axis], other_lower[axis]);
-        upper[axis] = was_empty ? other_upper[axis] : std::max(upper[axis], other_upper[axis]);
-    }
-}
-
-WorldBounds bounds_of(std::span<const vec3> points) {
-    WorldBounds bounds;
-    for (const vec3 p : points) {
-        if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) continue;
-        const double point[3] = {p.x, p.y, p.z};
-        bounds.extend(point, point);
-    }
-    return bounds;
-}
-
 namespace {
+
+bool finite(const dvec3& p) {
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
+double largest_of(const dvec3& v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
 
 constexpr int kExtentExponent = 20;
 static_assert(kSceneExtent == 1 << kExtentExponent);
-
-bool finite(vec3 p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
 // Sterbenz: x - c is exact for floats with c/2 <= x <= 2c. The midpoint c of [lower, upper] has
 // that for both ends if upper <= 3 * lower (or mirrored); rounding c to float needs a little room.
@@ -54,10 +42,8 @@ float to_grid(double scaled) {
 }
 
 /// Whether a corner of bounds of floats is in the range of scene space.
-bool holds(const SceneSpace& space, const double corner[3]) {
-    const vec3 scene = space.to_scene(vec3(corner[0], corner[1], corner[2]));
-    const float farthest = std::max({std::abs(scene.x), std::abs(scene.y), std::abs(scene.z)});
-    return farthest <= kSceneExtent;
+bool holds(const SceneSpace& space, const dvec3& corner) {
+    return largest_of(space.to_scene(vec3(corner))) <= kSceneExtent;
 }
 
 /// The error of a - b as it is rounded (D. E. Knuth's two-sum).
@@ -65,10 +51,6 @@ double difference_error(double a, double b) {
     const double rounded = a - b;
     const double of_b = rounded - a;
     return (a - (rounded - of_b)) - (b + of_b);
-}
-
-double largest_of(const dvec3& v) {
-    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
 }
 
 /// Moves `org`, which has the rounding error `error`, along `dir` to where the ray is close to
@@ -103,6 +85,20 @@ double rounding_of(double t) {
 
 }  // namespace
 
+void WorldBounds::extend(const WorldBounds& other) {
+    if (other.empty()) return;
+    const bool was_empty = empty();
+    lower = was_empty ? other.lower : glm::min(lower, other.lower);
+    upper = was_empty ? other.upper : glm::max(upper, other.upper);
+}
+
+WorldBounds bounds_of(std::span<const vec3> points) {
+    WorldBounds bounds;
+    for (const vec3 p : points)
+        if (finite(p)) bounds.extend({p, p});
+    return bounds;
+}
+
 SceneSpace::SceneSpace(const WorldBounds& bounds) {
     if (bounds.empty()) return;
     double extent = 0;
@@ -112,9 +108,7 @@ SceneSpace::SceneSpace(const WorldBounds& bounds) {
                            std::abs(bounds.upper[axis] - centre_[axis])});
     }
     // All points coincide: their own size gives the scale.
-    if (extent == 0) {
-        for (int axis = 0; axis < 3; ++axis) extent = std::max(extent, std::abs(centre_[axis]));
-    }
+    if (extent == 0) extent = largest_of(centre_);
     if (extent == 0) return;
     int exponent = 0;
     const double mantissa = std::frexp(extent, &exponent);  // extent = mantissa * 2^exponent
@@ -149,7 +143,7 @@ vec3 SceneSpace::to_world(vec3 scene) const {
 double SceneSpace::length_to_scene(double world) const { return std::ldexp(world, exponent_); }
 double SceneSpace::length_to_world(double scene) const { return std::ldexp(scene, -exponent_); }
 
-vec3 SceneSpace::point_to_scene(const double world[3], const char* what) const {
+vec3 SceneSpace::point_to_scene(const dvec3& world, const char* what) const {
     vec3 scene;
     for (int axis = 0; axis < 3; ++axis) {
         const double scaled = std::ldexp(world[axis] - centre_[axis], exponent_);
@@ -167,17 +161,14 @@ SceneSpace space_of_frame(const WorldBounds& reference, const WorldBounds& frame
     const SceneSpace space(reference);
     if (frame.empty() || (holds(space, frame.lower) && holds(space, frame.upper))) return space;
     WorldBounds both = reference;
-    both.extend(frame.lower, frame.upper);
+    both.extend(frame);
     return SceneSpace(both);
 }
 
 SceneRay to_scene(const SceneSpace& space, const WorldRay& world) {
     SceneRay result;
-    double largest = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        if (!std::isfinite(world.org[axis]) || !std::isfinite(world.dir[axis])) return result;
-        largest = std::max(largest, std::abs(world.dir[axis]));
-    }
+    if (!finite(world.org) || !finite(world.dir)) return result;
+    const double largest = largest_of(world.dir);
     if (largest == 0 || !(world.tnear <= world.tfar) || !(world.tfar >= 0)) return result;
     int dir_exponent = std::ilogb(largest);
     // A value that rounds up to 2 takes the next exponent.

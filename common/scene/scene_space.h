@@ -3,6 +3,8 @@
 
 #include <span>
 
+#include <glm/ext/vector_double3.hpp>
+
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
 #include "common/scene/mesh.h"
@@ -12,12 +14,11 @@ namespace mray {
 /// Lower and upper corner of a set of points in world space, in double so that no extent of
 /// floats overflows. Without a finite point they are empty: lower > upper.
 struct WorldBounds {
-    double lower[3] = {1, 1, 1};
-    double upper[3] = {-1, -1, -1};
-    bool empty() const { return lower[0] > upper[0]; }
+    glm::dvec3 lower = {1, 1, 1};
+    glm::dvec3 upper = {-1, -1, -1};
+    bool empty() const { return lower.x > upper.x; }
 
-    /// Extends the bounds by a box that is not empty.
-    void extend(const double other_lower[3], const double other_upper[3]);
+    void extend(const WorldBounds& other);
 };
 
 /// The bounds of the finite points.
@@ -51,10 +52,10 @@ public:
 
     /// A point such as an eye or a light, which may lie outside the bounds. Throws Error(kBadInput)
     /// that names `what` if it is not finite or farther than 2^20 extents.
-    vec3 point_to_scene(const double world[3], const char* what) const;
+    vec3 point_to_scene(const glm::dvec3& world, const char* what) const;
 
 private:
-    double centre_[3] = {0, 0, 0};
+    glm::dvec3 centre_ = {0, 0, 0};
     int exponent_ = 0;
     double scale_ = 1;
 };
@@ -65,8 +66,8 @@ SceneSpace space_of_frame(const WorldBounds& reference, const WorldBounds& frame
 
 /// A ray in world space as read from a file, made fit for the hit rule.
 struct WorldRay {
-    double org[3];
-    double dir[3];
+    glm::dvec3 org;
+    glm::dvec3 dir;
     double tnear;
     double tfar;
 };

@@ -8,10 +8,9 @@
 
 namespace mray {
 
-/// The float nearest to a decimal number that is the whole of `text`: an optional sign, digits with
-/// or without a point, an optional exponent. Numbers that are too small become 0 or a denormal,
-/// those that are too large an infinity; "nan", "inf" and "infinity" are read in any case. Nothing
-/// for any other text: hexadecimal numbers, decimal commas, cut exponents, blanks, the empty text.
+/// The float nearest to the decimal number that is the whole of `text`; beyond floats an infinity.
+/// "nan", "inf" and "infinity" are read in any case. Returns nothing for any other text, such as
+/// hexadecimal numbers, decimal commas and blanks.
 std::optional<float> parse_float(std::string_view text);
 
 std::optional<double> parse_double(std::string_view text);

@@ -1,6 +1,5 @@
 #include "lab/accuracy/chart_scene.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -48,8 +47,7 @@ struct Origin {
 
 Origin origin_of(const SceneSpace& space, vec3 scene) {
     const vec3 world = space.to_world(scene);
-    const double point[3] = {world.x, world.y, world.z};
-    return {world, space.point_to_scene(point, "a ray's origin")};
+    return {world, space.point_to_scene(world, "a ray's origin")};
 }
 
 void add(ChartScene& scene, const Origin& origin, vec3 dir, std::vector<Ray> ChartSpace::*rays) {

@@ -22,8 +22,7 @@ WorldBounds bounds_of_frames(const Animation& animation) {
     std::vector<vec3> positions(animation.topology().vertex_count);
     for (double frame = animation.first_frame(); frame <= animation.last_frame(); ++frame) {
         animation.positions(frame, positions);
-        const WorldBounds bounds = bounds_of(positions);
-        if (!bounds.empty()) all.extend(bounds.lower, bounds.upper);
+        all.extend(bounds_of(positions));
     }
     return all;
 }

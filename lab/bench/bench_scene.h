@@ -31,7 +31,6 @@ struct BenchScene {
     cpu::ShadedMesh mesh() const { return {&animation->topology(), positions}; }
 };
 
-/// The positions of a whole frame in scene space.
 std::vector<vec3> positions_at(const BenchScene& scene, double frame);
 
 /// A view counts as full from this share of hits on, because a silhouette leaves out some corner.

@@ -1,7 +1,6 @@
 #include <tbb/parallel_for.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -53,7 +52,6 @@ private:
     std::vector<std::uint32_t> sums_;
 };
 
-/// A square of pixels.
 struct Window {
     std::uint32_t x;
     std::uint32_t y;
@@ -103,24 +101,20 @@ ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const Scene
     const double middle_x = window.x + window.side / 2.0;
     const double middle_y = window.y + window.side / 2.0;
     const ResolvedView resolved = resolve_view(coarse, bounds);
-    Point forward;
-    for (int axis = 0; axis < 3; ++axis) {
-        forward[axis] =
-            camera.corner[axis] + camera.du[axis] * middle_x + camera.dv[axis] * middle_y;
-    }
+    const glm::dvec3 forward = glm::dvec3(camera.corner) + glm::dvec3(camera.du) * middle_x +
+                               glm::dvec3(camera.dv) * middle_y;
     const double half_height =
         std::tan(whole.fov * (std::numbers::pi / 360)) * window.side / kProbeSide;
-    const double depth = std::hypot(forward[0], forward[1], forward[2]);
+    const double depth = std::hypot(forward.x, forward.y, forward.z);
 
     ViewSpec fill = whole;
     fill.eye = resolved.eye;
     fill.light = resolved.light;
     fill.fov = std::atan(half_height / depth) * (360 / std::numbers::pi);
-    const double reach =
-        std::hypot(resolved.target[0] - resolved.eye[0], resolved.target[1] - resolved.eye[1],
-                   resolved.target[2] - resolved.eye[2]);
-    fill.target = resolved.eye;
-    for (int axis = 0; axis < 3; ++axis) (*fill.target)[axis] += reach / depth * forward[axis];
+    const glm::dvec3 eye = to_dvec3(resolved.eye);
+    const glm::dvec3 to_target = to_dvec3(resolved.target) - eye;
+    const double reach = std::hypot(to_target.x, to_target.y, to_target.z);
+    fill.target = to_point(eye + reach / depth * forward);
     return fill;
 }
 

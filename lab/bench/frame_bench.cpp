@@ -20,7 +20,6 @@ namespace {
 constexpr std::size_t kMostFrames = 12;
 constexpr double kFrameStep = 2;
 
-/// The animation's frames, as all methods are given them.
 struct Played {
     const BenchScene& scene;
     ImageParams params;
@@ -49,7 +48,6 @@ public:
     /// Returns the milliseconds that it took.
     virtual double run(std::size_t frame) = 0;
 
-    /// How many pixels of the last frame show another triangle.
     std::uint64_t count_mismatches(const FrameMethod& other) const {
         std::uint64_t count = 0;
         for (std::size_t i = 0; i < frame_.hits.size(); ++i)

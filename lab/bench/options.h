@@ -22,7 +22,6 @@ struct BenchOptions {
     /// The shared objects of two builds, and instruction sets.
     std::string this_build, other_build;
     std::vector<std::string> simd = {best_simd_target().name};
-    /// The arguments as they were given.
     std::string line;
 
     bool wants(const std::string& work) const;

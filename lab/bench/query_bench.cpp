@@ -68,7 +68,6 @@ public:
     }
 
 private:
-    /// As many as the image has pixels.
     std::size_t query_count() const {
         return std::size_t{scene_.params.width} * scene_.params.height;
     }

@@ -45,7 +45,6 @@ std::vector<vec3> points_near_surface(const BenchScene& scene, std::size_t count
 
 /// Rays without an end from points_in_box() in directions of all kinds, in any order.
 std::vector<Ray> random_rays(const BenchScene& scene, std::size_t count);
-/// The half-lines from points along +z.
 std::vector<Ray> rays_up(std::span<const vec3> points);
 
 /// The point of the triangle a, b, c that is closest to p, in plain floats (C. Ericson. Real-Time

@@ -13,7 +13,6 @@
 namespace mray::bench {
 namespace {
 
-/// Milliseconds of a part, by round.
 using Samples = std::vector<double>;
 
 Times times_of(std::span<const Samples> parts) {

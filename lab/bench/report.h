@@ -27,7 +27,6 @@ struct Method {
     std::function<std::uint64_t()> differences = {};
 };
 
-/// Calls work(), and returns the milliseconds that it took.
 template <class Work>
 double timed(const Work& work) {
     const Stopwatch watch;
@@ -60,12 +59,10 @@ struct Row {
     Unit unit = Unit::kMs;
     /// The number of rays, triangles or queries of a run; unused for kMs.
     std::uint64_t count = 0;
-    /// The method of morphray, and that which it is compared with.
     std::string tracer = {};
     std::string peer = {};
     Times ours = {};
     Times theirs = {};
-    /// How many answers differ.
     std::uint64_t differences = 0;
 };
 
@@ -86,7 +83,6 @@ private:
     std::string head_;
     std::string file_;
     std::string scene_;
-    /// That of the last row, with its unit.
     std::string work_;
     int threads_ = 0;
     Table table_;

@@ -27,7 +27,6 @@ std::vector<Method> methods_of(const std::vector<Tracer>& tracers, ThreadArena& 
     return methods;
 }
 
-/// The fastest peers of each group by a short trial.
 std::vector<Tracer> finalists_of(std::vector<Tracer> peers, ThreadArena& arena,
                                  std::span<const WorkPart> all_parts) {
     std::vector<WorkPart> parts;

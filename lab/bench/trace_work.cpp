@@ -35,7 +35,6 @@ void close_tile(TraceWork& work, const cpu::Tile& tile, std::size_t begin) {
     work.tiles.push_back({tile, begin, work.rays.size()});
 }
 
-/// Adds the rays of a pixel whose camera ray has that hit.
 void add_secondary_rays(TraceWork& work, const cpu::ShadedMesh& mesh, std::uint32_t x,
                         std::uint32_t y, const Ray& ray, const Hit& hit) {
     const ImageParams& params = work.params;

@@ -39,7 +39,6 @@ struct TileRays {
     std::size_t end;
 };
 
-/// The tiles `begin` to `end` of a work.
 struct WorkPart {
     std::size_t begin;
     std::size_t end;
@@ -78,7 +77,6 @@ struct TraceAnswers {
           occluded(work.any_hit() ? work.rays.size() : 0) {}
 };
 
-/// How a tracer takes its rays.
 enum class RaysAtOnce {
     /// A tile's or a packet's.
     kPacket,

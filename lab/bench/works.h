@@ -20,7 +20,6 @@ struct Rig {
     Report& report;
 };
 
-/// As timed(), in an arena.
 template <class Work>
 double timed_in(ThreadArena& arena, const Work& work) {
     return timed([&] { arena.execute(work); });
@@ -36,14 +35,12 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
 /// Builds trees, against Embree's Morton, binned and spatial-split builds; `primary` as above.
 void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
 
-/// Plays every second frame, 12 at most: the tree follows by the policy Auto, and an image with
-/// shadows is traced and shaded; against Embree's 16-wide packets, refitted or built again, and the
-/// 2007 method, refitted. Nothing for a single frame.
+/// Plays every second frame, 12 at most, and traces and shades an image with shadows: by the policy
+/// Auto, by Embree's 16-wide packets, refitted or built again, and by the 2007 method, refitted.
 void bench_frame(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
 
-/// By the public interface, as many times as an image has pixels: closest points, against Embree's
-/// point queries and CGAL's AABB_tree; numbers of hits, and which points are inside, against
-/// Embree's single rays with a filter. Peers are the fastest, robust and fast scenes apart.
+/// Asks by the public interface for closest points, against Embree's point queries and CGAL's
+/// AABB_tree, and for counts of hits and insides, against Embree's single rays with a filter.
 void bench_queries(const Rig& rig, const BenchScene& scene);
 
 }  // namespace mray::bench

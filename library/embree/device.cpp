@@ -16,7 +16,6 @@ namespace {
 
 constexpr std::uint64_t kNoDevice = 0;
 
-/// The errors of this thread.
 struct Errors {
     /// The first one since the last look, by the number of its device.
     std::map<std::uint64_t, RTCError> first;
@@ -55,7 +54,6 @@ RTCError code_of(morphray::ErrorCode code) {
     }
 }
 
-/// Describes the exception that is being handled.
 Failure current_failure() {
     try {
         throw;

@@ -46,7 +46,6 @@ private:
     std::atomic<int> references_ = 1;
 };
 
-/// A reference to an object, or null.
 template <class Type>
 class Ref {
 public:

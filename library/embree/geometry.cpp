@@ -2,6 +2,8 @@
 
 #include <new>
 
+#include <glm/geometric.hpp>
+
 #include "library/embree/scene.h"
 
 namespace mray::embree {
@@ -10,10 +12,9 @@ namespace {
 constexpr std::size_t kPadding = 16;
 constexpr std::align_val_t kAlignment{64};
 
-/// The layout of a matrix in memory.
 struct MatrixLayout {
-    std::size_t row_step;
-    std::size_t column_step;
+    int row_step;
+    int column_step;
     bool has_last_row;
 };
 
@@ -32,13 +33,10 @@ MatrixLayout layout_of(RTCFormat format) {
     }
 }
 
-morphray::Vec3 mapped(const double (&columns)[4][3], const morphray::Vec3& p, double w) {
-    double sum[3];
-    for (int row = 0; row < 3; ++row) {
-        sum[row] = columns[0][row] * double{p.x} + columns[1][row] * double{p.y} +
-                   columns[2][row] * double{p.z} + columns[3][row] * w;
-    }
-    return {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])};
+morphray::Vec3 mapped(const glm::dvec3 (&columns)[4], const morphray::Vec3& p, double w) {
+    const glm::vec3 sum(columns[0] * double{p.x} + columns[1] * double{p.y} +
+                        columns[2] * double{p.z} + columns[3] * w);
+    return {sum.x, sum.y, sum.z};
 }
 
 }  // namespace
@@ -107,16 +105,8 @@ morphray::Vec3 Transform::vector(const morphray::Vec3& v) const { return mapped(
 
 Transform Transform::inverse() const {
     const auto& [a, b, c, d] = columns;
-    const auto cross = [](const double(&p)[3], const double(&q)[3], double(&out)[3]) {
-        out[0] = p[1] * q[2] - p[2] * q[1];
-        out[1] = p[2] * q[0] - p[0] * q[2];
-        out[2] = p[0] * q[1] - p[1] * q[0];
-    };
-    double rows[3][3];
-    cross(b, c, rows[0]);
-    cross(c, a, rows[1]);
-    cross(a, b, rows[2]);
-    const double determinant = a[0] * rows[0][0] + a[1] * rows[0][1] + a[2] * rows[0][2];
+    const glm::dvec3 rows[] = {glm::cross(b, c), glm::cross(c, a), glm::cross(a, b)};
+    const double determinant = glm::dot(a, rows[0]);
     Transform result;
     for (int row = 0; row < 3; ++row) {
         double moved = 0;
@@ -134,8 +124,8 @@ Transform read_transform(RTCFormat format, const void* floats) {
     if (floats == nullptr) fail_argument("the transformation is null");
     const auto* const values = static_cast<const float*>(floats);
     Transform result;
-    for (std::size_t column = 0; column < 4; ++column) {
-        for (std::size_t row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 3; ++row) {
             result.columns[column][row] =
                 double{values[row * layout.row_step + column * layout.column_step]};
         }
@@ -147,9 +137,9 @@ void write_transform(const Transform& transform, RTCFormat format, void* floats)
     const MatrixLayout layout = layout_of(format);
     if (floats == nullptr) fail_argument("the transformation is null");
     auto* const values = static_cast<float*>(floats);
-    for (std::size_t column = 0; column < 4; ++column) {
+    for (int column = 0; column < 4; ++column) {
         float* const first = values + column * layout.column_step;
-        for (std::size_t row = 0; row < 3; ++row)
+        for (int row = 0; row < 3; ++row)
             first[row * layout.row_step] = static_cast<float>(transform.columns[column][row]);
         if (layout.has_last_row) first[3 * layout.row_step] = column == 3 ? 1.0f : 0.0f;
     }

@@ -6,6 +6,8 @@
 #include <map>
 #include <utility>
 
+#include <glm/ext/vector_double3.hpp>
+
 #include "library/embree/device.h"
 #include "morphray/geometry.hpp"
 
@@ -13,7 +15,7 @@ namespace mray::embree {
 
 class SceneObject;
 
-/// Bytes of the caller or of our own, which geometries share.
+/// Geometries share these bytes, which are the caller's or our own.
 class Buffer final : public Object {
 public:
     /// Owns `size` bytes, and 16 more that a reader of vectors may touch.
@@ -49,7 +51,7 @@ struct BufferView {
 
 /// Maps a point p to columns[0] * p.x + columns[1] * p.y + columns[2] * p.z + columns[3].
 struct Transform {
-    double columns[4][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
+    glm::dvec3 columns[4] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
 
     morphray::Vec3 point(const morphray::Vec3& p) const;
     morphray::Vec3 vector(const morphray::Vec3& v) const;
@@ -61,13 +63,13 @@ struct Transform {
 Transform read_transform(RTCFormat format, const void* floats);
 void write_transform(const Transform& transform, RTCFormat format, void* floats);
 
-/// Numbers of changes, by which a scene finds what happened since its last commit.
+/// A scene finds by these counts what has changed since its last commit.
 struct GeometryVersion {
-    /// Triangles, buffers, and whether it is enabled.
+    /// Triangles and buffers count here, and whether it is enabled.
     std::uint64_t shape = 0;
-    /// Positions and transformations.
+    /// Positions and transformations count here.
     std::uint64_t pose = 0;
-    /// Masks, filters and qualities.
+    /// Masks, filters and qualities count here.
     std::uint64_t settings = 0;
 
     bool operator==(const GeometryVersion&) const = default;
@@ -100,7 +102,7 @@ public:
     unsigned int mask = kDefaultMask;
     RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM;
     unsigned int time_steps = 1;
-    /// Of instances alone.
+    /// Only instances have one.
     Ref<SceneObject> instanced;
     Transform transform;
 
@@ -108,7 +110,7 @@ public:
     RTCFilterFunctionN intersect_filter = nullptr;
     RTCFilterFunctionN occluded_filter = nullptr;
     RTCPointQueryFunction point_query = nullptr;
-    /// Whether it asked for the filter of a query's arguments.
+    /// It asked for the filter of a query's arguments.
     bool takes_argument_filter = false;
 
 private:

@@ -30,6 +30,12 @@ Ref<Buffer> owned(Buffer* made) {
     return buffer;
 }
 
+void set_enabled(const char* call, RTCGeometry geometry, bool is_enabled) {
+    with<Geometry>(call, geometry, [&](Geometry& g) {
+        if (std::exchange(g.is_enabled, is_enabled) != is_enabled) ++g.version.shape;
+    });
+}
+
 void set_filter(const char* call, RTCGeometry geometry, RTCFilterFunctionN Geometry::*member,
                 RTCFilterFunctionN filter) {
     with<Geometry>(call, geometry, [&](Geometry& g) {
@@ -84,17 +90,8 @@ void rtcCommitGeometry(RTCGeometry geometry) {
     });
 }
 
-void rtcEnableGeometry(RTCGeometry geometry) {
-    with<Geometry>(__func__, geometry, [](Geometry& g) {
-        if (!std::exchange(g.is_enabled, true)) ++g.version.shape;
-    });
-}
-
-void rtcDisableGeometry(RTCGeometry geometry) {
-    with<Geometry>(__func__, geometry, [](Geometry& g) {
-        if (std::exchange(g.is_enabled, false)) ++g.version.shape;
-    });
-}
+void rtcEnableGeometry(RTCGeometry geometry) { set_enabled(__func__, geometry, true); }
+void rtcDisableGeometry(RTCGeometry geometry) { set_enabled(__func__, geometry, false); }
 
 void rtcSetGeometryTimeStepCount(RTCGeometry geometry, unsigned int count) {
     with<Geometry>(__func__, geometry, [&](Geometry& g) {

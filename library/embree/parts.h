@@ -10,6 +10,10 @@
 #include <map>
 #include <vector>
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
 #include "library/embree/geometry.h"
 #include "morphray/geometry.hpp"
 #include "morphray/mesh.hpp"
@@ -22,56 +26,47 @@ inline bool is_in_range(const morphray::Vec3& p) {
     return std::abs(p.x) < kLimit && std::abs(p.y) < kLimit && std::abs(p.z) < kLimit;
 }
 
-/// A box; lower > upper if nothing is in it.
+/// A box has lower > upper if nothing is in it.
 struct Bounds {
-    static constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    std::array<float, 3> lower = {kInfinity, kInfinity, kInfinity};
-    std::array<float, 3> upper = {-kInfinity, -kInfinity, -kInfinity};
+    glm::vec3 lower{std::numeric_limits<float>::infinity()};
+    glm::vec3 upper{-std::numeric_limits<float>::infinity()};
 
     void add(const morphray::Vec3& p) { add({{p.x, p.y, p.z}, {p.x, p.y, p.z}}); }
     void add(const Bounds& other) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            lower[axis] = std::min(lower[axis], other.lower[axis]);
-            upper[axis] = std::max(upper[axis], other.upper[axis]);
-        }
+        lower = glm::min(lower, other.lower);
+        upper = glm::max(upper, other.upper);
     }
-    /// The squared distance of a point.
-    float distance2(const std::array<float, 3>& point) const {
-        float sum = 0;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const float beside =
-                std::max({lower[axis] - point[axis], 0.0f, point[axis] - upper[axis]});
-            sum += beside * beside;
-        }
-        return sum;
+    float distance2(const glm::vec3& point) const {
+        const glm::vec3 beside = glm::max(glm::max(lower - point, 0.0f), point - upper);
+        return glm::dot(beside, beside);
     }
 };
 
 /// A mesh as a scene was committed with it. What it reads of the caller stays alive with it.
 struct Part {
     Ref<Geometry> mesh;
-    /// Null if the mesh is attached to the scene itself.
+    /// It is null if the mesh is attached to the scene itself.
     Ref<Geometry> instance;
-    /// Those of mesh and instance at the last commit.
+    /// Mesh and instance had these at the last commit.
     std::array<GeometryVersion, 2> versions = {};
     unsigned int geom_id = kInvalid;
     unsigned int inst_id = kInvalid;
     BufferView vertices = {};
     BufferView indices = {};
     bool is_quads = false;
-    /// Up to the last one that a triangle has. Later ones, as Blender adds, may be unset memory.
+    /// Vertices behind the last one of a triangle, as Blender adds, may be unset memory.
     std::size_t used_vertices = 0;
     /// Whether the tracer has all triangles, and each of the used_vertices belongs to one.
     bool is_whole = false;
-    /// Those of mesh and instance. A ray passes by if it shares no bit with one of them.
+    /// A ray passes by if it shares no bit with the mask of the mesh or with that of the instance.
     std::array<unsigned int, 2> masks = {};
     Transform to_world = {};
     Transform to_object = {};
     /// The tracer reads own_positions of instances and of meshes with vertices too far away.
     bool has_own_positions = false;
-    /// In the space of the scene; no numbers for vertices that are out of range.
+    /// They are in the space of the scene. Vertices that are out of range are NaN.
     std::vector<morphray::Vec3> own_positions = {};
-    /// The box of the triangles that can be hit, in the space of the scene.
+    /// It encloses the triangles that can be hit, in the space of the scene.
     Bounds bounds = {};
     /// The triangles that find_traced_corners() did not find when the tracer was given the others.
     std::vector<std::size_t> left_out = {};
@@ -110,12 +105,11 @@ struct Part {
         const auto* const ids = indices.at<std::uint32_t>(triangle / 2);
         return std::all_of(ids, ids + 4, [&](std::uint32_t id) { return is_in_range(vertex(id)); });
     }
-    /// The corner in the space of the mesh.
     morphray::Vec3 vertex(std::uint32_t index) const {
         const auto* const p = vertices.at<float>(index);
         return {p[0], p[1], p[2]};
     }
-    /// The corner in the space of the scene.
+    /// Returns the corner in the space of the scene.
     morphray::Vec3 placed_vertex(std::uint32_t index) const {
         return has_own_positions ? own_positions[index] : vertex(index);
     }
@@ -125,9 +119,7 @@ struct Part {
 
     /// Computes the transformations of instances, and own_positions.
     void place();
-    /// Computes own_normals.
     void make_normals();
-    /// Finds used_vertices and is_whole.
     void find_used_vertices();
     /// Computes bounds, left_out and reads_far_vertex.
     void measure();
@@ -137,13 +129,11 @@ struct Part {
     morphray::MeshView view(std::vector<std::uint32_t>& triangles) const;
 };
 
-/// Geometries by the IDs that they are attached with.
 using Attachments = std::map<unsigned int, Ref<Geometry>>;
 
 /// The enabled meshes by the IDs on the way to them: ties go to the lowest. Throws Failure.
 std::vector<Part> collect_parts(const Attachments& attachments);
 
-/// Whether two lists are over the same triangles.
 bool have_same_shape(const std::vector<Part>& a, const std::vector<Part>& b);
 
 }  // namespace mray::embree

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include <glm/geometric.hpp>
+
 #include "library/embree/scene.h"
 
 namespace mray::embree {
@@ -27,7 +29,7 @@ public:
 
     /// The nearer half of each node comes first. `radius` is read again after each call.
     template <class Visit>
-    void visit_near(const std::array<float, 3>& point, const float& radius, Visit visit) const {
+    void visit_near(const glm::vec3& point, const float& radius, Visit visit) const {
         if (!boxes_.empty()) visit_range(0, boxes_.size(), point, radius, visit);
     }
 
@@ -36,7 +38,7 @@ private:
 
     void build(std::size_t first, std::size_t last);
     template <class Visit>
-    void visit_range(std::size_t first, std::size_t last, const std::array<float, 3>& point,
+    void visit_range(std::size_t first, std::size_t last, const glm::vec3& point,
                      const float& radius, Visit& visit) const {
         const auto is_near = [&](float distance2) { return distance2 <= radius * radius; };
         if (last - first <= kLeaf) {
@@ -55,7 +57,7 @@ private:
             if (is_near(left)) visit_range(first, middle, point, radius, visit);
         }
     }
-    float distance2(std::size_t first, std::size_t last, const std::array<float, 3>& point) const {
+    float distance2(std::size_t first, std::size_t last, const glm::vec3& point) const {
         return last - first <= kLeaf ? 0 : bounds_[first + (last - first) / 2].distance2(point);
     }
 
@@ -72,8 +74,8 @@ void BoxTree::build(std::size_t first, std::size_t last) {
     if (last - first <= kLeaf) return;
     Bounds around;
     for (std::size_t i = first; i < last; ++i) around.add(boxes_[i]);
-    std::size_t longest = 0;
-    for (std::size_t axis = 1; axis < 3; ++axis) {
+    int longest = 0;
+    for (int axis = 1; axis < 3; ++axis) {
         if (around.upper[axis] - around.lower[axis] > around.upper[longest] - around.lower[longest])
             longest = axis;
     }
@@ -117,10 +119,7 @@ std::vector<PrimBox> boxes_of(const std::vector<Part>& parts) {
 
 /// The factor of lengths, if the transformation is a similarity; otherwise 0.
 float similarity_of(const Transform& t) {
-    const auto dot = [&](int i, int j) {
-        return t.columns[i][0] * t.columns[j][0] + t.columns[i][1] * t.columns[j][1] +
-               t.columns[i][2] * t.columns[j][2];
-    };
+    const auto dot = [&](int i, int j) { return glm::dot(t.columns[i], t.columns[j]); };
     const double scale2 = dot(0, 0);
     const double most = 1e-5 * scale2;
     const bool is_similarity =

@@ -15,13 +15,12 @@ namespace mray::embree {
 inline constexpr std::size_t kHitMembers = MORPHRAY_EMBREE == 3 ? 8 : 9;
 inline void copy_hit(RTCHit& to, const RTCHit& from) { std::memcpy(&to, &from, 4 * kHitMembers); }
 
-/// The arguments of a query beside its rays.
 struct QueryOptions {
-    /// May be null.
+    /// The context may be null.
     Context* context = nullptr;
-    /// The filter of context or arguments; null: none.
+    /// The filter of context or arguments is null if there is none.
     RTCFilterFunctionN filter = nullptr;
-    /// Whether it is called for geometries that have not asked for it.
+    /// It is also called for geometries that have not asked for it.
     bool filters_all = false;
 };
 
@@ -44,7 +43,7 @@ inline float least_t(float tnear, bool is_robust) {
     return std::bit_cast<float>(std::bit_cast<std::uint32_t>(tnear) + 1);
 }
 
-/// Answers the rays of a call. One thread's.
+/// Answers the rays of a call in one thread.
 class Query {
 public:
     enum class Kind { closest, occlusion };
@@ -68,11 +67,10 @@ public:
                 {ray.dir_x, ray.dir_y, ray.dir_z},
                 ray.tfar};
     }
-    /// Whether the first hit of a ray with this mask is let through.
+    /// Returns true if the first hit of a ray with this mask is let through.
     bool takes_any_hit(unsigned int ray_mask) const {
         return !has_filters_ && committed_.all_seen(ray_mask);
     }
-    /// Whether filters are asked about hits.
     bool has_filters() const { return has_filters_; }
     /// The closest hit with a mesh that the mask lets through.
     morphray::Hit intersect(const morphray::Ray& traced, unsigned int ray_mask) const {

@@ -76,7 +76,6 @@ struct Stream {
     }
 };
 
-/// Pointers to rays.
 struct Pointers {
     void* const* rays;
 
@@ -85,7 +84,6 @@ struct Pointers {
 
 #endif
 
-/// Stores a hit that is let through in its lane.
 template <Query::Kind kind, class Lane>
 void store(const Query& query, const morphray::Hit& found, const Lane& lane) {
     if constexpr (kind == kOcclusion) {
@@ -172,7 +170,6 @@ void trace_batch(const Query& query, const Layout& rays, Batch& batch, std::size
     batch = std::move(mine);
 }
 
-/// Traces one ray of a layout.
 template <Query::Kind kind, class Lane>
 void trace_lane(const Query& query, const Lane& lane) {
     const RTCRay& ray = lane.load();

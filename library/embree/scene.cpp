@@ -52,7 +52,6 @@ void prepare(std::vector<Part>& parts) {
     }
 }
 
-/// Builds the tree of parts that are prepared, which is none without triangles.
 std::optional<morphray::Scene> build_tree(const std::vector<Part>& parts, const BuildWay& way,
                                           const morphray::Device& tracer) {
     std::vector<std::vector<std::uint32_t>> triangles(parts.size());

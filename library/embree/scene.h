@@ -13,10 +13,9 @@ namespace mray::embree {
 
 class BoxTree;
 
-/// How a tree is built.
 struct BuildWay {
     RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM;
-    /// Whether updates refit, whatever the tree is like then.
+    /// Updates refit, whatever the tree is like then.
     bool is_refitted = false;
 
     bool operator==(const BuildWay&) const = default;
@@ -25,24 +24,22 @@ struct BuildWay {
 /// The scene as queries read it. Its parts are the meshes of `scene`, by geom_id.
 struct Committed {
     std::vector<Part> parts;
-    /// Nothing if the scene has no triangles.
+    /// A scene without triangles has none.
     std::optional<morphray::Scene> scene;
     BuildWay way;
     bool is_robust = false;
-    /// Whether rays are compared with masks: only where the caller has set one.
+    /// Rays are compared with masks only where the caller has set one.
     bool uses_masks = false;
     /// All different masks on the way to meshes, if they are used.
     std::vector<unsigned int> masks;
-    /// Whether a mesh has a filter for hits, or for occlusion.
+    /// A mesh has a filter for hits, or for occlusion.
     bool filters_hits = false;
     bool filters_occlusion = false;
 
     void read_settings();
-    /// Whether a ray with this mask passes by no mesh.
+    /// Returns true if a ray with this mask passes by no mesh.
     bool all_seen(unsigned int ray_mask) const {
-        for (const unsigned int mask : masks)
-            if ((mask & ray_mask) == 0) return false;
-        return true;
+        return std::ranges::none_of(masks, [&](auto mask) { return (mask & ray_mask) == 0; });
     }
     /// A tree of all primitives, made by the first call at a pose. Threads may call it at once.
     const BoxTree& boxes() const;

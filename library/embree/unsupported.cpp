@@ -114,14 +114,12 @@ MORPHRAY_REFUSED(rtcInvokeIntersectFilterFromGeometry, kNoHandle, kUser,
 MORPHRAY_REFUSED(rtcInvokeOccludedFilterFromGeometry, kNoHandle, kUser,
                  const RTCOccludedFunctionNArguments*, const RTCFilterFunctionNArguments*)
 
-/// Defines the functions by which user geometries forward one ray.
 #define MORPHRAY_FORWARD(kind)                                                                    \
     MORPHRAY_REFUSED(rtcForward##kind##1, kNoHandle, kUser, const RTC##kind##FunctionNArguments*, \
                      RTCScene, RTCRay*, unsigned int)                                             \
     MORPHRAY_REFUSED(rtcForward##kind##1Ex, kNoHandle, kUser,                                     \
                      const RTC##kind##FunctionNArguments*, RTCScene, RTCRay*, unsigned int,       \
                      unsigned int)
-/// Defines those for packets of n rays.
 #define MORPHRAY_FORWARD_PACKET(kind, n)                                                       \
     MORPHRAY_REFUSED(rtcForward##kind##n, kNoHandle, kUser, const int*,                        \
                      const RTC##kind##FunctionNArguments*, RTCScene, RTCRay##n*, unsigned int) \

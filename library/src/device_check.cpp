@@ -134,7 +134,6 @@ std::filesystem::path file_of(const mray::gpu::DeviceInfo& info) {
     return folder / "morphray" / ("device-" + info.uuid);
 }
 
-/// The kept result, if there is one of this key.
 std::optional<DeviceCheck> kept_check(const mray::gpu::DeviceInfo& info) {
     const std::string key = key_of(info);
     std::ifstream file(file_of(info), std::ios::binary);

@@ -44,7 +44,7 @@ public:
         : meshes_(meshes), options_(options) {
         const std::size_t excluded = options.excluded.size();
         if (excluded != 0 && excluded != rays)
-            throw_bad_argument(fmt::format("{} rays, but {} excluded triangles", rays, excluded));
+            throw_bad_argument("{} rays, but {} excluded triangles", rays, excluded);
     }
 
     bool sees_all() const { return options_.visible.empty() && options_.excluded.empty(); }

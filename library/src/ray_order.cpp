@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include <glm/common.hpp>
+
 namespace morphray::detail {
 namespace {
 
@@ -38,7 +40,6 @@ struct Range {
     double size() const { return double{upper} - lower; }
 };
 
-/// The range of coordinate k of samples.
 Range range_of(std::span<const Coordinates> samples, std::size_t k) {
     std::vector<float> values;
     values.reserve(samples.size());
@@ -180,13 +181,11 @@ std::span<const std::uint32_t> RaySorter::sort(std::span<const Ray> rays,
 std::vector<std::uint32_t> order_points(std::span<const mray::vec3> points, PointOrder by) {
     const int axes = by == PointOrder::columns ? 2 : 3;
     constexpr float kMost = std::numeric_limits<float>::max();
-    float lower[3] = {kMost, kMost, kMost};
-    float upper[3] = {-kMost, -kMost, -kMost};
+    mray::vec3 lower(kMost);
+    mray::vec3 upper(-kMost);
     for (const mray::vec3& p : points) {
-        for (int axis = 0; axis < 3; ++axis) {
-            lower[axis] = std::min(lower[axis], p[axis]);
-            upper[axis] = std::max(upper[axis], p[axis]);
-        }
+        lower = glm::min(lower, p);
+        upper = glm::max(upper, p);
     }
     const auto cells = static_cast<float>(1u << (kBits / static_cast<std::uint32_t>(axes)));
     float scale[3];

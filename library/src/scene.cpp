@@ -21,20 +21,19 @@ mray::PolicySpec spec_of(const UpdatePolicy& policy) {
     if (const auto* const every = std::get_if<Every>(&policy)) {
         if (every->poses >= 1 && every->poses <= mray::kMostPeriod)
             return {mray::PolicyKind::kEvery, every->poses};
-        throw_bad_argument(fmt::format("Every: a tree is used for 1 to {} poses, not for {}",
-                                       mray::kMostPeriod, every->poses));
+        throw_bad_argument("Every: a tree is used for 1 to {} poses, not for {}", mray::kMostPeriod,
+                           every->poses);
     }
     const Auto& automatic = std::get<Auto>(policy);
     for (const auto& [name, budget] :
          {std::pair("budget_ms", automatic.budget_ms), std::pair("budget", automatic.budget)}) {
         if (std::isfinite(budget) && budget >= 0) continue;
-        throw_bad_argument(
-            fmt::format("Auto: {} is {}; give a finite number that is not negative", name, budget));
+        throw_bad_argument("Auto: {} is {}; give a finite number that is not negative", name,
+                           budget);
     }
     return {mray::PolicyKind::kAuto};
 }
 
-/// The settings of an Auto; for others the defaults.
 mray::UpdateConfig config_of(const UpdatePolicy& policy) {
     const auto* const automatic = std::get_if<Auto>(&policy);
     if (automatic == nullptr) return {};
@@ -181,8 +180,7 @@ Update update_mesh(const std::unique_ptr<SceneImpl>& impl, std::uint32_t geom_id
         Change change(impl);
         SceneImpl& scene = change.usable();
         const detail::MeshPlace* const mesh = scene.meshes.find(geom_id);
-        if (mesh == nullptr)
-            throw_bad_argument(fmt::format("the scene has no mesh with geom_id {}", geom_id));
+        if (mesh == nullptr) throw_bad_argument("the scene has no mesh with geom_id {}", geom_id);
         if (scene.meshes.has_changes()) {
             throw_bad_argument(
                 "meshes have been attached or detached; call update() without a mesh first");
@@ -283,8 +281,8 @@ Update Scene::update_with_new_bounds() { return update_all(impl_, true); }
 Update Scene::update(std::uint32_t geom_id, std::size_t first, std::size_t count) {
     return update_mesh(impl_, geom_id, [&](SceneImpl&, const detail::MeshPlace& mesh) {
         if (first > mesh.positions.count || count > mesh.positions.count - first) {
-            throw_bad_argument(fmt::format("{} positions from number {} on, of a mesh that has {}",
-                                           count, first, mesh.positions.count));
+            throw_bad_argument("{} positions from number {} on, of a mesh that has {}", count,
+                               first, mesh.positions.count);
         }
         return std::pair(first, count);
     });

@@ -126,7 +126,6 @@ mray::HitLists list_first_hits(const SceneImpl& scene, std::span<const mray::Ray
     return lists;
 }
 
-/// The first hit of a ray after a cursor.
 mray::Hit find_next(const SceneImpl& scene, const mray::Ray& ray, const mray::HitCursor& after,
                     Crossing crossing, const RayFilter& filter) {
     mray::Hit found;
@@ -217,7 +216,6 @@ void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Cr
 
 AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& all_options,
                              const QueryOptions& options) const {
-    /// The answers of rays from `first` on.
     struct Part {
         std::size_t first;
         std::vector<std::uint32_t> listed;

@@ -169,8 +169,7 @@ std::vector<Box> Scene::tree_boxes(std::uint32_t depth) const {
         for (const mray::Box& box : boxes_at_depth(scene.tree(), depth)) {
             const auto corner = [&](const mray::vec3& p) {
                 const glm::dvec3 world(scene.pose.space().to_world(p));
-                const glm::dvec3 given = scene.pose.origin().from_world(world);
-                return Point{given.x, given.y, given.z};
+                return mray::to_point(scene.pose.origin().from_world(world));
             };
             boxes.push_back({corner(box.lower), corner(box.upper)});
         }
@@ -180,20 +179,17 @@ std::vector<Box> Scene::tree_boxes(std::uint32_t depth) const {
 
 Box Scene::bounds() const {
     return with_scene(impl_, [](SceneImpl& scene) {
-        constexpr double kInfinity = std::numeric_limits<double>::infinity();
-        Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+        glm::dvec3 lower(std::numeric_limits<double>::infinity());
+        glm::dvec3 upper = -lower;
         const std::span<const mray::vec3> positions = scene.pose.positions();
         for (std::uint32_t vertex = 0; vertex < positions.size(); ++vertex) {
             if (positions[vertex].x == mray::kInvalidCoordinate) continue;
             const glm::dvec3 p =
                 scene.pose.origin().from_world(glm::dvec3(scene.pose.world_position(vertex)));
-            for (int axis = 0; axis < 3; ++axis) {
-                const auto k = static_cast<std::size_t>(axis);
-                box.lower[k] = std::min(box.lower[k], p[axis]);
-                box.upper[k] = std::max(box.upper[k], p[axis]);
-            }
+            lower = glm::min(lower, p);
+            upper = glm::max(upper, p);
         }
-        return box;
+        return Box{mray::to_point(lower), mray::to_point(upper)};
     });
 }
 

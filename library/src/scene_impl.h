@@ -40,9 +40,8 @@ public:
         add_time(ms);
         count_rays(rays);
     }
-    /// Calls `query`, which traces this many rays. Of calls with fewer than kSample rays, the one
-    /// with every kSample-th ray of this thread is timed and stands for kSample rays: a clock costs
-    /// as much as a ray.
+    /// Calls `query`, which traces this many rays. A clock costs as much as a ray, so of small
+    /// calls one in some kSample rays of this thread is timed.
     template <class Query>
     void measure(std::uint64_t rays, Query query) {
         constexpr std::uint64_t kSample = 64;
@@ -122,7 +121,6 @@ public:
     void took_pose();
     /// Makes the changes of the list of meshes, and brings the tree to them.
     void change_meshes();
-    /// Reads these positions and brings the tree to them.
     void follow(std::span<const PoseReader::Piece> pieces);
     void require_usable() const {
         if (broken) throw *broken;
@@ -181,7 +179,7 @@ inline SceneImpl& require(const std::unique_ptr<SceneImpl>& impl) {
 /// Throws Error unless there is room for as many answers.
 inline void require_room(std::size_t questions, const char* what, std::size_t answers) {
     if (questions == answers) return;
-    throw_bad_argument(fmt::format("{} {}, but room for {} answers", questions, what, answers));
+    throw_bad_argument("{} {}, but room for {} answers", questions, what, answers);
 }
 
 /// Calls work(scene) for a scene that can be used; whatever goes wrong comes out as a public Error.
@@ -251,8 +249,7 @@ void update_normals(SceneImpl& scene);
 mray::ViewSpec to_spec(const View& view, const Point& origin);
 
 /// Traces and shades a view at the pose, in the CPU's shader for all backends; the scene's mutex is
-/// locked. Throws what make_image_params() and the backend throw, and Error(bad_argument) for other
-/// numbers of samples than View::samples allows.
+/// locked. Throws Error(bad_argument) for other numbers of samples than View::samples allows.
 void render_lit(SceneImpl& scene, const View& view, const mray::Watch& watch, TracedImage& traced,
                 Image& image);
 

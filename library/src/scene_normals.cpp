@@ -60,8 +60,8 @@ void Scene::normals(std::span<const Hit> hits, std::span<Vec3> normals, bool smo
         for (const Hit& hit : hits) {
             const detail::MeshPlace* const mesh = scene.meshes.find(hit.geom_id);
             if (hit && (mesh == nullptr || hit.prim_id >= mesh->prim_count)) {
-                detail::throw_bad_argument(fmt::format("hits: there is no triangle {} of a mesh {}",
-                                                       hit.prim_id, hit.geom_id));
+                detail::throw_bad_argument("hits: there is no triangle {} of a mesh {}",
+                                           hit.prim_id, hit.geom_id);
             }
         }
         const bool is_smooth = smooth && scene.meshes.is_smooth();

@@ -148,9 +148,8 @@ void trace_on_host(SceneImpl& scene, std::span<const Ray> part,
     });
 }
 
-/// Traces rays on a device, and converts them in many threads. The reported cost is the time of
-/// tracing; it leaves out what the tree has no part in, such as waiting for other threads and
-/// compiling kernels.
+/// Traces rays on a device, and converts them in many threads. The reported cost leaves out what
+/// the tree has no part in, such as waiting for other threads and compiling kernels.
 class DeviceTrace {
 public:
     explicit DeviceTrace(SceneImpl& scene) : scene_(scene) {}

@@ -56,15 +56,14 @@ std::size_t size_of(Component component) {
 Component component_of(const JsonAt& at) {
     const std::uint64_t value = at.count();
     if (value < 5120 || value > 5126 || value == 5124)
-        at.fail(fmt::format("is {}; must be 5120, 5121, 5122, 5123, 5125 or 5126", value));
+        at.fail("is {}; must be 5120, 5121, 5122, 5123, 5125 or 5126", value);
     return static_cast<Component>(value);
 }
 
 std::size_t width_of(const JsonAt& at) {
     for (const auto& [name, width] : kTypes)
         if (at.text() == name) return width;
-    at.fail(fmt::format("is {}; must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4",
-                        quote(at.text())));
+    at.fail("is {}; must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4", quote(at.text()));
 }
 
 /// A component as the number it stands for.
@@ -94,7 +93,6 @@ void read_as(const PackedArray& array, std::size_t width, bool normalized,
     }
 }
 
-/// Fills `out` with the numbers of elements.
 template <class Number>
 void read(const PackedArray& array, std::size_t width, bool normalized, std::vector<Number>& out) {
     switch (array.component) {
@@ -122,11 +120,11 @@ void require_shape(const Accessor& accessor, std::size_t width, std::size_t vert
     if (accessor.width != width) {
         const auto* const type =
             std::ranges::find(kTypes, width, &std::pair<std::string_view, std::size_t>::second);
-        accessor.at.at("type").fail(fmt::format("must be {} here", type->first));
+        accessor.at.at("type").fail("must be {} here", type->first);
     }
     if (vertex_count == 0 || accessor.count == vertex_count) return;
-    accessor.at.at("count").fail(fmt::format("is {}, but the positions of its primitive are {}",
-                                             accessor.count, vertex_count));
+    accessor.at.at("count").fail("is {}, but the positions of its primitive are {}", accessor.count,
+                                 vertex_count);
 }
 
 /// The elements of the buffer view that `owner` refers to.
@@ -139,13 +137,13 @@ PackedArray packed(const GltfFile& file, const JsonAt& owner, Component componen
     if (const std::optional<JsonAt> given = view.at.find("byteStride"); given && may_have_stride) {
         stride = given->count();
         if (stride < element || stride > 252)
-            given->fail(fmt::format("is {}; elements have {} bytes", stride, element));
+            given->fail("is {}; elements have {} bytes", stride, element);
     }
     // count < 2^32 and stride <= 252, so that nothing overflows.
     const std::uint64_t needed = stride * (count - 1) + element;
     if (needed > view.bytes.size() || offset > view.bytes.size() - needed) {
-        owner.fail(fmt::format("bytes {} to {} are not in {}, which has {}", offset,
-                               offset + needed, view.at.path(), view.bytes.size()));
+        owner.fail("bytes {} to {} are not in {}, which has {}", offset, offset + needed,
+                   view.at.path(), view.bytes.size());
     }
     return {view.bytes.substr(offset, needed), stride, component};
 }
@@ -153,7 +151,7 @@ PackedArray packed(const GltfFile& file, const JsonAt& owner, Component componen
 void open_sparse(const GltfFile& file, const JsonAt& sparse, Accessor& accessor) {
     const std::uint64_t count = sparse.at("count").count();
     if (count == 0 || count > accessor.count)
-        sparse.at("count").fail(fmt::format("is {}; must be from 1 to {}", count, accessor.count));
+        sparse.at("count").fail("is {}; must be from 1 to {}", count, accessor.count);
     accessor.sparse_count = count;
     const JsonAt indices = sparse.at("indices");
     const Component index_component = component_of(indices.at("componentType"));
@@ -177,8 +175,8 @@ std::vector<Number> read_all(const Accessor& accessor) {
     for (std::size_t i = 0; i < indices.size(); ++i) {
         if (indices[i] >= accessor.count || (i > 0 && indices[i] <= indices[i - 1])) {
             accessor.at.at("sparse").at("indices").fail(
-                fmt::format("index {} is {}; they must increase and stay below {}", i, indices[i],
-                            accessor.count));
+                "index {} is {}; they must increase and stay below {}", i, indices[i],
+                accessor.count);
         }
         std::copy_n(&sparse[i * width], width, &values[indices[i] * width]);
     }
@@ -193,7 +191,7 @@ Accessor open_accessor(const GltfFile& file, const JsonAt& reference, std::size_
     const JsonAt& at = accessor.at;
     const std::uint64_t count = at.at("count").count();
     if (count == 0 || count > kMaxElements)
-        at.at("count").fail(fmt::format("is {}; must be from 1 to {}", count, kMaxElements));
+        at.at("count").fail("is {}; must be from 1 to {}", count, kMaxElements);
     accessor.count = count;
     accessor.width = width_of(at.at("type"));
     const Component component = component_of(at.at("componentType"));
@@ -203,8 +201,8 @@ Accessor open_accessor(const GltfFile& file, const JsonAt& reference, std::size_
         accessor.base = packed(file, at, component, accessor.width, accessor.count, true);
     } else if (count > file.buffer_bytes()) {
         at.at("count").fail(
-            fmt::format("is {}, but the accessor has no bufferView, and all buffers have {} bytes",
-                        count, file.buffer_bytes()));
+            "is {}, but the accessor has no bufferView, and all buffers have {} bytes", count,
+            file.buffer_bytes());
     }
     if (const auto sparse = at.find("sparse")) open_sparse(file, *sparse, accessor);
     require_shape(accessor, width, vertex_count);
@@ -221,10 +219,10 @@ Accessor open_wanted(const GltfFile& file, const JsonAt& reference, const Wanted
           (wanted.integers == Wanted::Integers::kNormalized && accessor.normalized)));
     if (!is_allowed) {
         accessor.at.at("componentType")
-            .fail(fmt::format("must be 5126 (float){} here",
-                              wanted.integers == Wanted::Integers::kNone
-                                  ? ""
-                                  : " or an integer of 8 or 16 bits that is normalized"));
+            .fail("must be 5126 (float){} here",
+                  wanted.integers == Wanted::Integers::kNone
+                      ? ""
+                      : " or an integer of 8 or 16 bits that is normalized");
     }
     return accessor;
 }
@@ -241,8 +239,8 @@ std::vector<std::uint32_t> integers(const GltfFile& file, const JsonAt& referenc
     const bool allow_32_bits = width == 1;
     if (!is_unsigned(accessor.base.component, allow_32_bits) || accessor.normalized) {
         accessor.at.at("componentType")
-            .fail(fmt::format("must be 5121 or 5123{} here, and not normalized",
-                              allow_32_bits ? " or 5125" : ""));
+            .fail("must be 5121 or 5123{} here, and not normalized",
+                  allow_32_bits ? " or 5125" : "");
     }
     return read_all<std::uint32_t>(accessor);
 }

@@ -35,8 +35,7 @@ Target target_of(const JsonAt& path) {
         {"weights", Target::kWeights}};
     for (const auto& [name, target] : kTargets)
         if (path.text() == name) return target;
-    path.fail(
-        fmt::format("is {}; must be translation, rotation, scale or weights", quote(path.text())));
+    path.fail("is {}; must be translation, rotation, scale or weights", quote(path.text()));
 }
 
 Interpolation interpolation_of(const JsonAt& sampler) {
@@ -44,7 +43,7 @@ Interpolation interpolation_of(const JsonAt& sampler) {
     if (!given || given->text() == "LINEAR") return Interpolation::kLinear;
     if (given->text() == "STEP") return Interpolation::kStep;
     if (given->text() == "CUBICSPLINE") return Interpolation::kCubicSpline;
-    given->fail(fmt::format("is {}; must be LINEAR, STEP or CUBICSPLINE", quote(given->text())));
+    given->fail("is {}; must be LINEAR, STEP or CUBICSPLINE", quote(given->text()));
 }
 
 class AnimationReader {
@@ -105,8 +104,7 @@ private:
             std::vector<float> values = floats(file_, reference, wanted);
             known = animation_.numbers.emplace(key, std::move(values)).first;
             for (std::size_t i = 0; i < known->second.size(); ++i) {
-                if (!std::isfinite(known->second[i]))
-                    reference.fail(fmt::format("number {} is not finite", i));
+                if (!std::isfinite(known->second[i])) reference.fail("number {} is not finite", i);
             }
         }
         return known->second;
@@ -125,8 +123,8 @@ private:
                 });
                 continue;
             }
-            reference.fail(fmt::format("time {} is {}; times must increase, from 0 to {}", i,
-                                       times[i], kMostSeconds));
+            reference.fail("time {} is {}; times must increase, from 0 to {}", i, times[i],
+                           kMostSeconds);
         }
     }
 
@@ -146,8 +144,8 @@ private:
             channel.interpolation == Interpolation::kCubicSpline ? kSplineParts : 1;
         if (values.size() / parts / channel.width != channel.times.size() ||
             values.size() % (parts * channel.width) != 0) {
-            reference.fail(fmt::format("has {} numbers for {} times of {}", values.size(),
-                                       channel.times.size(), parts * channel.width));
+            reference.fail("has {} numbers for {} times of {}", values.size(), channel.times.size(),
+                           parts * channel.width);
         }
         return values;
     }
@@ -223,16 +221,15 @@ std::size_t find_animation(const GltfFile& file, const std::string& text) {
     if (text.empty()) return 0;
     const std::vector<std::string> names = animation_names(file);
     if (names.empty()) {
-        throw Error(ErrorKind::kBadArgument,
-                    fmt::format("animation {}: {} has no animations", quote(text), file.name()));
+        throw Error(ErrorKind::kBadArgument, "animation {}: {} has no animations", quote(text),
+                    file.name());
     }
     const auto named = std::find(names.begin(), names.end(), text);
     if (named != names.end()) return static_cast<std::size_t>(named - names.begin());
     const std::optional<std::uint64_t> index = parse_unsigned(text);
     if (index && *index < names.size()) return static_cast<std::size_t>(*index);
-    throw Error(ErrorKind::kBadArgument,
-                fmt::format("animation {}: {} has no such one; choose one of {}", quote(text),
-                            file.name(), list_of(names)));
+    throw Error(ErrorKind::kBadArgument, "animation {}: {} has no such one; choose one of {}",
+                quote(text), file.name(), list_of(names));
 }
 
 void read_animation(const GltfFile& file, std::size_t index, const AnimationOptions& options,

@@ -16,9 +16,7 @@ inline constexpr double kDefaultFps = 24;
 bool has_gltf_name(const std::filesystem::path& path);
 
 /// Opens a .gltf or .glb file. Frame f of an animation is at f / fps seconds; without one there is
-/// frame 0. Throws Error: kBadInput with the place in the JSON, also for vertices that are not
-/// finite or beyond 1e30 at frame 0 unless options.lenient; kBadArgument for an animation that is
-/// not there; kLimit for a mesh above 2^28 triangles.
+/// frame 0. Throws Error: kBadInput with the place in the JSON, kBadArgument, kLimit.
 std::unique_ptr<Animation> open_gltf(const std::filesystem::path& path, const std::string& name,
                                      const AnimationOptions& options);
 

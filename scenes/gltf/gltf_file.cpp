@@ -11,7 +11,7 @@
 
 #include "common/base/input_file.h"
 #include "common/text/text_parts.h"
-#include "scenes/warning_count.h"
+#include "scenes/mesh/mesh_file.h"
 
 namespace mray::gltf {
 namespace {
@@ -30,7 +30,7 @@ struct Glb {
 };
 
 [[noreturn]] void refuse(const std::string& file, std::size_t byte, const std::string& what) {
-    throw Error(ErrorKind::kBadInput, fmt::format("{}: byte {}: {}", file, byte, what));
+    throw Error(ErrorKind::kBadInput, "{}: byte {}: {}", file, byte, what);
 }
 
 std::uint32_t word_at(std::string_view bytes, std::size_t offset) {
@@ -92,7 +92,6 @@ constexpr std::string_view kShapesLeftOut[] = {
     uri.fail(as_warning(error, uri.file()).text);
 }
 
-/// The text from `first` on.
 std::string percent_decoded(const JsonAt& uri, std::size_t first = 0) {
     const std::string_view text = uri.text();
     std::string decoded;
@@ -132,10 +131,8 @@ std::optional<std::string> data_of_uri(const JsonAt& uri) {
 std::filesystem::path file_of_uri(const JsonAt& uri, const std::filesystem::path& scene_file) {
     const std::string name = percent_decoded(uri);
     if (name.find("://") != std::string::npos) {
-        uri.fail(
-            fmt::format("{} is not followed; put the file beside the scene and give its name "
-                        "only",
-                        quote(name)));
+        uri.fail("{} is not followed; put the file beside the scene and give its name only",
+                 quote(name));
     }
     try {
         return side_file(scene_file, name);
@@ -175,8 +172,8 @@ View GltfFile::view(const JsonAt& reference) const {
     const std::uint64_t length = at.at("byteLength").count();
     if (length > buffer.bytes.size() || offset > buffer.bytes.size() - length) {
         at.at("byteLength")
-            .fail(fmt::format("bytes {} to {} are not in the buffer, which has {}", offset,
-                              offset + length, buffer.bytes.size()));
+            .fail("bytes {} to {} are not in the buffer, which has {}", offset, offset + length,
+                  buffer.bytes.size());
     }
     return {at, buffer, buffer.bytes.substr(offset, length), offset};
 }
@@ -193,7 +190,7 @@ void GltfFile::require_version() const {
     const JsonAt version = asset.find("minVersion") ? asset.at("minVersion") : asset.at("version");
     const std::string_view text = version.text();
     if (text == "2.0" || (!asset.find("minVersion") && text.starts_with("2."))) return;
-    version.fail(fmt::format("is {}; only glTF 2.0 is read, convert the file", quote(text)));
+    version.fail("is {}; only glTF 2.0 is read, convert the file", quote(text));
 }
 
 void GltfFile::require_known_extensions(const WarnFunction& warn) const {
@@ -209,10 +206,8 @@ void GltfFile::require_known_extensions(const WarnFunction& warn) const {
         const std::string_view name = extension.text();
         if (name == kQuantization || name == kTextureTransform || name == kInstancing) continue;
         if (!may_be_left_out(name)) {
-            extension.fail(
-                fmt::format("the extension {} is required, but not known; write the file "
-                            "without it",
-                            quote(extension.text())));
+            extension.fail("the extension {} is required, but not known; write the file without it",
+                           quote(extension.text()));
         }
         left_out.add([&] {
             return Warning{name_, fmt::format("{}: {} is required, but not read; left out",
@@ -241,8 +236,8 @@ Buffer GltfFile::read_buffer(const JsonAt& buffer, std::string_view binary_chunk
         content.bytes = read_side_file(*uri, content.file);
     }
     if (length > content.bytes.size()) {
-        byte_length.fail(fmt::format("is {}, but there are {} bytes; is the file complete?", length,
-                                     content.bytes.size()));
+        byte_length.fail("is {}, but there are {} bytes; is the file complete?", length,
+                         content.bytes.size());
     }
     content.bytes = content.bytes.substr(0, length);
     return content;

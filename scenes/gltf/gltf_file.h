@@ -43,22 +43,18 @@ struct Buffer {
     std::shared_ptr<const std::string> data = {};
 };
 
-/// A part of a buffer.
 struct View {
     JsonAt at;
     const Buffer& buffer;
     std::string_view bytes;
-    /// Where the bytes begin in the buffer.
     std::uint64_t offset = 0;
 };
 
 /// The JSON of a file and the content of its buffers, from data: URIs and files in its folder.
 class GltfFile {
 public:
-    /// Throws Error: kBadInput with the place in the JSON (other versions, extensions that are
-    /// required and unknown, buffers that are missing, outside of the folder or shorter than they
-    /// say), kLimit for a file of more than 4 GiB. Warns of extensions that are required and left
-    /// out.
+    /// Throws Error: kBadInput with the place in the JSON, kLimit for a file of more than 4 GiB.
+    /// Warns of extensions that are required and left out.
     GltfFile(const std::filesystem::path& path, const WarnFunction& warn);
     GltfFile(const GltfFile&) = delete;
     GltfFile& operator=(const GltfFile&) = delete;
@@ -69,7 +65,6 @@ public:
     JsonAt root() const { return {json_, name_}; }
     /// The number of elements of a member such as "nodes"; 0 without it.
     std::size_t count(const char* key) const;
-    /// An element of a member that has it.
     JsonAt element(const char* key, std::size_t index) const;
 
     /// The buffer view that a member refers to. Throws Error(kBadInput) if it is not in its buffer.
@@ -90,7 +85,6 @@ private:
     /// The bytes of a GLB file.
     std::string bytes_;
     JsonTree json_;
-    /// Contents by the paths of files.
     std::map<std::filesystem::path, std::string> files_;
     std::vector<Buffer> buffers_;
     std::uint64_t buffer_bytes_ = 0;

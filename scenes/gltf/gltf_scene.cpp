@@ -8,7 +8,6 @@
 
 #include "common/base/errors.h"
 #include "scenes/mesh/mesh_file.h"
-#include "scenes/mesh/smooth_numbers.h"
 
 namespace mray::gltf {
 namespace {
@@ -65,16 +64,15 @@ private:
         const Mesh& mesh = scene_.meshes.at(*node.mesh);
         const JsonAt at = file_.element("nodes", node.file_index);
         if (!node.weights.empty() && node.weights.size() != mesh.target_count) {
-            at.at("weights").fail(fmt::format("has {} numbers for {} morph targets",
-                                              node.weights.size(), mesh.target_count));
+            at.at("weights").fail("has {} numbers for {} morph targets", node.weights.size(),
+                                  mesh.target_count);
         }
         if (!node.skin) return;
         const std::size_t joint_count = scene_.skins.at(*node.skin).joints.size();
         for (const VertexSet& set : mesh.sets) {
             if (set.influences.joint_limit <= joint_count) continue;
-            at.at("skin").fail(fmt::format("has {} joints, but meshes[{}] uses joint {}",
-                                           joint_count, *node.mesh,
-                                           set.influences.joint_limit - 1));
+            at.at("skin").fail("has {} joints, but meshes[{}] uses joint {}", joint_count,
+                               *node.mesh, set.influences.joint_limit - 1);
         }
     }
 
@@ -174,15 +172,13 @@ private:
 
     void require_content() const {
         if (!scene_.topology.triangles.empty()) return;
-        throw Error(ErrorKind::kBadInput,
-                    fmt::format("{}: its scene has no triangles", file_.name()));
+        throw Error(ErrorKind::kBadInput, "{}: its scene has no triangles", file_.name());
     }
 
     const AnimationOptions& options_;
     GltfFile file_;
     Materials materials_;
     GltfScene scene_;
-    /// By node.
     std::vector<bool> is_mirrored_;
     bool has_normals_ = false;
     bool has_textures_ = false;

@@ -18,7 +18,7 @@
 #include "scenes/animation.h"
 #include "scenes/gltf/gltf_file.h"
 #include "scenes/gltf/transforms.h"
-#include "scenes/warning_count.h"
+#include "scenes/mesh/mesh_file.h"
 
 namespace mray::gltf {
 
@@ -51,9 +51,7 @@ struct NodeTree {
 };
 
 /// The nodes of the file, and after them one for each instance of EXT_mesh_gpu_instancing. Throws
-/// Error(kBadInput) for indices out of range, a node with two parents, one that is its own
-/// ancestor, a matrix together with other transformations, attributes of instances that differ in
-/// number, and numbers that are not one.
+/// Error(kBadInput), also for a node with two parents or one that is its own ancestor.
 NodeTree read_nodes(const GltfFile& file);
 
 /// A point of an image, glTF's (u, v) with v from the top, is (u[0] * u + u[1] * v + u[2], v[0] * u
@@ -75,7 +73,6 @@ struct Material {
     Albedo albedo = 0x00FFFFFF;
     /// An index of Materials::textures, or kNoTexture.
     std::uint32_t texture = kNoTexture;
-    /// The texture coordinates of the texture.
     TexcoordUse texcoords = {};
     /// Whether its alpha mode MASK leaves nothing, whatever the texture.
     bool is_cut_away = false;
@@ -86,9 +83,8 @@ struct Materials {
     std::vector<TextureFile> textures;
 };
 
-/// Reads baseColorFactor and baseColorTexture of every material. Images that are missing, outside
-/// of the folder, not in base 64 or of unknown extensions are left out with a warning. Throws
-/// Error(kBadInput) for indices out of range and factors that are no numbers.
+/// Reads the base colour of every material. Images that cannot be used are left out with a warning.
+/// Throws Error(kBadInput).
 Materials read_materials(const GltfFile& file, const AnimationOptions& options);
 
 struct Skin {
@@ -125,7 +121,6 @@ struct VertexSet {
 
 struct Primitive {
     std::size_t vertex_set = 0;
-    /// Indices of vertices of the set.
     std::vector<uvec3> triangles;
     std::optional<std::uint32_t> material;
     /// One for each vertex, or empty.
@@ -142,9 +137,7 @@ struct Mesh {
 };
 
 /// The meshes with these indices. Points, lines and primitives without positions are left out with
-/// a warning. Throws Error(kBadInput) for indices and counts that do not fit together, and unless
-/// lenient for weights that are negative, not finite or all 0, and positions that are not finite or
-/// beyond 1e30; kLimit above 2^28 triangles.
+/// a warning. Throws Error: kBadInput, kLimit above 2^28 triangles.
 std::map<std::uint32_t, Mesh> read_meshes(const GltfFile& file, const Materials& materials,
                                           std::span<const std::uint32_t> indices,
                                           const AnimationOptions& options);
@@ -152,7 +145,6 @@ std::map<std::uint32_t, Mesh> read_meshes(const GltfFile& file, const Materials&
 enum class Interpolation : std::uint8_t { kStep, kLinear, kCubicSpline };
 enum class Target : std::uint8_t { kTranslation, kRotation, kScale, kWeights };
 
-/// One property of a node over time.
 struct Channel {
     std::uint32_t node = 0;
     Target target = Target::kTranslation;
@@ -199,7 +191,6 @@ struct GltfScene {
     std::map<std::uint32_t, Mesh> meshes;
     std::map<std::uint32_t, Skin> skins;
     ChannelSet animation;
-    /// As Animation::animations().
     std::vector<NamedAnimation> animations;
     /// In the order of the nodes, depth first, then of the primitives.
     std::vector<Part> parts;
@@ -210,15 +201,12 @@ struct GltfScene {
     SceneTextures textures;
 };
 
-/// Reads the animation of the nodes and meshes of a scene into it. Throws Error(kBadInput) for
-/// times that are negative, not finite or do not increase (if lenient, equal ones are a warning),
-/// values that are not finite or do not fit, a node with a matrix, and two channels of one
-/// property.
+/// Reads the animation of the nodes and meshes of a scene into it. Throws Error(kBadInput).
 void read_animation(const GltfFile& file, std::size_t index, const AnimationOptions& options,
                     GltfScene& scene);
 
 /// Reads the scene that options.animation moves. Throws Error: kBadInput with the place in the
-/// JSON, kBadArgument for another animation, kLimit for a mesh above 2^28 triangles.
+/// JSON, kBadArgument for another animation, kLimit.
 GltfScene read_gltf_scene(const std::filesystem::path& path, const AnimationOptions& options);
 
 }  // namespace mray::gltf

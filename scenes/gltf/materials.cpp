@@ -14,7 +14,6 @@
 
 #include "common/base/errors.h"
 #include "scenes/trig.h"
-#include "scenes/warning_count.h"
 
 namespace mray::gltf {
 namespace {
@@ -24,12 +23,6 @@ constexpr std::uint64_t kMirroredRepeat = 33648;
 constexpr std::uint64_t kRepeat = 10497;
 constexpr const char* kLeftOut = "; its triangles have their colour alone";
 
-/// Reads numbers that may be left out.
-void numbers_of(const JsonAt& at, const char* key, std::span<double> out) {
-    if (const auto given = at.find(key)) given->numbers(out);
-}
-
-/// The texture coordinates of a textureInfo.
 TexcoordUse texcoords_of(const JsonAt& info) {
     const auto set_of = [](const JsonAt& at, std::uint64_t otherwise) {
         constexpr std::uint64_t kMostSets = 1000;
@@ -41,8 +34,8 @@ TexcoordUse texcoords_of(const JsonAt& info) {
     use.set = set_of(*transform, use.set);
     std::array<double, 2> offset = {0, 0};
     std::array<double, 2> scale = {1, 1};
-    numbers_of(*transform, "offset", offset);
-    numbers_of(*transform, "scale", scale);
+    transform->numbers_of("offset", offset);
+    transform->numbers_of("scale", scale);
     const auto rotation = transform->find("rotation");
     constexpr double kTurn = 6.283185307179586476925;
     const CosSin turned = circle_point(rotation ? rotation->number() / kTurn : 0);
@@ -61,7 +54,7 @@ public:
         const auto base = at.find("pbrMetallicRoughness");
         const auto texture = base ? base->find("baseColorTexture") : std::nullopt;
         std::array<double, 4> factor = {1, 1, 1, 1};
-        if (base) numbers_of(*base, "baseColorFactor", factor);
+        if (base) base->numbers_of("baseColorFactor", factor);
         material.albedo = albedo_of(static_cast<float>(factor[0]), static_cast<float>(factor[1]),
                                     static_cast<float>(factor[2]));
         const double cutoff = alpha_cutoff_of(at);

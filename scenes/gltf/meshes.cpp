@@ -9,7 +9,6 @@
 
 #include "common/base/errors.h"
 #include "scenes/mesh/mesh_file.h"
-#include "scenes/warning_count.h"
 
 namespace mray::gltf {
 namespace {
@@ -91,8 +90,8 @@ public:
             const auto targets = primitive.find("targets");
             const std::size_t target_count = targets ? targets->size() : 0;
             if (i > 0 && target_count != mesh.target_count) {
-                primitive.fail(fmt::format("has {} morph targets, but the primitive before has {}",
-                                           target_count, mesh.target_count));
+                primitive.fail("has {} morph targets, but the primitive before has {}",
+                               target_count, mesh.target_count);
             }
             mesh.target_count = target_count;
             read_primitive(primitive, mesh, sets);
@@ -111,7 +110,7 @@ public:
 private:
     void read_primitive(const JsonAt& at, Mesh& mesh, std::map<SetKey, std::size_t>& sets) {
         const std::uint64_t mode = at.count_or("mode", kFirstTriangleMode);
-        if (mode > 6) at.at("mode").fail(fmt::format("is {}; must be from 0 to 6", mode));
+        if (mode > 6) at.at("mode").fail("is {}; must be from 0 to 6", mode);
         const JsonAt attributes = at.at("attributes");
         if (mode < kFirstTriangleMode || !attributes.find("POSITION")) {
             left_out_.add([&] {
@@ -176,7 +175,7 @@ private:
         for (std::size_t i = 0; i < deltas.size(); ++i) {
             const vec3& d = deltas[i];
             if (!std::isfinite(d.x) || !std::isfinite(d.y) || !std::isfinite(d.z))
-                position->fail(fmt::format("element {} is not finite", i));
+                position->fail("element {} is not finite", i);
         }
         return deltas;
     }
@@ -193,18 +192,18 @@ private:
         const auto type = static_cast<TriangleMode>(mode);
         if (corner_count < 3 || (type == TriangleMode::kTriangles && corner_count % 3 != 0)) {
             (reference ? *reference : at)
-                .fail(fmt::format("{} corners are no {}", corner_count,
-                                  type == TriangleMode::kTriangles ? "triangles" : "strip or fan"));
+                .fail("{} corners are no {}", corner_count,
+                      type == TriangleMode::kTriangles ? "triangles" : "strip or fan");
         }
         triangle_count_ += count_triangles(type, corner_count);
         if (triangle_count_ > kMaxTriangles) {
-            throw Error(ErrorKind::kLimit,
-                        fmt::format("{}: more than 2^28 triangles; split the scene", file_.name()));
+            throw Error(ErrorKind::kLimit, "{}: more than 2^28 triangles; split the scene",
+                        file_.name());
         }
         for (std::size_t i = 0; i < indices.size(); ++i) {
             if (indices[i] < vertex_count) continue;
-            reference->fail(fmt::format("index {} is {}, but there are {} vertices", i, indices[i],
-                                        vertex_count));
+            reference->fail("index {} is {}, but there are {} vertices", i, indices[i],
+                            vertex_count);
         }
         return triangles_of(type, indices, corner_count);
     }
@@ -237,7 +236,7 @@ private:
             const float u = mapped(use.map.u);
             const float v = mapped(use.map.v);
             if (!std::isfinite(u) || !std::isfinite(v))
-                reference->fail(fmt::format("vertex {} has coordinates that are not finite", i));
+                reference->fail("vertex {} has coordinates that are not finite", i);
             // v counts from the top of the image.
             texcoords[i] = {u, 1 - v};
         }

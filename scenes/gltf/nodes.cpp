@@ -23,24 +23,17 @@ void read_matrix(const JsonAt& at, Node& node) {
 void read_transformation(const JsonAt& at, Node& node) {
     if (const auto matrix = at.find("matrix")) {
         for (const char* const other : {"translation", "rotation", "scale"})
-            if (at.find(other)) at.fail(fmt::format("has both matrix and {}", other));
+            if (at.find(other)) at.fail("has both matrix and {}", other);
         read_matrix(*matrix, node);
     }
-    std::array<double, 4> numbers = {};
-    if (const auto translation = at.find("translation")) {
-        translation->numbers(std::span(numbers).first(3));
-        node.trs.translation = {numbers[0], numbers[1], numbers[2]};
-    }
-    if (const auto scale = at.find("scale")) {
-        scale->numbers(std::span(numbers).first(3));
-        node.trs.scale = {numbers[0], numbers[1], numbers[2]};
-    }
+    at.numbers_of("translation", std::span(&node.trs.translation.x, 3));
+    at.numbers_of("scale", std::span(&node.trs.scale.x, 3));
     if (const auto rotation = at.find("rotation")) {
-        rotation->numbers(numbers);
-        double square = 0;
-        for (const double number : numbers) square += number * number;
+        glm::dvec4 numbers(0.0);
+        rotation->numbers(std::span(&numbers.x, 4));
+        const double square = dot(numbers, numbers);
         if (!(square > 0) || !std::isfinite(square)) rotation->fail("has no direction");
-        node.trs.rotation = unit_quaternion({numbers[0], numbers[1], numbers[2], numbers[3]});
+        node.trs.rotation = unit_quaternion(numbers);
     }
 }
 
@@ -57,8 +50,8 @@ std::vector<Trs> read_instances(const JsonAt& node, const GltfFile& file) {
             floats(file, *reference, {.width = width, .integers = Wanted::Integers::kNormalized});
         if (instances.empty()) instances.resize(values.size() / width);
         if (instances.size() != values.size() / width)
-            reference->fail(fmt::format("has {} elements, but another attribute {}",
-                                        values.size() / width, instances.size()));
+            reference->fail("has {} elements, but another attribute {}", values.size() / width,
+                            instances.size());
         for (std::size_t i = 0; i < instances.size(); ++i) set(instances[i], &values[width * i]);
     };
     read("TRANSLATION", 3, [](Trs& trs, const float* v) { trs.translation = {v[0], v[1], v[2]}; });
@@ -113,8 +106,8 @@ void set_parents(const GltfFile& file, std::vector<Node>& nodes) {
             if (child.parent != kNoNode) {
                 file.element("nodes", i)
                     .at("children")[k]
-                    .fail(fmt::format("is {}, which is a child of nodes[{}] already",
-                                      nodes[i].children[k], child.parent));
+                    .fail("is {}, which is a child of nodes[{}] already", nodes[i].children[k],
+                          child.parent);
             }
             child.parent = static_cast<std::uint32_t>(i);
         }
@@ -145,7 +138,7 @@ std::vector<std::uint32_t> scene_of(const GltfFile& file, const NodeTree& tree) 
     std::vector<bool> is_listed(node_count);
     for (std::size_t i = 0; i < roots->size(); ++i) {
         const std::uint32_t root = (*roots)[i].index_below(file.count("nodes"), "nodes");
-        if (is_listed[root]) (*roots)[i].fail(fmt::format("is {}, which is there twice", root));
+        if (is_listed[root]) (*roots)[i].fail("is {}, which is there twice", root);
         is_listed[root] = true;
         listed.push_back(root);
     }

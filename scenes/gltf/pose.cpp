@@ -12,7 +12,6 @@
 namespace mray::gltf {
 namespace {
 
-/// Writes the value of a channel into the transformation of its node.
 void apply(const Channel& channel, double seconds, Trs& trs) {
     std::array<double, 4> value = {};
     sample(channel, seconds, std::span(value).first(channel.width));

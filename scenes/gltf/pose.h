@@ -42,7 +42,6 @@ struct SkinnedVertices {
     std::size_t count;
 };
 
-/// Writes the places of all vertices.
 using PlaceSkinned = void (*)(const SkinnedVertices& vertices, vec3* out);
 
 /// The function for a target. All give the same bits.

@@ -1,8 +1,6 @@
 // Skinning, compiled once for each target.
 #include "scenes/gltf/pose.h"
 
-#include <type_traits>
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "scenes/gltf/skinned_places.cpp"
 #include <hwy/foreach_target.h>

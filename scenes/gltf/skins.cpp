@@ -48,8 +48,8 @@ void require_weights(const JsonAt& at, std::span<const float> weights) {
         // False for NaN, too; weights are far below this.
         constexpr float kMost = 1e30f;
         if (weights[i] >= 0 && weights[i] <= kMost) continue;
-        at.fail(fmt::format("vertex {} has the weight {}; must be finite and at least 0",
-                            i / kPerSet, weights[i]));
+        at.fail("vertex {} has the weight {}; must be finite and at least 0", i / kPerSet,
+                weights[i]);
     }
 }
 
@@ -90,7 +90,7 @@ Skin read_skin(const GltfFile& file, std::size_t index) {
     const JsonAt joints = at.at("joints");
     const std::size_t joint_count = joints.size();
     if (joint_count == 0 || joint_count > kMaxJoints)
-        joints.fail(fmt::format("has {} joints; must be from 1 to {}", joint_count, kMaxJoints));
+        joints.fail("has {} joints; must be from 1 to {}", joint_count, kMaxJoints);
     Skin skin;
     for (std::size_t i = 0; i < joint_count; ++i)
         skin.joints.push_back(joints[i].index_below(file.count("nodes"), "nodes"));
@@ -99,12 +99,10 @@ Skin read_skin(const GltfFile& file, std::size_t index) {
     if (!reference) return skin;
     const std::vector<float> values = floats(file, *reference, {.width = 16});
     if (values.size() / 16 < joint_count)
-        reference->fail(
-            fmt::format("has {} matrices for {} joints", values.size() / 16, joint_count));
+        reference->fail("has {} matrices for {} joints", values.size() / 16, joint_count);
     for (std::size_t i = 0; i < joint_count; ++i) {
         for (std::size_t k = 0; k < 16; ++k) {
-            if (!std::isfinite(values[16 * i + k]))
-                reference->fail(fmt::format("matrix {} is not finite", i));
+            if (!std::isfinite(values[16 * i + k])) reference->fail("matrix {} is not finite", i);
         }
         skin.inverse_binds[i] = matrix_of(&values[16 * i]);
     }
@@ -120,8 +118,7 @@ Influences read_influences(const GltfFile& file, const JsonAt& attributes, std::
         const auto joints = attributes.find(joints_name);
         const auto weights = attributes.find(weights_name);
         if (!joints && !weights) break;
-        if (!joints || !weights)
-            attributes.fail(fmt::format("has no {}", joints ? weights_name : joints_name));
+        if (!joints || !weights) attributes.fail("has no {}", joints ? weights_name : joints_name);
         sets.joints.push_back(integers(file, *joints, kPerSet, vertex_count));
         sets.weights.push_back(
             floats(file, *weights, {kPerSet, Wanted::Integers::kNormalized, vertex_count}));

@@ -14,7 +14,7 @@ JsonTree parse_json(std::string_view text, const std::string& file) {
         what = fmt::format("byte {} of its text is not JSON; is it complete?", error.byte);
     } catch (const JsonTree::exception&) {
     }
-    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", file, what));
+    throw Error(ErrorKind::kBadInput, "{}: {}", file, what);
 }
 
 void JsonAt::fail(const std::string& what, Hint hint) const {
@@ -33,7 +33,7 @@ std::optional<JsonAt> JsonAt::find(const std::string& key) const {
 
 JsonAt JsonAt::at(const std::string& key) const {
     std::optional<JsonAt> member = find(key);
-    if (!member) fail(fmt::format("has no member {}", key));
+    if (!member) fail("has no member {}", key);
     return *member;
 }
 
@@ -43,7 +43,7 @@ std::size_t JsonAt::size() const {
 }
 
 JsonAt JsonAt::operator[](std::size_t index) const {
-    if (index >= size()) fail(fmt::format("has {} elements, and none at {}", size(), index));
+    if (index >= size()) fail("has {} elements, and none at {}", size(), index);
     return {value_[index], file_, fmt::format("{}[{}]", path_, index)};
 }
 
@@ -67,19 +67,23 @@ std::uint64_t JsonAt::count() const {
     constexpr double kMaxCount = 0x1p53;
     const double value = number();
     if (!(value >= 0 && value <= kMaxCount) || std::floor(value) != value)
-        fail(fmt::format("is {}; must be a whole number from 0 on", value));
+        fail("is {}; must be a whole number from 0 on", value);
     return static_cast<std::uint64_t>(value);
 }
 
 std::uint32_t JsonAt::index_below(std::size_t limit, const char* what) const {
     const std::uint64_t index = count();
-    if (index >= limit) fail(fmt::format("is {}, but there are {} {}", index, limit, what));
+    if (index >= limit) fail("is {}, but there are {} {}", index, limit, what);
     return static_cast<std::uint32_t>(index);
 }
 
 void JsonAt::numbers(std::span<double> out) const {
-    if (size() != out.size()) fail(fmt::format("has {} numbers instead of {}", size(), out.size()));
+    if (size() != out.size()) fail("has {} numbers instead of {}", size(), out.size());
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = (*this)[i].number();
+}
+
+void JsonAt::numbers_of(const char* key, std::span<double> out) const {
+    if (const std::optional<JsonAt> member = find(key)) member->numbers(out);
 }
 
 std::uint64_t JsonAt::count_or(const char* key, std::uint64_t otherwise) const {

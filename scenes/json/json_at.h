@@ -32,6 +32,10 @@ public:
     const std::string& path() const { return path_; }
     const std::string& file() const { return file_; }
     [[noreturn]] void fail(const std::string& what, Hint hint = Hint::kNone) const;
+    template <class... Values>
+    [[noreturn]] void fail(fmt::format_string<Values...> what, Values&&... values) const {
+        fail(fmt::format(what, std::forward<Values>(values)...));
+    }
 
     bool is_text() const { return value_.is_string(); }
 
@@ -40,7 +44,6 @@ public:
     /// A member that has to be there.
     JsonAt at(const std::string& key) const;
 
-    /// The number of elements of an array.
     std::size_t size() const;
     /// An element that has to be there.
     JsonAt operator[](std::size_t index) const;
@@ -54,6 +57,8 @@ public:
     std::uint32_t index_below(std::size_t limit, const char* what) const;
     /// Fills `out` from an array of as many numbers.
     void numbers(std::span<double> out) const;
+    /// Leaves `out` as it is if there is no such member.
+    void numbers_of(const char* key, std::span<double> out) const;
 
     std::uint64_t count_or(const char* key, std::uint64_t otherwise) const;
     std::optional<std::uint32_t> index_or_none(const char* key, std::size_t limit,

@@ -59,9 +59,8 @@ bool MeshRules::keeps_face(std::uint64_t corners, bool is_cut, const Place& plac
 void MeshRules::count_triangles(std::uint64_t count, const Place& place) {
     triangle_count_ += count;
     if (triangle_count_ <= max_triangles_) return;
-    throw Error(ErrorKind::kLimit, fmt::format("{}: more than {} triangles; split or simplify the "
-                                               "scene",
-                                               place(), max_triangles_));
+    throw Error(ErrorKind::kLimit, "{}: more than {} triangles; split or simplify the scene",
+                place(), max_triangles_);
 }
 
 void MeshRules::leave_out(const std::string& problem, const Place& place) {

@@ -1,6 +1,8 @@
 // A mesh as a file has it, the formats that are read, and their common rules.
 #pragma once
 
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -9,14 +11,16 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
+#include "common/base/errors.h"
+#include "common/base/hash.h"
 #include "common/interop/platform.h"
 #include "common/scene/mesh.h"
 #include "common/scene/origin.h"
 #include "common/scene/textures.h"
 #include "scenes/polygons/triangulate.h"
-#include "scenes/warning_count.h"
 
 namespace mray {
 
@@ -56,16 +60,13 @@ struct FileMesh {
 };
 
 /// Reads positions, faces, normals for FileMesh::smooth alone, and from material libraries diffuse
-/// colours and the names of textures. Faces whose texture or its coordinates are missing have their
-/// colour alone, with a warning for the former. Keeps degenerate faces. Throws Error: kBadInput
-/// with file and line, kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its options.
+/// colours and the names of textures. Keeps degenerate faces. Throws Error: kBadInput with file and
+/// line, kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its options.
 FileMesh read_obj(const std::filesystem::path& path, const MeshFileOptions& options = {});
 
 /// Reads a PLY file (Greg Turk, "The PLY Polygon File Format", 1994), in text or binary with either
-/// order of bytes. Integer colours are those of images, 0 to 255, whose squares are linear; others
-/// are linear. Vertices with equal positions and normals are smooth together. Checks the numbers of
-/// the header against the size of the file. Throws Error: kBadInput with the line, or the byte of a
-/// binary file; kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its own options.
+/// order of bytes. Integer colours are those of images, whose squares are linear; others are
+/// linear. Throws Error: kBadInput with the line or the byte, kLimit. Thread-safe as read_obj().
 FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& options = {});
 
 /// Whether the name ends with .obj or .ply, in letters of either case.
@@ -75,6 +76,26 @@ bool has_mesh_name(const std::filesystem::path& path);
 FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options);
 
 // The rules for vertices and faces, the same for files of all formats.
+
+/// Keeps the first warning of a kind and counts the rest, however many a file has.
+class WarningCount {
+public:
+    /// `make` returns the Warning; it is called for the first one only.
+    template <class Make>
+    void add(const Make& make) {
+        if (count_++ == 0) first_ = make();
+    }
+    void tell(const WarnFunction& warn) const {
+        if (count_ == 0 || !warn) return;
+        Warning warning = first_;
+        warning.more = count_ - 1;
+        warn(warning);
+    }
+
+private:
+    Warning first_;
+    std::uint64_t count_ = 0;
+};
 
 /// Coordinates beyond this are refused like infinite ones; diverging simulations write them.
 inline constexpr float kMaxCoordinate = 1e30f;
@@ -99,16 +120,15 @@ public:
     /// Throws Error(kBadInput), or warns if lenient. `text` is the number in the file.
     void take_bad_coordinate(double value, std::string_view text, const Place& place);
 
-    /// Whether a face is kept: it needs 3 corners. Faces of two corners in the middle of a file are
-    /// edges that some exporters write: they are left out with a warning. Unless lenient, throws
-    /// Error(kBadInput) for fewer, and for two if `is_cut`: the file may end within the face.
+    /// A face needs 3 corners. Exporters write edges as faces of two: they are left out with a
+    /// warning. Unless lenient, throws Error(kBadInput) for fewer, and for two if `is_cut`: the
+    /// file may end there.
     bool keeps_face(std::uint64_t corners, bool is_cut, const Place& place);
     /// Throws Error(kLimit) if there are more than max_triangles.
     void count_triangles(std::uint64_t count, const Place& place);
     /// A face that cannot be read: throws Error(kBadInput), or counts a warning if lenient.
     void leave_out(const std::string& problem, const Place& place);
 
-    /// Gives the warnings that have been counted.
     void tell(const WarnFunction& warn) const;
 
 private:
@@ -117,6 +137,40 @@ private:
     std::uint64_t triangle_count_ = 0;
     WarningCount left_out_;
     WarningCount bad_coordinates_;
+};
+
+/// Corners with equal positions and normals look smooth together and have one number, that of the
+/// first of them.
+class SmoothNumbers {
+public:
+    static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+    /// A position, or a vertex and zeros, and a normal.
+    using Key = std::array<std::uint32_t, 6>;
+
+    /// Adding 0 gives -0 the bits of 0.
+    static std::uint32_t bits(float x) { return std::bit_cast<std::uint32_t>(x + 0.0f); }
+
+    std::uint32_t number_of(const Key& key, std::uint32_t corner) {
+        return firsts_.try_emplace(key, corner).first->second;
+    }
+    /// The corners of a vertex share `number`, which is kNone before the first of them.
+    std::uint32_t number_of(std::uint32_t& number, const vec3& p, const vec3& normal,
+                            std::uint32_t corner) {
+        if (number == kNone) {
+            number = number_of(
+                {bits(p.x), bits(p.y), bits(p.z), bits(normal.x), bits(normal.y), bits(normal.z)},
+                corner);
+        }
+        return number;
+    }
+
+private:
+    struct KeyHash {
+        std::size_t operator()(const Key& key) const {
+            return static_cast<std::size_t>(hash_of(key));
+        }
+    };
+    std::unordered_map<Key, std::uint32_t, KeyHash> firsts_;
 };
 
 /// Sets the origin and the positions of a mesh from the coordinates of its file.

@@ -42,7 +42,7 @@ public:
     bool may_be_cut() const { return !has_line_end_; }
     std::string place() const { return fmt::format("{}:{}", name_, line_); }
     [[noreturn]] void fail(const std::string& what) const {
-        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place(), what));
+        throw Error(ErrorKind::kBadInput, "{}: {}", place(), what);
     }
 
 private:

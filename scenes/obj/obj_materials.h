@@ -12,7 +12,6 @@
 #include <unordered_map>
 
 #include "scenes/mesh/mesh_file.h"
-#include "scenes/warning_count.h"
 
 namespace mray {
 

@@ -20,7 +20,6 @@
 #include "common/base/input_file.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
-#include "scenes/mesh/smooth_numbers.h"
 #include "scenes/obj/obj_lines.h"
 #include "scenes/obj/obj_materials.h"
 
@@ -57,7 +56,6 @@ bool is_corner(std::string_view word) {
     return false;
 }
 
-/// A finite number; `otherwise` in place of another one.
 float finite_or(float number, float otherwise) {
     return std::isfinite(number) ? number : otherwise;
 }
@@ -92,8 +90,8 @@ public:
         };
         tinyobj::LoadObjWithCallback(stream, callbacks, this, this);
         if (!mesh_.faces.corners.empty() && largest_vertex_ >= positions_.size()) {
-            throw Error(ErrorKind::kBadInput, fmt::format("{}:{}: {}", name_, largest_vertex_line_,
-                                                          not_there(largest_vertex_)));
+            throw Error(ErrorKind::kBadInput, "{}:{}: {}", name_, largest_vertex_line_,
+                        not_there(largest_vertex_));
         }
         set_positions(mesh_, positions_, options_);
         if (!has_normals_) mesh_.smooth = {};
@@ -103,7 +101,6 @@ public:
     }
 
 private:
-    /// The next statement for tinyobjloader.
     int_type underflow() override {
         for (passed_.clear(); passed_.empty();) {
             if (lines_.at_end()) return traits_type::eof();
@@ -243,7 +240,6 @@ private:
     FileMesh mesh_;
     std::vector<glm::dvec3> positions_;
     ObjMaterials materials_;
-    /// The statement that tinyobjloader reads.
     std::string passed_;
     std::vector<std::array<std::uint32_t, 3>> normals_;
     std::vector<Texcoord> texcoords_;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cstring>
+#include <type_traits>
 #include <utility>
 
 #include "common/base/errors.h"
@@ -13,14 +15,21 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r";
 
-// The names of the format's author, and those with sizes that many programs write.
-constexpr std::pair<std::string_view, PlyScalar> kTypes[] = {
-    {"char", PlyScalar::kInt8},      {"int8", PlyScalar::kInt8},     {"uchar", PlyScalar::kUint8},
-    {"uint8", PlyScalar::kUint8},    {"short", PlyScalar::kInt16},   {"int16", PlyScalar::kInt16},
-    {"ushort", PlyScalar::kUint16},  {"uint16", PlyScalar::kUint16}, {"int", PlyScalar::kInt32},
-    {"int32", PlyScalar::kInt32},    {"uint", PlyScalar::kUint32},   {"uint32", PlyScalar::kUint32},
-    {"float", PlyScalar::kFloat},    {"float32", PlyScalar::kFloat}, {"double", PlyScalar::kDouble},
-    {"float64", PlyScalar::kDouble},
+template <class Number>
+constexpr PlyType type_named(std::string_view name, std::string_view other) {
+    constexpr auto kValue = [](const char* bytes) {
+        Number number;
+        std::memcpy(&number, bytes, sizeof(Number));
+        return static_cast<double>(number);
+    };
+    return {{name, other}, sizeof(Number), std::is_integral_v<Number>, kValue};
+}
+
+constexpr PlyType kTypes[] = {
+    type_named<std::int8_t>("char", "int8"),    type_named<std::uint8_t>("uchar", "uint8"),
+    type_named<std::int16_t>("short", "int16"), type_named<std::uint16_t>("ushort", "uint16"),
+    type_named<std::int32_t>("int", "int32"),   type_named<std::uint32_t>("uint", "uint32"),
+    type_named<float>("float", "float32"),      type_named<double>("double", "float64"),
 };
 
 /// The words of a line; at most as many as any statement has, and one more.
@@ -73,7 +82,7 @@ public:
 private:
     [[noreturn]] void fail(const std::string& what) const { fail_at(header_.line_count, what); }
     [[noreturn]] void fail_at(std::uint64_t line, const std::string& what) const {
-        throw Error(ErrorKind::kBadInput, fmt::format("{}:{}: {}", name_, line, what));
+        throw Error(ErrorKind::kBadInput, "{}:{}: {}", name_, line, what);
     }
 
     std::string_view next_line() {
@@ -111,25 +120,26 @@ private:
     void read_property(const std::vector<std::string_view>& words) {
         if (header_.elements.empty()) fail("property without an element; write the file again");
         const bool is_list = words.size() == 5 && words[1] == "list";
-        const auto type = words.size() < 3 ? std::nullopt : type_of(words[words.size() - 2]);
-        const auto count_type = is_list ? type_of(words[2]) : std::nullopt;
-        if (!type || (is_list ? !count_type || !is_integer(*count_type) : words.size() != 3)) {
+        const PlyType* const type = words.size() < 3 ? nullptr : type_of(words[words.size() - 2]);
+        const PlyType* const count_type = is_list ? type_of(words[2]) : nullptr;
+        const bool is_counted = count_type != nullptr && count_type->is_integer;
+        if (type == nullptr || (is_list ? !is_counted : words.size() != 3)) {
             fail(
                 "property that is not known; write property TYPE NAME, or property list INTEGER "
                 "TYPE NAME, with types char, uchar, short, ushort, int, uint, float or double");
         }
-        PlyProperty property{std::string(words.back()), *type, count_type};
+        PlyProperty property{std::string(words.back()), type, count_type};
         PlyElement& element = header_.elements.back();
         property.has_corners =
-            element.name == "face" && is_list && is_integer(property.type) &&
+            element.name == "face" && is_list && type->is_integer &&
             (property.name == "vertex_indices" || property.name == "vertex_index");
         element.properties.push_back(std::move(property));
     }
 
-    static std::optional<PlyScalar> type_of(std::string_view name) {
-        for (const auto& [known, type] : kTypes)
-            if (known == name) return type;
-        return std::nullopt;
+    static const PlyType* type_of(std::string_view name) {
+        for (const PlyType& type : kTypes)
+            if (std::ranges::count(type.names, name) > 0) return &type;
+        return nullptr;
     }
 
     void require_meaning(const PlyElement& element) const {
@@ -151,7 +161,7 @@ private:
             // A value in text takes a digit and a blank or line end.
             std::uint64_t bytes = 0;
             for (const PlyProperty& property : element.properties)
-                bytes += is_text ? 2 : size_of(property.count_type.value_or(property.type));
+                bytes += is_text ? 2 : property.first_type().size;
             if (bytes != 0 && element.count > left / bytes) {
                 fail_at(element.line,
                         fmt::format("{} items of {}, which {} bytes cannot hold; is the file "

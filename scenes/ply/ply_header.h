@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,30 +12,25 @@ namespace mray {
 
 enum class PlyEncoding { kText, kLittleEndian, kBigEndian };
 
-enum class PlyScalar : std::uint8_t {
-    kInt8,
-    kUint8,
-    kInt16,
-    kUint16,
-    kInt32,
-    kUint32,
-    kFloat,
-    kDouble,
+/// A type of numbers, all of which are exact in a double.
+struct PlyType {
+    /// The format's author gives the first name, and many programs write the second one.
+    std::array<std::string_view, 2> names;
+    std::size_t size;
+    bool is_integer;
+    /// Reads a number in the byte order of this machine.
+    double (*value)(const char* bytes);
 };
-constexpr bool is_integer(PlyScalar type) { return type < PlyScalar::kFloat; }
-constexpr std::size_t size_of(PlyScalar type) {
-    if (type == PlyScalar::kDouble) return 8;
-    return type >= PlyScalar::kInt32 ? 4 : type >= PlyScalar::kInt16 ? 2 : 1;
-}
 
 struct PlyProperty {
     std::string name;
-    PlyScalar type = PlyScalar::kFloat;
-    /// The type of the number of entries; a scalar has none.
-    std::optional<PlyScalar> count_type = {};
-
-    /// Whether it is a list of the corners of a face.
+    const PlyType* type;
+    /// A list has a type for the number of its entries; a scalar has null.
+    const PlyType* count_type = nullptr;
+    /// True for a list of the corners of a face.
     bool has_corners = false;
+
+    const PlyType& first_type() const { return count_type != nullptr ? *count_type : *type; }
 };
 
 /// The names of three scalars that make a vector.
@@ -53,7 +47,7 @@ struct PlyElement {
     bool has(const PlyAxes& axes) const {
         return std::ranges::all_of(axes, [&](std::string_view axis) {
             return std::ranges::any_of(properties, [&](const PlyProperty& property) {
-                return property.name == axis && !property.count_type;
+                return property.name == axis && property.count_type == nullptr;
             });
         });
     }

@@ -14,7 +14,6 @@
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_file.h"
-#include "scenes/mesh/smooth_numbers.h"
 #include "scenes/ply/ply_header.h"
 
 namespace mray {
@@ -37,13 +36,12 @@ public:
     }
 
     bool is_text() const { return is_text_; }
-    /// The place of the current item.
     std::string place() const {
         return is_text_ ? fmt::format("{}:{}", name_, line_)
                         : fmt::format("{}: byte {}", name_, file_size_ - left_at_begin_);
     }
     [[noreturn]] void fail(const std::string& what) const {
-        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place(), what));
+        throw Error(ErrorKind::kBadInput, "{}: {}", place(), what);
     }
 
     void begin(const PlyElement& element, std::uint64_t item) {
@@ -63,7 +61,6 @@ public:
         if (std::all_of(row_.begin(), row_.end(), is_blank)) return;
         fail(fmt::format("more values than {} has; is the header right?", quote(element_->name)));
     }
-    /// The bytes that have not been read.
     std::size_t left() const { return rest_.size(); }
     void skip_blank_lines() {
         std::size_t i = 0;
@@ -76,25 +73,25 @@ public:
         rest_.remove_prefix(i);
     }
 
-    double number(PlyScalar type) {
-        if (!is_text_) return value_at(take(size_of(type)), type);
+    double number(const PlyType& type) {
+        if (!is_text_) return take_value(type);
         const std::string_view word = next_word();
         const auto number = parse_coordinate(word);
         if (!number) fail(not_a_number(word));
         return *number;
     }
-    std::int64_t integer(PlyScalar type) {
-        if (!is_text_) return static_cast<std::int64_t>(value_at(take(size_of(type)), type));
+    std::int64_t integer(const PlyType& type) {
+        if (!is_text_) return static_cast<std::int64_t>(take_value(type));
         const std::string_view word = next_word();
         const auto number = parse_integer(word);
         if (!number) fail(fmt::format("{} is not a whole number; a list needs one", quote(word)));
         return *number;
     }
-    void skip(PlyScalar type) {
+    void skip(const PlyType& type) {
         if (is_text_)
             next_word();
         else
-            take(size_of(type));
+            take(type.size);
     }
 
 private:
@@ -123,35 +120,11 @@ private:
         return from;
     }
 
-    template <class T>
-    double load(const char* from) const {
-        std::array<char, sizeof(T)> bytes;
-        std::copy_n(from, sizeof(T), bytes.begin());
-        if (is_swapped_) std::reverse(bytes.begin(), bytes.end());
-        return static_cast<double>(std::bit_cast<T>(bytes));
-    }
-
-    /// All types are exact in a double.
-    double value_at(const char* from, PlyScalar type) const {
-        switch (type) {
-            case PlyScalar::kInt8:
-                return load<std::int8_t>(from);
-            case PlyScalar::kUint8:
-                return load<std::uint8_t>(from);
-            case PlyScalar::kInt16:
-                return load<std::int16_t>(from);
-            case PlyScalar::kUint16:
-                return load<std::uint16_t>(from);
-            case PlyScalar::kInt32:
-                return load<std::int32_t>(from);
-            case PlyScalar::kUint32:
-                return load<std::uint32_t>(from);
-            case PlyScalar::kFloat:
-                return load<float>(from);
-            case PlyScalar::kDouble:
-                break;
-        }
-        return load<double>(from);
+    double take_value(const PlyType& type) {
+        std::array<char, sizeof(double)> bytes;
+        std::copy_n(take(type.size), type.size, bytes.begin());
+        if (is_swapped_) std::reverse(bytes.begin(), bytes.begin() + type.size);
+        return type.value(bytes.data());
     }
 
     std::string_view rest_;
@@ -159,7 +132,6 @@ private:
     const bool is_text_;
     const bool is_swapped_;
     const std::uint64_t file_size_;
-    /// The current item.
     const PlyElement* element_ = nullptr;
     std::uint64_t item_ = 0;
     std::uint64_t left_at_begin_ = 0;
@@ -218,9 +190,9 @@ private:
         for (std::size_t i = 0; i < columns_.size(); ++i) {
             const PlyProperty& property = vertices.properties[i];
             const auto* const axis = std::ranges::find(axes, property.name);
-            if (axis == axes.end() || property.count_type) continue;
+            if (axis == axes.end() || property.count_type != nullptr) continue;
             columns_[i] = {&vector[static_cast<int>(axis - axes.begin())],
-                           are_colours && is_integer(property.type)};
+                           are_colours && property.type->is_integer};
         }
         return true;
     }
@@ -234,19 +206,19 @@ private:
             if (values_.is_text() && !is_read) continue;
             for (std::size_t i = 0; i < element.properties.size(); ++i) {
                 const PlyProperty& property = element.properties[i];
-                if (property.count_type)
+                if (property.count_type != nullptr)
                     read_list(property);
                 else if (is_vertex && columns_[i].number != nullptr)
-                    read_number(columns_[i], property.type);
+                    read_number(columns_[i], *property.type);
                 else
-                    values_.skip(property.type);
+                    values_.skip(*property.type);
             }
             values_.end();
             if (is_vertex) add_vertex();
         }
     }
 
-    void read_number(const Column& column, PlyScalar type) {
+    void read_number(const Column& column, const PlyType& type) {
         double& number = *column.number;
         number = values_.number(type);
         if (!column.is_byte_colour) return;
@@ -276,13 +248,12 @@ private:
         corners_.clear();
         for (std::int64_t i = 0; i < count; ++i) {
             if (property.has_corners)
-                corners_.push_back(values_.integer(property.type));
+                corners_.push_back(values_.integer(*property.type));
             else
-                values_.skip(property.type);
+                values_.skip(*property.type);
         }
         if (property.has_corners) add_face();
     }
-    /// Adds a face of corners_ if the rules keep it.
     void add_face() {
         if (!rules_.keeps_face(corners_.size(), false, place_)) return;
         for (const std::int64_t corner : corners_) {
@@ -318,7 +289,6 @@ private:
     std::size_t vertex_count_ = 0;
     bool has_normals_ = false;
     bool has_colours_ = false;
-    /// Of the current vertex.
     glm::dvec3 position_ = {};
     glm::dvec3 normal_ = {};
     glm::dvec3 colour_ = {};

@@ -1,8 +1,9 @@
 #include "scenes/polygons/triangulate.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+
+#include <glm/geometric.hpp>
 
 namespace mray {
 namespace {
@@ -134,23 +135,22 @@ private:
 using Corners = std::span<const std::uint32_t>;
 
 // Newell's (M. E. Newell et al. 1972), relative to the first corner for the sake of digits.
-std::array<double, 3> face_normal(Corners corners, std::span<const vec3> positions) {
+glm::dvec3 face_normal(Corners corners, std::span<const vec3> positions) {
     const glm::dvec3 origin(positions[corners[0]]);
     glm::dvec3 sum(0.0);
     glm::dvec3 last(0.0);
     for (const std::uint32_t corner : corners) {
         const glm::dvec3 p = glm::dvec3(positions[corner]) - origin;
-        sum += glm::dvec3(last.y * p.z - last.z * p.y, last.z * p.x - last.x * p.z,
-                          last.x * p.y - last.y * p.x);
+        sum += glm::cross(last, p);
         last = p;
     }
-    return {sum.x, sum.y, sum.z};
+    return sum;
 }
 
 // Projects along the axis in which the face is largest, which keeps coordinates exact, and makes it
 // counter-clockwise. Returns false for no area or what is not finite.
 bool project(Corners corners, std::span<const vec3> positions, std::vector<PlanePoint>& points) {
-    const std::array<double, 3> normal = face_normal(corners, positions);
+    const glm::dvec3 normal = face_normal(corners, positions);
     int dropped = 0;
     for (int axis = 1; axis < 3; ++axis) {
         if (std::abs(normal[axis]) > std::abs(normal[dropped])) dropped = axis;

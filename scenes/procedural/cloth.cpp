@@ -21,7 +21,6 @@ constexpr double kCheckers = 8;
 // The sheet never gets steeper than this: almost a quarter turn.
 constexpr double kSteepestTurns = 0.24;
 
-/// How the sheet stands at a frame.
 struct Pose {
     double frame;
     double bend;

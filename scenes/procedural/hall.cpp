@@ -19,14 +19,12 @@ struct SwayingVertex {
 
 constexpr double kFramesOfSwing = 12;
 
-/// A unit vector perpendicular to a unit vector.
 glm::dvec3 any_perpendicular(const glm::dvec3& axis) {
     const glm::dvec3 other = std::abs(axis.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0);
     const glm::dvec3 across = glm::cross(axis, other);
     return across / glm::length(across);
 }
 
-/// Collects parts, some of which sway.
 class SwayingMesh {
 public:
     std::uint64_t triangle_count() const { return mesh_.topology.triangles.size(); }

@@ -74,7 +74,6 @@ struct Grid {
 Grid grid_of(double quads, double elongation, std::uint32_t fewest_rows,
              std::uint32_t fewest_columns);
 
-/// The colour of the two triangles of a quad.
 using GridColour = std::function<Albedo(std::uint32_t row, std::uint32_t column)>;
 
 /// An open rows x columns sheet: (rows + 1) * (columns + 1) vertices.
@@ -104,7 +103,6 @@ public:
     /// Adds vertices and triangles, counter-clockwise from outside.
     void append_to(Topology& topology, const GridColour& colour) const;
     const Grid& grid() const { return grid_; }
-    /// The unit vector to a vertex.
     glm::dvec3 direction(std::uint32_t vertex) const;
 
 private:

@@ -75,15 +75,13 @@ std::unique_ptr<Animation> make_procedural(const std::string& name, std::uint64_
         std::find_if(kScenes.begin(), kScenes.end(),
                      [&](const ProceduralScene& known) { return name == known.name; });
     if (scene == kScenes.end()) {
-        throw Error(
-            ErrorKind::kBadArgument,
-            fmt::format("there is no built-in scene {}; `morphray info` lists them", quote(name)));
+        throw Error(ErrorKind::kBadArgument,
+                    "there is no built-in scene {}; `morphray info` lists them", quote(name));
     }
     if (triangles > kMaxTriangles) {
         throw Error(ErrorKind::kLimit,
-                    fmt::format("{} triangles are too many for the built-in scene '{}'; ask for {} "
-                                "at most",
-                                triangles, name, kMaxTriangles));
+                    "{} triangles are too many for the built-in scene '{}'; ask for {} at most",
+                    triangles, name, kMaxTriangles);
     }
     if (triangles == 0) triangles = scene->default_triangles;
     return std::make_unique<ProceduralAnimation>(name, scene->make(triangles));

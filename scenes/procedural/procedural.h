@@ -30,7 +30,6 @@ struct DeformingMesh {
     std::optional<InsideView> inside_view;
 };
 
-/// Rounds a position, once.
 inline vec3 round_to_float(const glm::dvec3& p) {
     return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
 }

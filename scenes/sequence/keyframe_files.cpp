@@ -121,9 +121,8 @@ void sort_by_number(std::vector<NumberedName>& names) {
 
 [[noreturn]] void refuse(const std::string& pattern, const char* what) {
     throw Error(ErrorKind::kBadArgument,
-                fmt::format("pattern {}: {}; write one %d, %0Nd (N from 1 to 9) or * in the file "
-                            "name",
-                            quote(pattern), what));
+                "pattern {}: {}; write one %d, %0Nd (N from 1 to 9) or * in the file name",
+                quote(pattern), what);
 }
 
 Pattern split_pattern(const std::string& pattern) {
@@ -180,14 +179,13 @@ public:
                 error.hint());
         }
         if (mesh.positions.size() != vertex_count_ || hash_of_faces(mesh.faces) != faces_hash_) {
-            throw Error(
-                ErrorKind::kBadInput,
-                fmt::format("{}: frame {} has other faces ({} of {} vertices) than {} ({} of "
-                            "{}); all frames of an animation share one topology, render "
-                            "sequences that change it in separate runs",
-                            escape(file.path), file.frame, mesh.faces.corner_counts.size(),
-                            mesh.positions.size(), escape(files_.front().path), face_count_,
-                            vertex_count_));
+            throw Error(ErrorKind::kBadInput,
+                        "{}: frame {} has other faces ({} of {} vertices) than {} ({} of {}); all "
+                        "frames of an animation share one topology, render sequences that change "
+                        "it in separate runs",
+                        escape(file.path), file.frame, mesh.faces.corner_counts.size(),
+                        mesh.positions.size(), escape(files_.front().path), face_count_,
+                        vertex_count_);
         }
         std::copy(mesh.positions.begin(), mesh.positions.end(), out.begin());
         if (mesh.is_coarse && !first_warning && !was_coarse_.exchange(true)) {

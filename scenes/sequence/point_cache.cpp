@@ -116,10 +116,10 @@ std::unique_ptr<Animation> open_cached(const std::filesystem::path& mesh,
     auto source = std::make_unique<CacheSource>(cache, options.lenient);
     if (source->point_count() != first.topology.vertex_count) {
         throw Error(ErrorKind::kBadInput,
-                    fmt::format("{}: has {} points, but {} has {} vertices; give the mesh that "
-                                "the cache was written for",
-                                escape(cache), source->point_count(), escape(mesh),
-                                first.topology.vertex_count));
+                    "{}: has {} points, but {} has {} vertices; give the mesh that the cache was "
+                    "written for",
+                    escape(cache), source->point_count(), escape(mesh),
+                    first.topology.vertex_count);
     }
     first.positions = {};
     // The cache has floats.

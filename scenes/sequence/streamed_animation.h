@@ -14,7 +14,6 @@
 
 namespace mray {
 
-/// The parts of an animation besides its keyframes.
 struct FirstMesh {
     Topology topology;
     /// As Animation::smooth_corners(), but empty if the file has no normals.
@@ -55,9 +54,8 @@ public:
 /// 4. Hence a + fl(p) <= a + d = b, and rounding is monotone. fl(p) >= 0 gives the other side.
 inline float interpolate(float a, float b, float f) { return f == 0.0f ? a : a + (b - a) * f; }
 
-/// Positions between keyframes are those of interpolate(); at a keyframe they are the file's.
-/// Opening reads the first one. Others are read when needed; one that cannot be used, or has
-/// another topology, makes positions() throw Error(kBadInput).
+/// Positions between keyframes are those of interpolate(). Opening reads the first one; one of the
+/// others that cannot be used makes positions() throw Error(kBadInput).
 std::unique_ptr<Animation> stream_keyframes(const std::string& name, FirstMesh first,
                                             std::unique_ptr<KeyframeSource> source,
                                             const WarnFunction& warn);
@@ -70,27 +68,22 @@ struct KeyframeFile {
 
 /// The mesh files of a folder, ordered by the last number in their names, which are equal apart
 /// from it. The first is frame 0; the greatest common divisor of the differences is one frame.
-/// Throws Error(kBadInput) for no files, names that differ, a number twice, and, unless
-/// options.skip_missing, for missing files; otherwise warns of those.
+/// Throws Error(kBadInput), for missing files unless options.skip_missing, which warns of them.
 std::vector<KeyframeFile> files_of_folder(const std::filesystem::path& folder,
                                           const AnimationOptions& options);
 
-/// The files that match a path with one %d, %0Nd (N from 1 to 9) or *, each of which is a number,
-/// that of the frame. Throws Error: kBadArgument for a bad pattern, kBadInput if no file matches,
-/// and for missing files as above.
+/// The files that match a path with one %d, %0Nd (N from 1 to 9) or *, each of which is the number
+/// of the frame. Throws Error: kBadArgument for a bad pattern, kBadInput.
 std::vector<KeyframeFile> files_of_pattern(const std::string& pattern,
                                            const AnimationOptions& options);
 
 /// Each file is a keyframe. Triangles, colours and textures are those of the first; all must have
-/// its faces. A later file that cannot be read, or has bad coordinates unless lenient, does not
-/// fail the opening. Throws Error(kBadInput) for the first file, and for other faces with the
-/// frame.
+/// its faces. Throws Error(kBadInput) for the first file; a later one does not fail the opening.
 std::unique_ptr<Animation> open_keyframes(const std::vector<KeyframeFile>& files,
                                           const std::string& name, const AnimationOptions& options);
 
-/// Each sample of a point cache is a keyframe. One with bad coordinates cannot be used, unless
-/// options.lenient keeps them with a warning. Throws Error(kBadInput) for files that cannot be
-/// read, and for another number of points than the mesh has vertices.
+/// Each sample of a point cache is a keyframe. Throws Error(kBadInput), also for another number of
+/// points than the mesh has vertices.
 std::unique_ptr<Animation> open_cached(const std::filesystem::path& mesh,
                                        const std::filesystem::path& cache, const std::string& name,
                                        const AnimationOptions& options);

@@ -134,8 +134,8 @@ TEST_P(ClosedMeshOn, LetsNoRayOutAtJointsAndCollapsedVertices) {
             const Bvh bvh = build_bvh(scene.topology(), scene.positions());
             const cpu::SingleRayTracer tracer(bvh, GetParam());
             Random random(seed);
-            const double world[3] = {one.centre.x * one.scale, one.centre.y * one.scale,
-                                     one.centre.z * one.scale};
+            const glm::dvec3 world = {one.centre.x * one.scale, one.centre.y * one.scale,
+                                      one.centre.z * one.scale};
             const vec3 centre = scene.space().point_to_scene(world, "centre");
             const std::vector<Ray> rays = rays_at_joints(scene, centre, one.scale, 10000, random);
             std::vector<Hit> hits(rays.size());

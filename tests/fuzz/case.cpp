@@ -17,10 +17,7 @@ class ListedAnimation final : public Animation {
 public:
     ListedAnimation(Topology topology, std::vector<std::vector<vec3>> poses)
         : topology_(std::move(topology)), poses_(std::move(poses)) {
-        for (const std::vector<vec3>& pose : poses_) {
-            const WorldBounds bounds = bounds_of(pose);
-            if (!bounds.empty()) bounds_.extend(bounds.lower, bounds.upper);
-        }
+        for (const std::vector<vec3>& pose : poses_) bounds_.extend(bounds_of(pose));
     }
 
     const Topology& topology() const override { return topology_; }

@@ -101,8 +101,8 @@ public:
 
     WorldRay ray() {
         WorldRay ray = {};
-        for (double& x : ray.org) x = number<double>();
-        for (double& x : ray.dir) x = number<double>();
+        for (int axis = 0; axis < 3; ++axis) ray.org[axis] = number<double>();
+        for (int axis = 0; axis < 3; ++axis) ray.dir[axis] = number<double>();
         ray.tnear = number<double>();
         ray.tfar = number<double>();
         return ray;

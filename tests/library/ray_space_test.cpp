@@ -9,6 +9,8 @@
 #include <cstring>
 #include <limits>
 
+#include <glm/common.hpp>
+
 #include "common/simd/simd_target.h"
 #include "cpu/scene_space/to_scene.h"
 #include "tests/support/same_bits.h"
@@ -25,11 +27,9 @@ constexpr float kDenormal = std::numeric_limits<float>::denorm_min();
 constexpr float kMost = std::numeric_limits<float>::max();
 
 SceneSpace space_of(double lower, double upper) {
-    WorldBounds bounds;
-    const double corners[2][3] = {{lower, lower / 2, lower}, {upper, upper, upper / 4}};
-    bounds.extend(corners[0], corners[0]);
-    bounds.extend(corners[1], corners[1]);
-    return SceneSpace(bounds);
+    const glm::dvec3 from = {lower, lower / 2, lower};
+    const glm::dvec3 to = {upper, upper, upper / 4};
+    return SceneSpace(WorldBounds{glm::min(from, to), glm::max(from, to)});
 }
 
 std::vector<SceneSpace> spaces() {

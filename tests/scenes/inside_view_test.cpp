@@ -18,9 +18,10 @@ TEST(InsideView, IsThatOfClosedScenesUnlessAViewIsGiven) {
         ViewSpec view = world_view({}, *animation);
         ASSERT_TRUE(view.eye && view.target && view.light) << name;
         for (const Point& point : {*view.eye, *view.target, *view.light}) {
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                EXPECT_GT(point[axis], bounds.lower[axis]) << name;
-                EXPECT_LT(point[axis], bounds.upper[axis]) << name;
+            const glm::dvec3 p = to_dvec3(point);
+            for (int axis = 0; axis < 3; ++axis) {
+                EXPECT_GT(p[axis], bounds.lower[axis]) << name;
+                EXPECT_LT(p[axis], bounds.upper[axis]) << name;
             }
         }
         view = world_view({.target = Point{1, 2, 3}, .light = Point{4, 5, 6}}, *animation);

@@ -30,8 +30,7 @@ Motion of_builtin(const std::string& name, const std::vector<double>& frames) {
     for (const double frame : frames) {
         world.emplace_back(animation->topology().vertex_count);
         animation->positions(frame, world.back());
-        const WorldBounds pose = bounds_of(world.back());
-        bounds.extend(pose.lower, pose.upper);
+        bounds.extend(bounds_of(world.back()));
     }
     return {name, animation->topology(), to_scene(SceneSpace(bounds), world)};
 }

@@ -1,13 +1,14 @@
 // Compares every backend over every kind of tree with a reference.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "app/base/options.h"
-#include "app/commands/crosscheck/query_check.h"
 #include "app/report/crosscheck/check_report.h"
 #include "app/terminal/messages.h"
 #include "common/backend.h"
@@ -20,6 +21,30 @@ bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uin
 
 /// The instruction sets that are compared for --simd: all that this machine has, one, or none.
 std::vector<std::string> simd_to_check(const std::string& simd);
+
+/// Rays and points in scene space, as many of the one as of the other.
+struct CheckBatch {
+    std::vector<Ray> rays;
+    std::vector<vec3> points;
+};
+
+/// The same queries on every machine, around the mesh, its vertices, edges and triangles.
+CheckBatch pseudo_random_batch(const Topology& topology, std::span<const vec3> positions,
+                               std::uint32_t count);
+
+struct Answers {
+    /// For Crossing::kEach and kOwner.
+    std::array<HitLists, 2> hits;
+    std::vector<FloatWinding> windings;
+    /// Ascending.
+    std::vector<UncertainCrossing> uncertain;
+    std::vector<ClosestTriangle> closest;
+};
+
+Answers answers_of(Backend& backend, const CheckBatch& batch);
+
+/// Counts the rays and points with other answers, bit by bit.
+QueryDifference compare_answers(const Answers& expected, const Answers& actual);
 
 /// Two instances of a backend and the tree that one of them refits.
 struct BackendPair {
@@ -36,7 +61,6 @@ struct CheckedBackends {
     std::unique_ptr<Backend> brute;
 };
 
-/// Throws what the backends throw.
 CheckedBackends make_checked_backends(const BackendOptions& options, const Messages& messages);
 
 /// Two instances of each backend: one refits its own tree from frame to frame, the other is given
@@ -58,7 +82,6 @@ private:
         std::string reference;
     };
     void trace_reference(std::span<const vec3> positions, const Bvh& rebuilt);
-    /// Queries the reference, if queries are compared.
     void query_reference(std::span<const vec3> positions);
     /// `simd` is the backend's instruction set, or ""; `refit_on` what refitted its tree, or "".
     void compare(Backend& backend, const std::string& simd, const std::string& refit_on);
@@ -76,7 +99,6 @@ private:
     SceneFrames& scene_;
     CheckedBackends& backends_;
     Json& report_;
-    /// The kinds of rays and the instruction sets that are compared.
     std::vector<std::uint32_t> rays_;
     std::vector<std::string> simd_;
     /// These belong to the frame that is being checked.

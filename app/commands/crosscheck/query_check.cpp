@@ -1,4 +1,4 @@
-#include "app/commands/crosscheck/query_check.h"
+#include "app/commands/crosscheck/cross_checker.h"
 
 #include <algorithm>
 #include <cstring>
@@ -12,6 +12,8 @@
 
 namespace mray::app {
 namespace {
+
+using glm::dvec3;
 
 constexpr std::uint32_t kAllHits = std::numeric_limits<std::uint32_t>::max();
 
@@ -27,13 +29,11 @@ public:
 
     /// In the box of the mesh, made larger by half on each side.
     vec3 in_room() {
-        vec3 p;
-        for (int axis = 0; axis < 3; ++axis) {
-            const double lower = box_.lower[axis];
-            const double upper = box_.upper[axis];
-            p[axis] = static_cast<float>(lower + (upper - lower) * (2 * unit() - 0.5));
-        }
-        return space_.to_scene(p);
+        const dvec3 lower(box_.lower);
+        const double x = unit();
+        const double y = unit();
+        const dvec3 part(x, y, unit());
+        return space_.to_scene(vec3(lower + (dvec3(box_.upper) - lower) * (2.0 * part - 0.5)));
     }
 
     /// A vertex, a point of an edge, a point of a triangle, or a place in the room.
@@ -47,24 +47,15 @@ public:
         if (!is_finite_vertex(a) || !is_finite_vertex(b) || !is_finite_vertex(c)) return in_room();
         const double u = kind == 0 ? 0 : unit();
         const double v = kind == 2 ? unit() * (1 - u) : 0;
-        vec3 p;
-        for (int axis = 0; axis < 3; ++axis) {
-            const double from = a[axis];
-            p[axis] = static_cast<float>(from + u * (static_cast<double>(b[axis]) - from) +
-                                         v * (static_cast<double>(c[axis]) - from));
-        }
-        return space_.to_scene(p);
+        const dvec3 from(a);
+        return space_.to_scene(vec3(from + u * (dvec3(b) - from) + v * (dvec3(c) - from)));
     }
 
     Ray ray() {
-        const vec3 from = in_room();
-        const vec3 to = any();
-        WorldRay ray{{}, {}, 0, std::numeric_limits<double>::infinity()};
-        for (int axis = 0; axis < 3; ++axis) {
-            ray.org[axis] = from[axis];
-            ray.dir[axis] = static_cast<double>(to[axis]) - static_cast<double>(from[axis]);
-        }
-        return mray::to_scene(space_, ray).ray;
+        const dvec3 from(in_room());
+        const dvec3 to(any());
+        constexpr double kInfinity = std::numeric_limits<double>::infinity();
+        return mray::to_scene(space_, {from, to - from, 0, kInfinity}).ray;
     }
 
 private:
@@ -85,7 +76,6 @@ bool same_bits(const T& a, const T& b) {
     return std::memcmp(&a, &b, sizeof(T)) == 0;
 }
 
-/// Marks the rays whose lists differ.
 void mark_hits(const HitLists& expected, const HitLists& actual, std::vector<bool>& differs) {
     auto e = expected.hits.begin();
     auto a = actual.hits.begin();

@@ -17,8 +17,8 @@ constexpr double kShortestMs = 0.02;
 constexpr const char* kStages[] = {"update", "rebuild", "trace", "trace_rebuilt"};
 
 [[noreturn]] void refuse(const std::string& file, const std::string& why) {
-    throw Error(ErrorKind::kBadInput,
-                fmt::format("{}: {}; give a file that `profile --json` wrote", escape(file), why));
+    throw Error(ErrorKind::kBadInput, "{}: {}; give a file that `profile --json` wrote",
+                escape(file), why);
 }
 
 /// The times of a stage in all frames, run by run; none if frames have different numbers of runs.

@@ -12,7 +12,6 @@
 
 namespace mray::app {
 
-/// A report without measurements.
 Json profile_head(const ProfileOptions& options, const Animation& animation);
 
 /// morphray profile --policies: compares update policies over an animation.

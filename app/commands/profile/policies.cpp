@@ -23,7 +23,6 @@
 namespace mray::app {
 namespace {
 
-/// A frame in one round.
 struct Played {
     double frame = 0;
     TreeUpdate update = {};
@@ -35,7 +34,6 @@ struct Played {
 struct PolicyRun {
     std::string policy;
     std::string backend;
-    /// The frames of each round.
     std::vector<std::vector<Played>> rounds = {};
     /// For each frame, its median round by cost; `total_ms` adds their costs up.
     std::vector<Played> frames = {};
@@ -64,7 +62,6 @@ double total_of(const std::vector<Played>& frames) {
     return std::accumulate(costs.begin(), costs.end(), 0.0);
 }
 
-/// Sets the figures of the policies on one backend from their rounds.
 void compare(std::span<PolicyRun> runs) {
     for (PolicyRun& run : runs) {
         run.frames = run.rounds.back();
@@ -138,7 +135,6 @@ Json json_of(const PolicyRun& run) {
 
 std::string fixed_ms(double value) { return fmt::format("{:.3f}", value); }
 
-/// One row for each frame of each policy and backend.
 Table frames_table(const std::vector<PolicyRun>& runs) {
     Table table({"policy", "backend", "frame", "update", "upload ms", "refit ms", "decide ms",
                  "restructure ms", "rebuild ms", "trace ms", "cost ratio", "hits hash", "reason",
@@ -193,7 +189,6 @@ std::string summary_of(const Json& report) {
         sentence_of(report["policies"]), repeat, repeat == 1 ? "" : "s", table.text());
 }
 
-/// Three panels for each backend, which compare the policies by frame.
 std::vector<plot::Panel> panels_of(const std::vector<PolicyRun>& runs) {
     std::vector<plot::Panel> panels;
     std::set<std::string> backends;
@@ -238,8 +233,7 @@ void plot_policies(const Json& report, const std::vector<PolicyRun>& runs,
 
 void require_plotter(const std::string& file) {
     if (!file.ends_with(".svg") && !file.ends_with(".png")) {
-        throw Error(ErrorKind::kBadArgument,
-                    fmt::format("--plot: {} ends neither in .svg nor in .png", file));
+        throw Error(ErrorKind::kBadArgument, "--plot: {} ends neither in .svg nor in .png", file);
     }
     plot::require_gnuplot("--plot");
 }

@@ -122,9 +122,8 @@ std::vector<FrameTask> frame_tasks(const RenderOptions& options, const std::vect
     if (renders_one_image(options) && frames.size() > 1) {
         throw Error(
             ErrorKind::kBadArgument,
-            fmt::format("--out {}: one image, but {} frames; choose one of them by --frames, "
-                        "or give a folder",
-                        options.out, frames.size()));
+            "--out {}: one image, but {} frames; choose one of them by --frames, or give a folder",
+            options.out, frames.size());
     }
     const FrameDigits digits = digits_of(frames, animation);
     std::set<std::string> names;
@@ -133,9 +132,7 @@ std::vector<FrameTask> frame_tasks(const RenderOptions& options, const std::vect
         const std::string name = image_name(options, frame, digits);
         if (!names.insert(name).second) {
             throw Error(ErrorKind::kBadArgument,
-                        fmt::format("--frames: two frames would both become {}; choose a larger "
-                                    "step",
-                                    name));
+                        "--frames: two frames would both become {}; choose a larger step", name);
         }
         tasks.push_back({frame, name});
     }
@@ -179,7 +176,7 @@ std::uint64_t animation_hash(const Animation& animation, bool with_textures, boo
     add_array(hasher, std::span<const Albedo>(topology.albedo));
     add_array(hasher, animation.smooth_corners());
     const WorldBounds bounds = animation.bounds();
-    hasher.add(std::span<const double>(bounds.lower)).add(std::span<const double>(bounds.upper));
+    hasher.add(std::span(&bounds.lower, 1)).add(std::span(&bounds.upper, 1));
     if (with_textures && animation.textures() != nullptr)
         add_textures(hasher, *animation.textures(), lenient);
     return hasher.digest();

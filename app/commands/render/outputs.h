@@ -14,10 +14,8 @@
 
 namespace mray::app {
 
-/// An image that is to be rendered.
 struct FrameTask {
     double frame = 0;
-    /// The name of its PNG file in the output folder.
     std::string file;
 };
 
@@ -32,9 +30,9 @@ std::vector<FrameTask> frame_tasks(const RenderOptions& options, const std::vect
 std::filesystem::path exr_file_of(const RenderOptions& options, const std::filesystem::path& folder,
                                   const FrameTask& task);
 
-/// XXH3 (64 bits) of what all frames share: triangles, albedo, smooth corners, bounds, and with
-/// `with_textures` texture coordinates and files, but not their names. Throws Error(kBadInput) for
-/// a texture that cannot be read; one that is missing with `lenient` counts as empty.
+/// XXH3 (64 bits) of what all frames share, with `with_textures` also of texture coordinates and
+/// files. Throws Error(kBadInput) for a texture that cannot be read, unless it is missing and
+/// `lenient`.
 std::uint64_t animation_hash(const Animation& animation, bool with_textures, bool lenient);
 
 /// The same for one frame: of a animation_hash() and the positions of all vertices.
@@ -45,8 +43,7 @@ std::vector<PngText> image_texts(const ImageOptions& options, double frame,
                                  std::uint64_t scene_hash, const morphray::Image& image);
 
 /// Returns true if an earlier PNG file is whole and names this version, these options and this
-/// scene (a frame_hash()), and the OpenEXR file, if wanted, exists. Else `reason` says why; it is
-/// empty if there is no file.
+/// scene. Else `reason` says why; it is empty if there is no file.
 bool is_kept(const RenderOptions& options, const std::filesystem::path& folder,
              const FrameTask& task, std::uint64_t scene_hash, std::string& reason);
 

@@ -101,14 +101,18 @@ Json empty_report(const CrosscheckOptions& options) {
     // Then a report about a run that cannot begin names its scenes, too.
     for (const std::string& spec : options.scenes) {
         Json& scene = report["scenes"].emplace_back();
-        add_scene(scene, {"", spec, 0, 0, options.view.width, options.view.height});
-        scene.update({{"spec", spec},
-                      {"device", ""},
-                      {"complete", false},
-                      {"equal", true},
-                      {"error", ""},
-                      {"warnings", Json::array()},
-                      {"frames", Json::array()}});
+        scene = {{"scene", spec},
+                 {"triangles", 0},
+                 {"vertices", 0},
+                 {"width", options.view.width},
+                 {"height", options.view.height},
+                 {"spec", spec},
+                 {"device", ""},
+                 {"complete", false},
+                 {"equal", true},
+                 {"error", ""},
+                 {"warnings", Json::array()},
+                 {"frames", Json::array()}};
         for (const char* list : kResults) scene[list] = Json::array();
     }
     report["environment"] = {{"version", kVersionDetail},

@@ -33,7 +33,6 @@ struct CheckedImage {
     double trace_ms = 0;
 };
 
-/// The numbers of rays and points whose answers differ.
 struct QueryDifference {
     std::size_t all_hits = 0;
     std::size_t winding = 0;
@@ -50,13 +49,11 @@ Json empty_report(const CrosscheckOptions& options);
 /// them.
 void add_images(Json& scene, const CrosscheckOptions& options, const CheckedImage& image,
                 const Frame& expected, const Frame& actual);
-/// The trees of one frame, refitted on two backends.
 void add_trees(Json& scene, double frame, std::uint64_t cpu_hash, std::uint64_t vulkan_hash);
 /// The answers about options.query_count rays and as many points.
 void add_answers(Json& scene, const CrosscheckOptions& options, const CheckedImage& image,
                  const QueryDifference& difference);
 
-/// All results, in three lists.
 inline constexpr const char* kResults[] = {"rows", "trees", "queries"};
 std::size_t count_differing(const Json& results);
 

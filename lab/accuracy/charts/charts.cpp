@@ -11,14 +11,12 @@ namespace {
 // The failure chart's image has so many times fewer pixels a side.
 constexpr std::uint32_t kLessSide = 8;
 
-/// A table with these columns and those of add_row().
 Table table_with(std::vector<std::string> header) {
     header.insert(header.end(), {"Mray/s", "leaks", "false misses", "false hits", "wrong triangles",
                                  "close", "displaced", "beside"});
     return Table(header);
 }
 
-/// Wrong answers, and others that are not right, to all rays of a method.
 void add_row(Table& table, std::vector<std::string> row, const Measured& measured) {
     const VerdictCounts both = measured.camera + measured.aimed;
     row.push_back(fmt::format("{:.4g}", measured.mrays));
@@ -35,7 +33,6 @@ void add_counts(std::vector<std::string>& row, const VerdictCounts& counts) {
     row.push_back(fmt::format("{:.4g}", counts.wrong_per_million()));
 }
 
-/// One panel of the rays that columns call `rays`.
 plot::Panel panel_of(const std::string& title, const std::string& rays, std::uint64_t count) {
     const double one = 1e6 / static_cast<double>(std::max<std::uint64_t>(1, count));
     const int threads = tbb::this_task_arena::max_concurrency();
@@ -64,7 +61,6 @@ std::string sentence_of(const std::vector<Measured>& points) {
         right, points.size(), fastest->method, fastest->mrays);
 }
 
-/// These methods, and those of other programs.
 std::vector<Method> with_peers(std::vector<Method> methods, const ChartScene& scene) {
     for (std::vector<Method> more : {rule_methods(scene), embree_methods(scene)})
         std::move(more.begin(), more.end(), std::back_inserter(methods));

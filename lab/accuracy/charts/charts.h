@@ -44,7 +44,6 @@ struct Chart {
     plot::Figure figure;
 };
 
-/// How much work goes into the charts.
 struct Effort {
     /// Pixels a side of the image, a multiple of kChartTileSide.
     std::uint32_t side;

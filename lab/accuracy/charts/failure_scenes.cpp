@@ -9,7 +9,6 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
-/// Collects vertices and triangles.
 class Builder {
 public:
     std::uint32_t vertex(double x, double y, double z) {
@@ -124,7 +123,6 @@ ChartInput sheets(const std::string& name, std::uint32_t copies, double apart) {
     return build.finish(name);
 }
 
-/// A sphere of radius 1 on a ground of 1e6.
 ChartInput detail() {
     Builder build = sphere(1, {1000, 1, 1000});
     const std::uint32_t a = build.vertex(-5e5, 0, -5e5);

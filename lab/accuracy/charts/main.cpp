@@ -35,7 +35,6 @@ Options parse(const std::vector<std::string>& arguments) {
     return {{arguments.begin() + 2, arguments.end()}, arguments[0], has('q'), has('l'), has('s')};
 }
 
-/// Throws Error(kOutput) unless the folder is empty or can be made.
 void require_new_folder(const fs::path& path) {
     std::error_code error;
     if (!fs::exists(path, error)) return;
@@ -47,7 +46,6 @@ void require_new_folder(const fs::path& path) {
                     path.string() + ": is not empty; name another folder, or empty this one");
 }
 
-/// The middle frame of a scene.
 ChartInput read_input(const std::string& scene, bool lenient) {
     AnimationOptions options;
     options.lenient = lenient;
@@ -80,7 +78,6 @@ std::vector<Chart> make_charts(const std::vector<ChartInput>& inputs, const Char
     return charts;
 }
 
-/// The methods in words, below each figure.
 constexpr const char* kMethods = R"(<dl>
 <dt>scalar</dt><dd>our tracer without vectors, one ray at a time</dd>
 <dt>single, packets</dt><dd>our tracers on the CPU with its best instruction set</dd>
@@ -91,7 +88,6 @@ constexpr const char* kMethods = R"(<dl>
 </dl>
 )";
 
-/// A page of all figures, which begins with a sentence for each.
 std::string page_of(const std::vector<Chart>& charts) {
     std::string contents;
     std::string figures;
@@ -115,7 +111,6 @@ std::string page_of(const std::vector<Chart>& charts) {
         contents, figures);
 }
 
-/// Writes the charts of all scenes into the folder --out, when all are made.
 void draw_charts(const Options& options) {
     plot::require_gnuplot("chart");
     require_new_folder(options.out);

@@ -10,7 +10,6 @@
 namespace mray::accuracy {
 namespace {
 
-/// Calls visit(begin, end) for tiles of rays, in parallel.
 template <class Visit>
 void for_each_batch(std::size_t count, Visit visit) {
     tbb::parallel_for(std::size_t{0}, (count + kChartTile - 1) / kChartTile, [&](std::size_t i) {
@@ -70,7 +69,6 @@ private:
     std::vector<Truth> truths_;
 };
 
-/// Both kinds of rays in one of the spaces.
 struct Judges {
     Judges(const ChartScene& scene, const ChartSpace& space)
         : camera(scene, space, space.camera_rays), aimed(scene, space, space.aimed_rays) {}

@@ -8,7 +8,6 @@
 namespace mray::accuracy {
 namespace {
 
-/// One mesh in world space, committed.
 class EmbreeScene {
 public:
     EmbreeScene(const ChartScene& scene, RTCSceneFlags flags)

@@ -41,7 +41,6 @@ std::vector<Method> rule_methods(const ChartScene& scene);
 /// The scalar reference, single rays and packets on the best SIMD target, and Vulkan.
 std::vector<Method> our_methods(const ChartScene& scene, const MakeBackend& make_vulkan);
 
-/// The program's tracer of single rays on the best target.
 Method single_method(const ChartScene& scene);
 
 /// Embree, fast and robust, if the program was built with it.

@@ -46,7 +46,6 @@ public:
 private:
     struct Integers;
 
-    /// The sign of value_[i].
     int sign(std::size_t i) const;
     int compare_t(float limit) const;
     const Integers& integers() const;
@@ -151,14 +150,12 @@ public:
     ExactReferee(const Topology& topology, std::span<const vec3> positions, const Bvh& bvh);
 
     Truth closest(const Ray& ray) const;
-    /// The closest of some triangles.
     Truth closest_of(const Ray& ray, std::span<const std::uint32_t> candidates) const;
 
     /// `truth` is closest(ray); `prim_id` is the answer of a tracer, kNoPrim for a miss.
     Judgement judge(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;
 
 private:
-    /// The triangle as the ray meets it.
     ExactTriangle triangle(const Ray& ray, std::uint32_t prim_id) const;
     /// Whether a parallel line as near as the rule displaces vertices answers so within 4 ulp of t.
     bool seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;

@@ -88,7 +88,6 @@ std::vector<Polygon> without(std::vector<Polygon> pieces, const std::vector<Affi
     return left;
 }
 
-/// The square of the distance from the ray.
 double length2(const dvec3& p) { return p.x * p.x + p.y * p.y; }
 
 /// Positive to the left of the way from p to q; the negative of that from q to p, bit for bit.
@@ -141,7 +140,6 @@ Affine depth(const Corners& p) {
     return {a, b, o.z - a * o.x - b * o.y};
 }
 
-/// The half-planes in which t is within the ray's range.
 void add_range(const Ray& ray, const Affine& t, std::vector<Affine>& halves) {
     halves.push_back({t.a, t.b, t.c - ray.tnear});
     if (std::isfinite(ray.tfar)) halves.push_back({-t.a, -t.b, ray.tfar - t.c});

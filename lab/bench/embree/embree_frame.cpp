@@ -6,7 +6,6 @@
 namespace mray::bench {
 namespace {
 
-/// Sets what all rays from one point share.
 template <class RayRecord>
 void set_origin(RayRecord& record, vec3 org) {
     for (std::size_t i = 0; i < kPacketSize; ++i)

@@ -64,7 +64,6 @@ public:
     EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh, RTCBuildQuality quality,
                 bool robust = false);
 
-    /// Follows the mesh's positions: refits, or builds again.
     void update();
 
     RTCScene handle() const { return scene_.get(); }
@@ -93,10 +92,9 @@ private:
     std::deque<Variant> variants_;
 };
 
-/// Ways to trace a work over each scene; both outlive the peers. Primary and shadow rays, as
-/// coherent ones: packets of 16, and single rays. Diffuse rays and ambient occlusion, as incoherent
-/// ones: single rays, packets of 4, 8 and 16, and streams. A work of single rays: those. Records
-/// are made within the time, in the cache, from what our tracers read too.
+/// Ways to trace a work over each scene; both outlive the peers. Primary and shadow rays count as
+/// coherent, diffuse rays and ambient occlusion as incoherent. Records are made within the time, in
+/// the cache, from what our tracers read too.
 std::vector<Tracer> embree_peers(const EmbreeScenes& scenes, const TraceWork& work);
 
 /// The closest hits of a work by single rays, in the calling thread's arena.
@@ -148,7 +146,6 @@ public:
     void find_closest(std::span<const vec3> points, std::span<NearestPoint> nearest) const;
     /// By Intersect1, whose filter counts and rejects all hits. `coherent`: the flag of this name.
     void count(std::span<const Ray> rays, bool coherent);
-    /// Those of the last count(), by ray.
     std::span<const std::uint64_t> counts() const { return counts_; }
 
 private:

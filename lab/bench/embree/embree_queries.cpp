@@ -14,7 +14,6 @@ namespace {
 constexpr std::size_t kGrain = 1024;
 using Range = tbb::blocked_range<std::size_t>;
 
-/// A point query and its answer so far.
 struct PointSearch {
     const uvec3* triangles;
     const vec3* vertices;

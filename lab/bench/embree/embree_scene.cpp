@@ -15,9 +15,7 @@ EmbreeDevice::EmbreeDevice(int threads, const std::string& isa) : isa_(isa.empty
     const std::string settings =
         fmt::format("threads={}{}{}", threads, isa.empty() ? "" : ",isa=", isa);
     handle_.reset(rtcNewDevice(settings.c_str()));
-    if (!handle_)
-        throw Error(ErrorKind::kUnavailable,
-                    fmt::format("Embree: no device with \"{}\"", settings));
+    if (!handle_) throw Error(ErrorKind::kUnavailable, "Embree: no device with \"{}\"", settings);
 }
 
 std::vector<EmbreeDevice> embree_devices(int threads) {
@@ -31,8 +29,7 @@ std::vector<EmbreeDevice> embree_devices(int threads) {
 void EmbreeDevice::check(const char* action) const {
     const RTCError error = rtcGetDeviceError(handle());
     if (error == RTC_ERROR_NONE) return;
-    throw Error(ErrorKind::kInternal,
-                fmt::format("Embree: {}: error {}", action, static_cast<int>(error)));
+    throw Error(ErrorKind::kInternal, "Embree: {}: error {}", action, static_cast<int>(error));
 }
 
 EmbreeMesh::EmbreeMesh(const Topology& topology, std::span<const vec3> positions)

@@ -27,7 +27,6 @@ auto& ray_of(Record& record) {
     }
 }
 
-/// How many rays a record has.
 template <class Record>
 inline constexpr std::size_t kLanesOf = sizeof(ray_of(std::declval<Record&>()).org_x) /
                                         sizeof(float);

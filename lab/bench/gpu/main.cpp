@@ -178,7 +178,6 @@ private:
         return std::uint64_t{scene_.params.width} * scene_.params.height;
     }
 
-    /// Measures both in turn, and adds a row.
     void compare(const char* work, std::uint64_t rays, const std::function<double()>& ours,
                  std::uint32_t mode, const std::function<std::uint64_t()>& differences) {
         const Method methods[] = {

@@ -42,7 +42,6 @@ inline constexpr std::size_t kPacketRays = std::size_t{kGroups} * kLanes;
 inline constexpr std::size_t kTilePackets = std::size_t{kTileSize} * kTileSize / kPacketRays;
 
 struct PacketRays {
-    /// Whether it has a ray.
     bool any = false;
     vec3 org;
     Floats dir[3][kGroups];

@@ -153,7 +153,6 @@ private:
         return tnear > tfar;
     }
 
-    /// Whether all rays are outside of the same edge.
     bool all_outside(const EdgePlanes& planes) const {
         if (!rays_.has_corners) return false;
         for (const vec3& n : planes.n) {
@@ -221,7 +220,6 @@ private:
     bool any_split_ = false;
 };
 
-/// The packets of a work and their answers.
 class PaperTracer {
 public:
     PaperTracer(const PeerTree& tree, const TraceWork& work)

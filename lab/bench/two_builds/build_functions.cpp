@@ -17,7 +17,6 @@ namespace {
 // As short as the parts of ./lab/bench/run.
 constexpr std::size_t kParts = 16;
 
-/// A scene and what the rays of its works are made from.
 struct OpenScene {
     explicit OpenScene(const std::string& spec)
         : scene(open_bench_scene(spec, ViewSpec())),
@@ -26,7 +25,7 @@ struct OpenScene {
     TraceWork work(const std::string& work) const {
         for (const WorkKind kind : kAllWorks)
             if (work == name_of(kind)) return rays.work(kind);
-        throw Error(ErrorKind::kBadArgument, fmt::format("{}: no such work", work));
+        throw Error(ErrorKind::kBadArgument, "{}: no such work", work);
     }
 
     ThreadArena arena{1};

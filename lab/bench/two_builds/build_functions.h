@@ -12,9 +12,7 @@ namespace mray::bench {
 /// Changes with this file: objects with different numbers cannot be compared.
 inline constexpr int kBuildInterface = 3;
 
-/// A work and a tracer for it.
 struct BuiltWork {
-    /// How many rays the work has, and in how many parts they are traced.
     std::size_t rays = 0;
     std::size_t parts = 0;
     /// The size of the answer of a ray: 16 bytes for a hit, 1 for what is occluded.
@@ -27,7 +25,6 @@ struct BuiltWork {
 
 struct BuildFunctions {
     int interface;
-    /// The version of the build, with its commit.
     const char* version;
     /// Opens a scene in the view of ./lab/bench/run. work: primary, shadow, diffuse, ao or one-ray;
     /// tracer: packet, stream or single. Throws what open_scene() does.

@@ -24,9 +24,8 @@ const BuildFunctions& load_build(const std::string& file) {
     if (symbol == nullptr) throw Error(ErrorKind::kUnavailable, dlerror());
     const BuildFunctions& build = *reinterpret_cast<const BuildFunctions* (*)()>(symbol)();
     if (build.interface != kBuildInterface) {
-        throw Error(ErrorKind::kUnavailable,
-                    fmt::format("{}: interface {}, but this program has {}", file, build.interface,
-                                kBuildInterface));
+        throw Error(ErrorKind::kUnavailable, "{}: interface {}, but this program has {}", file,
+                    build.interface, kBuildInterface);
     }
     return build;
 }
@@ -43,7 +42,6 @@ std::uint64_t count_differences(const BuiltWork& a, const BuiltWork& b) {
     return count;
 }
 
-/// Traces a work by both builds and reports a row. Returns how many answers differ.
 std::uint64_t compare(const BuildFunctions& ours, const BuildFunctions& theirs,
                       const std::string& scene, const std::string& work, const std::string& tracer,
                       const std::string& simd, int repeat, Report& report) {

@@ -77,7 +77,6 @@ py::array contiguous(const py::array& array, std::size_t alignment = alignof(flo
     return array.attr("copy")("C");
 }
 
-/// Rows of three numbers.
 void require_rows_of_three(const py::array& array, const std::string& name, const char* rows) {
     if (array.ndim() == 2 && array.shape(1) == 3) return;
     const bool is_wide = *rows == 'V' && array.ndim() == 2 && array.shape(1) > 3;
@@ -103,7 +102,6 @@ std::vector<std::uint32_t> copy_ids(const py::array& array, const std::string& n
     return ids;
 }
 
-/// Calls copy_ids() for the type of the array.
 std::vector<std::uint32_t> ids_of(const py::array& array, const std::string& name,
                                   std::size_t columns, const char* what, bool may_be_none) {
     const auto copy = has_dtype<std::uint32_t>(array)   ? &copy_ids<std::uint32_t>

@@ -37,7 +37,6 @@ std::vector<std::uint32_t> indices_of(const py::object& triangles, const std::st
 /// The colours of an array of shape (T,) of uint32, or (T, 3) of uint8. None: no colours.
 std::vector<std::uint32_t> albedo_of(const py::object& albedo, const std::string& name);
 
-/// The textures of a mesh, copied from arrays.
 struct MeshTextures {
     std::vector<std::vector<std::uint32_t>> texels;
     /// Views of `texels`.

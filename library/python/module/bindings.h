@@ -18,10 +18,8 @@ namespace py = pybind11;
 
 class PyScene;
 
-/// Images, and comparing them or scenes.
 void bind_images(py::module_& module);
 void bind_scene(py::module_& module);
-/// The queries of queries.hpp, as methods of Scene.
 void bind_queries(py::class_<PyScene>& scene_class);
 
 /// A Device, or "cpu", "vulkan" or "brute".

@@ -13,7 +13,6 @@ namespace {
     throw py::value_error(name + ": \"" + value + "\" is none of " + choices);
 }
 
-/// The value that has the name `text` among these.
 template <class Value>
 Value choice(const std::string& name, const std::string& text,
              std::initializer_list<std::pair<const char*, Value>> values) {

@@ -59,7 +59,6 @@ public:
 
     Update update(bool takes_bounds);
     Update update(std::uint32_t geom_id, std::size_t first, std::optional<std::size_t> count);
-    /// Borrows other points for a mesh from now on.
     Update update(std::uint32_t geom_id, const py::object& points);
     std::uint32_t attach(const BorrowedMesh& mesh);
     void detach(std::uint32_t geom_id);

@@ -90,8 +90,7 @@ void HitsWriter::add(const Image& image) {
         for (const Hit& hit : image.hits) {
             if (hit && hit.geom_id != 0) {
                 throw_bad_argument(
-                    fmt::format("HitsWriter: a hit of geom_id {}; the file has room for one mesh",
-                                hit.geom_id));
+                    "HitsWriter: a hit of geom_id {}; the file has room for one mesh", hit.geom_id);
             }
         }
         // Nothing has changed if memory does not suffice.

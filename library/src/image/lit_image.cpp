@@ -33,8 +33,7 @@ LitKind kind_of(Shading shading) {
 std::uint32_t checked_side(std::uint32_t samples) {
     const std::uint32_t side = sample_side(samples);
     if (side * side != samples) {
-        throw_bad_argument(
-            fmt::format("View::samples: {}, which is not one of 1, 4, 16 and 64", samples));
+        throw_bad_argument("View::samples: {}, which is not one of 1, 4, 16 and 64", samples);
     }
     return side;
 }

@@ -23,7 +23,6 @@ namespace {
 // Rays in a batch: 8 MiB of them.
 constexpr std::size_t kMostRays = std::size_t{1} << 18;
 
-/// Rays of samples, which may have several.
 struct SampleBatch {
     std::vector<mray::Ray> rays;
     std::vector<std::size_t> samples;
@@ -104,7 +103,6 @@ public:
             occluded_[i] = hits[i].prim_id == mray::kNoPrim ? 0 : 1;
         return occluded_;
     }
-    /// Adds for each sample the number of its rays that are occluded.
     void count_occluded(const SampleBatch& batch, std::span<std::uint32_t> counts) {
         const std::span<const std::uint8_t> is_occluded = occluded(batch.rays);
         for (std::size_t i = 0; i < is_occluded.size(); ++i)

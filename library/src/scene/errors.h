@@ -1,6 +1,8 @@
 // Turns the errors of the code behind the library into those of the public interface.
 #pragma once
 
+#include <fmt/core.h>
+
 #include <string>
 #include <utility>
 
@@ -22,5 +24,9 @@ decltype(auto) with_public_errors(Work&& work) {
 }
 
 [[noreturn]] void throw_bad_argument(const std::string& message);
+template <class... Values>
+[[noreturn]] void throw_bad_argument(fmt::format_string<Values...> text, Values&&... values) {
+    throw_bad_argument(fmt::format(text, std::forward<Values>(values)...));
+}
 
 }  // namespace morphray::detail

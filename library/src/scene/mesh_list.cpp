@@ -40,29 +40,27 @@ void check_textures(const MeshView& mesh) {
         }
         if (texture.texels.empty() ||
             texture.texels.size() != std::size_t{texture.width} * texture.height) {
-            throw_bad_argument(fmt::format("texture {}: {} texels for a size of {}x{}", i,
-                                           texture.texels.size(), texture.width, texture.height));
+            throw_bad_argument("texture {}: {} texels for a size of {}x{}", i,
+                               texture.texels.size(), texture.width, texture.height);
         }
         if (texture.wrap != Wrap::repeat && texture.wrap != Wrap::clamp)
-            throw_bad_argument(fmt::format("texture {}: wrap is neither repeat nor clamp", i));
+            throw_bad_argument("texture {}: wrap is neither repeat nor clamp", i);
         if (!(texture.alpha_cutoff >= 0 && texture.alpha_cutoff <= 1)) {
-            throw_bad_argument(fmt::format("texture {}: an alpha_cutoff of {}; must be from 0 to 1",
-                                           i, texture.alpha_cutoff));
+            throw_bad_argument("texture {}: an alpha_cutoff of {}; must be from 0 to 1", i,
+                               texture.alpha_cutoff);
         }
     }
     if (look.texcoords.size() != 2 * mesh.triangles.size()) {
-        throw_bad_argument(fmt::format("texcoords: {} floats for {} corners of triangles",
-                                       look.texcoords.size(), mesh.triangles.size()));
+        throw_bad_argument("texcoords: {} floats for {} corners of triangles",
+                           look.texcoords.size(), mesh.triangles.size());
     }
     const std::size_t count = mesh.triangles.size() / 3;
     if (!look.texture_ids.empty() && look.texture_ids.size() != count) {
-        throw_bad_argument(
-            fmt::format("texture_ids: {} for {} triangles", look.texture_ids.size(), count));
+        throw_bad_argument("texture_ids: {} for {} triangles", look.texture_ids.size(), count);
     }
     for (const std::uint32_t id : look.texture_ids) {
         if (id < look.textures.size() || id == kNoTexture) continue;
-        throw_bad_argument(
-            fmt::format("texture_ids: {}, but there are {} textures", id, look.textures.size()));
+        throw_bad_argument("texture_ids: {}, but there are {} textures", id, look.textures.size());
     }
 }
 
@@ -71,9 +69,8 @@ void check(const Positions& positions) {
         throw_bad_argument("positions: no data, but a count above 0");
     const std::size_t size = positions.has_doubles ? 3 * sizeof(double) : sizeof(Vec3);
     if (positions.count > 1 && positions.stride < size) {
-        throw_bad_argument(fmt::format("positions: a stride of {} bytes; three {} take {}",
-                                       positions.stride,
-                                       positions.has_doubles ? "doubles" : "floats", size));
+        throw_bad_argument("positions: a stride of {} bytes; three {} take {}", positions.stride,
+                           positions.has_doubles ? "doubles" : "floats", size);
     }
     if (positions.count > kMostVertices)
         throw Error(ErrorCode::limit, fmt::format("positions: {} are too many", positions.count));
@@ -94,12 +91,11 @@ void check(const MeshView& mesh) {
                     fmt::format("triangles: {}, but at most 2^28 are possible", count));
     }
     if (!look.albedo.empty() && look.albedo.size() != count) {
-        throw_bad_argument(
-            fmt::format("albedo: {} colours for {} triangles", look.albedo.size(), count));
+        throw_bad_argument("albedo: {} colours for {} triangles", look.albedo.size(), count);
     }
     if (!look.smooth.empty() && look.smooth.size() != mesh.triangles.size()) {
-        throw_bad_argument(fmt::format("smooth: {} numbers for {} corners of triangles",
-                                       look.smooth.size(), mesh.triangles.size()));
+        throw_bad_argument("smooth: {} numbers for {} corners of triangles", look.smooth.size(),
+                           mesh.triangles.size());
     }
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         if (mesh.triangles[i] < positions.count) continue;
@@ -111,8 +107,8 @@ void check(const MeshView& mesh) {
     if (is_smooth_by_vertex(mesh)) return;
     for (const std::uint32_t number : look.smooth) {
         if (number < look.smooth.size()) continue;
-        throw_bad_argument(fmt::format("smooth: {} is not below the number of corners, {}", number,
-                                       look.smooth.size()));
+        throw_bad_argument("smooth: {} is not below the number of corners, {}", number,
+                           look.smooth.size());
     }
 }
 
@@ -184,7 +180,7 @@ std::uint32_t MeshList::attach(const MeshView& mesh) {
 
 void MeshList::detach(std::uint32_t geom_id) {
     if (geom_id >= will_be_used_.size() || !will_be_used_[geom_id])
-        throw_bad_argument(fmt::format("the scene has no mesh with geom_id {}", geom_id));
+        throw_bad_argument("the scene has no mesh with geom_id {}", geom_id);
     changes_.push_back({.geom_id = geom_id});
     will_be_used_[geom_id] = false;
     first_free_ = std::min(first_free_, geom_id);
@@ -242,8 +238,8 @@ MeshList::Parts MeshList::parts_of(const MeshPlace& place) const {
 void MeshList::set_positions(std::uint32_t geom_id, const Positions& positions) {
     MeshPlace& mesh = places_[geom_id];
     if (positions.count != mesh.positions.count) {
-        throw_bad_argument(fmt::format("{} positions for a mesh that has {}", positions.count,
-                                       mesh.positions.count));
+        throw_bad_argument("{} positions for a mesh that has {}", positions.count,
+                           mesh.positions.count);
     }
     check(positions);
     mesh.positions = positions;

@@ -51,17 +51,14 @@ public:
     MeshList changed() const;
 
     const mray::Topology& topology() const { return topology_; }
-    /// Whether a mesh has smooth normals.
     bool is_smooth() const {
         return std::ranges::any_of(places_, [](auto& mesh) { return mesh.used && mesh.is_smooth; });
     }
     /// Three indices of vertex normals for each triangle, or mray::kFlatCorner. O(triangles).
     std::vector<mray::uvec3> normal_ids() const;
-    /// The textures of all meshes.
     mray::cpu::TexturedTriangles textures() const {
         return {.textures = textures_, .texcoords = texcoords_, .ids = texture_ids_};
     }
-    /// Whether a texture makes holes.
     bool has_alpha_test() const {
         return std::ranges::any_of(textures_, [](auto& image) { return image->has_alpha_test(); });
     }

@@ -20,7 +20,6 @@ using mray::WorldBounds;
 using mray::cpu::MadePositions;
 using Range = tbb::blocked_range<std::size_t>;
 
-// Vertices a task.
 constexpr std::size_t kGrain = 8192;
 
 /// Vertex i, which may lie at any address.
@@ -36,16 +35,11 @@ glm::dvec3 load(const Positions& positions, std::size_t i) {
     return p;
 }
 
-/// Positions that are doubles, else none.
 std::vector<glm::dvec3> doubles_of(const Positions& positions) {
     std::vector<glm::dvec3> doubles;
     if (!positions.has_doubles || positions.data == nullptr) return doubles;
     for (std::size_t i = 0; i < positions.count; ++i) doubles.push_back(load(positions, i));
     return doubles;
-}
-
-void extend(WorldBounds& bounds, const WorldBounds& other) {
-    if (!other.empty()) bounds.extend(other.lower, other.upper);
 }
 
 /// Calls `use(first, run)` for runs of positions first, first + 1, ..., in place if they are
@@ -70,6 +64,7 @@ void for_each_run(const Positions& positions, const mray::Origin& origin, std::s
     }
 }
 
+void extend(WorldBounds& sum, const WorldBounds& other) { sum.extend(other); }
 void extend(MadePositions& sum, const MadePositions& other) { sum.add(other); }
 
 /// Calls `work(first, count)` for parts of [begin, end) in threads; joins results by extend().
@@ -97,7 +92,6 @@ WorldBounds bounds_of_all(std::span<const vec3> points, mray::ThreadArena& arena
     });
 }
 
-/// Copies positions from `first` on.
 void copy_positions(const Positions& positions, const mray::Origin& origin, std::size_t first,
                     std::span<vec3> out) {
     for_each_run(positions, origin, first, first + out.size(),
@@ -107,15 +101,10 @@ void copy_positions(const Positions& positions, const mray::Origin& origin, std:
 }
 
 WorldBounds to_bounds(const std::optional<Box>& box, const mray::Origin& origin) {
-    WorldBounds bounds;
-    if (!box) return bounds;
+    if (!box) return {};
     const auto& [lower, upper] = *box;
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto k = static_cast<std::size_t>(axis);
-        bounds.lower[axis] = lower[k] - origin.at[axis];
-        bounds.upper[axis] = upper[k] - origin.at[axis];
-    }
-    return bounds;
+    return {glm::dvec3(lower[0], lower[1], lower[2]) - origin.at,
+            glm::dvec3(upper[0], upper[1], upper[2]) - origin.at};
 }
 
 }  // namespace
@@ -153,7 +142,6 @@ bool PoseReader::read_piece(const Piece& piece, mray::ThreadArena& arena) {
     return made.any_outside;
 }
 
-/// The positions of all meshes as they were last read.
 std::vector<vec3> PoseReader::world_positions(const MeshList& meshes) const {
     std::vector<vec3> world(positions_.size());
     for (const MeshPlace& mesh : meshes.places()) {
@@ -199,7 +187,7 @@ void PoseReader::find_space(const MeshList& meshes, std::span<const vec3> world,
     is_extended_ = convert_all(meshes, world, bounds_, arena);
     if (!is_extended_) return;
     WorldBounds extended = bounds_;
-    extend(extended, bounds_of_all(world, arena));
+    extended.extend(bounds_of_all(world, arena));
     convert_all(meshes, world, extended, arena);
 }
 

@@ -69,7 +69,6 @@ private:
     mray::SimdTarget target_;
     /// Whether positions lie outside the range of the space of the bounds.
     bool is_extended_ = false;
-    /// By vertex of the topology.
     std::vector<mray::vec3> positions_;
     /// The positions in world space of meshes that positions_ does not give back, by first vertex.
     std::map<std::uint32_t, std::vector<mray::vec3>> kept_;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "app/animation/legend.h"
+#include "app/animation/animation_scene.h"
 #include "app/cli/command_line.h"
 #include "app/view/engine.h"
 #include "app/view/window.h"

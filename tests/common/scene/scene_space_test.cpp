@@ -179,13 +179,12 @@ TEST(SceneSpace, ConvertsLengthsExactly) {
 
 TEST(SceneSpace, TakesPointsUpToAMillionExtentsAwayAndRefusesOthersByName) {
     const SceneSpace space(WorldBounds{{-1, -1, -1}, {1, 1, 1}});
-    const double far[3] = {0x1p20, -0x1p20, 0.1};
+    const glm::dvec3 far = {0x1p20, -0x1p20, 0.1};
     EXPECT_EQ(space.point_to_scene(far, "it"), vec3(0x1p40f, -0x1p40f, float(0.1 * 0x1p20)));
     const double bad[] = {0x1.000001p20, -1e30, 1e308, kNan, kInfinity};
     for (const double x : bad) {
-        const double point[3] = {0, x, 0};
         try {
-            space.point_to_scene(point, "the lamp");
+            space.point_to_scene({0, x, 0}, "the lamp");
             ADD_FAILURE() << x;
         } catch (const Error& error) {
             EXPECT_EQ(error.kind(), ErrorKind::kBadInput);
@@ -322,7 +321,7 @@ TEST(ToSceneRay, MovesOriginsFromAfarToTheScene) {
                     << exponent;
             }
             WorldRay past = ray;
-            for (double& d : past.dir) d = -d;
+            past.dir = -past.dir;
             EXPECT_FALSE(to_scene(space, past).valid);
         }
     }

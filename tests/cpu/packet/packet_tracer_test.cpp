@@ -76,10 +76,10 @@ std::vector<ViewSpec> views(const TestScene& scene, std::uint64_t seed) {
     Random random(seed);
     const WorldBounds bounds = bounds_of(scene.world_positions());
     const auto inside = [&] {
-        Point p{};
-        for (std::size_t axis = 0; axis < 3; ++axis)
+        glm::dvec3 p(0.0);
+        for (int axis = 0; axis < 3; ++axis)
             p[axis] = random.real(bounds.lower[axis], bounds.upper[axis]);
-        return p;
+        return to_point(p);
     };
     const auto finite_vertex = [&]() -> vec3 {
         for (int i = 0; i < 100; ++i) {

@@ -78,10 +78,8 @@ WorldRay ray_towards(Dice& dice, const Surroundings& around, const dvec3& org,
     if (dice.one_in(8)) dir = dice.axis();
     if (dice.one_in(8)) dir = dice.direction() * around.extent;
     WorldRay ray = {};
-    for (int axis = 0; axis < 3; ++axis) {
-        ray.org[axis] = org[axis];
-        ray.dir[axis] = dir[axis];
-    }
+    ray.org = org;
+    ray.dir = dir;
     ray.tnear = dice.one_in(6) ? dice.real(0, 1) : 0;
     ray.tfar = dice.one_in(6) ? dice.real(0.5, 2) : std::numeric_limits<double>::infinity();
     // The target is at 1.

@@ -126,9 +126,7 @@ public:
         std::vector<Vec3> positions = built_;
         morphray::SceneOptions options;
         if (!bounds_.empty()) {
-            const auto point = [](const double(&p)[3]) {
-                return morphray::Point{p[0], p[1], p[2]};
-            };
+            const auto point = [](const glm::dvec3& p) { return morphray::Point{p.x, p.y, p.z}; };
             options.bounds = morphray::Box{point(bounds_.lower), point(bounds_.upper)};
         }
         constexpr std::array kPolicies = {"refit", "rebuild", "auto"};
