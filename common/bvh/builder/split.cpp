@@ -89,15 +89,6 @@ std::size_t divide_by_order(std::span<const PrimRef> refs, int axis, std::size_t
 
 }  // namespace
 
-PrimRef make_ref(const Topology& topology, std::span<const vec3> positions, std::uint32_t prim_id) {
-    const uvec3 t = topology.triangles[prim_id];
-    Box box;
-    for (const std::uint32_t vertex : {t.x, t.y, t.z}) {
-        if (is_finite_vertex(positions[vertex])) box.extend(positions[vertex]);
-    }
-    return {box, prim_id};
-}
-
 void make_refs(const Topology& topology, std::span<const vec3> positions, std::uint32_t first,
                std::span<PrimRef> refs, const SimdTarget& target) {
     SIMD_FUNCTION(make_refs, target)(topology, positions, first, refs);
