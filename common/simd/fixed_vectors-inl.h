@@ -45,12 +45,6 @@ template <int kShift>
 HWY_INLINE Int4 floor_shifted(Float4 v) {
     return __builtin_convertvector(v, Int4) << kShift;
 }
-HWY_INLINE std::uint64_t low_halves(Int4 v) {
-    std::uint64_t result = 0;
-    for (int i = 0; i < 4; ++i)
-        result |= std::uint64_t{static_cast<std::uint16_t>(v[i])} << (16 * i);
-    return result;
-}
 HWY_INLINE void transpose3(Float4 a, Float4 b, Float4 c, Float4 (&out)[3]) {
     for (int i = 0; i < 3; ++i) out[i] = Float4{a[i], b[i], c[i], 0};
 }
@@ -97,13 +91,6 @@ HWY_INLINE Int4 floor_shifted(Float4 v) {
     constexpr auto kBase = static_cast<float>(1 << (23 - kShift));
     return hn::BitCast(kInts4, hn::Floor(v) + splat4(kBase)) -
            splat4(std::bit_cast<std::int32_t>(kBase));
-}
-
-/// The four lanes, each in [0, 2^15), as 16 bits each of one number, lane 0 lowest.
-HWY_INLINE std::uint64_t low_halves(Int4 v) {
-    const hn::Rebind<std::int16_t, Int4Tag> shorts;
-    const hn::Repartition<std::uint64_t, decltype(shorts)> number;
-    return hn::GetLane(hn::BitCast(number, hn::DemoteTo(shorts, v)));
 }
 
 /// out[i] becomes lane i of a, b and c; its lane 3 is unspecified.

@@ -214,8 +214,9 @@ std::size_t build_above(const Topology& topology, std::span<const vec3> position
                         Bvh& bvh, BuiltAreas& areas) {
     std::sort(loose.begin(), loose.end());
     AlignedVector<PrimRef> refs;
-    for (const std::uint32_t prim_id : loose)
-        refs.push_back(make_ref(topology, positions, prim_id));
+    refs.resize(loose.size());
+    for (std::size_t i = 0; i < loose.size(); ++i)
+        make_refs(topology, positions, loose[i], std::span(refs).subspan(i, 1));
     auto id = static_cast<std::uint32_t>(topology.triangles.size());
     for (const Box& box : parts.boxes) refs.push_back({box, id++});
     const std::size_t count = refs.size();

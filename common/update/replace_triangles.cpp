@@ -71,10 +71,10 @@ void renumber_repeated(const TopologyChange& change, std::vector<RepeatedTriangl
 }
 
 Box box_of(const Topology& topology, std::span<const vec3> positions, const IndexRange& range) {
-    Box box;
-    for (std::uint32_t prim_id = range.begin; prim_id < range.end; ++prim_id)
-        box.extend(make_ref(topology, positions, prim_id).box());
-    return box;
+    AlignedVector<PrimRef> refs;
+    refs.resize(range.end - range.begin);
+    make_refs(topology, positions, range.begin, refs);
+    return union_of(refs);
 }
 
 }  // namespace

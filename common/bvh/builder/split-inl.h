@@ -32,27 +32,47 @@ public:
           scale_(load4(binning.scale)) {}
 
     HWY_INLINE void add(std::span<const PrimRef> refs) const {
+        // A bin takes long to find, and while one is not found, the loads after its store wait. So
+        // those of a block are found first (lab/notes/build_and_refit.md).
+        constexpr std::size_t kBlock = 16;
+        Offsets offsets[kBlock][4];
         // Neighbours in the list are often neighbours in space, and a bin has to be stored before
         // it can be extended again: so the next ref comes from another quarter.
         const std::size_t quarter = refs.size() / 4;
-        for (std::size_t i = 0; i < quarter; ++i) {
-            for (std::size_t k = 0; k < 4; ++k) add(refs[k * quarter + i]);
+        for (std::size_t begin = 0; begin < quarter; begin += kBlock) {
+            const PrimRef* const block = &refs[begin];
+            const std::size_t count = std::min(kBlock, quarter - begin);
+            for (std::size_t i = 0; i < count; ++i) {
+                for (std::size_t k = 0; k < 4; ++k) find(block[k * quarter + i], offsets[i][k]);
+            }
+            for (std::size_t i = 0; i < count; ++i) {
+                for (std::size_t k = 0; k < 4; ++k) extend(offsets[i][k], block[k * quarter + i]);
+            }
         }
-        for (std::size_t i = 4 * quarter; i < refs.size(); ++i) add(refs[i]);
+        for (const PrimRef& ref : refs.subspan(4 * quarter)) {
+            find(ref, offsets[0][0]);
+            extend(offsets[0][0], ref);
+        }
     }
 
 private:
-    HWY_INLINE void add(const PrimRef& ref) const {
+    /// Those of a ref's bins along the three axes, in bytes.
+    struct alignas(16) Offsets {
+        std::int32_t axis[4];
+    };
+
+    HWY_INLINE void find(const PrimRef& ref, Offsets& offsets) const {
         constexpr int kBinShift = std::countr_zero(sizeof(Bin));
-        static_assert(sizeof(Bin) == 1 << kBinShift && sizeof(Bins<kBins>) <= 1 << 15);
+        static_assert(sizeof(Bin) == 1 << kBinShift);
         // An empty box has centroid 0, which may lie outside the bounds.
         const Float4 centroid2 = load4(ref.planes) - load4(ref.planes + 4);
         const Float4 bin = min(max((centroid2 - lower_) * scale_, least_), most_);
-        // The offsets of the three bins leave the vector registers as one number.
-        std::uint64_t offsets = low_halves(floor_shifted<kBinShift>(bin));
+        store(floor_shifted<kBinShift>(bin), offsets.axis);
+    }
+    HWY_INLINE void extend(const Offsets& offsets, const PrimRef& ref) const {
         const Float8 own = load8(ref.planes);
-        for (int axis = 0; axis < 3; ++axis, offsets >>= 16) {
-            Bin& b = *reinterpret_cast<Bin*>(bins_ + (offsets & 0xFFFF));
+        for (int axis = 0; axis < 3; ++axis) {
+            Bin& b = *reinterpret_cast<Bin*>(bins_ + offsets.axis[axis]);
             store(min(load8(b.planes[axis]), own), b.planes[axis]);
             ++b.count[axis];
         }

@@ -66,37 +66,7 @@ std::size_t split_in_chunks(std::span<const PrimRef> refs, PrimRef* out, const S
     return best.left_size;
 }
 
-/// An order on triangles without ties.
-struct ByCentroid {
-    int axis;
-    bool operator()(const PrimRef& a, const PrimRef& b) const {
-        const float ca = a.centroid2(axis);
-        const float cb = b.centroid2(axis);
-        return ca < cb || (ca == cb && a.prim_id() < b.prim_id());
-    }
-};
-
-std::size_t divide_by_order(std::span<const PrimRef> refs, int axis, std::size_t position,
-                            PrimRef* out) {
-    std::vector<PrimRef> order(refs.begin(), refs.end());
-    const auto pivot = order.begin() + static_cast<std::ptrdiff_t>(position);
-    std::nth_element(order.begin(), pivot, order.end(), ByCentroid{axis});
-    PrimRef* left = out;
-    PrimRef* right = out + position;
-    for (const PrimRef& ref : refs) *(ByCentroid{axis}(ref, *pivot) ? left : right)++ = ref;
-    return position;
-}
-
 }  // namespace
-
-PrimRef make_ref(const Topology& topology, std::span<const vec3> positions, std::uint32_t prim_id) {
-    const uvec3 t = topology.triangles[prim_id];
-    Box box;
-    for (const std::uint32_t vertex : {t.x, t.y, t.z}) {
-        if (is_finite_vertex(positions[vertex])) box.extend(positions[vertex]);
-    }
-    return {box, prim_id};
-}
 
 void make_refs(const Topology& topology, std::span<const vec3> positions, std::uint32_t first,
                std::span<PrimRef> refs, const SimdTarget& target) {
@@ -127,7 +97,20 @@ std::size_t split_median(std::span<const PrimRef> refs, PrimRef* out, const Simd
     for (int axis = 1; axis < 3; ++axis) {
         if (extent[axis] > extent[widest]) widest = axis;
     }
-    return divide_by_order(refs, widest, refs.size() / 2, out);
+    // An order without ties.
+    const auto before = [widest](const PrimRef& a, const PrimRef& b) {
+        const float ca = a.centroid2(widest);
+        const float cb = b.centroid2(widest);
+        return ca < cb || (ca == cb && a.prim_id() < b.prim_id());
+    };
+    std::vector<PrimRef> order(refs.begin(), refs.end());
+    const std::size_t left_size = refs.size() / 2;
+    const auto pivot = order.begin() + static_cast<std::ptrdiff_t>(left_size);
+    std::nth_element(order.begin(), pivot, order.end(), before);
+    PrimRef* left = out;
+    PrimRef* right = out + left_size;
+    for (const PrimRef& ref : refs) *(before(ref, *pivot) ? left : right)++ = ref;
+    return left_size;
 }
 
 }  // namespace mray

@@ -39,11 +39,8 @@ struct alignas(32) PrimRef {
     float centroid2(int axis) const { return planes[axis] - planes[4 + axis]; }
 };
 
-/// The ref of a triangle, whose box leaves out vertices that are not finite.
-PrimRef make_ref(const Topology& topology, std::span<const vec3> positions, std::uint32_t prim_id);
-
-/// make_ref for the triangles first .. first + refs.size() - 1, many times as fast. positions has
-/// one entry for each vertex of the topology.
+/// Sets the refs of the triangles first .. first + refs.size() - 1, whose boxes leave out vertices
+/// that are not finite. positions has one entry for each vertex of the topology.
 void make_refs(const Topology& topology, std::span<const vec3> positions, std::uint32_t first,
                std::span<PrimRef> refs, const SimdTarget& target = best_simd_target());
 
