@@ -44,9 +44,10 @@ public:
     /// negative threads, and unavailable for an instruction set that the machine lacks.
     static Device cpu(const CpuOptions& options = {});
     /// A Vulkan 1.1 device. Each kind of query and update compiles its kernels when a scene first
-    /// needs them, from 0.1 s to some seconds. Throws unavailable, also for a device that gives
-    /// wrong results in its self-test (DeviceCheck), which is made when a device and driver are
-    /// first used, and device_lost for one that did not answer in it.
+    /// needs them, from 0.1 s to some seconds. Throws unavailable: not built in, no Vulkan library,
+    /// no driver, no such device, an ambiguous name, a device that lacks a feature, or one that
+    /// gives wrong results in its self-test (DeviceCheck), which is made when a device and driver
+    /// are first used; device_lost: one that did not answer in it.
     static Device vulkan(const VulkanOptions& options = {});
     /// Tests every triangle for every ray: no tree to be wrong about. For checks of small scenes.
     static Device brute_force(const CpuOptions& options = {});

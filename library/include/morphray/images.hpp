@@ -71,9 +71,11 @@ struct View {
     /// Whether Image::hits, occlusion and hits_hash are filled. Without them an image takes less
     /// time and memory; its pixels are the same.
     bool hits = true;
-    /// If it is given, render() throws cancelled soon after another thread has made it true: within
-    /// some milliseconds on the CPU, by brute force once each thread has finished a row of at most
-    /// 64 pixels, and on a device at the end of a submission or of compiling a kernel.
+    /// If it is given, render() throws cancelled soon after another thread has made it true, at any
+    /// size, number of samples and shading: within some milliseconds on the CPU, by brute force
+    /// once each thread has finished a row of at most 64 pixels, and on a device at the end of a
+    /// submission of some tens of milliseconds, or of compiling a kernel that it uses for the first
+    /// time.
     const std::atomic<bool>* cancel = nullptr;
 };
 
@@ -97,8 +99,8 @@ struct Image {
     /// 8 bits a channel, sRGB: red in bits 0 to 7, green in 8 to 15, blue in 16 to 23, alpha above.
     std::vector<std::uint32_t> pixels;
     /// The hit of each camera ray; empty if View::hits is false. t is the depth along the viewing
-    /// direction, in world space. With several samples the sides of this image are longer by the
-    /// square root of their number, and so are those of `occlusion`.
+    /// direction, in world space. With several samples these are the hits of an image whose sides
+    /// are longer by the square root of their number, and so is `occlusion`.
     std::vector<Hit> hits;
     /// The number of occluded shadow and ambient-occlusion rays of each camera ray, with smooth
     /// normals as its colour shows the shadow; empty if View::hits is false.

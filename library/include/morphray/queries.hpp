@@ -42,9 +42,10 @@ struct Coherence {
 
     /// Nothing: they are traced in the order given. The default.
     static constexpr Coherence none() { return {}; }
-    /// They are those of an image, row by row, with `width` rays a row. On the CPU tiles of them
-    /// are traced in packets if they start at one point, lie on a grid up to half a step, and have
-    /// the interval [0, infinity).
+    /// They are those of an image, row by row, with `width` rays a row; the last row may be
+    /// shorter. On the CPU tiles of them are traced in packets if they start at one point, lie on a
+    /// grid up to half a step, and have the interval [0, infinity). Rows below 8 rays are traced as
+    /// by none().
     static constexpr Coherence image(std::size_t width) { return {Kind::image, width}; }
     /// They come in any order. On the CPU, and on Vulkan devices that are the processor, 8192 and
     /// more are sorted, up to 2^20 at a time; answers keep their places. A scene on the CPU keeps
@@ -62,16 +63,18 @@ struct QueryOptions {
     /// For each ray the triangle that is as if it were not there, such as that of the hit on which
     /// the ray starts. Empty: none. Not for points.
     std::span<const Primitive> excluded = {};
-    /// If it is given, the call throws cancelled if it is true before, and soon after another
-    /// thread has made it true: within some milliseconds on the CPU, by brute force once each
-    /// thread has traced 1024 rays, on a device after at most 2^18 rays. Answers that were not
-    /// found stay as they were.
+    /// If it is given, the call throws cancelled if it is true before, also for an empty batch, and
+    /// soon after another thread has made it true: within some milliseconds on the CPU, by brute
+    /// force once each thread has traced 1024 rays, and at the latest where a device has finished
+    /// 2^18 rays. What was not found by then is left as it was.
     const std::atomic<bool>* cancel = nullptr;
 };
 
 struct AllHitsOptions {
     Crossing crossing = Crossing::once;
-    /// The most hits that are listed for a ray: the first ones. More are counted.
+    /// The most hits that are listed for a ray: the first ones. More are counted. All hits of a ray
+    /// take memory meanwhile if it goes through an edge or a vertex, by Crossing::once, or does not
+    /// see everything.
     std::uint32_t max_hits = std::numeric_limits<std::uint32_t>::max();
 };
 

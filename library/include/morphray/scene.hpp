@@ -37,6 +37,7 @@ struct Every {
 };
 /// Refits; restructures, or builds, when the tree's degradation has cost as much time as that would
 /// take. What takes longer than the budget is restructured in slices, or built in the background.
+/// Both budgets are finite and not negative.
 struct Auto {
     /// The time that an update may add, in milliseconds. 0: `budget` decides.
     double budget_ms = 0;
@@ -71,8 +72,9 @@ struct SceneOptions {
     UpdatePolicy update = Auto{};
     /// Find the cost ratio at each update, even if the policy does not need it.
     bool record_cost_ratio = false;
-    /// If it is given, build() and update() give a tree up and throw cancelled soon after another
-    /// thread has made it true. After such an update() the scene is of no use any more. It must
+    /// If it is given, a tree that build() or update() builds is given up soon after another thread
+    /// has made it true, and they throw cancelled: within some milliseconds. After such an
+    /// update() the scene is of no use any more. It must
     /// outlive the scene.
     const std::atomic<bool>* cancel = nullptr;
 };
