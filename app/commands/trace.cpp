@@ -11,6 +11,7 @@
 #include "app/files/ray_reader.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/messages.h"
+#include "common/scene/view_axes.h"
 #include "common/text/text_parts.h"
 
 namespace mray::app {
@@ -18,6 +19,19 @@ namespace {
 
 // Rays that are converted, traced and written together.
 constexpr std::size_t kRaysOfBatch = std::size_t{1} << 16;
+
+// The reasons why a ray hits nothing in any scene.
+constexpr const char* kFaults[] = {"not finite", "without direction", "without interval",
+                                   "leading past the scene from far away"};
+
+/// An index of kFaults for a ray that is not valid.
+std::size_t fault_of(const WorldRay& ray) {
+    if (std::isnan(ray.tnear) || std::isnan(ray.tfar) || !all_finite(ray.org) ||
+        !all_finite(ray.dir))
+        return 0;
+    if (ray.dir == glm::dvec3(0.0)) return 1;
+    return ray.tnear <= ray.tfar && ray.tfar > 0 ? 3 : 2;
+}
 
 /// Traces rays in batches and gathers their hits as lines.
 class RayTracer {
@@ -35,7 +49,10 @@ public:
         exponents_.clear();
         for (WorldRay ray : rays) {
             ray.org = glm::dvec3(origin_.to_world(ray.org));
-            if (!to_scene(space_, ray).valid && fault_count_++ == 0) first_fault_ = ray_count_;
+            if (!to_scene(space_, ray).valid) {
+                Fault& fault = faults_[fault_of(ray)];
+                if (fault.count++ == 0) fault.first = ray_count_;
+            }
             add(ray);
             ++ray_count_;
         }
@@ -45,12 +62,19 @@ public:
     const std::string& text() const { return text_; }
     /// The warning about rays that hit nothing in any scene is empty if there are none.
     std::string faults() const {
-        if (fault_count_ == 0) return {};
-        return fmt::format(
-            "{} of {} rays hit nothing, because they are not finite, have no direction or no "
-            "interval, or lead past the scene from far away; the first is ray {}, counted from 0",
-            fault_count_, ray_count_, first_fault_);
+        std::string reasons;
+        std::uint64_t total = 0;
+        for (std::size_t i = 0; i < std::size(kFaults); ++i) {
+            if (faults_[i].count == 0) continue;
+            reasons += fmt::format("{} {} {} (first: ray {})", total == 0 ? ":" : ",",
+                                   faults_[i].count, kFaults[i], faults_[i].first);
+            total += faults_[i].count;
+        }
+        if (total == 0) return {};
+        return fmt::format("{} of {} rays, counted from 0, hit nothing{}", total, ray_count_,
+                           reasons);
     }
+    /// The hits that are left out, and the rays that lack some.
     std::uint64_t left_out() const { return left_out_; }
     std::uint64_t cut_rays() const { return cut_rays_; }
 
@@ -111,8 +135,11 @@ private:
     std::vector<int> exponents_;
     std::vector<morphray::Hit> hits_;
     std::string text_;
-    std::uint64_t fault_count_ = 0;
-    std::uint64_t first_fault_ = 0;
+    struct Fault {
+        std::uint64_t count = 0;
+        std::uint64_t first = 0;
+    };
+    Fault faults_[std::size(kFaults)];
     std::uint64_t ray_count_ = 0;
     std::uint64_t left_out_ = 0;
     std::uint64_t cut_rays_ = 0;
