@@ -9,8 +9,8 @@
 
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
+#include "cpu/queries/closest_search-inl.h"
 #include "cpu/queries/points-inl.h"
-#include "cpu/queries/triangle_sides-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
@@ -31,26 +31,42 @@ struct PointPairs {
 };
 
 /// Points and triangles in lanes, to ask the rule about.
-struct AskedPairs : PointTriangles {
+struct AskedPairs {
+    enum { kPoint = 3 };
+    /// The vertices, and the point.
+    HWY_ALIGN float corners[4][3][kLanes] = {};
     std::uint32_t lane[kLanes];
-    std::uint32_t prim_id[kLanes];
+    std::uint32_t slot[kLanes];
     std::uint32_t leaf[kLanes];
     std::uint32_t count = 0;
+
+    HWY_INLINE void set(int corner, const vec3& p) {
+        for (int axis = 0; axis < 3; ++axis) corners[corner][axis][count] = p[axis];
+    }
+    HWY_INLINE lanes::Float3 get(int corner) const {
+        return {load(corners[corner][0]), load(corners[corner][1]), load(corners[corner][2])};
+    }
 };
 
 /// At most kLanes points, and the closest triangle of each so far.
 class ClosestBundle {
 public:
     /// It begins with `near_leaf`, that of points nearby, and sets it. Arguments must outlive it.
-    HWY_INLINE ClosestBundle(const Bvh& bvh, std::span<const vec3> points, float most_d2,
-                             std::uint32_t& near_leaf)
+    HWY_INLINE ClosestBundle(const Bvh& bvh, std::span<const vec3> points,
+                             std::span<const ClosestTriangle> closest, std::uint32_t& near_leaf)
         : bvh_(bvh), asked_(points), near_leaf_(near_leaf), points_(points) {
         centre_ = lanes::Float3(points[0]);
         from_centre_ = points_.p - centre_;
         extent_ = hn::MaxOfLanes(kFloats, lanes::largest_component(from_centre_));
-        // Nothing is near enough to lanes without a point.
-        const FloatVec most = splat(most_d2);
-        set_closest(select(mask_of((1u << points.size()) - 1), most, splat(-1.0f)), splat(kNoPrim));
+        is_used_ = mask_of((1u << points.size()) - 1);
+        margin_ = rival_margin(points_.p);
+        HWY_ALIGN float d2[kLanes] = {};
+        HWY_ALIGN std::uint32_t prim_id[kLanes] = {};
+        for (std::size_t i = 0; i < closest.size(); ++i) {
+            d2[i] = closest[i].d2;
+            prim_id[i] = closest[i].prim_id;
+        }
+        set_closest(load(d2), load(prim_id));
     }
 
     /// Looks for closer triangles in all leaves. Returns false if it gave up after `most_leaves`.
@@ -62,7 +78,7 @@ public:
         std::size_t size = push_near(0, stack, 0);
         while (size > 0) {
             const Entry entry = stack[--size];
-            if (entry.t_least > hn::GetLane(most_d2_)) continue;
+            if (entry.t_least > hn::GetLane(most_of_all_)) continue;
             const Node& node = bvh_.nodes[entry.node];
             if (!is_near(node, entry.slot)) continue;
             const std::uint32_t child = node.child[entry.slot];
@@ -84,6 +100,14 @@ public:
             closest[i] = {found.d2[i], found.prim_id[i]};
     }
 
+    HWY_INLINE void append_to(Rivals& rivals) {
+        const StoredClosest found(*this);
+        for (std::size_t i = 0; i < asked_.size(); ++i) {
+            if (found.prim_id[i] != kNoPrim) near_[i].append_to(rivals, bvh_, found.most_d2[i]);
+            rivals.ends.push_back(static_cast<std::uint32_t>(rivals.triangles.size()));
+        }
+    }
+
 private:
     struct Entry {
         float t_least;
@@ -94,10 +118,12 @@ private:
     /// The closest triangles in memory.
     struct StoredClosest {
         HWY_ALIGN float d2[kLanes];
+        HWY_ALIGN float most_d2[kLanes];
         HWY_ALIGN std::uint32_t prim_id[kLanes];
 
         HWY_INLINE explicit StoredClosest(const ClosestBundle& bundle) {
             store(bundle.d2_, d2);
+            store(bundle.most_d2_, most_d2);
             store(bundle.prim_id_, prim_id);
         }
     };
@@ -105,7 +131,8 @@ private:
     HWY_INLINE void set_closest(FloatVec d2, UintVec prim_id) {
         d2_ = d2;
         prim_id_ = prim_id;
-        most_d2_ = hn::MaxOfLanes(kFloats, d2);
+        most_d2_ = select(is_used_, most_of_rivals(d2, margin_), -1.0f);
+        most_of_all_ = hn::MaxOfLanes(kFloats, most_d2_);
     }
 
     /// The squared distances of boxes from the box of all points: not above that of any point.
@@ -120,7 +147,7 @@ private:
     HWY_INLINE bool is_near(const Node& node, std::uint32_t slot) const {
         const lanes::Float3 lower(vec3(node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]));
         const lanes::Float3 upper(vec3(node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]));
-        return !none(lanes::box_distance2(points_.p, lower, upper) <= d2_);
+        return !none(lanes::box_distance2(points_.p, lower, upper) <= most_d2_);
     }
 
     /// Pushes the children that may be near enough; returns the new size.
@@ -128,7 +155,7 @@ private:
         const Node& node = bvh_.nodes[index];
         HWY_ALIGN float d2[kWidth];
         const auto distance2 = [&](const BoxLanes& boxes) HWY_ATTR { return box_distance2(boxes); };
-        std::uint32_t slots = slots_within(node, most_d2_, distance2, d2);
+        std::uint32_t slots = slots_within(node, most_of_all_, distance2, d2);
         const std::size_t base = size;
         for (; slots != 0; slots &= slots - 1) {
             const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
@@ -142,7 +169,7 @@ private:
         for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
                                     const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
             const FloatVec box = box_distance2(boxes_of(a, b, c));
-            const std::uint32_t near = bits_of(used & (box <= most_d2_));
+            const std::uint32_t near = bits_of(used & (box <= most_of_all_));
             if (near != 0) ask_triangles(index, slot_of, near, a, b, c);
         });
     }
@@ -165,7 +192,7 @@ private:
             least = select(is_less, bound, least);
             nearest = select(uint_mask(is_less), splat(i), nearest);
         }
-        const Mask is_open = least <= d2_;
+        const Mask is_open = least <= most_d2_;
         if (none(is_open)) return;
         const Leaf& leaf = bvh_.leaves[index];
         HWY_ALIGN std::uint32_t prim_ids[kLanes];
@@ -185,12 +212,13 @@ private:
                         select(uint_mask(is_closer), prim_id, prim_id_));
             near_leaf_ = index;
         }
+        add_near(is_open & (d2 <= most_d2_), d2, index, nearest, slot_of);
         for (std::uint32_t bits = near; bits != 0; bits &= bits - 1) {
             const auto i = static_cast<std::uint32_t>(std::countr_zero(bits));
             const FloatVec bound = load(bounds[i]);
-            Mask is_left = (bound <= d2_) & !float_mask(nearest == splat(i));
+            Mask is_left = (bound <= most_d2_) & !float_mask(nearest == splat(i));
             if (none(is_left)) continue;
-            is_left = is_left & sides.may_be_within(i, from_centre_, d2_);
+            is_left = is_left & sides.may_be_within(i, from_centre_, most_d2_);
             if (none(is_left)) continue;
             if (pairs_.count > PointPairs::kMost - kLanes) ask_pairs();
             const std::size_t n = pairs_.count;
@@ -199,6 +227,22 @@ private:
             hn::CompressStore(place, uint_mask(is_left), kUints, pairs_.lane_and_slot + n);
             store_unaligned(splat(index), pairs_.leaf + n);
             pairs_.count += simd::HWY_NAMESPACE::count(is_left);
+        }
+    }
+
+    /// Adds triangles of a leaf to the lists of the points in `is_near`.
+    template <class SlotOf>
+    HWY_INLINE void add_near(Mask is_near, FloatVec d2, std::uint32_t leaf, UintVec triangle,
+                             SlotOf slot_of) {
+        if (none(is_near)) return;
+        HWY_ALIGN float distances2[kLanes];
+        HWY_ALIGN std::uint32_t triangles[kLanes];
+        store(d2, distances2);
+        store(triangle, triangles);
+        const StoredClosest closest(*this);
+        for (std::uint32_t bits = bits_of(is_near); bits != 0; bits &= bits - 1) {
+            const auto i = static_cast<std::uint32_t>(std::countr_zero(bits));
+            near_[i].add(distances2[i], leaf, slot_of(triangles[i]), closest.most_d2[i]);
         }
     }
 
@@ -211,7 +255,7 @@ private:
         AskedPairs asked;
         for (std::size_t first = 0; first < pairs_.count; first += kLanes) {
             const UintVec lane = load_unaligned(pairs_.lane_and_slot + first) & splat(kLanes - 1);
-            const FloatVec most = hn::TableLookupLanes(d2_, hn::IndicesFromVec(kFloats, lane));
+            const FloatVec most = hn::TableLookupLanes(most_d2_, hn::IndicesFromVec(kFloats, lane));
             std::uint32_t open = bits_of(load_unaligned(pairs_.bound + first) <= most);
             if (pairs_.count - first < kLanes) open &= (1u << (pairs_.count - first)) - 1;
             for (; open != 0; open &= open - 1) {
@@ -228,10 +272,10 @@ private:
         const std::uint32_t slot = pairs_.lane_and_slot[pair] / kMaxLanes;
         const Leaf& leaf = bvh_.leaves[pairs_.leaf[pair]];
         for (int corner = 0; corner < 3; ++corner)
-            asked.set(corner, asked.count, leaf_position(leaf, slot, static_cast<uint>(corner)));
-        asked.set(AskedPairs::kPoint, asked.count, asked_[lane]);
+            asked.set(corner, leaf_position(leaf, slot, static_cast<uint>(corner)));
+        asked.set(AskedPairs::kPoint, asked_[lane]);
         asked.lane[asked.count] = lane;
-        asked.prim_id[asked.count] = leaf.prim_id[slot];
+        asked.slot[asked.count] = slot;
         asked.leaf[asked.count] = pairs_.leaf[pair];
         ++asked.count;
     }
@@ -243,10 +287,12 @@ private:
         StoredClosest closest(*this);
         for (std::uint32_t i = 0; i < asked.count; ++i) {
             const std::uint32_t lane = asked.lane[i];
-            if (!is_closer(d2[i], asked.prim_id[i], closest.d2[lane], closest.prim_id[lane]))
-                continue;
+            if (d2[i] > closest.most_d2[lane]) continue;
+            near_[lane].add(d2[i], asked.leaf[i], asked.slot[i], closest.most_d2[lane]);
+            const std::uint32_t prim_id = bvh_.leaves[asked.leaf[i]].prim_id[asked.slot[i]];
+            if (!is_closer(d2[i], prim_id, closest.d2[lane], closest.prim_id[lane])) continue;
             closest.d2[lane] = d2[i];
-            closest.prim_id[lane] = asked.prim_id[i];
+            closest.prim_id[lane] = prim_id;
             near_leaf_ = asked.leaf[i];
         }
         set_closest(load(closest.d2), load(closest.prim_id));
@@ -261,10 +307,14 @@ private:
     lanes::Float3 centre_;
     lanes::Float3 from_centre_;
     FloatVec extent_;
-    /// The closest triangles, and the largest of their squared distances.
+    Mask is_used_;
+    FloatVec margin_;
+    /// The closest triangles, the squared distances of their rivals, and the largest of these.
     FloatVec d2_;
     UintVec prim_id_;
     FloatVec most_d2_;
+    FloatVec most_of_all_;
+    NearTriangles near_[kLanes];
     PointPairs pairs_;
 };
 

@@ -55,6 +55,26 @@ struct Direction {
     }
 };
 
+/// The square of how far the bound by the nearest vertex is off, by the largest coordinate.
+HWY_INLINE FloatVec nearest_vertex_error2(FloatVec size) {
+    return mul_add(size * size, splat(kNearestVertexErrorSquare),
+                   splat(kLeastNearestVertexErrorSquare));
+}
+
+/// Where the rule may give d2 or less for a point and the triangle a, b, c, relative to it.
+HWY_INLINE Mask may_be_within(const lanes::Float3& a, const lanes::Float3& b,
+                              const lanes::Float3& c, FloatVec error2, FloatVec d2) {
+    const FloatVec a2 = fused_dot(a, a);
+    const FloatVec b2 = fused_dot(b, b);
+    const FloatVec c2 = fused_dot(c, c);
+    const FloatVec ab2 = min(a2, b2);
+    const FloatVec w2 = min(ab2, c2);
+    const lanes::Float3 w = select(c2 < ab2, c, select(b2 < a2, b, a));
+    const FloatVec along = max(min3(fused_dot(w, a), fused_dot(w, b), fused_dot(w, c)), zero());
+    const FloatVec limit = mul_add(d2, splat(kNearestVertexRounding), error2);
+    return along * along <= w2 * limit;
+}
+
 class TriangleSides {
 public:
     /// `extent` is the largest coordinate of the points.
@@ -63,9 +83,7 @@ public:
         const FloatVec size = max3(lanes::largest_component(a), lanes::largest_component(b),
                                    lanes::largest_component(c)) +
                               extent;
-        store(mul_add(size * size, splat(kNearestVertexErrorSquare),
-                      splat(kLeastNearestVertexErrorSquare)),
-              vertex_error2_);
+        store(nearest_vertex_error2(size), vertex_error2_);
         store_lanes(a, vertex_[0]);
         store_lanes(b, vertex_[1]);
         store_lanes(c, vertex_[2]);
@@ -107,18 +125,8 @@ public:
 
     /// The points for which the rule may give d2 or less for triangle i.
     HWY_INLINE Mask may_be_within(std::size_t i, const lanes::Float3& p, FloatVec d2) const {
-        const lanes::Float3 a = at(i, vertex_[0]) - p;
-        const lanes::Float3 b = at(i, vertex_[1]) - p;
-        const lanes::Float3 c = at(i, vertex_[2]) - p;
-        const FloatVec a2 = fused_dot(a, a);
-        const FloatVec b2 = fused_dot(b, b);
-        const FloatVec c2 = fused_dot(c, c);
-        const FloatVec ab2 = min(a2, b2);
-        const FloatVec w2 = min(ab2, c2);
-        const lanes::Float3 w = select(c2 < ab2, c, select(b2 < a2, b, a));
-        const FloatVec along = max(min3(fused_dot(w, a), fused_dot(w, b), fused_dot(w, c)), zero());
-        const FloatVec limit = mul_add(d2, splat(kNearestVertexRounding), splat(vertex_error2_[i]));
-        return along * along <= w2 * limit;
+        return HWY_NAMESPACE::may_be_within(at(i, vertex_[0]) - p, at(i, vertex_[1]) - p,
+                                            at(i, vertex_[2]) - p, splat(vertex_error2_[i]), d2);
     }
 
 private:

@@ -10,7 +10,7 @@
 #                to the centre
 #   operations   roundings e by each operation; a sum of three products is off by 3 e of the lengths'
 #                product, fused or not
-#   used by      ClosestBundle (cpu/queries/closest_bundle-inl.h)
+#   used by      ClosestBundle, ClosestSearch (cpu/queries/closest_{bundle,search}-inl.h)
 #   by hand      The rule's place is a mean of vertices that are off by e R each, and is clamped to
 #                their box, in which the point of the triangle lies as well; components below kTiny =
 #                2^-60 become 0. |v| <= sqrt(3) times its largest component, sqrt(3) < 1.7321, and
