@@ -11,16 +11,15 @@
 #include "cpu/queries/points-inl.h"
 #include "cpu/queries/tree_queries.h"
 #include "cpu/queries/triangle_sides-inl.h"
+#include "cpu/simd/rounding_bounds.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-/// By how much distances that rules give may differ if the point's exact ones do not: each is off
-/// by kRuleError of that of the farthest corner, which includes the rounding of the point.
+/// By how much the distances of two triangles may differ by the rule if they do not exactly.
 HWY_INLINE FloatVec rival_margin(const lanes::Float3& p) {
-    constexpr float kRuleError = 0x1p-20f;
     const FloatVec farthest = splat(1.75f) * (lanes::largest_component(p) + splat(kSceneExtent));
     return splat(2 * kRuleError) * farthest;
 }
@@ -28,7 +27,7 @@ HWY_INLINE FloatVec rival_margin(const lanes::Float3& p) {
 /// The largest squared distance by the rule of triangles that may be as close as one at d2.
 HWY_INLINE FloatVec most_of_rivals(FloatVec d2, FloatVec margin) {
     const FloatVec most = hn::Sqrt(d2) + margin;
-    return most * most * splat(1 + 0x1p-20f);
+    return most * most * splat(kRivalRounding);
 }
 
 /// The triangles near a point, among which the closest one is.

@@ -29,6 +29,11 @@ inline constexpr float kNearestVertexRounding = 1 + 0x1p-14f;
 inline constexpr float kNearestVertexErrorSquare = 0x1p-20f;
 inline constexpr float kLeastNearestVertexErrorSquare = 0x1p-60f;
 
+/// The error of distances by the rule, as a part of that of the farthest corner; it includes the
+/// rounding of the point. And the roundings of the square up to which rivals are looked for.
+inline constexpr float kRuleError = 0x1p-20f;
+inline constexpr float kRivalRounding = 1 + 0x1p-20f;
+
 // ---- Colours (cpu/image/pixel_shader.cpp)
 
 /// How far from the middle of two channels a square root must be to round as encode_channel() does.

@@ -5,7 +5,8 @@
 #   code         TriangleSides (cpu/queries/triangle_sides-inl.h), triangle_distance2
 #                (common/interop/closest_rule.h)
 #   constants    kSideError, kLeastSideError, kSideRounding, kSideSlant, kLongestDirection2,
-#                kNearestVertexRounding, kNearestVertexErrorSquare, kLeastNearestVertexErrorSquare
+#                kNearestVertexRounding, kNearestVertexErrorSquare, kLeastNearestVertexErrorSquare,
+#                kRuleError, kRivalRounding
 #   inputs       in units of R, the largest coordinate of vertices plus that of points, both relative
 #                to the centre
 #   operations   roundings e by each operation; a sum of three products is off by 3 e of the lengths'
@@ -26,6 +27,8 @@
 # step: kSideSlant 0.05
 # step: kNearestVertexRounding 0.9999
 # step: kNearestVertexErrorSquare 0.1
+# step: kRuleError 0.5
+# step: kRivalRounding 0.999999
 
 ## lemma: a place on an edge, p + d s with a weight that is off by w: 10 e R
 { |e1| <= @kRounding@ /\ |e2| <= @kRounding@ /\ |e3| <= @kRounding@ /\ |w| <= @kRounding@
@@ -79,3 +82,15 @@ n = 0x1p-15;
 { @kNearestVertexRounding@ * (1 - 24 * e) - (1 + n) >= 0
   /\ @kNearestVertexErrorSquare@ * (1 - 24 * e) * n - 2 * 28.3 * e * 28.3 * e * (1 + n) >= 0
   /\ @kLeastNearestVertexErrorSquare@ * (1 - 24 * e) * n - 2 * 0x1p-118 * (1 + n) >= 0 }
+
+# Rivals: R is at most |p| + kSceneExtent. kRuleError of 1.75 times that is for distances that are too
+# small, and the same again for those that are too large, which are measured ("Distances"), and for the
+# rounding of the point.
+## lemma: the error of distances that are too small, also where it is rounded
+e = @kRounding@;
+{ @kRuleError@ * 1.75 * (1 - 8 * e) - 19.1 * e * (1 + 64 * e) - 0x1p-59 >= 0 }
+
+# A root, a sum and its square, and the product: 6 roundings.
+## lemma: the square is large enough
+e = @kRounding@;
+{ @kRivalRounding@ * (1 - 8 * e) - 1 >= 0 }
