@@ -69,7 +69,7 @@ public:
     }
 
 private:
-    static constexpr float kPointsOfLeaf = 7;
+    static constexpr float kPointsOfLeaf = 2.5;
     static constexpr std::size_t kFirstWait = 3;
     static constexpr std::size_t kLastWait = 48;
 
