@@ -8,9 +8,9 @@
 
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
+#include "cpu/queries/nearest_vertex-inl.h"
 #include "cpu/queries/points-inl.h"
 #include "cpu/queries/tree_queries.h"
-#include "cpu/queries/triangle_sides-inl.h"
 #include "cpu/simd/rounding_bounds.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -85,9 +85,8 @@ public:
     }
 
     /// Visits the leaf `near_leaf` first, in which the last point had its answer; it becomes that
-    /// of this point. Returns how many others it visited.
-    HWY_INLINE std::size_t search(const Bvh& bvh, std::uint32_t& near_leaf) {
-        std::size_t leaves = 0;
+    /// of this point.
+    HWY_INLINE void search(const Bvh& bvh, std::uint32_t& near_leaf) {
         const std::uint32_t first_leaf = near_leaf;
         if (first_leaf < bvh.leaves.size()) search_leaf(bvh, first_leaf);
         const auto near = [&](const Node& node, float* HWY_RESTRICT d2) HWY_ATTR {
@@ -98,12 +97,10 @@ public:
         };
         for_each_near_leaf(bvh, most_d2_, near, [&](std::uint32_t leaf) HWY_ATTR {
             if (leaf == first_leaf) return;
-            ++leaves;
             const std::uint32_t before = closest_.prim_id;
             search_leaf(bvh, leaf);
             if (closest_.prim_id != before) near_leaf = leaf;
         });
-        return leaves;
     }
 
     const ClosestTriangle& closest() const { return closest_; }

@@ -10,7 +10,7 @@
 #include <hwy/highway.h>
 
 #include "cpu/queries/all_hits-inl.h"
-#include "cpu/queries/closest_bundle-inl.h"
+#include "cpu/queries/closest_search-inl.h"
 #include "cpu/queries/points-inl.h"
 #include "cpu/queries/winding_bundle-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
@@ -69,7 +69,7 @@ public:
     }
 
 private:
-    static constexpr float kPointsOfLeaf = 2.5;
+    static constexpr float kPointsOfLeaf = 7;
     static constexpr std::size_t kFirstWait = 3;
     static constexpr std::size_t kLastWait = 48;
 
@@ -140,30 +140,12 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
 void find_closest_triangles(const Bvh& bvh, std::span<const vec3> points,
                             std::span<ClosestTriangle> closest, Rivals* rivals) {
     std::uint32_t near_leaf = kNoPrim;
-    const auto bundle = [&]([[maybe_unused]] std::size_t first, [[maybe_unused]] std::size_t count,
-                            [[maybe_unused]] std::size_t most_leaves) {
-#if HWY_TARGET != HWY_SCALAR
-        const auto found = closest.subspan(first, count);
-        ClosestBundle search(bvh, points.subspan(first, count), found, near_leaf);
-        const bool is_done = search.search(most_leaves);
-        // Those found before it gave up are a beginning.
-        search.store_closest(found);
-        if (is_done && rivals != nullptr) search.append_to(*rivals);
-        return is_done;
-#else
-        return false;
-#endif
-    };
-    ask_in_bundles(points.size(), bundle, [&](std::size_t first, std::size_t count) {
-        std::size_t leaves = 0;
-        for (std::size_t i = first; i < first + count; ++i) {
-            ClosestSearch search(points[i], closest[i]);
-            leaves += search.search(bvh, near_leaf);
-            closest[i] = search.closest();
-            if (rivals != nullptr) search.append_to(*rivals, bvh);
-        }
-        return leaves;
-    });
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        ClosestSearch search(points[i], closest[i]);
+        search.search(bvh, near_leaf);
+        closest[i] = search.closest();
+        if (rivals != nullptr) search.append_to(*rivals, bvh);
+    }
 }
 
 void answer(const Bvh& bvh, const ClosestQuery& query) {
