@@ -28,16 +28,15 @@ public:
     template <class Use>
     void for_each_open(const Node& node, Use use) const;
     /// Adds a triangle.
-    void add(std::uint32_t prim_id, const Corners& corners);
+    void add(const NumberedTriangle& triangle);
     void add(const Leaf& leaf);
-    /// kNoPrim if none was added.
-    std::uint32_t closest() const;
+    /// Ends the choice; kNoPrim if none was added.
+    NumberedTriangle closest();
 
 private:
     struct Candidate {
         double least;
-        std::uint32_t prim_id;
-        Corners corners;
+        NumberedTriangle triangle;
         bool is_certain;
         std::array<double, 3> weights;
     };
@@ -60,9 +59,17 @@ private:
 
 }  // namespace
 
+NumberedTriangle triangle_of(const Leaf& leaf, std::uint32_t slot) {
+    NumberedTriangle triangle{leaf.prim_id[slot], {}};
+    for (uint i = 0; i < 3; ++i) {
+        const LeafVertex& vertex = leaf.vertex[corner(leaf.vertex[slot].corners, i)];
+        triangle.corners[i] = {vertex.x, vertex.y, vertex.z};
+    }
+    return triangle;
+}
+
 ExactPlace exact_place(const dvec3& p, const Corners& corners) {
-    Difference distance{};
-    const DoublePlace found = place_in_doubles(p, dvec3(corners[0]), corners, distance);
+    const DoublePlace found = place_in_doubles(p, dvec3(corners[0]), corners);
     if (found.is_certain) return found.place;
     const ExactDistance exact = exact_distance(p, corners);
     const mpz_class sum = exact.weights[0] + exact.weights[1] + exact.weights[2];
@@ -120,12 +127,7 @@ void ClosestChoice::add(const Leaf& leaf) {
         if (!is_open(least[corner(packed, 0)]) && !is_open(least[corner(packed, 1)]) &&
             !is_open(least[corner(packed, 2)]))
             continue;
-        Corners corners;
-        for (uint i = 0; i < 3; ++i) {
-            const LeafVertex& vertex = leaf.vertex[corner(packed, i)];
-            corners[i] = {vertex.x, vertex.y, vertex.z};
-        }
-        add(leaf.prim_id[slot], corners);
+        add(triangle_of(leaf, slot));
     }
 }
 
@@ -135,14 +137,15 @@ void ClosestChoice::set_middle(const dvec3& middle) {
     least_of_middle_ = difference(p_, reference_, middle, 0).least();
 }
 
-void ClosestChoice::add(std::uint32_t prim_id, const Corners& corners) {
+void ClosestChoice::add(const NumberedTriangle& triangle) {
+    const Corners& corners = triangle.corners;
     if (!finite_vertices(corners[0], corners[1], corners[2])) return;
     Box box;
     for (const vec3& corner : corners) box.extend(corner);
     double bound = least(box.lower, box.upper);
     if (!is_open(bound)) return;
-    Difference distance{};
-    const DoublePlace found = place_in_doubles(p_, reference_, corners, distance);
+    const DoublePlace found = place_in_doubles(p_, reference_, corners);
+    const Difference distance = difference(p_, reference_, found.place.point, blur_of(corners));
     if (found.is_certain) bound = distance.least();
     if (!is_open(bound)) return;
     if (distance.most() < most_) {
@@ -152,47 +155,45 @@ void ClosestChoice::add(std::uint32_t prim_id, const Corners& corners) {
         const double most = glm::length(to_p_) + 0x1p-28;
         plain_most_ = most * most * (1 + 0x1p-40);
     }
-    candidates_.push_back({bound, prim_id, corners, found.is_certain, found.place.weights});
+    candidates_.push_back({bound, triangle, found.is_certain, found.place.weights});
 }
 
-std::uint32_t ClosestChoice::closest() const {
-    std::vector<const Candidate*> open;
-    for (const Candidate& candidate : candidates_)
-        if (is_open(candidate.least)) open.push_back(&candidate);
-    if (open.empty()) return kNoPrim;
-    std::ranges::sort(open, {}, &Candidate::prim_id);
-    // Triangles that meet in the place are equally close.
+NumberedTriangle ClosestChoice::closest() {
+    std::erase_if(candidates_, [&](const auto& candidate) { return !is_open(candidate.least); });
+    std::ranges::sort(candidates_, {},
+                      [](const auto& candidate) { return candidate.triangle.prim_id; });
+    // Triangles that meet in the place are equally close: the first of them stands for all.
     std::vector<Feature> known;
-    std::vector<const Candidate*> others;
-    for (const Candidate* const candidate : open) {
-        if (candidate->is_certain) {
-            const Feature feature = feature_of(candidate->corners, candidate->weights);
-            if (std::ranges::find(known, feature) != known.end()) continue;
-            known.push_back(feature);
-        }
-        others.push_back(candidate);
-    }
-    if (others.size() == 1) return others[0]->prim_id;
-    const Candidate* closest = nullptr;
+    std::erase_if(candidates_, [&](const Candidate& candidate) {
+        if (!candidate.is_certain) return false;
+        const Feature feature = feature_of(candidate.triangle.corners, candidate.weights);
+        if (std::ranges::find(known, feature) != known.end()) return true;
+        known.push_back(feature);
+        return false;
+    });
+    if (candidates_.empty()) return {kNoPrim, {}};
+    const Candidate* closest = &candidates_.front();
+    if (candidates_.size() == 1) return closest->triangle;
     mpq_class distance2;
-    for (const Candidate* const candidate : others) {
-        const mpq_class own2 = exact_distance(p_, candidate->corners).distance2;
-        if (closest != nullptr && own2 >= distance2) continue;
-        closest = candidate;
+    for (const Candidate& candidate : candidates_) {
+        const mpq_class own2 = exact_distance(p_, candidate.triangle.corners).distance2;
+        if (&candidate != &candidates_.front() && own2 >= distance2) continue;
+        closest = &candidate;
         distance2 = own2;
     }
-    return closest->prim_id;
+    return closest->triangle;
 }
 
-std::uint32_t exact_closest(const dvec3& p, std::span<const NumberedTriangle> triangles) {
+NumberedTriangle exact_closest(const dvec3& p, std::span<const NumberedTriangle> triangles) {
+    if (triangles.size() == 1) return triangles.front();
     Box first;
     for (const vec3& corner : triangles.front().corners) first.extend(corner);
     ClosestChoice choice(p, first.lower, first.upper);
-    for (const auto& [prim_id, corners] : triangles) choice.add(prim_id, corners);
+    for (const NumberedTriangle& triangle : triangles) choice.add(triangle);
     return choice.closest();
 }
 
-std::uint32_t exact_closest(const Bvh& bvh, const dvec3& p) {
+NumberedTriangle exact_closest(const Bvh& bvh, const dvec3& p) {
     const Box bounds = node_box(bvh.nodes[0]);
     ClosestChoice choice(p, bounds.lower, bounds.upper);
     struct Entry {

@@ -30,15 +30,17 @@ struct ExactPlace {
 /// above 2^300.
 ExactPlace exact_place(const dvec3& p, const Corners& corners);
 
-/// The closest triangle by a tree at the current positions, the lowest prim_id of equally close
-/// ones; kNoPrim without triangles.
-std::uint32_t exact_closest(const Bvh& bvh, const dvec3& p);
-
 struct NumberedTriangle {
     std::uint32_t prim_id;
     Corners corners;
 };
+NumberedTriangle triangle_of(const Leaf& leaf, std::uint32_t slot);
+
+/// The closest triangle by a tree at the current positions, the lowest prim_id of equally close
+/// ones; kNoPrim without triangles.
+NumberedTriangle exact_closest(const Bvh& bvh, const dvec3& p);
+
 /// The closest one of some triangles, of which there is one at least, as above.
-std::uint32_t exact_closest(const dvec3& p, std::span<const NumberedTriangle> triangles);
+NumberedTriangle exact_closest(const dvec3& p, std::span<const NumberedTriangle> triangles);
 
 }  // namespace mray

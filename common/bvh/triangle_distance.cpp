@@ -69,14 +69,6 @@ DoublePlace place_on_edge(const dvec3& p, const std::array<dvec3, 3>& x, int i) 
     return on_edge;
 }
 
-double blur_of(const Corners& corners) {
-    double largest = 0;
-    for (const vec3& corner : corners)
-        for (int axis = 0; axis < 3; ++axis)
-            largest = std::max(largest, static_cast<double>(std::abs(corner[axis])));
-    return kDistanceRounding * largest;
-}
-
 /// A vector in units of a power of two in which all coordinates are whole.
 struct WholeVector {
     mpz_class x;
@@ -130,18 +122,12 @@ private:
 
 }  // namespace
 
-Difference difference(const dvec3& p, const dvec3& r, const dvec3& q, double blur) {
-    Difference result{0, 0};
-    for (int axis = 0; axis < 3; ++axis) {
-        const double across = r[axis] - q[axis];
-        const double from_q = p[axis] - q[axis];
-        const double from_r = p[axis] - r[axis];
-        const double size = std::abs(from_q) + std::abs(from_r);
-        result.value += across * (from_q + from_r);
-        result.error += (kDistanceRounding * std::abs(across) + 2 * blur + 0x1p-90 * size) * size;
-    }
-    result.error += 3 * blur * blur;
-    return result;
+double blur_of(const Corners& corners) {
+    double largest = 0;
+    for (const vec3& corner : corners)
+        for (int axis = 0; axis < 3; ++axis)
+            largest = std::max(largest, static_cast<double>(std::abs(corner[axis])));
+    return kDistanceRounding * largest;
 }
 
 Feature feature_of(const Corners& corners, const std::array<double, 3>& weights) {
@@ -158,15 +144,11 @@ Feature feature_of(const Corners& corners, const std::array<double, 3>& weights)
     return feature;
 }
 
-DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corners,
-                             Difference& distance) {
+DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corners) {
     const std::array<dvec3, 3> x = {dvec3(corners[0]), dvec3(corners[1]), dvec3(corners[2])};
-    const double blur = blur_of(corners);
     DoublePlace inside;
-    if (is_inside(p, x, inside)) {
-        distance = difference(p, r, inside.place.point, blur);
-        return inside;
-    }
+    if (is_inside(p, x, inside)) return inside;
+    const double blur = blur_of(corners);
     DoublePlace edges[3];
     Difference distances[3];
     int nearest = 0;
@@ -182,7 +164,6 @@ DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corn
                       (i == nearest || feature_of(corners, edges[i].place.weights) ==
                                            feature_of(corners, edges[nearest].place.weights));
     }
-    distance = distances[nearest];
     edges[nearest].is_certain = is_certain;
     return edges[nearest];
 }

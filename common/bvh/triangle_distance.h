@@ -4,6 +4,7 @@
 #include <gmpxx.h>
 
 #include <array>
+#include <cmath>
 
 #include "common/bvh/exact_closest.h"
 
@@ -21,7 +22,19 @@ struct Difference {
     double most() const { return value + error; }
 };
 /// As p and r are given; q is off by up to `blur` on each axis.
-Difference difference(const dvec3& p, const dvec3& r, const dvec3& q, double blur);
+inline Difference difference(const dvec3& p, const dvec3& r, const dvec3& q, double blur) {
+    Difference result{0, 0};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double across = r[axis] - q[axis];
+        const double from_q = p[axis] - q[axis];
+        const double from_r = p[axis] - r[axis];
+        const double size = std::abs(from_q) + std::abs(from_r);
+        result.value += across * (from_q + from_r);
+        result.error += (kDistanceRounding * std::abs(across) + 2 * blur + 0x1p-90 * size) * size;
+    }
+    result.error += 3 * blur * blur;
+    return result;
+}
 
 /// The closest place of a triangle in doubles.
 struct DoublePlace {
@@ -29,9 +42,11 @@ struct DoublePlace {
     /// True if exact numbers give 0 for the same weights.
     bool is_certain = false;
 };
-/// The place, and its squared distance less that of r.
-DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corners,
-                             Difference& distance);
+/// By squared distances less that of r.
+DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corners);
+
+/// How far places in doubles may be off on an axis.
+double blur_of(const Corners& corners);
 
 /// Corners that have a part in a place, others as the first of them, in order.
 using Feature = std::array<std::array<float, 3>, 3>;

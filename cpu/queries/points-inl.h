@@ -55,20 +55,6 @@ struct PointLanes {
 // Points against nodes and leaves, with the 16 boxes or triangles for lanes: windings and closest
 // triangles. Control flow alone; all arithmetic is the shared text of the rules.
 
-/// Points and triangles, one of each in a lane.
-struct PointTriangles {
-    enum { kPoint = 3 };
-    /// The vertices, and the point.
-    HWY_ALIGN float corners[4][3][kLanes] = {};
-
-    HWY_INLINE void set(int corner, std::size_t lane, const vec3& p) {
-        for (int axis = 0; axis < 3; ++axis) corners[corner][axis][lane] = p[axis];
-    }
-    HWY_INLINE lanes::Float3 get(int corner) const {
-        return {load(corners[corner][0]), load(corners[corner][1]), load(corners[corner][2])};
-    }
-};
-
 // ---- Boxes and triangles
 
 struct BoxLanes {
@@ -217,80 +203,6 @@ HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, std::size_t& lea
         return true;
     });
     return winding;
-}
-
-// ---- Closest triangles
-
-HWY_INLINE void find_closest_in(const Leaf& leaf, const lanes::Float3& p,
-                                ClosestTriangle& closest) {
-    for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
-                                const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
-        const FloatVec most = splat(closest.d2);
-        const BoxLanes boxes = boxes_of(a, b, c);
-        const FloatVec box = lanes::box_distance2(p, boxes.lower, boxes.upper);
-        const Mask near = used & (box <= most);
-        if (none(near)) return;
-        const FloatVec d2 = lanes::triangle_distance2(p, a, b, c);
-        const Mask nearer = near & (d2 <= most);
-        if (none(nearer)) return;
-        HWY_ALIGN float distances2[kLanes];
-        store(d2, distances2);
-        for (std::uint32_t bits = bits_of(nearer); bits != 0; bits &= bits - 1) {
-            const auto i = static_cast<std::uint32_t>(std::countr_zero(bits));
-            const std::uint32_t prim_id = leaf.prim_id[slot_of(i)];
-            if (is_closer(distances2[i], prim_id, closest.d2, closest.prim_id))
-                closest = {distances2[i], prim_id};
-        }
-    });
-}
-
-/// Looks for a triangle that is closer than `closest`. `near_leaf` is a leaf to begin with, in
-/// which the last point had its answer; becomes that of this point. Returns how many others it
-/// visited.
-HWY_NOINLINE inline std::size_t find_closest(const Bvh& bvh, vec3 point, std::uint32_t& near_leaf,
-                                             ClosestTriangle& closest) {
-    const lanes::Float3 p(point);
-    std::size_t leaves = 0;
-    const std::uint32_t first_leaf = near_leaf;
-    if (first_leaf < bvh.leaves.size()) find_closest_in(bvh.leaves[first_leaf], p, closest);
-    const auto near = [&](const Node& node, float* HWY_RESTRICT d2) HWY_ATTR {
-        const auto distance2 = [&](const BoxLanes& boxes) HWY_ATTR {
-            return lanes::box_distance2(p, boxes.lower, boxes.upper);
-        };
-        return slots_within(node, splat(closest.d2), distance2, d2);
-    };
-    for_each_near_leaf(bvh, closest.d2, near, [&](std::uint32_t leaf) HWY_ATTR {
-        if (leaf == first_leaf) return;
-        ++leaves;
-        const std::uint32_t before = closest.prim_id;
-        find_closest_in(bvh.leaves[leaf], p, closest);
-        if (closest.prim_id != before) near_leaf = leaf;
-    });
-    return leaves;
-}
-
-/// Finds all triangles whose squared distance is not above `most_d2`, up to those that fit.
-HWY_NOINLINE inline NearTriangles find_near(const Bvh& bvh, vec3 point, float most_d2) {
-    NearTriangles found;
-    const lanes::Float3 p(point);
-    const FloatVec most = splat(most_d2);
-    const auto is_near = [&](const BoxLanes& boxes) HWY_ATTR {
-        return lanes::box_distance2(p, boxes.lower, boxes.upper) <= most;
-    };
-    const auto met = [&](const Node& node) HWY_ATTR { return slots_of(node, is_near); };
-    for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
-        for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
-                                    const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
-            Mask near = used & is_near(boxes_of(a, b, c));
-            if (none(near)) return;
-            near = near & (lanes::triangle_distance2(p, a, b, c) <= most);
-            for (std::uint32_t bits = bits_of(near); bits != 0; bits &= bits - 1)
-                found.add(
-                    leaf.prim_id[slot_of(static_cast<std::uint32_t>(std::countr_zero(bits)))]);
-        });
-        return found.fit();
-    });
-    return found;
 }
 
 }  // namespace HWY_NAMESPACE

@@ -10,7 +10,7 @@
 #include <hwy/highway.h>
 
 #include "cpu/queries/all_hits-inl.h"
-#include "cpu/queries/closest_bundle-inl.h"
+#include "cpu/queries/closest_search-inl.h"
 #include "cpu/queries/points-inl.h"
 #include "cpu/queries/winding_bundle-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
@@ -136,35 +136,21 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
     });
 }
 
-void answer(const Bvh& bvh, const ClosestQuery& query) {
-    const std::span<const vec3> points = query.points;
-    const std::span<ClosestTriangle> closest = query.closest;
-    const float most_d2 = query.most_d2;
-    std::fill(closest.begin(), closest.end(), ClosestTriangle{most_d2, kNoPrim});
+/// Looks for closer triangles than `closest`, and for rivals if `rivals` is not null.
+void find_closest_triangles(const Bvh& bvh, std::span<const vec3> points,
+                            std::span<ClosestTriangle> closest, Rivals* rivals) {
     std::uint32_t near_leaf = kNoPrim;
-    const auto bundle = [&]([[maybe_unused]] std::size_t first, [[maybe_unused]] std::size_t count,
-                            [[maybe_unused]] std::size_t most_leaves) {
-#if HWY_TARGET != HWY_SCALAR
-        ClosestBundle search(bvh, points.subspan(first, count), most_d2, near_leaf);
-        const bool is_done = search.search(most_leaves);
-        // Those found before it gave up are a beginning.
-        search.store_closest(closest.subspan(first, count));
-        return is_done;
-#else
-        return false;
-#endif
-    };
-    ask_in_bundles(points.size(), bundle, [&](std::size_t first, std::size_t count) {
-        std::size_t leaves = 0;
-        for (std::size_t i = first; i < first + count; ++i)
-            leaves += find_closest(bvh, points[i], near_leaf, closest[i]);
-        return leaves;
-    });
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        ClosestSearch search(points[i], closest[i]);
+        search.search(bvh, near_leaf);
+        closest[i] = search.closest();
+        if (rivals != nullptr) search.append_to(*rivals, bvh);
+    }
 }
 
-void find_near_triangles(const Bvh& bvh, std::span<const vec3> points,
-                         std::span<const float> most_d2, std::span<NearTriangles> near) {
-    for (std::size_t i = 0; i < points.size(); ++i) near[i] = find_near(bvh, points[i], most_d2[i]);
+void answer(const Bvh& bvh, const ClosestQuery& query) {
+    std::ranges::fill(query.closest, ClosestTriangle{query.most_d2, kNoPrim});
+    find_closest_triangles(bvh, query.points, query.closest, nullptr);
 }
 
 void answer_batch(const Bvh& bvh, const QueryBatch& batch) {
@@ -183,17 +169,17 @@ namespace mray::cpu {
 namespace {
 
 HWY_EXPORT(answer_batch);
-HWY_EXPORT(find_near_triangles);
+HWY_EXPORT(find_closest_triangles);
 
 }  // namespace
 
 TreeQueries::TreeQueries(const Bvh& bvh, SimdTarget target)
     : bvh_(&bvh), answer_(SIMD_FUNCTION(answer_batch, target)) {}
 
-void find_near(const Bvh& bvh, SimdTarget target, std::span<const vec3> points,
-               std::span<const float> most_d2, std::span<NearTriangles> near) {
-    assert(points.size() == most_d2.size() && points.size() == near.size());
-    SIMD_FUNCTION(find_near_triangles, target)(bvh, points, most_d2, near);
+void find_rivals(const Bvh& bvh, SimdTarget target, std::span<const vec3> points,
+                 std::span<ClosestTriangle> closest, Rivals& rivals) {
+    assert(points.size() == closest.size());
+    SIMD_FUNCTION(find_closest_triangles, target)(bvh, points, closest, &rivals);
 }
 
 }  // namespace mray::cpu

@@ -1,13 +1,12 @@
 // Queries about all triangles, by the shared layout.
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "common/bvh/bvh.h"
+#include "common/bvh/exact_closest.h"
 #include "common/scene_queries.h"
 #include "common/simd/simd_target.h"
 
@@ -26,28 +25,15 @@ private:
     void (*answer_)(const Bvh&, const QueryBatch&);
 };
 
-/// Some triangles of a tree, in any order.
-class NearTriangles {
-public:
-    void add(std::uint32_t prim_id) {
-        if (count_ < kMost) prim_ids_[count_] = prim_id;
-        ++count_;
-    }
-    /// False if there are too many; prim_ids() then has some of them.
-    bool fit() const { return count_ <= kMost; }
-    std::span<const std::uint32_t> prim_ids() const {
-        return std::span(prim_ids_).first(std::min(count_, kMost));
-    }
-
-private:
-    static constexpr std::size_t kMost = 12;
-    std::array<std::uint32_t, kMost> prim_ids_;
-    std::size_t count_ = 0;
+/// The triangles that may exactly be the closest ones of points, for one point after the other.
+struct Rivals {
+    std::vector<NumberedTriangle> triangles;
+    /// Where those of each point end. A point that has too many gets one with kNoPrim.
+    std::vector<std::uint32_t> ends;
 };
 
-/// Finds for each point, in scene space, the triangles whose squared distance by
-/// triangle_distance2() is at most most_d2[i].
-void find_near(const Bvh& bvh, SimdTarget target, std::span<const vec3> points,
-               std::span<const float> most_d2, std::span<NearTriangles> near);
+/// Looks for closer triangles than `closest`, and for all rivals of those found.
+void find_rivals(const Bvh& bvh, SimdTarget target, std::span<const vec3> points,
+                 std::span<ClosestTriangle> closest, Rivals& rivals);
 
 }  // namespace mray::cpu

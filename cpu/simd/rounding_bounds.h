@@ -13,21 +13,18 @@ inline constexpr float kUnfusedDilation = 0x3p-24f;
 /// Checked: lab/proofs/near.g.
 inline constexpr float kFusedSlabRounding = 0x1.000006p0f;
 
-// ---- Sides of triangles (cpu/queries/triangle_sides-inl.h, lab/proofs/closest.g)
+// ---- Closest triangles (cpu/queries/{nearest_vertex,closest_search}-inl.h, lab/proofs/closest.g)
 
-/// The errors of separations and of the rule, by the largest coordinate; the least, for kTiny.
-inline constexpr float kSideError = 0x1p-18f;
-inline constexpr float kLeastSideError = 0x1p-58f;
-/// The roundings of squares, and of the angles between directions.
-inline constexpr float kSideRounding = 1 + 0x1p-16f;
-inline constexpr float kSideSlant = 0x1p-18f;
-/// More than the squared length of any direction.
-inline constexpr float kLongestDirection2 = 1.5f;
 /// The roundings of the bound by the nearest vertex; its squared error, as a part of that of the
 /// largest coordinate, and the least.
 inline constexpr float kNearestVertexRounding = 1 + 0x1p-14f;
 inline constexpr float kNearestVertexErrorSquare = 0x1p-20f;
 inline constexpr float kLeastNearestVertexErrorSquare = 0x1p-60f;
+
+/// The error of distances by the rule, as a part of that of the farthest corner; it includes the
+/// rounding of the point. And the roundings of the square up to which rivals are looked for.
+inline constexpr float kRuleError = 0x1p-20f;
+inline constexpr float kRivalRounding = 1 + 0x1p-20f;
 
 // ---- Colours (cpu/image/pixel_shader.cpp)
 

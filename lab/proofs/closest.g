@@ -1,31 +1,25 @@
 # Lower bounds of the distances between points and triangles.
 #
-#   bounds       if distance2() is above some d2, or may_be_within() is false for it, the rule gives
-#                more than d2
-#   code         TriangleSides (cpu/queries/triangle_sides-inl.h), triangle_distance2
+#   bounds       if may_be_within() is false for some d2, the rule gives more than d2
+#   code         may_be_within (cpu/queries/nearest_vertex-inl.h), triangle_distance2
 #                (common/interop/closest_rule.h)
-#   constants    kSideError, kLeastSideError, kSideRounding, kSideSlant, kLongestDirection2,
-#                kNearestVertexRounding, kNearestVertexErrorSquare, kLeastNearestVertexErrorSquare
-#   inputs       in units of R, the largest coordinate of vertices plus that of points, both relative
-#                to the centre
+#   constants    kNearestVertexRounding, kNearestVertexErrorSquare, kLeastNearestVertexErrorSquare,
+#                kRuleError, kRivalRounding
+#   inputs       in units of R, the largest coordinate of vertices relative to the point
 #   operations   roundings e by each operation; a sum of three products is off by 3 e of the lengths'
 #                product, fused or not
-#   used by      ClosestBundle (cpu/queries/closest_bundle-inl.h)
+#   used by      ClosestSearch (cpu/queries/closest_search-inl.h)
 #   by hand      The rule's place is a mean of vertices that are off by e R each, and is clamped to
 #                their box, in which the point of the triangle lies as well; components below kTiny =
-#                2^-60 become 0. |v| <= sqrt(3) times its largest component, sqrt(3) < 1.7321, and
-#                directions are shorter than 1.2248 = sqrt(1.5002). Separations s1, s2 that are g larger
-#                make a distance larger by g / sqrt(W + |w1 w2|), also if one of them is 0. For the
-#                nearest vertex, x = L / |w| is at most the rule's distance plus g, and
+#                2^-60 become 0. |v| <= sqrt(3) times its largest component, sqrt(3) < 1.7321. x = L / |w|
+#                is at most the rule's distance plus g, and
 #                (x - g)^2 >= x^2 / (1 + n) - g^2 / n for any n, here 2^-15. No product underflows that
 #                decides: L <= |w|^2 as computed, and limits are at least kLeastNearestVertexErrorSquare.
 #
-# step: kSideError 0.5
-# step: kLeastSideError 0.5
-# step: kSideRounding 0.9999
-# step: kSideSlant 0.05
 # step: kNearestVertexRounding 0.9999
 # step: kNearestVertexErrorSquare 0.1
+# step: kRuleError 0.5
+# step: kRivalRounding 0.999999
 
 ## lemma: a place on an edge, p + d s with a weight that is off by w: 10 e R
 { |e1| <= @kRounding@ /\ |e2| <= @kRounding@ /\ |e3| <= @kRounding@ /\ |w| <= @kRounding@
@@ -48,25 +42,6 @@
 rule = 1.7321 * (10 + 1) * @kRounding@;
 { 19.1 * @kRounding@ - rule >= 0 /\ 0x1p-59 - 1.7321 * 0x1p-60 >= 0 }
 
-# A separation: two sums of products, 3.125 e 1.2248 1.7321 R together; coordinates e 1.2248 1.7321 R;
-# the sum with the error, and the difference, of numbers up to that with R.
-## lemma: what the error leaves: enough for the rule
-e = @kRounding@;
-separation = (3.125 + 1 + 1 + 2 * 1.01) * 1.2248 * 1.7321 * e;
-left = @kSideError@ * (1 - 8 * e) - separation * (1 + 64 * e);
-{ left - 1.7351 * 19.1 * e * (1 + 64 * e) >= 0
-  /\ @kLeastSideError@ * (1 - 8 * e) - 1.7351 * 0x1p-59 >= 0
-  /\ 1.7351 * 1.7351 - 2 * 1.5002 >= 0
-  /\ 1.5002 - @kLongestDirection2@ * (1 + 8 * e) >= 0
-  /\ 1.2248 * 1.2248 - @kLongestDirection2@ * (1 + 8 * e) >= 0 }
-
-# Squares and their sum, the product with the scale, its division and its own parts, and the square of
-# the rule's distance: 16 roundings at most. Lengths are off by 3.125 e of 1.5, slants by that.
-## lemma: the scale is small enough for all roundings
-e = @kRounding@;
-{ @kSideRounding@ * (1 - 4 * e) - (1 + 3.125 * e) * (1 + 24 * e) >= 0
-  /\ @kSideSlant@ * (1 - 4 * e) - 3.125 * 1.5002 * e * (1 + 64 * e) >= 0 }
-
 # The nearest vertex: coordinates, 2.125 e a component; sums of products, 3.125 e.
 ## lemma: g, and its square with that of 2^-59 twice
 e = @kRounding@;
@@ -79,3 +54,15 @@ n = 0x1p-15;
 { @kNearestVertexRounding@ * (1 - 24 * e) - (1 + n) >= 0
   /\ @kNearestVertexErrorSquare@ * (1 - 24 * e) * n - 2 * 28.3 * e * 28.3 * e * (1 + n) >= 0
   /\ @kLeastNearestVertexErrorSquare@ * (1 - 24 * e) * n - 2 * 0x1p-118 * (1 + n) >= 0 }
+
+# Rivals: R is at most |p| + kSceneExtent. kRuleError of 1.75 times that is for distances that are too
+# small, and the same again for those that are too large, which are measured ("Distances"), and for the
+# rounding of the point.
+## lemma: the error of distances that are too small, also where it is rounded
+e = @kRounding@;
+{ @kRuleError@ * 1.75 * (1 - 8 * e) - 19.1 * e * (1 + 64 * e) - 0x1p-59 >= 0 }
+
+# A root, a sum and its square, and the product: 6 roundings.
+## lemma: the square is large enough
+e = @kRounding@;
+{ @kRivalRounding@ * (1 - 8 * e) - 1 >= 0 }

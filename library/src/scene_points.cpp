@@ -70,6 +70,11 @@ float to_world_distance(double distance, double scale) {
     return static_cast<float>(std::min(distance * scale, kLargest));
 }
 
+/// Whether tracers find the closest triangle of a point.
+bool is_within(const mray::dvec3& p) {
+    return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= detail::kMostPoint;
+}
+
 /// Points in scene space; those that are not finite have is_finite 0 and some place.
 struct ScenePoints {
     std::vector<mray::vec3> points;
@@ -89,11 +94,6 @@ struct ScenePoints {
             if (is_finite[i] != 0) space.to_scene(p, exact[i], points[i]);
         }
         sort(by);
-    }
-    /// Whether tracers find the closest triangle of a point.
-    bool is_within(std::size_t i) const {
-        const mray::dvec3& p = exact[i];
-        return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= detail::kMostPoint;
     }
     void sort(PointOrder by) {
         if (points.size() > kFewPoints) order = detail::order_points(points, by);
@@ -166,84 +166,71 @@ float most_d2(const SceneImpl& scene, float max_distance) {
     return static_cast<float>(std::min(most * most * (1 + 0x1p-20), double{mray::kAnyDistance2}));
 }
 
-mray::Corners corners_of(const SceneImpl& scene, std::uint32_t prim_id) {
-    const mray::uvec3& t = scene.meshes.topology().triangles[prim_id];
-    const auto positions = scene.pose.positions();
-    return {positions[t.x], positions[t.y], positions[t.z]};
+/// The exactly closest triangle, with kNoPrim if there is none. `rivals` has all that it may be if
+/// p is within.
+mray::NumberedTriangle closest_triangle(SceneImpl& scene, const mray::dvec3& p,
+                                        std::span<const mray::NumberedTriangle> rivals) {
+    if (!is_within(p)) return mray::exact_closest(scene.tree(), p);
+    if (rivals.empty()) return {mray::kNoPrim, {}};
+    const bool are_too_many = rivals.front().prim_id == mray::kNoPrim;
+    return are_too_many ? mray::exact_closest(scene.tree(), p) : mray::exact_closest(p, rivals);
 }
 
-/// The closest triangles of `run`, the points index(i): by the rule, or exactly if not within.
-template <class Index>
-void find_closest_triangles(SceneImpl& scene, const ScenePoints& asked,
-                            std::span<const mray::vec3> run, Index index, float most,
-                            std::span<PlacedTriangle> placed) {
-    std::vector<mray::ClosestTriangle> found(run.size());
-    scene.tracer->query(mray::ClosestQuery{run, most, found});
-    for (std::size_t i = 0; i < run.size(); ++i) {
-        placed[i].prim_id = found[i].prim_id;
-        placed[i].distance = std::sqrt(double{found[i].d2});
-        if (asked.is_within(index(i))) continue;
-        const mray::dvec3& p = asked.exact[index(i)];
-        placed[i].prim_id = mray::exact_closest(scene.tree(), p);
-        if (placed[i].prim_id == mray::kNoPrim) continue;
-        const mray::ExactPlace place = mray::exact_place(p, corners_of(scene, placed[i].prim_id));
-        placed[i].distance = glm::distance(place.point, p);
-    }
-}
-
-/// At least the squared distance, by the rule, of all triangles that may be the closest one if the
-/// rule has found one at `distance`: it is off by kRuleError of that of the farthest corner, which
-/// includes the rounding of p.
-float most_d2_of_closest(const mray::dvec3& p, double distance) {
-    constexpr double kRuleError = 0x1p-20;
-    const double size = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-    const double farthest = 1.75 * (size + double{mray::kSceneExtent});
-    const double most = distance + 2 * kRuleError * farthest;
-    return static_cast<float>(most * most * (1 + 0x1p-20));
-}
-
-/// The closest triangle of p, exactly, where `guess` is that of the rule and `near` has all that
-/// may be closer, unless there are too many.
-std::uint32_t decide(SceneImpl& scene, const mray::dvec3& p, std::uint32_t guess,
-                     const mray::cpu::NearTriangles& near) {
-    if (!near.fit()) return mray::exact_closest(scene.tree(), p);
-    if (near.prim_ids().size() < 2) return guess;
-    std::vector<mray::NumberedTriangle> triangles;
-    for (const std::uint32_t prim_id : near.prim_ids())
-        triangles.push_back({prim_id, corners_of(scene, prim_id)});
-    return mray::exact_closest(p, triangles);
-}
-
-/// Sets the place of a triangle that is the closest one to p.
-void set_place(const SceneImpl& scene, const mray::dvec3& p, PlacedTriangle& placed) {
-    const mray::ExactPlace place = mray::exact_place(p, corners_of(scene, placed.prim_id));
+/// The place on a triangle that is the closest one to p, and its distance as the rule gives it.
+PlacedTriangle place_on(const mray::NumberedTriangle& triangle, const mray::dvec3& p,
+                        double distance) {
+    const mray::ExactPlace place = mray::exact_place(p, triangle.corners);
     const auto& [first, second, third] = place.weights;
-    placed.feature = feature_of(static_cast<int>(std::ranges::count(place.weights, 0.0)));
-    placed.point = place.point;
-    placed.u = static_cast<float>(second);
-    placed.v = static_cast<float>(third);
+    PlacedTriangle placed{
+        .prim_id = triangle.prim_id,
+        .point = place.point,
+        .distance = is_within(p) ? distance : glm::distance(place.point, p),
+        .u = static_cast<float>(second),
+        .v = static_cast<float>(third),
+        .feature = feature_of(static_cast<int>(std::ranges::count(place.weights, 0.0)))};
     // On an edge without the first corner their sum is 1 in floats, too.
     if (first == 0) (second < third ? placed.v : placed.u) = 1.0f - std::min(placed.u, placed.v);
+    return placed;
 }
 
-/// find_closest_triangles(), then exactly which of them is the closest, and the places.
+/// The exactly closest triangles of `run`, the points index(i), and the places on them.
 template <class Index>
 void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mray::vec3> run,
                  Index index, float most, std::span<PlacedTriangle> placed) {
-    find_closest_triangles(scene, asked, run, index, most, placed);
-    std::vector<float> most_d2(run.size(), -1.0f);
+    std::vector<mray::ClosestTriangle> found(run.size(), {most, mray::kNoPrim});
+    // A tracer over the same tree would do no more than find_rivals().
+    if (scene.tracer->host_tree() == nullptr)
+        scene.tracer->query(mray::ClosestQuery{run, most, found});
+    mray::cpu::Rivals rivals;
+    mray::cpu::find_rivals(scene.tree(), scene.target(), run, found, rivals);
+    std::vector<mray::dvec3> exact(run.size());
+    for (std::size_t i = 0; i < run.size(); ++i) exact[i] = asked.exact[index(i)];
+    std::size_t first = 0;
     for (std::size_t i = 0; i < run.size(); ++i) {
-        const bool is_open = placed[i].prim_id != mray::kNoPrim && asked.is_within(index(i));
-        if (is_open) most_d2[i] = most_d2_of_closest(asked.exact[index(i)], placed[i].distance);
+        const auto own = std::span(rivals.triangles).subspan(first, rivals.ends[i] - first);
+        first = rivals.ends[i];
+        const mray::NumberedTriangle closest = closest_triangle(scene, exact[i], own);
+        if (closest.prim_id != mray::kNoPrim)
+            placed[i] = place_on(closest, exact[i], std::sqrt(double{found[i].d2}));
     }
-    std::vector<mray::cpu::NearTriangles> near(run.size());
-    mray::cpu::find_near(scene.tree(), scene.target(), run, most_d2, near);
+}
+
+/// The distances of the closest triangles of `run`; a negative one if there is none.
+template <class Index>
+void find_distances(SceneImpl& scene, const ScenePoints& asked, std::span<const mray::vec3> run,
+                    Index index, float most, std::span<double> distances) {
+    std::vector<mray::ClosestTriangle> found(run.size());
+    scene.tracer->query(mray::ClosestQuery{run, most, found});
     for (std::size_t i = 0; i < run.size(); ++i) {
-        PlacedTriangle& to = placed[i];
-        if (to.prim_id == mray::kNoPrim) continue;
         const mray::dvec3& p = asked.exact[index(i)];
-        if (asked.is_within(index(i))) to.prim_id = decide(scene, p, to.prim_id, near[i]);
-        set_place(scene, p, to);
+        if (is_within(p)) {
+            distances[i] = found[i].prim_id != mray::kNoPrim ? std::sqrt(double{found[i].d2}) : -1;
+            continue;
+        }
+        const mray::NumberedTriangle closest = closest_triangle(scene, p, {});
+        distances[i] = closest.prim_id != mray::kNoPrim
+                           ? glm::distance(mray::exact_place(p, closest.corners).point, p)
+                           : -1;
     }
 }
 
@@ -323,14 +310,13 @@ void Scene::signed_distance(std::span<const Vec3> points, std::span<float> dista
                     asked.is_finite[i] != 0 ? kInfinity : std::numeric_limits<float>::quiet_NaN();
             }
             const auto find = [&](auto run, auto found, auto index) {
-                find_closest_triangles(scene, asked, run, index, most, found);
+                find_distances(scene, asked, run, index, most, found);
             };
-            ask_points<PlacedTriangle>(
-                scene, asked, options, find, [&](std::size_t i, const PlacedTriangle& found) {
-                    if (found.prim_id == mray::kNoPrim) return;
-                    const float distance = to_world_distance(found.distance, scale);
-                    if (distance <= max_distance) answers[i] = distance;
-                });
+            ask_points<double>(scene, asked, options, find, [&](std::size_t i, double found) {
+                if (found < 0) return;
+                const float distance = to_world_distance(found, scale);
+                if (distance <= max_distance) answers[i] = distance;
+            });
             asked.sort(PointOrder::columns);
             wind(scene, part, asked, options, [&](std::size_t i, const PointWinding& winding) {
                 if (winding.is_on_surface) {

@@ -135,9 +135,9 @@ TEST(ExactClosest, IsTheLowestOfTheClosestTrianglesFromAnyDistance) {
                 places.push_back(closest_place(p, mesh.corners(k)));
             const auto expected =
                 std::ranges::min_element(places, {}, &Place::distance2) - places.begin();
-            const std::uint32_t found = exact_closest(bvh, p);
+            const std::uint32_t found = exact_closest(bvh, p).prim_id;
             ASSERT_EQ(found, expected) << i;
-            ASSERT_EQ(exact_closest(p, all), found) << i;
+            ASSERT_EQ(exact_closest(p, all).prim_id, found) << i;
             const Place& place = places[found];
             const ExactPlace own = exact_place(p, mesh.corners(found));
             ASSERT_EQ(own.weights[0] == 0, place.v + place.w == 1) << i;

@@ -6,9 +6,12 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
+#include "common/bvh/exact_closest.h"
 #include "common/interop/arithmetic.h"
 #include "cpu/reference/brute_tracer.h"
 #include "tests/support/mixed_points.h"
@@ -88,6 +91,49 @@ TEST(TreeQueries, AnswerAboutPointsNearEachOtherAsBruteForceOnEveryTarget) {
                 std::vector<ClosestTriangle> found(points.size());
                 cpu::TreeQueries(bvh, target)(ClosestQuery{points, most_d2, found});
                 EXPECT_TRUE(found == expected) << named.name << ", " << target.name;
+            }
+        }
+    }
+}
+
+/// Expects that rivals of points have the triangles that are exactly closest.
+void expect_closest_among(const cpu::Rivals& rivals, const std::vector<vec3>& points,
+                          const std::vector<std::uint32_t>& closest) {
+    ASSERT_EQ(rivals.ends.size(), points.size());
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const auto own = std::span(rivals.triangles).subspan(first, rivals.ends[i] - first);
+        first = rivals.ends[i];
+        ASSERT_EQ(own.empty(), closest[i] == kNoPrim) << i;
+        if (own.empty() || own.front().prim_id == kNoPrim) continue;
+        ASSERT_EQ(exact_closest(dvec3(points[i]), own).prim_id, closest[i]) << i;
+    }
+}
+
+TEST(TreeQueries, FindTheExactlyClosestTriangleAmongRivalsOnEveryTarget) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const cpu::BruteTracer brute(scene.topology(), scene.positions());
+        // In bundles, and one by one.
+        for (const std::size_t groups : {std::size_t{20}, std::size_t{6}}) {
+            const std::vector<vec3> points = grouped_points(scene, groups);
+            std::vector<ClosestTriangle> expected(points.size());
+            brute(ClosestQuery{points, kAnyDistance2, expected});
+            std::vector<std::uint32_t> closest;
+            for (const vec3& p : points) closest.push_back(exact_closest(bvh, dvec3(p)).prim_id);
+            for (const SimdTarget& target : supported_simd_targets()) {
+                SCOPED_TRACE(std::string(named.name) + ", " + target.name);
+                std::vector<ClosestTriangle> found(points.size(), {kAnyDistance2, kNoPrim});
+                cpu::Rivals rivals;
+                cpu::find_rivals(bvh, target, points, found, rivals);
+                EXPECT_TRUE(found == expected);
+                expect_closest_among(rivals, points, closest);
+                // Where a device has found them.
+                cpu::Rivals again;
+                cpu::find_rivals(bvh, target, points, found, again);
+                EXPECT_TRUE(found == expected);
+                expect_closest_among(again, points, closest);
             }
         }
     }
