@@ -98,6 +98,23 @@ private:
     char error_[128] = {};
 };
 
+/// Returns true if a chunk claims more bytes than the file has, which libpng would allocate.
+bool is_cut(std::string_view bytes) {
+    constexpr std::size_t kSignature = 8;
+    constexpr std::size_t kFrame = 12;  // length, type, checksum
+    for (std::size_t at = kSignature; at < bytes.size();) {
+        const std::string_view rest = bytes.substr(at);
+        if (rest.size() < kFrame) return true;
+        std::uint32_t length = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+            length = length << 8 | static_cast<unsigned char>(rest[i]);
+        if (length > rest.size() - kFrame) return true;
+        if (rest.substr(4, 4) == "IEND") return false;
+        at += kFrame + length;
+    }
+    return true;
+}
+
 [[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
     throw Error(ErrorKind::kBadInput,
                 "{}: is not a PNG file that can be read ({}); give another file", escape(path),
@@ -110,6 +127,7 @@ bool is_png(std::string_view bytes) { return bytes.starts_with("\x89PNG"); }
 
 PngFile decode_png(const std::string& bytes, const std::filesystem::path& path,
                    const ImageLimits& limits) {
+    if (is_png(bytes) && is_cut(bytes)) refuse(path, "it ends too early");
     PngReader reader(bytes);
     if (!reader.read_head()) refuse(path, reader.error());
     Image image{reader.width(), reader.height(), {}};
