@@ -198,8 +198,8 @@ template <class Index>
 void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mray::vec3> run,
                  Index index, float most, std::span<PlacedTriangle> placed) {
     std::vector<mray::ClosestTriangle> found(run.size(), {most, mray::kNoPrim});
-    // A tracer over the same tree would do no more than find_rivals().
-    if (scene.tracer->host_tree() == nullptr)
+    // The CPU's tracer would walk the same tree as find_rivals().
+    if (scene.device.name() != "cpu")
         scene.tracer->query(mray::ClosestQuery{run, most, found});
     mray::cpu::Rivals rivals;
     mray::cpu::find_rivals(scene.tree(), scene.target(), run, found, rivals);
