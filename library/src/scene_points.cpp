@@ -199,8 +199,7 @@ void find_places(SceneImpl& scene, const ScenePoints& asked, std::span<const mra
                  Index index, float most, std::span<PlacedTriangle> placed) {
     std::vector<mray::ClosestTriangle> found(run.size(), {most, mray::kNoPrim});
     // The CPU's tracer would walk the same tree as find_rivals().
-    if (scene.device.name() != "cpu")
-        scene.tracer->query(mray::ClosestQuery{run, most, found});
+    if (scene.device.name() != "cpu") scene.tracer->query(mray::ClosestQuery{run, most, found});
     mray::cpu::Rivals rivals;
     mray::cpu::find_rivals(scene.tree(), scene.target(), run, found, rivals);
     std::vector<mray::dvec3> exact(run.size());
