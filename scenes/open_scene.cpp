@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <ranges>
 #include <string_view>
 #include <system_error>
 
@@ -23,8 +22,11 @@ namespace fs = std::filesystem;
 constexpr std::string_view kBuiltinPrefix = "builtin:";
 
 std::string builtin_names() {
-    const auto names = procedural_scenes() | std::views::transform(&ProceduralScene::name);
-    return fmt::format("{}", fmt::join(names, ", "));
+    std::string names;
+    for (const ProceduralScene& scene : procedural_scenes()) {
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", scene.name);
+    }
+    return names;
 }
 
 std::unique_ptr<Animation> open_builtin(const std::string& spec) {

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <ranges>
 #include <span>
 #include <string>
 #include <string_view>
@@ -24,7 +23,12 @@ struct Choice {
 
 template <class T>
 std::string names_of(std::span<const Choice<T>> choices) {
-    return fmt::format("{}", fmt::join(choices | std::views::transform(&Choice<T>::name), "|"));
+    std::string names;
+    for (const Choice<T>& choice : choices) {
+        if (!names.empty()) names += '|';
+        names += choice.name;
+    }
+    return names;
 }
 
 template <class T>

@@ -6,7 +6,6 @@
 #include <iterator>
 #include <map>
 #include <mutex>
-#include <ranges>
 #include <utility>
 
 #include "scenes/mesh/mesh_file.h"
@@ -170,10 +169,15 @@ private:
 
     /// The last keyframe at or before a frame of the animation.
     std::size_t at_or_before(double frame) const {
-        const auto later = std::views::iota(std::size_t{1}, source_->count());
-        const auto end = std::ranges::upper_bound(
-            later, frame, {}, [&](std::size_t keyframe) { return source_->frame(keyframe); });
-        return static_cast<std::size_t>(end - later.begin());
+        std::size_t first = 0;
+        std::size_t count = source_->count();
+        while (count > 1) {
+            const std::size_t half = count / 2;
+            const bool is_later = source_->frame(first + half) > frame;
+            if (!is_later) first += half;
+            count = is_later ? half : count - half;
+        }
+        return first;
     }
 
     KeyframeBlend blend_at(double frame) const {
