@@ -17,8 +17,9 @@ std::unique_ptr<Animation> open_animation(const SourceOptions& source, const Mes
 
 inline constexpr std::size_t kMaxFrames = 1'000'000;
 
-/// Parses `A`, `A..B` or `A..B:STEP`, or several of them with commas between in increasing order. A
-/// frame within 1e-9 of a step of B becomes exactly B. Throws Error(kBadArgument).
+/// Parses `A`, `A..B` or `A..B:STEP`, with A <= B and STEP > 0 (1), or several of them with commas
+/// between in increasing order, at most kMaxFrames. A frame within 1e-9 of a step of B becomes B.
+/// Throws Error(kBadArgument) for any other text.
 std::vector<double> parse_frame_range(const std::string& text);
 
 enum class DefaultFrames { kAll, kFew };

@@ -123,7 +123,7 @@ struct ProfileOptions {
     ViewSpec view = {};
     BackendOptions backend = {};
     TreeOptions tree = {};
-    /// The median of so many runs counts; without a value of 10, or 5 of policies.
+    /// The number of runs whose median is reported: without a value 10, or 5 for policies.
     std::optional<int> repeat = {};
     /// Without policies to compare the times of the stages are reported.
     std::vector<PolicySpec> policies = {};

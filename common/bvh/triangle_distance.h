@@ -42,10 +42,11 @@ struct DoublePlace {
     /// True if exact numbers give 0 for the same weights.
     bool is_certain = false;
 };
-/// By squared distances less that of r.
+/// Finds the place on a triangle that is the closest one to p. Squared distances are compared after
+/// that of the nearby point r is subtracted, which keeps their digits.
 DoublePlace place_in_doubles(const dvec3& p, const dvec3& r, const Corners& corners);
 
-/// How far places in doubles may be off on an axis.
+/// The most by which a coordinate of a place in doubles differs from the exact one.
 double blur_of(const Corners& corners);
 
 /// Corners that have a part in a place, others as the first of them, in order.

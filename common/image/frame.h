@@ -22,8 +22,8 @@ struct Frame {
     std::vector<std::uint32_t> pixels;
     /// Whether a backend fills `pixels`; else they are empty. Set by the caller.
     bool with_pixels = true;
-    /// Whether a backend must fill `hits` and `occlusion`; a device leaves them empty otherwise,
-    /// which spares a copy. Set by the caller.
+    /// If it is false, a device leaves `hits` and `occlusion` empty and saves a copy. Set by the
+    /// caller.
     bool with_hits = true;
     /// True if `hits` has the hits of these camera rays, so that the CPU does not trace them again.
     /// Set by the caller.

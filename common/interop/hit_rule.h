@@ -294,14 +294,13 @@ SHARED Bool may_hit_triangle(ShearedRay s, Float3 a, Float3 b, Float3 c) {
     return may_be_inside(fast_edges(project_fast(s, a), project_fast(s, b), project_fast(s, c)));
 }
 
-/// Whether a hit at t counts for a ray from tnear to tfar: t = tnear and t = tfar do, t = 0 does
-/// not.
+/// A hit counts if t > 0 and tnear <= t <= tfar.
 SHARED Bool is_in_range(Float t, Float tnear, Float tfar) {
     return t > 0.0f && t >= tnear && t <= tfar;
 }
 
-/// Whether a hit is closer than the closest so far: nearer, or as near with a smaller id. Before
-/// the first hit the closest is (tfar, kNoPrim).
+/// Whether a hit has a smaller t than the closest one so far, or the same t and a smaller prim_id.
+/// A search begins with (tfar, kNoPrim) as the closest.
 SHARED Bool is_closer(Float t, Uint prim_id, Float closest_t, Uint closest_prim) {
     return t < closest_t || (t == closest_t && prim_id < closest_prim);
 }

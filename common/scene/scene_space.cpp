@@ -9,16 +9,11 @@
 
 #include "common/base/errors.h"
 #include "common/interop/arithmetic.h"
+#include "common/scene/view_axes.h"
 
 namespace mray {
 
-using glm::dvec3;
-
 namespace {
-
-bool finite(const dvec3& p) {
-    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
 
 double largest_of(const dvec3& v) {
     return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
@@ -95,7 +90,7 @@ void WorldBounds::extend(const WorldBounds& other) {
 WorldBounds bounds_of(std::span<const vec3> points) {
     WorldBounds bounds;
     for (const vec3 p : points)
-        if (finite(p)) bounds.extend({p, p});
+        if (all_finite(p)) bounds.extend({p, p});
     return bounds;
 }
 
@@ -118,7 +113,7 @@ SceneSpace::SceneSpace(const WorldBounds& bounds) {
 }
 
 vec3 SceneSpace::to_scene(vec3 world) const {
-    if (!finite(world)) return {kInvalidCoordinate, kInvalidCoordinate, kInvalidCoordinate};
+    if (!all_finite(world)) return {kInvalidCoordinate, kInvalidCoordinate, kInvalidCoordinate};
     vec3 scene;
     for (int axis = 0; axis < 3; ++axis) {
         // Exact: floats and the scale of their extent are within 2^+-170.
@@ -167,7 +162,7 @@ SceneSpace space_of_frame(const WorldBounds& reference, const WorldBounds& frame
 
 SceneRay to_scene(const SceneSpace& space, const WorldRay& world) {
     SceneRay result;
-    if (!finite(world.org) || !finite(world.dir)) return result;
+    if (!all_finite(world.org) || !all_finite(world.dir)) return result;
     const double largest = largest_of(world.dir);
     if (largest == 0 || !(world.tnear <= world.tfar) || !(world.tfar >= 0)) return result;
     int dir_exponent = std::ilogb(largest);

@@ -1,4 +1,4 @@
-// Directions and axes of views, for framing.cpp and camera_setup.cpp.
+// Directions and axes of views.
 #pragma once
 
 #include <algorithm>

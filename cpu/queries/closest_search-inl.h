@@ -84,8 +84,8 @@ public:
         set_most();
     }
 
-    /// Visits the leaf `near_leaf` first, in which the last point had its answer; it becomes that
-    /// of this point.
+    /// Visits the leaf `near_leaf` first. It is the leaf of the answer for the point before, and
+    /// becomes that of the answer for this point.
     HWY_INLINE void search(const Bvh& bvh, std::uint32_t& near_leaf) {
         const std::uint32_t first_leaf = near_leaf;
         if (first_leaf < bvh.leaves.size()) search_leaf(bvh, first_leaf);

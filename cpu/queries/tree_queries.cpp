@@ -78,40 +78,24 @@ private:
     std::size_t next_wait_ = kFirstWait;
 };
 
-/// Calls bundle(first, count, most_leaves) for up to kLanes points of [0, total), which returns
-/// whether it has answers, and each(first, count) for those without, which returns the leaves that
-/// it has visited.
-template <class Bundle, class Each>
-HWY_INLINE void ask_in_bundles(std::size_t total, Bundle bundle, Each each) {
-    // Calls about fewer points come in any order, and their bundles would be wide.
-    constexpr std::size_t kManyPoints = 256;
-    if (HWY_TARGET == HWY_SCALAR || total < kManyPoints) {
-        each(0, total);
-        return;
-    }
-    BundleChoice choice;
-    for (std::size_t first = 0; first < total; first += kLanes) {
-        const std::size_t count = std::min<std::size_t>(kLanes, total - first);
-        if (choice.tries()) {
-            if (bundle(first, count, choice.most_leaves())) {
-                choice.succeeded();
-                continue;
-            }
-            choice.gave_up();
-        }
-        choice.add(count, each(first, count));
-    }
-}
-
 void answer(const Bvh& bvh, const WindingQuery& query) {
     const std::span<const vec3> points = query.points;
     std::vector<UncertainCrossing>& uncertain = query.uncertain;
     const auto add_uncertain = [&](std::size_t point, std::uint32_t prim_id) {
         uncertain.push_back({static_cast<std::uint32_t>(point), prim_id});
     };
-    const auto bundle = [&]([[maybe_unused]] std::size_t first, [[maybe_unused]] std::size_t count,
-                            [[maybe_unused]] std::size_t most_leaves) {
+    // Returns the number of leaves visited.
+    const auto ask_one_by_one = [&](std::size_t first, std::size_t count) {
+        std::size_t leaves = 0;
+        for (std::size_t i = first; i < first + count; ++i) {
+            query.windings[i] = wind_around(
+                bvh, points[i], leaves, [&](std::uint32_t prim_id) { add_uncertain(i, prim_id); });
+        }
+        return leaves;
+    };
 #if HWY_TARGET != HWY_SCALAR
+    // Returns false for a bundle that was given up.
+    const auto ask_together = [&](std::size_t first, std::size_t count, std::size_t most_leaves) {
         vec3 clipped[kLanes];
         for (std::size_t i = 0; i < count; ++i) clipped[i] = clipped_point(points[first + i]);
         const std::size_t before = uncertain.size();
@@ -123,17 +107,27 @@ void answer(const Bvh& bvh, const WindingQuery& query) {
             return true;
         }
         uncertain.resize(before);
-#endif
         return false;
     };
-    ask_in_bundles(points.size(), bundle, [&](std::size_t first, std::size_t count) {
-        std::size_t leaves = 0;
-        for (std::size_t i = first; i < first + count; ++i) {
-            query.windings[i] = wind_around(
-                bvh, points[i], leaves, [&](std::uint32_t prim_id) { add_uncertain(i, prim_id); });
+    // Calls about fewer points come in any order, and their bundles would be wide.
+    constexpr std::size_t kManyPoints = 256;
+    if (points.size() >= kManyPoints) {
+        BundleChoice choice;
+        for (std::size_t first = 0; first < points.size(); first += kLanes) {
+            const std::size_t count = std::min<std::size_t>(kLanes, points.size() - first);
+            if (choice.tries()) {
+                if (ask_together(first, count, choice.most_leaves())) {
+                    choice.succeeded();
+                    continue;
+                }
+                choice.gave_up();
+            }
+            choice.add(count, ask_one_by_one(first, count));
         }
-        return leaves;
-    });
+        return;
+    }
+#endif
+    ask_one_by_one(0, points.size());
 }
 
 /// Looks for closer triangles than `closest`, and for rivals if `rivals` is not null.

@@ -28,7 +28,8 @@ inline constexpr float kRivalRounding = 1 + 0x1p-20f;
 
 // ---- Colours (cpu/image/pixel_shader.cpp)
 
-/// How far from the middle of two channels a square root must be to round as encode_channel() does.
+/// Scaled square roots at least this far from the middle between two 8-bit numbers are rounded to
+/// the number that encode_channel() gives.
 /// Checked: lab/proofs/reciprocals.cpp.
 inline constexpr float kRootMargin = 0x1p-12f;
 

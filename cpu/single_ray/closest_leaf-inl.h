@@ -64,7 +64,6 @@ struct ProjectedLeaf {
     FloatVec bound;
 
     HWY_INLINE lanes::Float3 operator[](std::uint32_t i) const { return {x[i], y[i], z[i]}; }
-    HWY_INLINE FloatVec size(std::uint32_t i) const { return abs(x[i]) + abs(y[i]); }
 };
 
 /// project_vertices() by the coordinates of a vertex with rotated axes, rotated(xyz).
@@ -74,13 +73,13 @@ HWY_INLINE FloatVec project_rotated_vertices(const Leaf& leaf, std::uint32_t cou
     FloatVec size = zero();
     for (std::uint32_t i = 0; i < count; ++i) {
         project(rotated(&leaf.vertex[i].x), i);
-        size = max(size, out.size(i));
+        size = max(size, lanes::projected_size(out[i]));
     }
     return size;
 }
 
-/// Calls project(v, i), which sets vertex i of `out`, for the first `count` vertices, with the axes
-/// of v rotated for the rays from `first` on. Returns the largest |x| + |y|.
+/// Calls project(v, i) for the first `count` vertices v of a leaf, after their axes were rotated
+/// for the rays from `first` on. It must set vertex i of `out`. Returns the largest |x| + |y|.
 template <class Project>
 HWY_INLINE FloatVec project_vertices(const RayStream& stream, std::size_t first, const Leaf& leaf,
                                      std::uint32_t count, Project project,

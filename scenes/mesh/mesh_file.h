@@ -60,13 +60,15 @@ struct FileMesh {
 };
 
 /// Reads positions, faces, normals for FileMesh::smooth alone, and from material libraries diffuse
-/// colours and the names of textures. Keeps degenerate faces. Throws Error: kBadInput with file and
-/// line, kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its options.
+/// colours and the names of textures. Faces whose texture is missing have their colour alone, with
+/// a warning. Keeps degenerate faces. Throws Error: kBadInput with file and line, kLimit (4 GiB,
+/// 2^28 triangles). Thread-safe if each call has its options.
 FileMesh read_obj(const std::filesystem::path& path, const MeshFileOptions& options = {});
 
 /// Reads a PLY file (Greg Turk, "The PLY Polygon File Format", 1994), in text or binary with either
 /// order of bytes. Integer colours are those of images, whose squares are linear; others are
-/// linear. Throws Error: kBadInput with the line or the byte, kLimit. Thread-safe as read_obj().
+/// linear. Vertices with equal positions and normals are smooth together. Throws Error: kBadInput
+/// with the line or the byte, kLimit. Thread-safe as read_obj().
 FileMesh read_ply(const std::filesystem::path& path, const MeshFileOptions& options = {});
 
 /// Whether the name ends with .obj or .ply, in letters of either case.

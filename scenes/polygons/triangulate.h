@@ -18,8 +18,9 @@ struct Polygons {
 };
 
 /// Returns the triangles of all faces in their order, n - 2 for n corners, with their winding: a
-/// fan if that covers the face, otherwise ears of its projection along its normal. Appends their
-/// indices in Polygons::corners to `corners_of_triangles`, if it is not null.
+/// fan if that covers the face, otherwise ears of its projection along its normal. A face without
+/// a correct triangulation (no area, crossing edges) gets some n - 2 triangles of its corners.
+/// Appends their indices in Polygons::corners to `corners_of_triangles`, if it is not null.
 std::vector<uvec3> triangulate(const Polygons& faces, std::span<const vec3> positions,
                                std::vector<uvec3>* corners_of_triangles = nullptr);
 

@@ -43,7 +43,8 @@ std::vector<PngText> image_texts(const ImageOptions& options, double frame,
                                  std::uint64_t scene_hash, const morphray::Image& image);
 
 /// Returns true if an earlier PNG file is whole and names this version, these options and this
-/// scene. Else `reason` says why; it is empty if there is no file.
+/// scene, and the OpenEXR file, if wanted, exists. Else `reason` says why; it is empty if there is
+/// no file.
 bool is_kept(const RenderOptions& options, const std::filesystem::path& folder,
              const FrameTask& task, std::uint64_t scene_hash, std::string& reason);
 

@@ -14,9 +14,9 @@
 namespace mray {
 
 /// The box and the id of a triangle (or of a part of a tree, see build_binary_tree), as eight
-/// floats: lower x y z, id, -upper x y z, 0. The union of two boxes is then one minimum. The bits
-/// of the id are those of a float in [2, 2^33), so that no arithmetic on whole registers meets a
-/// denormal or a NaN.
+/// floats: lower x y z, id, -upper x y z, 0. The union of two boxes is then one minimum. The id
+/// is stored as the bits of a float in [2, 2^33). So arithmetic on all eight floats at once is
+/// never slowed down by a denormal number or a NaN.
 struct alignas(32) PrimRef {
     float planes[8];
 

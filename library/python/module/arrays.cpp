@@ -1,7 +1,5 @@
 #include "library/python/module/arrays.h"
 
-#include <pybind11/eval.h>
-
 #include <algorithm>
 #include <functional>
 #include <utility>
@@ -127,17 +125,6 @@ std::vector<std::uint32_t> packed_colours(const py::array& array, std::uint32_t 
     return colours;
 }
 
-py::dtype dtype_of(const std::string& fields) {
-    const py::module_ numpy = py::module_::import("numpy");
-    return py::reinterpret_borrow<py::dtype>(numpy.attr("dtype")(py::eval(fields)));
-}
-
-py::dtype closest_dtype_of(const std::string& number) {
-    return dtype_of("[('point', '" + number +
-                    "', (3,)), ('distance', 'f4'), ('u', 'f4'), ('v', 'f4'), ('prim_id', 'u4'), "
-                    "('geom_id', 'u4'), ('feature', 'u4')]");
-}
-
 Shape shape_of(const py::array& array) { return {array.shape(), array.shape() + array.ndim()}; }
 
 /// The data of queries whose shape is known.
@@ -202,29 +189,6 @@ py::array array_of(const py::object& object, const std::string& name) {
     if (is_list(object)) return numpy.attr("asarray")(object);
     throw py::type_error(name + ": a numpy.ndarray is needed, not " +
                          text_of(py::type::handle_of(object).attr("__name__")));
-}
-
-const py::dtype& ray_dtype() {
-    // Never freed: the interpreter may end before static objects do.
-    static const auto* const dtype = new py::dtype(
-        dtype_of("[('org', 'f4', (3,)), ('tnear', 'f4'), ('dir', 'f4', (3,)), ('tfar', 'f4')]"));
-    return *dtype;
-}
-
-const py::dtype& hit_dtype() {
-    static const auto* const dtype = new py::dtype(
-        dtype_of("[('t', 'f4'), ('u', 'f4'), ('v', 'f4'), ('prim_id', 'u4'), ('geom_id', 'u4')]"));
-    return *dtype;
-}
-
-const py::dtype& closest_dtype() {
-    static const auto* const dtype = new py::dtype(closest_dtype_of("f4"));
-    return *dtype;
-}
-
-const py::dtype& far_closest_dtype() {
-    static const auto* const dtype = new py::dtype(closest_dtype_of("f8"));
-    return *dtype;
 }
 
 Positions positions_of(const py::array& points, const std::string& name) {

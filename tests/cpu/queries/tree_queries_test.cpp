@@ -115,7 +115,6 @@ TEST(TreeQueries, FindTheExactlyClosestTriangleAmongRivalsOnEveryTarget) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
         const cpu::BruteTracer brute(scene.topology(), scene.positions());
-        // In bundles, and one by one.
         for (const std::size_t groups : {std::size_t{20}, std::size_t{6}}) {
             const std::vector<vec3> points = grouped_points(scene, groups);
             std::vector<ClosestTriangle> expected(points.size());
