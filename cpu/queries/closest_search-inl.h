@@ -18,35 +18,23 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-/// By how much the distances of two triangles may differ by the rule if they do not exactly.
-HWY_INLINE FloatVec rival_margin(const lanes::Float3& p) {
-    const FloatVec farthest = splat(1.75f) * (lanes::largest_component(p) + splat(kSceneExtent));
-    return splat(2 * kRuleError) * farthest;
-}
-
-/// The largest squared distance by the rule of triangles that may be as close as one at d2.
-HWY_INLINE FloatVec most_of_rivals(FloatVec d2, FloatVec margin) {
-    const FloatVec most = hn::Sqrt(d2) + margin;
-    return most * most * splat(kRivalRounding);
-}
-
 /// The triangles near a point, among which the closest one is.
 class NearTriangles {
 public:
-    /// Takes the triangle in a slot of a leaf, within most_d2, above which others have become
-    /// useless.
-    HWY_INLINE void add(float d2, std::uint32_t leaf, std::uint32_t slot, float most_d2) {
-        if (count_ == kMost) keep_within(most_d2);
+    /// Takes the triangle in a slot of a leaf, at least so far away. Those beyond `most` have
+    /// become useless.
+    HWY_INLINE void add(float least, std::uint32_t leaf, std::uint32_t slot, float most) {
+        if (count_ == kMost) keep_within(most);
         if (count_ < kMost) {
-            near_[count_++] = {d2, leaf * kWidth + slot};
+            near_[count_++] = {least, leaf * kWidth + slot};
         } else {
-            least_lost_ = std::min(least_lost_, d2);
+            least_lost_ = std::min(least_lost_, least);
         }
     }
 
-    HWY_INLINE void append_to(Rivals& rivals, const Bvh& bvh, float most_d2) {
-        keep_within(most_d2);
-        if (least_lost_ <= most_d2) {
+    HWY_INLINE void append_to(Rivals& rivals, const Bvh& bvh, float most) {
+        keep_within(most);
+        if (least_lost_ <= most) {
             rivals.triangles.push_back({kNoPrim, {}});
             return;
         }
@@ -57,16 +45,16 @@ public:
     }
 
 private:
-    static constexpr std::size_t kMost = 12;
+    static constexpr std::size_t kMost = 64;
     struct Near {
-        float d2;
+        float least;
         std::uint32_t place;
     };
 
-    HWY_INLINE void keep_within(float most_d2) {
+    HWY_INLINE void keep_within(float most) {
         std::size_t kept = 0;
         for (std::size_t i = 0; i < count_; ++i)
-            if (near_[i].d2 <= most_d2) near_[kept++] = near_[i];
+            if (near_[i].least <= most) near_[kept++] = near_[i];
         count_ = kept;
     }
 
@@ -75,13 +63,16 @@ private:
     float least_lost_ = std::numeric_limits<float>::infinity();
 };
 
-/// Looks for the triangle that is the closest to a point.
+/// Looks for the triangle that is the closest to a point by the rule, and for all that may be the
+/// exactly closest one.
 class ClosestSearch {
 public:
     /// Those farther than `closest` do not count.
-    HWY_INLINE ClosestSearch(vec3 point, ClosestTriangle closest)
-        : p_(point), margin_(rival_margin(p_)), closest_(closest) {
-        set_most();
+    HWY_INLINE ClosestSearch(vec3 point, ClosestTriangle closest) : p_(point), closest_(closest) {
+        const FloatVec farthest = lanes::largest_component(p_);
+        point_error_ = splat(kPointRounding) * (farthest + splat(1.0f));
+        // No corner is farther on an axis.
+        set_most(most_of(hn::Sqrt(splat(closest.d2)), farthest + splat(kSceneExtent)));
     }
 
     /// Visits the leaf `near_leaf` first. It is the leaf of the answer for the point before, and
@@ -105,23 +96,30 @@ public:
 
     const ClosestTriangle& closest() const { return closest_; }
     HWY_INLINE void append_to(Rivals& rivals, const Bvh& bvh) {
-        if (closest_.prim_id != kNoPrim) near_.append_to(rivals, bvh, most_d2_);
+        if (closest_.prim_id != kNoPrim) near_.append_to(rivals, bvh, most_);
         rivals.ends.push_back(static_cast<std::uint32_t>(rivals.triangles.size()));
     }
 
 private:
-    HWY_INLINE void set_most() {
-        most_d2_ = hn::GetLane(most_of_rivals(splat(closest_.d2), margin_));
+    /// An upper bound of the exact distances of triangles, by those of the rule and their largest
+    /// coordinates relative to the point.
+    HWY_INLINE FloatVec most_of(FloatVec d, FloatVec size) const {
+        return d + splat(kRuleDefect) * size + point_error_;
+    }
+
+    HWY_INLINE void set_most(FloatVec most) {
+        most_ = hn::GetLane(most);
+        most_d2_ = hn::GetLane(most * most * splat(kRivalRounding));
     }
 
     HWY_INLINE void search_leaf(const Bvh& bvh, std::uint32_t index) {
         const Leaf& leaf = bvh.leaves[index];
         for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
                                     const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
-            const FloatVec most = splat(most_d2_);
+            const FloatVec most_d2 = splat(most_d2_);
             const BoxLanes boxes = boxes_of(a, b, c);
             const FloatVec box = lanes::box_distance2(p_, boxes.lower, boxes.upper);
-            Mask near = used & (box <= most);
+            Mask near = used & (box <= most_d2);
             if (none(near)) return;
             const lanes::Float3 to_a = a - p_;
             const lanes::Float3 to_b = b - p_;
@@ -129,33 +127,40 @@ private:
             const FloatVec size =
                 max3(lanes::largest_component(to_a), lanes::largest_component(to_b),
                      lanes::largest_component(to_c));
-            near = near & may_be_within(to_a, to_b, to_c, nearest_vertex_error2(size), most);
+            near = near & may_be_within(to_a, to_b, to_c, nearest_vertex_error2(size), most_d2);
             if (none(near)) return;
             const FloatVec d2 = lanes::triangle_distance2(p_, a, b, c);
-            near = near & (d2 <= most);
+            const FloatVec d = hn::Sqrt(d2);
+            const FloatVec least = d - splat(kRuleExcess) * size;
+            near = near & (least <= splat(most_));
             if (none(near)) return;
-            HWY_ALIGN float distances2[kLanes];
-            store(d2, distances2);
             const auto for_each_of = [&](Mask lanes, auto use) HWY_ATTR {
-                for (std::uint32_t bits = bits_of(lanes); bits != 0; bits &= bits - 1) {
-                    const auto i = static_cast<std::uint32_t>(std::countr_zero(bits));
-                    use(distances2[i], slot_of(i));
-                }
+                for (std::uint32_t bits = bits_of(lanes); bits != 0; bits &= bits - 1)
+                    use(static_cast<std::uint32_t>(std::countr_zero(bits)));
             };
-            for_each_of(near & (d2 <= splat(closest_.d2)), [&](float own2, std::uint32_t slot) {
-                if (is_closer(own2, leaf.prim_id[slot], closest_.d2, closest_.prim_id))
-                    closest_ = {own2, leaf.prim_id[slot]};
-            });
-            set_most();
-            for_each_of(near & (d2 <= splat(most_d2_)), [&](float own2, std::uint32_t slot) {
-                near_.add(own2, index, slot, most_d2_);
-            });
+            HWY_ALIGN float values[kLanes];
+            const Mask closer = near & (d2 <= splat(closest_.d2));
+            if (!none(closer)) {
+                store(d2, values);
+                for_each_of(closer, [&](std::uint32_t i) {
+                    const std::uint32_t prim_id = leaf.prim_id[slot_of(i)];
+                    if (is_closer(values[i], prim_id, closest_.d2, closest_.prim_id))
+                        closest_ = {values[i], prim_id};
+                });
+                const FloatVec most = splat(most_);
+                set_most(hn::MinOfLanes(kFloats, select(near, min(most_of(d, size), most), most)));
+            }
+            store(least, values);
+            for_each_of(near & (least <= splat(most_)),
+                        [&](std::uint32_t i) { near_.add(values[i], index, slot_of(i), most_); });
         });
     }
 
     lanes::Float3 p_;
-    FloatVec margin_;
+    FloatVec point_error_;
     ClosestTriangle closest_;
+    /// What the exactly closest triangle is at most away, and a bound of its square.
+    float most_;
     float most_d2_;
     NearTriangles near_;
 };

@@ -21,9 +21,13 @@ inline constexpr float kNearestVertexRounding = 1 + 0x1p-14f;
 inline constexpr float kNearestVertexErrorSquare = 0x1p-20f;
 inline constexpr float kLeastNearestVertexErrorSquare = 0x1p-60f;
 
-/// The error of distances by the rule, as a part of that of the farthest corner; it includes the
-/// rounding of the point. And the roundings of the square up to which rivals are looked for.
-inline constexpr float kRuleError = 0x1p-20f;
+/// By how much the rule's distance, as a root of floats, may be above and below that of the
+/// triangle, as a part of its largest coordinate relative to the point; and that of a rounded
+/// point, as a part of its own.
+inline constexpr float kRuleExcess = 0x5p-20f;
+inline constexpr float kRuleDefect = 0x1.8p-20f;
+inline constexpr float kPointRounding = 0x1p-22f;
+/// The roundings of the square up to which triangles are looked for.
 inline constexpr float kRivalRounding = 1 + 0x1p-20f;
 
 // ---- Colours (cpu/image/pixel_shader.cpp)
