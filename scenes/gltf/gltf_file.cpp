@@ -11,7 +11,7 @@
 
 #include "common/base/input_file.h"
 #include "common/text/text_parts.h"
-#include "scenes/mesh/mesh_file.h"
+#include "scenes/mesh/mesh_rules.h"
 
 namespace mray::gltf {
 namespace {

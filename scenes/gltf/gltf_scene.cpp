@@ -8,6 +8,7 @@
 
 #include "common/base/errors.h"
 #include "scenes/mesh/mesh_file.h"
+#include "scenes/mesh/mesh_rules.h"
 
 namespace mray::gltf {
 namespace {

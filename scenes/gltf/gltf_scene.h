@@ -18,7 +18,7 @@
 #include "scenes/animation.h"
 #include "scenes/gltf/gltf_file.h"
 #include "scenes/gltf/transforms.h"
-#include "scenes/mesh/mesh_file.h"
+#include "scenes/mesh/mesh_rules.h"
 
 namespace mray::gltf {
 

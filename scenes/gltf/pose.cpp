@@ -7,7 +7,7 @@
 #include <atomic>
 #include <map>
 
-#include "scenes/mesh/mesh_file.h"
+#include "scenes/mesh/mesh_rules.h"
 
 namespace mray::gltf {
 namespace {

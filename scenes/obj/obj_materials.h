@@ -12,6 +12,7 @@
 #include <unordered_map>
 
 #include "scenes/mesh/mesh_file.h"
+#include "scenes/mesh/mesh_rules.h"
 
 namespace mray {
 

@@ -14,6 +14,7 @@
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 #include "scenes/mesh/mesh_file.h"
+#include "scenes/mesh/mesh_rules.h"
 #include "scenes/ply/ply_header.h"
 
 namespace mray {

@@ -13,7 +13,7 @@
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
 #include "common/text/text_parts.h"
-#include "scenes/mesh/mesh_file.h"
+#include "scenes/mesh/mesh_rules.h"
 #include "scenes/sequence/streamed_animation.h"
 
 namespace mray {

@@ -1,4 +1,5 @@
 #include "scenes/mesh/mesh_file.h"
+#include "scenes/mesh/mesh_rules.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
