@@ -303,7 +303,7 @@ UpdateTimes TreeUpdater::finish_refit() {
     return {.upload_ms = times.upload_ms, .refit_ms = times.refit_ms};
 }
 
-/// That of the triangles from the build to the pose that was measured last.
+/// The triangles have grown by this factor from the build to the pose that was measured last.
 double TreeUpdater::growth() const {
     const bool is_known = triangle_area_ > 0 && built_fit_.triangle_area > 0;
     return is_known ? triangle_area_ / built_fit_.triangle_area : 1;
