@@ -77,8 +77,8 @@ public:
 
     const BackendInfo& info() const { return info_; }
 
-    /// Takes a scene: topology, positions in scene space, and a tree over them. The scene before is
-    /// dropped.
+    /// Takes a scene: a topology, which has to outlive it, positions in scene space, and a tree
+    /// over them. The scene before is dropped.
     virtual void set_scene(const Topology& topology, std::span<const vec3> positions, Bvh bvh) = 0;
     /// Takes new positions and a tree over them, refitted or built elsewhere.
     virtual void set_frame(std::span<const vec3> positions, const Bvh& bvh) = 0;

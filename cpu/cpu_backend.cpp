@@ -26,6 +26,8 @@ namespace {
 // As many rays as streams are made of (cpu/single_ray/ray_stream-inl.h), or fewer for more threads.
 constexpr std::size_t kRayGrain = 2048;
 
+const Topology kNoTopology;
+
 /// A tracer of images and what answers a QueryBatch.
 struct Tracers {
     std::unique_ptr<ImageTracer> image;
@@ -46,15 +48,15 @@ public:
           target_(target),
           arena_(std::move(arena)),
           make_tracers_(std::move(make_tracers)),
-          tracers_(make_tracers_(topology_, planner_.pose().positions(), bvh_)) {}
+          tracers_(make_tracers_(*topology_, planner_.pose().positions(), bvh_)) {}
 
     void set_scene(const Topology& topology, std::span<const vec3> positions, Bvh bvh) override {
         const Stopwatch watch;
-        topology_ = topology;
+        topology_ = &topology;
         planner_ = RefitPlanner(positions);
         bvh_ = std::move(bvh);
-        // Until the next scene arrays of topology, pose and tree may change, not their places.
-        tracers_ = make_tracers_(topology_, planner_.pose().positions(), bvh_);
+        // Until the next scene arrays of pose and tree may change, not their places.
+        tracers_ = make_tracers_(topology, planner_.pose().positions(), bvh_);
         times_ = {.update = {.upload_ms = watch.ms()}};
     }
 
@@ -101,7 +103,7 @@ public:
         resize_watched(frame.occlusion, pixels, caller);
         resize_watched(frame.pixels, frame.with_pixels ? pixels : 0, caller);
         const Stopwatch watch;
-        const ShadedMesh mesh{&topology_, planner_.pose().positions()};
+        const ShadedMesh mesh{topology_, planner_.pose().positions()};
         const ImageTiles tiles = tiles_for(params);
         std::atomic<std::uint64_t> secondary = 0;
         arena_->execute([&] {
@@ -155,7 +157,7 @@ private:
     SimdTarget target_;
     std::unique_ptr<ThreadArena> arena_;
     MakeTracers make_tracers_;
-    Topology topology_;
+    const Topology* topology_ = &kNoTopology;
     RefitPlanner planner_;
     Bvh bvh_;
     Tracers tracers_;

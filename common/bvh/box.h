@@ -79,12 +79,10 @@ inline Box node_box(const Node& node) {
     return box;
 }
 
-/// Gives each slot of a node the union of that node's slots; slots of leaves have their boxes.
-/// Parents come before their children, and parents[i] is node * kWidth + slot that refers to
-/// nodes[i].
-inline void unite_boxes(std::span<Node> nodes, std::span<const std::uint32_t> parents) {
-    for (std::size_t i = nodes.size(); i-- > 1;)
-        set_slot_box(nodes[parents[i] / kWidth], parents[i] % kWidth, node_box(nodes[i]));
+/// Gives the slot that parents[i] names, node * kWidth + slot, the union of the slots of nodes[i].
+inline void unite_slots(std::span<Node> nodes, std::span<const std::uint32_t> parents,
+                        std::size_t i) {
+    set_slot_box(nodes[parents[i] / kWidth], parents[i] % kWidth, node_box(nodes[i]));
 }
 
 }  // namespace mray

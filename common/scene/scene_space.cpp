@@ -129,8 +129,8 @@ void SceneSpace::to_scene(std::span<const vec3> world, std::span<vec3> scene) co
 vec3 SceneSpace::to_world(vec3 scene) const {
     vec3 world;
     for (int axis = 0; axis < 3; ++axis) {
-        world[axis] = static_cast<float>(std::ldexp(static_cast<double>(scene[axis]), -exponent_) +
-                                         centre_[axis]);
+        // Exact, as is the product in to_scene().
+        world[axis] = static_cast<float>(static_cast<double>(scene[axis]) / scale_ + centre_[axis]);
     }
     return world;
 }

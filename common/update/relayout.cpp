@@ -31,6 +31,7 @@ public:
 
     /// Finds the places of nodes and leaves. Returns false if the tree becomes too deep.
     bool arrange() {
+        nodes_.reserve(old_.nodes.size() + binary_.nodes.size());
         leaf_parents_ = old_.leaf_parents;
         areas_.leaves = old_areas_.leaves;
         sources_ = {{true, 0}};
@@ -47,7 +48,9 @@ public:
             level_begin_.push_back(end);
             begin = end;
         }
-        unite_boxes(nodes_, node_parents_);
+        // Slots of old subtrees have their boxes. Children come after their parents.
+        for (std::size_t i = nodes_.size(); i-- > 1;)
+            if (sources_[i].is_new) unite_slots(nodes_, node_parents_, i);
         return true;
     }
 

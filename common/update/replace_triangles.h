@@ -33,8 +33,8 @@ struct TopologyChange {
 
 /// Brings a tree from the triangles before a change to those after it. Leaves with triangles that
 /// are gone, or of several ranges, are taken apart, and so are larger nodes around added triangles.
-/// New levels are built over the rest, as restructure() does. What stays keeps its boxes, so a
-/// refit of all has to follow. Writes `areas`, too, which are relative to those positions.
+/// New levels are built over the rest, as restructure() does. What stays keeps its boxes: if it
+/// has moved, a refit has to follow. Writes `areas`, too, which are relative to those positions.
 ///
 /// Returns false if a build would not cost much more, or if the tree would become too deep; then
 /// the tree is of no use any more. Runs in the calling thread's arena. O(n) in leaves and vertices,

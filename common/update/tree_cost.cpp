@@ -10,15 +10,13 @@ namespace mray {
 double tree_cost(std::span<const Node> nodes) {
     double node_area = 0;
     double leaf_area = 0;
-    Box root;
-    for (std::uint32_t slot = 0; slot < kWidth; ++slot) root.extend(slot_box(nodes.front(), slot));
     for (const Node& node : nodes) {
         for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
             const double area = half_area(slot_box(node, slot));
             ((node.child[slot] & kLeafBit) != 0 ? leaf_area : node_area) += area;
         }
     }
-    return half_area(root) + node_area + kLeafCost * leaf_area;
+    return half_area(node_box(nodes.front())) + node_area + kLeafCost * leaf_area;
 }
 
 TreeFit tree_fit(std::span<const Node> nodes, double triangle_area) {

@@ -178,8 +178,8 @@ void TreeUpdater::restructure(std::span<const vec3> positions, const UpdateDecis
     UpdateTimes times;
     tracer_.edit_tree([&](Bvh& bvh) {
         const Stopwatch inner;
-        parts = mray::restructure(topology_, positions, growth(positions),
-                                  decision.most_restructured, bvh, areas_);
+        parts = mray::restructure(topology_, positions, growth(), decision.most_restructured, bvh,
+                                  areas_);
         times.restructure_ms = inner.ms();
         return parts > 0;
     });
@@ -250,19 +250,18 @@ void TreeUpdater::end_background_build() {
     cancel_background_ = false;
 }
 
-bool TreeUpdater::change_topology(std::span<const vec3> positions, const TopologyChange& change) {
+bool TreeUpdater::change_topology(std::span<const vec3> positions, const TopologyChange& change,
+                                  std::span<const IndexRange> moved) {
     if (policy_->plan().step == UpdateStep::kRebuild) return false;
     const double ratio = last_.cost_ratio;
-    const double growth = triangle_area_ > 0 && built_fit_.triangle_area > 0
-                              ? triangle_area_ / built_fit_.triangle_area
-                              : 1;
+    const double grown = growth();
     begin_frame();
     const Stopwatch watch;
     bool changed = false;
     tracer_.edit_tree([&](Bvh& bvh) {
         if (!policy_->needs_tree_cost()) areas_ = built_areas(bvh);
         for (std::vector<float>* areas : {&areas_.nodes, &areas_.leaves}) {
-            for (float& area : *areas) area = static_cast<float>(area * growth);
+            for (float& area : *areas) area = static_cast<float>(area * grown);
         }
         changed = replace_triangles(topology_, positions, change, bvh, areas_);
         // The backend gets the tree with its topology.
@@ -273,9 +272,11 @@ bool TreeUpdater::change_topology(std::span<const vec3> positions, const Topolog
     last_.times.restructure_ms = watch.ms();
     tracer_.set_scene(topology_, positions, std::move(bvh_));
     last_.times.upload_ms = tracer_.finish().update.upload_ms;
-    tracer_.refit(positions, RefitExtent::kAll, kAllIndices);
-    has_refitted_ = true;
-    last_.times += finish_refit();
+    if (!moved.empty()) {
+        tracer_.refit(positions, RefitExtent::kAll, moved);
+        has_refitted_ = true;
+        last_.times += finish_refit();
+    }
     sample_ = TriangleSample(topology_);
     if (follows_ratio_) {
         triangle_area_ = sample_.area(positions);
@@ -302,9 +303,10 @@ UpdateTimes TreeUpdater::finish_refit() {
     return {.upload_ms = times.upload_ms, .refit_ms = times.refit_ms};
 }
 
-double TreeUpdater::growth(std::span<const vec3> positions) const {
-    const double now = sample_.area(positions);
-    return now > 0 && built_fit_.triangle_area > 0 ? now / built_fit_.triangle_area : 1;
+/// The triangles have grown by this factor from the build to the pose that was measured last.
+double TreeUpdater::growth() const {
+    const bool is_known = triangle_area_ > 0 && built_fit_.triangle_area > 0;
+    return is_known ? triangle_area_ / built_fit_.triangle_area : 1;
 }
 
 FrameCost TreeUpdater::cost_of_frame(const TraceCost& trace) const {

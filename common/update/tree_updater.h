@@ -71,8 +71,10 @@ public:
     /// Ends a build in the background, after which the topology may be changed.
     void end_background_build();
     /// Brings the tree to a topology that has been changed, at this pose in the same scene space.
-    /// Returns false if a tree has to be built, by a new updater; this one is of no use then.
-    bool change_topology(std::span<const vec3> positions, const TopologyChange& change);
+    /// Vertices of kept triangles outside of `moved` are where they were. Returns false if a tree
+    /// has to be built, by a new updater; this one is of no use then.
+    bool change_topology(std::span<const vec3> positions, const TopologyChange& change,
+                         std::span<const IndexRange> moved);
     /// Ends a frame that has been traced: finish(), and tells the policy the costs of the frame.
     void frame_done(const TraceCost& trace);
     /// Finishes a refit that was left to the trace, and adds its time to last().
@@ -101,7 +103,7 @@ private:
     void forget_background_build();
     double hand_over(std::span<const vec3> positions);
     UpdateTimes finish_refit();
-    double growth(std::span<const vec3> positions) const;
+    double growth() const;
     FrameCost cost_of_frame(const TraceCost& trace) const;
 
     const Topology& topology_;

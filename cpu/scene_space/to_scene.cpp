@@ -4,6 +4,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #undef HWY_TARGET_INCLUDE
@@ -19,7 +20,7 @@ namespace mray::cpu {
 /// The largest exponent of a factor: the power of two and its inverse are normal floats.
 constexpr int kMostExponent = 126;
 
-enum MadeFlag { kNotFinite = 1, kOutside = 2, kNotInvertible = 4 };
+enum MadeFlag { kNotFinite = 1, kOutside = 2, kNotInvertible = 4, kChanged = 8 };
 }  // namespace mray::cpu
 #endif
 
@@ -109,7 +110,7 @@ void make_ray_run(const StoredRay* rays, std::size_t count, const float* centre,
     for (; i < count; ++i) out.hard[out.hard_count++] = static_cast<std::uint16_t>(i);
 }
 
-/// Makes `count` positions, a multiple of kLanes; the coordinates are one array of floats. All
+/// Makes `count` positions, at least kLanes; the coordinates are one array of floats. All
 /// operations are those of SceneSpace::to_scene() on doubles, rounded to floats, and give its bits
 /// for positions that are finite (make_rays() says why). Returns MadeFlags.
 int make_position_run(const float* world, std::size_t count, const float* centre, int exponent,
@@ -126,24 +127,29 @@ int make_position_run(const float* world, std::size_t count, const float* centre
     Mask finite = mask_of(kLaneBits);
     Mask inside = finite;
     Mask invertible = finite;
+    Mask same = finite;
     const FloatVec most = splat(std::numeric_limits<float>::max());
     const FloatVec extent = splat(kSceneExtent);
-    for (std::size_t i = 0; i < 3 * count; i += 3 * kLanes) {
+    for (std::size_t i = 0; i < count; i += kLanes) {
+        // The last ones may be made twice.
+        const std::size_t first = 3 * std::min(i, count - kLanes);
         for (std::uint32_t k = 0; k < 3; ++k) {
-            const FloatVec v = load_unaligned(world + i + k * kLanes);
+            float* const out = scene + first + k * kLanes;
+            const FloatVec v = load_unaligned(world + first + k * kLanes);
             const FloatVec made = lanes::snap_coordinate((v - centres[k]) * scale);
             finite = finite & (abs(v) <= most);
             inside = inside & (abs(made) <= extent);
             invertible = invertible & (made * inverse + centres[k] == v);
-            store_unaligned(made, scene + i + k * kLanes);
+            same = same & float_mask(as_int(made) == as_int(load_unaligned(out)));
+            store_unaligned(made, out);
         }
     }
     return (all(finite) ? 0 : kNotFinite) | (all(inside) ? 0 : kOutside) |
-           (all(invertible) ? 0 : kNotInvertible);
+           (all(invertible) ? 0 : kNotInvertible) | (all(same) ? 0 : kChanged);
 }
 
-/// How many positions make_position_run() makes together.
-int position_step() { return static_cast<int>(kLanes); }
+/// The fewest positions that make_position_run() makes.
+int least_positions() { return static_cast<int>(kLanes); }
 
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
@@ -158,7 +164,7 @@ namespace {
 
 HWY_EXPORT(make_ray_run);
 HWY_EXPORT(make_position_run);
-HWY_EXPORT(position_step);
+HWY_EXPORT(least_positions);
 
 /// The centre of a space in floats.
 std::array<float, 3> centre_of(const SceneSpace& space) {
@@ -186,7 +192,7 @@ MadePositions make_positions(const SceneSpace& space, const SimdTarget& target,
     assert(world.size() == scene.size());
     static_assert(sizeof(vec3) == 3 * sizeof(float));
     const auto make_run = SIMD_FUNCTION(make_position_run, target);
-    const auto step = static_cast<std::size_t>(SIMD_FUNCTION(position_step, target)());
+    const auto least = static_cast<std::size_t>(SIMD_FUNCTION(least_positions, target)());
     const std::array<float, 3> centre = centre_of(space);
     // A run with a position that is not finite is made again.
     constexpr std::size_t kRun = 256;
@@ -194,20 +200,22 @@ MadePositions make_positions(const SceneSpace& space, const SimdTarget& target,
     for (std::size_t first = 0; first < world.size(); first += kRun) {
         const std::size_t count = std::min(kRun, world.size() - first);
         std::size_t made = 0;
-        if (std::abs(space.exponent()) <= kMostExponent) {
-            made = count / step * step;
+        if (count >= least && std::abs(space.exponent()) <= kMostExponent) {
             const int flags =
-                make_run(&world[first].x, made, centre.data(), space.exponent(), &scene[first].x);
-            if ((flags & kNotFinite) != 0) {
-                made = 0;
-            } else {
-                all.add({(flags & kOutside) != 0, (flags & kNotInvertible) == 0});
+                make_run(&world[first].x, count, centre.data(), space.exponent(), &scene[first].x);
+            all.any_changed |= (flags & kChanged) != 0;
+            if ((flags & kNotFinite) == 0) {
+                made = count;
+                all.extend({(flags & kOutside) != 0, (flags & kNotInvertible) == 0});
             }
         }
         for (std::size_t i = first + made; i < first + count; ++i) {
             const vec3 position = world[i];
-            scene[i] = space.to_scene(position);
-            all.add({is_outside(position, scene[i]), space.to_world(scene[i]) == position});
+            const vec3 made_alone = space.to_scene(position);
+            // Bits, not values. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
+            all.extend({is_outside(position, made_alone), space.to_world(made_alone) == position,
+                        std::memcmp(&made_alone, &scene[i], sizeof(vec3)) != 0});
+            scene[i] = made_alone;
         }
     }
     return all;

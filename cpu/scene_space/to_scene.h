@@ -36,8 +36,11 @@ struct MadePositions {
     /// Whether SceneSpace::to_world() gives each of them back. It does not for a position that is
     /// not finite, and may not for one outside of the range or with a coordinate below 2^-36 of it.
     bool all_invertible = true;
+    /// Whether one differs in a bit from what was there. It may be true if one is not finite.
+    bool any_changed = false;
 
-    void add(const MadePositions& other) {
+    void extend(const MadePositions& other) {
+        any_changed |= other.any_changed;
         any_outside |= other.any_outside;
         all_invertible &= other.all_invertible;
     }

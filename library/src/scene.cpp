@@ -44,12 +44,13 @@ mray::UpdateConfig config_of(const UpdatePolicy& policy) {
 
 }  // namespace
 
-void SceneImpl::read_list(const MeshList* before) {
+std::vector<mray::IndexRange> SceneImpl::read_list() {
     const mray::Stopwatch watch;
-    pose.read_list(meshes, before, arena());
+    std::vector<mray::IndexRange> moved = pose.read_list(meshes, arena());
     read_ms = watch.ms();
     normals.reset();
     edge_counts.reset();
+    return moved;
 }
 
 void SceneImpl::took_pose() {
@@ -72,18 +73,16 @@ void SceneImpl::start(const mray::Bvh* tree) {
 }
 
 void SceneImpl::change_meshes() {
-    MeshList changed = meshes.changed();
     updater->end_background_build();
-    const MeshList before = std::exchange(meshes, std::move(changed));
+    const mray::TopologyChange change = meshes.make_changes();
     const mray::SceneSpace space_before = pose.space();
-    read_list(&before);
-    if (pose.space() != space_before ||
-        !updater->change_topology(pose.positions(), meshes.change_since(before))) {
+    const std::vector<mray::IndexRange> moved = read_list();
+    if (pose.space() == space_before && updater->change_topology(pose.positions(), change, moved)) {
+        took_pose();
+        cost.reset();
+    } else {
         start(nullptr);
-        return;
     }
-    took_pose();
-    cost.reset();
 }
 
 void SceneImpl::follow(std::span<const PoseReader::Piece> pieces) {
@@ -251,8 +250,8 @@ Scene Scene::build(std::span<const MeshView> meshes, const Device& device,
             detail::PoseReader(options.bounds, options.origin,
                                detail::DeviceImpl::of(device).simd_target()));
         for (const MeshView& mesh : meshes) scene->meshes.attach(mesh);
-        scene->meshes = scene->meshes.changed();
-        scene->read_list(nullptr);
+        scene->meshes.make_changes();
+        scene->read_list();
         scene->start(nullptr);
         return Scene(std::move(scene));
     });

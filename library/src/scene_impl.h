@@ -113,8 +113,8 @@ public:
     SceneImpl(const Device& on, const SceneOptions& with, const PoseReader& at)
         : device(on), options(with), pose(at), shader(target()) {}
 
-    /// Reads the positions of a first list of meshes, or of one made by changes of `before`.
-    void read_list(const MeshList* before);
+    /// Reads the positions of the list of meshes, as PoseReader::read_list().
+    std::vector<mray::IndexRange> read_list();
     /// Hands the meshes to the device with a tree, which is built if there is none.
     void start(const mray::Bvh* tree);
     /// The pose has been read: what was made of the one before is dropped.

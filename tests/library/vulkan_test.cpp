@@ -54,6 +54,36 @@ TEST(LibraryOnVulkan, AnswersAsTheCpu) {
     EXPECT_GT(scene.last_update().refit_ms, 0);
 }
 
+TEST(LibraryOnVulkan, MeshesComeAndGoAsOnTheCpu) {
+    std::vector<UserMesh> bodies(6, UserMesh(torus(12, 8)));
+    std::vector<morphray::MeshView> views;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+        for (morphray::Vec3& p : bodies[i].points) p.x += 1.5f * static_cast<float>(i);
+        views.push_back(bodies[i].view());
+    }
+    const morphray::SceneOptions options{.bounds = morphray::Box{{-9, -9, -9}, {9, 9, 9}},
+                                         .update = morphray::Refit{}};
+    Scene scene = Scene::build(views, vulkan(), options);
+    Scene twin = scene.on(Device::cpu());
+    const std::vector<morphray::Ray> rays = world_rays(bodies[1], 1000, 32);
+    UserMesh other(icosphere(1));
+    for (int step = 0; step < 6; ++step) {
+        // A mesh that stays moves in some of the updates, and in one without others.
+        if (step % 3 != 0) grow(bodies[4], 1.1f);
+        if (step % 3 != 2) {
+            views[2] = step % 2 == 0 ? other.view() : bodies[2].view();
+            for (Scene* const each : {&scene, &twin}) {
+                each->detach(2);
+                EXPECT_EQ(each->attach(views[2]), 2u);
+            }
+        }
+        scene.update();
+        twin.update();
+        EXPECT_EQ(scene.tree_statistics().hash, twin.tree_statistics().hash) << step;
+        expect_as_new(scene, views, options, rays, std::to_string(step));
+    }
+}
+
 TEST(LibraryOnVulkan, ManyRaysInAnyOrderAreAnsweredAsByTheCpu) {
     const UserMesh mesh(torus(40, 24));
     const Scene scene = Scene::build(mesh.view(), vulkan());

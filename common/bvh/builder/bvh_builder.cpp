@@ -89,7 +89,8 @@ private:
             for (std::size_t i = range.begin(); i != range.end(); ++i)
                 fill_node(bvh_.nodes[i], wide_nodes_[i]);
         });
-        unite_boxes(bvh_.nodes, bvh_.node_parents);
+        for (std::size_t i = bvh_.nodes.size(); i-- > 1;)
+            unite_slots(bvh_.nodes, bvh_.node_parents, i);
         tbb::parallel_for(Range(0, leaf_sources_.size(), kGrain), [&](const Range& range) {
             watch_.throw_if_cancelled();
             for (std::size_t i = range.begin(); i != range.end(); ++i) {

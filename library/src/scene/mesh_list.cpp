@@ -147,9 +147,10 @@ std::uint32_t MeshList::attach(const MeshView& mesh) {
     check(mesh);
     const Appearance& look = mesh.appearance;
     while (first_free_ < will_be_used_.size() && will_be_used_[first_free_]) ++first_free_;
-    Change change = {.geom_id = first_free_, .attaches = true};
+    Change change;
     change.place = {.used = true, .positions = mesh.positions, .deforms = mesh.deforms};
     const std::size_t count = mesh.triangles.size() / 3;
+    change.place.prim_count = static_cast<std::uint32_t>(count);
     change.place.is_smooth = !look.smooth.empty();
     if (change.place.is_smooth && !is_smooth_by_vertex(mesh)) {
         change.place.smooth =
@@ -173,7 +174,7 @@ std::uint32_t MeshList::attach(const MeshView& mesh) {
         }
     }
     if (first_free_ == will_be_used_.size()) will_be_used_.push_back(false);
-    changes_.push_back(std::move(change));
+    changes_.insert_or_assign(first_free_, std::move(change));
     will_be_used_[first_free_] = true;
     return first_free_;
 }
@@ -181,58 +182,9 @@ std::uint32_t MeshList::attach(const MeshView& mesh) {
 void MeshList::detach(std::uint32_t geom_id) {
     if (geom_id >= will_be_used_.size() || !will_be_used_[geom_id])
         throw_bad_argument("the scene has no mesh with geom_id {}", geom_id);
-    changes_.push_back({.geom_id = geom_id});
+    changes_.insert_or_assign(geom_id, Change());
     will_be_used_[geom_id] = false;
     first_free_ = std::min(first_free_, geom_id);
-}
-
-void MeshList::append(std::uint32_t geom_id, MeshPlace place, const Parts& parts) {
-    if (topology_.vertex_count + place.positions.count > kMostVertices)
-        throw Error(ErrorCode::limit, "the meshes have too many positions together");
-    if (topology_.triangles.size() + parts.triangles.size() > mray::kMaxTriangles)
-        throw Error(ErrorCode::limit, "the meshes have more than 2^28 triangles together");
-    place.first_vertex = topology_.vertex_count;
-    place.first_prim = static_cast<std::uint32_t>(topology_.triangles.size());
-    place.prim_count = static_cast<std::uint32_t>(parts.triangles.size());
-    const std::uint32_t shift = place.first_vertex - parts.first_vertex;
-    std::vector<mray::uvec3>& triangles = topology_.triangles;
-    triangles.insert(triangles.end(), parts.triangles.begin(), parts.triangles.end());
-    if (shift != 0) {
-        for (mray::uvec3& t : std::span(triangles).subspan(place.first_prim)) t += shift;
-    }
-    topology_.albedo.insert(topology_.albedo.end(), parts.albedo.begin(), parts.albedo.end());
-    topology_.vertex_count += place.vertex_count();
-    if (!place.textures.empty()) append_textures(place, parts);
-    if (place.prim_count > 0) {
-        geometry_ids_.push_back(geom_id);
-        first_prims_.push_back(place.first_prim);
-    }
-    places_[geom_id] = std::move(place);
-}
-
-void MeshList::append_textures(MeshPlace& place, const Parts& parts) {
-    place.first_texture = static_cast<std::uint32_t>(textures_.size());
-    textures_.insert(textures_.end(), place.textures.begin(), place.textures.end());
-    texcoords_.resize(place.first_prim);
-    texcoords_.insert(texcoords_.end(), parts.texcoords.begin(), parts.texcoords.end());
-    texture_ids_.resize(place.first_prim, mray::kNoTexture);
-    const std::uint32_t shift = place.first_texture - parts.first_texture;
-    for (const std::uint32_t id : parts.texture_ids)
-        texture_ids_.push_back(id == mray::kNoTexture ? id : id + shift);
-}
-
-MeshList::Parts MeshList::parts_of(const MeshPlace& place) const {
-    Parts parts{
-        .triangles = std::span(topology_.triangles).subspan(place.first_prim, place.prim_count),
-        .first_vertex = place.first_vertex,
-        .first_texture = place.first_texture,
-        .albedo = std::span(topology_.albedo).subspan(place.first_prim, place.prim_count),
-        .texcoords = {},
-        .texture_ids = {}};
-    if (place.textures.empty()) return parts;
-    parts.texcoords = std::span(texcoords_).subspan(place.first_prim, place.prim_count);
-    parts.texture_ids = std::span(texture_ids_).subspan(place.first_prim, place.prim_count);
-    return parts;
 }
 
 void MeshList::set_positions(std::uint32_t geom_id, const Positions& positions) {
@@ -245,48 +197,94 @@ void MeshList::set_positions(std::uint32_t geom_id, const Positions& positions) 
     mesh.positions = positions;
 }
 
-MeshList MeshList::changed() const {
-    const std::size_t most = will_be_used_.size();
-    std::vector<const Change*> last_changes(most, nullptr);
-    for (const Change& change : changes_) last_changes[change.geom_id] = &change;
-    MeshList list;
-    list.places_.resize(most);
-    list.will_be_used_ = will_be_used_;
-    list.first_free_ = first_free_;
-    list.topology_.triangles.reserve(topology_.triangles.size());
-    list.topology_.albedo.reserve(topology_.albedo.size());
-    for (std::uint32_t id = 0; id < most; ++id) {
-        if (const Change* const last = last_changes[id]) {
-            if (last->attaches)
-                list.append(id, last->place,
-                            {.triangles = last->triangles,
-                             .albedo = last->albedo,
-                             .texcoords = last->texcoords,
-                             .texture_ids = last->texture_ids});
-        } else if (const MeshPlace* place = find(id)) {
-            MeshPlace kept = *place;
-            kept.vertex_before = place->first_vertex;
-            list.append(id, std::move(kept), parts_of(*place));
+mray::TopologyChange MeshList::make_changes() {
+    places_.resize(will_be_used_.size());
+    for (MeshPlace& place : places_) place.vertex_before = place.first_vertex;
+    for (auto& [id, change] : changes_) places_[id] = std::move(change.place);
+    mray::TopologyChange difference;
+    std::vector<KeptRun> runs;
+    geometry_ids_.clear();
+    first_prims_.clear();
+    textures_.clear();
+    std::uint32_t vertex = 0;
+    std::uint32_t prim = 0;
+    for (std::uint32_t id = 0; id < places_.size(); ++id) {
+        MeshPlace& place = places_[id];
+        if (!place.used) continue;
+        if (vertex + place.positions.count > kMostVertices)
+            throw Error(ErrorCode::limit, "the meshes have too many positions together");
+        if (std::uint64_t{prim} + place.prim_count > mray::kMaxTriangles)
+            throw Error(ErrorCode::limit, "the meshes have more than 2^28 triangles together");
+        const auto texture = static_cast<std::uint32_t>(textures_.size());
+        if (place.vertex_before) {
+            const mray::IndexRange before{place.first_prim, place.first_prim + place.prim_count};
+            const std::uint32_t vertex_shift = vertex - place.first_vertex;
+            renumber(place, vertex_shift, texture - place.first_texture);
+            runs.push_back({before.begin, prim, place.prim_count});
+            difference.keep({before, prim - before.begin, vertex_shift});
+        } else if (place.prim_count > 0) {
+            difference.added.push_back({prim, prim + place.prim_count});
         }
+        if (place.prim_count > 0) {
+            geometry_ids_.push_back(id);
+            first_prims_.push_back(prim);
+        }
+        textures_.insert(textures_.end(), place.textures.begin(), place.textures.end());
+        place.first_texture = texture;
+        place.first_vertex = vertex;
+        place.first_prim = prim;
+        vertex += place.vertex_count();
+        prim += place.prim_count;
     }
-    return list;
+    topology_.vertex_count = vertex;
+    move_triangles(runs, prim);
+    for (auto& [id, change] : changes_)
+        if (places_[id].used) write(places_[id], std::move(change));
+    changes_.clear();
+    return difference;
 }
 
-mray::TopologyChange MeshList::change_since(const MeshList& before) const {
-    mray::TopologyChange change;
-    for (std::uint32_t id = 0; id < places_.size(); ++id) {
-        const MeshPlace& place = places_[id];
-        if (!place.used || place.prim_count == 0) continue;
-        if (!place.vertex_before) {
-            change.added.push_back({place.first_prim, place.first_prim + place.prim_count});
-            continue;
-        }
-        const MeshPlace& old = before.places_[id];
-        change.keep({.before = {old.first_prim, old.first_prim + old.prim_count},
-                     .prim_shift = place.first_prim - old.first_prim,
-                     .vertex_shift = place.first_vertex - old.first_vertex});
+void MeshList::move_triangles(std::span<const KeptRun> runs, std::size_t count) {
+    // Until now no mesh may have had a texture.
+    const std::size_t textured = textures_.empty() ? 0 : topology_.triangles.size();
+    texcoords_.resize(textured);
+    texture_ids_.resize(textured, mray::kNoTexture);
+    if (!textures_.empty()) {
+        move_kept(texcoords_, runs, count);
+        move_kept(texture_ids_, runs, count);
     }
-    return change;
+    move_kept(topology_.triangles, runs, count);
+    move_kept(topology_.albedo, runs, count);
+}
+
+/// Adds to the numbers of a mesh's triangles.
+void MeshList::renumber(const MeshPlace& place, std::uint32_t vertex_shift,
+                        std::uint32_t texture_shift) {
+    const auto part_of = [&](auto& all) {
+        return std::span(all).subspan(place.first_prim, place.prim_count);
+    };
+    if (vertex_shift != 0) {
+        for (mray::uvec3& t : part_of(topology_.triangles)) t += vertex_shift;
+    }
+    if (place.textures.empty() || texture_shift == 0) return;
+    for (std::uint32_t& id : part_of(texture_ids_))
+        if (id != mray::kNoTexture) id += texture_shift;
+}
+
+/// Writes the arrays of a new mesh to its place.
+void MeshList::write(const MeshPlace& place, Change change) {
+    const auto copy = [&](const auto& from, auto& to) {
+        std::copy(from.begin(), from.end(), to.begin() + place.first_prim);
+    };
+    copy(change.triangles, topology_.triangles);
+    copy(change.albedo, topology_.albedo);
+    if (!textures_.empty()) {
+        change.texcoords.resize(place.prim_count);
+        change.texture_ids.resize(place.prim_count, mray::kNoTexture);
+        copy(change.texcoords, texcoords_);
+        copy(change.texture_ids, texture_ids_);
+    }
+    renumber(place, place.first_vertex, place.first_texture);
 }
 
 /// Vertices come first, then the numbers of one mesh after the other.

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -31,13 +33,36 @@ struct MeshPlace {
     std::uint32_t first_vertex = 0;
     std::uint32_t first_prim = 0;
     std::uint32_t prim_count = 0;
-    /// Its first vertex in the list that this one was made of by changes; nothing for a new mesh.
+    /// Its first vertex before the last changes were made; nothing for a mesh that came with them.
     std::optional<std::uint32_t> vertex_before = {};
 
     std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(positions.count); }
 };
 
-/// The meshes in the order of their geom_ids. changed() makes what attach() and detach() collect.
+/// Neighbours in an array that stay when others come and go.
+struct KeptRun {
+    std::size_t before;
+    std::size_t after;
+    std::size_t count;
+};
+
+/// Brings runs, which keep their order, to their places in an array that gets `size` elements. The
+/// elements between them have any value.
+template <class T>
+void move_kept(std::vector<T>& all, std::span<const KeptRun> runs, std::size_t size) {
+    all.resize(std::max(all.size(), size));
+    const auto move = [&](const KeptRun& run) {
+        std::memmove(all.data() + run.after, all.data() + run.before, run.count * sizeof(T));
+    };
+    // No run is moved over one that has yet to be moved.
+    for (auto run = runs.begin(); run != runs.end(); ++run)
+        if (run->after < run->before) move(*run);
+    for (auto run = runs.rbegin(); run != runs.rend(); ++run)
+        if (run->after > run->before) move(*run);
+    all.resize(size);
+}
+
+/// The meshes in the order of their geom_ids. attach() and detach() collect changes.
 class MeshList {
 public:
     /// Returns the geom_id: the lowest one that is free. Throws Error.
@@ -47,8 +72,9 @@ public:
     /// Gives a mesh other positions. Throws Error, and changes nothing, if they do not fit.
     void set_positions(std::uint32_t geom_id, const Positions& positions);
     bool has_changes() const { return !changes_.empty(); }
-    /// The list with the collected changes made.
-    MeshList changed() const;
+    /// Makes the collected changes in place, and returns the difference. A list is of no use any
+    /// more after Error(limit): the meshes have too many positions or triangles together.
+    mray::TopologyChange make_changes();
 
     const mray::Topology& topology() const { return topology_; }
     bool is_smooth() const {
@@ -77,36 +103,23 @@ public:
     /// Of meshes with triangles, ascending.
     std::span<const std::uint32_t> first_prims() const { return first_prims_; }
 
-    /// What has changed since a list that this one was made of by changes.
-    mray::TopologyChange change_since(const MeshList& before) const;
-
     /// The number of triangles of the topology up to (geom_id, prim_id), which need not exist.
     std::uint32_t count_up_to(std::uint32_t geom_id, std::uint32_t prim_id) const;
 
 private:
+    /// The mesh that a geom_id will have, which is not used after detach(), and its arrays. Those
+    /// of textures are empty if it has none.
     struct Change {
-        std::uint32_t geom_id = 0;
-        bool attaches = false;
         MeshPlace place = {};
         std::vector<mray::uvec3> triangles = {};
         std::vector<mray::Albedo> albedo = {};
         std::vector<mray::Texcoords> texcoords = {};
         std::vector<std::uint32_t> texture_ids = {};
     };
-    /// The arrays of a mesh. Those of textures are empty if it has none.
-    struct Parts {
-        std::span<const mray::uvec3> triangles;
-        /// The first vertex and the first texture that `triangles` and `texture_ids` count from.
-        std::uint32_t first_vertex = 0;
-        std::uint32_t first_texture = 0;
-        std::span<const mray::Albedo> albedo;
-        std::span<const mray::Texcoords> texcoords;
-        std::span<const std::uint32_t> texture_ids;
-    };
 
-    Parts parts_of(const MeshPlace& place) const;
-    void append(std::uint32_t geom_id, MeshPlace place, const Parts& parts);
-    void append_textures(MeshPlace& place, const Parts& parts);
+    void move_triangles(std::span<const KeptRun> runs, std::size_t count);
+    void renumber(const MeshPlace& place, std::uint32_t vertex_shift, std::uint32_t texture_shift);
+    void write(const MeshPlace& place, Change change);
 
     /// By geom_id.
     std::vector<MeshPlace> places_;
@@ -115,10 +128,10 @@ private:
     std::vector<std::uint32_t> first_prims_;
     mray::Topology topology_;
     std::vector<std::shared_ptr<const mray::cpu::Texture>> textures_;
-    /// For each triangle up to the last one of a mesh with textures.
+    /// For each triangle, if a mesh has textures.
     std::vector<mray::Texcoords> texcoords_;
     std::vector<std::uint32_t> texture_ids_;
-    std::vector<Change> changes_;
+    std::map<std::uint32_t, Change> changes_;
     /// The geom_ids that are in use once the changes are made. All below first_free_ are.
     std::vector<bool> will_be_used_;
     std::uint32_t first_free_ = 0;

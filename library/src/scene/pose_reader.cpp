@@ -64,9 +64,6 @@ void for_each_run(const Positions& positions, const mray::Origin& origin, std::s
     }
 }
 
-void extend(WorldBounds& sum, const WorldBounds& other) { sum.extend(other); }
-void extend(MadePositions& sum, const MadePositions& other) { sum.add(other); }
-
 /// Calls `work(first, count)` for parts of [begin, end) in threads; joins results by extend().
 template <class Work>
 auto for_each_part(std::size_t begin, std::size_t end, mray::ThreadArena& arena, Work work) {
@@ -76,11 +73,11 @@ auto for_each_part(std::size_t begin, std::size_t end, mray::ThreadArena& arena,
         return tbb::parallel_reduce(
             Range(begin, end, kGrain), Sum{},
             [&](const Range& range, Sum sum) {
-                extend(sum, work(range.begin(), range.size()));
+                sum.extend(work(range.begin(), range.size()));
                 return sum;
             },
             [](Sum a, const Sum& b) {
-                extend(a, b);
+                a.extend(b);
                 return a;
             });
     });
@@ -90,14 +87,6 @@ WorldBounds bounds_of_all(std::span<const vec3> points, mray::ThreadArena& arena
     return for_each_part(0, points.size(), arena, [&](std::size_t first, std::size_t count) {
         return mray::bounds_of(points.subspan(first, count));
     });
-}
-
-void copy_positions(const Positions& positions, const mray::Origin& origin, std::size_t first,
-                    std::span<vec3> out) {
-    for_each_run(positions, origin, first, first + out.size(),
-                 [&](std::size_t at, std::span<const vec3> run) {
-                     std::copy(run.begin(), run.end(), &out[at - first]);
-                 });
 }
 
 WorldBounds to_bounds(const std::optional<Box>& box, const mray::Origin& origin) {
@@ -116,7 +105,7 @@ PoseReader::PoseReader(const std::optional<Box>& bounds, const Point& origin,
       space_(bounds_),
       target_(target) {}
 
-/// Reads a piece into this space. Returns whether one of its positions is outside of the range.
+/// Reads a piece into this space. Returns whether one of its positions has changed.
 bool PoseReader::read_piece(const Piece& piece, mray::ThreadArena& arena) {
     const MeshPlace& mesh = *piece.mesh;
     const std::span<vec3> scene =
@@ -126,20 +115,23 @@ bool PoseReader::read_piece(const Piece& piece, mray::ThreadArena& arena) {
             MadePositions sum;
             for_each_run(mesh.positions, origin_, first, first + count,
                          [&](std::size_t at, std::span<const vec3> run) {
-                             sum.add(mray::cpu::make_positions(space_, target_, run,
-                                                               scene.subspan(at, run.size())));
+                             sum.extend(mray::cpu::make_positions(space_, target_, run,
+                                                                  scene.subspan(at, run.size())));
                          });
             return sum;
         });
+    is_extended_ |= made.any_outside;
     auto kept = kept_.find(mesh.first_vertex);
     if (kept == kept_.end()) {
-        if (made.all_invertible) return made.any_outside;
+        if (made.all_invertible) return made.any_changed;
         kept = kept_.emplace(mesh.first_vertex, scene.size()).first;
         for (std::size_t i = 0; i < scene.size(); ++i) kept->second[i] = space_.to_world(scene[i]);
     }
-    copy_positions(mesh.positions, origin_, piece.first,
-                   std::span(kept->second).subspan(piece.first, piece.count));
-    return made.any_outside;
+    for_each_run(mesh.positions, origin_, piece.first, piece.first + piece.count,
+                 [&](std::size_t at, std::span<const vec3> run) {
+                     std::copy(run.begin(), run.end(), &kept->second[at]);
+                 });
+    return made.any_changed;
 }
 
 std::vector<vec3> PoseReader::world_positions(const MeshList& meshes) const {
@@ -161,7 +153,6 @@ std::vector<vec3> PoseReader::world_positions(const MeshList& meshes) const {
 bool PoseReader::convert_all(const MeshList& meshes, std::span<const vec3> world,
                              const WorldBounds& bounds, mray::ThreadArena& arena) {
     space_ = mray::SceneSpace(bounds);
-    positions_.resize(world.size());
     kept_.clear();
     bool any_outside = false;
     for (const MeshPlace& mesh : meshes.places()) {
@@ -180,9 +171,9 @@ bool PoseReader::convert_all(const MeshList& meshes, std::span<const vec3> world
     return any_outside;
 }
 
-/// Finds the space of these positions, and brings them into it.
-void PoseReader::find_space(const MeshList& meshes, std::span<const vec3> world,
-                            mray::ThreadArena& arena) {
+/// Finds the space of the positions, and brings them into it.
+void PoseReader::find_space(const MeshList& meshes, mray::ThreadArena& arena) {
+    const std::vector<vec3> world = world_positions(meshes);
     if (bounds_.empty()) bounds_ = bounds_of_all(world, arena);
     is_extended_ = convert_all(meshes, world, bounds_, arena);
     if (!is_extended_) return;
@@ -191,65 +182,47 @@ void PoseReader::find_space(const MeshList& meshes, std::span<const vec3> world,
     convert_all(meshes, world, extended, arena);
 }
 
-/// Reads a changed list into the space that is there. False: a position is outside of it.
-bool PoseReader::read_into_space(const MeshList& meshes, mray::ThreadArena& arena) {
-    std::vector<vec3> before(meshes.topology().vertex_count);
-    before.swap(positions_);
+/// Brings the positions of meshes that were there before to their places.
+void PoseReader::move_kept_meshes(const MeshList& meshes) {
+    std::vector<KeptRun> runs;
     auto kept_before = std::exchange(kept_, {});
-    bool any_outside = false;
     for (const MeshPlace& mesh : meshes.places()) {
-        if (!mesh.used || mesh.vertex_count() == 0) continue;
-        if (!mesh.vertex_before || mesh.deforms) {
-            any_outside |= read_piece({&mesh, 0, mesh.vertex_count()}, arena);
-            continue;
-        }
-        std::copy_n(&before[*mesh.vertex_before], mesh.vertex_count(),
-                    &positions_[mesh.first_vertex]);
+        if (!mesh.used || !mesh.vertex_before || mesh.vertex_count() == 0) continue;
+        runs.push_back({*mesh.vertex_before, mesh.first_vertex, mesh.vertex_count()});
         if (const auto kept = kept_before.find(*mesh.vertex_before); kept != kept_before.end())
-            kept_.emplace(mesh.first_vertex, kept->second);
+            kept_.emplace(mesh.first_vertex, std::move(kept->second));
     }
-    if (!any_outside) return true;
-    positions_.swap(before);
-    kept_.swap(kept_before);
-    return false;
+    move_kept(positions_, runs, meshes.topology().vertex_count);
 }
 
-void PoseReader::read_list(const MeshList& meshes, const MeshList* before,
-                           mray::ThreadArena& arena) {
-    const bool has_space = before != nullptr && !bounds_.empty() && !is_extended_;
-    if (has_space && read_into_space(meshes, arena)) return;
-    const std::vector<vec3> world_before =
-        before != nullptr ? world_positions(*before) : std::vector<vec3>();
-    std::vector<vec3> world(meshes.topology().vertex_count);
+std::vector<mray::IndexRange> PoseReader::read_list(const MeshList& meshes,
+                                                    mray::ThreadArena& arena) {
+    move_kept_meshes(meshes);
+    std::vector<Piece> kept;
     for (const MeshPlace& mesh : meshes.places()) {
-        if (!mesh.used || mesh.vertex_count() == 0) continue;
-        const std::span<vec3> out =
-            std::span(world).subspan(mesh.first_vertex, mesh.vertex_count());
-        if (before != nullptr && mesh.vertex_before && !mesh.deforms) {
-            std::copy_n(&world_before[*mesh.vertex_before], out.size(), out.begin());
-        } else {
-            copy_positions(mesh.positions, origin_, 0, out);
+        if (!mesh.used) continue;
+        const Piece all{&mesh, 0, mesh.vertex_count()};
+        if (!mesh.vertex_before) {
+            read_piece(all, arena);
+        } else if (mesh.deforms) {
+            kept.push_back(all);
         }
     }
-    find_space(meshes, world, arena);
+    return read_pieces(meshes, kept, arena);
 }
 
 std::vector<mray::IndexRange> PoseReader::read_pieces(const MeshList& meshes,
                                                       std::span<const Piece> pieces,
                                                       mray::ThreadArena& arena) {
-    bool any_outside = false;
-    for (const Piece& piece : pieces) any_outside |= read_piece(piece, arena);
-    if (is_extended_ || bounds_.empty() || any_outside) {
-        find_space(meshes, world_positions(meshes), arena);
-        return {{0, meshes.topology().vertex_count}};
-    }
-    std::vector<mray::IndexRange> ranges;
+    std::vector<mray::IndexRange> changed;
     for (const Piece& piece : pieces) {
         const auto begin = static_cast<std::uint32_t>(piece.mesh->first_vertex + piece.first);
         const auto end = static_cast<std::uint32_t>(begin + piece.count);
-        if (begin < end) ranges.push_back({begin, end});
+        if (read_piece(piece, arena)) changed.push_back({begin, end});
     }
-    return ranges;
+    if (!is_extended_ && !bounds_.empty()) return changed;
+    find_space(meshes, arena);
+    return {{0, meshes.topology().vertex_count}};
 }
 
 mray::vec3 PoseReader::world_position(std::uint32_t vertex) const {

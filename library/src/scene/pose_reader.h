@@ -41,9 +41,10 @@ public:
 
     /// The positions that are read next give the bounds.
     void forget_bounds() { bounds_ = {}; }
-    /// Reads the positions of a list of meshes that was made by changes of the list `before`, or of
-    /// a first list (null). Meshes that do not deform and were in the list before are not read.
-    void read_list(const MeshList& meshes, const MeshList* before, mray::ThreadArena& arena);
+    /// Reads the positions of a list whose changes have been made. Meshes that do not deform and
+    /// were there before are not read. Returns vertices besides which none of a mesh that was there
+    /// has changed in scene space.
+    std::vector<mray::IndexRange> read_list(const MeshList& meshes, mray::ThreadArena& arena);
     /// Positions of a mesh, which are in it.
     struct Piece {
         const MeshPlace* mesh;
@@ -55,11 +56,10 @@ public:
                                               mray::ThreadArena& arena);
 
 private:
+    void move_kept_meshes(const MeshList& meshes);
     bool read_piece(const Piece& piece, mray::ThreadArena& arena);
-    bool read_into_space(const MeshList& meshes, mray::ThreadArena& arena);
     std::vector<mray::vec3> world_positions(const MeshList& meshes) const;
-    void find_space(const MeshList& meshes, std::span<const mray::vec3> world,
-                    mray::ThreadArena& arena);
+    void find_space(const MeshList& meshes, mray::ThreadArena& arena);
     bool convert_all(const MeshList& meshes, std::span<const mray::vec3> world,
                      const mray::WorldBounds& bounds, mray::ThreadArena& arena);
 
@@ -67,7 +67,7 @@ private:
     mray::WorldBounds bounds_;
     mray::SceneSpace space_;
     mray::SimdTarget target_;
-    /// Whether positions lie outside the range of the space of the bounds.
+    /// Whether positions outside the range of the space of the bounds have been read.
     bool is_extended_ = false;
     std::vector<mray::vec3> positions_;
     /// The positions in world space of meshes that positions_ does not give back, by first vertex.
