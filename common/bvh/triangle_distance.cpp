@@ -82,7 +82,7 @@ WholeVector operator-(const WholeVector& a, const WholeVector& b) {
 mpz_class dot(const WholeVector& a, const WholeVector& b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
-WholeVector cross_whole(const WholeVector& a, const WholeVector& b) {
+WholeVector cross(const WholeVector& a, const WholeVector& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
@@ -173,11 +173,11 @@ ExactDistance exact_distance(const dvec3& p, const Corners& corners) {
     const WholeVector q = unit(p);
     const WholeVector x[3] = {unit(corners[0]), unit(corners[1]), unit(corners[2])};
     const WholeVector t[3] = {q - x[0], q - x[1], q - x[2]};
-    const WholeVector normal = cross_whole(x[1] - x[0], x[2] - x[0]);
+    const WholeVector normal = cross(x[1] - x[0], x[2] - x[0]);
     ExactDistance inside;
     bool is_inside = true;
     for (std::size_t i = 0; i < 3; ++i) {
-        inside.weights[i] = dot(normal, cross_whole(t[(i + 1) % 3], t[(i + 2) % 3]));
+        inside.weights[i] = dot(normal, cross(t[(i + 1) % 3], t[(i + 2) % 3]));
         is_inside &= inside.weights[i] > 0;
     }
     if (is_inside) {

@@ -11,7 +11,7 @@
 namespace mray {
 namespace {
 
-constexpr std::size_t kIndicesOfTask = 4096;
+constexpr std::size_t kGrain = 4096;
 
 template <class Visit>
 void for_each_corner(const uvec3& ids, Visit visit) {
@@ -47,7 +47,7 @@ VertexNormals::VertexNormals(std::span<const uvec3> triangles, std::span<const u
 
 void VertexNormals::update(std::span<const vec3> positions) {
     using Range = tbb::blocked_range<std::size_t>;
-    tbb::parallel_for(Range(0, triangles_.size(), kIndicesOfTask), [&](const Range& range) {
+    tbb::parallel_for(Range(0, triangles_.size(), kGrain), [&](const Range& range) {
         for (std::size_t i = range.begin(); i < range.end(); ++i) {
             const vec3 a = positions[triangles_[i].x];
             const vec3 b = positions[triangles_[i].y];
@@ -57,7 +57,7 @@ void VertexNormals::update(std::span<const vec3> positions) {
             areas_[i] = is_finite ? cross3(b - a, c - a) : vec3(0.0f);
         }
     });
-    tbb::parallel_for(Range(0, begins_.size() - 1, kIndicesOfTask), [&](const Range& range) {
+    tbb::parallel_for(Range(0, begins_.size() - 1, kGrain), [&](const Range& range) {
         for (std::size_t i = range.begin(); i < range.end(); ++i) {
             vec3 sum(0.0f);
             for (std::uint32_t k = begins_[i]; k < begins_[i + 1]; ++k)

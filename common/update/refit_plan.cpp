@@ -12,7 +12,7 @@ namespace mray {
 namespace {
 
 // Blocks a task: 192 KiB of positions.
-constexpr std::uint32_t kRefitGrain = 1024;
+constexpr std::uint32_t kGrain = 1024;
 
 // Blocks that are compared at once, 6 KiB: 0.6 of the time if none of them has moved.
 constexpr std::uint32_t kStretch = 32;
@@ -107,7 +107,7 @@ std::uint32_t PoseMemory::take_over(std::span<const vec3> positions, IndexRange 
     };
     using Range = tbb::blocked_range<std::uint32_t>;
     return tbb::parallel_reduce(
-        Range(blocks.begin, blocks.end, kRefitGrain), std::uint32_t{0},
+        Range(blocks.begin, blocks.end, kGrain), std::uint32_t{0},
         [&](const Range& range, std::uint32_t count) {
             for (std::uint32_t block = range.begin(); block < range.end(); block += kStretch)
                 count += take_stretch(block, std::min(block + kStretch, range.end()));
