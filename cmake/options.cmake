@@ -6,6 +6,8 @@ target_compile_options(morphray_options INTERFACE
     # antisymmetry that makes shared edges watertight (docs/design/arithmetic.md).
     -ffp-contract=off
     -fno-fast-math
+    # Its collector of garbage takes a twentieth of the time, and frees what is not missed.
+    $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=524288>
     -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
     $<$<BOOL:${MORPHRAY_WERROR}>:-Werror>)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|i.86")

@@ -18,12 +18,11 @@ function(morphray_precompile target group)
         <fmt/format.h> ${ARGN})
 endfunction()
 
-# morphray_compile_together(TARGET): compiles the sources of each folder of the target as one, at most 8 at
-# a time, which takes a third of the time where headers cost most. So names without linkage are unique
-# among the sources of a folder: another file's function that fits better would be called without a word.
-# Sources with options of their own, and those that Highway compiles once
-# an instruction set, are compiled one by one; so are all where nothing is compiled in advance. To be
-# called when the target has its sources.
+# morphray_compile_together(TARGET [FOLDERS]), called when the target has its sources: compiles them as one, at
+# most 17 at a time; with FOLDERS, those of each folder. That takes half of the time where headers cost most.
+# So names without linkage are unique there: another file's function that fits better would be called without
+# a word. Sources with options of their own, and those that Highway compiles once an instruction set, are
+# compiled one by one; so are all where nothing is compiled in advance.
 function(morphray_compile_together target)
     if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
         set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
@@ -36,18 +35,16 @@ function(morphray_compile_together target)
         get_source_file_property(options ${source} COMPILE_OPTIONS)
         get_source_file_property(definitions ${source} COMPILE_DEFINITIONS)
         get_source_file_property(alone ${source} SKIP_UNITY_BUILD_INCLUSION)
-        if(per_instruction_set OR options OR definitions OR alone)
-            continue()
+        if(NOT (per_instruction_set OR options OR definitions OR alone))
+            set(key ${target})
+            if(ARGN)
+                get_filename_component(folder ${source} DIRECTORY)
+                string(MAKE_C_IDENTIFIER "${target}_${folder}" key)
+            endif()
+            list(APPEND all_${key} ${source})
+            list(LENGTH all_${key} count)
+            math(EXPR part "(${count} - 1) / 17")
+            set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${key}_${part})
         endif()
-        # Names of objects do not depend on where the checkout lies, so that archives have the same bytes.
-        get_filename_component(folder ${path} DIRECTORY)
-        file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${folder})
-        string(MAKE_C_IDENTIFIER "${folder}" key)
-        if(NOT DEFINED count_${key})
-            set(count_${key} 0)
-        endif()
-        math(EXPR part "${count_${key}} / 8")
-        math(EXPR count_${key} "${count_${key}} + 1")
-        set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${key}_${part})
     endforeach()
 endfunction()

@@ -80,7 +80,7 @@ struct Scale {
     std::string labels[3];
 };
 
-std::string text_of(double depth) { return fmt::format("{:.4g}", depth); }
+std::string depth_text(double depth) { return fmt::format("{:.4g}", depth); }
 
 }  // namespace
 
@@ -91,8 +91,8 @@ void draw_legend(morphray::Shading shading, const DepthRange& depths, morphray::
     Scale scale;
     if (shading == Shading::depth)
         scale = {"depth",
-                 {text_of(depths.near), text_of(depths.near + depths.range / 2),
-                  text_of(depths.near + depths.range)}};
+                 {depth_text(depths.near), depth_text(depths.near + depths.range / 2),
+                  depth_text(depths.near + depths.range)}};
     else if (shading == Shading::steps)
         scale = {"steps", {"1", "8", "64+"}};
     else if (shading == Shading::sah)

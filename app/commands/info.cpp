@@ -119,7 +119,7 @@ std::string text_of_point(const Json& point, int digits) {
     return fmt::format("{:.{}g}, {:.{}g}, {:.{}g}", x, digits, y, digits, z, digits);
 }
 
-std::string text_of(const Json& json) {
+std::string scene_text_of(const Json& json) {
     const double last = json["last_frame"];
     std::string text;
     const auto add = [&text](const char* name, const std::string& value) {
@@ -185,7 +185,7 @@ ExitCode run_command(const InfoOptions& options, const Messages& messages) {
     }
     const Json report = describe_scene(options, messages);
     if (!options.json.empty()) write_report(options.json, json_text(report));
-    if (!takes_stdout({options.json})) messages.print(text_of(report));
+    if (!takes_stdout({options.json})) messages.print(scene_text_of(report));
     return ExitCode::kOk;
 }
 

@@ -30,7 +30,7 @@ using Types = std::map<std::uint32_t, SpirvInstruction>;
 /// `usamplerBuffer` and `uimageBuffer` of GLSL.
 VkDescriptorType opaque_type(const Types& types, std::uint32_t id) {
     constexpr std::uint32_t kBuffer = 5;
-    constexpr std::uint32_t kSampled = 1;
+    constexpr std::uint32_t kSampledImage = 1;
     const auto type_of = [&](std::uint32_t type) -> const SpirvInstruction& {
         const auto place = types.find(type);
         if (place == types.end()) refuse("a resource that is not a buffer");
@@ -41,8 +41,8 @@ VkDescriptorType opaque_type(const Types& types, std::uint32_t id) {
         type.opcode == kTypeSampledImage ? type_of(type.operands[1]) : type;
     if (image.opcode != kTypeImage || image.operands[2] != kBuffer)
         refuse("a resource that is not a buffer");
-    return image.operands[6] == kSampled ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER
-                                         : VK_DESCRIPTOR_TYPE_STORAGE_TEXEL_BUFFER;
+    return image.operands[6] == kSampledImage ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER
+                                              : VK_DESCRIPTOR_TYPE_STORAGE_TEXEL_BUFFER;
 }
 
 }  // namespace

@@ -33,14 +33,14 @@ std::span<const mray::StoredRay> stored(std::span<const Ray> rays) {
     return {reinterpret_cast<const mray::StoredRay*>(rays.data()), rays.size()};
 }
 
-struct Range {
+struct CoordinateRange {
     float lower = 0;
     float upper = 0;
 
     double size() const { return double{upper} - lower; }
 };
 
-Range range_of(std::span<const Coordinates> samples, std::size_t k) {
+CoordinateRange range_of(std::span<const Coordinates> samples, std::size_t k) {
     std::vector<float> values;
     values.reserve(samples.size());
     for (const Coordinates& sample : samples) {
@@ -53,7 +53,7 @@ Range range_of(std::span<const Coordinates> samples, std::size_t k) {
 }
 
 /// A curve over these ranges: each bit of a key halves the cells that are the longest so far.
-RayCurve curve_over(std::span<const Range> ranges, double extent) {
+RayCurve curve_over(std::span<const CoordinateRange> ranges, double extent) {
     RayCurve curve;
     std::array<double, RayCurve::kCoordinates> length{};
     for (std::size_t k = 0; k < length.size(); ++k)
@@ -122,7 +122,7 @@ void RaySorter::choose_curve(std::span<const Ray> rays, double extent) {
     std::array<Coordinates, kSamples> samples;
     for (std::size_t i = 0; i < kSamples; ++i)
         samples[i] = mray::cpu::ray_coordinates(stored(rays)[(rays.size() - 1) / kSamples * i]);
-    std::array<Range, RayCurve::kCoordinates> ranges;
+    std::array<CoordinateRange, RayCurve::kCoordinates> ranges;
     for (std::size_t k = 0; k < ranges.size(); ++k) ranges[k] = range_of(samples, k);
     curve_ = curve_over(ranges, extent);
 }

@@ -25,7 +25,7 @@ constexpr PlyType type_named(std::string_view name, std::string_view other) {
     return {{name, other}, sizeof(Number), std::is_integral_v<Number>, kValue};
 }
 
-constexpr PlyType kTypes[] = {
+constexpr PlyType kPlyTypes[] = {
     type_named<std::int8_t>("char", "int8"),    type_named<std::uint8_t>("uchar", "uint8"),
     type_named<std::int16_t>("short", "int16"), type_named<std::uint16_t>("ushort", "uint16"),
     type_named<std::int32_t>("int", "int32"),   type_named<std::uint32_t>("uint", "uint32"),
@@ -137,7 +137,7 @@ private:
     }
 
     static const PlyType* type_of(std::string_view name) {
-        for (const PlyType& type : kTypes)
+        for (const PlyType& type : kPlyTypes)
             if (std::ranges::count(type.names, name) > 0) return &type;
         return nullptr;
     }

@@ -81,10 +81,10 @@ TEST(SceneUpdate, ReadsTheCallersOwnVerticesInPlace) {
     expect_as_new(scene, {mesh.view()}, {.bounds = kBounds}, world_rays(mesh, 1000, 11), "strided");
 
     // The member may be that of a base.
-    struct Point {
+    struct Placed {
         morphray::Vec3 position;
     };
-    struct Corner : Point {
+    struct Corner : Placed {
         float normal[3] = {5, 6, 7};
     };
     std::vector<Corner> corners(mesh.points.size());

@@ -108,7 +108,7 @@ std::vector<Played> play(const ProfileOptions& options, const PolicySpec& policy
     return played;
 }
 
-Json json_of(const PolicyRun& run) {
+Json policy_json(const PolicyRun& run) {
     const auto is_build = [](const Played& frame) {
         return frame.update.step == TreeStep::kRebuilt || frame.update.step == TreeStep::kSwapped;
     };
@@ -160,7 +160,7 @@ Table frames_table(const std::vector<PolicyRun>& runs) {
 }
 
 /// "quickest: auto on cpu with 9.01 ms, refit on vulkan with 290 ms".
-std::string sentence_of(const Json& policies) {
+std::string policies_sentence(const Json& policies) {
     std::string text;
     for (const Json& run : policies) {
         if (run["regret"] != 0) continue;
@@ -186,7 +186,7 @@ std::string summary_of(const Json& report) {
     return fmt::format(
         "{}\n\ntimes in ms of {} round{}; total: the medians of its frames; spread: of the totals\n"
         "of rounds, in %; median, worst: of a frame; regret: beyond the least total, in %\n{}",
-        sentence_of(report["policies"]), repeat, repeat == 1 ? "" : "s", table.text());
+        policies_sentence(report["policies"]), repeat, repeat == 1 ? "" : "s", table.text());
 }
 
 std::vector<plot::Panel> panels_of(const std::vector<PolicyRun>& runs) {
@@ -219,7 +219,7 @@ void plot_policies(const Json& report, const std::vector<PolicyRun>& runs,
                    const std::string& file) {
     const auto text = [&](const char* key) { return report[key].dump(); };
     const plot::Figure figure{
-        .title = sentence_of(report["policies"]),
+        .title = policies_sentence(report["policies"]),
         .footer = fmt::format(
             "{}, {} triangles, {}x{} pixels, {} rays; {}", report["scene"].get<std::string>(),
             text("triangles"), text("width"), text("height"), report["rays"].get<std::string>(),
@@ -277,7 +277,7 @@ ExitCode profile_policies(const ProfileOptions& options, const Messages& message
     }
     Json report = profile_head(options, scene.animation());
     report["policies"] = Json::array();
-    for (const PolicyRun& run : runs) report["policies"].push_back(json_of(run));
+    for (const PolicyRun& run : runs) report["policies"].push_back(policy_json(run));
     if (!options.json.empty()) write_report(options.json, json_text(report));
     if (!options.csv.empty()) write_report(options.csv, frames_table(runs).csv());
     if (!options.plot.empty()) plot_policies(report, runs, options.plot);

@@ -98,7 +98,7 @@ std::string bytes_of(const TextureFile& file, bool lenient) {
     }
 }
 
-void add_textures(Hasher& hasher, const SceneTextures& textures, bool lenient) {
+void hash_textures(Hasher& hasher, const SceneTextures& textures, bool lenient) {
     add_array(hasher, std::span<const Texcoords>(textures.texcoords));
     add_array(hasher, std::span<const std::uint32_t>(textures.texture_ids));
     for (const TextureFile& file : textures.files) {
@@ -178,7 +178,7 @@ std::uint64_t animation_hash(const Animation& animation, bool with_textures, boo
     const WorldBounds bounds = animation.bounds();
     hasher.add(std::span(&bounds.lower, 1)).add(std::span(&bounds.upper, 1));
     if (with_textures && animation.textures() != nullptr)
-        add_textures(hasher, *animation.textures(), lenient);
+        hash_textures(hasher, *animation.textures(), lenient);
     return hasher.digest();
 }
 

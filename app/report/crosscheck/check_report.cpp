@@ -13,7 +13,7 @@
 namespace mray::app {
 namespace {
 
-std::string describe_hit(const Hit& hit, std::uint32_t occlusion, std::uint32_t pixel) {
+std::string describe_pixel(const Hit& hit, std::uint32_t occlusion, std::uint32_t pixel) {
     const std::string shading =
         fmt::format("occluded {} colour #{:02x}{:02x}{:02x}", occlusion, pixel & 0xFF,
                     (pixel >> 8) & 0xFF, (pixel >> 16) & 0xFF);
@@ -56,9 +56,9 @@ std::string details_of(const CrosscheckOptions& options, const CheckedImage& ima
         const PixelDifference& p = difference.first[i];
         text += fmt::format("  pixel {},{}\n", p.x, p.y);
         text += fmt::format("    {:<8} {}\n", image.reference,
-                            describe_hit(p.expected, p.expected_occlusion, p.expected_pixel));
+                            describe_pixel(p.expected, p.expected_occlusion, p.expected_pixel));
         text += fmt::format("    {:<8} {}\n", image.variant.backend,
-                            describe_hit(p.actual, p.actual_occlusion, p.actual_pixel));
+                            describe_pixel(p.actual, p.actual_occlusion, p.actual_pixel));
         for (const bool reference : {true, false})
             text += fmt::format("    {}\n", probe_command(options, image, p, build_at, reference));
     }
