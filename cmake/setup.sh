@@ -88,8 +88,8 @@ configure() {
         return
     fi
     cache_has MORPHRAY_TESTS:BOOL=ON && tests=ON
-    local minutes=5
-    [ "$tests" = OFF ] || minutes=11
+    local minutes=3
+    [ "$tests" = OFF ] || minutes=8
     say "building; the first time takes about $minutes minutes on two cores"
     (cd "$root" && cmake --preset "$preset" -DMORPHRAY_TESTS="$tests") </dev/null >>"$log" 2>&1 ||
         show_log_and_exit 70 "configuring failed"
