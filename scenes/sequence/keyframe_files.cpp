@@ -38,7 +38,7 @@ struct NumberedName {
     std::uint64_t number = 0;
 };
 
-[[noreturn]] void stop(const fs::path& path, const std::string& what, Hint hint = Hint::kNone) {
+[[noreturn]] void fail_at(const fs::path& path, const std::string& what, Hint hint = Hint::kNone) {
     throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", escape(path), what), hint);
 }
 
@@ -51,7 +51,7 @@ std::vector<std::string> file_names(const fs::path& folder) {
         if (!entry->is_directory(ignored)) names.push_back(entry->path().filename().native());
     }
     if (error) {
-        stop(folder, fmt::format("folder cannot be read: {}; check the path", error.message()));
+        fail_at(folder, fmt::format("folder cannot be read: {}; check the path", error.message()));
     }
     // A folder lists its files in an order of the file system.
     std::sort(names.begin(), names.end());
@@ -90,8 +90,8 @@ std::vector<KeyframeFile> numbered_files(const fs::path& folder, const Pattern& 
         if (i == 0) continue;
         const NumberedName& before = names[i - 1];
         if (names[i].number == before.number) {
-            stop(folder, fmt::format("{} and {} are the same frame; remove one",
-                                     escape(before.name), escape(names[i].name)));
+            fail_at(folder, fmt::format("{} and {} are the same frame; remove one",
+                                        escape(before.name), escape(names[i].name)));
         }
         if (first_missing.empty() && names[i].number - before.number > step) {
             first_missing = fmt::format("{}{:0{}}{}", pattern.prefix, before.number + step,
@@ -103,8 +103,8 @@ std::vector<KeyframeFile> numbered_files(const fs::path& folder, const Pattern& 
         files.back().frame - files.front().frame + 1 - static_cast<double>(files.size());
     const std::string more = missing > 1 ? fmt::format(" and {} more", missing - 1) : "";
     if (!options.skip_missing) {
-        stop(folder / first_missing, fmt::format("frame is missing{}; add it", more),
-             Hint::kReplaceMissing);
+        fail_at(folder / first_missing, fmt::format("frame is missing{}; add it", more),
+                Hint::kReplaceMissing);
     }
     if (options.warn) {
         options.warn({escape(folder / first_missing),
@@ -119,7 +119,7 @@ void sort_by_number(std::vector<NumberedName>& names) {
     });
 }
 
-[[noreturn]] void reject(const std::string& pattern, const char* what) {
+[[noreturn]] void refuse_pattern(const std::string& pattern, const char* what) {
     throw Error(ErrorKind::kBadArgument,
                 "pattern {}: {}; write one %d, %0Nd (N from 1 to 9) or * in the file name",
                 quote(pattern), what);
@@ -128,16 +128,17 @@ void sort_by_number(std::vector<NumberedName>& names) {
 Pattern split_pattern(const std::string& pattern) {
     const std::size_t name_at = pattern.rfind('/') + 1;  // npos + 1 is 0
     const std::size_t mark = pattern.find_first_of("%*", name_at);
-    if (mark == std::string::npos) reject(pattern, "no frame number in the file's name");
+    if (mark == std::string::npos) refuse_pattern(pattern, "no frame number in the file's name");
     std::size_t end = mark + 1;
     if (pattern[mark] == '%') {
         const std::string_view rest = std::string_view(pattern).substr(end);
         const bool is_padded = rest.size() >= 3 && rest[0] == '0' && rest[1] >= '1' &&
                                rest[1] <= '9' && rest[2] == 'd';
-        if (!is_padded && !rest.starts_with('d')) reject(pattern, "unknown use of '%'");
+        if (!is_padded && !rest.starts_with('d')) refuse_pattern(pattern, "unknown use of '%'");
         end += is_padded ? 3 : 1;
     }
-    if (pattern.find_first_of("%*", end) != std::string::npos) reject(pattern, "two frame numbers");
+    if (pattern.find_first_of("%*", end) != std::string::npos)
+        refuse_pattern(pattern, "two frame numbers");
     return {pattern.substr(name_at, mark - name_at), pattern.substr(end)};
 }
 
@@ -212,15 +213,15 @@ private:
 std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const AnimationOptions& options) {
     std::vector<std::string> all = file_names(folder);
     std::erase_if(all, [](const auto& name) { return name[0] == '.' || !has_mesh_name(name); });
-    if (all.empty()) stop(folder, "no .obj or .ply file in this folder; check the path");
+    if (all.empty()) fail_at(folder, "no .obj or .ply file in this folder; check the path");
     const Pattern pattern = pattern_of(all[0]);
     std::vector<NumberedName> names;
     for (const std::string& name : all) {
         const std::optional<NumberedName> file = numbered(name, pattern);
         if (!file && name != all[0]) {
-            stop(folder, fmt::format("{} and {} are not frames of one sequence; give a pattern "
-                                     "such as frame_%04d.obj, or one file",
-                                     escape(all[0]), escape(name)));
+            fail_at(folder, fmt::format("{} and {} are not frames of one sequence; give a pattern "
+                                        "such as frame_%04d.obj, or one file",
+                                        escape(all[0]), escape(name)));
         }
         names.push_back(file.value_or(NumberedName{name}));
     }
@@ -238,7 +239,7 @@ std::vector<KeyframeFile> files_of_pattern(const std::string& text,
     std::vector<NumberedName> names;
     for (const std::string& name : file_names(folder.empty() ? "." : folder))
         if (const auto file = numbered(name, pattern)) names.push_back(*file);
-    if (names.empty()) stop(text, "no file matches this pattern; check the path");
+    if (names.empty()) fail_at(text, "no file matches this pattern; check the path");
     sort_by_number(names);
     return numbered_files(folder, pattern, names, 0, 1, options);
 }
