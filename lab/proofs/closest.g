@@ -14,7 +14,7 @@
 #   by hand      The rule's place is a mean of vertices that are off by e R each, and is clamped to
 #                their box, in which the point of the triangle lies as well; components below kTiny =
 #                2^-60 become 0. |v| <= sqrt(3) times its largest component, sqrt(3) < 1.7321. x = L / |w|
-#                is at most the rule's distance plus g, and
+#                is at most the rule's distance plus g, and the triangle's plus g, and
 #                (x - g)^2 >= x^2 / (1 + n) - g^2 / n for any n, here 2^-15. No product underflows that
 #                decides: L <= |w|^2 as computed, and limits are at least kLeastNearestVertexErrorSquare.
 #
