@@ -19,10 +19,10 @@ function(morphray_precompile target group)
 endfunction()
 
 # morphray_compile_together(TARGET [FOLDERS]), called when the target has its sources: compiles them as one, at
-# most 17 at a time; with FOLDERS, those of each folder. That takes half of the time where headers cost most.
-# So names without linkage are unique there: another file's function that fits better would be called without
-# a word. Sources with options of their own, and those that Highway compiles once an instruction set, are
-# compiled one by one; so are all where nothing is compiled in advance.
+# most 17 at a time, which leaves parts for several cores; with FOLDERS, those of each folder. That takes half
+# of the time where headers cost most. So names without linkage are unique there: another file's function that
+# fits better would be called without a word. Sources with options of their own, and those that Highway compiles
+# once an instruction set, are compiled one by one; so are all where nothing is compiled in advance.
 function(morphray_compile_together target)
     if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
         set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)

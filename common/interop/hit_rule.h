@@ -299,8 +299,8 @@ SHARED Bool is_in_range(Float t, Float tnear, Float tfar) {
     return t > 0.0f && t >= tnear && t <= tfar;
 }
 
-/// Whether a hit has a smaller t than the closest one so far, or the same t and a smaller prim_id.
-/// A search begins with (tfar, kNoPrim) as the closest.
+/// Hits are ordered by t, and those of equal t by prim_id. True if a hit comes before the closest
+/// one so far. A search begins with (tfar, kNoPrim) as the closest.
 SHARED Bool is_closer(Float t, Uint prim_id, Float closest_t, Uint closest_prim) {
     return t < closest_t || (t == closest_t && prim_id < closest_prim);
 }

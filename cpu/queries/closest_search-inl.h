@@ -21,8 +21,8 @@ using namespace simd::HWY_NAMESPACE;
 /// The triangles near a point, among which the closest one is.
 class NearTriangles {
 public:
-    /// Takes the triangle in a slot of a leaf, at least so far away. Those beyond `most` have
-    /// become useless.
+    /// Adds the triangle in a slot of a leaf; `least` is a lower bound of its distance. Triangles
+    /// whose bound is above `most` may be dropped.
     HWY_INLINE void add(float least, std::uint32_t leaf, std::uint32_t slot, float most) {
         if (count_ == kMost) keep_within(most);
         if (count_ < kMost) {
@@ -32,6 +32,7 @@ public:
         }
     }
 
+    /// Appends the triangles whose bound is at most `most`, or kNoPrim if they were too many.
     HWY_INLINE void append_to(Rivals& rivals, const Bvh& bvh, float most) {
         keep_within(most);
         if (least_lost_ <= most) {
@@ -159,8 +160,9 @@ private:
     lanes::Float3 p_;
     FloatVec point_error_;
     ClosestTriangle closest_;
-    /// What the exactly closest triangle is at most away, and a bound of its square.
+    /// The exactly closest triangle is no farther than this.
     float most_;
+    /// Its square, rounded up, for comparisons with squared distances.
     float most_d2_;
     NearTriangles near_;
 };

@@ -36,7 +36,8 @@ struct MadePositions {
     /// Whether SceneSpace::to_world() gives each of them back. It does not for a position that is
     /// not finite, and may not for one outside of the range or with a coordinate below 2^-36 of it.
     bool all_invertible = true;
-    /// Whether one differs in a bit from what was there. It may be true if one is not finite.
+    /// False only if no bit of the output array has changed. For positions that are not finite it
+    /// may be true without a change.
     bool any_changed = false;
 
     void extend(const MadePositions& other) {

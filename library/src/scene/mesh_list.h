@@ -107,8 +107,8 @@ public:
     std::uint32_t count_up_to(std::uint32_t geom_id, std::uint32_t prim_id) const;
 
 private:
-    /// The mesh that a geom_id will have, which is not used after detach(), and its arrays. Those
-    /// of textures are empty if it has none.
+    /// The mesh that a geom_id will have, and its arrays. After detach() `place.used` is false and
+    /// all arrays are empty. Without textures `texcoords` and `texture_ids` are empty.
     struct Change {
         MeshPlace place = {};
         std::vector<mray::uvec3> triangles = {};

@@ -67,7 +67,8 @@ private:
     mray::WorldBounds bounds_;
     mray::SceneSpace space_;
     mray::SimdTarget target_;
-    /// Whether positions outside the range of the space of the bounds have been read.
+    /// True once a position was read that scene space, made of bounds_, does not contain. The
+    /// space is then made of all positions.
     bool is_extended_ = false;
     std::vector<mray::vec3> positions_;
     /// The positions in world space of meshes that positions_ does not give back, by first vertex.

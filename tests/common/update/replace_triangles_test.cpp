@@ -102,7 +102,7 @@ TEST(ReplaceTriangles, KeepsEveryInvariantAndTheCost) {
         const TopologyChange change = change_of(joined, next, from);
         ASSERT_TRUE(replace_triangles(next.topology, next.positions, change, bvh, areas)) << step;
         joined = std::move(next);
-        // What stays has not moved, so a refit changes nothing.
+        // No vertex has moved. So all boxes are right already, and a refit keeps every bit.
         Bvh refitted = bvh;
         cpu::refit(refitted, joined.positions);
         ASSERT_EQ(bvh_hash(bvh), bvh_hash(refitted)) << step;

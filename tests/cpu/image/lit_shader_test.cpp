@@ -362,42 +362,5 @@ TEST(LitColours, RootsOfMeansAreExact) {
     EXPECT_EQ(root, 255u);
 }
 
-TEST(SmoothSurface, NormalsAreWeightedMeans) {
-    const vec3 n = smooth_normal({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.25f, 0.5f);
-    const float length = std::sqrt(0.375f);
-    EXPECT_NEAR(n.x, 0.25f / length, 1e-6f);
-    EXPECT_NEAR(n.y, 0.25f / length, 1e-6f);
-    EXPECT_NEAR(n.z, 0.5f / length, 1e-6f);
-}
-
-TEST(SmoothSurface, RaysBetweenTwoSurfacesEndAtTheSecond) {
-    const Surface a{{1, 2, 3}, {0, 0, 1}, 8};
-    const Surface b{{-2, 2, 4}, {0, 1, 0}, 8};
-    const Ray ray = ray_between(a, b);
-    EXPECT_EQ(ray.org, off_surface(a, a.size));
-    EXPECT_EQ(ray.tnear, 0);
-    EXPECT_EQ(ray.org + ray.dir * ray.tfar, off_surface(b, b.size));
-}
-
-TEST(SmoothSurface, IsAboveTrianglesThatBulgeAndOnOthers) {
-    const vec3 a(0, 0, 0), b(1, 0, 0), c(0, 1, 0), up(0, 0, 1);
-    const auto at = [&](float u, float v, float tilt) {
-        const Surface flat{vec3(u, v, 0), up, 2};
-        return smooth_surface(flat, a, b, c, unit({-tilt, -tilt, 1}), unit({tilt, 0, 1}),
-                              unit({0, tilt, 1}), u, v);
-    };
-    const vec3 middle(0.25f, 0.5f, 0);
-    EXPECT_EQ(at(0.25f, 0.5f, 0).point, middle);
-    EXPECT_EQ(at(0.25f, 0.5f, 0).normal, up);
-    EXPECT_EQ(at(0.25f, 0.5f, -0.25f).point, middle);
-    // The planes through the corners are 0.1875, 0.1875 and 0.125 above the point.
-    const Surface above = at(0.25f, 0.5f, 0.25f);
-    EXPECT_GT(above.point.z, 0.125f);
-    EXPECT_LT(above.point.z, 0.1875f);
-    EXPECT_GT(above.size, 2);
-    for (const auto& [u, v] : {std::pair{0.0f, 0.0f}, {1.0f, 0.0f}, {0.0f, 1.0f}})
-        EXPECT_EQ(at(u, v, 0.25f).point, vec3(u, v, 0));
-}
-
 }  // namespace
 }  // namespace mray
