@@ -1,6 +1,5 @@
 #include "common/bvh/builder/binary_tree.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 #include <tbb/task_arena.h>
@@ -8,7 +7,6 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
-#include <cstring>
 #include <mutex>
 #include <utility>
 
@@ -24,7 +22,7 @@ static_assert(kMaxTriangles <= std::uint64_t{1} << (kMaxBinaryHeight - kMedianDe
 
 constexpr std::size_t kTaskSize = 2048;
 
-// Up to here every position is tried. More gains nothing (lab/notes/build_and_refit.md).
+// Triangles up to which every position is tried. More gains nothing (lab/notes/build_and_refit.md).
 constexpr std::size_t kSweepSize = 24;
 static_assert(kSweepSize <= kFewRefs);
 
@@ -57,10 +55,12 @@ std::size_t remove_repeated(const Topology& topology, std::span<PrimRef> refs,
 
 class Builder {
 public:
-    /// Every split moves the refs from one of the two arrays to the other.
-    Builder(const Topology& topology, const SimdTarget& target, const Watch& watch,
-            BinaryTree& tree)
+    /// tree.refs has room for a ref a triangle. Every split moves the refs from one of two arrays
+    /// to the other. positions: those of the topology, or none where no pairs are made.
+    Builder(const Topology& topology, std::span<const vec3> positions, const SimdTarget& target,
+            const Watch& watch, BinaryTree& tree)
         : topology_(topology),
+          positions_(positions),
           target_(target),
           watch_(watch),
           tree_(tree),
@@ -74,7 +74,14 @@ public:
         tree_.nodes.resize(2 * count + blocks_.size() * kNodeBlock);
     }
 
-    void build() { build(0, 0, static_cast<std::uint32_t>(tree_.prim_ids.size()), 0, nullptr); }
+    /// Of the refs that the tree has.
+    void build() { build(0, {0, triangle_count(), tree_.refs.size()}, 0, nullptr); }
+
+    /// Of all triangles of the topology.
+    void build_triangles() {
+        const std::size_t count = make_pairs();
+        build(0, {0, triangle_count(), count}, 0, nullptr);
+    }
 
     std::uint32_t node_count() const { return node_count_; }
 
@@ -85,54 +92,116 @@ private:
         std::uint32_t end = 0;
     };
 
-    /// Builds the subtree of refs_[depth % 2][begin .. end). block: the calling thread's if that
-    /// builds the whole subtree, otherwise null. coincide: whether all centroids are known to
-    /// coincide, and repeated triangles are removed.
-    void build(std::uint32_t node_index, std::uint32_t begin, std::uint32_t end,
-               std::uint32_t depth, NodeBlock* block, bool coincide = false) {
+    /// The triangles prim_ids[begin .. end), with `refs` refs from index `begin` of an array on.
+    struct Set {
+        std::uint32_t begin;
+        std::uint32_t end;
+        std::size_t refs;
+
+        std::size_t size() const { return end - begin; }
+    };
+
+    std::uint32_t triangle_count() const {
+        return static_cast<std::uint32_t>(tree_.prim_ids.size());
+    }
+
+    /// Builds the subtree of a set of refs_[depth % 2]. block: the calling thread's if that builds
+    /// the whole subtree, otherwise null. coincide: whether all centroids are known to coincide,
+    /// and repeated triangles are removed.
+    void build(std::uint32_t node_index, Set set, std::uint32_t depth, NodeBlock* block,
+               bool coincide = false) {
         BinaryNode& node = tree_.nodes[node_index];
-        node.begin = begin;
-        node.end = end;
+        node.begin = set.begin;
+        node.end = set.end;
         node.children = 0;
         node.height = 0;
-        const std::span<PrimRef> refs(refs_[depth % 2] + begin, end - begin);
-        if (refs.size() <= kLeafTriangles && make_leaf(refs, node)) return;
+        const std::span<PrimRef> refs(refs_[depth % 2] + set.begin, set.refs);
+        if (set.size() <= kLeafTriangles && make_leaf(refs, node)) return;
         // make_leaf reads them soon, in no order (lab/notes/build_and_refit.md).
-        if (refs.size() <= kSweepSize && !is_part(refs.back())) {
+        if (set.size() <= kSweepSize && !is_part(refs.back())) {
             for (const PrimRef& ref : refs) __builtin_prefetch(&topology_.triangles[ref.prim_id()]);
         }
-        PrimRef* const out = refs_[(depth + 1) % 2] + begin;
-        std::size_t left_size = 0;
+        PrimRef* const out = refs_[(depth + 1) % 2] + set.begin;
+        PartSize left_size;
         if (depth < kMedianDepth && !coincide) {
-            left_size = split_by_cost(refs, out);
-            coincide = left_size == 0;
+            left_size = set.size() <= kSweepSize ? split_few(refs, out, target_)
+                                                 : split_binned(refs, out, target_);
+            coincide = left_size.refs == 0;
+            if (coincide && set.refs < set.size()) {
+                open_pairs(refs.data(), set);
+                set.refs = set.size();
+                return build(node_index, set, depth, block);
+            }
             if (coincide && !is_part(refs.back())) {
                 const std::size_t count = take_repeated(refs);
-                if (count < refs.size()) {
-                    end = begin + static_cast<std::uint32_t>(count);
-                    return build(node_index, begin, end, depth, block, true);
+                if (count < set.refs) {
+                    set.end = set.begin + static_cast<std::uint32_t>(count);
+                    set.refs = count;
+                    return build(node_index, set, depth, block, true);
                 }
             }
         }
-        if (left_size == 0) left_size = split_median(refs, out, target_);
-        const auto middle = begin + static_cast<std::uint32_t>(left_size);
+        if (left_size.refs == 0) left_size = split_median(refs, out, target_);
+        const auto middle = set.begin + static_cast<std::uint32_t>(left_size.triangles);
+        const Set left_set = {set.begin, middle, left_size.refs};
+        const Set right_set = {middle, set.end, set.refs - left_size.refs};
         std::uint32_t left;
-        if (refs.size() >= kTaskSize) {
+        if (set.size() >= kTaskSize) {
             watch_.throw_if_cancelled();
             left = take_pair(own_block());
             tbb::parallel_invoke(
-                [=, this] { build(left, begin, middle, depth + 1, nullptr, coincide); },
-                [=, this] { build(left + 1, middle, end, depth + 1, nullptr, coincide); });
+                [=, this] { build(left, left_set, depth + 1, nullptr, coincide); },
+                [=, this] { build(left + 1, right_set, depth + 1, nullptr, coincide); });
         } else {
             if (block == nullptr) block = &own_block();
             left = take_pair(*block);
-            build(left, begin, middle, depth + 1, block, coincide);
-            build(left + 1, middle, end, depth + 1, block, coincide);
+            build(left, left_set, depth + 1, block, coincide);
+            build(left + 1, right_set, depth + 1, block, coincide);
         }
         node.box = tree_.nodes[left].box;
         node.box.extend(tree_.nodes[left + 1].box);
         node.children = left;
         node.height = 1 + std::max(tree_.nodes[left].height, tree_.nodes[left + 1].height);
+    }
+
+    /// Writes the refs of all triangles, pairs where they are better, to refs_[0]; returns how
+    /// many.
+    std::size_t make_pairs() {
+        const std::size_t size = triangle_count();
+        std::vector<std::size_t> first((size + kTaskSize - 1) / kTaskSize + 1, 0);
+        const auto for_each_task = [&](auto step) {
+            tbb::parallel_for(std::size_t{0}, first.size() - 1, [&](std::size_t i) {
+                watch_.throw_if_cancelled();
+                step(i, refs_[0] + i * kTaskSize);
+            });
+        };
+        for_each_task([&](std::size_t i, PrimRef* refs) {
+            const std::size_t begin = i * kTaskSize;
+            const std::span<PrimRef> own(refs, std::min(kTaskSize, size - begin));
+            make_refs(topology_, positions_, static_cast<std::uint32_t>(begin), own, target_);
+            first[i + 1] = pair_refs(topology_, own);
+        });
+        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+        if (first.back() == size) return size;
+        for_each_task([&](std::size_t i, const PrimRef* refs) {
+            std::copy_n(refs, first[i + 1] - first[i], refs_[1] + first[i]);
+        });
+        std::swap(refs_[0], refs_[1]);
+        return first.back();
+    }
+
+    /// Makes single refs of the pairs among `refs`, which has room for a ref a triangle.
+    void open_pairs(PrimRef* refs, const Set& set) const {
+        PrimRef* to = refs + set.size();
+        for (std::size_t i = set.refs; i-- > 0;) {
+            const PrimRef ref = refs[i];
+            to -= ref.triangle_count();
+            if (ref.triangle_count() == 1) {
+                *to = ref;
+            } else {
+                make_refs(topology_, positions_, ref.prim_id(), std::span(to, 2), target_);
+            }
+        }
     }
 
     /// Removes the repeated triangles of a set; returns how many are left.
@@ -159,20 +228,16 @@ private:
         return block.next - 2;
     }
 
-    /// Returns 0 if all centroids coincide.
-    std::size_t split_by_cost(std::span<const PrimRef> refs, PrimRef* out) const {
-        return refs.size() <= kSweepSize ? split_few(refs, out, target_)
-                                         : split_binned(refs, out, target_);
-    }
-
     /// Parts come after all triangles.
     bool is_part(const PrimRef& ref) const { return ref.prim_id() >= topology_.triangles.size(); }
 
     /// Makes the node a leaf and returns true if its triangles, or its part, fit one.
     bool make_leaf(std::span<const PrimRef> refs, BinaryNode& node) {
         if (refs.size() > 1 && is_part(refs.back())) return false;
-        for (std::size_t i = 0; i < refs.size(); ++i)
-            tree_.prim_ids[node.begin + i] = refs[i].prim_id();
+        std::uint32_t* next = &tree_.prim_ids[node.begin];
+        for (const PrimRef& ref : refs) {
+            for (std::uint32_t i = 0; i < ref.triangle_count(); ++i) *next++ = ref.prim_id() + i;
+        }
         LeafShape shape;
         const bool has_shape = !is_part(refs.back());
         if (has_shape && !find_leaf_shape(topology_, tree_.triangles(node), shape)) return false;
@@ -182,6 +247,7 @@ private:
     }
 
     const Topology& topology_;
+    std::span<const vec3> positions_;
     SimdTarget target_;
     const Watch& watch_;
     BinaryTree& tree_;
@@ -191,52 +257,17 @@ private:
     std::atomic<std::uint32_t> node_count_ = 1;
 };
 
-// The memory of as many refs holds a whole LeafShape, that of fewer the used part.
-constexpr std::size_t kRoomy = (sizeof(LeafShape) + sizeof(PrimRef) - 1) / sizeof(PrimRef);
-
-constexpr std::size_t kWord = sizeof(std::uint32_t);
-static_assert(kWord * (1 + 1 + 3) <= sizeof(PrimRef));
-
 }  // namespace
-
-LeafShape BinaryTree::shape(const BinaryNode& leaf) const {
-    const char* room = reinterpret_cast<const char*>(&refs[leaf.begin]);
-    LeafShape shape;
-    if (leaf.size() >= kRoomy) {
-        std::memcpy(&shape, room, sizeof shape);
-        return shape;
-    }
-    const std::size_t corners = kWord * leaf.size();
-    std::memcpy(&shape.vertex_count, room, kWord);
-    std::memcpy(shape.corners, room + kWord, corners);
-    std::memcpy(shape.vertices, room + kWord + corners, kWord * shape.vertex_count);
-    return shape;
-}
-
-void BinaryTree::set_shape(const BinaryNode& leaf, const LeafShape& shape) {
-    char* room = reinterpret_cast<char*>(&refs[leaf.begin]);
-    if (leaf.size() >= kRoomy) {
-        std::memcpy(room, &shape, sizeof shape);
-        return;
-    }
-    const std::size_t corners = kWord * leaf.size();
-    std::memcpy(room, &shape.vertex_count, kWord);
-    std::memcpy(room + kWord, shape.corners, corners);
-    std::memcpy(room + kWord + corners, shape.vertices, kWord * shape.vertex_count);
-}
 
 BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> positions,
                              const SimdTarget& target, const Watch& watch) {
-    const auto count = static_cast<std::uint32_t>(topology.triangles.size());
-    AlignedVector<PrimRef> refs;
-    refs.resize(count);
-    using Range = tbb::blocked_range<std::uint32_t>;
-    tbb::parallel_for(Range(0, count, kTaskSize), [&](const Range& range) {
-        watch.throw_if_cancelled();
-        make_refs(topology, positions, range.begin(),
-                  std::span(refs).subspan(range.begin(), range.size()), target);
-    });
-    return build_binary_tree(topology, std::move(refs), target, watch);
+    BinaryTree tree;
+    tree.refs.resize(topology.triangles.size());
+    if (tree.refs.empty()) return tree;
+    Builder builder(topology, positions, target, watch, tree);
+    builder.build_triangles();
+    tree.nodes.resize(builder.node_count());
+    return tree;
 }
 
 BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> refs,
@@ -244,7 +275,7 @@ BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> re
     BinaryTree tree;
     if (refs.empty()) return tree;
     tree.refs = std::move(refs);
-    Builder builder(topology, target, watch, tree);
+    Builder builder(topology, {}, target, watch, tree);
     builder.build();
     tree.nodes.resize(builder.node_count());
     return tree;

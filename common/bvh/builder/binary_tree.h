@@ -85,15 +85,16 @@ public:
 
 /// Every leaf fits a meshlet: at most kLeafTriangles triangles over at most kLeafVertices vertices.
 /// No nodes for no triangles. Runs in the calling thread's arena; the tree (but for the places of
-/// its nodes) does not depend on the threads, nor on the target. Throws Error(kCancelled) soon
-/// after the watch asks for it.
+/// its nodes) does not depend on the threads, nor on the target. Neighbours in the list that share
+/// an edge are mostly kept together (pair_refs). Throws Error(kCancelled) soon after the watch asks
+/// for it.
 BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> positions,
                              const SimdTarget& target = best_simd_target(),
                              const Watch& watch = {});
 
 /// The same over triangles and, after them, parts of any kind that are left as they are: a ref's
 /// prim_id is that of a triangle, or of a part if it is at least topology.triangles.size(). A part
-/// is a leaf of its own. The refs ascend by prim_id.
+/// is a leaf of its own. The refs ascend by prim_id, and none is a pair.
 BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> refs,
                              const SimdTarget& target = best_simd_target(),
                              const Watch& watch = {});

@@ -1,5 +1,6 @@
 // Makes leaves.
 #include <algorithm>
+#include <cstring>
 
 #include "common/bvh/builder/binary_tree.h"
 
@@ -39,6 +40,12 @@ private:
     std::uint8_t slots_[kTableSize];
 };
 
+// The memory of as many refs holds a whole LeafShape, that of fewer the used part.
+constexpr std::size_t kRoomy = (sizeof(LeafShape) + sizeof(PrimRef) - 1) / sizeof(PrimRef);
+
+constexpr std::size_t kWord = sizeof(std::uint32_t);
+static_assert(kWord * (1 + 1 + 3) <= sizeof(PrimRef));
+
 }  // namespace
 
 bool find_leaf_shape(const Topology& topology, std::span<const std::uint32_t> prim_ids,
@@ -74,6 +81,32 @@ void fill_leaf(const LeafShape& shape, std::span<const std::uint32_t> prim_ids,
         leaf.vertex[slot].y = positions[vertex].y;
         leaf.vertex[slot].z = positions[vertex].z;
     }
+}
+
+LeafShape BinaryTree::shape(const BinaryNode& leaf) const {
+    const char* room = reinterpret_cast<const char*>(&refs[leaf.begin]);
+    LeafShape shape;
+    if (leaf.size() >= kRoomy) {
+        std::memcpy(&shape, room, sizeof shape);
+        return shape;
+    }
+    const std::size_t corners = kWord * leaf.size();
+    std::memcpy(&shape.vertex_count, room, kWord);
+    std::memcpy(shape.corners, room + kWord, corners);
+    std::memcpy(shape.vertices, room + kWord + corners, kWord * shape.vertex_count);
+    return shape;
+}
+
+void BinaryTree::set_shape(const BinaryNode& leaf, const LeafShape& shape) {
+    char* room = reinterpret_cast<char*>(&refs[leaf.begin]);
+    if (leaf.size() >= kRoomy) {
+        std::memcpy(room, &shape, sizeof shape);
+        return;
+    }
+    const std::size_t corners = kWord * leaf.size();
+    std::memcpy(room, &shape.vertex_count, kWord);
+    std::memcpy(room + kWord, shape.corners, corners);
+    std::memcpy(room + kWord + corners, shape.vertices, kWord * shape.vertex_count);
 }
 
 }  // namespace mray

@@ -71,10 +71,11 @@ private:
     }
     HWY_INLINE void extend(const Offsets& offsets, const PrimRef& ref) const {
         const Float8 own = load8(ref.planes);
+        const auto triangles = static_cast<std::int32_t>(ref.triangle_count());
         for (int axis = 0; axis < 3; ++axis) {
             Bin& b = *reinterpret_cast<Bin*>(bins_ + offsets.axis[axis]);
             store(min(load8(b.planes[axis]), own), b.planes[axis]);
-            ++b.count[axis];
+            b.count[axis] += triangles;
         }
     }
 
@@ -110,28 +111,36 @@ HWY_INLINE Split best_boundary(const Bins<kBins>& bins) {
     return places.best();
 }
 
-/// Divides refs at a boundary of bins. Comparing with the position, which is in [1, bins), gives
-/// the same sides as the bins do: neither rounding down nor clamping to [0, bins - 1] takes a
+/// Whether a ref is left of a boundary of bins. Comparing with the position, which is in [1, bins),
+/// gives the same sides as the bins do: neither rounding down nor clamping to [0, bins - 1] takes a
 /// number past such an integer.
-HWY_INLINE void partition_at(const Split& split, const Binning& binning,
-                             std::span<const PrimRef> refs, PrimRef* out, std::size_t left_index,
-                             std::size_t right_index) {
-    partition_refs(
-        refs, out, left_index, right_index,
-        [axis = split.axis, lower = binning.lower[split.axis], scale = binning.scale[split.axis],
-         end = static_cast<float>(static_cast<int>(split.position))](const PrimRef& ref)
-            HWY_ATTR { return (ref.centroid2(axis) - lower) * scale < end; });
-}
+class LeftOf {
+public:
+    HWY_INLINE LeftOf(const Split& split, const Binning& binning)
+        : axis_(split.axis),
+          lower_(binning.lower[split.axis]),
+          scale_(binning.scale[split.axis]),
+          end_(static_cast<float>(static_cast<int>(split.position))) {}
 
-std::size_t split_at_once(std::span<const PrimRef> refs, PrimRef* out) {
+    HWY_INLINE bool operator()(const PrimRef& ref) const {
+        return (ref.centroid2(axis_) - lower_) * scale_ < end_;
+    }
+
+private:
+    int axis_;
+    float lower_;
+    float scale_;
+    float end_;
+};
+
+PartSize split_at_once(std::span<const PrimRef> refs, PrimRef* out) {
     const Binning binning(bound_centroids(refs), kFewBins);
     FewBins bins;
     clear(bins);
     BinFiller<kFewBins>(binning, bins).add(refs);
     const Split best = best_boundary(bins);
-    if (best.position == 0) return 0;
-    partition_at(best, binning, refs, out, 0, best.left_size);
-    return best.left_size;
+    if (best.position == 0) return {};
+    return {partition_refs(refs, out, 0, best.left_size, LeftOf(best, binning)), best.left_size};
 }
 
 // ---- The steps of a set that is split in chunks
@@ -155,9 +164,16 @@ Split best_of_chunks(std::span<const ManyBins> chunks) {
     return best_boundary(sum);
 }
 
+std::size_t count_left(std::span<const PrimRef> refs, const Binning& binning, const Split& split) {
+    const LeftOf is_left(split, binning);
+    std::size_t count = 0;
+    for (const PrimRef& ref : refs) count += is_left(ref) ? 1 : 0;
+    return count;
+}
+
 void divide_chunk(std::span<const PrimRef> refs, PrimRef* out, std::size_t left_index,
                   std::size_t right_index, const Binning& binning, const Split& split) {
-    partition_at(split, binning, refs, out, left_index, right_index);
+    partition_refs(refs, out, left_index, right_index, LeftOf(split, binning));
 }
 
 // ---- Every position
@@ -187,6 +203,8 @@ HWY_INLINE void rank_all(const float* c, std::size_t size, std::int32_t* rank) {
 struct AxisOrders {
     alignas(64) std::int32_t rank[3][kFewRefs];
     std::uint8_t index[kFewRefs][3];
+    /// The triangle_count of the ref at each place of each axis; the fourth is 0.
+    alignas(16) std::int32_t triangles[kFewRefs][4];
 
     HWY_INLINE explicit AxisOrders(std::span<const PrimRef> refs) {
         const std::size_t size = refs.size();
@@ -199,43 +217,48 @@ struct AxisOrders {
                       centroids[axis] + (size + kLanes - 1) / kLanes * kLanes,
                       std::numeric_limits<float>::infinity());
             rank_all(centroids[axis], size, rank[axis]);
-            for (std::size_t i = 0; i < size; ++i)
-                index[rank[axis][i]][axis] = static_cast<std::uint8_t>(i);
+            for (std::size_t i = 0; i < size; ++i) {
+                const std::int32_t place = rank[axis][i];
+                index[place][axis] = static_cast<std::uint8_t>(i);
+                triangles[place][axis] = static_cast<std::int32_t>(refs[i].triangle_count());
+            }
         }
+        for (std::size_t i = 0; i < size; ++i) triangles[i][3] = 0;
     }
 };
 
-HWY_INLINE Int4 splat_count(std::size_t count) { return splat4(static_cast<std::int32_t>(count)); }
-
-std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out) {
+PartSize split_few(std::span<const PrimRef> refs, PrimRef* out) {
     const std::size_t size = refs.size();
     const Box bounds = bound_centroids(refs);
     const AxisOrders orders(refs);
     Float4 right_cost[kFewRefs];
     AxisBoxes right;
+    Int4 count = splat4(0);
     for (std::size_t i = size; --i > 0;) {
         for (int axis = 0; axis < 3; ++axis) right.extend(axis, refs[orders.index[i][axis]].planes);
-        right_cost[i] = part_costs(right, splat_count(size - i));
+        count = count + load4(orders.triangles[i]);
+        right_cost[i] = part_costs(right, count);
     }
     alignas(16) const float lower[4] = {bounds.lower.x, bounds.lower.y, bounds.lower.z, 0};
     alignas(16) const float upper[4] = {bounds.upper.x, bounds.upper.y, bounds.upper.z, 0};
     const Mask4 centroids_differ = load4(lower) < load4(upper);
     AxisBoxes left;
+    count = splat4(0);
     CheapestPlaces places;
     for (std::size_t i = 1; i < size; ++i) {
         for (int axis = 0; axis < 3; ++axis)
             left.extend(axis, refs[orders.index[i - 1][axis]].planes);
-        places.consider(centroids_differ, part_costs(left, splat_count(i)) + right_cost[i], i,
-                        splat_count(i));
+        count = count + load4(orders.triangles[i - 1]);
+        places.consider(centroids_differ, part_costs(left, count) + right_cost[i], i, count);
     }
     const Split best = places.best();
-    if (best.position == 0) return 0;
+    if (best.position == 0) return {};
     const std::int32_t* rank = orders.rank[best.axis];
     const auto position = static_cast<std::int32_t>(best.position);
-    partition_refs(refs, out, 0, best.position, [=](const PrimRef& ref) HWY_ATTR {
+    partition_refs(refs, out, 0, best.left_size, [=](const PrimRef& ref) HWY_ATTR {
         return rank[&ref - refs.data()] < position;
     });
-    return best.position;
+    return {best.position, best.left_size};
 }
 
 }  // namespace HWY_NAMESPACE

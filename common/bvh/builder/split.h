@@ -16,11 +16,13 @@ namespace mray {
 /// The box and the id of a triangle (or of a part of a tree, see build_binary_tree), as eight
 /// floats: lower x y z, id, -upper x y z, 0. The union of two boxes is then one minimum. The id
 /// is stored as the bits of a float in [2, 2^33). So arithmetic on all eight floats at once is
-/// never slowed down by a denormal number or a NaN.
+/// never slowed down by a denormal number or a NaN. A pair has the box of two triangles, prim_id()
+/// and the one after it, and ends in kPair.
 struct alignas(32) PrimRef {
     float planes[8];
 
     static constexpr std::uint32_t kIdBits = 0x40000000;
+    static constexpr float kPair = 2.0f;
 
     PrimRef() = default;
     PrimRef(const Box& box, std::uint32_t prim_id)
@@ -28,6 +30,11 @@ struct alignas(32) PrimRef {
                  -box.upper.x, -box.upper.y, -box.upper.z, 0} {}
 
     std::uint32_t prim_id() const { return std::bit_cast<std::uint32_t>(planes[3]) ^ kIdBits; }
+    /// 1, or 2 for a pair. Reads bits, without a branch.
+    std::uint32_t triangle_count() const {
+        static_assert(std::bit_cast<std::uint32_t>(kPair) == 1u << 30);
+        return 1 + (std::bit_cast<std::uint32_t>(planes[7]) >> 30);
+    }
     Box box() const {
         return {{planes[0], planes[1], planes[2]}, {-planes[4], -planes[5], -planes[6]}};
     }
@@ -50,30 +57,42 @@ Box union_of(std::span<const PrimRef> refs, const SimdTarget& target = best_simd
 /// The bounds of twice the centroids of those refs that are not empty; empty for none.
 Box centroid_bounds(std::span<const PrimRef> refs, const SimdTarget& target = best_simd_target());
 
-// Each function divides refs, which ascend by prim_id, in two, writes one part after the other to
-// `out` (as large, elsewhere), each ascending by prim_id, and returns the size of the first. It
-// returns 0 and writes nothing where all centroids coincide. Which triangles go where depends on
-// the set alone, neither on threads nor on the target: equal costs are decided by axis, then
-// position; equal centroids by prim_id.
+/// Makes pairs of neighbours in the list that share one edge and whose common box is small; the
+/// others stay as they are. refs are triangles of the topology, each the one after the last.
+/// Returns how many refs are left, at the beginning and in order.
+std::size_t pair_refs(const Topology& topology, std::span<PrimRef> refs);
+
+/// The size of a part of a set.
+struct PartSize {
+    std::size_t refs = 0;
+    std::size_t triangles = 0;
+};
+
+// Each function divides refs, which ascend by prim_id, in two, each ascending by prim_id, and
+// returns the size of the first part. It writes that to out[0 ..), the second from as many refs on
+// as the first has triangles: `out`, elsewhere, has room for a ref a triangle. It returns 0 and
+// writes nothing where all centroids coincide. Which triangles go where depends on the set alone,
+// neither on threads nor on the target: equal costs are decided by axis, then position; equal
+// centroids by prim_id.
 
 /// Bins over the bounds of the centroids (I. Wald. On fast construction of SAH-based bounding
 /// volume hierarchies. 2007). Parallel for large sets.
-std::size_t split_binned(std::span<const PrimRef> refs, PrimRef* out,
-                         const SimdTarget& target = best_simd_target());
+PartSize split_binned(std::span<const PrimRef> refs, PrimRef* out,
+                      const SimdTarget& target = best_simd_target());
 
 /// Every position of every axis, for at most kFewRefs (Wald, Boulos, Shirley 2007, section 3).
 inline constexpr std::size_t kFewRefs = 64;
-std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out,
-                      const SimdTarget& target = best_simd_target());
+PartSize split_few(std::span<const PrimRef> refs, PrimRef* out,
+                   const SimdTarget& target = best_simd_target());
 
 /// Halves by the order along the widest axis of the centroids: for sets that the others cannot
 /// divide, and to bound the depth. Never 0 for two refs or more.
-std::size_t split_median(std::span<const PrimRef> refs, PrimRef* out,
-                         const SimdTarget& target = best_simd_target());
+PartSize split_median(std::span<const PrimRef> refs, PrimRef* out,
+                      const SimdTarget& target = best_simd_target());
 
 // ---- Data that pass between the steps of a split
 
-/// The cheapest place found so far.
+/// The cheapest place found so far. left_size counts triangles.
 struct Split {
     float cost = std::numeric_limits<float>::infinity();
     int axis = 0;
@@ -118,13 +137,6 @@ struct alignas(32) Bin {
 template <std::size_t kBins>
 struct Bins {
     Bin bin[kBins];
-
-    std::size_t count_below(std::size_t position, int axis) const {
-        std::size_t sum = 0;
-        for (std::size_t i = 0; i < position; ++i)
-            sum += static_cast<std::uint32_t>(bin[i].count[axis]);
-        return sum;
-    }
 };
 
 // Bins an axis for sets that are split in chunks, where bins take little of the time, and for

@@ -139,12 +139,13 @@ struct CheapestPlaces {
     }
 };
 
-/// Writes refs to `out` from left_index on if `goes_left`, else from right_index on. Without a
-/// branch, as one would be mispredicted half of the time, and in whole registers: what is stored in
-/// halves and soon loaded as a whole waits.
+/// Writes refs to `out` from left_index on if `goes_left`, else from right_index on; returns the
+/// index after the last left one. Without a branch, as one would be mispredicted half of the time,
+/// and in whole registers: what is stored in halves and soon loaded as a whole waits.
 template <class GoesLeft>
-HWY_INLINE void partition_refs(std::span<const PrimRef> refs, PrimRef* out, std::size_t left_index,
-                               std::size_t right_index, GoesLeft goes_left) {
+HWY_INLINE std::size_t partition_refs(std::span<const PrimRef> refs, PrimRef* out,
+                                      std::size_t left_index, std::size_t right_index,
+                                      GoesLeft goes_left) {
     for (const PrimRef& ref : refs) {
         const std::size_t is_left = goes_left(ref) ? 1 : 0;
         PrimRef& to = out[right_index ^ ((left_index ^ right_index) & -is_left)];
@@ -152,6 +153,7 @@ HWY_INLINE void partition_refs(std::span<const PrimRef> refs, PrimRef* out, std:
         left_index += is_left;
         right_index += 1 - is_left;
     }
+    return left_index;
 }
 
 }  // namespace HWY_NAMESPACE

@@ -16,13 +16,14 @@ namespace {
 
 using test::Random;
 
-/// Boxes of any size in a region that may be flat or a point; some are empty.
+/// Boxes of any size in a region that may be flat or a point; some are empty, and some pairs.
 AlignedVector<PrimRef> random_refs(Random& random, std::uint32_t count) {
     vec3 region;
     for (int axis = 0; axis < 3; ++axis)
         region[axis] = random.below(4) == 0 ? 0 : std::ldexp(1.0f, random.below(20));
     const float size = std::ldexp(1.0f, static_cast<int>(random.below(20)) - 5);
     const bool in_steps = random.below(3) == 0;
+    const bool with_pairs = random.below(2) == 0;
     AlignedVector<PrimRef> refs;
     for (std::uint32_t id = 0; id < count; ++id) {
         Box box;
@@ -31,32 +32,54 @@ AlignedVector<PrimRef> random_refs(Random& random, std::uint32_t count) {
             if (in_steps) p = {std::round(p.x), std::round(p.y), std::round(p.z)};
             box.extend(snap_point(p));
         }
-        refs.push_back(PrimRef(box, id));
+        refs.push_back(PrimRef(box, 2 * id));
+        if (with_pairs && random.below(3) != 0) refs.back().planes[7] = PrimRef::kPair;
     }
     return refs;
 }
 
-/// Half the area of the union of the boxes, times the number of refs and 12 more (kPartCost).
+std::size_t triangles_of(std::span<const PrimRef> refs) {
+    std::size_t sum = 0;
+    for (const PrimRef& ref : refs) sum += ref.triangle_count();
+    return sum;
+}
+
+/// Half the area of the union of the boxes, times the triangles and 12 more (kPartCost).
 float part_cost(std::span<const PrimRef> refs) {
     Box box;
     for (const PrimRef& ref : refs) box.extend(ref.box());
     if (box.empty()) return 0;
     const vec3 d = box.upper - box.lower;
-    return (d.x * d.y + d.y * d.z + d.z * d.x) * static_cast<float>(refs.size() + 12);
+    return (d.x * d.y + d.y * d.z + d.z * d.x) * static_cast<float>(triangles_of(refs) + 12);
 }
 
-using SplitFunction = std::size_t (*)(std::span<const PrimRef>, PrimRef*, const SimdTarget&);
+using SplitFunction = PartSize (*)(std::span<const PrimRef>, PrimRef*, const SimdTarget&);
 
-/// Expects the same result of every target; returns the size of the first part.
-std::size_t expect_same_on_every_target(SplitFunction split, std::span<const PrimRef> refs) {
-    AlignedVector<PrimRef> expected(refs.size(), PrimRef(Box(), 0));
-    const std::size_t left = split(refs, expected.data(), best_simd_target());
+/// Expects the same result of every target, which has all refs in order; returns whether it
+/// divides.
+bool expect_same_on_every_target(SplitFunction split, std::span<const PrimRef> refs) {
+    const std::size_t room = triangles_of(refs);
+    AlignedVector<PrimRef> expected(room, PrimRef(Box(), 0));
+    const PartSize left = split(refs, expected.data(), best_simd_target());
     for (const SimdTarget& target : supported_simd_targets()) {
-        AlignedVector<PrimRef> out(refs.size(), PrimRef(Box(), 0));
-        EXPECT_EQ(split(refs, out.data(), target), left) << target.name;
-        EXPECT_EQ(std::memcmp(out.data(), expected.data(), refs.size_bytes()), 0) << target.name;
+        AlignedVector<PrimRef> out(room, PrimRef(Box(), 0));
+        const PartSize size = split(refs, out.data(), target);
+        EXPECT_EQ(size.refs, left.refs) << target.name;
+        EXPECT_EQ(size.triangles, left.triangles) << target.name;
+        EXPECT_EQ(std::memcmp(out.data(), expected.data(), room * sizeof(PrimRef)), 0)
+            << target.name;
     }
-    return left;
+    if (left.refs == 0) return false;
+    const std::span all(expected);
+    EXPECT_EQ(triangles_of(all.first(left.refs)), left.triangles);
+    std::vector<PrimRef> merged(refs.size(), PrimRef(Box(), 0));
+    std::merge(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(left.refs),
+               all.begin() + static_cast<std::ptrdiff_t>(left.triangles),
+               all.begin() + static_cast<std::ptrdiff_t>(left.triangles + refs.size() - left.refs),
+               merged.begin(),
+               [](const PrimRef& a, const PrimRef& b) { return a.prim_id() < b.prim_id(); });
+    EXPECT_EQ(std::memcmp(merged.data(), refs.data(), refs.size_bytes()), 0);
+    return true;
 }
 
 TEST(Splits, HaveTheSameResultOnEveryTarget) {
@@ -66,11 +89,14 @@ TEST(Splits, HaveTheSameResultOnEveryTarget) {
         const std::uint32_t many = 16000 + random.below(30000);
         const std::uint32_t few = 2 + random.below(round % 2 == 0 ? 60 : 2000);
         const std::uint32_t count = round % 40 == 0 ? many : few;
-        divided += expect_same_on_every_target(split_binned, random_refs(random, count)) != 0;
-        divided += expect_same_on_every_target(
-                       split_few, random_refs(random, 2 + random.below(kFewRefs - 1))) != 0;
+        divided += expect_same_on_every_target(split_binned, random_refs(random, count)) ? 1 : 0;
+        divided += expect_same_on_every_target(split_few,
+                                               random_refs(random, 2 + random.below(kFewRefs - 1)))
+                       ? 1
+                       : 0;
+        divided += expect_same_on_every_target(split_median, random_refs(random, few)) ? 1 : 0;
     }
-    EXPECT_GT(divided, 800u);
+    EXPECT_GT(divided, 1400u);
 }
 
 TEST(Splits, OfFewRefsAreTheCheapestOfAllPositions) {
@@ -88,13 +114,33 @@ TEST(Splits, OfFewRefsAreTheCheapestOfAllPositions) {
             for (std::size_t i = 1; i < kFewRefs; ++i) {
                 cheapest.consider(
                     {part_cost(std::span(order).first(i)) + part_cost(std::span(order).subspan(i)),
-                     axis, i, i});
+                     axis, i, triangles_of(std::span(order).first(i))});
             }
         }
-        AlignedVector<PrimRef> out(kFewRefs, PrimRef(Box(), 0));
-        const std::size_t left = split_few(refs, out.data());
-        ASSERT_EQ(left, cheapest.left_size) << round;
+        AlignedVector<PrimRef> out(2 * kFewRefs, PrimRef(Box(), 0));
+        const PartSize left = split_few(refs, out.data());
+        ASSERT_EQ(left.refs, cheapest.position) << round;
+        ASSERT_EQ(left.triangles, cheapest.left_size) << round;
     }
+}
+
+TEST(PairRefs, AreNeighboursThatShareAnEdgeAndFillTheirBox) {
+    // A triangle twice, whose second one is half a square; one that is elsewhere; two that meet in
+    // an edge of a cube.
+    const std::vector<vec3> positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                         {0, 0, 1}, {9, 0, 0}, {9, 1, 0}, {9, 0, 1}};
+    Topology topology;
+    topology.triangles = {{0, 1, 2}, {0, 1, 2}, {0, 2, 3}, {5, 6, 7}, {0, 1, 3}, {0, 1, 4}};
+    topology.vertex_count = static_cast<std::uint32_t>(positions.size());
+    AlignedVector<PrimRef> refs(topology.triangles.size(), PrimRef(Box(), 0));
+    make_refs(topology, positions, 0, refs);
+    ASSERT_EQ(pair_refs(topology, refs), 5u);
+    const std::uint32_t ids[] = {0, 1, 3, 4, 5};
+    for (std::size_t i = 0; i < 5; ++i) {
+        EXPECT_EQ(refs[i].prim_id(), ids[i]) << i;
+        EXPECT_EQ(refs[i].triangle_count(), i == 1 ? 2u : 1u) << i;
+    }
+    EXPECT_EQ(refs[1].box(), (Box{{0, 0, 0}, {1, 1, 0}}));
 }
 
 }  // namespace
