@@ -188,15 +188,6 @@ HWY_INLINE std::uint32_t bits_of(Mask m) {
 }
 HWY_INLINE std::uint32_t bits_of(UintMask m) { return bits_of(float_mask(m)); }
 
-/// v, and 1 more where the mask has a lane.
-HWY_INLINE IntVec increment(IntVec v, Mask m) {
-#if HWY_TARGET == HWY_AVX3
-    return hn::IfThenElse(hn::RebindMask(kInts, m), v + splat(1), v);
-#else
-    return v - as_int(hn::VecFromMask(kFloats, m));
-#endif
-}
-
 /// The mask whose bits these are.
 HWY_INLINE Mask mask_of(std::uint32_t bits) {
     const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(bits),

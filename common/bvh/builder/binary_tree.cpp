@@ -7,10 +7,13 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <limits>
 #include <mutex>
 #include <utility>
 
 #include "common/base/hash.h"
+#include "common/bvh/builder/area_split.h"
+#include "common/bvh/builder/pair_refs.h"
 
 namespace mray {
 namespace {
@@ -22,9 +25,19 @@ static_assert(kMaxTriangles <= std::uint64_t{1} << (kMaxBinaryHeight - kMedianDe
 
 constexpr std::size_t kTaskSize = 2048;
 
-// Triangles up to which every position is tried. More gains nothing (lab/notes/build_and_refit.md).
-constexpr std::size_t kSweepSize = 24;
-static_assert(kSweepSize <= kFewRefs);
+// Sets of no more triangles soon become leaves.
+constexpr std::size_t kFewTriangles = 24;
+
+// From here on a set is not divided by area, which one thread does alone. Its parts may be.
+constexpr std::size_t kManyTriangles = 16384;
+
+// What a leaf costs a ray that visits it, in visits of a binary node
+// (lab/notes/build_and_refit.md).
+constexpr double kLeafVisit = 12;
+
+// A set that fits a leaf is not divided if the areas of its parts sum up to more than about this
+// part of its own.
+constexpr float kMostPartArea = 1.2f;
 
 // Nodes that a thread takes: with one pair, threads would write to the same cache lines.
 constexpr std::uint32_t kNodeBlock = 128;
@@ -75,12 +88,14 @@ public:
     }
 
     /// Of the refs that the tree has.
-    void build() { build(0, {0, triangle_count(), tree_.refs.size()}, 0, nullptr); }
+    void build() { build(tree_.nodes[0], {0, triangle_count(), tree_.refs.size()}, 0, nullptr); }
 
     /// Of all triangles of the topology.
     void build_triangles() {
-        const std::size_t count = make_pairs();
-        build(0, {0, triangle_count(), count}, 0, nullptr);
+        const std::span<PrimRef> made =
+            make_paired_refs(topology_, positions_, refs_[0], refs_[1], target_, watch_);
+        if (made.data() != refs_[0]) std::swap(refs_[0], refs_[1]);
+        build(tree_.nodes[0], {0, triangle_count(), made.size()}, 0, nullptr);
     }
 
     std::uint32_t node_count() const { return node_count_; }
@@ -97,6 +112,8 @@ private:
         std::uint32_t begin;
         std::uint32_t end;
         std::size_t refs;
+        /// No box has more area.
+        float largest = std::numeric_limits<float>::infinity();
 
         std::size_t size() const { return end - begin; }
     };
@@ -108,55 +125,108 @@ private:
     /// Builds the subtree of a set of refs_[depth % 2]. block: the calling thread's if that builds
     /// the whole subtree, otherwise null. coincide: whether all centroids are known to coincide,
     /// and repeated triangles are removed.
-    void build(std::uint32_t node_index, Set set, std::uint32_t depth, NodeBlock* block,
+    void build(BinaryNode& node, const Set& set, std::uint32_t depth, NodeBlock* block,
                bool coincide = false) {
-        BinaryNode& node = tree_.nodes[node_index];
         node.begin = set.begin;
         node.end = set.end;
         node.children = 0;
         node.height = 0;
-        const std::span<PrimRef> refs(refs_[depth % 2] + set.begin, set.refs);
-        if (set.size() <= kLeafTriangles && make_leaf(refs, node)) return;
+        if (set.size() <= kLeafTriangles) {
+            if (depth < kMedianDepth && has_large_triangle(refs_of(set, depth), set.largest)) {
+                divide_or_keep(node, set, depth, block);
+                return;
+            }
+            if (make_leaf(refs_of(set, depth), node)) return;
+        }
+        divide(node, set, depth, block, coincide);
+    }
+
+    std::span<PrimRef> refs_of(const Set& set, std::uint32_t depth) const {
+        return {refs_[depth % 2] + set.begin, set.refs};
+    }
+
+    /// Divides a set that has a large triangle, and makes a leaf of it if it fits one and that
+    /// costs no more: rays that miss the large triangle may visit the leaf of the others in vain.
+    void divide_or_keep(BinaryNode& node, const Set& set, std::uint32_t depth, NodeBlock* block) {
+        PrimRef whole[kLeafTriangles];
+        std::copy_n(refs_of(set, depth).data(), set.refs, whole);
+        divide(node, set, depth, block, false);
+        if (!node.is_leaf() && kLeafVisit * half_area(node.box) <= cost_of(node) &&
+            make_leaf(std::span(whole, set.refs), node)) {
+            node.children = 0;
+            node.height = 0;
+        }
+    }
+
+    /// Whether a box is at least half of that of the set. largest: as in Set.
+    bool has_large_triangle(std::span<const PrimRef> refs, float largest) const {
+        if (refs.size() == 1 || is_part(refs.back())) return false;
+        const auto least = static_cast<float>(0.5 * half_area(union_of(refs, target_)));
+        return largest >= least && largest_area(refs) >= least;
+    }
+
+    /// The expected cost of a ray that visits the node.
+    double cost_of(const BinaryNode& node) const {
+        const double area = half_area(node.box);
+        if (node.is_leaf()) return kLeafVisit * area;
+        return area + cost_of(tree_.nodes[node.children]) + cost_of(tree_.nodes[node.children + 1]);
+    }
+
+    /// Builds the subtrees of both parts of a set. Where dividing is not worth it, or only removes
+    /// repeated triangles, the node may become a leaf.
+    void divide(BinaryNode& node, Set set, std::uint32_t depth, NodeBlock* block, bool coincide) {
+        const std::span<PrimRef> refs = refs_of(set, depth);
         // make_leaf reads them soon, in no order (lab/notes/build_and_refit.md).
-        if (set.size() <= kSweepSize && !is_part(refs.back())) {
+        if (set.size() <= kFewTriangles && !is_part(refs.back())) {
             for (const PrimRef& ref : refs) __builtin_prefetch(&topology_.triangles[ref.prim_id()]);
         }
         PrimRef* const out = refs_[(depth + 1) % 2] + set.begin;
         PartSize left_size;
         if (depth < kMedianDepth && !coincide) {
-            left_size = set.size() <= kSweepSize ? split_few(refs, out, target_)
-                                                 : split_binned(refs, out, target_);
+            left_size = split_binned(refs, out, target_);
+            if (set.size() <= kLeafTriangles && left_size.cost > most_cost_of_parts(set, refs) &&
+                make_leaf(refs, node))
+                return;
+            if (set.size() > kFewTriangles && set.size() < kManyTriangles && left_size.refs != 0) {
+                const PartSize by_area =
+                    split_by_area(refs, out, set.size(), left_size, set.largest);
+                if (by_area.refs != 0) left_size = by_area;
+            }
             coincide = left_size.refs == 0;
             if (coincide && set.refs < set.size()) {
-                open_pairs(refs.data(), set);
+                open_pairs(topology_, positions_, refs.data(), set.refs, set.size(), target_);
                 set.refs = set.size();
-                return build(node_index, set, depth, block);
+                divide(node, set, depth, block, false);
+                return;
             }
             if (coincide && !is_part(refs.back())) {
                 const std::size_t count = take_repeated(refs);
                 if (count < set.refs) {
                     set.end = set.begin + static_cast<std::uint32_t>(count);
                     set.refs = count;
-                    return build(node_index, set, depth, block, true);
+                    build(node, set, depth, block, true);
+                    return;
                 }
             }
         }
         if (left_size.refs == 0) left_size = split_median(refs, out, target_);
         const auto middle = set.begin + static_cast<std::uint32_t>(left_size.triangles);
-        const Set left_set = {set.begin, middle, left_size.refs};
-        const Set right_set = {middle, set.end, set.refs - left_size.refs};
+        const Set left_set = {set.begin, middle, left_size.refs, set.largest};
+        const Set right_set = {middle, set.end, set.refs - left_size.refs, set.largest};
         std::uint32_t left;
         if (set.size() >= kTaskSize) {
             watch_.throw_if_cancelled();
             left = take_pair(own_block());
             tbb::parallel_invoke(
-                [=, this] { build(left, left_set, depth + 1, nullptr, coincide); },
-                [=, this] { build(left + 1, right_set, depth + 1, nullptr, coincide); });
+                [=, this] { build(tree_.nodes[left], left_set, depth + 1, nullptr, coincide); },
+                [=, this] {
+                    build(tree_.nodes[left + 1], right_set, depth + 1, nullptr, coincide);
+                });
         } else {
             if (block == nullptr) block = &own_block();
             left = take_pair(*block);
-            build(left, left_set, depth + 1, block, coincide);
-            build(left + 1, right_set, depth + 1, block, coincide);
+            build(tree_.nodes[left], left_set, depth + 1, block, coincide);
+            build(tree_.nodes[left + 1], right_set, depth + 1, block, coincide);
         }
         node.box = tree_.nodes[left].box;
         node.box.extend(tree_.nodes[left + 1].box);
@@ -164,44 +234,10 @@ private:
         node.height = 1 + std::max(tree_.nodes[left].height, tree_.nodes[left + 1].height);
     }
 
-    /// Writes the refs of all triangles, pairs where they are better, to refs_[0]; returns how
-    /// many.
-    std::size_t make_pairs() {
-        const std::size_t size = triangle_count();
-        std::vector<std::size_t> first((size + kTaskSize - 1) / kTaskSize + 1, 0);
-        const auto for_each_task = [&](auto step) {
-            tbb::parallel_for(std::size_t{0}, first.size() - 1, [&](std::size_t i) {
-                watch_.throw_if_cancelled();
-                step(i, refs_[0] + i * kTaskSize);
-            });
-        };
-        for_each_task([&](std::size_t i, PrimRef* refs) {
-            const std::size_t begin = i * kTaskSize;
-            const std::span<PrimRef> own(refs, std::min(kTaskSize, size - begin));
-            make_refs(topology_, positions_, static_cast<std::uint32_t>(begin), own, target_);
-            first[i + 1] = pair_refs(topology_, own);
-        });
-        for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
-        if (first.back() == size) return size;
-        for_each_task([&](std::size_t i, const PrimRef* refs) {
-            std::copy_n(refs, first[i + 1] - first[i], refs_[1] + first[i]);
-        });
-        std::swap(refs_[0], refs_[1]);
-        return first.back();
-    }
-
-    /// Makes single refs of the pairs among `refs`, which has room for a ref a triangle.
-    void open_pairs(PrimRef* refs, const Set& set) const {
-        PrimRef* to = refs + set.size();
-        for (std::size_t i = set.refs; i-- > 0;) {
-            const PrimRef ref = refs[i];
-            to -= ref.triangle_count();
-            if (ref.triangle_count() == 1) {
-                *to = ref;
-            } else {
-                make_refs(topology_, positions_, ref.prim_id(), std::span(to, 2), target_);
-            }
-        }
+    /// The cost of both parts (PartSize) from which on a set that fits a leaf is not divided.
+    float most_cost_of_parts(const Set& set, std::span<const PrimRef> refs) const {
+        return kMostPartArea * static_cast<float>(half_area(union_of(refs, target_))) *
+               (0.5f * static_cast<float>(set.size()) + kPartCost);
     }
 
     /// Removes the repeated triangles of a set; returns how many are left.
@@ -234,13 +270,16 @@ private:
     /// Makes the node a leaf and returns true if its triangles, or its part, fit one.
     bool make_leaf(std::span<const PrimRef> refs, BinaryNode& node) {
         if (refs.size() > 1 && is_part(refs.back())) return false;
-        std::uint32_t* next = &tree_.prim_ids[node.begin];
+        std::uint32_t ids[kLeafTriangles];
+        std::size_t count = 0;
         for (const PrimRef& ref : refs) {
-            for (std::uint32_t i = 0; i < ref.triangle_count(); ++i) *next++ = ref.prim_id() + i;
+            for (std::uint32_t i = 0; i < ref.triangle_count(); ++i)
+                ids[count++] = ref.prim_id() + i;
         }
         LeafShape shape;
         const bool has_shape = !is_part(refs.back());
-        if (has_shape && !find_leaf_shape(topology_, tree_.triangles(node), shape)) return false;
+        if (has_shape && !find_leaf_shape(topology_, std::span(ids, count), shape)) return false;
+        std::copy_n(ids, count, &tree_.prim_ids[node.begin]);
         node.box = union_of(refs, target_);
         if (has_shape) tree_.set_shape(node, shape);
         return true;

@@ -1,4 +1,4 @@
-// Splits by bins and splits that try every position of every axis, compiled once for each target.
+// Splits by bins, compiled once for each target.
 #include <algorithm>
 #include <bit>
 #include <cstddef>
@@ -15,19 +15,17 @@ using namespace simd::HWY_NAMESPACE;
 
 // ---- Bins
 
-template <std::size_t kBins>
-HWY_INLINE void clear(Bins<kBins>& bins) {
-    for (Bin& bin : bins.bin) {
+HWY_INLINE void clear(Bins& bins) {
+    for (Bin& bin : bins) {
         for (float* const planes : bin.planes) store(splat8(kEmptyPlane), planes);
         store(splat4(0), bin.count);
     }
 }
 
-template <std::size_t kBins>
 class BinFiller {
 public:
-    HWY_INLINE BinFiller(const Binning& binning, Bins<kBins>& bins)
-        : bins_(reinterpret_cast<std::byte*>(bins.bin)),
+    HWY_INLINE BinFiller(const Binning& binning, Bins& bins)
+        : bins_(reinterpret_cast<std::byte*>(bins.data())),
           lower_(load4(binning.lower)),
           scale_(load4(binning.scale)) {}
 
@@ -87,33 +85,32 @@ private:
 };
 
 /// The boundary with the least sum of part_costs on both sides; position 0 if there is none.
-template <std::size_t kBins>
-HWY_INLINE Split best_boundary(const Bins<kBins>& bins) {
+HWY_INLINE Split best_boundary(const Bins& bins) {
     Float4 right_cost[kBins];
     AxisBoxes right;
     Int4 count = splat4(0);
     for (std::size_t i = kBins; --i > 0;) {
-        right.extend(bins.bin[i]);
-        count = count + load4(bins.bin[i].count);
+        right.extend(bins[i]);
+        count = count + load4(bins[i].count);
         right_cost[i] = part_costs(right, count);
     }
     const Int4 none = splat4(0);
-    const Int4 total = count + load4(bins.bin[0].count);
+    const Int4 total = count + load4(bins[0].count);
     AxisBoxes left;
     count = none;
     CheapestPlaces places;
     for (std::size_t i = 1; i < kBins; ++i) {
-        left.extend(bins.bin[i - 1]);
-        count = count + load4(bins.bin[i - 1].count);
+        left.extend(bins[i - 1]);
+        count = count + load4(bins[i - 1].count);
         places.consider(differ(count, none) & differ(count, total),
                         part_costs(left, count) + right_cost[i], i, count);
     }
     return places.best();
 }
 
-/// Whether a ref is left of a boundary of bins. Comparing with the position, which is in [1, bins),
-/// gives the same sides as the bins do: neither rounding down nor clamping to [0, bins - 1] takes a
-/// number past such an integer.
+/// Whether a ref is left of a boundary of bins. Comparing with the position, which is in [1,
+/// kBins), gives the same sides as the bins do: neither rounding down nor clamping to [0, kBins -
+/// 1] takes a number past such an integer.
 class LeftOf {
 public:
     HWY_INLINE LeftOf(const Split& split, const Binning& binning)
@@ -134,28 +131,29 @@ private:
 };
 
 PartSize split_at_once(std::span<const PrimRef> refs, PrimRef* out) {
-    const Binning binning(bound_centroids(refs), kFewBins);
-    FewBins bins;
+    const Binning binning(bound_centroids(refs));
+    Bins bins;
     clear(bins);
-    BinFiller<kFewBins>(binning, bins).add(refs);
+    BinFiller(binning, bins).add(refs);
     const Split best = best_boundary(bins);
     if (best.position == 0) return {};
-    return {partition_refs(refs, out, 0, best.left_size, LeftOf(best, binning)), best.left_size};
+    return {partition_refs(refs, out, 0, best.left_size, LeftOf(best, binning)), best.left_size,
+            best.cost};
 }
 
 // ---- The steps of a set that is split in chunks
 
-void bin_chunk(std::span<const PrimRef> refs, const Binning& binning, ManyBins& bins) {
+void bin_chunk(std::span<const PrimRef> refs, const Binning& binning, Bins& bins) {
     clear(bins);
-    BinFiller<kManyBins>(binning, bins).add(refs);
+    BinFiller(binning, bins).add(refs);
 }
 
-Split best_of_chunks(std::span<const ManyBins> chunks) {
-    ManyBins sum = chunks[0];
-    for (const ManyBins& chunk : chunks.subspan(1)) {
-        for (std::size_t i = 0; i < kManyBins; ++i) {
-            Bin& to = sum.bin[i];
-            const Bin& from = chunk.bin[i];
+Split best_of_chunks(std::span<const Bins> chunks) {
+    Bins sum = chunks[0];
+    for (const Bins& chunk : chunks.subspan(1)) {
+        for (std::size_t i = 0; i < kBins; ++i) {
+            Bin& to = sum[i];
+            const Bin& from = chunk[i];
             for (int axis = 0; axis < 3; ++axis)
                 store(min(load8(to.planes[axis]), load8(from.planes[axis])), to.planes[axis]);
             store(load4(to.count) + load4(from.count), to.count);
@@ -174,91 +172,6 @@ std::size_t count_left(std::span<const PrimRef> refs, const Binning& binning, co
 void divide_chunk(std::span<const PrimRef> refs, PrimRef* out, std::size_t left_index,
                   std::size_t right_index, const Binning& binning, const Split& split) {
     partition_refs(refs, out, left_index, right_index, LeftOf(split, binning));
-}
-
-// ---- Every position
-
-static_assert(kFewRefs % kMaxLanes == 0);
-
-/// Writes to rank[i] how many of c[0 .. size) come before c[i], equal ones by their index. Both
-/// arrays have room for a multiple of kLanes; c[size ..) is +infinity.
-HWY_INLINE void rank_all(const float* c, std::size_t size, std::int32_t* rank) {
-    for (std::size_t block = 0; block < size; block += kLanes) {
-        const FloatVec own = load(c + block);
-        const auto first = static_cast<std::int32_t>(block);
-        const auto end = static_cast<std::int32_t>(std::min<std::size_t>(block + kLanes, size));
-        const IntVec index = hn::Iota(kInts, first);
-        IntVec sum = splat(0);
-        for (std::size_t j = 0; j < block; ++j) sum = increment(sum, splat(c[j]) <= own);
-        for (std::int32_t j = first; j < end; ++j) {
-            const FloatVec other = splat(c[j]);
-            sum = increment(sum, (other < own) | ((other == own) & float_mask(splat(j) < index)));
-        }
-        for (std::size_t j = block + kLanes; j < size; ++j) sum = increment(sum, splat(c[j]) < own);
-        store(sum, rank + block);
-    }
-}
-
-/// The indices of at most kFewRefs refs by centroid, then by index, along each axis.
-struct AxisOrders {
-    alignas(64) std::int32_t rank[3][kFewRefs];
-    std::uint8_t index[kFewRefs][3];
-    /// The triangle_count of the ref at each place of each axis; the fourth is 0.
-    alignas(16) std::int32_t triangles[kFewRefs][4];
-
-    HWY_INLINE explicit AxisOrders(std::span<const PrimRef> refs) {
-        const std::size_t size = refs.size();
-        alignas(64) float centroids[3][kFewRefs];
-        for (std::size_t i = 0; i < size; ++i) {
-            for (int axis = 0; axis < 3; ++axis) centroids[axis][i] = refs[i].centroid2(axis);
-        }
-        for (int axis = 0; axis < 3; ++axis) {
-            std::fill(centroids[axis] + size,
-                      centroids[axis] + (size + kLanes - 1) / kLanes * kLanes,
-                      std::numeric_limits<float>::infinity());
-            rank_all(centroids[axis], size, rank[axis]);
-            for (std::size_t i = 0; i < size; ++i) {
-                const std::int32_t place = rank[axis][i];
-                index[place][axis] = static_cast<std::uint8_t>(i);
-                triangles[place][axis] = static_cast<std::int32_t>(refs[i].triangle_count());
-            }
-        }
-        for (std::size_t i = 0; i < size; ++i) triangles[i][3] = 0;
-    }
-};
-
-PartSize split_few(std::span<const PrimRef> refs, PrimRef* out) {
-    const std::size_t size = refs.size();
-    const Box bounds = bound_centroids(refs);
-    const AxisOrders orders(refs);
-    Float4 right_cost[kFewRefs];
-    AxisBoxes right;
-    Int4 count = splat4(0);
-    for (std::size_t i = size; --i > 0;) {
-        for (int axis = 0; axis < 3; ++axis) right.extend(axis, refs[orders.index[i][axis]].planes);
-        count = count + load4(orders.triangles[i]);
-        right_cost[i] = part_costs(right, count);
-    }
-    alignas(16) const float lower[4] = {bounds.lower.x, bounds.lower.y, bounds.lower.z, 0};
-    alignas(16) const float upper[4] = {bounds.upper.x, bounds.upper.y, bounds.upper.z, 0};
-    const Mask4 centroids_differ = load4(lower) < load4(upper);
-    AxisBoxes left;
-    count = splat4(0);
-    CheapestPlaces places;
-    for (std::size_t i = 1; i < size; ++i) {
-        for (int axis = 0; axis < 3; ++axis)
-            left.extend(axis, refs[orders.index[i - 1][axis]].planes);
-        count = count + load4(orders.triangles[i - 1]);
-        places.consider(centroids_differ, part_costs(left, count) + right_cost[i], i, count);
-    }
-    const Split best = places.best();
-    if (best.position == 0) return {};
-    const std::int32_t* rank = orders.rank[best.axis];
-    const auto position = static_cast<std::int32_t>(best.position);
-    partition_refs(refs, out, 0, best.left_size, [=](const PrimRef& ref) HWY_ATTR {
-        return rank[&ref - refs.data()] < position;
-    });
-    return {best.position, best.left_size};
 }
 
 }  // namespace HWY_NAMESPACE

@@ -29,7 +29,6 @@ HWY_EXPORT(bin_chunk);
 HWY_EXPORT(best_of_chunks);
 HWY_EXPORT(count_left);
 HWY_EXPORT(divide_chunk);
-HWY_EXPORT(split_few);
 
 // Sets of two chunks or more are bounded, binned and divided by chunks, each a task.
 constexpr std::size_t kChunk = 8192;
@@ -48,8 +47,8 @@ PartSize split_in_chunks(std::span<const PrimRef> refs, PrimRef* out, const Simd
         bounds[i] = centroid_bounds(chunk, target);
     });
     for (const Box& b : bounds) bounds[0].extend(b);
-    const Binning binning(bounds[0], kManyBins);
-    AlignedVector<ManyBins> bins(chunk_count);
+    const Binning binning(bounds[0]);
+    AlignedVector<Bins> bins(chunk_count);
     for_each_chunk(
         [&, bin_chunk = SIMD_FUNCTION(bin_chunk, target)](
             std::size_t i, std::span<const PrimRef> chunk) { bin_chunk(chunk, binning, bins[i]); });
@@ -67,55 +66,14 @@ PartSize split_in_chunks(std::span<const PrimRef> refs, PrimRef* out, const Simd
         divide_chunk(chunk, out, left_before[i], best.left_size + i * kChunk - left_before[i],
                      binning, best);
     });
-    return {left_before.back(), best.left_size};
+    return {left_before.back(), best.left_size, best.cost};
 }
-
-/// Half the area of a box, 0 or more for an empty one.
-float area_of(const float* planes) {
-    const float x = -planes[4] - planes[0];
-    const float y = -planes[5] - planes[1];
-    const float z = -planes[6] - planes[2];
-    return x * y + y * z + z * x;
-}
-
-/// Whether a and b have two vertices in common, and no third one.
-bool share_an_edge(const uvec3& a, const uvec3& b) {
-    const auto in_a = [&](std::uint32_t v) { return v == a.x || v == a.y || v == a.z ? 1 : 0; };
-    return in_a(b.x) + in_a(b.y) + in_a(b.z) == 2;
-}
-
-// Of the sum of the areas of both boxes. That of two halves of a flat square lies between a half
-// and 1; less would leave out more, and more makes trees up to 4 % worse
-// (lab/notes/build_and_refit.md).
-constexpr float kPairArea = 0.75f;
 
 }  // namespace
 
 void make_refs(const Topology& topology, std::span<const vec3> positions, std::uint32_t first,
                std::span<PrimRef> refs, const SimdTarget& target) {
     SIMD_FUNCTION(make_refs, target)(topology, positions, first, refs);
-}
-
-std::size_t pair_refs(const Topology& topology, std::span<PrimRef> refs) {
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < refs.size(); ++i) {
-        PrimRef ref = refs[i];
-        if (i + 1 < refs.size() && share_an_edge(topology.triangles[ref.prim_id()],
-                                                 topology.triangles[refs[i + 1].prim_id()])) {
-            const PrimRef& next = refs[i + 1];
-            PrimRef pair;
-            for (int k = 0; k < 8; ++k) pair.planes[k] = std::min(ref.planes[k], next.planes[k]);
-            // The lesser id is that of the first.
-            pair.planes[7] = PrimRef::kPair;
-            const float sum = area_of(ref.planes) + area_of(next.planes);
-            if (area_of(pair.planes) <= kPairArea * sum) {
-                ref = pair;
-                ++i;
-            }
-        }
-        refs[count++] = ref;
-    }
-    return count;
 }
 
 Box union_of(std::span<const PrimRef> refs, const SimdTarget& target) {
@@ -129,10 +87,6 @@ Box centroid_bounds(std::span<const PrimRef> refs, const SimdTarget& target) {
 PartSize split_binned(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {
     return refs.size() >= 2 * kChunk ? split_in_chunks(refs, out, target)
                                      : SIMD_FUNCTION(split_at_once, target)(refs, out);
-}
-
-PartSize split_few(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {
-    return SIMD_FUNCTION(split_few, target)(refs, out);
 }
 
 PartSize split_median(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {

@@ -1,6 +1,7 @@
 // A set of triangles as the builder sees it, and choosing where to divide it.
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -14,27 +15,28 @@
 namespace mray {
 
 /// The box and the id of a triangle (or of a part of a tree, see build_binary_tree), as eight
-/// floats: lower x y z, id, -upper x y z, 0. The union of two boxes is then one minimum. The id
-/// is stored as the bits of a float in [2, 2^33). So arithmetic on all eight floats at once is
-/// never slowed down by a denormal number or a NaN. A pair has the box of two triangles, prim_id()
-/// and the one after it, and ends in kPair.
+/// floats: lower x y z, id, -upper x y z, half the area. The union of two boxes is then one
+/// minimum. The id is stored as the bits of a large float. So arithmetic on all eight floats at
+/// once is never slowed down by a denormal number or a NaN. A pair has the box of two triangles,
+/// prim_id() and the one after it.
 struct alignas(32) PrimRef {
     float planes[8];
 
     static constexpr std::uint32_t kIdBits = 0x40000000;
-    static constexpr float kPair = 2.0f;
+    static constexpr std::uint32_t kPairBit = 0x20000000;
 
     PrimRef() = default;
     PrimRef(const Box& box, std::uint32_t prim_id)
         : planes{box.lower.x,  box.lower.y,  box.lower.z,  std::bit_cast<float>(kIdBits | prim_id),
-                 -box.upper.x, -box.upper.y, -box.upper.z, 0} {}
-
-    std::uint32_t prim_id() const { return std::bit_cast<std::uint32_t>(planes[3]) ^ kIdBits; }
-    /// 1, or 2 for a pair. Reads bits, without a branch.
-    std::uint32_t triangle_count() const {
-        static_assert(std::bit_cast<std::uint32_t>(kPair) == 1u << 30);
-        return 1 + (std::bit_cast<std::uint32_t>(planes[7]) >> 30);
+                 -box.upper.x, -box.upper.y, -box.upper.z, 0} {
+        set_area();
     }
+
+    std::uint32_t prim_id() const { return id_bits() & (kPairBit - 1); }
+    /// 1, or 2 for a pair.
+    std::uint32_t triangle_count() const { return id_bits() & kPairBit ? 2 : 1; }
+    /// Half the surface area of the box; 0 for an empty one.
+    float area() const { return planes[7]; }
     Box box() const {
         return {{planes[0], planes[1], planes[2]}, {-planes[4], -planes[5], -planes[6]}};
     }
@@ -44,6 +46,21 @@ struct alignas(32) PrimRef {
     }
     /// Twice the centroid of the box, rounded once; 0 for an empty one.
     float centroid2(int axis) const { return planes[axis] - planes[4 + axis]; }
+
+    /// After the planes of the box are set.
+    void set_area() {
+        const float x = -planes[4] - planes[0];
+        const float y = -planes[5] - planes[1];
+        const float z = -planes[6] - planes[2];
+        planes[7] = empty() ? 0 : x * y + y * z + z * x;
+    }
+    /// Makes the box that of triangles `first` and first + 1.
+    void make_pair_of(std::uint32_t first) {
+        planes[3] = std::bit_cast<float>(kIdBits | kPairBit | first);
+    }
+
+private:
+    std::uint32_t id_bits() const { return std::bit_cast<std::uint32_t>(planes[3]); }
 };
 
 /// Sets the refs of the triangles first .. first + refs.size() - 1, whose boxes leave out vertices
@@ -57,15 +74,11 @@ Box union_of(std::span<const PrimRef> refs, const SimdTarget& target = best_simd
 /// The bounds of twice the centroids of those refs that are not empty; empty for none.
 Box centroid_bounds(std::span<const PrimRef> refs, const SimdTarget& target = best_simd_target());
 
-/// Makes pairs of neighbours in the list that share one edge and whose common box is small; the
-/// others stay as they are. refs are triangles of the topology, each the one after the last.
-/// Returns how many refs are left, at the beginning and in order.
-std::size_t pair_refs(const Topology& topology, std::span<PrimRef> refs);
-
-/// The size of a part of a set.
+/// The size of the first part of a set, and the sum of the costs of both parts.
 struct PartSize {
     std::size_t refs = 0;
     std::size_t triangles = 0;
+    float cost = std::numeric_limits<float>::infinity();
 };
 
 // Each function divides refs, which ascend by prim_id, in two, each ascending by prim_id, and
@@ -79,11 +92,6 @@ struct PartSize {
 /// volume hierarchies. 2007). Parallel for large sets.
 PartSize split_binned(std::span<const PrimRef> refs, PrimRef* out,
                       const SimdTarget& target = best_simd_target());
-
-/// Every position of every axis, for at most kFewRefs (Wald, Boulos, Shirley 2007, section 3).
-inline constexpr std::size_t kFewRefs = 64;
-PartSize split_few(std::span<const PrimRef> refs, PrimRef* out,
-                   const SimdTarget& target = best_simd_target());
 
 /// Halves by the order along the widest axis of the centroids: for sets that the others cannot
 /// divide, and to bound the depth. Never 0 for two refs or more.
@@ -108,17 +116,21 @@ struct Split {
 // with 0; still more makes cheaper ones, but of smaller leaves (lab/notes/build_and_refit.md).
 inline constexpr float kPartCost = 12;
 
+// Bins an axis: more would make the build 7 % slower and the tree no better
+// (lab/notes/build_and_refit.md).
+inline constexpr std::size_t kBins = 16;
+
 /// Maps twice a centroid to its bin along each axis: (centroid2 - lower) * scale, clamped to
-/// [0, bins - 1] and rounded down. Lane 3 is 0. All refs that do not differ along an axis are in
+/// [0, kBins - 1] and rounded down. Lane 3 is 0. All refs that do not differ along an axis are in
 /// its first bin.
 struct Binning {
     /// bounds: those of twice the centroids.
-    Binning(const Box& bounds, std::size_t bins) {
+    explicit Binning(const Box& bounds) {
         for (int axis = 0; axis < 3; ++axis) {
             lower[axis] = bounds.lower[axis];
             const float extent = bounds.upper[axis] - bounds.lower[axis];
-            // A hair less than `bins`, so that the largest centroid falls into the last bin.
-            if (extent > 0) scale[axis] = static_cast<float>(bins) * 0.9999f / extent;
+            // A hair less than kBins, so that the largest centroid falls into the last bin.
+            if (extent > 0) scale[axis] = kBins * 0.9999f / extent;
         }
     }
 
@@ -134,17 +146,6 @@ struct alignas(32) Bin {
     std::int32_t count[4];
 };
 
-template <std::size_t kBins>
-struct Bins {
-    Bin bin[kBins];
-};
-
-// Bins an axis for sets that are split in chunks, where bins take little of the time, and for
-// others: more than 16 would make the build 7 % slower and the tree no better
-// (lab/notes/build_and_refit.md).
-inline constexpr std::size_t kManyBins = 32;
-inline constexpr std::size_t kFewBins = 16;
-using ManyBins = Bins<kManyBins>;
-using FewBins = Bins<kFewBins>;
+using Bins = std::array<Bin, kBins>;
 
 }  // namespace mray

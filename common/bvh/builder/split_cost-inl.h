@@ -50,7 +50,7 @@ inline void make_refs(const Topology& topology, std::span<const vec3> positions,
         store(lower, planes);
         store(-upper, planes + 4);
         planes[3] = std::bit_cast<float>(PrimRef::kIdBits | prim_id);
-        planes[7] = 0;
+        refs[i].set_area();
     }
 }
 
@@ -86,11 +86,9 @@ struct AxisBoxes {
     // Not implicit: that one would not be compiled for the target.
     HWY_INLINE AxisBoxes() {}
 
-    HWY_INLINE void extend(int axis, const float* other) {
-        planes[axis] = min(planes[axis], load8(other));
-    }
     HWY_INLINE void extend(const Bin& bin) {
-        for (int axis = 0; axis < 3; ++axis) extend(axis, bin.planes[axis]);
+        for (int axis = 0; axis < 3; ++axis)
+            planes[axis] = min(planes[axis], load8(bin.planes[axis]));
     }
 };
 

@@ -119,6 +119,51 @@ TEST(BvhBuilder, FillsNodesAndLeavesOnAnOrdinaryMesh) {
     EXPECT_LE(stats.vertices_per_leaf, 16);
 }
 
+TEST(BvhBuilder, OpensPairsThatCoincide) {
+    // The halves of one square again and again, then with vertices of their own.
+    const std::vector<vec3> corners = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    std::vector<vec3> own;
+    std::vector<uvec3> same, apart;
+    for (std::uint32_t i = 0; i < 40; ++i) {
+        own.insert(own.end(), corners.begin(), corners.end());
+        for (const uvec3 half : {uvec3(0, 1, 2), uvec3(0, 2, 3)}) {
+            same.push_back(half);
+            apart.push_back(half + uvec3(4 * i));
+        }
+    }
+    const TestScene repeated(corners, same);
+    const Bvh kept = build_bvh(repeated.topology(), repeated.positions());
+    EXPECT_EQ(check_bvh(kept, repeated.topology(), repeated.positions()),
+              std::vector<std::string>{});
+    EXPECT_EQ(kept.repeated.size(), 78u);
+    const TestScene coincident(own, apart);
+    const Bvh all = build_bvh(coincident.topology(), coincident.positions());
+    EXPECT_EQ(check_bvh(all, coincident.topology(), coincident.positions()),
+              std::vector<std::string>{});
+    EXPECT_EQ(all.repeated.size(), 0u);
+}
+
+TEST(BvhBuilder, GivesALargeTriangleALeafOfItsOwn) {
+    // One has a flat box of 10 x 5; fifteen fill one of 1 x 1 x 3 at its edge. A leaf could hold
+    // all.
+    std::vector<vec3> positions;
+    for (int i = 0; i < 12; ++i)
+        positions.emplace_back(9 + 0.5f * static_cast<float>(i % 3), i % 2,
+                               static_cast<float>(3 * i) / 11);
+    std::vector<uvec3> triangles;
+    for (std::uint32_t i = 0; i < 15; ++i) triangles.emplace_back(i % 10, i % 10 + 1, i / 10 + 10);
+    for (const vec3 p : {vec3(0, 0, 0), vec3(10, 0, 0), vec3(10, 5, 0)}) positions.push_back(p);
+    triangles.emplace_back(12, 13, 14);
+    const TestScene scene(positions, triangles);
+    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()), std::vector<std::string>{});
+    ASSERT_EQ(bvh.leaves.size(), 2u);
+    const auto sizes = std::minmax({corner_triangle_count(bvh.leaves[0].vertex[0].corners),
+                                    corner_triangle_count(bvh.leaves[1].vertex[0].corners)});
+    EXPECT_EQ(sizes.first, 1u);
+    EXPECT_EQ(sizes.second, 15u);
+}
+
 TEST(BvhBuilder, SahCostOfTwoLeavesIsWhatTheFormulaSays) {
     // Two clusters of 16 coinciding unit squares' halves, 9 apart: leaves A and B under one root.
     std::vector<vec3> positions = {{0, 0, 0}, {1, 0, 0},  {0, 1, 0},

@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <utility>
 #include <vector>
 
 #include "common/base/aligned_vector.h"
+#include "common/bvh/builder/area_split.h"
+#include "common/bvh/builder/pair_refs.h"
 #include "tests/support/test_scene.h"
 
 namespace mray {
@@ -33,7 +36,7 @@ AlignedVector<PrimRef> random_refs(Random& random, std::uint32_t count) {
             box.extend(snap_point(p));
         }
         refs.push_back(PrimRef(box, 2 * id));
-        if (with_pairs && random.below(3) != 0) refs.back().planes[7] = PrimRef::kPair;
+        if (with_pairs && random.below(3) != 0) refs.back().make_pair_of(2 * id);
     }
     return refs;
 }
@@ -42,15 +45,6 @@ std::size_t triangles_of(std::span<const PrimRef> refs) {
     std::size_t sum = 0;
     for (const PrimRef& ref : refs) sum += ref.triangle_count();
     return sum;
-}
-
-/// Half the area of the union of the boxes, times the triangles and 12 more (kPartCost).
-float part_cost(std::span<const PrimRef> refs) {
-    Box box;
-    for (const PrimRef& ref : refs) box.extend(ref.box());
-    if (box.empty()) return 0;
-    const vec3 d = box.upper - box.lower;
-    return (d.x * d.y + d.y * d.z + d.z * d.x) * static_cast<float>(triangles_of(refs) + 12);
 }
 
 using SplitFunction = PartSize (*)(std::span<const PrimRef>, PrimRef*, const SimdTarget&);
@@ -90,38 +84,47 @@ TEST(Splits, HaveTheSameResultOnEveryTarget) {
         const std::uint32_t few = 2 + random.below(round % 2 == 0 ? 60 : 2000);
         const std::uint32_t count = round % 40 == 0 ? many : few;
         divided += expect_same_on_every_target(split_binned, random_refs(random, count)) ? 1 : 0;
-        divided += expect_same_on_every_target(split_few,
-                                               random_refs(random, 2 + random.below(kFewRefs - 1)))
-                       ? 1
-                       : 0;
         divided += expect_same_on_every_target(split_median, random_refs(random, few)) ? 1 : 0;
     }
-    EXPECT_GT(divided, 1400u);
+    EXPECT_GT(divided, 1000u);
 }
 
-TEST(Splits, OfFewRefsAreTheCheapestOfAllPositions) {
-    Random random(2);
-    for (int round = 0; round < 300; ++round) {
-        const AlignedVector<PrimRef> refs = random_refs(random, kFewRefs);
-        Split cheapest;
-        std::vector<PrimRef> order(refs.begin(), refs.end());
-        for (int axis = 0; axis < 3; ++axis) {
-            std::sort(order.begin(), order.end(), [=](const PrimRef& a, const PrimRef& b) {
-                return std::pair(a.centroid2(axis), a.prim_id()) <
-                       std::pair(b.centroid2(axis), b.prim_id());
-            });
-            if (order.front().centroid2(axis) == order.back().centroid2(axis)) continue;
-            for (std::size_t i = 1; i < kFewRefs; ++i) {
-                cheapest.consider(
-                    {part_cost(std::span(order).first(i)) + part_cost(std::span(order).subspan(i)),
-                     axis, i, triangles_of(std::span(order).first(i))});
-            }
-        }
-        AlignedVector<PrimRef> out(2 * kFewRefs, PrimRef(Box(), 0));
-        const PartSize left = split_few(refs, out.data());
-        ASSERT_EQ(left.refs, cheapest.position) << round;
-        ASSERT_EQ(left.triangles, cheapest.left_size) << round;
+/// A row of small boxes, and a large one about the middle of them.
+AlignedVector<PrimRef> row_with_a_beam(std::uint32_t count, std::uint32_t beam) {
+    AlignedVector<PrimRef> refs;
+    for (std::uint32_t id = 0; id < count; ++id) {
+        const auto x = static_cast<float>(id);
+        refs.push_back(PrimRef({{x, 0, 0}, {x + 1, 1, 1}}, id));
     }
+    refs[beam] = PrimRef({{0, -4, -4}, {static_cast<float>(count), 5, 5}}, beam);
+    return refs;
+}
+
+TEST(SplitByArea, DividesALargeBoxFromTheOthers) {
+    const AlignedVector<PrimRef> refs = row_with_a_beam(100, 40);
+    AlignedVector<PrimRef> out(refs.size(), PrimRef(Box(), 0));
+    const PartSize by_bins = split_binned(refs, out.data());
+    float largest = std::numeric_limits<float>::infinity();
+    const PartSize by_area = split_by_area(refs, out.data(), refs.size(), by_bins, largest);
+    EXPECT_EQ(largest, refs[40].area());
+    ASSERT_EQ(by_area.refs, 1u);
+    EXPECT_EQ(by_area.triangles, 1u);
+    EXPECT_LT(by_area.cost, by_bins.cost);
+    // Half areas 1881 and 201, times the triangles and 12.
+    EXPECT_EQ(by_area.cost, 1881.0f * 13 + 201.0f * 111);
+    EXPECT_EQ(out[0].prim_id(), 40u);
+    for (std::uint32_t i = 1; i < 100; ++i) EXPECT_EQ(out[i].prim_id(), i <= 40 ? i - 1 : i);
+}
+
+TEST(SplitByArea, LeavesOtherSetsAlone) {
+    AlignedVector<PrimRef> refs = row_with_a_beam(100, 40);
+    refs[40] = PrimRef({{40, 0, 0}, {41, 1, 1}}, 40);
+    AlignedVector<PrimRef> out(refs.size(), PrimRef(Box(), 0));
+    const PartSize by_bins = split_binned(refs, out.data());
+    const AlignedVector<PrimRef> divided = out;
+    float largest = std::numeric_limits<float>::infinity();
+    EXPECT_EQ(split_by_area(refs, out.data(), refs.size(), by_bins, largest).refs, 0u);
+    EXPECT_EQ(std::memcmp(out.data(), divided.data(), refs.size() * sizeof(PrimRef)), 0);
 }
 
 TEST(PairRefs, AreNeighboursThatShareAnEdgeAndFillTheirBox) {
