@@ -28,7 +28,7 @@ struct Part {
     }
 };
 
-// A plane is likely to be best where no box has more than this part of the mean area of its parts.
+// Where no box has more than this part of the mean area of the two parts, a plane divides well.
 constexpr float kLargeArea = 0.25f;
 
 }  // namespace
