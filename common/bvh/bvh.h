@@ -41,6 +41,9 @@ struct Bvh {
 
 inline constexpr std::uint32_t kNoParent = 0xFFFFFFFFu;
 
+/// The assumed cost of a leaf in visits of a node. (bvh_stats counts triangles.)
+inline constexpr double kLeafCost = 12;
+
 /// The triangles that `first` stands for besides itself.
 inline std::span<const RepeatedTriangle> repeats_of(std::span<const RepeatedTriangle> repeated,
                                                     std::uint32_t first) {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "common/interop/bvh_layout.h"
+#include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 
 namespace mray {
@@ -15,9 +15,6 @@ namespace mray {
 /// the cost of a box in an image depends on its size there. Finite; 0 for a tree over no triangles.
 /// Equal bytes of nodes give equal bits.
 double tree_cost(std::span<const Node> nodes);
-
-/// The assumed cost of a leaf in visits of a node. (bvh_stats counts triangles.)
-inline constexpr double kLeafCost = 12;
 
 /// At most kMost triangles, evenly by prim_id: their area tells grown triangles from a bad tree.
 class TriangleSample {

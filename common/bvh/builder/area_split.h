@@ -8,11 +8,11 @@
 
 namespace mray {
 
-/// Where a set holds triangles that are large beside its parts, as walls and beams are among small
-/// things, no plane divides it well: the boxes of both sides are large. Then this divides it, as
-/// split_binned does, in larger and smaller refs, if that costs less than `other`, a split of the
-/// same set; otherwise it returns a size of 0. triangles: of the set. largest: a bound of the areas
-/// of its boxes, which is made exact where it matters.
+/// Divides refs as split_binned does, but the larger boxes from the smaller ones, if that costs
+/// less than `other`, a split of the same set; otherwise returns a size of 0. It helps where a few
+/// boxes are large, as those of walls and beams in a room: then both sides of any plane have large
+/// boxes. triangles: how many the set has. largest: an upper bound of the areas of its boxes, which
+/// this may lower to the largest area.
 PartSize split_by_area(std::span<const PrimRef> refs, PrimRef* out, std::size_t triangles,
                        const PartSize& other, float& largest);
 

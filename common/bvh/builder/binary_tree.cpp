@@ -1,6 +1,5 @@
 #include "common/bvh/builder/binary_tree.h"
 
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 #include <tbb/task_arena.h>
 
@@ -28,15 +27,11 @@ constexpr std::size_t kTaskSize = 2048;
 // Sets of no more triangles soon become leaves.
 constexpr std::size_t kFewTriangles = 24;
 
-// From here on a set is not divided by area, which one thread does alone. Its parts may be.
+// Sets of so many triangles are divided by bins only: a split by area is the work of one thread.
 constexpr std::size_t kManyTriangles = 16384;
 
-// What a leaf costs a ray that visits it, in visits of a binary node
-// (lab/notes/build_and_refit.md).
-constexpr double kLeafVisit = 12;
-
-// A set that fits a leaf is not divided if the areas of its parts sum up to more than about this
-// part of its own.
+// A set that fits a leaf becomes one if both parts together have about this many times its area, or
+// more. With 1.1 rooms have trees that cost 2 % more (lab/notes/build_and_refit.md).
 constexpr float kMostPartArea = 1.2f;
 
 // Nodes that a thread takes: with one pair, threads would write to the same cache lines.
@@ -87,15 +82,14 @@ public:
         tree_.nodes.resize(2 * count + blocks_.size() * kNodeBlock);
     }
 
-    /// Of the refs that the tree has.
-    void build() { build(tree_.nodes[0], {0, triangle_count(), tree_.refs.size()}, 0, nullptr); }
-
-    /// Of all triangles of the topology.
-    void build_triangles() {
-        const std::span<PrimRef> made =
-            make_paired_refs(topology_, positions_, refs_[0], refs_[1], target_, watch_);
-        if (made.data() != refs_[0]) std::swap(refs_[0], refs_[1]);
-        build(tree_.nodes[0], {0, triangle_count(), made.size()}, 0, nullptr);
+    /// Builds over the refs that the tree has; with positions, over all triangles of the topology.
+    void build() {
+        std::span<PrimRef> refs = tree_.refs;
+        if (!positions_.empty())
+            refs = make_paired_refs(topology_, positions_, refs_[0], refs_[1], target_, watch_);
+        if (refs.data() != refs_[0]) std::swap(refs_[0], refs_[1]);
+        const auto triangle_count = static_cast<std::uint32_t>(tree_.prim_ids.size());
+        build(tree_.nodes[0], {0, triangle_count, refs.size()}, 0, nullptr);
     }
 
     std::uint32_t node_count() const { return node_count_; }
@@ -112,15 +106,11 @@ private:
         std::uint32_t begin;
         std::uint32_t end;
         std::size_t refs;
-        /// No box has more area.
+        /// An upper bound of the areas of the boxes.
         float largest = std::numeric_limits<float>::infinity();
 
         std::size_t size() const { return end - begin; }
     };
-
-    std::uint32_t triangle_count() const {
-        return static_cast<std::uint32_t>(tree_.prim_ids.size());
-    }
 
     /// Builds the subtree of a set of refs_[depth % 2]. block: the calling thread's if that builds
     /// the whole subtree, otherwise null. coincide: whether all centroids are known to coincide,
@@ -151,24 +141,24 @@ private:
         PrimRef whole[kLeafTriangles];
         std::copy_n(refs_of(set, depth).data(), set.refs, whole);
         divide(node, set, depth, block, false);
-        if (!node.is_leaf() && kLeafVisit * half_area(node.box) <= cost_of(node) &&
+        if (!node.is_leaf() && kLeafCost * half_area(node.box) <= cost_of(node) &&
             make_leaf(std::span(whole, set.refs), node)) {
             node.children = 0;
             node.height = 0;
         }
     }
 
-    /// Whether a box is at least half of that of the set. largest: as in Set.
+    /// True if a box has at least half the area of the union of all. largest: see Set.
     bool has_large_triangle(std::span<const PrimRef> refs, float largest) const {
         if (refs.size() == 1 || is_part(refs.back())) return false;
         const auto least = static_cast<float>(0.5 * half_area(union_of(refs, target_)));
         return largest >= least && largest_area(refs) >= least;
     }
 
-    /// The expected cost of a ray that visits the node.
+    /// The SAH cost of the subtree, in areas of boxes.
     double cost_of(const BinaryNode& node) const {
         const double area = half_area(node.box);
-        if (node.is_leaf()) return kLeafVisit * area;
+        if (node.is_leaf()) return kLeafCost * area;
         return area + cost_of(tree_.nodes[node.children]) + cost_of(tree_.nodes[node.children + 1]);
     }
 
@@ -187,7 +177,7 @@ private:
             if (set.size() <= kLeafTriangles && left_size.cost > most_cost_of_parts(set, refs) &&
                 make_leaf(refs, node))
                 return;
-            // Parts differ in size anyway: trees that are arranged anew would be up to 7 % dearer.
+            // Not among parts of a tree: restructured trees then cost up to 7 % more.
             const bool may_be_mixed = set.size() < kManyTriangles && !is_part(refs.back());
             if (may_be_mixed && set.size() > kFewTriangles && left_size.refs != 0) {
                 const PartSize by_area =
@@ -306,7 +296,7 @@ BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> pos
     tree.refs.resize(topology.triangles.size());
     if (tree.refs.empty()) return tree;
     Builder builder(topology, positions, target, watch, tree);
-    builder.build_triangles();
+    builder.build();
     tree.nodes.resize(builder.node_count());
     return tree;
 }

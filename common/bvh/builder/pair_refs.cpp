@@ -8,15 +8,14 @@
 namespace mray {
 namespace {
 
-/// Whether a and b have two vertices in common, and no third one.
+/// True if exactly two vertices of b are vertices of a.
 bool share_an_edge(const uvec3& a, const uvec3& b) {
     const auto in_a = [&](std::uint32_t v) { return v == a.x || v == a.y || v == a.z ? 1 : 0; };
     return in_a(b.x) + in_a(b.y) + in_a(b.z) == 2;
 }
 
-// Of the sum of the areas of both boxes. That of two halves of a flat square lies between a half
-// and 1; less would leave out more, and more makes trees up to 4 % worse
-// (lab/notes/build_and_refit.md).
+// The largest area of a pair's box, as a part of the sum of the areas of both boxes. A smaller part
+// makes fewer pairs, a larger one trees that cost up to 4 % more (lab/notes/build_and_refit.md).
 constexpr float kPairArea = 0.75f;
 
 // Triangles of a task, whatever the number of threads.

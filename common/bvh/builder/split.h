@@ -47,14 +47,14 @@ struct alignas(32) PrimRef {
     /// Twice the centroid of the box, rounded once; 0 for an empty one.
     float centroid2(int axis) const { return planes[axis] - planes[4 + axis]; }
 
-    /// After the planes of the box are set.
+    /// Computes the area from the planes of the box.
     void set_area() {
         const float x = -planes[4] - planes[0];
         const float y = -planes[5] - planes[1];
         const float z = -planes[6] - planes[2];
         planes[7] = empty() ? 0 : x * y + y * z + z * x;
     }
-    /// Makes the box that of triangles `first` and first + 1.
+    /// Makes this a pair of the triangles `first` and first + 1, whose box it has already.
     void make_pair_of(std::uint32_t first) {
         planes[3] = std::bit_cast<float>(kIdBits | kPairBit | first);
     }
@@ -74,7 +74,7 @@ Box union_of(std::span<const PrimRef> refs, const SimdTarget& target = best_simd
 /// The bounds of twice the centroids of those refs that are not empty; empty for none.
 Box centroid_bounds(std::span<const PrimRef> refs, const SimdTarget& target = best_simd_target());
 
-/// The size of the first part of a set, and the sum of the costs of both parts.
+/// The size of the first part of a set, and the sum of the SAH costs of both parts, if known.
 struct PartSize {
     std::size_t refs = 0;
     std::size_t triangles = 0;

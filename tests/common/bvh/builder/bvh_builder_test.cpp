@@ -53,23 +53,30 @@ TEST(BvhBuilder, GivesTheSameBytesForEveryTarget) {
     }
 }
 
-// Around the sizes at which the builder goes from leaves to ranks, to bins, to tasks, to chunks.
+void expect_same_sound_tree_for_any_threads(const TestScene& scene) {
+    const Bvh expected = build_bvh(scene.topology(), scene.positions(), {1});
+    EXPECT_EQ(check_bvh(expected, scene.topology(), scene.positions()), std::vector<std::string>{});
+    for (const int threads : {2, 3, 4}) {
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions(), {threads});
+        EXPECT_EQ(bvh_hash(bvh), bvh_hash(expected));
+        EXPECT_EQ(bvh.leaf_vertices, expected.leaf_vertices);
+        EXPECT_EQ(bvh.leaf_parents, expected.leaf_parents);
+        EXPECT_EQ(bvh.node_parents, expected.node_parents);
+    }
+}
+
+// Around the sizes at which the builder goes from leaves to bins, to tasks, to chunks.
 TEST(BvhBuilder, GivesTheSameSoundTreeForAnyNumberOfThreadsAtEverySize) {
     for (const std::uint32_t size : {1u, 5u, 6u, 16u, 17u, 24u, 25u, 64u, 65u, 2047u, 2048u, 4096u,
                                      16383u, 16384u, 16385u, 24576u, 24577u, 40000u}) {
-        const TestScene scene = test::random_soup(size, 0.02, size);
-        const Bvh expected = build_bvh(scene.topology(), scene.positions(), {1});
-        EXPECT_EQ(check_bvh(expected, scene.topology(), scene.positions()),
-                  std::vector<std::string>{})
-            << size;
-        for (const int threads : {2, 3, 4}) {
-            const Bvh bvh = build_bvh(scene.topology(), scene.positions(), {threads});
-            EXPECT_EQ(bvh_hash(bvh), bvh_hash(expected)) << size;
-            EXPECT_EQ(bvh.leaf_vertices, expected.leaf_vertices) << size;
-            EXPECT_EQ(bvh.leaf_parents, expected.leaf_parents) << size;
-            EXPECT_EQ(bvh.node_parents, expected.node_parents) << size;
-        }
+        SCOPED_TRACE(size);
+        expect_same_sound_tree_for_any_threads(test::random_soup(size, 0.02, size));
     }
+}
+
+// Pairs, more of them than a chunk has.
+TEST(BvhBuilder, GivesTheSameSoundTreeOfQuadranglesForAnyNumberOfThreads) {
+    expect_same_sound_tree_for_any_threads(test::torus(200, 101));
 }
 
 TEST(BvhBuilder, DoesNotDependOnTheOrderOfTrianglesWithoutTies) {
