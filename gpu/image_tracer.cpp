@@ -82,8 +82,9 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
     frame.width = params.width;
     frame.height = params.height;
     resize_watched(frame.hits, with_hits_ ? pixel_count : 0, watch);
-    frame.occlusion.clear();
     resize_watched(frame.occlusion, with_hits_ ? pixel_count : 0, watch);
+    if (rays_per_hit(params.rays, params.ao_count) == 0)
+        std::fill(frame.occlusion.begin(), frame.occlusion.end(), 0u);
     resize_watched(frame.pixels, with_pixels_ ? pixel_count : 0, watch);
     times.rays = pixel_count;
     times.trace_ms = times.secondary_ms = times.shade_ms = 0;

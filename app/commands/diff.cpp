@@ -22,10 +22,11 @@ Frame frame_of(const morphray::HitsFile& file, std::size_t image) {
     Frame frame;
     frame.width = file.width;
     frame.height = file.height;
-    frame.pixels.resize(file.images[image].hits.size());
+    frame.pixels.assign(file.images[image].hits.size(), 0);
     for (const morphray::Hit& hit : file.images[image].hits)
         frame.hits.push_back({hit.t, hit.u, hit.v, hit.prim_id});
-    frame.occlusion = file.images[image].occlusion;
+    const auto& occlusion = file.images[image].occlusion;
+    frame.occlusion.assign(occlusion.begin(), occlusion.end());
     return frame;
 }
 

@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "common/base/aligned_vector.h"
 #include "common/interop/params.h"
@@ -18,8 +17,8 @@ struct Frame {
     std::uint32_t height = 0;
     /// Four hits are a cache line, which packets write at once.
     AlignedVector<Hit> hits;
-    std::vector<std::uint32_t> occlusion;
-    std::vector<std::uint32_t> pixels;
+    AlignedVector<std::uint32_t> occlusion;
+    AlignedVector<std::uint32_t> pixels;
     /// Whether a backend fills `pixels`; else they are empty. Set by the caller.
     bool with_pixels = true;
     /// If it is false, a device leaves `hits` and `occlusion` empty and saves a copy. Set by the

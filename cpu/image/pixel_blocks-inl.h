@@ -277,26 +277,45 @@ HWY_INLINE PixelLanes load_pixels(const PixelPart& part, const PixelBlock& block
     return pixels;
 }
 
-HWY_INLINE void write_block(const PixelPart& part, const PixelBlock& block,
-                            const std::uint32_t* from, std::uint32_t* image) {
-    std::uint32_t* to = image + block.begin(part);
+/// Values of the pixels of a strip, row by row.
+class StripRows {
+public:
+    /// Sets those of a block, which come column by column.
+    HWY_INLINE void set(const Tile& strip, const PixelBlock& block, const std::uint32_t* from) {
+        std::uint32_t* const to = rows_[0] + (block.x - strip.x0);
 #if HWY_TARGET != HWY_SCALAR
-    if (HWY_LIKELY(block.columns == kBlockSide && block.rows == kBlockSide)) {
         const hn::CappedTag<std::uint32_t, kBlockSide> four;
         hn::Vec<decltype(four)> columns[kBlockSide], rows[kBlockSide];
         for (std::uint32_t i = 0; i < kBlockSide; ++i)
             columns[i] = hn::Load(four, from + i * kBlockSide);
         transpose_fours(four, columns, rows);
         for (std::uint32_t i = 0; i < kBlockSide; ++i)
-            hn::StoreU(rows[i], four, to + i * part.params.width);
-        return;
-    }
+            hn::Store(rows[i], four, to + i * kStripSide);
+#else
+        for (std::uint32_t i = 0; i < kBlockRays; ++i)
+            to[(i & kRowMask) * kStripSide + (i >> kColumnShift)] = from[i];
 #endif
-    for (std::uint32_t row = 0; row < block.rows; ++row, to += part.params.width) {
-        for (std::uint32_t column = 0; column < block.columns; ++column)
-            to[column] = from[column * kBlockSide + row];
     }
-}
+
+    /// Writes them to an image. Whole cache lines go past the caches: reading those lines first
+    /// would take longer than shading (lab/notes/cpu_tracer.md).
+    void write(const Tile& strip, std::uint32_t width, std::uint32_t* image) const {
+        std::uint32_t* to = image + std::size_t{strip.y0} * width + strip.x0;
+        const std::uint32_t count = strip.x1 - strip.x0;
+        for (std::uint32_t i = 0; i < strip.y1 - strip.y0; ++i, to += width) {
+            const bool is_aligned = reinterpret_cast<std::uintptr_t>(to) % kCacheLine == 0;
+            if (!is_aligned || count % kLanes != 0) {
+                std::copy_n(rows_[i], count, to);
+                continue;
+            }
+            for (std::uint32_t x = 0; x < count; x += kLanes)
+                hn::Stream(hn::Load(kUints, rows_[i] + x), kUints, to + x);
+        }
+    }
+
+private:
+    alignas(kCacheLine) std::uint32_t rows_[kBlockSide][kStripSide];
+};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu

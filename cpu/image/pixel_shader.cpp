@@ -1,6 +1,8 @@
 // Blocks of 4 x 4 pixels from hits to rays and colours.
 #include "cpu/image/pixel_shader.h"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
@@ -102,15 +104,20 @@ HWY_INLINE void shade_part(const PixelPart& part, Begin begin, Shade shade) {
         alignas(64) std::uint32_t behind[kBlockRays];
         for (std::uint32_t i = 0; i < kBlockRays; ++i)
             behind[i] = background(strip.y0 + (i & kRowMask), part.params.height);
+        StripRows colour_rows, occlusion_rows;
         for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
             alignas(64) std::uint32_t colours[kBlockRays];
             alignas(64) std::uint32_t occlusion[kBlockRays] = {};
             for (std::uint32_t i = 0; i < kBlockRays; i += kLanes)
                 store(shade(block, i, load(behind + i), occlusion + i), colours + i);
-            write_block(part, block, occlusion, part.frame.occlusion.data());
-            if (part.frame.with_pixels) write_block(part, block, colours, part.frame.pixels.data());
+            occlusion_rows.set(strip, block, occlusion);
+            colour_rows.set(strip, block, colours);
         });
+        const std::uint32_t width = part.params.width;
+        occlusion_rows.write(strip, width, part.frame.occlusion.data());
+        if (part.frame.with_pixels) colour_rows.write(strip, width, part.frame.pixels.data());
     });
+    hwy::FlushStream();
 }
 
 void shade_camera_part(const PixelPart& part) {

@@ -46,7 +46,7 @@ using detail::with_scene;
 constexpr std::size_t kMostSpareSamples = std::size_t{1} << 23;
 
 /// Fills hits, occlusion and both hashes of an image whose pixels are there; without hits as
-/// View::hits says. Takes the occlusion out of `traced`. Throws Error(kCancelled) between rows.
+/// View::hits says. Throws Error(kCancelled) between rows.
 void fill_hits(SceneImpl& scene, bool with_hits, TracedImage& traced, const mray::Watch& watch,
                Image& image) {
     mray::Frame& frame = traced.samples;
@@ -58,11 +58,13 @@ void fill_hits(SceneImpl& scene, bool with_hits, TracedImage& traced, const mray
         return;
     }
     mray::resize_watched(image.hits, frame.hits.size(), watch);
+    mray::resize_watched(image.occlusion, frame.occlusion.size(), watch);
     const auto convert_row = [&](std::uint32_t y) {
         watch.throw_if_cancelled();
         for (std::uint32_t x = 0; x < frame.width; ++x) {
             const std::size_t i = std::size_t{y} * frame.width + x;
             const mray::Hit& hit = frame.hits[i];
+            image.occlusion[i] = frame.occlusion[i];
             image.hits[i] =
                 hit.prim_id == mray::kNoPrim
                     ? Hit{}
@@ -83,7 +85,6 @@ void fill_hits(SceneImpl& scene, bool with_hits, TracedImage& traced, const mray
             [&] { image.hits_hash = mray::hits_hash(frame); },
             [&] { image.image_hash = mray::image_hash(image.pixels); });
     });
-    image.occlusion.swap(frame.occlusion);
 }
 
 /// At 0 the box around everything, at 1 those of the root's children, and so on, without empty
@@ -115,7 +116,14 @@ void render_plain(SceneImpl& scene, const View& view, TracedImage& traced, Image
     image.ray_count = scene.tracer->finish().rays;
     image.trace_ms = scene.tracer->finish().trace_ms;
     image.shade_ms = 0;
-    image.pixels.swap(traced.samples.pixels);
+    const mray::Frame& frame = traced.samples;
+    image.pixels.resize(frame.pixels.size());
+    scene.arena().execute([&] {
+        tbb::parallel_for(std::uint32_t{0}, frame.height, [&](std::uint32_t y) {
+            const std::size_t first = std::size_t{y} * frame.width;
+            std::copy_n(&frame.pixels[first], frame.width, &image.pixels[first]);
+        });
+    });
     image.lit_pixels.clear();
 }
 

@@ -213,7 +213,7 @@ std::uint64_t apply_alpha_test(SceneImpl& scene, const mray::Watch& watch, Trace
         rays.in_batches(most, ask,
                         [&](const SampleBatch& batch) { rays.count_occluded(batch, occluded); });
     };
-    std::vector<std::uint32_t>& shadows = image.samples.occlusion;
+    const std::span<std::uint32_t> shadows = image.samples.occlusion;
     count_again(shadows, 1,
                 [&](const mray::Surface& surface, std::uint32_t, std::uint32_t, std::size_t sample,
                     SampleBatch& batch) {
