@@ -12,6 +12,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "cpu/image/leaf_normals-inl.h"
 #include "cpu/image/pixel_blocks-inl.h"
 #include "cpu/simd/lanes-inl.h"
 #include "cpu/simd/rounding_bounds.h"
@@ -56,12 +57,17 @@ HWY_INLINE lanes::Float3 directions_of(const PixelPart& part, const PixelLanes& 
         lanes::camera_direction(part.params.camera, pixels.x, pixels.y));
 }
 
+/// The surfaces that the pixels of a part show, block by block of its strips.
 class ShownSurfaces {
 public:
     explicit ShownSurfaces(const PixelPart& part) : part_(part) {}
 
     /// Goes to the first block of a strip.
     void begin(const Tile& strip) {
+        if (part_.packet != nullptr) {
+            if (leaves_.empty()) leaves_.find(*part_.packet, *part_.mesh.topology);
+            return;
+        }
         triangles_.clear();
         next_ = 0;
         for_each_block(strip, [&](const PixelBlock& block) HWY_ATTR {
@@ -74,23 +80,38 @@ public:
         triangles_.load(part_.mesh);
     }
 
-    HWY_INLINE lanes::Surface next(const PixelLanes& pixels, const lanes::Float3& dir) {
+    /// The surfaces of pixels i and following of a block, of which one is visible. Each block's
+    /// turn comes once after begin().
+    HWY_INLINE lanes::Surface next(const PixelBlock& block, std::uint32_t i,
+                                   const PixelLanes& pixels, const lanes::Float3& dir) {
         const lanes::Float3 org(part_.params.camera.org);
-        const std::uint32_t i = next_++;
-        if (HWY_UNLIKELY(triangles_.has_degenerate())) {
+        lanes::Float3 normals;
+        if (part_.packet != nullptr) {
+            const auto x = block.x - static_cast<std::uint32_t>(part_.packet->camera.first_x);
+            const auto y = block.y - static_cast<std::uint32_t>(part_.packet->camera.first_y);
+            const std::uint32_t ray = camera_packet_ray(x, y) + i;
+            leaves_.look_up(part_.packet->candidate + ray, normals, albedos_);
+        } else {
+            normals = triangles_.normals(next_);
+            albedos_ = triangles_.albedos(next_++);
+        }
+        if (HWY_UNLIKELY(triangles_.has_degenerate() || leaves_.has_degenerate())) {
             lanes::Float3 v[3];
             load_corners(*part_.mesh.topology, part_.mesh.positions, pixels.prim, v);
             return lanes::surface_of(org, dir, pixels.t, v[0], v[1], v[2]);
         }
-        return lanes::surface_with(org, dir, pixels.t, triangles_.normals(i));
+        return lanes::surface_with(org, dir, pixels.t, normals);
     }
 
-    HWY_INLINE UintVec albedos() const { return triangles_.albedos(next_ - 1); }
+    /// The albedos of the surfaces that next() has returned.
+    HWY_INLINE UintVec albedos() const { return albedos_; }
 
 private:
     const PixelPart& part_;
+    LeafNormals leaves_;
     ShownTriangles triangles_;
     std::uint32_t next_ = 0;
+    UintVec albedos_;
 };
 
 /// Writes occlusion and, if the frame has pixels, colours of a part. begin(strip) comes before the
@@ -133,7 +154,7 @@ void shade_camera_part(const PixelPart& part) {
             const PixelLanes pixels = load_pixels(part, block, i);
             if (none(pixels.visible)) return behind;
             const lanes::Float3 dir = directions_of(part, pixels);
-            const lanes::Surface s = surfaces.next(pixels, dir);
+            const lanes::Surface s = surfaces.next(block, i, pixels, dir);
             const FloatVec intensity = lanes::lit_intensity(abs(dot3(s.normal, unit(dir))));
             return select(uint_mask(pixels.visible), colours_of(intensity, surfaces.albedos()),
                           behind);
@@ -163,7 +184,8 @@ ShadowRayCounts make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays
                 FloatVec intensity = zero_unless(pixels.visible, splat(kUnlitIntensity));
                 if (!none(pixels.visible)) {
                     counts.hits += count(pixels.visible);
-                    const lanes::Surface s = surfaces.next(pixels, directions_of(part, pixels));
+                    const lanes::Surface s =
+                        surfaces.next(block, i, pixels, directions_of(part, pixels));
                     const Mask traced = pixels.visible & faces_light(s, light);
                     if (part.frame.with_pixels) store(surfaces.albedos(), pixels_lit.albedo + i);
                     if (!none(traced)) {
@@ -258,7 +280,8 @@ void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
                 const PixelLanes pixels = load_pixels(part, block, i);
                 const std::uint32_t visible = bits_of(pixels.visible);
                 if (visible == 0) continue;
-                const lanes::Surface s = surfaces.next(pixels, directions_of(part, pixels));
+                const lanes::Surface s =
+                    surfaces.next(block, i, pixels, directions_of(part, pixels));
                 const lanes::Float3 org = off_surface(s, s.size);
                 alignas(64) HalfRay starts[kBlockRays], ends[kBlockRays];
                 hn::StoreInterleaved4(org.x, org.y, org.z, splat(0.0f), kFloats, starts[0].words);

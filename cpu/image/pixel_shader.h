@@ -9,6 +9,7 @@
 #include "common/interop/surface.h"
 #include "common/scene/mesh.h"
 #include "common/simd/simd_target.h"
+#include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/light/light_packet.h"
 #include "cpu/packet/packet_frame.h"
 
@@ -31,6 +32,9 @@ struct PixelPart {
     const ShadedMesh& mesh;
     Tile tile;
     Frame& frame;
+    /// The packet that has found the hits of a tile with this part, or null: it makes shading
+    /// faster and changes no bit.
+    const CameraPacket* packet = nullptr;
 };
 
 /// The pixels of a block that a light shines on: how bright each is where it is lit, above 0 where

@@ -16,8 +16,9 @@ constexpr std::size_t kFewRaysOfLeaf = 7;
 
 }  // namespace
 
-std::uint32_t ImageTracer::intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
-                                            std::size_t stride, const Watch& watch) const {
+const CameraPacket* ImageTracer::intersect_camera(const ImageParams& params, const Tile& tile,
+                                                  Hit* hits, std::size_t stride,
+                                                  const Watch& watch) const {
     // As many rays as a stream has.
     constexpr std::uint32_t kSide = 8;
     Ray rays[kSide * kSide];
@@ -41,7 +42,7 @@ std::uint32_t ImageTracer::intersect_camera(const ImageParams& params, const Til
             }
         }
     }
-    return std::numeric_limits<std::uint32_t>::max();
+    return nullptr;
 }
 
 void ImageTracer::occluded_among(vec3 org, std::span<const SharedOriginRays> rays,
@@ -65,7 +66,7 @@ void ImageTracer::occluded_shared_origin(vec3 org, std::span<const SharedOriginR
     occluded_among(org, rays, all, answers);
 }
 
-std::size_t ImageTracer::trace_shadows(const PixelPart& part, std::uint32_t camera_leaves) const {
+std::size_t ImageTracer::trace_shadows(const PixelPart& part) const {
     const Tile& tile = part.tile;
     const std::size_t count =
         light_packet_squares(tile.x1 - tile.x0, tile.y1 - tile.y0) * std::size_t{kSquareRays};
@@ -79,8 +80,14 @@ std::size_t ImageTracer::trace_shadows(const PixelPart& part, std::uint32_t came
     const ShadowRayCounts counts =
         shader_.make_shadow_rays(part, shadow.rays.data(), shadow.lit.data());
     if (counts.rays != 0) {
-        occluded_shared_origin(part.params.light, shadow.rays, shadow.occluded,
-                               {counts.rays, camera_leaves});
+        TileCounts known{counts.rays, 0};
+        if (part.packet != nullptr) {
+            known.camera_leaves = part.packet->leaf_count;
+        } else if (!part.frame.has_hits) {
+            // Without a packet, triangles are too small for packets.
+            known.camera_leaves = std::numeric_limits<std::uint32_t>::max();
+        }
+        occluded_shared_origin(part.params.light, shadow.rays, shadow.occluded, known);
     } else {
         std::fill(shadow.occluded.begin(), shadow.occluded.end(), std::uint8_t{1});
     }
@@ -99,6 +106,7 @@ std::size_t ImageTracer::trace_ao(const PixelPart& part, const Watch& watch) con
         for (std::uint32_t x = tile.x0; x < tile.x1; x += width) {
             watch.throw_if_cancelled();
             const Tile run{x, y, std::min(x + width, tile.x1), std::min(y + kBlockSide, tile.y1)};
+            // Without the packet: each run would have to find the normals of all its leaves.
             const PixelPart pixels{part.params, part.mesh, run, part.frame};
             shader_.make_ao_rays(pixels, rays);
             answers.resize(rays.size());
@@ -112,23 +120,23 @@ std::size_t ImageTracer::trace_ao(const PixelPart& part, const Watch& watch) con
 
 std::size_t ImageTracer::trace_tile(const ShadedMesh& mesh, const ImageParams& params,
                                     const Tile& tile, Frame& frame, const Watch& watch) const {
-    std::uint32_t camera_leaves = 0;
+    PixelPart part{params, mesh, tile, frame};
     if (!frame.has_hits) {
         Hit* const hits = &frame.hits[std::size_t{tile.y0} * params.width + tile.x0];
-        camera_leaves = intersect_camera(params, tile, hits, params.width, watch);
+        part.packet = intersect_camera(params, tile, hits, params.width, watch);
         watch.throw_if_cancelled();
     }
-    const PixelPart part{params, mesh, tile, frame};
-    if (params.rays == kRaysShadow) return trace_shadows(part, camera_leaves);
+    if (params.rays == kRaysShadow) return trace_shadows(part);
     if (params.rays == kRaysAo) return trace_ao(part, watch);
     shader_.shade_camera(part);
     return 0;
 }
 
-std::uint32_t TileTracer::intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
-                                           std::size_t stride, const Watch& watch) const {
+const CameraPacket* TileTracer::intersect_camera(const ImageParams& params, const Tile& tile,
+                                                 Hit* hits, std::size_t stride,
+                                                 const Watch& watch) const {
     CameraPacket& packet = scratch().camera;
-    if (packets_.intersect_camera(params, tile, packet, hits, stride)) return packet.leaf_count;
+    if (packets_.intersect_camera(params, tile, packet, hits, stride)) return &packet;
     return ImageTracer::intersect_camera(params, tile, hits, stride, watch);
 }
 

@@ -46,10 +46,12 @@ public:
     /// As PacketTracer::intersect_stored().
     virtual bool intersect_stored(const StoredRayTile&, Hit*) const { return false; }
 
-    /// Sets hits[y * stride + x] for each camera ray of the tile. Returns how many leaves a packet
-    /// of them visited, for TileCounts. Tracers without packets read the watch between rays.
-    virtual std::uint32_t intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
-                                           std::size_t stride, const Watch& watch = {}) const;
+    /// Sets hits[y * stride + x] for each camera ray of the tile. Returns the packet that found
+    /// them, the calling thread's until its next call, or null. Tracers without packets read the
+    /// watch between rays.
+    virtual const CameraPacket* intersect_camera(const ImageParams& params, const Tile& tile,
+                                                 Hit* hits, std::size_t stride,
+                                                 const Watch& watch = {}) const;
 
     /// Sets occluded[i] to 0 if ray i exists and hits nothing, else 1; as by light_packet_ray().
     virtual void occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
@@ -71,7 +73,7 @@ protected:
 
 private:
     // Return the number of secondary rays.
-    std::size_t trace_shadows(const PixelPart& part, std::uint32_t camera_leaves) const;
+    std::size_t trace_shadows(const PixelPart& part) const;
     std::size_t trace_ao(const PixelPart& part, const Watch& watch) const;
 
     PixelShader shader_;
@@ -114,8 +116,9 @@ public:
         Packets& packets = scratch();
         return packets_.intersect_stored(rays, packets.directions, packets.camera, hits);
     }
-    std::uint32_t intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
-                                   std::size_t stride, const Watch& watch = {}) const override;
+    const CameraPacket* intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
+                                         std::size_t stride,
+                                         const Watch& watch = {}) const override;
     void occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
                                 std::span<std::uint8_t> occluded,
                                 const TileCounts& counts = {}) const override;

@@ -16,6 +16,7 @@
 #include "cpu/packet/camera/camera_packet_blocks-inl.h"
 #include "cpu/packet/camera/camera_packet_candidates-inl.h"
 #include "cpu/packet/camera/camera_packet_items-inl.h"
+#include "cpu/packet/camera/deferred_rays-inl.h"
 #include "cpu/packet/triangle_setup-inl.h"
 #include "cpu/simd/hit_rule-inl.h"
 
