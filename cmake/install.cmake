@@ -52,11 +52,9 @@ endforeach()
 
 if(TARGET morphray)
     install(TARGETS morphray RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
-    if(TARGET morphray_chart)
-        # Users start it through `morphray chart`, so it is in no folder of PATH.
-        install(TARGETS morphray_chart
-            RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/morphray COMPONENT program)
-    endif()
+    # Users start it through `morphray chart`, so it is in no folder of PATH.
+    install(TARGETS morphray_chart
+        RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/morphray COMPONENT program)
     install(DIRECTORY scenes/examples/
         DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/morphray/scenes COMPONENT program)
     install(FILES common/report/plot.gp

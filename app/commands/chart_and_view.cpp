@@ -1,4 +1,4 @@
-// morphray chart and view, if they are built in: chart becomes the program morphray-chart.
+// morphray chart, which becomes the program morphray-chart, and view, if it is built in.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -15,7 +15,6 @@
 namespace mray::app {
 namespace {
 
-#ifdef MORPHRAY_CHART_FOLDER
 constexpr const char* kName = "morphray-chart";
 
 /// Replaces this process by the program. Returns if there is no such file.
@@ -37,13 +36,10 @@ std::vector<std::string> chart_arguments(const ChartOptions& options, bool quiet
     arguments.insert(arguments.end(), options.scenes.begin(), options.scenes.end());
     return arguments;
 }
-#endif
 
 }  // namespace
 
-ExitCode run_command([[maybe_unused]] const ChartOptions& options,
-                     [[maybe_unused]] const Messages& messages) {
-#ifdef MORPHRAY_CHART_FOLDER
+ExitCode run_command(const ChartOptions& options, const Messages& messages) {
     std::error_code error;
     const std::filesystem::path folder =
         std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
@@ -54,11 +50,6 @@ ExitCode run_command([[maybe_unused]] const ChartOptions& options,
         ErrorKind::kUnavailable,
         "chart: {} is missing; build the target morphray_programs, or install morphray again",
         program.string());
-#else
-    throw Error(
-        ErrorKind::kUnavailable,
-        "chart: not built in, because GMP was not found; install libgmp-dev and build again");
-#endif
 }
 
 ExitCode run_command([[maybe_unused]] const ViewOptions& options,
