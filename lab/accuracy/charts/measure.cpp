@@ -54,8 +54,8 @@ public:
         for_each_batch(rays_.size(), [&](std::size_t begin, std::size_t end) {
             VerdictCounts batch;
             for (std::size_t i = begin; i < end; ++i) {
-                const Judgement judgement = referee_.judge(rays_[i], truths_[i], hits[i].prim_id);
-                ++batch.of[static_cast<std::size_t>(judgement.verdict)];
+                const Verdict verdict = referee_.judge(rays_[i], truths_[i], hits[i].prim_id);
+                ++batch.of[static_cast<std::size_t>(verdict)];
             }
             const std::lock_guard lock(mutex);
             counts = counts + batch;

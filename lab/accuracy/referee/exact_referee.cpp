@@ -93,13 +93,6 @@ double ulp_of(double t) {
     return static_cast<double>(std::nextafter(x, INFINITY)) - x;
 }
 
-const char* name_of(Verdict verdict) {
-    constexpr const char* kNames[kVerdictCount] = {
-        "right",          "close",      "displaced", "beside",
-        "wrong triangle", "false miss", "false hit", "leak"};
-    return kNames[static_cast<std::size_t>(verdict)];
-}
-
 bool is_wrong(Verdict verdict) { return verdict > Verdict::kBeside; }
 
 ExactReferee::ExactReferee(const Topology& topology, std::span<const vec3> positions,
@@ -172,39 +165,29 @@ bool ExactReferee::seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t
                        truth.hit() ? truth.t : std::numeric_limits<double>::infinity(), kCloseUlps);
 }
 
-Judgement ExactReferee::judge(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const {
-    if (prim_id == truth.prim_id) return {};
+Verdict ExactReferee::judge(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const {
+    if (prim_id == truth.prim_id) return Verdict::kRight;
     const std::optional<ExactTriangle> expected =
         truth.hit() ? std::optional(triangle(ray, truth.prim_id)) : std::nullopt;
     const std::optional<ExactTriangle> answered = prim_id != kNoPrim && usable_[prim_id] != 0
                                                       ? std::optional(triangle(ray, prim_id))
                                                       : std::nullopt;
-    Judgement judgement;
+    // By how much the t of the answered plane exceeds the exact one.
+    double t_ulps = 0;
     if (expected && answered && answered->has_t()) {
         const bool is_hit = answered->is_met() && answered->in_range();
-        if (is_hit && answered->compare_t(*expected) == 0) return {};
-        judgement.t_ulps =
-            (answered->t() - truth.t) / ulp_of(std::max(std::abs(answered->t()), truth.t));
-        if (is_hit && judgement.t_ulps <= kCloseUlps) judgement.verdict = Verdict::kClose;
+        if (is_hit && answered->compare_t(*expected) == 0) return Verdict::kRight;
+        t_ulps = (answered->t() - truth.t) / ulp_of(std::max(std::abs(answered->t()), truth.t));
+        if (is_hit && t_ulps <= kCloseUlps) return Verdict::kClose;
     }
-    judgement.edge_distance = expected   ? expected->edge_distance()
-                              : answered ? answered->edge_distance()
-                                         : 0;
-    if (judgement.verdict == Verdict::kClose) return judgement;
-    const bool passes = prim_id == kNoPrim || judgement.t_ulps > kCloseUlps;
-    if (seen_nearby(ray, truth, prim_id)) {
-        judgement.verdict = Verdict::kDisplaced;
-    } else if (!truth.hit()) {
-        judgement.verdict = Verdict::kFalseHit;
-    } else if (answered && answered->has_t() && std::abs(judgement.t_ulps) <= kCloseUlps &&
-               answered->edge_distance() < kNearEdge) {
-        judgement.verdict = Verdict::kBeside;
-    } else if (passes && judgement.edge_distance < kNearEdge) {
-        judgement.verdict = Verdict::kLeak;
-    } else {
-        judgement.verdict = prim_id == kNoPrim ? Verdict::kFalseMiss : Verdict::kWrongTriangle;
-    }
-    return judgement;
+    if (seen_nearby(ray, truth, prim_id)) return Verdict::kDisplaced;
+    if (!expected) return Verdict::kFalseHit;
+    if (answered && answered->has_t() && std::abs(t_ulps) <= kCloseUlps &&
+        answered->edge_distance() < kNearEdge)
+        return Verdict::kBeside;
+    const bool passes = prim_id == kNoPrim || t_ulps > kCloseUlps;
+    if (passes && expected->edge_distance() < kNearEdge) return Verdict::kLeak;
+    return prim_id == kNoPrim ? Verdict::kFalseMiss : Verdict::kWrongTriangle;
 }
 
 }  // namespace mray::accuracy

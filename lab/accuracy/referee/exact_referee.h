@@ -129,18 +129,8 @@ enum class Verdict {
 };
 inline constexpr std::size_t kVerdictCount = 8;
 
-/// "right", "close", "displaced", "beside", "wrong triangle", "false miss", "false hit", "leak".
-const char* name_of(Verdict verdict);
 /// Whether the verdict counts as wrong: all but the first four.
 bool is_wrong(Verdict verdict);
-
-struct Judgement {
-    Verdict verdict = Verdict::kRight;
-    /// By how many ulps the t of the answered plane exceeds the exact one; 0 unless both hit.
-    double t_ulps = 0;
-    /// As ExactTriangle::edge_distance, of the exact or the answered triangle; 0 if right.
-    double edge_distance = 0;
-};
 
 /// Computes exact answers and judges those of methods. Thread-safe.
 class ExactReferee {
@@ -153,7 +143,7 @@ public:
     Truth closest_of(const Ray& ray, std::span<const std::uint32_t> candidates) const;
 
     /// `truth` is closest(ray); `prim_id` is the answer of a tracer, kNoPrim for a miss.
-    Judgement judge(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;
+    Verdict judge(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;
 
 private:
     ExactTriangle triangle(const Ray& ray, std::uint32_t prim_id) const;
