@@ -1,13 +1,95 @@
 #include "lab/bench/bench_scene.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <optional>
 
 #include "common/bvh/builder/bvh_builder.h"
+#include "common/interop/camera.h"
+#include "cpu/reference/scalar_tracer.h"
 #include "scenes/scene_frames.h"
 
 namespace mray::bench {
 namespace {
+
+// Fine enough that the smallest window still has a thousand pixels to judge by.
+constexpr std::uint32_t kProbeSide = 256;
+
+std::vector<std::uint8_t> probe(const Camera& camera, const Bvh& bvh) {
+    const cpu::ScalarTracer tracer(bvh);
+    std::vector<std::uint8_t> hits(std::size_t{kProbeSide} * kProbeSide);
+    tbb::parallel_for(std::uint32_t{0}, kProbeSide, [&](std::uint32_t y) {
+        for (std::uint32_t x = 0; x < kProbeSide; ++x) {
+            hits[std::size_t{y} * kProbeSide + x] = tracer.occluded(camera_ray(camera, x, y));
+        }
+    });
+    return hits;
+}
+
+/// Counts of hits in rectangles (F. C. Crow. Summed-area tables for texture mapping. 1984).
+class SummedHits {
+public:
+    explicit SummedHits(std::span<const std::uint8_t> hits) : sums_(kPitch * kPitch) {
+        for (std::uint32_t y = 0; y < kProbeSide; ++y) {
+            std::uint32_t row = 0;
+            for (std::uint32_t x = 0; x < kProbeSide; ++x) {
+                row += hits[std::size_t{y} * kProbeSide + x];
+                sum(x + 1, y + 1) = sum(x + 1, y) + row;
+            }
+        }
+    }
+
+    std::uint32_t count(std::uint32_t x, std::uint32_t y, std::uint32_t side) const {
+        return sum(x + side, y + side) - sum(x, y + side) - sum(x + side, y) + sum(x, y);
+    }
+
+private:
+    static constexpr std::size_t kPitch = kProbeSide + 1;
+
+    std::uint32_t& sum(std::uint32_t x, std::uint32_t y) { return sums_[y * kPitch + x]; }
+    std::uint32_t sum(std::uint32_t x, std::uint32_t y) const { return sums_[y * kPitch + x]; }
+
+    std::vector<std::uint32_t> sums_;
+};
+
+struct Window {
+    std::uint32_t x;
+    std::uint32_t y;
+    std::uint32_t side;
+    /// The share of its pixels that are hits, from 0 to 1.
+    double hit_share;
+};
+
+/// Twice the distance from the middle, along x and y together.
+std::uint32_t off_middle(const Window& window) {
+    const auto off = [&](std::uint32_t begin) {
+        return std::abs(static_cast<std::int64_t>(2 * begin + window.side) - kProbeSide);
+    };
+    return static_cast<std::uint32_t>(off(window.x) + off(window.y));
+}
+
+/// The full one nearest to the middle, or that of the greatest share. `hits`: 1 or 0 a pixel.
+Window find_full_window(std::span<const std::uint8_t> hits) {
+    const SummedHits summed(hits);
+    std::optional<Window> fullest;
+    for (std::uint32_t size = kProbeSide; size >= kProbeSide / kMaxZoom; --size) {
+        std::optional<Window> full;
+        for (std::uint32_t y = 0; y + size <= kProbeSide; ++y) {
+            for (std::uint32_t x = 0; x + size <= kProbeSide; ++x) {
+                const double share = double(summed.count(x, y, size)) / (double(size) * size);
+                const Window window{x, y, size, share};
+                if (!fullest || share > fullest->hit_share) fullest = window;
+                if (share < kFullShare) continue;
+                if (!full || off_middle(window) < off_middle(*full)) full = window;
+            }
+        }
+        if (full) return *full;
+    }
+    return *fullest;
+}
 
 std::vector<vec3> nudged(std::vector<vec3> positions) {
     for (vec3& p : positions) {
@@ -31,6 +113,34 @@ WorldBounds bounds_of_frames(const Animation& animation) {
 constexpr double kInsideFov = 70;
 
 }  // namespace
+
+ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const SceneSpace& space,
+                   const Bvh& bvh) {
+    ViewSpec coarse = whole;
+    coarse.width = coarse.height = kProbeSide;
+    const Camera camera = make_image_params(coarse, bounds, space).camera;
+    const Window window = find_full_window(probe(camera, bvh));
+
+    // Scene space differs from world space in scale and origin only, so directions are the same.
+    const double middle_x = window.x + window.side / 2.0;
+    const double middle_y = window.y + window.side / 2.0;
+    const ResolvedView resolved = resolve_view(coarse, bounds);
+    const glm::dvec3 forward = glm::dvec3(camera.corner) + glm::dvec3(camera.du) * middle_x +
+                               glm::dvec3(camera.dv) * middle_y;
+    const double half_height =
+        std::tan(whole.fov * (std::numbers::pi / 360)) * window.side / kProbeSide;
+    const double depth = std::hypot(forward.x, forward.y, forward.z);
+
+    ViewSpec fill = whole;
+    fill.eye = resolved.eye;
+    fill.light = resolved.light;
+    fill.fov = std::atan(half_height / depth) * (360 / std::numbers::pi);
+    const glm::dvec3 eye = to_dvec3(resolved.eye);
+    const glm::dvec3 to_target = to_dvec3(resolved.target) - eye;
+    const double reach = std::hypot(to_target.x, to_target.y, to_target.z);
+    fill.target = to_point(eye + reach / depth * forward);
+    return fill;
+}
 
 std::vector<vec3> positions_at(const BenchScene& scene, double frame) {
     std::vector<vec3> positions(scene.topology().vertex_count);

@@ -1,7 +1,6 @@
 #include "lab/bench/query_work.h"
 
 #include <algorithm>
-#include <glm/common.hpp>
 #include <limits>
 
 #include "common/bvh/box.h"
@@ -33,39 +32,32 @@ private:
     std::uint64_t state_ = 1;
 };
 
-struct VertexBox {
-    vec3 lower{std::numeric_limits<float>::max()};
-    vec3 upper{std::numeric_limits<float>::lowest()};
+Box box_of_vertices(const BenchScene& scene) {
+    Box box;
+    for (const vec3& p : scene.positions)
+        if (is_finite_vertex(p)) box.extend(p);
+    return box;
+}
 
-    explicit VertexBox(std::span<const vec3> positions) {
-        for (const vec3& p : positions) {
-            if (!is_finite_vertex(p)) continue;
-            lower = glm::min(lower, p);
-            upper = glm::max(upper, p);
-        }
-    }
-    float longest_side() const {
-        const vec3 sides = upper - lower;
-        return std::max(sides.x, std::max(sides.y, sides.z));
-    }
-    vec3 point(Numbers& numbers) const {
-        return lower + (upper - lower) * (0.5f * (numbers.offset() + vec3(1, 1, 1)));
-    }
-};
+vec3 point_in(const Box& box, Numbers& numbers) {
+    return box.lower + (box.upper - box.lower) * (0.5f * (numbers.offset() + vec3(1, 1, 1)));
+}
 
 }  // namespace
 
 std::vector<vec3> points_in_box(const BenchScene& scene, std::size_t count) {
-    const VertexBox box(scene.positions);
+    const Box box = box_of_vertices(scene);
     Numbers numbers;
     std::vector<vec3> points(count);
-    for (vec3& p : points) p = box.point(numbers);
+    for (vec3& p : points) p = point_in(box, numbers);
     return points;
 }
 
 std::vector<vec3> points_near_surface(const BenchScene& scene, std::size_t count) {
     const std::vector<uvec3>& triangles = scene.topology().triangles;
-    const float reach = 0.01f * VertexBox(scene.positions).longest_side();
+    const Box box = box_of_vertices(scene);
+    const vec3 sides = box.upper - box.lower;
+    const float reach = 0.01f * std::max({sides.x, sides.y, sides.z});
     Numbers numbers;
     std::vector<vec3> points(count);
     for (vec3& point : points) {
@@ -87,11 +79,11 @@ std::vector<vec3> points_near_surface(const BenchScene& scene, std::size_t count
 }
 
 std::vector<Ray> random_rays(const BenchScene& scene, std::size_t count) {
-    const VertexBox box(scene.positions);
+    const Box box = box_of_vertices(scene);
     Numbers numbers;
     std::vector<Ray> rays(count);
     for (Ray& ray : rays) {
-        const vec3 org = box.point(numbers);
+        const vec3 org = point_in(box, numbers);
         vec3 dir = numbers.offset();
         while (glm::dot(dir, dir) > 1 || glm::dot(dir, dir) < 0.01f) dir = numbers.offset();
         ray = {org, 0, dir, std::numeric_limits<float>::infinity()};
