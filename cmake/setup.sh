@@ -1,9 +1,15 @@
 # Functions that the scripts share: install what is missing, configure, build. To be sourced by
-# bash with `root` set to the checkout. Exit codes are the program's (docs/guide/options.md): 4 when
-# packages cannot be had, 70 when the build fails.
+# bash with `root` set to the checkout; a first argument --no-install is taken from the script's
+# arguments. Exit codes are the program's (docs/guide/options.md): 4 when packages cannot be had, 70
+# when the build fails.
 
 : "${root:?}"
 build_targets=()
+install=yes
+if [ "${1:-}" = --no-install ]; then
+    install=no
+    shift
+fi
 
 # use_preset NAME: what set_up configures and builds.
 use_preset() {
@@ -44,11 +50,10 @@ show_log_and_exit() {
     exit "$1"
 }
 
-# install_missing INSTALL KIND...: INSTALL is "yes" or "no" (then only says what to type). What was
-# installed may be missing in the build folder's cache, so `configure` has to look again.
+# install_missing KIND...: where `install` is "no" it only says what to type. What was installed
+# may be missing in the build folder's cache, so `configure` has to look again.
 install_missing() {
-    local install=$1 missing prefix=()
-    shift
+    local missing prefix=()
     if ! command -v dpkg-query >/dev/null; then
         say "no dpkg here: trusting that these are installed: $(packages "$@" | tr '\n' ' ')"
         return
@@ -95,12 +100,12 @@ configure() {
         show_log_and_exit 70 "configuring failed"
 }
 
-# set_up INSTALL TESTS KIND...: everything up to a program that is up to date. One at a time, so
+# set_up TESTS KIND...: everything up to a program that is up to date. One at a time, so
 # that two calls do not build into each other. What is in the array build_targets is built; if that
 # is empty, all with tests, and the program without.
 set_up() {
-    local install=$1 tests=$2 targets=("${build_targets[@]}")
-    shift 2
+    local tests=$1 targets=("${build_targets[@]}")
+    shift
     [ "$tests" = ON ] || [ ${#targets[@]} -gt 0 ] || targets=(morphray)
     if ! mkdir -p "$build"; then
         say "$build cannot be made; build elsewhere with cmake by hand"
@@ -109,7 +114,7 @@ set_up() {
     exec 9>"$root/build/.lock"
     flock 9
     : >"$log"
-    install_missing "$install" "$@"
+    install_missing "$@"
     configure "$tests"
     # On a terminal ninja shows its steps in one line.
     local quiet=()
