@@ -72,11 +72,7 @@ public:
         return !has_filters_ && committed_.all_seen(ray_mask);
     }
     bool has_filters() const { return has_filters_; }
-    /// The closest hit with a mesh that the mask lets through.
-    morphray::Hit intersect(const morphray::Ray& traced, unsigned int ray_mask) const {
-        return seen_hit(scene().intersect(traced), traced, ray_mask);
-    }
-    /// As intersect(), if `found` is the closest hit of all meshes.
+    /// The closest hit with a mesh that the mask lets through; `found` is that of all meshes.
     morphray::Hit seen_hit(morphray::Hit found, const morphray::Ray& traced,
                            unsigned int ray_mask) const {
         while (found && !committed_.parts[found.geom_id].sees(ray_mask))

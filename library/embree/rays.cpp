@@ -176,12 +176,8 @@ void trace_lane(const Query& query, const Lane& lane) {
     const morphray::Ray traced = query.to_trace(ray);
     if (kind == kOcclusion && query.takes_any_hit(ray.mask)) {
         if (query.scene().occluded(traced)) lane.store_tfar(kOccluded);
-    } else if (query.has_filters()) {
-        const morphray::Hit found = query.scene().intersect(traced);
-        if (found) store_first<kind>(query, found, traced, lane);
-    } else {
-        const morphray::Hit found = query.intersect(traced, ray.mask);
-        if (found) store<kind>(query, found, lane);
+    } else if (const morphray::Hit found = query.scene().intersect(traced)) {
+        store_first<kind>(query, found, traced, lane);
     }
 }
 
