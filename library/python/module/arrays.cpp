@@ -1,6 +1,5 @@
 #include "library/python/module/arrays.h"
 
-#include <algorithm>
 #include <functional>
 #include <utility>
 
@@ -167,11 +166,6 @@ void add_images(const py::object& given, const std::string& name, MeshTextures& 
             require<std::uint8_t>(py::reinterpret_borrow<py::object>(item), place, "uint8");
         const bool fits = image.ndim() == 3 && (image.shape(2) == 3 || image.shape(2) == 4);
         if (!fits || image.size() == 0) throw_shape(image, place, "(H, W, 3) or (H, W, 4)");
-        if (std::max(image.shape(0), image.shape(1)) > py::ssize_t{kMaxTextureSide}) {
-            throw Error(ErrorCode::limit, place + ": a shape of " + text_of_shape(image) +
-                                              "; at most " + std::to_string(kMaxTextureSide) +
-                                              " texels a side are possible");
-        }
         textures.texels.push_back(packed_colours(image, 255));
         textures.views.push_back({.texels = textures.texels.back(),
                                   .width = static_cast<std::uint32_t>(image.shape(1)),
