@@ -219,9 +219,6 @@ class _Hits(_typing.NamedTuple):
     locations: Any
 
 
-_NO_HITS = _Hits(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 3)))
-
-
 class RayMeshIntersector:
     """Rays against a mesh, as trimesh.ray.ray_pyembree.RayMeshIntersector.
 
@@ -303,21 +300,19 @@ class RayMeshIntersector:
         rays = self._cast_from(origins, directions)
         if multiple_hits:
             return _first_of_each(self._all(rays, origins, directions, excluded), max_hits)
-        if max_hits == 0:
-            return _NO_HITS
         found = self._followed.scene.intersect(rays, coherence="sort", excluded=excluded)
         hit = np.flatnonzero(found["prim_id"] != _morphray.INVALID_ID)
         hits, ahead = self._locate(found[hit], hit, origins, directions)
         # Hits before the origin hide those behind it.
         again = hits.rays[~ahead]
         if len(again) == 0:
-            return hits
+            return _first_of_each(hits, max_hits)
         rest = self._all(rays[again], origins[again], directions[again],
                          None if excluded is None else excluded[again], "each")
         rest = _first_of_each(rest._replace(rays=again[rest.rays]), 1)
         merged = [np.concatenate([a[ahead], b]) for a, b in zip(hits, rest)]
         order = np.argsort(merged[1], kind="stable")
-        return _Hits(*(array[order] for array in merged))
+        return _first_of_each(_Hits(*(array[order] for array in merged)), max_hits)
 
     def _cast_from(self, origins, directions):
         """Rays in the frame. Those that start far away are moved up to the mesh: the nearer, the
