@@ -21,10 +21,9 @@ constexpr double kMostDifference = 1e-6;
 
 morphray::Vec3 to_user(vec3 p) { return {p.x, p.y, p.z}; }
 
-std::vector<morphray::Vec3> to_user(std::span<const vec3> points) {
-    std::vector<morphray::Vec3> result;
-    for (const vec3& p : points) result.push_back(to_user(p));
-    return result;
+std::span<const morphray::Vec3> to_user(std::span<const vec3> points) {
+    static_assert(sizeof(morphray::Vec3) == sizeof(vec3));
+    return {reinterpret_cast<const morphray::Vec3*>(points.data()), points.size()};
 }
 
 std::vector<morphray::Ray> to_user(const std::vector<Ray>& rays) {
@@ -40,7 +39,6 @@ public:
     Queries(const Rig& rig, const BenchScene& scene)
         : rig_(rig),
           scene_(scene),
-          points_(to_user(scene.positions)),
           mesh_(scene.topology(), scene.positions),
           arena_(rig.threads),
           cgal_(make_cgal_peer(scene)) {
@@ -53,7 +51,7 @@ public:
     void run() {
         const auto& triangles = scene_.topology().triangles;
         const morphray::Scene scene =
-            morphray::Scene::build({.positions = morphray::packed(points_),
+            morphray::Scene::build({.positions = morphray::packed(to_user(scene_.positions)),
                                     .triangles = {&triangles.data()->x, 3 * triangles.size()}},
                                    morphray::Device::cpu({.threads = rig_.threads}),
                                    {.bounds = kBounds, .update = morphray::Refit{}});
@@ -74,7 +72,7 @@ private:
 
     void find_closest(const morphray::Scene& scene, const char* where,
                       const std::vector<vec3>& points) {
-        const std::vector<morphray::Vec3> asked = to_user(points);
+        const std::span<const morphray::Vec3> asked = to_user(points);
         std::vector<morphray::ClosestPoint> ours(points.size());
         std::vector<NearestPoint> theirs(points.size());
         const auto differs = [](double a, double b) {
@@ -121,7 +119,7 @@ private:
     /// By the rule that Embree's hits of a half-line can follow, too.
     void find_inside(const morphray::Scene& scene, const char* where,
                      const std::vector<vec3>& points) {
-        const std::vector<morphray::Vec3> asked = to_user(points);
+        const std::span<const morphray::Vec3> asked = to_user(points);
         std::vector<std::uint8_t> ours(points.size());
         compare_counts(
             "contains", where, rays_up(points), false,
@@ -154,7 +152,6 @@ private:
 
     const Rig& rig_;
     const BenchScene& scene_;
-    std::vector<morphray::Vec3> points_;
     EmbreeMesh mesh_;
     ThreadArena arena_;
     std::deque<EmbreeQueries> embree_;

@@ -174,10 +174,6 @@ private:
         return rays;
     }
 
-    std::uint64_t pixels() const {
-        return std::uint64_t{scene_.params.width} * scene_.params.height;
-    }
-
     void compare(const char* work, std::uint64_t rays, const std::function<double()>& ours,
                  std::uint32_t mode, const std::function<std::uint64_t()>& differences) {
         const Method methods[] = {
@@ -209,9 +205,10 @@ private:
             return is_primary ? t.trace_ms : t.secondary_ms;
         };
         const std::uint64_t ray_count =
-            is_primary ? pixels() : count_hits(checked) * rays_per_hit(rays, params.ao_count);
+            is_primary ? pixels_of(params)
+                       : count_hits(checked) * rays_per_hit(rays, params.ao_count);
         compare(work, ray_count, ours, mode, [&] {
-            return is_primary ? count_mismatches(checked.hits, peer_.hits(pixels())) : 0;
+            return is_primary ? count_mismatches(checked.hits, peer_.hits(checked.hits.size())) : 0;
         });
     }
 
