@@ -33,9 +33,9 @@ struct Method {
     }
 };
 
-/// Intersection rules over one plain traversal: the program's; T. Moeller, B. Trumbore. Fast,
-/// Minimum Storage Ray/Triangle Intersection. 1997; S. Woop, C. Benthin, I. Wald. Watertight
-/// Ray/Triangle Intersection. 2013.
+/// Intersection rules over one plain traversal: T. Moeller, B. Trumbore. Fast, Minimum Storage
+/// Ray/Triangle Intersection. 1997; S. Woop, C. Benthin, I. Wald. Watertight Ray/Triangle
+/// Intersection. 2013.
 std::vector<Method> rule_methods(const ChartScene& scene);
 
 /// The scalar reference, single rays and packets on the best SIMD target, and Vulkan.

@@ -1,13 +1,12 @@
-// Intersection rules from the literature in float, each as its authors give it, and one plain
-// traversal of the shared tree, so that methods differ in the rule alone.
+// Intersection rules from the literature in float, each as its authors give it, over the traversal
+// of our scalar tracer with their own slabs, so that methods differ in the rule.
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include <glm/geometric.hpp>
 
-#include "common/interop/hit_rule.h"
-#include "common/interop/slab.h"
+#include "cpu/reference/scalar_tracer.h"
 #include "lab/accuracy/methods/method.h"
 
 namespace mray::accuracy {
@@ -101,29 +100,6 @@ private:
     float sx_, sy_, sz_;
 };
 
-class OurRule {
-public:
-    explicit OurRule(const Ray& ray)
-        : sheared_(shear_ray(ray.org, ray.dir)), tnear_(ray.tnear), tfar_(ray.tfar) {}
-
-    bool intersect(vec3 a, vec3 b, vec3 c, float& t, float& u, float& v) const {
-        TriangleHit hit;
-        if (!may_hit_triangle(sheared_, a, b, c) ||
-            !intersect_triangle(sheared_, tnear_, tfar_, a, b, c, hit)) {
-            return false;
-        }
-        t = hit.t;
-        u = hit.u;
-        v = hit.v;
-        return true;
-    }
-
-private:
-    ShearedRay sheared_;
-    float tnear_;
-    float tfar_;
-};
-
 /// The usual slab test, far ends enlarged by 2 ulp (T. Ize. Robust BVH ray traversal. JCGT 2013).
 class PaddedSlabs {
 public:
@@ -148,38 +124,22 @@ public:
         t_enter = enter;
         return enter <= leave;
     }
-    float last_entry(float t) const { return t; }
 
 private:
     std::array<float, 3> org_;
     std::array<float, 3> rdir_;
 };
 
-/// The dilated boxes of scene space.
-class DilatedSlabs {
-public:
-    explicit DilatedSlabs(const Ray& ray) : slab_(slab_ray(ray.org, ray.dir)) {}
-
-    bool meets(const Node& node, std::uint32_t slot, float& t_enter) const {
-        return hits_box(slab_, {node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]},
-                        {node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]}, t_enter);
-    }
-    float last_entry(float t) const { return last_depth(t); }
-
-private:
-    SlabRay slab_;
-};
-
 /// Returns the nearest hit, of equal ones that with the smaller prim_id. rule.intersect(a, b, c, t,
-/// u, v) returns true with t in (0, infinity). No t_enter beyond last_entry(t) counts.
-template <class Rule, class Slabs>
+/// u, v) returns true with t in (0, infinity).
+template <class Rule>
 Hit trace_plainly(const Bvh& bvh, const Ray& ray) {
     struct Entry {
         float t_enter;
         std::uint32_t child;
     };
     const Rule rule(ray);
-    const Slabs slabs(ray);
+    const PaddedSlabs slabs(ray);
     Hit best = no_hit();
     float best_t = ray.tfar;
     std::array<Entry, kMaxStack> stack;
@@ -187,14 +147,13 @@ Hit trace_plainly(const Bvh& bvh, const Ray& ray) {
     stack[size++] = {0, 0};
     while (size != 0) {
         const Entry entry = stack[--size];
-        const float last = slabs.last_entry(best_t);
-        if (entry.t_enter > last) continue;
+        if (entry.t_enter > best_t) continue;
         if ((entry.child & kLeafBit) == 0) {
             const Node& node = bvh.nodes[entry.child];
             const std::size_t base = size;
             for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
                 float t_enter;
-                if (!slabs.meets(node, slot, t_enter) || t_enter > last) continue;
+                if (!slabs.meets(node, slot, t_enter) || t_enter > best_t) continue;
                 std::size_t place = size++;
                 for (; place > base && stack[place - 1].t_enter < t_enter; --place)
                     stack[place] = stack[place - 1];
@@ -202,33 +161,24 @@ Hit trace_plainly(const Bvh& bvh, const Ray& ray) {
             }
             continue;
         }
-        const Leaf& leaf = bvh.leaves[entry.child & ~kLeafBit];
-        const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-        for (std::uint32_t i = 0; i < count; ++i) {
-            const auto position = [&](std::uint32_t which) {
-                const LeafVertex& v = leaf.vertex[corner(leaf.vertex[i].corners, which)];
-                return vec3(v.x, v.y, v.z);
-            };
+        cpu::for_each_triangle(bvh.leaves[entry.child & ~kLeafBit], [&](vec3 a, vec3 b, vec3 c,
+                                                                        std::uint32_t prim_id) {
             float t, u, v;
-            if (!rule.intersect(position(0), position(1), position(2), t, u, v)) continue;
-            const std::uint32_t prim_id = leaf.prim_id[i];
-            if (t < ray.tnear || t > best_t || (t == best_t && prim_id > best.prim_id)) continue;
+            if (!rule.intersect(a, b, c, t, u, v)) return;
+            if (t < ray.tnear || t > best_t || (t == best_t && prim_id > best.prim_id)) return;
             best_t = t;
             best = {t, u, v, prim_id};
-        }
+        });
     }
     return best;
 }
 
-template <class Rule, class Slabs>
-Method method(const char* name, const ChartScene& scene, bool in_scene_space) {
+template <class Rule>
+Method method(const char* name, const Bvh& bvh) {
     Method result;
     result.name = name;
-    result.in_scene_space = in_scene_space;
-    const Bvh& bvh = result.space(scene).bvh;
     result.trace = [&bvh](std::span<const Ray> rays, std::span<Hit> hits) {
-        for (std::size_t i = 0; i < rays.size(); ++i)
-            hits[i] = trace_plainly<Rule, Slabs>(bvh, rays[i]);
+        for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = trace_plainly<Rule>(bvh, rays[i]);
     };
     return result;
 }
@@ -236,9 +186,9 @@ Method method(const char* name, const ChartScene& scene, bool in_scene_space) {
 }  // namespace
 
 std::vector<Method> rule_methods(const ChartScene& scene) {
-    return {method<OurRule, DilatedSlabs>("rule: ours", scene, true),
-            method<MoellerTrumbore, PaddedSlabs>("rule: Moeller-Trumbore", scene, false),
-            method<WoopWatertight, PaddedSlabs>("rule: Woop", scene, false)};
+    const Bvh& bvh = scene.world_space.bvh;
+    return {method<MoellerTrumbore>("rule: Moeller-Trumbore", bvh),
+            method<WoopWatertight>("rule: Woop", bvh)};
 }
 
 }  // namespace mray::accuracy
