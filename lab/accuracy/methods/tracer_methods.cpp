@@ -2,7 +2,7 @@
 #include <memory>
 
 #include "common/base/errors.h"
-#include "cpu/packet/packet_tracer.h"
+#include "cpu/image/tile_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/single_ray/single_ray_tracer.h"
 #include "lab/accuracy/methods/method.h"
@@ -34,13 +34,11 @@ Method single(const ChartScene& scene, const SimdTarget& target) {
 /// Traces the camera's pixels in packets and any other rays as single rays.
 Method packets(const ChartScene& scene, const SimdTarget& target) {
     Method method = ours("packets", single(scene, target).trace);
-    method.trace_tile = [tracer = cpu::PacketTracer(scene.scene_space.bvh, target), &scene](
-                            std::size_t tile, std::span<Hit> hits) {
-        // Too large to construct for each tile.
-        thread_local const auto packet = std::make_unique<cpu::CameraPacket>();
+    const auto tracer = std::make_shared<const cpu::TileTracer>(scene.scene_space.bvh, target);
+    method.trace_tile = [tracer, &scene](std::size_t tile, std::span<Hit> hits) {
         const cpu::ImageTiles tiles(scene.params.width, scene.params.height, kSide);
-        tracer.intersect_camera(scene.params, tiles[static_cast<std::uint32_t>(tile)], *packet,
-                                hits.data(), kSide);
+        tracer->intersect_camera(scene.params, tiles[static_cast<std::uint32_t>(tile)], hits.data(),
+                                 kSide);
     };
     return method;
 }
