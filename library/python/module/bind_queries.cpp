@@ -100,23 +100,21 @@ py::array owning_array(const py::dtype& dtype, std::vector<Element> elements) {
     return py::array(dtype, static_cast<py::ssize_t>(vector.size()), vector.data(), owner);
 }
 
-py::array intersect(PyScene& scene, const py::object& rays, const py::object& out,
-                    const AnyCoherence& coherence, const py::object& visible,
-                    const py::object& excluded, const std::string& threads, Cancel* cancel) {
-    return answer_rays<Hit>(
-        scene, rays, out, hit_dtype(), {coherence, visible, excluded, threads, cancel},
-        [&](const Scene& asked, auto batch, auto hits, const QueryOptions& options) {
-            asked.intersect(batch, hits, options);
-        });
-}
-
-py::array occluded(PyScene& scene, const py::object& rays, const py::object& out,
-                   const AnyCoherence& coherence, const py::object& visible,
-                   const py::object& excluded, const std::string& threads, Cancel* cancel) {
-    return answer_rays<std::uint8_t>(
-        scene, rays, out, py::dtype::of<bool>(), {coherence, visible, excluded, threads, cancel},
-        [&](const Scene& asked, auto batch, auto results, const QueryOptions& options) {
-            asked.occluded(batch, results, options);
+/// intersect() if an answer is a Hit, else occluded().
+template <class Answer>
+py::array trace(PyScene& scene, const py::object& rays, const py::object& out,
+                const AnyCoherence& coherence, const py::object& visible,
+                const py::object& excluded, const std::string& threads, Cancel* cancel) {
+    constexpr bool kIsHit = std::is_same_v<Answer, Hit>;
+    return answer_rays<Answer>(
+        scene, rays, out, kIsHit ? hit_dtype() : py::dtype::of<bool>(),
+        {coherence, visible, excluded, threads, cancel},
+        [&](const Scene& asked, auto batch, auto answers, const QueryOptions& options) {
+            if constexpr (kIsHit) {
+                asked.intersect(batch, answers, options);
+            } else {
+                asked.occluded(batch, answers, options);
+            }
         });
 }
 
@@ -234,7 +232,7 @@ void bind_queries(py::class_<PyScene>& scene_class) {
     const py::none none;
     scene_class
         .def(
-            "intersect", &intersect,
+            "intersect", &trace<Hit>,
             R"(Finds the closest hits. Hits have t > 0 and tnear <= t <= tfar; t is in units of dir.
 
 rays: (N, 8) numbers, org, tnear, dir and tfar, or (N,) ray_dtype: read in place if float32 and
@@ -256,7 +254,7 @@ Raises TypeError for another dtype, ValueError for another shape, `out` or coher
             arg("rays"), arg("out") = none, py::kw_only(), arg("coherence") = "none",
             arg("visible") = none, arg("excluded") = none, arg("threads") = "all",
             arg("cancel") = none)
-        .def("occluded", &occluded,
+        .def("occluded", &trace<std::uint8_t>,
              "Finds whether rays hit anything: an array of bool. Arguments are those of "
              "intersect().",
              arg("rays"), arg("out") = none, py::kw_only(), arg("coherence") = "none",
