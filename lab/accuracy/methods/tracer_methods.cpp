@@ -34,7 +34,8 @@ Method single(const ChartScene& scene, const SimdTarget& target) {
 /// Traces the camera's pixels in packets and any other rays as single rays.
 Method packets(const ChartScene& scene, const SimdTarget& target) {
     Method method = ours("packets", single(scene, target).trace);
-    const auto tracer = std::make_shared<const cpu::TileTracer>(scene.scene_space.bvh, target);
+    const auto tracer = std::make_shared<const cpu::TileTracer>(scene.scene_space.bvh, target,
+                                                                cpu::PacketUse::kAlways);
     method.trace_tile = [tracer, &scene](std::size_t tile, std::span<Hit> hits) {
         const cpu::ImageTiles tiles(scene.params.width, scene.params.height, kSide);
         tracer->intersect_camera(scene.params, tiles[static_cast<std::uint32_t>(tile)], hits.data(),
