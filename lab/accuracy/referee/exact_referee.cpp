@@ -64,11 +64,8 @@ bool is_usable(vec3 p) {
 
 }  // namespace
 
-CandidateSearch::CandidateSearch(const Bvh& bvh)
-    : bvh_(&bvh), rounding_(kRounding * largest_of(bvh)) {}
-
-void CandidateSearch::find(const Ray& ray, double margin, std::vector<std::uint32_t>& found) const {
-    found.clear();
+std::vector<std::uint32_t> ExactReferee::find_candidates(const Ray& ray, double margin) const {
+    std::vector<std::uint32_t> found;
     const double around = margin + rounding_ + kRounding * largest_magnitude(ray.org);
     std::array<std::uint32_t, kMaxStack> stack;
     std::size_t size = 0;
@@ -86,6 +83,7 @@ void CandidateSearch::find(const Ray& ray, double margin, std::vector<std::uint3
             if (meets(slot_box(node, slot), ray, around)) stack[size++] = node.child[slot];
         }
     }
+    return found;
 }
 
 double ulp_of(double t) {
@@ -97,7 +95,10 @@ bool is_wrong(Verdict verdict) { return verdict > Verdict::kBeside; }
 
 ExactReferee::ExactReferee(const Topology& topology, std::span<const vec3> positions,
                            const Bvh& bvh)
-    : topology_(&topology), positions_(positions), search_(bvh) {
+    : topology_(&topology),
+      positions_(positions),
+      bvh_(&bvh),
+      rounding_(kRounding * largest_of(bvh)) {
     for (const uvec3& t : topology.triangles) {
         const vec3 a = positions[t.x];
         const vec3 b = positions[t.y];
@@ -130,9 +131,7 @@ Truth ExactReferee::closest_of(const Ray& ray, std::span<const std::uint32_t> ca
 }
 
 Truth ExactReferee::closest(const Ray& ray) const {
-    std::vector<std::uint32_t> candidates;
-    search_.find(ray, 0, candidates);
-    return closest_of(ray, candidates);
+    return closest_of(ray, find_candidates(ray, 0));
 }
 
 // Shifting the line displaces all vertices equally, so that a leak never counts as displaced.
@@ -151,10 +150,8 @@ bool ExactReferee::seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t
         }
     }
     const double radius = kDisplacement * size + kFarDisplacement * reach;
-    std::vector<std::uint32_t> candidates;
-    search_.find(ray, 2 * radius, candidates);
     ParallelView view(ray);
-    for (const std::uint32_t id : candidates) {
+    for (const std::uint32_t id : find_candidates(ray, 2 * radius)) {
         const uvec3 t = topology_->triangles[id];
         if (usable_[id] != 0) view.add(id, positions_[t.x], positions_[t.y], positions_[t.z]);
     }

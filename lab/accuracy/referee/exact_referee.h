@@ -59,21 +59,6 @@ private:
     mutable std::shared_ptr<const Integers> integers_;
 };
 
-/// Boxes of a tree in double, enlarged by far more than rounding errors. Takes trees in any space.
-class CandidateSearch {
-public:
-    /// The tree outlives the search; its boxes contain their triangles.
-    explicit CandidateSearch(const Bvh& bvh);
-
-    /// Triangles whose leaves come within `margin` of the ray's line at t >= 0. Thread-safe.
-    void find(const Ray& ray, double margin, std::vector<std::uint32_t>& found) const;
-
-private:
-    const Bvh* bvh_;
-    /// By how much boxes are enlarged for rounding, from the largest coordinate.
-    double rounding_;
-};
-
 /// The exact answer: the smallest t, and of triangles with exactly the same t the smallest prim_id.
 struct Truth {
     std::uint32_t prim_id = kNoPrim;
@@ -147,12 +132,17 @@ public:
 
 private:
     ExactTriangle triangle(const Ray& ray, std::uint32_t prim_id) const;
+    /// Triangles whose leaves come within `margin` of the ray's line at t >= 0, by the tree's boxes
+    /// in double, enlarged by far more than rounding errors.
+    std::vector<std::uint32_t> find_candidates(const Ray& ray, double margin) const;
     /// Whether a parallel line as near as the rule displaces vertices answers so within 4 ulp of t.
     bool seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;
 
     const Topology* topology_;
     std::span<const vec3> positions_;
-    CandidateSearch search_;
+    const Bvh* bvh_;
+    /// By how much boxes are enlarged for rounding, from the largest coordinate.
+    double rounding_;
     /// 0 for triangles that are never hit because of a corner, or two corners in one point.
     std::vector<std::uint8_t> usable_;
 };
