@@ -26,7 +26,7 @@ struct SceneBatch {
     SceneBatch(const RaySpace& space, std::span<const Ray> world) {
         rays.reserve(world.size());
         t_exponents.reserve(world.size());
-        for_runs_of(0, world.size(), nullptr, [&](std::size_t first, std::size_t count) {
+        for_runs_of(0, world.size(), {}, [&](std::size_t first, std::size_t count) {
             mray::cpu::SceneRays run;
             space.to_scene(world.subspan(first, count), run);
             rays.insert(rays.end(), run.rays, run.rays + count);
@@ -62,11 +62,5 @@ private:
     const MeshList& meshes_;
     const QueryOptions& options_;
 };
-
-/// Throws Error for options that only rays have.
-inline void require_point_options(const QueryOptions& options) {
-    if (!options.visible.empty() || !options.excluded.empty())
-        throw_bad_argument("visible and excluded are options of rays, not of points");
-}
 
 }  // namespace morphray::detail

@@ -5,7 +5,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -60,13 +59,6 @@ inline constexpr std::size_t kFewRays = 256;
 /// Rays that are converted and traced together, in memory on the stack.
 inline constexpr std::size_t kRun = mray::cpu::SceneRays::kMost;
 
-inline bool is_cancelled(const std::atomic<bool>* cancel) {
-    return mray::Watch(cancel).is_cancelled();
-}
-inline void throw_if_cancelled(const std::atomic<bool>* cancel) {
-    mray::Watch(cancel).throw_if_cancelled();
-}
-
 /// Calls `work(i)` for each i below `count`, in this thread if `arena` is null.
 template <class Work>
 void for_each_index(mray::ThreadArena* arena, std::size_t count, const Work& work) {
@@ -77,27 +69,27 @@ void for_each_index(mray::ThreadArena* arena, std::size_t count, const Work& wor
     }
 }
 
-/// Calls `work(first, count)` for runs of at most `most` of the rays [begin, end), until `cancel`
-/// is true; null: for all of them.
+/// Calls `work(first, count)` for runs of at most `most` of the rays [begin, end), until the watch
+/// is cancelled.
 template <class Work>
-void for_runs_of(std::size_t begin, std::size_t end, const std::atomic<bool>* cancel, Work work,
+void for_runs_of(std::size_t begin, std::size_t end, mray::Watch watch, Work work,
                  std::size_t most = kRun) {
-    for (; begin < end && !is_cancelled(cancel); begin += most)
+    for (; begin < end && !watch.is_cancelled(); begin += most)
         work(begin, std::min(most, end - begin));
 }
 
 /// The same for the rays [0, total), in this thread if `arena` is null or they are few.
 template <class Work>
-void for_each_run(mray::ThreadArena* arena, std::size_t total, const std::atomic<bool>* cancel,
-                  Work work, std::size_t most = kRun) {
+void for_each_run(mray::ThreadArena* arena, std::size_t total, mray::Watch watch, Work work,
+                  std::size_t most = kRun) {
     if (arena == nullptr || total <= kFewRays) {
-        for_runs_of(0, total, cancel, work, most);
+        for_runs_of(0, total, watch, work, most);
         return;
     }
     using Range = tbb::blocked_range<std::size_t>;
     arena->execute([&] {
         tbb::parallel_for(Range(0, total, kRun), [&](const Range& range) {
-            for_runs_of(range.begin(), range.end(), cancel, work, most);
+            for_runs_of(range.begin(), range.end(), watch, work, most);
         });
     });
 }

@@ -202,15 +202,16 @@ void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Cr
                 for (std::size_t i = 0; i < size; ++i) counts[first + place(i)] = found[i];
             });
         };
+        const mray::Watch watch(options.cancel);
         const bool sorts = options.coherence.kind == Coherence::Kind::sort;
         constexpr std::uint32_t kMostTiled = std::numeric_limits<std::uint32_t>::max();
         if (options.coherence.kind == Coherence::Kind::image && rays.size() <= kMostTiled) {
             count_part(0, rays, tiled_places(options.coherence.width, rays.size()));
         } else {
             detail::for_ordered_parts(scene, rays, sorts, detail::RaySorter::kMost, &scene.arena(),
-                                      options.cancel, count_part);
+                                      watch, count_part);
         }
-        detail::throw_if_cancelled(options.cancel);
+        watch.throw_if_cancelled();
     });
 }
 

@@ -192,11 +192,11 @@ decltype(auto) with_scene(const std::unique_ptr<SceneImpl>& impl, Work work) {
     });
 }
 
-/// Calls work(first, part, order) for parts of the rays from `first` on, until `cancel` is true. If
+/// Calls work(first, part, order) for parts of the rays from `first` on, until it is cancelled. If
 /// `sorts` and that pays, `order` has places in an order in which neighbours are alike.
 template <class Work>
 void for_ordered_parts(SceneImpl& scene, std::span<const Ray> rays, bool sorts, std::size_t most,
-                       mray::ThreadArena* arena, const std::atomic<bool>* cancel, Work work) {
+                       mray::ThreadArena* arena, mray::Watch watch, Work work) {
     constexpr std::size_t kLeastSorted = 8192;
     sorts &= rays.size() >= kLeastSorted && scene.tracer->info().is_on_processor;
     std::unique_lock lock(scene.sorter_mutex, std::defer_lock);
@@ -207,7 +207,7 @@ void for_ordered_parts(SceneImpl& scene, std::span<const Ray> rays, bool sorts, 
         sorter->choose_curve(rays, scene.space->extent());
     }
     for_runs_of(
-        0, rays.size(), cancel,
+        0, rays.size(), watch,
         [&](std::size_t first, std::size_t count) {
             const std::span<const Ray> part = rays.subspan(first, count);
             std::span<const std::uint32_t> order;
@@ -223,21 +223,21 @@ void ask_in_parts(SceneImpl& scene, std::size_t total, const QueryOptions& optio
     // Enough for streams of each octant of directions.
     constexpr std::size_t kHostBatch = 2048;
     constexpr std::size_t kDeviceBatch = std::size_t{1} << 16;
+    const mray::Watch watch(options.cancel);
     if (scene.tracer->info().answers_threads) {
         mray::ThreadArena* const arena =
             options.threads == Threads::calling ? nullptr : &scene.arena();
-        scene.cost.measure(total,
-                           [&] { for_each_run(arena, total, options.cancel, ask, kHostBatch); });
+        scene.cost.measure(total, [&] { for_each_run(arena, total, watch, ask, kHostBatch); });
     } else {
-        const mray::Stopwatch watch;
+        const mray::Stopwatch stopwatch;
         const auto ask_alone = [&](std::size_t first, std::size_t count) {
             const std::scoped_lock lock(scene.mutex);
             ask(first, count);
         };
-        for_runs_of(0, total, options.cancel, ask_alone, kDeviceBatch);
-        scene.cost.add(watch.ms(), total);
+        for_runs_of(0, total, watch, ask_alone, kDeviceBatch);
+        scene.cost.add(stopwatch.ms(), total);
     }
-    throw_if_cancelled(options.cancel);
+    watch.throw_if_cancelled();
 }
 
 // Images (library/src/image/).

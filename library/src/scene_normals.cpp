@@ -70,7 +70,7 @@ void Scene::normals(std::span<const Hit> hits, std::span<Vec3> normals, bool smo
             detail::update_normals(scene);
         }
         detail::for_each_run(
-            &scene.arena(), hits.size(), nullptr, [&](std::size_t first, std::size_t count) {
+            &scene.arena(), hits.size(), {}, [&](std::size_t first, std::size_t count) {
                 for (std::size_t i = first; i < first + count; ++i) {
                     mray::vec3 normal(0, 0, 0);
                     if (const Hit& hit = hits[i]) {

@@ -13,7 +13,6 @@
 #include "common/bvh/exact_closest.h"
 #include "common/scene/exact_crossing.h"
 #include "cpu/queries/tree_queries.h"
-#include "library/src/ray_batch.h"
 #include "library/src/scene_impl.h"
 
 namespace morphray {
@@ -104,15 +103,17 @@ struct ScenePoints {
 template <class Answer, class Work>
 void for_blocks(std::span<const Vec3> points, std::span<Answer> answers,
                 const QueryOptions& options, Work work) {
-    detail::require_point_options(options);
+    if (!options.visible.empty() || !options.excluded.empty())
+        throw_bad_argument("visible and excluded are options of rays, not of points");
     require_room(points.size(), "points", answers.size());
+    const mray::Watch watch(options.cancel);
     detail::for_runs_of(
-        0, points.size(), options.cancel,
+        0, points.size(), watch,
         [&](std::size_t first, std::size_t count) {
             work(points.subspan(first, count), answers.subspan(first, count));
         },
         kMostPoints);
-    detail::throw_if_cancelled(options.cancel);
+    watch.throw_if_cancelled();
 }
 
 /// Asks find(points, answers, index) about the points in their order, where index(i) is the number

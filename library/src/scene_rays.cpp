@@ -16,7 +16,6 @@ namespace {
 using detail::kRun;
 using detail::SceneImpl;
 using detail::with_scene;
-using Cancel = const std::atomic<bool>*;
 
 // Answers of a tile are prefetched this many rows ahead: processors do not foresee new rows.
 constexpr std::size_t kRowsAhead = 2;
@@ -85,7 +84,7 @@ bool trace_tile(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> a
 /// Traces rows of an image that have tiles; returns their rays. In this thread without `arena`.
 template <class Answer>
 std::size_t trace_image(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> answers,
-                        std::size_t row, mray::ThreadArena* arena, Cancel cancel) {
+                        std::size_t row, mray::ThreadArena* arena, mray::Watch watch) {
     constexpr std::size_t kSide = mray::kStoredTileSide;
     constexpr std::size_t kStep = mray::kStoredTileStep;
     const std::size_t width = row / kStep * kStep;
@@ -93,12 +92,12 @@ std::size_t trace_image(SceneImpl& scene, std::span<const Ray> rays, std::span<A
     const std::size_t columns = (width + kSide - 1) / kSide;
     const std::size_t tiles = columns * ((height + kSide - 1) / kSide);
     const auto run_range = [&](std::size_t begin, std::size_t end) {
-        detail::for_runs_of(begin, end, cancel, [&](std::size_t first, std::size_t count) {
+        detail::for_runs_of(begin, end, watch, [&](std::size_t first, std::size_t count) {
             trace_run(scene, rays.subspan(first, count), answers.subspan(first, count));
         });
     };
     detail::for_each_index(arena, tiles, [&](std::size_t i) {
-        if (detail::is_cancelled(cancel)) return;
+        if (watch.is_cancelled()) return;
         const std::size_t x0 = i % columns * kSide;
         const std::size_t y0 = i / columns * kSide;
         const std::size_t x1 = std::min(x0 + kSide, width);
@@ -129,12 +128,12 @@ std::span<const Ray> in_order(std::span<const Ray> part, std::span<const std::ui
     return std::span(room).first(count);
 }
 
-/// Traces a part of the rays on the host until `cancel` is true.
+/// Traces a part of the rays on the host until it is cancelled.
 template <class Answer>
 void trace_on_host(SceneImpl& scene, std::span<const Ray> part,
                    std::span<const std::uint32_t> order, std::span<Answer> answers,
-                   mray::ThreadArena* arena, Cancel cancel) {
-    detail::for_each_run(arena, part.size(), cancel, [&](std::size_t first, std::size_t count) {
+                   mray::ThreadArena* arena, mray::Watch watch) {
+    detail::for_each_run(arena, part.size(), watch, [&](std::size_t first, std::size_t count) {
         if (order.empty()) {
             trace_run(scene, part.subspan(first, count), answers.subspan(first, count));
             return;
@@ -161,7 +160,7 @@ public:
         t_exponents_.resize(part.size());
         hits_.resize(part.size());
         const auto for_runs = [&](auto work) {
-            detail::for_each_run(&scene_.arena(), part.size(), nullptr, work);
+            detail::for_each_run(&scene_.arena(), part.size(), {}, work);
         };
         for_runs([&](std::size_t first, std::size_t count) {
             std::array<Ray, kRun> room;
@@ -196,17 +195,17 @@ private:
 template <class Answer>
 void trace_all(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> answers,
                const QueryOptions& options) {
-    const Cancel cancel = options.cancel;
+    const mray::Watch watch(options.cancel);
     const Coherence coherence = options.coherence;
     if (!scene.tracer->info().answers_threads) {
         DeviceTrace device(scene);
         detail::for_ordered_parts(
             scene, rays, coherence.kind == Coherence::Kind::sort,
-            cancel == nullptr ? kDeviceBatch : kCancelledBatch, &scene.arena(), cancel,
+            watch.can_cancel() ? kCancelledBatch : kDeviceBatch, &scene.arena(), watch,
             [&](std::size_t first, auto part, auto order) {
                 device.trace(part, order, answers.subspan(first, part.size()));
             });
-        detail::throw_if_cancelled(cancel);
+        watch.throw_if_cancelled();
         return;
     }
     const bool is_alone = options.threads == Threads::calling || rays.size() <= detail::kFewRays;
@@ -214,14 +213,14 @@ void trace_all(SceneImpl& scene, std::span<const Ray> rays, std::span<Answer> an
     scene.cost.measure(rays.size(), [&] {
         std::size_t done = 0;
         if (coherence.kind == Coherence::Kind::image && coherence.width >= kLeastWidth)
-            done = trace_image(scene, rays, answers, coherence.width, arena, cancel);
+            done = trace_image(scene, rays, answers, coherence.width, arena, watch);
         detail::for_ordered_parts(
             scene, rays.subspan(done), coherence.kind == Coherence::Kind::sort,
-            detail::RaySorter::kMost, arena, cancel, [&](std::size_t first, auto part, auto order) {
+            detail::RaySorter::kMost, arena, watch, [&](std::size_t first, auto part, auto order) {
                 trace_on_host(scene, part, order, answers.subspan(done + first, part.size()), arena,
-                              cancel);
+                              watch);
             });
-        detail::throw_if_cancelled(cancel);
+        watch.throw_if_cancelled();
     });
 }
 
