@@ -1,5 +1,5 @@
-// Intersection rules from the literature in float, each as its authors give it, over the traversal
-// of our scalar tracer with their own slabs, so that methods differ in the rule.
+// Intersection rules from the literature are here in float, each as its authors give it. All have
+// the traversal of our scalar tracer with padded slabs, so that methods differ in the rule.
 #include <array>
 #include <cmath>
 #include <limits>

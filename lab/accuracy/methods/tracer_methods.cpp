@@ -1,4 +1,4 @@
-// Tracers as a whole: ours, and Embree where the program was built with it.
+// Whole tracers are under test here: ours, and Embree where the program was built with it.
 #include <memory>
 
 #include "common/base/errors.h"

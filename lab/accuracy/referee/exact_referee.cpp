@@ -169,7 +169,7 @@ Verdict ExactReferee::judge(const Ray& ray, const Truth& truth, std::uint32_t pr
     const std::optional<ExactTriangle> answered = prim_id != kNoPrim && usable_[prim_id] != 0
                                                       ? std::optional(triangle(ray, prim_id))
                                                       : std::nullopt;
-    // By how much the t of the answered plane exceeds the exact one.
+    // The t of the answered plane exceeds the exact one by so many ulps.
     double t_ulps = 0;
     if (expected && answered && answered->has_t()) {
         const bool is_hit = answered->is_met() && answered->in_range();

@@ -132,7 +132,7 @@ public:
 
 private:
     ExactTriangle triangle(const Ray& ray, std::uint32_t prim_id) const;
-    /// Triangles whose leaves come within `margin` of the ray's line at t >= 0, by the tree's boxes
+    /// Finds the triangles whose leaves come within `margin` of the ray's line at t >= 0. Boxes are
     /// in double, enlarged by far more than rounding errors.
     std::vector<std::uint32_t> find_candidates(const Ray& ray, double margin) const;
     /// Whether a parallel line as near as the rule displaces vertices answers so within 4 ulp of t.

@@ -100,7 +100,7 @@ py::array owning_array(const py::dtype& dtype, std::vector<Element> elements) {
     return py::array(dtype, static_cast<py::ssize_t>(vector.size()), vector.data(), owner);
 }
 
-/// intersect() if an answer is a Hit, else occluded().
+/// Asks intersect() if an answer is a Hit, and occluded() otherwise.
 template <class Answer>
 py::array trace(PyScene& scene, const py::object& rays, const py::object& out,
                 const AnyCoherence& coherence, const py::object& visible,
