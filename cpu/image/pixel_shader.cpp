@@ -80,8 +80,8 @@ public:
         triangles_.load(part_.mesh);
     }
 
-    /// The surfaces of pixels i and following of a block, of which one is visible. Each block's
-    /// turn comes once after begin().
+    /// The surfaces of pixels i and following of a block, of which one is visible. After begin()
+    /// all such pixels of the strip have to come in order.
     HWY_INLINE lanes::Surface next(const PixelBlock& block, std::uint32_t i,
                                    const PixelLanes& pixels, const lanes::Float3& dir) {
         const lanes::Float3 org(part_.params.camera.org);
