@@ -135,13 +135,10 @@ vec3 SceneSpace::to_world(vec3 scene) const {
     return world;
 }
 
-double SceneSpace::length_to_scene(double world) const { return std::ldexp(world, exponent_); }
-double SceneSpace::length_to_world(double scene) const { return std::ldexp(scene, -exponent_); }
-
 vec3 SceneSpace::point_to_scene(const dvec3& world, const char* what) const {
     vec3 scene;
     for (int axis = 0; axis < 3; ++axis) {
-        const double scaled = std::ldexp(world[axis] - centre_[axis], exponent_);
+        const double scaled = length_to_scene(world[axis] - centre_[axis]);
         if (!(std::abs(scaled) <= kOriginExtent)) {
             throw Error(ErrorKind::kBadInput, std::string(what) +
                                                   " is not finite or is more than a million scene "

@@ -47,8 +47,8 @@ public:
     vec3 to_world(vec3 scene) const;
 
     /// Converts a length to scene space and back; exact unless it overflows.
-    double length_to_scene(double world) const;
-    double length_to_world(double scene) const;
+    double length_to_scene(double world) const { return world * scale_; }
+    double length_to_world(double scene) const { return scene / scale_; }
 
     /// A point such as an eye or a light, which may lie outside the bounds. Throws Error(kBadInput)
     /// that names `what` if it is not finite or farther than 2^20 extents.
@@ -57,7 +57,7 @@ public:
 private:
     glm::dvec3 centre_ = {0, 0, 0};
     int exponent_ = 0;
-    double scale_ = 1;
+    double scale_ = 1;  // 2^exponent_
 };
 
 /// The space of a frame: that of `reference`, an animation's bounds, as long as the bounds of the
