@@ -12,12 +12,6 @@ std::uint64_t count_hits(const Frame& frame) {
                       [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
 }
 
-std::uint64_t count_rays(const ImageParams& params, const Frame& frame) {
-    const std::uint32_t secondary = rays_per_hit(params.rays, params.ao_count);
-    if (secondary == 0) return frame.hits.size();
-    return frame.hits.size() + count_hits(frame) * secondary;
-}
-
 std::uint64_t hits_hash(const Frame& frame) {
     return Hasher().add(std::span(frame.hits)).add(std::span(frame.occlusion)).digest();
 }

@@ -38,10 +38,6 @@ inline std::uint32_t rays_per_hit(std::uint32_t rays, std::uint32_t ao_count) {
 
 std::uint64_t count_hits(const Frame& frame);
 
-/// Camera rays and secondary rays of an image that was traced with `params`. Shadow rays count for
-/// surfaces that face away from the light, too, although they need none.
-std::uint64_t count_rays(const ImageParams& params, const Frame& frame);
-
 /// XXH3 (64 bits) of hits and occlusion, and of the pixels.
 std::uint64_t hits_hash(const Frame& frame);
 std::uint64_t image_hash(const Frame& frame);

@@ -7,8 +7,8 @@
 #include <cstdint>
 
 #include "common/base/aligned_vector.h"
-#include "cpu/image/pixel_blocks-inl.h"
 #include "cpu/packet/camera/camera_packet_candidates-inl.h"
+#include "cpu/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

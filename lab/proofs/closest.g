@@ -3,7 +3,7 @@
 #   bounds       if may_be_within() is false for some d2, the rule gives more than d2, and the triangle is
 #                farther; the rule's distance is above that of the triangle by at most kRuleExcess R, and
 #                below it by kRuleDefect R; a rounded point moves either by kPointRounding (|p| + 1)
-#   code         may_be_within (cpu/queries/nearest_vertex-inl.h), triangle_distance2
+#   code         may_be_within (cpu/queries/closest_search-inl.h), triangle_distance2
 #                (common/interop/closest_rule.h)
 #   constants    kNearestVertexRounding, kNearestVertexErrorSquare, kLeastNearestVertexErrorSquare,
 #                kRuleExcess, kRuleDefect, kPointRounding, kRivalRounding
