@@ -1,10 +1,12 @@
 // A traced image with the hits that it was made from.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 
 #include "common/base/aligned_vector.h"
+#include "common/base/hash.h"
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
 
@@ -36,11 +38,18 @@ inline std::uint32_t rays_per_hit(std::uint32_t rays, std::uint32_t ao_count) {
     return rays == kRaysAo ? ao_count : 0;
 }
 
-std::uint64_t count_hits(const Frame& frame);
+inline std::uint64_t count_hits(const Frame& frame) {
+    return static_cast<std::uint64_t>(
+        std::ranges::count_if(frame.hits, [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
+}
 
 /// XXH3 (64 bits) of hits and occlusion, and of the pixels.
-std::uint64_t hits_hash(const Frame& frame);
-std::uint64_t image_hash(const Frame& frame);
-std::uint64_t image_hash(std::span<const std::uint32_t> pixels);
+inline std::uint64_t hits_hash(const Frame& frame) {
+    return Hasher().add(std::span(frame.hits)).add(std::span(frame.occlusion)).digest();
+}
+inline std::uint64_t image_hash(std::span<const std::uint32_t> pixels) {
+    return Hasher().add(pixels).digest();
+}
+inline std::uint64_t image_hash(const Frame& frame) { return image_hash(frame.pixels); }
 
 }  // namespace mray
