@@ -27,7 +27,7 @@ public:
 
     bool empty() const { return leaves_.empty(); }
 
-    /// Whether the edges of a triangle have no cross product; its normal is undefined.
+    /// True if a triangle has two parallel edges, so that its normal is undefined.
     bool has_degenerate() const { return has_degenerate_; }
 
     /// The unit normals, on the triangles' own side, of as many candidates as there are lanes, at

@@ -138,8 +138,8 @@ public:
 #endif
     }
 
-    /// Writes them to an image. Whole cache lines go past the caches: reading those lines first
-    /// would take longer than shading (lab/notes/cpu_tracer.md).
+    /// Writes them to an image. Whole cache lines go past the caches, so that they are not read
+    /// before they are overwritten (lab/notes/cpu_tracer.md).
     void write(const Tile& strip, std::uint32_t width, std::uint32_t* image) const {
         std::uint32_t* to = image + std::size_t{strip.y0} * width + strip.x0;
         const std::uint32_t count = strip.x1 - strip.x0;

@@ -87,7 +87,7 @@ HWY_INLINE void load_corners(const Topology& topology, std::span<const vec3> pos
     }
 }
 
-/// How many lanes of the mask are below each lane.
+/// Returns for each lane the number of set lanes of the mask before it.
 HWY_INLINE UintVec lanes_below(Mask m) {
     const UintVec below = hn::Shl(splat(1u), hn::Iota(kUints, 0)) - splat(1u);
     return hn::PopulationCount(splat(bits_of(m)) & below);
@@ -141,7 +141,7 @@ public:
         for (std::uint32_t i = 0; i < count_; ++i) albedos_[i] = mesh.topology->albedo[prims_[i]];
     }
 
-    /// Whether the edges of a triangle have no cross product; its normal is undefined.
+    /// True if a triangle has two parallel edges, so that its normal is undefined.
     bool has_degenerate() const { return has_degenerate_; }
 
     /// The unit normals, on the triangles' own side, of vector i of the pixels.
