@@ -76,8 +76,9 @@ public:
     /// read.
     virtual void positions(double frame, std::span<vec3> out) const = 0;
 
-    /// Bounds of the finite vertices of the first frame, on which scene space and the default view
-    /// depend; a point at the origin if none is finite. Empty without vertices.
+    /// Bounds of the finite vertices of the first frame that triangles use and that are not left
+    /// out (PoseExtent::limit()), on which scene space and the default view depend; a point at the
+    /// origin if none is finite. Empty without vertices.
     virtual WorldBounds bounds() const = 0;
 
     /// Nothing for scenes that can be seen from outside.
@@ -91,8 +92,9 @@ public:
 
 protected:
     /// bounds() from the positions of the first frame.
-    static WorldBounds reference_bounds(std::span<const vec3> first) {
-        const WorldBounds bounds = bounds_of(first);
+    static WorldBounds reference_bounds(const Topology& topology, std::span<const vec3> first) {
+        const PoseExtent pose(first, used_vertices(topology));
+        const WorldBounds bounds = pose.bounds(pose.limit());
         return bounds.empty() && !first.empty() ? WorldBounds{{0, 0, 0}, {0, 0, 0}} : bounds;
     }
 };

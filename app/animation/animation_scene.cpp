@@ -133,6 +133,8 @@ AnimationScene::AnimationScene(const ImageOptions& options, const Animation& ani
                                double first_frame, const Messages& messages,
                                const std::atomic<bool>& cancel)
     : animation_(animation),
+      messages_(messages),
+      used_(used_vertices(animation.topology())),
       positions_(animation.topology().vertex_count),
       up_(options.view.up),
       current_(options.tree.build_at.value_or(first_frame)) {
@@ -157,6 +159,14 @@ AnimationScene::AnimationScene(const ImageOptions& options, const Animation& ani
         scene_ = morphray::Scene::build(meshes(textures), device, scene_options);
         update_ = scene_->last_update();
     });
+    warn_of_far();
+}
+
+void AnimationScene::warn_of_far() {
+    std::uint64_t count = 0;
+    for (const morphray::LeftOut& mesh : update_.left_out) count += mesh.too_far;
+    if (count > 0 && !std::exchange(has_warned_, true))
+        messages_.warn(warning_of_far(animation_, count));
 }
 
 /// The animation's mesh, with these textures, and the ground, if there is one.
@@ -184,7 +194,8 @@ double AnimationScene::place(double frame) {
     animation_.positions(frame, positions_);
     if (!ground_.empty() && !animation_.is_builtin()) {
         WorldBounds bounds = animation_.bounds();
-        bounds.extend(bounds_of(positions_));
+        const PoseExtent pose(positions_, used_);
+        bounds.extend(pose.bounds(pose.limit(bounds)));
         std::ranges::copy(ground_below(bounds, up_), ground_.begin());
     }
     return watch.ms();
@@ -206,6 +217,7 @@ void AnimationScene::advance(double frame) {
     trace_ms_ = 0;
     rays_ = 0;
     call_library([&] { update_ = scene_->update(); });
+    warn_of_far();
 }
 
 void AnimationScene::render(const ViewSpec& view, const ShadingOptions& shading,
@@ -267,12 +279,7 @@ PosedAnimation pose_animation(const SourceOptions& source, const BackendOptions&
         posed.scene = std::make_unique<AnimationScene>(options, animation, number, messages);
     }
     const Topology& topology = animation.topology();
-    const auto is_finite = [&](std::uint32_t vertex) {
-        return all_finite(glm::dvec3(posed.scene->positions()[vertex]));
-    };
-    const auto bad = std::ranges::count_if(topology.triangles, [&](const uvec3& t) {
-        return !is_finite(t.x) || !is_finite(t.y) || !is_finite(t.z);
-    });
+    const std::uint64_t bad = count_not_finite(topology, posed.scene->positions());
     if (bad > 0) {
         messages.warn({escape(animation.name()),
                        fmt::format("{} of {} triangles are not finite; they are never hit", bad,

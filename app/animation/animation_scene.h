@@ -54,10 +54,15 @@ public:
 private:
     std::vector<morphray::MeshView> meshes(std::span<const morphray::TextureView> textures) const;
     void render(const ViewSpec& world, const morphray::View& view, morphray::Image& image);
+    /// Once, if vertices are left out since they are too far.
+    void warn_of_far();
     /// Makes the positions of a frame, and the ground below them. Returns the milliseconds.
     double place(double frame);
 
     const Animation& animation_;
+    const Messages& messages_;
+    bool has_warned_ = false;
+    std::vector<IndexRange> used_;
     std::vector<vec3> positions_;
     /// The corners of the ground; empty without one.
     std::vector<vec3> ground_;

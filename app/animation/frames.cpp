@@ -112,7 +112,7 @@ std::unique_ptr<Animation> open_animation(const SourceOptions& source, const Mes
     if (source.fps && !has_gltf_name(source.scene))
         throw Error(ErrorKind::kBadArgument, "--fps: only glTF files have seconds; leave it out");
     AnimationOptions options = source;
-    options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
+    options.warn = warn_by(messages);
     const Progress progress("reading " + escape(std::filesystem::path(source.scene).filename()), 0,
                             messages);
     return open_scene(source.scene, options);

@@ -86,7 +86,7 @@ private:
 
     /// Returns kPartial, after a message, if a frame after the first one cannot be read.
     ExitCode check_scene(const CrosscheckOptions& options, Json& report) {
-        SceneFrames scene(open_animation(options.source, messages_));
+        SceneFrames scene(open_animation(options.source, messages_), warn_by(messages_));
         const Animation& animation = scene.animation();
         report["scene"] = animation.name();
         report["triangles"] = animation.topology().triangles.size();

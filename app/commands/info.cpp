@@ -74,10 +74,13 @@ void add_textures(Json& json, const SceneTextures* textures) {
 }
 
 Json describe_scene(const InfoOptions& options, const Messages& messages) {
-    SceneFrames scene(open_animation(options.source, messages));
+    SceneFrames scene(open_animation(options.source, messages), warn_by(messages));
     const Animation& animation = scene.animation();
     const Topology& topology = animation.topology();
     const double frame = select_frame(options.frame, std::nullopt, animation);
+    std::vector<vec3> world(topology.vertex_count);
+    animation.positions(frame, world);
+    const std::uint64_t not_finite = count_not_finite(topology, world);
     const std::span<const vec3> positions = scene.positions(frame);
     const DegenerateCount degenerate = count_degenerate(topology, positions);
     Json json = head_of("info", animation);
@@ -96,7 +99,8 @@ Json describe_scene(const InfoOptions& options, const Messages& messages) {
     }
     json["origin"] = {origin.at.x, origin.at.y, origin.at.z};
     json["scene_exponent"] = scene.space().exponent();
-    json["not_finite"] = degenerate.not_finite;
+    json["not_finite"] = not_finite;
+    json["too_far"] = degenerate.left_out - not_finite;
     json["zero_area"] = degenerate.zero_area;
     const EdgeCounts edges = count_edges(topology, positions);
     json["edges"] = {{"open", edges.open},
@@ -129,8 +133,9 @@ std::string scene_text_of(const Json& json) {
                             is_long ? wrapped(value, kIndent, kColumns - kIndent) : value);
     };
     add("scene", json["scene"]);
-    add("triangles", fmt::format("{} ({} without area, {} not finite)", json["triangles"].dump(),
-                                 json["zero_area"].dump(), json["not_finite"].dump()));
+    add("triangles",
+        fmt::format("{} ({} without area, {} not finite, {} too far)", json["triangles"].dump(),
+                    json["zero_area"].dump(), json["not_finite"].dump(), json["too_far"].dump()));
     add("vertices", json["vertices"].dump());
     const Json& edges = json["edges"];
     add("edges",

@@ -192,7 +192,7 @@ std::string probe_sentence(const Hit& image, const Hit& alone, const Hit& brute,
 
 ExitCode run_command(const ProbeOptions& options, const Messages& messages) {
     require_pixel(options);
-    SceneFrames scene(open_animation(options.source, messages));
+    SceneFrames scene(open_animation(options.source, messages), warn_by(messages));
     const double number = select_frame(options.frame, options.tree.build_at, scene.animation());
     const Topology& topology = scene.animation().topology();
     const std::unique_ptr<Backend> tracer =

@@ -243,7 +243,7 @@ ExitCode run_command(const ProfileOptions& given, const Messages& messages) {
     if (!options.repeat) options.repeat = options.policies.empty() ? 10 : 5;
     if (!options.policies.empty()) return profile_policies(options, messages);
     check_reports({options.json, options.csv});
-    SceneFrames scene(open_animation(options.source, messages));
+    SceneFrames scene(open_animation(options.source, messages), warn_by(messages));
     const std::vector<double> frames = select_frames(options.frames, options.tree.build_at,
                                                      scene.animation(), DefaultFrames::kFew);
     Json report = empty_report(options, scene.animation());

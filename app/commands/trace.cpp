@@ -40,7 +40,9 @@ public:
         : options_(options),
           scene_(posed.scene->scene()),
           origin_(posed.animation->origin()),
-          space_(space_of_frame(posed.animation->bounds(), bounds_of(posed.scene->positions()))) {}
+          space_(space_of_pose(
+              posed.animation->bounds(),
+              PoseExtent(posed.scene->positions(), used_vertices(posed.animation->topology())))) {}
 
     /// `excluded` has the size of `rays`, or is empty.
     void trace(std::span<const WorldRay> rays, std::span<const morphray::Primitive> excluded) {

@@ -70,4 +70,9 @@ void check_reports(std::initializer_list<std::string> files);
 bool is_stdout(std::string_view file);
 bool takes_stdout(std::initializer_list<std::string> files);
 
+/// Passes warnings on to messages, which must outlive it.
+inline WarnFunction warn_by(const Messages& messages) {
+    return [&messages](const Warning& warning) { messages.warn(warning); };
+}
+
 }  // namespace mray::app

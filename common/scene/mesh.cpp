@@ -83,6 +83,31 @@ std::uint64_t topology_hash(const Topology& topology) {
         .digest();
 }
 
+std::vector<IndexRange> used_vertices(std::span<const uvec3> triangles, std::size_t vertex_count) {
+    std::vector<std::uint8_t> is_used(vertex_count, 0);
+    for (const uvec3& t : triangles) is_used[t.x] = is_used[t.y] = is_used[t.z] = 1;
+    std::vector<IndexRange> ranges;
+    for (auto end = is_used.begin(); end != is_used.end();) {
+        const auto begin = std::find(end, is_used.end(), 1);
+        end = std::find(begin, is_used.end(), 0);
+        if (begin == end) break;
+        ranges.push_back({static_cast<std::uint32_t>(begin - is_used.begin()),
+                          static_cast<std::uint32_t>(end - is_used.begin())});
+    }
+    return ranges;
+}
+
+std::uint64_t count_not_finite(const Topology& topology, std::span<const vec3> positions) {
+    const auto is_finite = [&](std::uint32_t vertex) {
+        const vec3& p = positions[vertex];
+        return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+    };
+    const auto count = std::ranges::count_if(topology.triangles, [&](const uvec3& t) {
+        return !is_finite(t.x) || !is_finite(t.y) || !is_finite(t.z);
+    });
+    return static_cast<std::uint64_t>(count);
+}
+
 DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3> positions) {
     DegenerateCount count;
     for (const uvec3& t : topology.triangles) {
@@ -90,7 +115,7 @@ DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3>
         const vec3 b = positions[t.y];
         const vec3 c = positions[t.z];
         if (!finite_vertices(a, b, c)) {
-            ++count.not_finite;
+            ++count.left_out;
             continue;
         }
         if (!has_area(a, b, c)) ++count.zero_area;

@@ -33,7 +33,8 @@ std::uint64_t topology_hash(const Topology& topology);
 
 /// Triangles that no ray can hit at these positions (scene space).
 struct DegenerateCount {
-    std::uint64_t not_finite = 0;
+    /// With a vertex that is not finite, or left out (PoseExtent).
+    std::uint64_t left_out = 0;
     std::uint64_t zero_area = 0;
 };
 DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3> positions);
@@ -47,6 +48,15 @@ struct IndexRange {
     std::uint32_t end = 0;
     bool operator==(const IndexRange&) const = default;
 };
+
+/// The vertices that triangles use, as ascending ranges. `triangles` are indices below the count.
+std::vector<IndexRange> used_vertices(std::span<const uvec3> triangles, std::size_t vertex_count);
+inline std::vector<IndexRange> used_vertices(const Topology& topology) {
+    return used_vertices(topology.triangles, topology.vertex_count);
+}
+
+/// The number of triangles with a vertex that is not finite.
+std::uint64_t count_not_finite(const Topology& topology, std::span<const vec3> positions);
 
 /// A list of one range with all indices.
 inline constexpr IndexRange kAllIndices[1] = {{0, 0xFFFFFFFFu}};

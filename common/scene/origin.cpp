@@ -1,10 +1,14 @@
 #include "common/scene/origin.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include <glm/common.hpp>
+
+#include "common/scene/scene_space.h"
 
 namespace mray {
 namespace {
@@ -12,6 +16,45 @@ namespace {
 constexpr double kCoarse = 1e-6;
 // Of coordinates that are used; those beyond it may overflow in differences of floats.
 constexpr double kMostUsed = 1e30;
+
+double farthest(const glm::dvec3& p) {
+    return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+}
+
+/// False for NaN, too.
+bool is_used(const glm::dvec3& p) {
+    return std::abs(p.x) <= kMostUsed && std::abs(p.y) <= kMostUsed && std::abs(p.z) <= kMostUsed;
+}
+
+/// The points that are used and not as far away as PoseExtent::limit() says.
+class NearPoints {
+public:
+    explicit NearPoints(std::span<const glm::dvec3> all) : all_(all) {
+        // The exponents of doubles, the least first.
+        constexpr int kLeast = -1075;
+        std::array<std::uint64_t, 2100> counts{};
+        std::uint64_t total = 0;
+        for (const glm::dvec3& p : all) {
+            if (!is_used(p) || farthest(p) == 0) continue;
+            ++counts[static_cast<std::size_t>(std::ilogb(farthest(p)) - kLeast)];
+            ++total;
+        }
+        std::uint64_t held = 0;
+        std::size_t bulk = 0;
+        while (2 * held <= total && bulk + 1 < counts.size()) held += counts[++bulk];
+        limit_ = std::ldexp(1.0, static_cast<int>(bulk) + kLeast + 1 + kFarExponent);
+    }
+
+    template <class Visit>
+    void for_each(Visit visit) const {
+        for (const glm::dvec3& p : all_)
+            if (is_used(p) && farthest(p) <= limit_) visit(p);
+    }
+
+private:
+    std::span<const glm::dvec3> all_;
+    double limit_;
+};
 
 struct Extent {
     glm::dvec3 lower = glm::dvec3(std::numeric_limits<double>::infinity());
@@ -23,18 +66,12 @@ struct Extent {
     }
 };
 
-/// False for NaN, too.
-bool is_used(const glm::dvec3& p) {
-    return std::abs(p.x) <= kMostUsed && std::abs(p.y) <= kMostUsed && std::abs(p.z) <= kMostUsed;
-}
-
 Extent extent_of(std::span<const glm::dvec3> points) {
     Extent extent;
-    for (const glm::dvec3& p : points) {
-        if (!is_used(p)) continue;
+    NearPoints(points).for_each([&](const glm::dvec3& p) {
         extent.lower = glm::min(extent.lower, p);
         extent.upper = glm::max(extent.upper, p);
-    }
+    });
     return extent;
 }
 
@@ -60,11 +97,10 @@ std::vector<vec3> Origin::to_world(std::span<const glm::dvec3> given) const {
 
 double Origin::rounding_of(std::span<const glm::dvec3> given) const {
     double most = 0;
-    for (const glm::dvec3& p : given) {
-        if (!is_used(p)) continue;
+    NearPoints(given).for_each([&](const glm::dvec3& p) {
         const glm::dvec3 moved = glm::abs(glm::dvec3(to_world(p)) - (p - at));
         most = std::max({most, moved.x, moved.y, moved.z});
-    }
+    });
     return most;
 }
 

@@ -25,7 +25,7 @@ struct Origin {
     }
 
     /// The farthest that to_world() moves a coordinate by rounding. Ignores points that are not
-    /// finite or beyond 1e30.
+    /// finite, beyond 1e30, or 2^37 times as far from 0 as most.
     double rounding_of(std::span<const glm::dvec3> given) const;
     /// Whether that is more than 1e-6 of the extent of all points.
     bool rounds_coarsely(std::span<const glm::dvec3> given) const;

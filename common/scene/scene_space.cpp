@@ -1,6 +1,7 @@
 #include "common/scene/scene_space.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -78,6 +79,9 @@ double rounding_of(double t) {
     return (double{next} - double{rounded}) * (31.0 / 64);
 }
 
+/// The i of the least power of two, 2^(i - 127), that is not below `size`; 0 for 0.
+std::size_t bin_of(float size) { return (std::bit_cast<std::uint32_t>(size) + 0x007FFFFF) >> 23; }
+
 }  // namespace
 
 void WorldBounds::extend(const WorldBounds& other) {
@@ -94,7 +98,7 @@ WorldBounds bounds_of(std::span<const vec3> points) {
     return bounds;
 }
 
-SceneSpace::SceneSpace(const WorldBounds& bounds) {
+SceneSpace::SceneSpace(const WorldBounds& bounds, float limit) : limit_(limit) {
     if (bounds.empty()) return;
     double extent = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -112,8 +116,13 @@ SceneSpace::SceneSpace(const WorldBounds& bounds) {
     scale_ = std::ldexp(1.0, exponent_);
 }
 
+bool SceneSpace::keeps(vec3 world) const {
+    return std::abs(world.x) <= limit_ && std::abs(world.y) <= limit_ &&
+           std::abs(world.z) <= limit_;
+}
+
 vec3 SceneSpace::to_scene(vec3 world) const {
-    if (!all_finite(world)) return {kInvalidCoordinate, kInvalidCoordinate, kInvalidCoordinate};
+    if (!keeps(world)) return {kInvalidCoordinate, kInvalidCoordinate, kInvalidCoordinate};
     vec3 scene;
     for (int axis = 0; axis < 3; ++axis) {
         // Exact: floats and the scale of their extent are within 2^+-170.
@@ -149,12 +158,79 @@ vec3 SceneSpace::point_to_scene(const dvec3& world, const char* what) const {
     return scene;
 }
 
-SceneSpace space_of_frame(const WorldBounds& reference, const WorldBounds& frame) {
-    const SceneSpace space(reference);
-    if (frame.empty() || (holds(space, frame.lower) && holds(space, frame.upper))) return space;
+PoseExtent::PoseExtent(std::span<const vec3> world, std::span<const IndexRange> used) {
+    for (const IndexRange& range : used) add(world.subspan(range.begin, range.end - range.begin));
+}
+
+void PoseExtent::add(std::span<const vec3> world) {
+    for (const vec3& p : world) {
+        const vec3 size = glm::abs(p);
+        const float largest = std::max(std::max(size.x, size.y), size.z);
+        // The sum decides faster, but may overflow.
+        if (!std::isfinite(size.x + size.y + size.z) && !all_finite(p)) continue;
+        Bin& bin = bins_[bin_of(largest)];
+        ++bin.count;
+        bin.lower = glm::min(bin.lower, p);
+        bin.upper = glm::max(bin.upper, p);
+    }
+}
+
+void PoseExtent::extend(const PoseExtent& other) {
+    for (std::size_t i = 0; i < bins_.size(); ++i) {
+        bins_[i].count += other.bins_[i].count;
+        bins_[i].lower = glm::min(bins_[i].lower, other.bins_[i].lower);
+        bins_[i].upper = glm::max(bins_[i].upper, other.bins_[i].upper);
+    }
+}
+
+float PoseExtent::limit(const WorldBounds& reference) const {
+    constexpr float kMost = std::numeric_limits<float>::max();
+    std::size_t last = 0;
+    std::uint64_t total = 0;
+    for (std::size_t i = 1; i < bins_.size(); ++i) {
+        total += bins_[i].count;
+        if (bins_[i].count > 0) last = i;
+    }
+    std::size_t bulk = 0;
+    for (std::uint64_t held = 0; 2 * held <= total && bulk < last;) held += bins_[++bulk].count;
+    std::size_t kept = bulk + kFarExponent;
+    if (!reference.empty()) {
+        const SceneSpace space(reference);
+        double reach = 0;
+        for (int axis = 0; axis < 3; ++axis)
+            reach =
+                std::max(reach, std::abs(space.centre(axis)) + space.length_to_world(kSceneExtent));
+        kept = std::max(kept, bin_of(static_cast<float>(std::min(reach, double{kMost}))));
+    }
+    if (last <= kept) return kMost;
+    return static_cast<float>(std::ldexp(1.0, static_cast<int>(kept) - 127));
+}
+
+WorldBounds PoseExtent::bounds(float limit) const {
+    WorldBounds bounds;
+    for (std::size_t i = 0; i <= bin_of(limit); ++i)
+        if (bins_[i].count > 0) bounds.extend({bins_[i].lower, bins_[i].upper});
+    return bounds;
+}
+
+std::uint64_t PoseExtent::count_beyond(float limit) const {
+    std::uint64_t count = 0;
+    for (std::size_t i = bin_of(limit) + 1; i < bins_.size(); ++i) count += bins_[i].count;
+    return count;
+}
+
+SceneSpace space_of_pose(const WorldBounds& reference, const PoseExtent& pose) {
+    if (reference.empty()) {
+        const float limit = pose.limit();
+        return SceneSpace(pose.bounds(limit), limit);
+    }
+    const float limit = pose.limit(reference);
+    const SceneSpace space(reference, limit);
+    const WorldBounds bounds = pose.bounds(limit);
+    if (bounds.empty() || (holds(space, bounds.lower) && holds(space, bounds.upper))) return space;
     WorldBounds both = reference;
-    both.extend(frame);
-    return SceneSpace(both);
+    both.extend(bounds);
+    return SceneSpace(both, limit);
 }
 
 SceneRay to_scene(const SceneSpace& space, const WorldRay& world) {

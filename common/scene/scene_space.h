@@ -1,6 +1,9 @@
 // Scene space, where the hit rule is exact. Nothing else knows scale and grid.
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <limits>
 #include <span>
 
 #include <glm/ext/vector_double3.hpp>
@@ -31,16 +34,19 @@ WorldBounds bounds_of(std::span<const vec3> points);
 /// vertex of at least 2^-36 of the extent is exact and exactly invertible.
 class SceneSpace {
 public:
-    /// Empty bounds give the identity.
-    explicit SceneSpace(const WorldBounds& bounds);
+    /// Empty bounds give the identity. A vertex with a coordinate beyond `limit` is left out.
+    explicit SceneSpace(const WorldBounds& bounds, float limit = std::numeric_limits<float>::max());
 
     bool operator==(const SceneSpace&) const = default;
 
     int exponent() const { return exponent_; }
     /// The point of world space that scene space has as its origin.
     double centre(int axis) const { return centre_[axis]; }
+    float limit() const { return limit_; }
+    /// False for a vertex that is not finite or has a coordinate beyond the limit.
+    bool keeps(vec3 world) const;
 
-    /// A vertex that is not finite becomes kInvalidCoordinate on all axes.
+    /// A vertex that is not finite or is left out becomes kInvalidCoordinate on all axes.
     vec3 to_scene(vec3 world) const;
     /// `world` and `scene` have the same size and may be the same memory.
     void to_scene(std::span<const vec3> world, std::span<vec3> scene) const;
@@ -58,11 +64,49 @@ private:
     glm::dvec3 centre_ = {0, 0, 0};
     int exponent_ = 0;
     double scale_ = 1;  // 2^exponent_
+    float limit_;
 };
 
-/// The space of a frame: that of `reference`, an animation's bounds, as long as the bounds of the
-/// frame lie in its range; otherwise that of both together. It depends on no other frame.
-SceneSpace space_of_frame(const WorldBounds& reference, const WorldBounds& frame);
+/// Vertices of a pose are left out if a coordinate is more than 2^kFarExponent times as large as
+/// those of most vertices. Farther away, the grid of scene space would move the others by more than
+/// 2^-24 of their size.
+inline constexpr int kFarExponent = 37;
+
+/// The size of a pose: counts and bounds of its finite vertices by the power of two that holds
+/// their largest coordinate. Sums of integers and bounds do not depend on the order of threads.
+class PoseExtent {
+public:
+    PoseExtent() = default;
+    /// The vertices that triangles use (used_vertices()).
+    PoseExtent(std::span<const vec3> world, std::span<const IndexRange> used);
+
+    void add(std::span<const vec3> world);
+    void extend(const PoseExtent& other);
+
+    /// The coordinate beyond which vertices are left out, from the least power of two that holds
+    /// more than half of the vertices, those at 0 not counted; at least the power of two that holds
+    /// the space of `reference`. The largest float if no vertex is beyond it.
+    float limit(const WorldBounds& reference = {}) const;
+    /// The bounds of the vertices up to a limit.
+    WorldBounds bounds(float limit) const;
+    /// The number of finite vertices beyond a limit.
+    std::uint64_t count_beyond(float limit) const;
+
+private:
+    struct Bin {
+        std::uint64_t count = 0;
+        vec3 lower = vec3(std::numeric_limits<float>::infinity());
+        vec3 upper = vec3(-std::numeric_limits<float>::infinity());
+    };
+    /// Bin i has the vertices up to 2^(i - 127).
+    std::array<Bin, 256> bins_;
+};
+
+/// The space of a pose: that of `reference`, the bounds of an animation or scene, as long as all
+/// vertices lie in its range; otherwise that of both together. A vertex beyond that range and
+/// PoseExtent::limit() is left out. It depends on no other pose. Without a reference the pose is
+/// its own.
+SceneSpace space_of_pose(const WorldBounds& reference, const PoseExtent& pose);
 
 /// A ray in world space as read from a file, made fit for the hit rule.
 struct WorldRay {

@@ -20,7 +20,7 @@ namespace mray::cpu {
 /// The largest exponent of a factor: the power of two and its inverse are normal floats.
 constexpr int kMostExponent = 126;
 
-enum MadeFlag { kNotFinite = 1, kOutside = 2, kNotInvertible = 4, kChanged = 8 };
+enum MadeFlag { kLeftOut = 1, kOutside = 2, kNotInvertible = 4, kChanged = 8 };
 }  // namespace mray::cpu
 #endif
 
@@ -112,9 +112,9 @@ void make_ray_run(const StoredRay* rays, std::size_t count, const float* centre,
 
 /// Makes `count` positions, at least kLanes; the coordinates are one array of floats. All
 /// operations are those of SceneSpace::to_scene() on doubles, rounded to floats, and give its bits
-/// for positions that are finite (make_rays() says why). Returns MadeFlags.
+/// for positions that are not left out (make_rays() says why). Returns MadeFlags.
 int make_position_run(const float* world, std::size_t count, const float* centre, int exponent,
-                      float* scene) {
+                      float limit, float* scene) {
     const FloatVec scale = as_float(as_uint(splat((exponent + 127) << 23)));
     const FloatVec inverse = as_float(as_uint(splat((127 - exponent) << 23)));
     // Three vectors hold kLanes positions. Lane l of vector k belongs to axis (k kLanes + l) % 3.
@@ -128,7 +128,7 @@ int make_position_run(const float* world, std::size_t count, const float* centre
     Mask inside = finite;
     Mask invertible = finite;
     Mask same = finite;
-    const FloatVec most = splat(std::numeric_limits<float>::max());
+    const FloatVec most = splat(limit);
     const FloatVec extent = splat(kSceneExtent);
     for (std::size_t i = 0; i < count; i += kLanes) {
         // The last ones may be made twice.
@@ -144,7 +144,7 @@ int make_position_run(const float* world, std::size_t count, const float* centre
             store_unaligned(made, out);
         }
     }
-    return (all(finite) ? 0 : kNotFinite) | (all(inside) ? 0 : kOutside) |
+    return (all(finite) ? 0 : kLeftOut) | (all(inside) ? 0 : kOutside) |
            (all(invertible) ? 0 : kNotInvertible) | (all(same) ? 0 : kChanged);
 }
 
@@ -172,8 +172,7 @@ std::array<float, 3> centre_of(const SceneSpace& space) {
             static_cast<float>(space.centre(2))};
 }
 
-bool is_outside(vec3 world, vec3 scene) {
-    if (!std::isfinite(world.x) || !std::isfinite(world.y) || !std::isfinite(world.z)) return false;
+bool is_outside(vec3 scene) {
     return !(std::abs(scene.x) <= kSceneExtent && std::abs(scene.y) <= kSceneExtent &&
              std::abs(scene.z) <= kSceneExtent);
 }
@@ -194,26 +193,28 @@ MadePositions make_positions(const SceneSpace& space, const SimdTarget& target,
     const auto make_run = SIMD_FUNCTION(make_position_run, target);
     const auto least = static_cast<std::size_t>(SIMD_FUNCTION(least_positions, target)());
     const std::array<float, 3> centre = centre_of(space);
-    // A run with a position that is not finite is made again.
+    // A run with a position that is not finite, or left out, is made again.
     constexpr std::size_t kRun = 256;
     MadePositions all;
     for (std::size_t first = 0; first < world.size(); first += kRun) {
         const std::size_t count = std::min(kRun, world.size() - first);
         std::size_t made = 0;
         if (count >= least && std::abs(space.exponent()) <= kMostExponent) {
-            const int flags =
-                make_run(&world[first].x, count, centre.data(), space.exponent(), &scene[first].x);
+            const int flags = make_run(&world[first].x, count, centre.data(), space.exponent(),
+                                       space.limit(), &scene[first].x);
             all.any_changed |= (flags & kChanged) != 0;
-            if ((flags & kNotFinite) == 0) {
+            if ((flags & kLeftOut) == 0) {
                 made = count;
-                all.extend({(flags & kOutside) != 0, (flags & kNotInvertible) == 0});
+                all.extend({(flags & kOutside) != 0, false, (flags & kNotInvertible) == 0, false});
             }
         }
         for (std::size_t i = first + made; i < first + count; ++i) {
             const vec3 position = world[i];
             const vec3 made_alone = space.to_scene(position);
             // Bits, not values. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
-            all.extend({is_outside(position, made_alone), space.to_world(made_alone) == position,
+            const bool is_kept = space.keeps(position);
+            all.extend({is_kept && is_outside(made_alone), !is_kept,
+                        space.to_world(made_alone) == position,
                         std::memcmp(&made_alone, &scene[i], sizeof(vec3)) != 0});
             scene[i] = made_alone;
         }

@@ -31,18 +31,21 @@ void make_scene_rays(const SceneSpace& space, const SimdTarget& target,
 
 /// The result of positions that were brought into scene space.
 struct MadePositions {
-    /// Whether a finite one lies outside of [-kSceneExtent, kSceneExtent] on an axis.
+    /// Whether one that is not left out lies outside of [-kSceneExtent, kSceneExtent] on an axis.
     bool any_outside = false;
+    /// Whether one is not finite or beyond the limit of the space.
+    bool any_left_out = false;
     /// Whether SceneSpace::to_world() gives each of them back. It does not for a position that is
-    /// not finite, and may not for one outside of the range or with a coordinate below 2^-36 of it.
+    /// left out, and may not for one outside of the range or with a coordinate below 2^-36 of it.
     bool all_invertible = true;
-    /// False only if no bit of the output array has changed. For positions that are not finite it
+    /// False only if no bit of the output array has changed. For positions that are left out it
     /// may be true without a change.
     bool any_changed = false;
 
     void extend(const MadePositions& other) {
         any_changed |= other.any_changed;
         any_outside |= other.any_outside;
+        any_left_out |= other.any_left_out;
         all_invertible &= other.all_invertible;
     }
 };

@@ -98,13 +98,13 @@ std::vector<vec3> nudged(std::vector<vec3> positions) {
     return positions;
 }
 
-/// The bounds of all whole frames, since a benchmark traces several of them from one camera.
-WorldBounds bounds_of_frames(const Animation& animation) {
-    WorldBounds all;
+/// The extent of all whole frames, since a benchmark traces several of them from one camera.
+PoseExtent extent_of_frames(const Animation& animation) {
+    PoseExtent all;
     std::vector<vec3> positions(animation.topology().vertex_count);
     for (double frame = animation.first_frame(); frame <= animation.last_frame(); ++frame) {
         animation.positions(frame, positions);
-        all.extend(bounds_of(positions));
+        all.add(positions);
     }
     return all;
 }
@@ -156,7 +156,7 @@ BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view) {
     lenient.lenient = true;
     scene.animation = open_scene(spec, lenient);
     const Animation& animation = *scene.animation;
-    scene.space = space_of_frame(animation.bounds(), bounds_of_frames(animation));
+    scene.space = space_of_pose(animation.bounds(), extent_of_frames(animation));
     const double middle = std::floor((animation.first_frame() + animation.last_frame()) / 2);
     scene.positions = positions_at(scene, middle);
     scene.moved = animation.last_frame() > animation.first_frame()

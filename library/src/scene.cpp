@@ -47,6 +47,7 @@ mray::UpdateConfig config_of(const UpdatePolicy& policy) {
 std::vector<mray::IndexRange> SceneImpl::read_list() {
     const mray::Stopwatch watch;
     std::vector<mray::IndexRange> moved = pose.read_list(meshes, arena());
+    left_out = pose.left_out(meshes);
     read_ms = watch.ms();
     normals.reset();
     edge_counts.reset();
@@ -88,6 +89,7 @@ void SceneImpl::change_meshes() {
 void SceneImpl::follow(std::span<const PoseReader::Piece> pieces) {
     const mray::Stopwatch watch;
     const std::vector<mray::IndexRange> changed = pose.read_pieces(meshes, pieces, arena());
+    left_out = pose.left_out(meshes);
     read_ms = watch.ms();
     took_pose();
     updater->frame_done({.ms = cost.ms(), .rays = cost.rays()});
@@ -124,12 +126,13 @@ void check_bounds(const SceneOptions& options) {
 // Both name the same steps in one order.
 static_assert(static_cast<int>(Step::swap) == static_cast<int>(mray::TreeStep::kSwapped));
 
-Update to_public(const mray::TreeUpdate& update, double read_ms) {
+Update to_public(const mray::TreeUpdate& update, const SceneImpl& scene) {
     return {.step = static_cast<Step>(update.step),
             .reason = update.reason,
             .cost_ratio = update.cost_ratio,
             .build_pending = update.build_pending,
-            .read_ms = read_ms,
+            .left_out = scene.left_out,
+            .read_ms = scene.read_ms,
             .upload_ms = update.times.upload_ms,
             .refit_ms = update.times.refit_ms,
             .decide_ms = update.times.decide_ms,
@@ -160,7 +163,7 @@ public:
         try {
             return with_public_errors([&] {
                 work(scene_);
-                return to_public(scene_.updater->last(), scene_.read_ms);
+                return to_public(scene_.updater->last(), scene_);
             });
         } catch (const Error& error) {
             scene_.broken = error;
@@ -263,6 +266,7 @@ Scene Scene::on(const Device& device, const std::atomic<bool>* cancel) const {
         options.cancel = cancel;
         auto other = std::make_unique<SceneImpl>(device, options, scene.pose);
         other->meshes = scene.meshes;
+        other->left_out = scene.left_out;
         mray::Bvh tree;
         {
             const std::scoped_lock lock(scene.mutex);
@@ -305,7 +309,7 @@ void Scene::detach(std::uint32_t geom_id) {
 Update Scene::last_update() const {
     return with_scene(impl_, [](SceneImpl& scene) {
         const std::scoped_lock lock(scene.mutex);
-        return to_public(scene.updater->finish(), scene.read_ms);
+        return to_public(scene.updater->finish(), scene);
     });
 }
 

@@ -145,6 +145,7 @@ public:
     std::unique_ptr<mray::Backend> tracer;
     std::unique_ptr<mray::TreeUpdater> updater;
     double read_ms = 0;
+    std::vector<LeftOut> left_out;
 
     std::atomic<bool> is_changing = false;
     /// Why the scene is of no use any more.

@@ -35,7 +35,7 @@ public:
         std::vector<vec3> first(scene_.topology.vertex_count);
         origin_ = find_origin(first);
         const std::size_t bad = skinning_.place(gltf::pose_at(scene_, 0, origin_), first);
-        bounds_ = reference_bounds(first);
+        bounds_ = reference_bounds(scene_.topology, first);
         if (bad == gltf::kNoVertex) return;
         if (!is_lenient_) throw problem(bad, 0);
         if (options.warn) options.warn({file_, bad_coordinate(bad, 0) + "; kept as it is"});

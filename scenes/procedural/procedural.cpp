@@ -32,7 +32,7 @@ public:
         : name_(std::move(name)), mesh_(std::move(mesh)) {
         std::vector<vec3> first(mesh_.topology.vertex_count);
         move_in_parallel(mesh_, 0, first);
-        bounds_ = reference_bounds(first);
+        bounds_ = reference_bounds(mesh_.topology, first);
     }
 
     const Topology& topology() const override { return mesh_.topology; }

@@ -111,7 +111,7 @@ public:
         std::vector<vec3> positions = std::exchange(first_.positions, {});
         if (!positions.empty())
             cache_.add(0, std::make_shared<std::vector<vec3>>(std::move(positions)));
-        bounds_ = reference_bounds(*keyframe(0));
+        bounds_ = reference_bounds(topology(), *keyframe(0));
     }
 
     const Topology& topology() const override { return first_.topology; }

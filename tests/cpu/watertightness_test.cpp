@@ -74,7 +74,9 @@ TEST(ShadowRay, NeverMeetsTheTriangleThatItBelongsTo) {
         for (const double part : {0.0, 0.3, 10.0 / 24, 0.5}) {
             animation->positions(std::lerp(animation->first_frame(), animation->last_frame(), part),
                                  world);
-            const SceneSpace space = space_of_frame(animation->bounds(), bounds_of(world));
+            PoseExtent pose;
+            pose.add(world);
+            const SceneSpace space = space_of_pose(animation->bounds(), pose);
             const ImageParams params = make_image_params(view, animation->bounds(), space);
             space.to_scene(world, positions);
             const Bvh bvh = build_bvh(animation->topology(), positions);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "common/base/errors.h"
@@ -17,7 +18,10 @@ class ListedAnimation final : public Animation {
 public:
     ListedAnimation(Topology topology, std::vector<std::vector<vec3>> poses)
         : topology_(std::move(topology)), poses_(std::move(poses)) {
-        for (const std::vector<vec3>& pose : poses_) bounds_.extend(bounds_of(pose));
+        const std::vector<IndexRange> used = used_vertices(topology_);
+        PoseExtent all;
+        for (const std::vector<vec3>& pose : poses_) all.extend(PoseExtent(pose, used));
+        bounds_ = all.bounds(all.limit());
     }
 
     const Topology& topology() const override { return topology_; }
@@ -101,6 +105,17 @@ std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame) {
     const ListedAnimation animation(topology_of(fuzz_case), fuzz_case.poses);
     std::vector<vec3> positions(fuzz_case.poses.front().size());
     animation.positions(frame, positions);
+    return positions;
+}
+
+std::vector<vec3> seen_positions(const FuzzCase& fuzz_case, double frame) {
+    const ListedAnimation animation(topology_of(fuzz_case), fuzz_case.poses);
+    std::vector<vec3> positions(fuzz_case.poses.front().size());
+    animation.positions(frame, positions);
+    const PoseExtent pose(positions, used_vertices(animation.topology()));
+    const SceneSpace space = space_of_pose(animation.bounds(), pose);
+    for (vec3& p : positions)
+        if (!space.keeps(p)) p = vec3(std::numeric_limits<float>::quiet_NaN());
     return positions;
 }
 

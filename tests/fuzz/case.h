@@ -69,6 +69,8 @@ private:
 
 /// The vertices at a frame, in world space.
 std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame);
+/// The same with NaN for vertices that are left out.
+std::vector<vec3> seen_positions(const FuzzCase& fuzz_case, double frame);
 
 /// The case as text that reads back bit for bit: floats are hexadecimal, NaN is written as its
 /// bits. Each line of `remarks` precedes it as a comment.

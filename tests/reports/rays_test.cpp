@@ -347,6 +347,65 @@ TEST_P(RayReports, ARayFromAnywhereFindsWhatItHits) {
     }
 }
 
+/// The hits after the first vertex has moved.
+std::vector<Hit> hits_with_vertex_at(Scene& scene, UserMesh& mesh, Vec3 place,
+                                     const std::vector<Ray>& rays) {
+    mesh.points.front() = place;
+    scene.update(0, morphray::packed(mesh.points));
+    return hits_of(scene, rays);
+}
+
+TEST_P(RayReports, DevilRay62AndOpensimCreator976AnExplodedVertexHidesNothingElse) {
+    UserMesh mesh(torus(24, 12));
+    const Vec3 rest = mesh.points.front();
+    const std::vector<Ray> rays = world_rays(mesh, 300, 62);
+    Scene scene = build(mesh);
+    const std::vector<Hit> sound = hits_of(scene, rays);
+    EXPECT_TRUE(scene.last_update().left_out.empty());
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    const std::vector<Hit> without = hits_with_vertex_at(scene, mesh, {kNan, 0, 0}, rays);
+    ASSERT_EQ(scene.last_update().left_out.size(), 1u);
+    EXPECT_EQ(scene.last_update().left_out[0].not_finite, 1u);
+    for (const Vec3 far : {Vec3{1e20f, -1e20f, 1e20f}, Vec3{0, 3e38f, 0}, Vec3{0, 0, -1e12f}}) {
+        expect_same_hits(hits_with_vertex_at(scene, mesh, far, rays), without, "far");
+        ASSERT_EQ(scene.last_update().left_out.size(), 1u);
+        EXPECT_EQ(scene.last_update().left_out[0].too_far, 1u);
+        EXPECT_LT(scene.bounds().upper[0], 10);
+        const Scene fresh = build(mesh);
+        expect_same_hits(hits_of(fresh, rays), hits_of(scene, rays), "fresh");
+        EXPECT_EQ(fresh.edge_counts().open, 6u);
+    }
+    expect_same_hits(hits_with_vertex_at(scene, mesh, rest, rays), sound, "back");
+    EXPECT_TRUE(scene.last_update().left_out.empty());
+    // A body may leave the scene for good, as long as floats have room for both.
+    hits_with_vertex_at(scene, mesh, {0, 1e8f, 0}, rays);
+    EXPECT_TRUE(scene.last_update().left_out.empty());
+    EXPECT_GT(scene.bounds().upper[1], 9e7);
+}
+
+TEST_P(RayReports, AFarVertexThatNoTriangleUsesOrThatIsOfAnotherMeshChangesNoBit) {
+    const UserMesh mesh(torus(24, 12));
+    const std::vector<Ray> rays = world_rays(mesh, 300, 60);
+    const std::vector<Hit> expected = hits_of(build(mesh), rays);
+    for (const std::size_t place : {std::size_t{0}, std::size_t{100}, mesh.points.size()}) {
+        UserMesh stray = mesh;
+        stray.points.insert(stray.points.begin() + static_cast<std::ptrdiff_t>(place),
+                            Vec3{9.96921e36f, -1e20f, 0});
+        for (std::uint32_t& vertex : stray.triangles) vertex += vertex >= place;
+        const Scene scene = build(stray);
+        expect_same_hits(hits_of(scene, rays), expected, std::to_string(place));
+        EXPECT_TRUE(scene.last_update().left_out.empty());
+        EXPECT_LT(scene.bounds().upper[0], 10);
+    }
+    UserMesh far = tetrahedron();
+    for (Vec3& p : far.points) p = {p.x + 1e20f, p.y, p.z};
+    const Scene both = build({mesh, far});
+    expect_same_hits(hits_of(both, rays), expected, "another mesh");
+    ASSERT_EQ(both.last_update().left_out.size(), 1u);
+    EXPECT_EQ(both.last_update().left_out[0].geom_id, 1u);
+    EXPECT_EQ(both.last_update().left_out[0].too_far, 4u);
+}
+
 INSTANTIATE_TEST_SUITE_P(OnEachDevice, RayReports, report_devices(),
                          [](const auto& each) { return std::string(each.param); });
 

@@ -243,7 +243,7 @@ void require_plotter(const std::string& file) {
 ExitCode profile_policies(const ProfileOptions& options, const Messages& messages) {
     check_reports({options.json, options.csv, options.plot});
     if (!options.plot.empty()) require_plotter(options.plot);
-    SceneFrames scene(open_animation(options.source, messages));
+    SceneFrames scene(open_animation(options.source, messages), warn_by(messages));
     const std::vector<double> frames = select_frames(options.frames, options.tree.build_at,
                                                      scene.animation(), DefaultFrames::kAll);
     std::vector<PolicyRun> runs;

@@ -65,11 +65,14 @@ struct Positions {
 };
 
 /// Finds a SceneOptions::origin. It is 0 unless rounding doubles to floats would move one by more
-/// than 1e-6 of their size; then it lies near their middle. Positions that are not finite or beyond
-/// 1e30 do not count. O(positions).
+/// than 1e-6 of their size; then it lies near their middle. Positions that are not finite, beyond
+/// 1e30, or 2^37 times as far from 0 as most do not count. O(positions).
 MORPHRAY_API Point find_origin(const Positions& positions);
 /// Returns the farthest that rounding moves a coordinate of doubles less an origin; 0 for floats.
 MORPHRAY_API double rounding_error(const Positions& positions, const Point& origin);
+/// Whether that is more than 1e-6 of the size of the positions, so that another origin is needed.
+/// Takes nanoseconds where they are near the origin, and O(positions) elsewhere.
+MORPHRAY_API bool rounds_coarsely(const Positions& positions, const Point& origin);
 
 /// The positions of an array of the caller's vertices. `member` is the member with the position:
 /// float[3], std::array<double, 3>, Vec3 or any other type that begins with three floats or

@@ -91,6 +91,16 @@ enum class Step {
 /// "build", "keep", ...
 MORPHRAY_API const char* to_string(Step step) noexcept;
 
+/// The vertices of a mesh whose triangles are never hit, as long as they are where they are.
+/// Vertices that no triangle uses do not count.
+struct LeftOut {
+    std::uint32_t geom_id = 0;
+    std::uint64_t not_finite = 0;  ///< NaN, infinite, or beyond floats.
+    /// Outside the scene's bounds, and more than 2^37 times as far from its origin as most vertices
+    /// (Scene).
+    std::uint64_t too_far = 0;
+};
+
 struct Update {
     Step step = Step::build;
     /// Why, as a clause for people: "the slow-down has cost a build".
@@ -100,6 +110,8 @@ struct Update {
     double cost_ratio = 1;
     /// Whether a tree is being built in the background.
     bool build_pending = false;
+    /// Meshes with vertices that are left out at this pose, by geom_id; empty for a sound scene.
+    std::vector<LeftOut> left_out = {};
 
     /// Milliseconds. A part that did not happen is 0. A device may put a refit off until the first
     /// query, which then takes longer; last_update() tells its refit_ms afterwards.
@@ -152,6 +164,14 @@ struct EdgeCounts {
 /// anything but bad_argument and busy, such as limit (no memory) or device_lost, the scene is of no
 /// use any more: queries and updates throw the same until it is destroyed. Any other call that
 /// throws has changed nothing.
+///
+/// Far vertices: the steps of scene space are 2^-60 of the scene's size, so that one vertex far
+/// away would make all others coarse. So let r be the least power of two that holds the largest
+/// coordinate, relative to the origin, of more than half of the vertices that are finite, used by a
+/// triangle and not at the origin. Vertices outside the bounds (SceneOptions::bounds) that have a
+/// coordinate beyond 2^37 r, and beyond the power of two that holds the bounds, are left out as if
+/// they were not finite: their triangles are never hit, and everything else has the bits of a scene
+/// without them. Update::left_out counts them. Vertices that no triangle uses are never read.
 ///
 /// Memory: 12 bytes a vertex and 24 bytes a triangle for positions and indices, and some 40 bytes a
 /// triangle for the tree. A mesh that has coordinates below 2^-36 of the bounds, such as 1e-17, or
@@ -257,7 +277,8 @@ public:
     /// - The half-line of a mesh with holes may leave through one: then the number is that of the
     ///   crossings, and says nothing about inside. T-joints that no triangle closes are holes
     ///   without a width, and self-intersections are overlaps.
-    /// - Triangles with a corner that is not finite do not count; a point that is not finite is
+    /// - Triangles with a corner that is left out (Update::left_out) do not count, so that a closed
+    ///   mesh that loses some is open; a point that is not finite is
     ///   outside. Coordinates below 2^-37 of the scene's extent are rounded to 2^-60 of it.
     ///
     /// Throws as intersect().
@@ -315,10 +336,12 @@ public:
     Point plus_origin(const Vec3& point) const;
     std::uint64_t triangle_count() const;
     std::uint64_t vertex_count() const;
-    /// The bounds of the finite positions at the current pose; lower > upper if there are none.
+    /// The bounds at the current pose of all vertices but those that are left out or that no
+    /// triangle uses; lower > upper if there are none.
     Box bounds() const;
-    /// Counts edges at the pose at which this is first called with these meshes, which takes some
-    /// 0.5 us a triangle; afterwards nothing.
+    /// Counts edges, but for those of triangles with a vertex that is left out, at the pose at
+    /// which this is first called with these meshes, which takes some 0.5 us a triangle; afterwards
+    /// nothing.
     EdgeCounts edge_counts() const;
 
 private:

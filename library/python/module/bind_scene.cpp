@@ -52,9 +52,7 @@ std::unique_ptr<PyScene> make_scene(const py::object& points, const py::object& 
     if (bounds) options.bounds = Box{bounds->first, bounds->second};
     const std::vector<BorrowedMesh> meshes =
         meshes_of(points, triangles, deforms, albedo, textures);
-    if (origin || !meshes.empty())
-        options.origin = origin ? *origin : find_origin(meshes.front().positions);
-    return std::make_unique<PyScene>(meshes, device_of(device, "device"), options);
+    return std::make_unique<PyScene>(meshes, device_of(device, "device"), options, origin);
 }
 
 Update update(PyScene& scene, std::optional<std::uint32_t> geom_id, std::uint32_t first,
@@ -120,6 +118,8 @@ void bind_update(py::module_& module) {
             "The cost of the tree relative to that when it was built. 1: it was not asked for.")
         .def_readonly("build_pending", &Update::build_pending,
                       "Whether a tree is being built in the background.")
+        .def_readonly("left_out", &Update::left_out,
+                      "A list of LeftOut: the meshes with points that are left out.")
         .def_property_readonly("milliseconds", &Update::milliseconds, "The sum of all parts.")
         .def_readonly("read_ms", &Update::read_ms, "Reading the arrays of points.")
         .def_readonly("upload_ms", &Update::upload_ms, "Positions and trees to the device.")
@@ -130,6 +130,19 @@ void bind_update(py::module_& module) {
         .def("__repr__", [](const Update& update) {
             return std::string("<morphray.Update ") + to_string(update.step) + ": " +
                    update.reason + ">";
+        });
+    py::class_<LeftOut>(module, "LeftOut",
+                        R"(Points of a mesh that triangles use, but not at this pose:
+the triangles are never hit.)")
+        .def_readonly("geom_id", &LeftOut::geom_id)
+        .def_readonly("not_finite", &LeftOut::not_finite, "NaN, infinite, or beyond float32.")
+        .def_readonly(
+            "too_far", &LeftOut::too_far,
+            "Outside the bounds, and more than 2^37 times as far from the origin as most.")
+        .def("__repr__", [](const LeftOut& mesh) {
+            return "<morphray.LeftOut mesh " + std::to_string(mesh.geom_id) + ": " +
+                   std::to_string(mesh.not_finite) + " not finite, " +
+                   std::to_string(mesh.too_far) + " too far>";
         });
     py::class_<EdgeCounts>(module, "EdgeCounts", "Of Scene.edge_counts().")
         .def_readonly("open", &EdgeCounts::open, "Edges of one triangle.")

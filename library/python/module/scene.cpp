@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <utility>
 
 namespace morphray::python {
 namespace {
@@ -115,35 +116,72 @@ BorrowedMesh borrow(const py::object& points, const py::object& triangles, bool 
 }
 
 PyScene::PyScene(const std::vector<BorrowedMesh>& meshes, const Device& device,
-                 const SceneOptions& options) {
+                 const SceneOptions& options, const std::optional<Point>& origin) {
     std::vector<MeshView> views;
     for (const BorrowedMesh& mesh : meshes) views.push_back(mesh.view());
-    SceneOptions cancellable = options;
-    cancellable.cancel = &cancel_build_;
+    SceneOptions own = options;
+    own.cancel = &cancel_build_;
+    if (origin)
+        own.origin = *origin;
+    else if (meshes.empty())
+        empty_options_ = own;
+    else
+        own.origin = find_origin(meshes.front().positions);
     run_interruptibly(cancel_build_, [&] {
-        scene_ = Scene::build(std::span<const MeshView>(views), device, cancellable);
+        scene_ = Scene::build(std::span<const MeshView>(views), device, own);
     });
     for (const BorrowedMesh& mesh : meshes)
         points_.emplace(static_cast<std::uint32_t>(points_.size()), mesh.points);
     next_points_ = points_;
-    for (const MeshView& view : views) warn_if_coarse(view.positions);
+    warn_of_points(scene_->last_update());
 }
 
-void PyScene::warn_if_coarse(const Positions& positions) {
-    if (!positions.has_doubles || has_warned_) return;
-    if (!size_) {
-        const Box bounds = scene_->bounds();
-        size_ = 0;
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            size_ = std::max(*size_, bounds.upper[axis] - bounds.lower[axis]);
+void PyScene::choose_origin() {
+    if (!empty_options_ || waiting_.empty()) return;
+    SceneOptions options = *std::exchange(empty_options_, std::nullopt);
+    options.origin = find_origin(waiting_.begin()->second.positions);
+    const auto waiting = std::exchange(waiting_, {});
+    if (options.origin == Point{}) return;
+    Scene scene = Scene::build(std::span<const MeshView>(), scene_->device(), options);
+    // Meshes get the lowest free geom_id, so gaps are filled for a while.
+    const std::uint32_t last = waiting.rbegin()->first;
+    for (std::uint32_t id = 0; id <= last; ++id) {
+        const auto mesh = waiting.find(id);
+        scene.attach(mesh == waiting.end() ? MeshView{} : mesh->second.view());
     }
-    constexpr double kCoarse = 1e-6;
-    has_warned_ = *size_ > 0 && rounding_error(positions, scene_->origin()) > kCoarse * *size_;
-    if (!has_warned_) return;
-    const char* const text =
-        "points: rounding to float32 moves them by more than 1e-6 of the size of the scene; "
-        "origin, a point near them, keeps their digits";
-    if (PyErr_WarnEx(PyExc_UserWarning, text, 1) != 0) throw py::error_already_set();
+    for (std::uint32_t id = 0; id <= last; ++id)
+        if (!waiting.contains(id)) scene.detach(id);
+    scene_ = std::move(scene);
+}
+
+void PyScene::warn_of_points(const Update& update) {
+    const auto warn = [](const std::string& text) {
+        if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 1) != 0) throw py::error_already_set();
+    };
+    for (const auto& [geom_id, points] : points_) {
+        if (has_warned_of_rounding_) break;
+        if (!rounds_coarsely(positions_of(points, "points"), scene_->origin())) continue;
+        has_warned_of_rounding_ = true;
+        warn("points of mesh " + std::to_string(geom_id) +
+             ": rounding to float32 moves them by more than 1e-6 of their size; origin, a point "
+             "near "
+             "them, keeps their digits");
+    }
+    for (const LeftOut& mesh : update.left_out) {
+        if (!warned_of_left_out_.insert(mesh.geom_id).second) continue;
+        warn("points of mesh " + std::to_string(mesh.geom_id) + ": " +
+             std::to_string(mesh.not_finite) + " are not finite and " +
+             std::to_string(mesh.too_far) +
+             " too far from all others; their triangles are never hit (Update.left_out)");
+    }
+}
+
+Update PyScene::run_change(const std::function<Update()>& change) {
+    Update update;
+    // A signal that came after the last build has not ended it.
+    cancel_build_ = false;
+    run_interruptibly(cancel_build_, [&] { update = change(); });
+    return update;
 }
 
 /// Cancels a background build and waits for its end.
@@ -162,14 +200,14 @@ std::unique_lock<std::shared_mutex> PyScene::change_lock() {
 
 Update PyScene::update(bool takes_bounds) {
     const std::unique_lock lock = change_lock();
-    Update update;
     std::map<std::uint32_t, py::array> points = next_points_;
-    // A signal that came after the last build has not ended it.
-    cancel_build_ = false;
-    run_interruptibly(cancel_build_, [&] {
-        update = takes_bounds ? scene_->update_with_new_bounds() : scene_->update();
+    choose_origin();
+    const Update update = run_change([&] {
+        const Update made = takes_bounds ? scene_->update_with_new_bounds() : scene_->update();
         points_.swap(points);
+        return made;
     });
+    warn_of_points(update);
     return update;
 }
 
@@ -181,9 +219,8 @@ Update PyScene::update(std::uint32_t geom_id, std::size_t first, std::optional<s
             points == points_.end() ? 0 : static_cast<std::size_t>(points->second.shape(0));
         count = all - std::min(first, all);
     }
-    Update update;
-    cancel_build_ = false;
-    run_interruptibly(cancel_build_, [&] { update = scene_->update(geom_id, first, *count); });
+    const Update update = run_change([&] { return scene_->update(geom_id, first, *count); });
+    warn_of_points(update);
     return update;
 }
 
@@ -191,11 +228,10 @@ Update PyScene::update(std::uint32_t geom_id, const py::object& points) {
     const py::array array = array_of(points, "points");
     const Positions positions = positions_of(array, "points");
     const std::unique_lock lock = change_lock();
-    Update update;
-    cancel_build_ = false;
-    run_interruptibly(cancel_build_, [&] { update = scene_->update(geom_id, positions); });
+    const Update update = run_change([&] { return scene_->update(geom_id, positions); });
     points_.insert_or_assign(geom_id, array);
     next_points_.insert_or_assign(geom_id, array);
+    warn_of_points(update);
     return update;
 }
 
@@ -207,7 +243,8 @@ std::uint32_t PyScene::attach(const BorrowedMesh& mesh) {
         geom_id = scene_->attach(mesh.view());
     }
     next_points_.insert_or_assign(geom_id, mesh.points);
-    warn_if_coarse(mesh.positions);
+    warned_of_left_out_.erase(geom_id);
+    if (empty_options_) waiting_.insert_or_assign(geom_id, mesh);
     return geom_id;
 }
 
@@ -215,6 +252,7 @@ void PyScene::detach(std::uint32_t geom_id) {
     const std::unique_lock lock = change_lock();
     scene_->detach(geom_id);
     next_points_.erase(geom_id);
+    waiting_.erase(geom_id);
 }
 
 void PyScene::query(std::size_t count, Cancel* cancel,

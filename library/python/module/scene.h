@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <shared_mutex>
 #include <span>
 #include <string>
@@ -52,8 +53,9 @@ void for_each_batch(const QueryArray& rays, std::size_t batch_size,
 /// A scene has queries or one change at a time. Members give up the GIL while they work.
 class PyScene {
 public:
+    /// Without an origin, that of the first mesh is found, in an empty scene by the first update().
     PyScene(const std::vector<BorrowedMesh>& meshes, const Device& device,
-            const SceneOptions& options);
+            const SceneOptions& options, const std::optional<Point>& origin);
     ~PyScene();
     PyScene(const PyScene&) = delete;
 
@@ -83,8 +85,13 @@ public:
 private:
     PyScene() = default;
     std::unique_lock<std::shared_mutex> change_lock();
-    /// Warns, once, if rounding moves a point by more than 1e-6 of the size of the scene.
-    void warn_if_coarse(const Positions& positions);
+    /// Gives an empty scene the origin that its first meshes need.
+    void choose_origin();
+    /// Runs `change`, which SIGINT ends.
+    Update run_change(const std::function<Update()>& change);
+    /// Warns once if rounding moves a point by more than 1e-6 of the size of its mesh, and once a
+    /// mesh of points that are left out.
+    void warn_of_points(const Update& update);
 
     /// The arrays of points by geom_id, at the last update() and at the next one.
     std::map<std::uint32_t, py::array> points_;
@@ -92,9 +99,11 @@ private:
     /// Ends the building of its trees.
     std::atomic<bool> cancel_build_ = false;
     std::optional<Scene> scene_;
-    /// The longest side of the bounds when points were doubles for the first time.
-    std::optional<double> size_;
-    bool has_warned_ = false;
+    /// Meshes that wait for the first update() of an empty scene, and what it is made with then.
+    std::map<std::uint32_t, BorrowedMesh> waiting_;
+    std::optional<SceneOptions> empty_options_;
+    bool has_warned_of_rounding_ = false;
+    std::set<std::uint32_t> warned_of_left_out_;
     std::shared_mutex mutex_;
 };
 

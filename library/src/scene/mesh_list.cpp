@@ -157,6 +157,8 @@ std::uint32_t MeshList::attach(const MeshView& mesh) {
             std::make_shared<const std::vector<mray::uvec3>>(threes_of(look.smooth));
     }
     change.triangles = threes_of(mesh.triangles);
+    change.place.used_vertices = std::make_shared<const std::vector<mray::IndexRange>>(
+        mray::used_vertices(change.triangles, mesh.positions.count));
     change.albedo.assign(look.albedo.begin(), look.albedo.end());
     change.albedo.resize(count, mray::kDefaultAlbedo);
     constexpr mray::Albedo kColour = 0x00FFFFFF;

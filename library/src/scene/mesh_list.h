@@ -33,10 +33,22 @@ struct MeshPlace {
     std::uint32_t first_vertex = 0;
     std::uint32_t first_prim = 0;
     std::uint32_t prim_count = 0;
+    /// The vertices that its triangles use, from its first one; the others are never read.
+    std::shared_ptr<const std::vector<mray::IndexRange>> used_vertices = nullptr;
     /// Its first vertex before the last changes were made; nothing for a mesh that came with them.
     std::optional<std::uint32_t> vertex_before = {};
 
     std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(positions.count); }
+
+    /// Calls visit(begin, end) for ranges of the used vertices of [begin, end).
+    template <class Visit>
+    void for_each_used(std::size_t begin, std::size_t end, Visit visit) const {
+        const auto from =
+            std::ranges::upper_bound(*used_vertices, begin, {}, &mray::IndexRange::end);
+        for (auto range = from; range != used_vertices->end() && range->begin < end; ++range)
+            visit(std::max<std::size_t>(range->begin, begin),
+                  std::min<std::size_t>(range->end, end));
+    }
 };
 
 /// Neighbours in an array that stay when others come and go.

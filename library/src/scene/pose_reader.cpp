@@ -9,6 +9,7 @@
 #include <iterator>
 #include <utility>
 
+#include "common/scene/view_axes.h"
 #include "cpu/scene_space/to_scene.h"
 #include "library/src/scene/errors.h"
 
@@ -21,6 +22,7 @@ using mray::cpu::MadePositions;
 using Range = tbb::blocked_range<std::size_t>;
 
 constexpr std::size_t kGrain = 8192;
+constexpr std::size_t kReadRun = 256;
 
 /// Vertex i, which may lie at any address.
 glm::dvec3 load(const Positions& positions, std::size_t i) {
@@ -54,14 +56,17 @@ void for_each_run(const Positions& positions, const mray::Origin& origin, std::s
         if (first < end) use(first, std::span(packed + first, end - first));
         return;
     }
-    constexpr std::size_t kRun = 256;
-    vec3 run[kRun];
-    for (; first < end; first += kRun) {
-        const std::size_t count = std::min(kRun, end - first);
+    vec3 run[kReadRun];
+    for (; first < end; first += kReadRun) {
+        const std::size_t count = std::min(kReadRun, end - first);
         for (std::size_t i = 0; i < count; ++i)
             run[i] = origin.to_world(load(positions, first + i));
         use(first, std::span<const vec3>(run, count));
     }
+}
+
+void fill_invalid(std::span<vec3> positions) {
+    std::ranges::fill(positions, vec3(mray::kInvalidCoordinate));
 }
 
 /// Calls `work(first, count)` for parts of [begin, end) in threads; joins results by extend().
@@ -80,12 +85,6 @@ auto for_each_part(std::size_t begin, std::size_t end, mray::ThreadArena& arena,
                 a.extend(b);
                 return a;
             });
-    });
-}
-
-WorldBounds bounds_of_all(std::span<const vec3> points, mray::ThreadArena& arena) {
-    return for_each_part(0, points.size(), arena, [&](std::size_t first, std::size_t count) {
-        return mray::bounds_of(points.subspan(first, count));
     });
 }
 
@@ -110,76 +109,107 @@ bool PoseReader::read_piece(const Piece& piece, mray::ThreadArena& arena) {
     const MeshPlace& mesh = *piece.mesh;
     const std::span<vec3> scene =
         std::span(positions_).subspan(mesh.first_vertex, mesh.vertex_count());
+    const auto for_each_read = [&](std::size_t first, std::size_t end, auto use) {
+        mesh.for_each_used(first, end, [&](std::size_t from, std::size_t to) {
+            for_each_run(mesh.positions, origin_, from, to, use);
+        });
+    };
     const MadePositions made = for_each_part(
         piece.first, piece.first + piece.count, arena, [&](std::size_t first, std::size_t count) {
             MadePositions sum;
-            for_each_run(mesh.positions, origin_, first, first + count,
-                         [&](std::size_t at, std::span<const vec3> run) {
-                             sum.extend(mray::cpu::make_positions(space_, target_, run,
-                                                                  scene.subspan(at, run.size())));
-                         });
+            for_each_read(first, first + count, [&](std::size_t at, std::span<const vec3> run) {
+                sum.extend(
+                    mray::cpu::make_positions(space_, target_, run, scene.subspan(at, run.size())));
+            });
             return sum;
         });
     is_extended_ |= made.any_outside;
     auto kept = kept_.find(mesh.first_vertex);
     if (kept == kept_.end()) {
         if (made.all_invertible) return made.any_changed;
-        kept = kept_.emplace(mesh.first_vertex, scene.size()).first;
-        for (std::size_t i = 0; i < scene.size(); ++i) kept->second[i] = space_.to_world(scene[i]);
+        kept =
+            kept_.emplace(mesh.first_vertex, KeptPositions{std::vector<vec3>(scene.size())}).first;
+        for (std::size_t i = 0; i < scene.size(); ++i)
+            kept->second.world[i] = space_.to_world(scene[i]);
     }
-    for_each_run(mesh.positions, origin_, piece.first, piece.first + piece.count,
-                 [&](std::size_t at, std::span<const vec3> run) {
-                     std::copy(run.begin(), run.end(), &kept->second[at]);
-                 });
+    kept->second.any_left_out |= made.any_left_out;
+    for_each_read(piece.first, piece.first + piece.count,
+                  [&](std::size_t at, std::span<const vec3> run) {
+                      std::copy(run.begin(), run.end(), &kept->second.world[at]);
+                  });
     return made.any_changed;
 }
 
-std::vector<vec3> PoseReader::world_positions(const MeshList& meshes) const {
-    std::vector<vec3> world(positions_.size());
-    for (const MeshPlace& mesh : meshes.places()) {
-        if (!mesh.used) continue;
-        const std::size_t begin = mesh.first_vertex;
-        if (const auto kept = kept_.find(mesh.first_vertex); kept != kept_.end()) {
-            std::copy(kept->second.begin(), kept->second.end(), &world[begin]);
-            continue;
-        }
-        for (std::size_t i = begin; i < begin + mesh.vertex_count(); ++i)
-            world[i] = space_.to_world(positions_[i]);
+/// Calls use(first, run) for runs of vertices [begin, end) of a mesh as they were read.
+template <class Use>
+void PoseReader::for_each_world_run(const MeshPlace& mesh, std::size_t begin, std::size_t end,
+                                    Use use) const {
+    if (const auto kept = kept_.find(mesh.first_vertex); kept != kept_.end()) {
+        use(begin, std::span(kept->second.world).subspan(begin, end - begin));
+        return;
     }
-    return world;
+    vec3 run[kReadRun];
+    for (std::size_t first = begin; first < end; first += kReadRun) {
+        const std::size_t count = std::min(kReadRun, end - first);
+        for (std::size_t i = 0; i < count; ++i)
+            run[i] = space_.to_world(positions_[mesh.first_vertex + first + i]);
+        use(first, std::span<const vec3>(run, count));
+    }
 }
 
-/// Makes the space that of `bounds`, with all positions in it. Returns whether one is outside.
-bool PoseReader::convert_all(const MeshList& meshes, std::span<const vec3> world,
-                             const WorldBounds& bounds, mray::ThreadArena& arena) {
-    space_ = mray::SceneSpace(bounds);
-    kept_.clear();
-    bool any_outside = false;
+mray::PoseExtent PoseReader::extent_of(const MeshList& meshes, mray::ThreadArena& arena) const {
+    mray::PoseExtent all;
     for (const MeshPlace& mesh : meshes.places()) {
         if (!mesh.used) continue;
-        const auto in = world.subspan(mesh.first_vertex, mesh.vertex_count());
-        const auto out = std::span(positions_).subspan(mesh.first_vertex, mesh.vertex_count());
+        all.extend(
+            for_each_part(0, mesh.vertex_count(), arena, [&](std::size_t first, std::size_t count) {
+                mray::PoseExtent part;
+                mesh.for_each_used(first, first + count, [&](std::size_t from, std::size_t to) {
+                    for_each_world_run(mesh, from, to,
+                                       [&](std::size_t, auto run) { part.add(run); });
+                });
+                return part;
+            }));
+    }
+    return all;
+}
+
+/// Brings all positions into another space.
+void PoseReader::move_to(const mray::SceneSpace& space, const MeshList& meshes,
+                         mray::ThreadArena& arena) {
+    std::map<std::uint32_t, KeptPositions> kept;
+    for (const MeshPlace& mesh : meshes.places()) {
+        if (!mesh.used) continue;
+        std::vector<vec3> world(mesh.vertex_count());
+        const auto scene = std::span(positions_).subspan(mesh.first_vertex, world.size());
         const MadePositions made =
-            for_each_part(0, in.size(), arena, [&](std::size_t first, std::size_t count) {
-                return mray::cpu::make_positions(space_, target_, in.subspan(first, count),
-                                                 out.subspan(first, count));
+            for_each_part(0, world.size(), arena, [&](std::size_t first, std::size_t count) {
+                MadePositions sum;
+                mesh.for_each_used(first, first + count, [&](std::size_t from, std::size_t to) {
+                    for_each_world_run(mesh, from, to, [&](std::size_t at, auto run) {
+                        std::ranges::copy(run, &world[at]);
+                        sum.extend(mray::cpu::make_positions(space, target_, run,
+                                                             scene.subspan(at, run.size())));
+                    });
+                });
+                return sum;
             });
-        any_outside |= made.any_outside;
         if (!made.all_invertible)
-            kept_.emplace(mesh.first_vertex, std::vector<vec3>(in.begin(), in.end()));
+            kept.emplace(mesh.first_vertex, KeptPositions{std::move(world), made.any_left_out});
     }
-    return any_outside;
+    space_ = space;
+    kept_ = std::move(kept);
 }
 
-/// Finds the space of the positions, and brings them into it.
-void PoseReader::find_space(const MeshList& meshes, mray::ThreadArena& arena) {
-    const std::vector<vec3> world = world_positions(meshes);
-    if (bounds_.empty()) bounds_ = bounds_of_all(world, arena);
-    is_extended_ = convert_all(meshes, world, bounds_, arena);
-    if (!is_extended_) return;
-    WorldBounds extended = bounds_;
-    extended.extend(bounds_of_all(world, arena));
-    convert_all(meshes, world, extended, arena);
+/// Brings all positions into the space of the pose. Returns whether it is another one.
+bool PoseReader::find_space(const MeshList& meshes, mray::ThreadArena& arena) {
+    const mray::PoseExtent pose = extent_of(meshes, arena);
+    if (bounds_.empty()) bounds_ = pose.bounds(pose.limit());
+    const mray::SceneSpace space = mray::space_of_pose(bounds_, pose);
+    is_extended_ = space != mray::SceneSpace(bounds_);
+    if (space == space_) return false;
+    move_to(space, meshes, arena);
+    return true;
 }
 
 /// Brings the positions of meshes that were there before to their places.
@@ -203,6 +233,7 @@ std::vector<mray::IndexRange> PoseReader::read_list(const MeshList& meshes,
         if (!mesh.used) continue;
         const Piece all{&mesh, 0, mesh.vertex_count()};
         if (!mesh.vertex_before) {
+            fill_invalid(std::span(positions_).subspan(mesh.first_vertex, all.count));
             read_piece(all, arena);
         } else if (mesh.deforms) {
             kept.push_back(all);
@@ -221,15 +252,34 @@ std::vector<mray::IndexRange> PoseReader::read_pieces(const MeshList& meshes,
         if (read_piece(piece, arena)) changed.push_back({begin, end});
     }
     if (!is_extended_ && !bounds_.empty()) return changed;
-    find_space(meshes, arena);
+    if (!find_space(meshes, arena)) return changed;
     return {{0, meshes.topology().vertex_count}};
+}
+
+std::vector<LeftOut> PoseReader::left_out(const MeshList& meshes) const {
+    std::vector<LeftOut> all;
+    for (std::uint32_t id = 0; id < meshes.places().size(); ++id) {
+        const MeshPlace& mesh = meshes.places()[id];
+        const auto kept = kept_.find(mesh.first_vertex);
+        if (!mesh.used || kept == kept_.end() || !kept->second.any_left_out) continue;
+        LeftOut one{.geom_id = id};
+        mesh.for_each_used(0, mesh.vertex_count(), [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const vec3& world = kept->second.world[i];
+                if (space_.keeps(world)) continue;
+                ++(mray::all_finite(world) ? one.too_far : one.not_finite);
+            }
+        });
+        if (one.not_finite + one.too_far > 0) all.push_back(one);
+    }
+    return all;
 }
 
 mray::vec3 PoseReader::world_position(std::uint32_t vertex) const {
     const auto after = kept_.upper_bound(vertex);
     if (after != kept_.begin()) {
         const auto& [first, positions] = *std::prev(after);
-        if (vertex - first < positions.size()) return positions[vertex - first];
+        if (vertex - first < positions.world.size()) return positions.world[vertex - first];
     }
     return space_.to_world(positions_[vertex]);
 }
@@ -249,6 +299,29 @@ double rounding_error(const Positions& positions, const Point& origin) {
     return detail::with_public_errors([&] {
         const mray::Origin from{{origin[0], origin[1], origin[2]}};
         return from.rounding_of(detail::doubles_of(positions));
+    });
+}
+
+bool rounds_coarsely(const Positions& positions, const Point& origin) {
+    return detail::with_public_errors([&] {
+        if (!positions.has_doubles || positions.count == 0) return false;
+        const mray::Origin from{{origin[0], origin[1], origin[2]}};
+        // With a size of s and a farthest coordinate of f, coarse means that 2^-24 f > 1e-6 s. A
+        // few positions have at least f - s, so that nothing is coarse if theirs is below 8 sizes.
+        constexpr std::size_t kSamples = 16;
+        const std::size_t step = std::max<std::size_t>(positions.count / kSamples, 1);
+        glm::dvec3 lower = detail::load(positions, 0);
+        glm::dvec3 upper = lower;
+        for (std::size_t i = 0; i < positions.count; i += step) {
+            const glm::dvec3 p = detail::load(positions, i);
+            lower = glm::min(lower, p);
+            upper = glm::max(upper, p);
+        }
+        const glm::dvec3 sides = upper - lower;
+        const glm::dvec3 far = glm::max(glm::abs(lower - from.at), glm::abs(upper - from.at));
+        const double size = std::max({sides.x, sides.y, sides.z});
+        if (std::max({far.x, far.y, far.z}) <= 8 * size) return false;
+        return from.rounds_coarsely(detail::doubles_of(positions));
     });
 }
 

@@ -13,17 +13,17 @@
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
 #include "library/src/scene/mesh_list.h"
+#include "morphray/scene.hpp"
 
 namespace morphray::detail {
 
 /// The positions of all meshes, as they were last read, in world space and in scene space, and the
-/// space. The space is that of the bounds, as long as all finite positions lie in its range;
-/// otherwise it is that of the bounds and all positions together. So it depends on bounds and
-/// positions only, not on earlier poses.
+/// space, which is space_of_pose() of bounds and positions. Vertices that no triangle uses are
+/// kInvalidCoordinate, as if they were not finite.
 ///
 /// Another space takes positions that may not be read again, since the caller may be writing to
-/// them. Scene space gives them back but for coordinates that are very small; meshes with such are
-/// kept in world space as well.
+/// them. Scene space gives them back but for coordinates that are very small and vertices that are
+/// left out; meshes with such are kept in world space as well.
 class PoseReader {
 public:
     /// `target` is for the conversion. `bounds` are in the caller's coordinates. Without them,
@@ -36,7 +36,7 @@ public:
     /// The bounds that the space follows; empty before there is a position.
     const mray::WorldBounds& bounds() const { return bounds_; }
     std::span<const mray::vec3> positions() const { return positions_; }
-    /// The position of a vertex in world space, as it was read; the vertex is finite.
+    /// The position of a vertex in world space, as it was read; the vertex is not left out.
     mray::vec3 world_position(std::uint32_t vertex) const;
 
     /// The positions that are read next give the bounds.
@@ -54,25 +54,34 @@ public:
     /// Reads these positions. Returns vertices besides which none has changed in scene space.
     std::vector<mray::IndexRange> read_pieces(const MeshList& meshes, std::span<const Piece> pieces,
                                               mray::ThreadArena& arena);
+    /// Counts the vertices that are left out, by meshes that have some.
+    std::vector<LeftOut> left_out(const MeshList& meshes) const;
 
 private:
+    /// Those of a mesh in world space.
+    struct KeptPositions {
+        std::vector<mray::vec3> world;
+        bool any_left_out = false;
+    };
+
     void move_kept_meshes(const MeshList& meshes);
     bool read_piece(const Piece& piece, mray::ThreadArena& arena);
-    std::vector<mray::vec3> world_positions(const MeshList& meshes) const;
-    void find_space(const MeshList& meshes, mray::ThreadArena& arena);
-    bool convert_all(const MeshList& meshes, std::span<const mray::vec3> world,
-                     const mray::WorldBounds& bounds, mray::ThreadArena& arena);
+    template <class Use>
+    void for_each_world_run(const MeshPlace& mesh, std::size_t begin, std::size_t end,
+                            Use use) const;
+    mray::PoseExtent extent_of(const MeshList& meshes, mray::ThreadArena& arena) const;
+    bool find_space(const MeshList& meshes, mray::ThreadArena& arena);
+    void move_to(const mray::SceneSpace& space, const MeshList& meshes, mray::ThreadArena& arena);
 
     mray::Origin origin_;
     mray::WorldBounds bounds_;
     mray::SceneSpace space_;
     mray::SimdTarget target_;
-    /// True once a position was read that scene space, made of bounds_, does not contain. The
-    /// space is then made of all positions.
+    /// Whether a vertex lies outside the space of bounds_. The space is then that of the pose.
     bool is_extended_ = false;
     std::vector<mray::vec3> positions_;
-    /// The positions in world space of meshes that positions_ does not give back, by first vertex.
-    std::map<std::uint32_t, std::vector<mray::vec3>> kept_;
+    /// Meshes whose positions in world space positions_ does not give back, by first vertex.
+    std::map<std::uint32_t, KeptPositions> kept_;
 };
 
 }  // namespace morphray::detail

@@ -155,15 +155,45 @@ TEST(WorldBounds, AreThoseOfTheFinitePoints) {
     }
 }
 
-TEST(SpaceOfFrame, IsThatOfTheReferenceUntilAFrameLeavesItsRange) {
+PoseExtent extent_of(std::initializer_list<vec3> points) {
+    PoseExtent pose;
+    pose.add(std::vector<vec3>(points));
+    return pose;
+}
+
+TEST(SpaceOfPose, IsThatOfTheReferenceUntilAPoseLeavesItsRange) {
     const WorldBounds reference{{-1, -1, -1}, {3, 1, 1}};
     const SceneSpace expected(reference);
-    for (const WorldBounds& frame : {WorldBounds{}, WorldBounds{{-4, 0, -4}, {4, 4, 0}}})
-        EXPECT_EQ(space_of_frame(reference, frame).exponent(), expected.exponent());
-    const WorldBounds far{{5, 0, 0}, {9, 1, 1}};
-    const SceneSpace extended = space_of_frame(reference, far);
-    EXPECT_EQ(extended.exponent(), SceneSpace(WorldBounds{{-1, -1, -1}, {9, 1, 1}}).exponent());
+    for (const PoseExtent& pose : {PoseExtent(), extent_of({{-4, 0, -4}, {4, 4, 0}})})
+        EXPECT_EQ(space_of_pose(reference, pose), expected);
+    const SceneSpace extended = space_of_pose(reference, extent_of({{5, 0, 0}, {9, 1, 1}}));
+    EXPECT_EQ(extended, SceneSpace(WorldBounds{{-1, -1, -1}, {9, 1, 1}}));
     EXPECT_LE(extended.to_scene({9, 1, 1}).x, kSceneExtent);
+}
+
+TEST(SpaceOfPose, LeavesOutVerticesBeyond2To37TimesTheBulk) {
+    const vec3 invalid(kInvalidCoordinate);
+    // Three of five vertices have a coordinate of at most 2, and more than 1.
+    const auto pose_with = [](float far) {
+        return extent_of({{1.5f, 0, 0}, {0, -2, 0}, {0, 0, 1.25f}, {3, 3, 3}, {0, far, 0}});
+    };
+    EXPECT_EQ(space_of_pose({}, pose_with(0x1p38f)).to_scene({0, 0x1p38f, 0}).y, kSceneExtent);
+    const float beyond = std::nextafter(0x1p38f, 0x1p39f);
+    const SceneSpace space = space_of_pose({}, pose_with(beyond));
+    EXPECT_EQ(space.to_scene({0, beyond, 0}), invalid);
+    EXPECT_EQ(space.exponent(),
+              SceneSpace(bounds_of(std::vector<vec3>{{3, 3, 3}, {0, -2, 0}})).exponent());
+    // Bounds keep what is in them.
+    const WorldBounds wide{{0, 0, 0}, {1, 0x1p60, 1}};
+    EXPECT_EQ(space_of_pose(wide, pose_with(beyond)), SceneSpace(wide));
+}
+
+TEST(SpaceOfPose, OfCollapsedAndDistantVerticesLeavesOutNone) {
+    // Vertices at 0 say nothing about the size of a scene.
+    for (const PoseExtent& pose :
+         {extent_of({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {1, 1, 1}}), extent_of({{0, 0, 0}}),
+          extent_of({{1e20f, 0, 0}, {1e20f, 1, 0}, {1, 1, 1}}), extent_of({{0, 3e38f, 0}})})
+        EXPECT_EQ(pose.limit(), std::numeric_limits<float>::max());
 }
 
 TEST(SceneSpace, ConvertsLengthsExactly) {

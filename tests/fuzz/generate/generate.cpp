@@ -89,12 +89,18 @@ std::vector<vec3> placed(const Positions& positions, const Placing& placing) {
     return placed;
 }
 
-/// A few coordinates that are special by their bits.
+/// A few coordinates that are special by their bits, or very far away.
 void break_some(Dice& dice, FuzzCase& fuzz_case) {
     using Limits = std::numeric_limits<float>;
     const bool broken = dice.one_in(30);
     if (!broken && !dice.one_in(20)) return;
-    const std::array bad = {Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity(), -0.0f};
+    const std::array bad = {Limits::quiet_NaN(),
+                            Limits::infinity(),
+                            -Limits::infinity(),
+                            -0.0f,
+                            Limits::max(),
+                            -9.96921e36f,
+                            1e20f};
     const std::array small = {-0.0f, 0.0f, Limits::denorm_min(), -3 * Limits::denorm_min()};
     for (auto& pose : fuzz_case.poses) {
         for (int n = dice.from(0, 3); n > 0 && !pose.empty(); --n) {
@@ -155,7 +161,7 @@ FuzzCase make_case(std::uint64_t seed) {
     Dice dice(seed);
     FuzzCase fuzz_case;
     make_animation(dice, fuzz_case);
-    const std::vector<vec3> positions = world_positions(fuzz_case, fuzz_case.frame);
+    const std::vector<vec3> positions = seen_positions(fuzz_case, fuzz_case.frame);
     const Surroundings around(positions, fuzz_case.triangles);
     fuzz_case.view = make_view(dice, around, kTests);
     fuzz_case.rays = make_rays(dice, around, 48);
@@ -166,7 +172,7 @@ FuzzCase make_questions(std::uint64_t seed) {
     Dice dice(seed);
     FuzzCase fuzz_case;
     make_animation(dice, fuzz_case);
-    const std::vector<vec3> positions = world_positions(fuzz_case, fuzz_case.frame);
+    const std::vector<vec3> positions = seen_positions(fuzz_case, fuzz_case.frame);
     const Surroundings around(positions, fuzz_case.triangles);
     fuzz_case.view.width = fuzz_case.view.height = 0;
     fuzz_case.rays =

@@ -108,8 +108,61 @@ def test_one_warning_tells_of_points_that_are_moved_all_the_same():
         warnings.simplefilter("error")
         scene = morphray.Scene(points, triangles)
         scene.attach(points + 10, triangles)
-    with pytest.warns(UserWarning, match="more than 1e-6") as told:
+        scene.update()
+    with pytest.warns(UserWarning, match="mesh 2: .* more than 1e-6") as told:
         scene.attach(points * 11, triangles)
+        scene.update()
         scene.attach(points * 11, triangles)
+        scene.update()
+    assert len(told) == 1
+    with pytest.warns(UserWarning, match="more than 1e-6"):
         morphray.Scene(points, triangles, origin=(0, 0, 0))
-    assert len(told) == 2
+
+
+def test_an_empty_scene_finds_its_origin_at_the_first_update():
+    points, triangles = box()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = morphray.Scene([])
+        assert scene.attach(points + 99, triangles) == 0
+        assert scene.attach(points, triangles) == 1
+        scene.detach(0)
+        scene.update()
+        assert scene.attach(points + 10, triangles) == 0
+        scene.update()
+    assert np.abs(scene.origin - CORNER).max() < 10
+    hits = scene.intersect(rays_to(CORNER + [2, 2, 2.5]))
+    assert np.abs(hits["t"] - 8).max() < 1e-5 and (hits["geom_id"] == 1).all()
+
+
+@pytest.mark.parametrize("move", [
+    lambda scene, points: scene.update(),
+    lambda scene, points: scene.update(0, points.copy()),
+    lambda scene, points: scene.update_with_new_bounds(),
+])
+def test_a_mesh_that_moves_far_away_is_told_of(move):
+    points, triangles = cube()
+    points = points.astype(np.float64)
+    scene = morphray.Scene(points, triangles)
+    points += CORNER
+    with pytest.warns(UserWarning, match="more than 1e-6"):
+        move(scene, points)
+
+
+def test_points_that_are_left_out_are_told_of_once_a_mesh():
+    points, triangles = cube()
+    points = points.astype(np.float32)
+    rest = points.copy()
+    scene = morphray.Scene([(points, triangles), (rest + np.float32(3), triangles)])
+    before = scene.intersect([[0.2, 0.3, 9, 0, 0, -1]])
+    points[0] = 1e20
+    points[1] = np.nan
+    with pytest.warns(UserWarning, match="mesh 0: 1 are not finite and 1 too far") as told:
+        update = scene.update()
+        scene.update()
+    assert len(told) == 1
+    (mesh,) = update.left_out
+    assert (mesh.geom_id, mesh.not_finite, mesh.too_far) == (0, 1, 1)
+    points[:] = rest
+    assert scene.update().left_out == []
+    assert_same_bits(scene.intersect([[0.2, 0.3, 9, 0, 0, -1]]), before)

@@ -196,9 +196,9 @@ TEST(CountDegenerate, CountsBothKinds) {
         } else if (named.name == "not finite") {
             // One vertex of the first twelve (valence 5) and two later ones (valence 6), not
             // adjacent.
-            EXPECT_EQ(count.not_finite, 5u + 6u + 6u);
+            EXPECT_EQ(count.left_out, 5u + 6u + 6u);
         } else if (named.name == "torus") {
-            EXPECT_EQ(count.zero_area + count.not_finite, 0u);
+            EXPECT_EQ(count.zero_area + count.left_out, 0u);
         }
     }
 }
