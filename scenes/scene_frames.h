@@ -24,9 +24,9 @@ namespace mray {
 inline Warning warning_of_far(const Animation& animation, std::uint64_t vertices) {
     return {
         escape(animation.name()),
-        fmt::format("{} vertices are more than 2^{} times as far from the origin as most; their "
-                    "triangles are left out",
-                    vertices, kFarExponent)};
+        fmt::format("{} of {} vertices are left out with their triangles: more than 2^{} times as "
+                    "far from the origin as most",
+                    vertices, animation.topology().vertex_count, kFarExponent)};
 }
 
 /// The vertices of the first frame that are not left out, in world space.
