@@ -164,7 +164,8 @@ PoseExtent::PoseExtent(std::span<const vec3> world, std::span<const IndexRange> 
 
 void PoseExtent::add(std::span<const vec3> world) {
     for (const vec3& p : world) {
-        const vec3 size = glm::abs(p);
+        // glm::abs() leaves -0, whose bits are no size.
+        const vec3 size(std::abs(p.x), std::abs(p.y), std::abs(p.z));
         const float largest = std::max(std::max(size.x, size.y), size.z);
         // The sum decides faster, but may overflow.
         if (!std::isfinite(size.x + size.y + size.z) && !all_finite(p)) continue;

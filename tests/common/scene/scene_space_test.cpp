@@ -191,8 +191,9 @@ TEST(SpaceOfPose, LeavesOutVerticesBeyond2To37TimesTheBulk) {
 TEST(SpaceOfPose, OfCollapsedAndDistantVerticesLeavesOutNone) {
     // Vertices at 0 say nothing about the size of a scene.
     for (const PoseExtent& pose :
-         {extent_of({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {1, 1, 1}}), extent_of({{0, 0, 0}}),
-          extent_of({{1e20f, 0, 0}, {1e20f, 1, 0}, {1, 1, 1}}), extent_of({{0, 3e38f, 0}})})
+         {extent_of({{0, 0, 0}, {0, 0, 0}, {-0.0f, -0.0f, -0.0f}, {1, 1, 1}}),
+          extent_of({{0, 0, 0}}), extent_of({{1e20f, 0, 0}, {1e20f, 1, 0}, {1, 1, 1}}),
+          extent_of({{0, 3e38f, 0}})})
         EXPECT_EQ(pose.limit(), std::numeric_limits<float>::max());
 }
 
