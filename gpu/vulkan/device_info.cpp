@@ -209,9 +209,9 @@ std::vector<PhysicalDevice> physical_devices(const Instance& instance) {
     });
     check(listed, "list devices");
     if (handles.empty()) {
-        throw Error(ErrorKind::kUnavailable,
-                    "Vulkan: the drivers on this machine have no device; install one, for example "
-                    "mesa-vulkan-drivers");
+        throw_unavailable(
+            "the drivers on this machine have no device; install one, for example "
+            "mesa-vulkan-drivers");
     }
     std::vector<PhysicalDevice> devices;
     for (std::uint32_t i = 0; i < handles.size(); ++i) devices.push_back(describe(handles[i], i));

@@ -11,19 +11,16 @@ namespace {
 
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 
-[[noreturn]] void unavailable(const std::string& text) {
-    throw Error(ErrorKind::kUnavailable, "Vulkan: " + text);
-}
-
 /// A loader reports these two, at the first call, for a driver that it cannot start and, as version
 /// 1.3.239 does and 1.4.309 does not, for a manifest that it cannot parse.
 void check_loader(VkResult result, const char* action) {
     const bool has_memory = result != VK_ERROR_OUT_OF_HOST_MEMORY;
     if (!has_memory || result == VK_ERROR_INITIALIZATION_FAILED) {
-        unavailable(std::string(has_memory ? "" : "memory ran out, or ") +
-                    "a driver on this machine is broken: it cannot be started, or its manifest "
-                    "cannot be read (" +
-                    result_name(result) + "); see VK_DRIVER_FILES and VK_ICD_FILENAMES");
+        throw_unavailable(
+            std::string(has_memory ? "" : "memory ran out, or ") +
+            "a driver on this machine is broken: it cannot be started, or its manifest "
+            "cannot be read (" +
+            result_name(result) + "); see VK_DRIVER_FILES and VK_ICD_FILENAMES");
     }
     check(result, action);
 }
@@ -32,11 +29,12 @@ void load_library(PFN_vkGetInstanceProcAddr loader) {
     if (loader != nullptr) {
         volkInitializeCustom(loader);
     } else if (volkInitialize() != VK_SUCCESS) {
-        unavailable("no Vulkan library (libvulkan.so.1) on this machine; install libvulkan1");
+        throw_unavailable("no Vulkan library (libvulkan.so.1) on this machine; install libvulkan1");
     }
     // Missing in loaders of Vulkan 1.0.
     if (vkEnumerateInstanceVersion == nullptr)
-        unavailable("the Vulkan library on this machine is older than 1.1; install a newer one");
+        throw_unavailable(
+            "the Vulkan library on this machine is older than 1.1; install a newer one");
 }
 
 template <class Function>
@@ -91,10 +89,10 @@ VkInstance create_instance(const VkInstanceCreateInfo& info) {
     VkInstance instance = VK_NULL_HANDLE;
     const VkResult result = vkCreateInstance(&info, nullptr, &instance);
     if (result == VK_ERROR_INCOMPATIBLE_DRIVER) {
-        unavailable(
-            "no driver on this machine, or none whose manifest can be read "
-            "(VK_ERROR_INCOMPATIBLE_DRIVER); install one, for example mesa-vulkan-drivers, or see "
-            "VK_DRIVER_FILES and VK_ICD_FILENAMES");
+        throw_unavailable(
+            "no driver on this machine, or none that loads: its manifest can be damaged, or the "
+            "library that it names missing (VK_ERROR_INCOMPATIBLE_DRIVER); install one, for "
+            "example mesa-vulkan-drivers, or see VK_DRIVER_FILES and VK_ICD_FILENAMES");
     }
     check_loader(result, "create an instance");
     return instance;
@@ -137,8 +135,8 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
     load_library(loader);
     if (validate &&
         !(has_layer(kValidationLayer) && has_extension(VK_EXT_DEBUG_UTILS_EXTENSION_NAME))) {
-        unavailable("validation was asked for, but " + std::string(kValidationLayer) +
-                    " is not installed; install vulkan-validationlayers");
+        throw_unavailable("validation was asked for, but " + std::string(kValidationLayer) +
+                          " is not installed; install vulkan-validationlayers");
     }
 
     const VkApplicationInfo application = {

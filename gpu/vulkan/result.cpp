@@ -1,5 +1,7 @@
 #include "gpu/vulkan/result.h"
 
+#include <sys/mman.h>
+
 #include <algorithm>
 #include <iterator>
 
@@ -52,12 +54,24 @@ ErrorKind error_kind_of(VkResult result) {
     return failure != nullptr ? failure->kind : ErrorKind::kInternal;
 }
 
+void throw_unavailable(const std::string& text) {
+    // A driver reserves nearly as much. Under `ulimit -v` it fails with any result.
+    constexpr std::size_t kDriverBytes = std::size_t{256} << 20;
+    void* const room = ::mmap(nullptr, kDriverBytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (room == MAP_FAILED)
+        throw Error(ErrorKind::kLimit,
+                    "Vulkan: memory is too short for a driver; raise its limit (ulimit -v)");
+    ::munmap(room, kDriverBytes);
+    throw Error(ErrorKind::kUnavailable, "Vulkan: " + text);
+}
+
 void throw_result(VkResult result, const char* action) {
     const ErrorKind kind = error_kind_of(result);
-    std::string text = std::string("Vulkan: cannot ") + action + ": " + result_name(result);
+    std::string text = std::string("cannot ") + action + ": " + result_name(result);
+    if (kind == ErrorKind::kUnavailable) throw_unavailable(text);
     if (kind == ErrorKind::kLimit) text += "; use a smaller scene or image, or another device";
     if (kind == ErrorKind::kDeviceLost) text += "; the device is lost to this run";
-    throw Error(kind, text);
+    throw Error(kind, "Vulkan: " + text);
 }
 
 }  // namespace mray::gpu

@@ -17,6 +17,9 @@ std::string result_name(VkResult result);
 /// missing features, extensions and layers, kInternal for the rest.
 ErrorKind error_kind_of(VkResult result);
 
+/// Throws Error(kUnavailable, "Vulkan: <text>"), or kLimit if a driver finds no memory to start.
+[[noreturn]] void throw_unavailable(const std::string& text);
+
 [[noreturn]] void throw_result(VkResult result, const char* action);
 
 /// Throws Error("cannot <action>: <result>") if the result is not VK_SUCCESS.

@@ -1,9 +1,12 @@
 // The list of devices, the choice of one, and the messages if none can be used.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include "common/base/errors.h"
 #include "gpu/shared_device.h"
@@ -174,7 +177,30 @@ TEST(Installation, WithADriverThatIsNoLibrarySaysThatThereIsNone) {
     const std::string manifest = R"({"file_format_version": "1.0.0", "ICD": {"library_path": ")" +
                                  library + R"(", "api_version": "1.3.0"}})";
     const Environment broken("VK_ICD_FILENAMES", written("nonsense.json", manifest));
-    EXPECT_TRUE(contains(error_text(list_anew), "no driver"));
+    const std::string text = error_text(list_anew);
+    EXPECT_TRUE(contains(text, "no driver")) << text;
+    EXPECT_TRUE(contains(text, "the library that it names missing")) << text;
+}
+
+TEST(Installation, WithoutAddressSpaceForADriverSaysThatMemoryIsShort) {
+    const Environment none("VK_ICD_FILENAMES", TempDir() + "no_such_manifest.json");
+    rlimit before;
+    ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
+    std::size_t pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    rlimit tight = before;
+    tight.rlim_cur = pages * static_cast<std::size_t>(getpagesize()) + (std::size_t{64} << 20);
+    ASSERT_EQ(setrlimit(RLIMIT_AS, &tight), 0);
+    std::optional<Error> error;
+    try {
+        list_anew();
+    } catch (const Error& thrown) {
+        error = thrown;
+    }
+    setrlimit(RLIMIT_AS, &before);
+    ASSERT_TRUE(error.has_value());
+    EXPECT_EQ(error->kind(), ErrorKind::kLimit) << error->what();
+    EXPECT_TRUE(contains(error->what(), "ulimit -v")) << error->what();
 }
 
 TEST(Installation, WithoutTheLayerSaysThatValidationIsNotInstalled) {
