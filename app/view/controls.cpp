@@ -104,8 +104,11 @@ InputActions apply_input(float height, std::span<const KeyPress> keys, const Cam
     InputActions actions;
     const ImGuiIO& io = ImGui::GetIO();
     if (!io.WantCaptureMouse) {
-        const double right = io.MouseDelta.x / height;
-        const double down = io.MouseDelta.y / height;
+        // In the frame of a press the mouse has moved before it.
+        bool is_pressed = false;
+        for (int button = 0; button < 3; ++button) is_pressed |= ImGui::IsMouseClicked(button);
+        const double right = is_pressed ? 0 : io.MouseDelta.x / height;
+        const double down = is_pressed ? 0 : io.MouseDelta.y / height;
         const bool is_left = io.MouseDown[0] && !io.KeyShift;
         if (is_left) state.camera.orbit(-right * kOrbitRadians, down * kOrbitRadians);
         if (!is_left && (io.MouseDown[0] || io.MouseDown[1] || io.MouseDown[2]))
