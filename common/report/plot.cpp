@@ -24,21 +24,24 @@ constexpr std::size_t kLineLength = 74;
 /// A temporary file, removed at the end.
 class ScratchFile {
 public:
-    explicit ScratchFile(std::string_view text)
-        : path_((fs::temp_directory_path() / "morphray_plot_XXXXXX").string()) {
-        const int fd = mkstemp(path_.data());
-        if (fd < 0) {
-            throw Error(ErrorKind::kOutput, "{}: cannot be created for gnuplot; set TMPDIR", path_);
-        }
-        close(fd);
-        write_file(path_, text);
-    }
+    /// The file is there once the other constructor ends, so the destructor runs if this fails.
+    explicit ScratchFile(std::string_view text) : ScratchFile() { write_file(path_, text); }
     ~ScratchFile() { unlink(path_.c_str()); }
     ScratchFile(const ScratchFile&) = delete;
     ScratchFile& operator=(const ScratchFile&) = delete;
     const std::string& path() const { return path_; }
 
 private:
+    ScratchFile() {
+        std::error_code error;
+        path_ = (fs::temp_directory_path(error) / "morphray_plot_XXXXXX").string();
+        const int fd = error ? -1 : mkstemp(path_.data());
+        if (fd < 0) {
+            throw Error(ErrorKind::kOutput, "{}: cannot be created for gnuplot; set TMPDIR", path_);
+        }
+        close(fd);
+    }
+
     std::string path_;
 };
 
